@@ -1,0 +1,73 @@
+use pyo3::prelude::*;
+use servoid::{evolve, model, observe, pose, shape};
+
+/// An error of the core that knows its class in `servoid.errors`.
+pub trait Named: std::error::Error {
+    fn class(&self) -> &'static str;
+}
+
+impl Named for pose::PoseError {
+    fn class(&self) -> &'static str {
+        "PoseError"
+    }
+}
+
+impl Named for observe::CameraError {
+    fn class(&self) -> &'static str {
+        "CameraError"
+    }
+}
+
+impl Named for observe::RigError {
+    fn class(&self) -> &'static str {
+        "ImageError"
+    }
+}
+
+impl Named for observe::ImageError {
+    fn class(&self) -> &'static str {
+        match self {
+            Self::Length { .. } => "ImageError",
+            Self::MaskChannels | Self::EmptyMask { .. } | Self::FullMask { .. } => "MaskError",
+        }
+    }
+}
+
+impl Named for shape::ShapeError {
+    fn class(&self) -> &'static str {
+        "BodyError"
+    }
+}
+
+impl Named for evolve::GaError {
+    fn class(&self) -> &'static str {
+        "ModelError"
+    }
+}
+
+impl Named for model::ModelError {
+    fn class(&self) -> &'static str {
+        match self {
+            Self::Image(error) => error.class(),
+            Self::Camera(error) => error.class(),
+            Self::Shape(error) => error.class(),
+            _ => "ModelError",
+        }
+    }
+}
+
+/// Makes the Python exception of an error of the core.
+pub fn raise(error: impl Named) -> PyErr {
+    named(error.class(), error.to_string())
+}
+
+/// Makes a Python exception of a class of `servoid.errors`.
+pub fn named(class: &str, message: String) -> PyErr {
+    Python::attach(|py| {
+        let made = py
+            .import("servoid.errors")
+            .and_then(|errors| errors.getattr(class))
+            .and_then(|class| class.call1((message,)));
+        made.map_or_else(|missing| missing, PyErr::from_value)
+    })
+}

@@ -1,0 +1,24 @@
+//! The Python face of the core: converts, releases the interpreter, calls, converts back.
+
+mod errors;
+mod model;
+mod observe;
+mod pose;
+mod shape;
+
+use pyo3::prelude::*;
+
+#[pymodule(name = "_native")]
+fn native(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    module.add_class::<pose::Pose>()?;
+    module.add_class::<observe::Camera>()?;
+    module.add_class::<observe::View>()?;
+    module.add_class::<shape::Body>()?;
+    module.add_class::<model::ModelSettings>()?;
+    module.add_class::<model::Step>()?;
+    module.add_function(wrap_pyfunction!(model::fit_body, module)?)?;
+    module.add_function(wrap_pyfunction!(model::silhouette_ious, module)?)?;
+    module.add_function(wrap_pyfunction!(model::ellipsoid_colors, module)?)?;
+    Ok(())
+}

@@ -1,0 +1,187 @@
+use rand::RngExt;
+
+use super::{Rng, operators};
+
+/// How a population breeds.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GaSettings {
+    /// Individuals a generation.
+    pub population: usize,
+    /// Best individuals that live on unchanged.
+    pub elites: usize,
+    /// Individuals that compete to become a parent.
+    pub rivals: usize,
+    /// Share of the parents' range by which a child's range exceeds it.
+    pub blend_reach: f64,
+    /// Share of genes that mutate.
+    pub mutation_rate: f64,
+    /// Standard deviation of a mutation in the first generation, as a share of the gene's range.
+    pub mutation_width: f64,
+}
+
+impl Default for GaSettings {
+    fn default() -> Self {
+        Self {
+            population: 48,
+            elites: 4,
+            rivals: 3,
+            blend_reach: 0.3,
+            mutation_rate: 0.3,
+            mutation_width: 0.15,
+        }
+    }
+}
+
+/// Why a population cannot be made or told.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum GaError {
+    /// A setting is out of its range.
+    #[error("{name} must be {allowed}, but it is {given}")]
+    Setting {
+        /// Which setting.
+        name: &'static str,
+        /// What is allowed.
+        allowed: &'static str,
+        /// What was given.
+        given: f64,
+    },
+    /// A gene's range is empty or not finite.
+    #[error("gene {gene}: its range must be finite and rise, but it is {range:?}")]
+    Range {
+        /// Which gene.
+        gene: usize,
+        /// Its range.
+        range: (f64, f64),
+    },
+    /// Not one score an individual.
+    #[error("{expected} individuals were asked about, but {given} scores were told")]
+    Scores {
+        /// Individuals.
+        expected: usize,
+        /// Scores.
+        given: usize,
+    },
+}
+
+/// A hypothesis and what it is worth; before it is told, that is minus infinity.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Individual {
+    /// Its numbers.
+    pub genes: Vec<f64>,
+    /// Its score: higher is better.
+    pub score: f64,
+}
+
+/// A real-coded genetic algorithm with elitism (De Jong 1975), tournament selection, blend
+/// crossover and Gaussian mutation whose width follows success (Rechenberg's one-fifth rule, 1973).
+///
+/// `ask` gives the individuals to score, `tell` takes the scores and breeds the next generation.
+/// All of them are asked about each time, the elites too: a new image may judge them otherwise,
+/// and so one generation an image is the paper's 1-step GA.
+#[derive(Debug, Clone)]
+pub struct Ga {
+    settings: GaSettings,
+    ranges: Vec<(f64, f64)>,
+    population: Vec<Individual>,
+    best: Individual,
+    width: f64,
+    rng: Rng,
+}
+
+/// How the mutation width grows after a success; it shrinks by the fourth root after a failure, so
+/// that it stands still at one success in five.
+const WIDTH_GROWTH: f64 = 1.22;
+
+impl Ga {
+    /// Draws the first generation evenly from the genes' ranges.
+    ///
+    /// # Errors
+    /// If a setting is out of its range or a gene's range is empty or not finite.
+    pub fn new(ranges: &[(f64, f64)], settings: GaSettings, mut rng: Rng) -> Result<Self, GaError> {
+        check(ranges, &settings)?;
+        let mut draw = || Individual {
+            genes: ranges.iter().map(|&(low, high)| rng.random_range(low..=high)).collect(),
+            score: f64::NEG_INFINITY,
+        };
+        let population: Vec<_> = (0..settings.population).map(|_| draw()).collect();
+        Ok(Self {
+            settings,
+            ranges: ranges.to_vec(),
+            best: population[0].clone(),
+            population,
+            width: settings.mutation_width,
+            rng,
+        })
+    }
+
+    /// Gives the individuals of this generation, to be scored in this order.
+    #[must_use]
+    pub fn ask(&self) -> &[Individual] {
+        &self.population
+    }
+
+    /// Takes their scores and breeds the next generation. A score that is not a number counts as
+    /// the worst.
+    ///
+    /// # Errors
+    /// If there is not one score an individual.
+    pub fn tell(&mut self, scores: &[f64]) -> Result<(), GaError> {
+        let (expected, given) = (self.population.len(), scores.len());
+        if expected != given {
+            return Err(GaError::Scores { expected, given });
+        }
+        for (individual, &score) in self.population.iter_mut().zip(scores) {
+            individual.score = if score.is_nan() { f64::NEG_INFINITY } else { score };
+        }
+        let elites = self.settings.elites;
+        let champion = self.population[..elites].iter().map(|e| e.score).fold(f64::MIN, f64::max);
+        // Sorting is stable: of equals, the first stays first.
+        self.population.sort_by(|a, b| b.score.total_cmp(&a.score));
+        let success = elites > 0 && self.population[0].score > champion;
+        let factor = if success { WIDTH_GROWTH } else { WIDTH_GROWTH.powf(-0.25) };
+        self.width = (self.width * factor).clamp(1e-4, 0.5);
+        self.best = self.population[0].clone();
+        self.breed();
+        Ok(())
+    }
+
+    /// Gives the best individual of the generation that was told last.
+    #[must_use]
+    pub fn best(&self) -> &Individual {
+        &self.best
+    }
+
+    fn breed(&mut self) {
+        let Self { settings, ranges, population, width, rng, .. } = self;
+        let mut next = population[..settings.elites].to_vec();
+        while next.len() < settings.population {
+            let one = operators::tournament(population, settings.rivals, rng);
+            let two = operators::tournament(population, settings.rivals, rng);
+            let mut genes = operators::blend(&one.genes, &two.genes, settings.blend_reach, rng);
+            operators::mutate(&mut genes, ranges, *width, settings.mutation_rate, rng);
+            operators::reflect(&mut genes, ranges);
+            next.push(Individual { genes, score: f64::NEG_INFINITY });
+        }
+        *population = next;
+    }
+}
+
+fn check(ranges: &[(f64, f64)], settings: &GaSettings) -> Result<(), GaError> {
+    let GaSettings { population, elites, rivals, blend_reach, mutation_rate, mutation_width } =
+        *settings;
+    let bounded = |name, allowed, given: f64, fits: bool| {
+        if fits { Ok(()) } else { Err(GaError::Setting { name, allowed, given }) }
+    };
+    bounded("population", "at least 2", population as f64, population >= 2)?;
+    bounded("elites", "below the population", elites as f64, elites < population)?;
+    bounded("rivals", "at least 1", rivals as f64, rivals >= 1)?;
+    bounded("blend_reach", "0 to 2", blend_reach, (0.0..=2.0).contains(&blend_reach))?;
+    bounded("mutation_rate", "0 to 1", mutation_rate, (0.0..=1.0).contains(&mutation_rate))?;
+    bounded("mutation_width", "0 to 1", mutation_width, (0.0..=1.0).contains(&mutation_width))?;
+    for (gene, &range) in ranges.iter().enumerate() {
+        if !(range.0.is_finite() && range.1.is_finite() && range.0 <= range.1) {
+            return Err(GaError::Range { gene, range });
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,165 @@
+use std::mem::MaybeUninit;
+
+use super::lanes::Lanes;
+use super::map::ScoreMap;
+use super::rows::{Crossing, RowGroup, RowOutline, RowOutlines, Sums};
+use crate::shape::Body;
+
+/// How a sum over the union changes with the five numbers of one outline, in the order of
+/// [`crate::shape::Outline`]: centre u, centre v, slope, half width, half height.
+pub(super) type OutlineGradient = [f64; 5];
+
+/// The gradients of Σ ℓ and of the area by one outline.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct OutlineGradients {
+    pub score: OutlineGradient,
+    pub area: OutlineGradient,
+}
+
+/// Running sums over the exposed ends of one outline: of the weight w, of w·below, of w·root, of
+/// w·across/root and of w·across²/root, where the left end counts with the opposite sign.
+#[derive(Clone, Copy)]
+struct Moments<L: Lanes>([L; 5]);
+
+impl<L: Lanes> Moments<L> {
+    #[inline(always)]
+    unsafe fn zero() -> Self {
+        unsafe { Self([L::splat(0.0); 5]) }
+    }
+
+    /// Adds the weights of the right and the left end of a vector of rows.
+    #[inline(always)]
+    unsafe fn add(&mut self, right: L, left: L, crossing: &Crossing<L>, lean: L) {
+        unsafe {
+            let (both, apart) = (right.sub(left), right.add(left));
+            let steep = apart.mul(lean);
+            self.0[0] = self.0[0].add(both);
+            self.0[1] = both.mul_add(crossing.below, self.0[1]);
+            self.0[2] = apart.mul_add(crossing.root, self.0[2]);
+            self.0[3] = self.0[3].add(steep);
+            self.0[4] = steep.mul_add(crossing.across, self.0[4]);
+        }
+    }
+
+    #[inline(always)]
+    unsafe fn gradient(&self, outline: &RowOutline, weight: f64) -> OutlineGradient {
+        let [both, below, root, steep, square] =
+            self.0.map(|lanes| unsafe { weight * f64::from(lanes.total()) });
+        let taper = f64::from(outline.half_width) * f64::from(outline.per_half_height);
+        [both, steep * taper - f64::from(outline.slope) * both, below, root, square * taper]
+    }
+}
+
+/// Sums a map over the union of outlines and differentiates the sums: an integral over the exposed
+/// boundary, since the inside of the union does not change.
+///
+/// # Safety
+/// The instruction set of `L` must be enabled in the caller; `gradients` has one entry an outline.
+#[inline(always)]
+pub(super) unsafe fn union_gradients<L: Lanes>(
+    map: &ScoreMap,
+    outlines: &RowOutlines,
+    gradients: &mut [OutlineGradients],
+) -> Sums {
+    // SAFETY: rows run from 0 to the last kept one, and columns are cut to the image; only the
+    // first `outlines.len()` moments and `count` crossings, which were written, are read.
+    unsafe {
+        let all = outlines.as_slice();
+        let zero = Moments::<L>::zero();
+        let mut moments = [const { MaybeUninit::uninit() }; Body::MAX_ELLIPSOIDS];
+        for place in moments.iter_mut().take(all.len()) {
+            place.write((zero, zero));
+        }
+        let (mut score, mut area) = (L::splat(0.0), L::splat(0.0));
+        let mut row = outlines.first;
+        while row <= outlines.last && !all.is_empty() {
+            let group = RowGroup::<L>::new(map, row);
+            let mut crossings =
+                [const { MaybeUninit::<(usize, Crossing<L>)>::uninit() }; Body::MAX_ELLIPSOIDS];
+            let mut count = 0;
+            for (index, outline) in all.iter().enumerate() {
+                if outline.reaches(row, L::COUNT) {
+                    let crossing = Crossing::new(outline, &group).without_empty(&group);
+                    crossings[count].write((index, crossing));
+                    count += 1;
+                }
+            }
+            let crossings: &[(usize, Crossing<L>)] =
+                std::slice::from_raw_parts(crossings.as_ptr().cast(), count);
+            for at in 0..count {
+                let (begin, end) = exposed(crossings, at);
+                if !L::any(L::or(begin, end)) {
+                    continue;
+                }
+                let (index, crossing) = &crossings[at];
+                let moments = moments[*index].assume_init_mut();
+                let (gain, length) = add_ends(&group, crossing, begin, end, moments);
+                score = score.add(gain);
+                area = area.add(length);
+            }
+            row += L::COUNT;
+        }
+        let weight = map.stride() as f64;
+        for (index, (outline, out)) in all.iter().zip(gradients).enumerate() {
+            let (of_score, of_area) = moments[index].assume_init_ref();
+            out.score = of_score.gradient(outline, weight);
+            out.area = of_area.gradient(outline, weight);
+        }
+        Sums { score: weight * f64::from(score.total()), area: weight * f64::from(area.total()) }
+    }
+}
+
+/// Says in which rows the two ends of an interval lie on the boundary of the union: where no other
+/// interval covers them. Of equal ends one counts, that of the first interval.
+#[inline(always)]
+unsafe fn exposed<L: Lanes>(
+    crossings: &[(usize, Crossing<L>)],
+    at: usize,
+) -> (L::Truth, L::Truth) {
+    unsafe {
+        let this = &crossings[at].1;
+        let mut begin = this.begin.less(this.end);
+        let mut end = begin;
+        for (index, (_, other)) in crossings.iter().enumerate() {
+            if index == at {
+                continue;
+            }
+            let (over_begin, over_end) = if index < at {
+                (other.begin.less_equal(this.begin), this.end.less_equal(other.end))
+            } else {
+                (other.begin.less(this.begin), this.end.less(other.end))
+            };
+            begin = L::and_not(begin, L::and(over_begin, this.begin.less(other.end)));
+            end = L::and_not(end, L::and(other.begin.less(this.end), over_end));
+        }
+        (begin, end)
+    }
+}
+
+/// Adds the exposed ends of one interval to the sums and to the moments of its outline.
+#[inline(always)]
+unsafe fn add_ends<L: Lanes>(
+    group: &RowGroup<L>,
+    crossing: &Crossing<L>,
+    begin: L::Truth,
+    end: L::Truth,
+    moments: &mut (Moments<L>, Moments<L>),
+) -> (L, L) {
+    unsafe {
+        let (zero, one) = (L::splat(0.0), L::splat(1.0));
+        let (left_sum, left_score) = group.look_up(crossing.begin);
+        let (right_sum, right_score) = group.look_up(crossing.end);
+        // An end that the border cuts does not move.
+        let left = L::and(begin, zero.less(crossing.begin));
+        let right = L::and(end, crossing.end.less(group.width));
+        // across / root: infinite where the interval closes, but such rows hold nothing.
+        let lean = crossing.across.div(crossing.root.max(L::splat(1e-6)));
+        let masked = |truth, x| L::select(truth, x, zero);
+        moments.0.add(masked(right, right_score), masked(left, left_score), crossing, lean);
+        moments.1.add(masked(right, one), masked(left, one), crossing, lean);
+        (
+            masked(end, right_sum).sub(masked(begin, left_sum)),
+            masked(end, crossing.end).sub(masked(begin, crossing.begin)),
+        )
+    }
+}

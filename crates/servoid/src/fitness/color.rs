@@ -1,0 +1,77 @@
+use crate::observe::{ImageView, Mask};
+
+use super::map::quanta;
+
+/// Colour histograms of the object and of what is beside it.
+///
+/// Each channel falls into 32 bins. The score of a colour is its log-likelihood ratio; one count
+/// spread over all bins keeps colours that were never seen undecided.
+#[derive(Debug, Clone)]
+pub struct ColorModel {
+    object: Vec<f64>,
+    background: Vec<f64>,
+    table: Vec<i16>,
+}
+
+const BITS: u32 = 5;
+const BINS: usize = 1 << (3 * BITS);
+
+impl ColorModel {
+    /// Learns both histograms from an image and the mask of the object in it.
+    ///
+    /// # Errors
+    /// If image and mask differ in size.
+    pub fn learn(
+        image: &ImageView<'_>,
+        mask: &Mask<'_>,
+    ) -> Result<Self, crate::observe::RigError> {
+        let (expected, given) = (image.size_px(), mask.image().size_px());
+        if expected != given {
+            return Err(crate::observe::RigError::ImageSize { camera: 0, expected, given });
+        }
+        let (mut object, mut background) = (vec![0.0; BINS], vec![0.0; BINS]);
+        for v in 0..expected[1] {
+            for (u, &m) in mask.image().row(v).iter().enumerate() {
+                let counts = if m == 0 { &mut background } else { &mut object };
+                counts[Self::bin(image.rgb(u, v))] += 1.0;
+            }
+        }
+        let table = log_ratios(&object, &background);
+        Ok(Self { object, background, table })
+    }
+
+    /// Gives the log-likelihood ratio of a colour, in nats.
+    #[must_use]
+    pub fn score(&self, rgb: [u8; 3]) -> f64 {
+        f64::from(self.table[Self::bin(rgb)]) * super::ScoreMap::QUANTUM
+    }
+
+    /// Gives how many pixels of a colour's bin belonged to the object and to the background.
+    #[must_use]
+    pub fn counts(&self, rgb: [u8; 3]) -> (f64, f64) {
+        (self.object[Self::bin(rgb)], self.background[Self::bin(rgb)])
+    }
+
+    #[inline]
+    pub(super) fn bin([r, g, b]: [u8; 3]) -> usize {
+        let cut = |channel: u8| usize::from(channel >> (8 - BITS));
+        (cut(r) << (2 * BITS)) | (cut(g) << BITS) | cut(b)
+    }
+
+    pub(super) fn table(&self) -> &[i16; BINS] {
+        // The table is made with BINS entries; an empty one would score nothing.
+        const NOTHING: &[i16; BINS] = &[0; BINS];
+        self.table.as_slice().try_into().unwrap_or(NOTHING)
+    }
+}
+
+fn log_ratios(object: &[f64], background: &[f64]) -> Vec<i16> {
+    let (objects, backgrounds) = (object.iter().sum::<f64>(), background.iter().sum::<f64>());
+    let share = |count: f64, total: f64| (count + 1.0 / BINS as f64) / (total + 1.0);
+    let pairs = object.iter().zip(background);
+    // A bin that neither histogram has seen says nothing.
+    let ratio = |(&o, &b): (&f64, &f64)| {
+        if o + b == 0.0 { 0.0 } else { (share(o, objects) / share(b, backgrounds)).ln() }
+    };
+    pairs.map(|pair| quanta(ratio(pair))).collect()
+}

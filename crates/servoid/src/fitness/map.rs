@@ -1,0 +1,127 @@
+use crate::observe::{ImageView, Mask};
+
+use super::ColorModel;
+
+/// A map of scores, one a pixel, kept as prefix sums along its rows.
+///
+/// The sum of the scores between two columns of a row is then a difference of two look-ups.
+/// Scores are multiples of [`ScoreMap::QUANTUM`] and bounded by [`ScoreMap::LIMIT`], so that every
+/// prefix sum is exact in single precision. With a row stride of s only each s-th row is kept and
+/// counts s-fold.
+#[derive(Debug, Clone)]
+pub struct ScoreMap {
+    size_px: [usize; 2],
+    stride: usize,
+    rows: usize,
+    pitch: usize,
+    prefix: Vec<f32>,
+}
+
+/// Rows of zeros behind the last one, so that a vector of rows may start at any row.
+const PADDING_ROWS: usize = 16;
+
+impl ScoreMap {
+    /// Smallest step of a score.
+    pub const QUANTUM: f64 = 1.0 / 256.0;
+    /// Largest magnitude of a score, in nats.
+    pub const LIMIT: f64 = 7.0;
+
+    /// Makes the map of an image whose pixel (u, v) scores `score(v)(u)` quanta.
+    /// The size is that of a [`crate::observe::Camera`]: sides of at most 8192 pixels.
+    fn from_rows<R: Iterator<Item = i16>>(
+        size_px: [usize; 2],
+        stride: usize,
+        scores_of_row: impl Fn(usize) -> R,
+    ) -> Self {
+        let [width, height] = size_px;
+        let stride = stride.max(1);
+        let rows = height.div_ceil(stride);
+        // One entry before the first pixel, one after the last for the interpolation there.
+        let pitch = width + 2;
+        let mut prefix = vec![0.0; (rows + PADDING_ROWS) * pitch];
+        for (row, out) in prefix.chunks_exact_mut(pitch).take(rows).enumerate() {
+            let mut sum = 0_i32;
+            for (score, place) in scores_of_row(row * stride).zip(&mut out[1..=width]) {
+                sum += i32::from(score);
+                *place = sum as f32 * Self::QUANTUM as f32;
+            }
+            out[width + 1] = out[width];
+        }
+        Self { size_px, stride, rows, pitch, prefix }
+    }
+
+    /// Makes the map that scores +1 on the object and -1 beside it. // Eq. (7)
+    #[must_use]
+    pub fn from_mask(mask: &Mask<'_>, stride: usize) -> Self {
+        let one = quanta(1.0);
+        let image = mask.image();
+        Self::from_rows(image.size_px(), stride, |v| {
+            image.row(v).iter().map(move |&m| if m == 0 { -one } else { one })
+        })
+    }
+
+    /// Makes the map of given scores, row by row, rounded to [`ScoreMap::QUANTUM`] and clamped to
+    /// [`ScoreMap::LIMIT`]; a score that is not a number counts nothing.
+    #[must_use]
+    pub fn from_scores(scores: &[f64], size_px: [usize; 2], stride: usize) -> Self {
+        let width = size_px[0];
+        Self::from_rows(size_px, stride, |v| {
+            scores.iter().skip(v * width).take(width).map(|&score| quanta(score))
+        })
+    }
+
+    /// Makes the map of log-likelihood ratios log p(colour | object) / p(colour | background).
+    #[must_use]
+    pub fn from_colors(image: &ImageView<'_>, model: &ColorModel, stride: usize) -> Self {
+        let table = model.table();
+        match image.channels() {
+            crate::observe::Channels::Rgb => Self::from_rows(image.size_px(), stride, |v| {
+                let (pixels, _) = image.row(v).as_chunks::<3>();
+                pixels.iter().map(|&pixel| table[ColorModel::bin(pixel)])
+            }),
+            crate::observe::Channels::Grey => Self::from_rows(image.size_px(), stride, |v| {
+                image.row(v).iter().map(|&grey| table[ColorModel::bin([grey; 3])])
+            }),
+        }
+    }
+
+    /// Gives (width, height) of the image in pixels.
+    #[must_use]
+    pub fn size_px(&self) -> [usize; 2] {
+        self.size_px
+    }
+
+    /// Gives the row stride.
+    #[must_use]
+    pub fn stride(&self) -> usize {
+        self.stride
+    }
+
+    /// Gives the number of rows that are kept.
+    #[must_use]
+    pub fn rows(&self) -> usize {
+        self.rows
+    }
+
+    /// Gives the score of the pixel in kept row `row` and column `u`.
+    #[must_use]
+    pub fn score(&self, u: usize, row: usize) -> f64 {
+        let at = row * self.pitch + u;
+        f64::from(self.prefix[at + 1]) - f64::from(self.prefix[at])
+    }
+
+    /// Entries from one row to the next in [`ScoreMap::prefix`].
+    pub(super) fn pitch(&self) -> usize {
+        self.pitch
+    }
+
+    /// Prefix sums: entry k of a row is the sum of its first k scores; [`PADDING_ROWS`] follow.
+    pub(super) fn prefix(&self) -> &[f32] {
+        &self.prefix
+    }
+}
+
+/// Rounds a score to whole quanta.
+pub(super) fn quanta(score: f64) -> i16 {
+    (score.clamp(-ScoreMap::LIMIT, ScoreMap::LIMIT) / ScoreMap::QUANTUM).round() as i16
+}

@@ -1,0 +1,48 @@
+//! What a hypothesis is worth: bodies in, scores out.
+
+mod backend;
+mod boundary;
+mod color;
+mod lanes;
+#[cfg(target_arch = "x86_64")]
+mod lanes_x86;
+mod map;
+mod overlap;
+mod region;
+mod rows;
+mod sweep;
+
+pub use backend::Backend;
+pub use color::ColorModel;
+pub use map::ScoreMap;
+pub use overlap::{Overlap, OverlapView};
+pub use region::{Region, RegionView};
+pub use rows::Sums;
+
+use rayon::prelude::*;
+
+use crate::shape::{Quadric, QuadricGradient};
+
+/// Scores hypotheses; higher is better.
+///
+/// A hypothesis is a set of ellipsoids in the world, each given as a [`Quadric`].
+pub trait Fitness: Sync {
+    /// Scores one hypothesis.
+    fn score(&self, hypothesis: &[Quadric]) -> f64;
+
+    /// Scores hypotheses of `count` ellipsoids each, in parallel. Each score depends on its
+    /// hypothesis alone, so the bits are the same on any number of threads.
+    fn scores(&self, hypotheses: &[Quadric], count: usize) -> Vec<f64> {
+        hypotheses.par_chunks(count.max(1)).with_min_len(16).map(|one| self.score(one)).collect()
+    }
+}
+
+/// Scores hypotheses and says how the score changes with them.
+pub trait Differentiable: Fitness {
+    /// Scores one hypothesis and writes the gradient, one entry an ellipsoid.
+    fn score_and_gradient(
+        &self,
+        hypothesis: &[Quadric],
+        gradient: &mut [QuadricGradient],
+    ) -> f64;
+}

@@ -1,0 +1,87 @@
+use super::{Backend, Differentiable, Fitness, Region, RegionView, ScoreMap, Sums};
+use crate::shape::{Projection, Quadric, QuadricGradient};
+
+/// One image of the overlap: how much of each pixel the object fills, and how the camera sees the
+/// world.
+#[derive(Debug, Clone)]
+pub struct OverlapView {
+    /// Share of each pixel that the object fills, row by row, 0 to 1.
+    pub filled: Vec<f64>,
+    /// (width, height) in pixels.
+    pub size_px: [usize; 2],
+    /// From the world to these pixels.
+    pub projection: Projection,
+}
+
+/// The mean silhouette overlap, intersection over union, between the body and the masks.
+///
+/// It follows from the region score S = Σ ℓ with ℓ = 2 filled - 1 and the area A of the union of
+/// the outlines: the intersection is (S + A) / 2. It lies between 0 and 1, and 1 is a perfect fit.
+#[derive(Debug, Clone)]
+pub struct Overlap {
+    region: Region,
+    filled_px: Vec<f64>,
+}
+
+impl Overlap {
+    /// Joins the images.
+    #[must_use]
+    pub fn new(views: &[OverlapView]) -> Self {
+        let region_view = |view: &OverlapView| {
+            let scores: Vec<f64> = view.filled.iter().map(|filled| 2.0 * filled - 1.0).collect();
+            let map = ScoreMap::from_scores(&scores, view.size_px, 1);
+            RegionView { map, projection: view.projection, weight: 1.0 }
+        };
+        let region_views = views.iter().map(region_view).collect();
+        let filled_px = views.iter().map(|view| view.filled.iter().sum()).collect();
+        Self { region: Region::with_backend(region_views, Backend::fastest()), filled_px }
+    }
+
+    /// Gives the overlap in each image.
+    #[must_use]
+    pub fn by_view(&self, hypothesis: &[Quadric]) -> Vec<f64> {
+        let views = self.region.views().iter().zip(&self.filled_px);
+        views.map(|(view, &px)| overlap(self.region.sums(view, hypothesis), px).0).collect()
+    }
+
+    fn mean(&self, sum: f64) -> f64 {
+        sum / self.filled_px.len().max(1) as f64
+    }
+}
+
+/// Gives intersection over union, and its slopes by Σ ℓ and by the area.
+fn overlap(sums: Sums, filled_px: f64) -> (f64, f64, f64) {
+    let both = 0.5 * (sums.score + sums.area);
+    let union = filled_px + sums.area - both;
+    let half = 0.5 / (union * union);
+    (both / union, half * (union + both), half * (union - both))
+}
+
+impl Fitness for Overlap {
+    fn score(&self, hypothesis: &[Quadric]) -> f64 {
+        let views = self.region.views().iter().zip(&self.filled_px);
+        let total: f64 =
+            views.map(|(view, &px)| overlap(self.region.sums(view, hypothesis), px).0).sum();
+        self.mean(total)
+    }
+}
+
+impl Differentiable for Overlap {
+    fn score_and_gradient(
+        &self,
+        hypothesis: &[Quadric],
+        gradient: &mut [QuadricGradient],
+    ) -> f64 {
+        gradient.fill(QuadricGradient::default());
+        let mut total = 0.0;
+        for (view, &px) in self.region.views().iter().zip(&self.filled_px) {
+            let chain = |sums| {
+                let (_, by_score, by_area) = overlap(sums, px);
+                (self.mean(by_score), self.mean(by_area))
+            };
+            let sums = self.region.add_gradient(view, hypothesis, chain, gradient);
+            total += overlap(sums, px).0;
+        }
+        self.mean(total)
+    }
+}

@@ -1,0 +1,114 @@
+use super::backend::Backend;
+use super::boundary::OutlineGradients;
+use super::rows::{RowOutline, RowOutlines, Sums};
+use super::{Differentiable, Fitness, ScoreMap};
+use crate::shape::{Body, Outline, Projection, Quadric, QuadricGradient};
+
+/// One image of the region score: its map and how the camera sees the world.
+#[derive(Debug, Clone)]
+pub struct RegionView {
+    /// Scores of the pixels.
+    pub map: ScoreMap,
+    /// From the world to the map's pixels.
+    pub projection: Projection,
+    /// How much this image counts.
+    pub weight: f64,
+}
+
+/// The region score: each image's map summed over the union of the outlines. // Eq. (7)
+///
+/// It is the paper's fitness taken to its limit: what is inside counts for the hypothesis and
+/// background inside counts against it, over whole areas and not at sampled points.
+#[derive(Debug, Clone)]
+pub struct Region {
+    views: Vec<RegionView>,
+    backend: Backend,
+}
+
+impl Region {
+    /// Joins the images.
+    #[must_use]
+    pub fn new(views: Vec<RegionView>) -> Self {
+        Self::with_backend(views, Backend::fastest())
+    }
+
+    /// Joins the images and chooses the vector instructions.
+    #[must_use]
+    pub fn with_backend(views: Vec<RegionView>, backend: Backend) -> Self {
+        Self { views, backend }
+    }
+
+    /// Gives the images.
+    #[must_use]
+    pub fn views(&self) -> &[RegionView] {
+        &self.views
+    }
+
+    /// Sums one image's map over the union of the outlines.
+    #[must_use]
+    pub fn sums(&self, view: &RegionView, hypothesis: &[Quadric]) -> Sums {
+        let mut outlines = RowOutlines::new();
+        for quadric in hypothesis {
+            let outline = view.projection.outline(quadric);
+            if let Some(rows) = outline.and_then(|outline| RowOutline::new(&outline, &view.map)) {
+                outlines.push(rows);
+            }
+        }
+        self.backend.sums(&view.map, &outlines)
+    }
+
+    /// Sums one image and adds the gradient of `chain(sums)`, where the chain gives its slopes by
+    /// Σ ℓ and by the area.
+    pub(super) fn add_gradient(
+        &self,
+        view: &RegionView,
+        hypothesis: &[Quadric],
+        chain: impl Fn(Sums) -> (f64, f64),
+        gradient: &mut [QuadricGradient],
+    ) -> Sums {
+        let mut outlines = RowOutlines::new();
+        let mut seen: [Option<(usize, Outline)>; Body::MAX_ELLIPSOIDS] =
+            [None; Body::MAX_ELLIPSOIDS];
+        let mut count = 0;
+        for (index, quadric) in hypothesis.iter().enumerate().take(Body::MAX_ELLIPSOIDS) {
+            let Some(outline) = view.projection.outline(quadric) else { continue };
+            if let Some(rows) = RowOutline::new(&outline, &view.map) {
+                outlines.push(rows);
+                seen[count] = Some((index, outline));
+                count += 1;
+            }
+        }
+        let mut moved = [OutlineGradients::default(); Body::MAX_ELLIPSOIDS];
+        let sums = self.backend.gradients(&view.map, &outlines, &mut moved[..count]);
+        let (by_score, by_area) = chain(sums);
+        for ((index, outline), moved) in seen.iter().flatten().zip(&moved) {
+            let by_outline: [f64; 5] =
+                std::array::from_fn(|i| by_score * moved.score[i] + by_area * moved.area[i]);
+            let part = view.projection.pull_back(&hypothesis[*index], outline, &by_outline);
+            gradient[*index].center += part.center;
+            gradient[*index].factor += part.factor;
+        }
+        sums
+    }
+}
+
+impl Fitness for Region {
+    fn score(&self, hypothesis: &[Quadric]) -> f64 {
+        self.views.iter().map(|view| view.weight * self.sums(view, hypothesis).score).sum()
+    }
+}
+
+impl Differentiable for Region {
+    fn score_and_gradient(
+        &self,
+        hypothesis: &[Quadric],
+        gradient: &mut [QuadricGradient],
+    ) -> f64 {
+        gradient.fill(QuadricGradient::default());
+        let of_view = |view: &RegionView| {
+            let chain = |_| (view.weight, 0.0);
+            view.weight * self.add_gradient(view, hypothesis, chain, gradient).score
+        };
+        self.views.iter().map(of_view).sum()
+    }
+}

@@ -1,0 +1,179 @@
+use super::lanes::Lanes;
+use super::map::ScoreMap;
+use crate::shape::{Body, Outline};
+
+/// An outline made ready for the rows of one map: single precision, columns counted from the left
+/// *edge* of the image, first and last kept row.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct RowOutline {
+    pub center_u: f32,
+    pub center_v: f32,
+    pub slope: f32,
+    pub half_width: f32,
+    pub per_half_height: f32,
+    pub first: usize,
+    pub last: usize,
+}
+
+/// A row that no outline reaches.
+const FAR_AWAY: f32 = 1e9;
+
+impl RowOutline {
+    /// Prepares an outline; `None` if it touches no kept row or is too large for the numbers.
+    #[inline(always)]
+    pub fn new(outline: &Outline, map: &ScoreMap) -> Option<Self> {
+        let stride = map.stride() as f64;
+        let top = (outline.center_v - outline.half_height) / stride;
+        let bottom = (outline.center_v + outline.half_height) / stride;
+        let last_row = map.rows() as f64 - 1.0;
+        // Fails for NaN as well.
+        let reaches = top <= last_row && bottom >= 0.0 && outline.half_height > 0.0;
+        if !reaches || !(outline.center_u.abs() + outline.half_width < 1e7) {
+            return None;
+        }
+        Some(Self {
+            center_u: (outline.center_u + 0.5) as f32,
+            center_v: outline.center_v as f32,
+            slope: outline.slope as f32,
+            half_width: outline.half_width as f32,
+            per_half_height: (1.0 / outline.half_height) as f32,
+            first: top.max(0.0) as usize,
+            last: bottom.min(last_row) as usize,
+        })
+    }
+
+    /// Whether the outline may reach one of `count` rows from `row`.
+    #[inline(always)]
+    pub fn reaches(&self, row: usize, count: usize) -> bool {
+        self.first < row + count && self.last >= row
+    }
+}
+
+/// The outlines of one candidate in one view.
+pub(super) struct RowOutlines {
+    entries: [std::mem::MaybeUninit<RowOutline>; Body::MAX_ELLIPSOIDS],
+    count: usize,
+    /// First and last row that an outline reaches.
+    pub first: usize,
+    pub last: usize,
+}
+
+impl RowOutlines {
+    #[inline(always)]
+    pub fn new() -> Self {
+        let entries = [const { std::mem::MaybeUninit::uninit() }; Body::MAX_ELLIPSOIDS];
+        Self { entries, count: 0, first: usize::MAX, last: 0 }
+    }
+
+    /// Adds an outline; beyond [`Body::MAX_ELLIPSOIDS`] it is dropped.
+    #[inline(always)]
+    pub fn push(&mut self, outline: RowOutline) {
+        if let Some(place) = self.entries.get_mut(self.count) {
+            place.write(outline);
+            self.count += 1;
+            self.first = self.first.min(outline.first);
+            self.last = self.last.max(outline.last);
+        }
+    }
+
+    #[inline(always)]
+    pub fn as_slice(&self) -> &[RowOutline] {
+        // SAFETY: the first `count` entries were written.
+        unsafe { std::slice::from_raw_parts(self.entries.as_ptr().cast(), self.count) }
+    }
+}
+
+/// What a map's rows say about a union of outlines.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Sums {
+    /// Sum of the scores inside, Σ ℓ.
+    pub score: f64,
+    /// Pixels inside.
+    pub area: f64,
+}
+
+/// A vector of kept rows: their pixel rows and where they lie in the map.
+pub(super) struct RowGroup<L: Lanes> {
+    pub rows: L,
+    pub offsets: L::Offsets,
+    pub width: L,
+    table: *const f32,
+}
+
+impl<L: Lanes> RowGroup<L> {
+    /// # Safety
+    /// `first` must be a kept row of the map; the instruction set of `L` must be enabled.
+    #[inline(always)]
+    pub unsafe fn new(map: &ScoreMap, first: usize) -> Self {
+        unsafe {
+            let index = L::ramp(first);
+            let rows = index.mul(L::splat(map.stride() as f32));
+            let kept = index.less(L::splat(map.rows() as f32));
+            Self {
+                rows: L::select(kept, rows, L::splat(FAR_AWAY)),
+                offsets: L::offsets(first, map.pitch()),
+                width: L::splat(map.size_px()[0] as f32),
+                table: map.prefix().as_ptr(),
+            }
+        }
+    }
+
+    /// Sums a row from its left edge to column `at` (0 to width), and gives the score there.
+    ///
+    /// # Safety
+    /// `at` must lie between 0 and the width.
+    #[inline(always)]
+    pub unsafe fn look_up(&self, at: L) -> (L, L) {
+        // SAFETY: a row has width + 2 entries and COUNT rows of padding follow the last one.
+        unsafe {
+            let (here, next, part) = at.pairs(self.table, self.offsets);
+            let score = next.sub(here);
+            (part.mul_add(score, here), score)
+        }
+    }
+
+    /// Cuts a column to the image; what is not a number becomes an edge.
+    #[inline(always)]
+    pub unsafe fn cut(&self, column: L) -> L {
+        unsafe { column.min(self.width).max(L::splat(0.0)) }
+    }
+}
+
+/// Where one outline crosses a vector of rows.
+#[derive(Clone, Copy)]
+pub(super) struct Crossing<L: Lanes> {
+    pub below: L,
+    pub across: L,
+    pub root: L,
+    pub begin: L,
+    pub end: L,
+}
+
+impl<L: Lanes> Crossing<L> {
+    /// # Safety
+    /// The instruction set of `L` must be enabled.
+    #[inline(always)]
+    pub unsafe fn new(outline: &RowOutline, group: &RowGroup<L>) -> Self {
+        unsafe {
+            let below = group.rows.sub(L::splat(outline.center_v));
+            let across = below.mul(L::splat(outline.per_half_height));
+            let square = L::splat(1.0).sub(across.mul(across));
+            let root = square.max(L::splat(0.0)).sqrt();
+            let middle = below.mul_add(L::splat(outline.slope), L::splat(outline.center_u));
+            let half = root.mul(L::splat(outline.half_width));
+            let (begin, end) = (group.cut(middle.sub(half)), group.cut(middle.add(half)));
+            Self { below, across, root, begin, end }
+        }
+    }
+
+    /// Moves empty intervals out of the way: they begin at the right edge and end at the left.
+    #[inline(always)]
+    pub unsafe fn without_empty(mut self, group: &RowGroup<L>) -> Self {
+        unsafe {
+            let holds = self.begin.less(self.end);
+            self.begin = L::select(holds, self.begin, group.width);
+            self.end = L::select(holds, self.end, L::splat(0.0));
+            self
+        }
+    }
+}

@@ -1,0 +1,85 @@
+use nalgebra::{Matrix3, Vector3};
+
+use super::ModelError;
+use crate::fitness::{Overlap, OverlapView};
+use crate::observe::{Mask, View};
+use crate::shape::Projection;
+
+/// How many pixels the object's longer side spans on each level, from coarse to fine. A picture in
+/// which it is smaller stays as it is.
+pub(super) const PYRAMID_PX: [usize; 3] = [40, 90, 200];
+
+/// Background kept around the object, as a share of its longer side.
+const MARGIN: f64 = 0.3;
+
+/// All views, cut to the object and shrunk.
+pub(super) struct Level {
+    /// Shares of pixels that the object fills, for each view.
+    pub views: Vec<OverlapView>,
+    /// The fitness of this level.
+    pub overlap: Overlap,
+}
+
+impl Level {
+    pub fn new(
+        views: &[View<'_>],
+        cameras: &[(Matrix3<f64>, Vector3<f64>)],
+        extent_px: usize,
+    ) -> Result<Self, ModelError> {
+        let views = views
+            .iter()
+            .zip(cameras)
+            .map(|(view, camera)| shrunk(view, camera, extent_px))
+            .collect::<Result<Vec<_>, _>>()?;
+        let overlap = Overlap::new(&views);
+        Ok(Self { views, overlap })
+    }
+}
+
+fn shrunk(
+    view: &View<'_>,
+    (rotation, translation): &(Matrix3<f64>, Vector3<f64>),
+    extent_px: usize,
+) -> Result<OverlapView, ModelError> {
+    let (first, last) = view.mask().bounds_px();
+    let extent = (last[0] - first[0]).max(last[1] - first[1]) + 1;
+    let shrink = (extent as f64 / extent_px as f64).round().max(1.0) as usize;
+    let margin = (extent as f64 * MARGIN).ceil() as usize;
+    let limits = view.camera().size_px();
+    let corner = first.map(|x| x.saturating_sub(margin));
+    let end = |i: usize| (last[i] + 1 + margin).min(limits[i]);
+    let size_px = [0, 1].map(|i| (end(i) - corner[i]).div_ceil(shrink));
+    let calibration = view.camera().crop(corner, size_px, shrink)?.matrix();
+    Ok(OverlapView {
+        filled: fill_shares(view.mask(), corner, size_px, shrink),
+        size_px,
+        projection: Projection {
+            linear: calibration * rotation,
+            offset: calibration * translation,
+        },
+    })
+}
+
+/// Averages the mask over blocks of `shrink` x `shrink` pixels; a block that the border cuts is
+/// averaged over what it has.
+fn fill_shares(
+    mask: &Mask<'_>,
+    corner: [usize; 2],
+    [width, height]: [usize; 2],
+    shrink: usize,
+) -> Vec<f64> {
+    let [full_width, full_height] = mask.image().size_px();
+    let mut out = Vec::with_capacity(width * height);
+    for row in 0..height {
+        let top = corner[1] + row * shrink;
+        let rows = top..(top + shrink).min(full_height);
+        for column in 0..width {
+            let left = corner[0] + column * shrink;
+            let right = (left + shrink).min(full_width);
+            let count = |v: usize| mask.image().row(v)[left..right].iter().filter(|&&m| m != 0).count();
+            let filled: usize = rows.clone().map(count).sum();
+            out.push(filled as f64 / (rows.len() * (right - left)) as f64);
+        }
+    }
+    out
+}

@@ -1,0 +1,74 @@
+//! Observations become a body: the progressive flow of the paper's Fig. 1, and what makes it fast.
+
+mod color;
+mod levels;
+mod progressive;
+mod refine;
+mod scene;
+mod seed;
+mod settings;
+
+pub use color::ellipsoid_colors;
+pub use progressive::{Progress, Step, progressive};
+pub use scene::silhouette_ious;
+pub use settings::Settings;
+
+/// Why no body comes out.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum ModelError {
+    /// There are too few views.
+    #[error(
+        "modelling needs at least two views from different places, but {0} was given: one picture \
+         cannot tell a small near object from a large far one"
+    )]
+    TooFewViews(usize),
+    /// The lines of sight are parallel or the cameras stand at one place.
+    #[error(
+        "the views' lines of sight to the object are parallel or start at one place, so its \
+         distance is open; add views from other places"
+    )]
+    NoBaseline,
+    /// The views look at different places.
+    #[error(
+        "the views see no common point: the lines of sight to the masks' centres come closest at \
+         ({}, {}, {}) m, which view {view} {what}; check that poses are world_from_rig, in metres, \
+         in the order of the images, and that every mask marks the same object",
+        point[0], point[1], point[2]
+    )]
+    NoCommonPoint {
+        /// Where the lines of sight come closest.
+        point: [f64; 3],
+        /// The first view that disagrees, by its place in the list of used views.
+        view: usize,
+        /// How it disagrees.
+        what: &'static str,
+    },
+    /// A setting is out of its range.
+    #[error("{name} must be {allowed}, but it is {given}")]
+    Setting {
+        /// Which setting.
+        name: &'static str,
+        /// What is allowed.
+        allowed: String,
+        /// What was given.
+        given: String,
+    },
+    /// An image does not fit its view.
+    #[error(transparent)]
+    Image(#[from] crate::observe::RigError),
+    /// A camera cannot be cut to the object.
+    #[error(transparent)]
+    Camera(#[from] crate::observe::CameraError),
+    /// The search was misconfigured.
+    #[error(transparent)]
+    Search(#[from] crate::evolve::GaError),
+    /// The ellipsoids make no body.
+    #[error(transparent)]
+    Shape(#[from] crate::shape::ShapeError),
+    /// The worker threads could not be started.
+    #[error("{0} worker threads could not be started; ask for fewer")]
+    Threads(usize),
+    /// The caller's progress callback asked to stop.
+    #[error("modelling was stopped")]
+    Stopped,
+}

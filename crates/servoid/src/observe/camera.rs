@@ -1,0 +1,116 @@
+use nalgebra::{Matrix3, Vector2, Vector3};
+
+/// Why numbers do not make a camera.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum CameraError {
+    /// A focal length is not a positive number.
+    #[error("a focal length must be a positive number of pixels, but focal_px is {0:?}")]
+    Focal([f64; 2]),
+    /// The principal point is not finite.
+    #[error("the principal point must be two finite numbers of pixels, but center_px is {0:?}")]
+    Center([f64; 2]),
+    /// The image has no pixels or too many.
+    #[error("an image must be 1 to {max} pixels wide and high, but size_px is {given:?}")]
+    Size {
+        /// Width and height given.
+        given: [usize; 2],
+        /// Most pixels along a side.
+        max: usize,
+    },
+}
+
+/// A pinhole camera with its image size.
+///
+/// x points right, y down, z forward; pixel (0, 0) is the centre of the top-left pixel.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Camera {
+    size_px: [usize; 2],
+    focal_px: [f64; 2],
+    center_px: [f64; 2],
+}
+
+impl Camera {
+    /// Most pixels along a side: prefix sums along a row stay exact in single precision.
+    pub const MAX_SIDE_PX: usize = 8192;
+
+    /// Makes a camera of (width, height), (fx, fy) and (cx, cy), all in pixels.
+    ///
+    /// # Errors
+    /// If the size is zero or above [`Camera::MAX_SIDE_PX`], a focal length is not positive, or a
+    /// number is not finite.
+    pub fn new(
+        size_px: [usize; 2],
+        focal_px: [f64; 2],
+        center_px: [f64; 2],
+    ) -> Result<Self, CameraError> {
+        let max = Self::MAX_SIDE_PX;
+        if size_px.iter().any(|&n| n == 0 || n > max) {
+            return Err(CameraError::Size { given: size_px, max });
+        }
+        if !focal_px.iter().all(|&f| f.is_finite() && f > 0.0) {
+            return Err(CameraError::Focal(focal_px));
+        }
+        if !center_px.iter().all(|c| c.is_finite()) {
+            return Err(CameraError::Center(center_px));
+        }
+        Ok(Self { size_px, focal_px, center_px })
+    }
+
+    /// Gives (width, height) in pixels.
+    #[must_use]
+    pub fn size_px(&self) -> [usize; 2] {
+        self.size_px
+    }
+
+    /// Gives (fx, fy) in pixels.
+    #[must_use]
+    pub fn focal_px(&self) -> [f64; 2] {
+        self.focal_px
+    }
+
+    /// Gives the principal point (cx, cy) in pixels.
+    #[must_use]
+    pub fn center_px(&self) -> [f64; 2] {
+        self.center_px
+    }
+
+    /// Gives the 3x3 calibration matrix K.
+    #[must_use]
+    pub fn matrix(&self) -> Matrix3<f64> {
+        let ([fx, fy], [cx, cy]) = (self.focal_px, self.center_px);
+        Matrix3::new(fx, 0.0, cx, 0.0, fy, cy, 0.0, 0.0, 1.0)
+    }
+
+    /// Projects a point in the camera's frame to pixels; `None` if it is not in front.
+    #[must_use]
+    pub fn project(&self, point_in_camera: &Vector3<f64>) -> Option<Vector2<f64>> {
+        let ([fx, fy], [cx, cy]) = (self.focal_px, self.center_px);
+        let p = point_in_camera;
+        (p.z > 0.0).then(|| Vector2::new(fx * p.x / p.z + cx, fy * p.y / p.z + cy))
+    }
+
+    /// Gives the direction, with z = 1, in which the camera sees a pixel.
+    #[must_use]
+    pub fn ray(&self, pixel: [f64; 2]) -> Vector3<f64> {
+        let ([fx, fy], [cx, cy]) = (self.focal_px, self.center_px);
+        Vector3::new((pixel[0] - cx) / fx, (pixel[1] - cy) / fy, 1.0)
+    }
+
+    /// Gives the camera that sees the part of the image starting at pixel `corner`, shrunk so that
+    /// `shrink` pixels along each side become one.
+    ///
+    /// # Errors
+    /// As for [`Camera::new`].
+    pub fn crop(
+        &self,
+        corner: [usize; 2],
+        size_px: [usize; 2],
+        shrink: usize,
+    ) -> Result<Self, CameraError> {
+        let scale = 1.0 / shrink as f64;
+        // The centre of a shrunk pixel lies (shrink - 1) / 2 pixels after its first one's centre.
+        let shift = 0.5 * (shrink as f64 - 1.0);
+        let center = |i: usize| (self.center_px[i] - corner[i] as f64 - shift) * scale;
+        Self::new(size_px, self.focal_px.map(|f| f * scale), [center(0), center(1)])
+    }
+}

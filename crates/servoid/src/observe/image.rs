@@ -1,0 +1,184 @@
+/// Why bytes do not make an image or a mask.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum ImageError {
+    /// The buffer does not hold width x height x channels bytes.
+    #[error("an image of {width}x{height} with {channels} channels has {expected} bytes, not {given}")]
+    Length {
+        /// Width in pixels.
+        width: usize,
+        /// Height in pixels.
+        height: usize,
+        /// Bytes a pixel.
+        channels: usize,
+        /// Bytes that there should be.
+        expected: usize,
+        /// Bytes that there are.
+        given: usize,
+    },
+    /// A mask must be grey.
+    #[error("a mask must have one channel (non-zero = object), but it has three")]
+    MaskChannels,
+    /// No pixel belongs to the object.
+    #[error("the mask is empty: no pixel of its {width}x{height} is non-zero; mark the object's pixels")]
+    EmptyMask {
+        /// Width in pixels.
+        width: usize,
+        /// Height in pixels.
+        height: usize,
+    },
+    /// Every pixel belongs to the object.
+    #[error(
+        "the mask covers the whole image of {width}x{height}: an outline cannot be seen in it; \
+         leave the background zero"
+    )]
+    FullMask {
+        /// Width in pixels.
+        width: usize,
+        /// Height in pixels.
+        height: usize,
+    },
+}
+
+/// How many bytes a pixel has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Channels {
+    /// One byte: brightness.
+    Grey,
+    /// Three bytes: red, green, blue.
+    Rgb,
+}
+
+impl Channels {
+    /// Gives the bytes a pixel.
+    #[must_use]
+    pub fn count(self) -> usize {
+        match self {
+            Self::Grey => 1,
+            Self::Rgb => 3,
+        }
+    }
+}
+
+/// A borrowed 8-bit image, row by row without gaps.
+#[derive(Debug, Clone, Copy)]
+pub struct ImageView<'a> {
+    data: &'a [u8],
+    size_px: [usize; 2],
+    channels: Channels,
+}
+
+impl<'a> ImageView<'a> {
+    /// Looks at `data` as an image of (width, height).
+    ///
+    /// # Errors
+    /// If the number of bytes does not fit.
+    pub fn new(data: &'a [u8], size_px: [usize; 2], channels: Channels) -> Result<Self, ImageError> {
+        let [width, height] = size_px;
+        let expected = width.saturating_mul(height).saturating_mul(channels.count());
+        if data.len() != expected {
+            let (channels, given) = (channels.count(), data.len());
+            return Err(ImageError::Length { width, height, channels, expected, given });
+        }
+        Ok(Self { data, size_px, channels })
+    }
+
+    /// Gives (width, height) in pixels.
+    #[must_use]
+    pub fn size_px(&self) -> [usize; 2] {
+        self.size_px
+    }
+
+    /// Gives the kind of its pixels.
+    #[must_use]
+    pub fn channels(&self) -> Channels {
+        self.channels
+    }
+
+    /// Gives the bytes of row `v`, empty beyond the image.
+    #[must_use]
+    pub fn row(&self, v: usize) -> &'a [u8] {
+        let pitch = self.size_px[0] * self.channels.count();
+        self.data.get(v * pitch..(v + 1) * pitch).unwrap_or(&[])
+    }
+
+    /// Gives the colour of a pixel; grey counts as equal red, green and blue.
+    #[must_use]
+    pub fn rgb(&self, u: usize, v: usize) -> [u8; 3] {
+        let row = self.row(v);
+        match self.channels {
+            Channels::Grey => [row[u]; 3],
+            Channels::Rgb => [row[3 * u], row[3 * u + 1], row[3 * u + 2]],
+        }
+    }
+}
+
+/// An image that says where the object is: non-zero pixels belong to it, and neither none nor all.
+#[derive(Debug, Clone, Copy)]
+pub struct Mask<'a> {
+    image: ImageView<'a>,
+    area_px: usize,
+    first_px: [usize; 2],
+    last_px: [usize; 2],
+}
+
+impl<'a> Mask<'a> {
+    /// Looks at a grey image as a mask.
+    ///
+    /// # Errors
+    /// If it is not grey, no pixel is non-zero or every pixel is.
+    pub fn new(image: ImageView<'a>) -> Result<Self, ImageError> {
+        if image.channels != Channels::Grey {
+            return Err(ImageError::MaskChannels);
+        }
+        let [width, height] = image.size_px;
+        let (mut area_px, mut first_px, mut last_px) = (0, [width, height], [0, 0]);
+        for v in 0..height {
+            let row = image.row(v);
+            let count = row.iter().filter(|&&m| m != 0).count();
+            if count == 0 {
+                continue;
+            }
+            area_px += count;
+            let left = row.iter().position(|&m| m != 0).unwrap_or(0);
+            let right = row.iter().rposition(|&m| m != 0).unwrap_or(0);
+            first_px = [first_px[0].min(left), first_px[1].min(v)];
+            last_px = [last_px[0].max(right), v];
+        }
+        match area_px {
+            0 => Err(ImageError::EmptyMask { width, height }),
+            n if n == width * height => Err(ImageError::FullMask { width, height }),
+            _ => Ok(Self { image, area_px, first_px, last_px }),
+        }
+    }
+
+    /// Gives the pixels as an image.
+    #[must_use]
+    pub fn image(&self) -> ImageView<'a> {
+        self.image
+    }
+
+    /// Gives how many pixels belong to the object.
+    #[must_use]
+    pub fn area_px(&self) -> usize {
+        self.area_px
+    }
+
+    /// Gives the first and last column and row that hold the object: ((u, v), (u, v)).
+    #[must_use]
+    pub fn bounds_px(&self) -> ([usize; 2], [usize; 2]) {
+        (self.first_px, self.last_px)
+    }
+
+    /// Gives the mean position of the object's pixels.
+    #[must_use]
+    pub fn centroid_px(&self) -> [f64; 2] {
+        let (mut sum_u, mut sum_v) = (0_u64, 0_u64);
+        for v in self.first_px[1]..=self.last_px[1] {
+            for (u, _) in self.image.row(v).iter().enumerate().filter(|(_, m)| **m != 0) {
+                sum_u += u as u64;
+                sum_v += v as u64;
+            }
+        }
+        [sum_u, sum_v].map(|sum| sum as f64 / self.area_px as f64)
+    }
+}

@@ -1,0 +1,106 @@
+use super::{Camera, ImageView};
+use crate::pose::Pose;
+
+/// Why cameras, poses and images do not make an observation.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum RigError {
+    /// A rig needs a camera.
+    #[error("a rig needs at least one camera")]
+    NoCamera,
+    /// A list has not one entry a camera.
+    #[error("a rig of {cameras} cameras needs {cameras} {what}, but {given} were given")]
+    Count {
+        /// What is counted.
+        what: &'static str,
+        /// Cameras of the rig.
+        cameras: usize,
+        /// Entries given.
+        given: usize,
+    },
+    /// An image does not fit its camera.
+    #[error("camera {camera} takes images of {expected:?} pixels, but this one has {given:?}")]
+    ImageSize {
+        /// Which camera.
+        camera: usize,
+        /// Its size.
+        expected: [usize; 2],
+        /// The image's size.
+        given: [usize; 2],
+    },
+    /// A time stamp is not finite.
+    #[error("a time stamp must be a finite number of seconds, but it is {0}")]
+    Time(f64),
+}
+
+/// Cameras on a common mount. The mount may move and the eyes may turn, so poses come with each
+/// observation; `rig_from_camera` is where the cameras rest.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Rig {
+    cameras: Vec<Camera>,
+    rig_from_camera: Vec<Pose>,
+}
+
+/// One instant of all cameras of a rig; a camera that delivered nothing has no image.
+#[derive(Debug, Clone)]
+pub struct Observation<'a> {
+    /// When, in seconds.
+    pub time_s: f64,
+    /// Where each camera was.
+    pub world_from_camera: Vec<Pose>,
+    /// What each camera saw.
+    pub images: Vec<Option<ImageView<'a>>>,
+}
+
+impl Rig {
+    /// Mounts cameras at their resting poses.
+    ///
+    /// # Errors
+    /// If there is no camera or not one pose a camera.
+    pub fn new(cameras: Vec<Camera>, rig_from_camera: Vec<Pose>) -> Result<Self, RigError> {
+        if cameras.is_empty() {
+            return Err(RigError::NoCamera);
+        }
+        check_count("poses", cameras.len(), rig_from_camera.len())?;
+        Ok(Self { cameras, rig_from_camera })
+    }
+
+    /// Gives the cameras.
+    #[must_use]
+    pub fn cameras(&self) -> &[Camera] {
+        &self.cameras
+    }
+
+    /// Joins one instant: where the rig was, how its eyes were turned (`None`: at rest), and what
+    /// each camera saw.
+    ///
+    /// # Errors
+    /// If the time is not finite, a list has not one entry a camera, or an image has not its
+    /// camera's size.
+    pub fn observation<'a>(
+        &self,
+        time_s: f64,
+        world_from_rig: Pose,
+        rig_from_camera: Option<&[Pose]>,
+        images: Vec<Option<ImageView<'a>>>,
+    ) -> Result<Observation<'a>, RigError> {
+        let rig_from_camera = rig_from_camera.unwrap_or(&self.rig_from_camera);
+        if !time_s.is_finite() {
+            return Err(RigError::Time(time_s));
+        }
+        check_count("poses", self.cameras.len(), rig_from_camera.len())?;
+        check_count("images", self.cameras.len(), images.len())?;
+        for (i, (camera, image)) in self.cameras.iter().zip(&images).enumerate() {
+            if let Some(image) = image.filter(|image| image.size_px() != camera.size_px()) {
+                let (expected, given) = (camera.size_px(), image.size_px());
+                return Err(RigError::ImageSize { camera: i, expected, given });
+            }
+        }
+        let world_from_camera =
+            rig_from_camera.iter().map(|&rig_from_camera| world_from_rig * rig_from_camera).collect();
+        Ok(Observation { time_s, world_from_camera, images })
+    }
+}
+
+fn check_count(what: &'static str, cameras: usize, given: usize) -> Result<(), RigError> {
+    if cameras == given { Ok(()) } else { Err(RigError::Count { what, cameras, given }) }
+}

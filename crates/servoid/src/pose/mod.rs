@@ -1,0 +1,55 @@
+//! Rigid motions: the group SE(3) with its exponential, logarithm and adjoint.
+
+mod se3;
+
+pub use se3::{Pose, Twist};
+
+use nalgebra::Matrix4;
+
+/// Why numbers do not make a rigid motion.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum PoseError {
+    /// A number is NaN or infinite.
+    #[error("a pose must be made of finite numbers, but it holds {0}")]
+    NotFinite(f64),
+    /// The 3x3 block is no rotation.
+    #[error(
+        "the 3x3 block of a pose must be a rotation, but its columns are off by {deviation:.3e} \
+         from orthonormal (allowed: {allowed:.0e}) and its determinant is {determinant:.6}; a \
+         matrix with scale, shear or a mirrored axis is no rigid motion"
+    )]
+    NotRigid {
+        /// Largest entry of |RᵀR − 1|.
+        deviation: f64,
+        /// Largest deviation that is accepted.
+        allowed: f64,
+        /// Determinant of the block.
+        determinant: f64,
+    },
+    /// The last row is not (0, 0, 0, 1).
+    #[error("the last row of a pose must be 0 0 0 1, but it is {0:?}")]
+    LastRow([f64; 4]),
+    /// The quaternion is too far from unit length to be meant as a rotation.
+    #[error("a rotation quaternion must have length 1 (within 1e-3), but its length is {0:.6}")]
+    NotUnit(f64),
+}
+
+/// Largest entry of |RᵀR − 1| that still counts as printing noise.
+const RIGID_TOLERANCE: f64 = 1e-4;
+
+fn check_rigid(matrix: &Matrix4<f64>) -> Result<(), PoseError> {
+    if let Some(&bad) = matrix.iter().find(|x| !x.is_finite()) {
+        return Err(PoseError::NotFinite(bad));
+    }
+    let last = [matrix[(3, 0)], matrix[(3, 1)], matrix[(3, 2)], matrix[(3, 3)]];
+    if last != [0.0, 0.0, 0.0, 1.0] {
+        return Err(PoseError::LastRow(last));
+    }
+    let block = matrix.fixed_view::<3, 3>(0, 0);
+    let deviation = (block.transpose() * block - nalgebra::Matrix3::identity()).amax();
+    let determinant = block.determinant();
+    if deviation > RIGID_TOLERANCE || determinant <= 0.0 {
+        return Err(PoseError::NotRigid { deviation, allowed: RIGID_TOLERANCE, determinant });
+    }
+    Ok(())
+}

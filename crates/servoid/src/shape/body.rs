@@ -1,0 +1,121 @@
+use nalgebra::{Matrix3, Rotation3, SymmetricEigen, UnitQuaternion, Vector3};
+
+use super::{Ellipsoid, ShapeError};
+use crate::pose::Pose;
+
+/// A rigid set of ellipsoids in the object's own frame, and where that frame is in the world.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Body {
+    world_from_object: Pose,
+    ellipsoids: Vec<Ellipsoid>,
+}
+
+/// Points that stand for one ellipsoid when the union's moments are summed.
+const MOMENT_POINTS: usize = 256;
+
+impl Body {
+    /// Most ellipsoids that a body holds.
+    pub const MAX_ELLIPSOIDS: usize = 64;
+
+    /// Joins ellipsoids, given in the object's frame, and that frame's pose.
+    ///
+    /// # Errors
+    /// If there is no ellipsoid or there are more than [`Body::MAX_ELLIPSOIDS`].
+    pub fn new(world_from_object: Pose, ellipsoids: Vec<Ellipsoid>) -> Result<Self, ShapeError> {
+        let (given, max) = (ellipsoids.len(), Self::MAX_ELLIPSOIDS);
+        if given == 0 || given > max {
+            return Err(ShapeError::Count { given, max });
+        }
+        Ok(Self { world_from_object, ellipsoids })
+    }
+
+    /// Joins ellipsoids given in the world and chooses the object's frame: its origin at the
+    /// centroid of their union, x along its longest principal axis, y along the next, each
+    /// pointing to the heavier side.
+    ///
+    /// # Errors
+    /// As for [`Body::new`].
+    pub fn around(ellipsoids_in_world: &[Ellipsoid]) -> Result<Self, ShapeError> {
+        let world_from_object = principal_frame(ellipsoids_in_world);
+        let object_from_world = world_from_object.inverse();
+        let moved = |e: &Ellipsoid| e.transformed(&object_from_world, 1.0);
+        Self::new(world_from_object, ellipsoids_in_world.iter().map(moved).collect())
+    }
+
+    /// Gives the pose of the object in the world.
+    #[must_use]
+    pub fn world_from_object(&self) -> Pose {
+        self.world_from_object
+    }
+
+    /// Gives the ellipsoids in the object's frame.
+    #[must_use]
+    pub fn ellipsoids(&self) -> &[Ellipsoid] {
+        &self.ellipsoids
+    }
+
+    /// Gives the ellipsoids in the world.
+    #[must_use]
+    pub fn in_world(&self) -> Vec<Ellipsoid> {
+        self.ellipsoids.iter().map(|e| e.transformed(&self.world_from_object, 1.0)).collect()
+    }
+
+    /// Scales about the world's origin, then moves the whole.
+    #[must_use]
+    pub fn transformed(&self, pose: &Pose, scale: f64) -> Self {
+        let here = self.world_from_object;
+        let scaled = Pose::from_rotation(here.rotation(), here.translation() * scale);
+        let resize = |e: &Ellipsoid| e.transformed(&Pose::identity(), scale);
+        Self {
+            world_from_object: *pose * scaled,
+            ellipsoids: self.ellipsoids.iter().map(resize).collect(),
+        }
+    }
+}
+
+fn principal_frame(ellipsoids: &[Ellipsoid]) -> Pose {
+    let points = weighted_points(ellipsoids);
+    let total: f64 = points.iter().map(|(_, weight)| weight).sum();
+    let centroid = points.iter().map(|(p, w)| p * *w).sum::<Vector3<f64>>() / total;
+    let spread: Matrix3<f64> =
+        points.iter().map(|(p, w)| (p - centroid) * (p - centroid).transpose() * *w).sum();
+    let eigen = SymmetricEigen::new(spread / total);
+    let mut order = [0, 1, 2];
+    order.sort_by(|&a, &b| eigen.eigenvalues[b].total_cmp(&eigen.eigenvalues[a]));
+    let axis = |i: usize| -> Vector3<f64> {
+        let axis: Vector3<f64> = eigen.eigenvectors.column(order[i]).into();
+        let skew: f64 = points.iter().map(|(p, w)| w * (p - centroid).dot(&axis).powi(3)).sum();
+        if skew < 0.0 { -axis } else { axis }
+    };
+    let (first, second) = (axis(0), axis(1));
+    let axes = Matrix3::from_columns(&[first, second, first.cross(&second)]);
+    let rotation = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(axes));
+    Pose::from_rotation(rotation, centroid)
+}
+
+/// Spreads points evenly over each ellipsoid, weighted by volume; a point that several ellipsoids
+/// hold is shared among them, so that the sum is over the union.
+fn weighted_points(ellipsoids: &[Ellipsoid]) -> Vec<(Vector3<f64>, f64)> {
+    let mut out = Vec::with_capacity(ellipsoids.len() * MOMENT_POINTS);
+    for ellipsoid in ellipsoids {
+        let factor = ellipsoid.factor();
+        for unit in (0..MOMENT_POINTS).map(ball_point) {
+            let point = ellipsoid.center() + factor * unit;
+            let holders = ellipsoids.iter().filter(|other| other.contains(&point)).count().max(1);
+            out.push((point, ellipsoid.volume() / holders as f64));
+        }
+    }
+    out
+}
+
+/// Gives point `i` of a Fibonacci spiral wound through the unit ball.
+fn ball_point(i: usize) -> Vector3<f64> {
+    let golden = std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
+    let share = (i as f64 + 0.5) / MOMENT_POINTS as f64;
+    // A second irrational step decouples the radius from the height.
+    let radius = (i as f64 * 0.754_877_666_246_693).fract().cbrt();
+    let height = 1.0 - 2.0 * share;
+    let ring = (1.0 - height * height).sqrt();
+    let angle = golden * i as f64;
+    Vector3::new(ring * angle.cos(), ring * angle.sin(), height) * radius
+}

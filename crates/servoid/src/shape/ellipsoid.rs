@@ -1,0 +1,122 @@
+use nalgebra::{Matrix3, Rotation3, SymmetricEigen, UnitQuaternion, Vector3};
+
+use super::{Quadric, ShapeError};
+use crate::pose::Pose;
+
+/// An ellipsoid: the points `center + R diag(radii) x` with |x| <= 1.
+///
+/// Everything that is projected or compared uses its shape matrix Σ = R diag(radii²) Rᵀ; with the
+/// centre c it is the dual quadric of the surface.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ellipsoid {
+    center: Vector3<f64>,
+    radii: Vector3<f64>,
+    rotation: UnitQuaternion<f64>,
+}
+
+impl Ellipsoid {
+    /// Makes an ellipsoid of centre and radii in metres and an orientation (w, x, y, z).
+    /// `index` is how errors name it.
+    ///
+    /// # Errors
+    /// If a number is not finite, a radius is not positive or the quaternion is not of unit length.
+    pub fn new(
+        index: usize,
+        center: [f64; 3],
+        radii: [f64; 3],
+        rotation: [f64; 4],
+    ) -> Result<Self, ShapeError> {
+        for (what, values) in [("center", &center), ("radii", &radii)] {
+            if let Some(&value) = values.iter().find(|x| !x.is_finite()) {
+                return Err(ShapeError::NotFinite { index, what, value });
+            }
+        }
+        if !radii.iter().all(|&r| r > 0.0) {
+            return Err(ShapeError::Radii { index, radii });
+        }
+        let rotation = Pose::from_parts([0.0; 3], rotation)
+            .map_err(|source| ShapeError::Rotation { index, source })?
+            .rotation();
+        Ok(Self { center: center.into(), radii: radii.into(), rotation })
+    }
+
+    /// Makes the ellipsoid of a quadric, radii falling. Radii below `least` are raised to it, so
+    /// that a flat one still makes a solid.
+    #[must_use]
+    pub fn from_quadric(quadric: &Quadric, least: f64) -> Self {
+        let eigen = SymmetricEigen::new(quadric.shape_matrix());
+        let mut order = [0, 1, 2];
+        order.sort_by(|&a, &b| eigen.eigenvalues[b].total_cmp(&eigen.eigenvalues[a]));
+        let radii = Vector3::from_fn(|i, _| eigen.eigenvalues[order[i]].max(0.0).sqrt().max(least));
+        let axis = |i: usize| upright(eigen.eigenvectors.column(order[i]).into());
+        let (first, second) = (axis(0), axis(1));
+        let axes = Matrix3::from_columns(&[first, second, first.cross(&second)]);
+        let rotation = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(axes));
+        Self { center: quadric.center, radii, rotation }
+    }
+
+    /// Gives the ellipsoid as optimisation sees it.
+    #[must_use]
+    pub fn quadric(&self) -> Quadric {
+        Quadric { center: self.center, factor: self.factor() }
+    }
+
+    /// Gives the centre in metres.
+    #[must_use]
+    pub fn center(&self) -> Vector3<f64> {
+        self.center
+    }
+
+    /// Gives the three radii in metres.
+    #[must_use]
+    pub fn radii(&self) -> Vector3<f64> {
+        self.radii
+    }
+
+    /// Gives the orientation as a quaternion (w, x, y, z) with w >= 0.
+    #[must_use]
+    pub fn quaternion(&self) -> [f64; 4] {
+        Pose::from_rotation(self.rotation, Vector3::zeros()).quaternion()
+    }
+
+    /// Gives F = R diag(radii): it maps the unit ball to the ellipsoid about its centre.
+    #[must_use]
+    pub fn factor(&self) -> Matrix3<f64> {
+        self.rotation.to_rotation_matrix().into_inner() * Matrix3::from_diagonal(&self.radii)
+    }
+
+    /// Gives the shape matrix Σ = F Fᵀ in square metres.
+    #[must_use]
+    pub fn shape_matrix(&self) -> Matrix3<f64> {
+        let factor = self.factor();
+        factor * factor.transpose()
+    }
+
+    /// Gives the volume in cubic metres.
+    #[must_use]
+    pub fn volume(&self) -> f64 {
+        4.0 / 3.0 * std::f64::consts::PI * self.radii.product()
+    }
+
+    /// Says whether a point is inside.
+    #[must_use]
+    pub fn contains(&self, point: &Vector3<f64>) -> bool {
+        let local = self.rotation.inverse_transform_vector(&(point - self.center));
+        local.component_div(&self.radii).norm_squared() < 1.0
+    }
+
+    /// Scales about the origin, then moves.
+    #[must_use]
+    pub fn transformed(&self, pose: &Pose, scale: f64) -> Self {
+        Self {
+            center: pose.transform(&(self.center * scale)),
+            radii: self.radii * scale,
+            rotation: pose.rotation() * self.rotation,
+        }
+    }
+}
+
+/// An axis and its opposite are the same axis: picks the one whose largest entry is positive.
+fn upright(axis: Vector3<f64>) -> Vector3<f64> {
+    if axis[axis.iamax()] < 0.0 { -axis } else { axis }
+}

@@ -1,0 +1,151 @@
+use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
+
+use super::{Quadric, QuadricGradient};
+use crate::observe::Camera;
+use crate::pose::Pose;
+
+/// How a camera at a pose maps the world to homogeneous pixels: x ↦ M x + k with M = K R, k = K t.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Projection {
+    /// M = K R.
+    pub linear: Matrix3<f64>,
+    /// k = K t.
+    pub offset: Vector3<f64>,
+}
+
+/// The outline of an ellipsoid in an image: an ellipse, given row by row.
+///
+/// Row v holds the interval `center_u + slope * (v - center_v) ± half_width * root` with
+/// `root = sqrt(1 - ((v - center_v) / half_height)²)`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Outline {
+    /// Column of the ellipse's centre.
+    pub center_u: f64,
+    /// Row of the ellipse's centre.
+    pub center_v: f64,
+    /// How far the middle of the interval moves to the right from row to row.
+    pub slope: f64,
+    /// Half the length of the interval in the centre's row.
+    pub half_width: f64,
+    /// Half the extent in rows.
+    pub half_height: f64,
+}
+
+impl Projection {
+    /// Joins a camera and its pose.
+    #[must_use]
+    pub fn new(camera: &Camera, world_from_camera: &Pose) -> Self {
+        let camera_from_world = world_from_camera.inverse();
+        Self {
+            linear: camera.matrix() * camera_from_world.rotation_matrix(),
+            offset: camera.matrix() * camera_from_world.translation(),
+        }
+    }
+
+    /// Projects a point to homogeneous pixels.
+    #[must_use]
+    pub fn apply(&self, point: &Vector3<f64>) -> Vector3<f64> {
+        self.linear * point + self.offset
+    }
+
+    /// Gives the outline of an ellipsoid, or `None` where it has none: an ellipsoid that is not
+    /// wholly in front of the camera counts as unseen.
+    #[must_use]
+    pub fn outline(&self, quadric: &Quadric) -> Option<Outline> {
+        let spread = self.linear * quadric.factor;
+        let p = self.apply(&quadric.center);
+        let row = |i: usize, j: usize| spread.row(i).dot(&spread.row(j));
+        let depth = p.z * p.z - row(2, 2);
+        if !(p.z > 0.0 && depth > 0.0) {
+            return None;
+        }
+        // The dual conic C* = M Σ Mᵀ - p pᵀ about the centre's own image (x, y), where the large
+        // products that would cancel are zero; then moved there.
+        let (x, y) = (p.x / p.z, p.y / p.z);
+        let rows = [spread.row(0) - spread.row(2) * x, spread.row(1) - spread.row(2) * y];
+        let third = spread.row(2);
+        let per_depth = 1.0 / depth;
+        let shift_u = -rows[0].dot(&third) * per_depth;
+        let shift_v = -rows[1].dot(&third) * per_depth;
+        let uu = rows[0].norm_squared() * per_depth + shift_u * shift_u;
+        let uv = rows[0].dot(&rows[1]) * per_depth + shift_u * shift_v;
+        let vv = rows[1].norm_squared() * per_depth + shift_v * shift_v;
+        let slope = if vv > 0.0 { uv / vv } else { 0.0 };
+        Some(Outline {
+            center_u: x + shift_u,
+            center_v: y + shift_v,
+            slope,
+            half_width: (uu - slope * uv).max(0.0).sqrt(),
+            half_height: vv.sqrt(),
+        })
+    }
+
+    /// Carries the slopes of a score by the five numbers of an outline back to the quadric.
+    #[must_use]
+    pub fn pull_back(
+        &self,
+        quadric: &Quadric,
+        outline: &Outline,
+        [by_u, by_v, by_slope, by_width, by_height]: &[f64; 5],
+    ) -> QuadricGradient {
+        let Outline { center_u: u, center_v: v, slope, half_width, half_height } = *outline;
+        let (width, height) = (half_width.max(TINY), half_height.max(TINY));
+        // To the covariance of the ellipse.
+        let by_uu = 0.5 * by_width / width;
+        let by_uv = by_slope / (height * height) - slope * by_width / width;
+        let by_vv = 0.5 * by_height / height - slope * by_slope / (height * height)
+            + 0.5 * slope * slope * by_width / width;
+        // To the normalised dual conic, whose last column is the centre.
+        let to_u = by_u + 2.0 * u * by_uu + v * by_uv;
+        let to_v = by_v + u * by_uv + 2.0 * v * by_vv;
+        let covariance = outline.covariance_px();
+        let scaled = -by_uu * (u * u - covariance[(0, 0)])
+            - by_uv * (u * v - covariance[(0, 1)])
+            - by_vv * (v * v - covariance[(1, 1)])
+            + to_u * u
+            + to_v * v;
+        let spread = self.linear * quadric.factor;
+        let p = self.apply(&quadric.center);
+        let scale = 1.0 / (spread.row(2).norm_squared() - p.z * p.z);
+        let by_conic = scale
+            * Matrix3::new(
+                -by_uu, -0.5 * by_uv, 0.5 * to_u,
+                -0.5 * by_uv, -by_vv, 0.5 * to_v,
+                0.5 * to_u, 0.5 * to_v, -scaled,
+            );
+        // C* = M Σ Mᵀ - p pᵀ.
+        let back = self.linear.transpose() * by_conic;
+        QuadricGradient { center: back * p * -2.0, factor: back * spread * 2.0 }
+    }
+}
+
+/// Below this (pixels) an outline has no direction in which it grows.
+const TINY: f64 = 1e-9;
+
+impl Outline {
+    /// Gives the interval of columns that row `v` holds, if any.
+    #[must_use]
+    pub fn interval(&self, v: f64) -> Option<(f64, f64)> {
+        let below = v - self.center_v;
+        let root = 1.0 - (below / self.half_height).powi(2);
+        if !(root > 0.0) {
+            return None;
+        }
+        let (middle, half) = (self.center_u + self.slope * below, self.half_width * root.sqrt());
+        Some((middle - half, middle + half))
+    }
+
+    /// Gives the centre in pixels.
+    #[must_use]
+    pub fn center_px(&self) -> Vector2<f64> {
+        Vector2::new(self.center_u, self.center_v)
+    }
+
+    /// Gives the 2x2 matrix S of the ellipse (x - c)ᵀ S⁻¹ (x - c) = 1, in square pixels.
+    #[must_use]
+    pub fn covariance_px(&self) -> Matrix2<f64> {
+        let vv = self.half_height * self.half_height;
+        let uv = self.slope * vv;
+        Matrix2::new(self.half_width * self.half_width + self.slope * uv, uv, uv, vv)
+    }
+}

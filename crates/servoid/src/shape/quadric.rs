@@ -1,0 +1,35 @@
+use nalgebra::{Matrix3, Vector3};
+
+/// An ellipsoid as optimisation sees it: the centre c and any factor F of its shape matrix
+/// Σ = F Fᵀ. Twelve numbers without constraints, of which three (the turns of the unit ball) do
+/// nothing.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Quadric {
+    /// Centre, in metres.
+    pub center: Vector3<f64>,
+    /// Maps the unit ball to the ellipsoid about its centre.
+    pub factor: Matrix3<f64>,
+}
+
+/// How a score changes with a [`Quadric`]'s numbers.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct QuadricGradient {
+    /// By the centre.
+    pub center: Vector3<f64>,
+    /// By the factor.
+    pub factor: Matrix3<f64>,
+}
+
+impl Quadric {
+    /// Gives the shape matrix Σ = F Fᵀ.
+    #[must_use]
+    pub fn shape_matrix(&self) -> Matrix3<f64> {
+        self.factor * self.factor.transpose()
+    }
+
+    /// Gives the quantity that the volume is proportional to, |det F|.
+    #[must_use]
+    pub fn bulk(&self) -> f64 {
+        self.factor.determinant().abs()
+    }
+}

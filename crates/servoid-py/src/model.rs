@@ -96,8 +96,7 @@ pub fn fit_body(
     let views = borrow(&views)?;
     let mut raised = None;
     let steps = py.detach(|| {
-        let mut report = |count: usize, most: usize, fitness: f64| {
-            let share = count as f64 / most as f64;
+        let mut report = |count: usize, fitness: f64, share: f64| {
             let told = Python::attach(|py| {
                 py.check_signals()?;
                 progress.as_ref().map_or(Ok(()), |f| f.call1(py, (count, fitness, share)).map(drop))

@@ -43,8 +43,11 @@ impl<L: Lanes> Moments<L> {
 
     #[inline(always)]
     unsafe fn gradient(&self, outline: &RowOutline, weight: f64) -> OutlineGradient {
-        let [both, below, root, steep, square] =
-            self.0.map(|lanes| unsafe { weight * f64::from(lanes.total()) });
+        let mut totals = [0.0; 5];
+        for (total, lanes) in totals.iter_mut().zip(self.0) {
+            *total = weight * f64::from(unsafe { lanes.total() });
+        }
+        let [both, below, root, steep, square] = totals;
         let taper = f64::from(outline.half_width) * f64::from(outline.per_half_height);
         [both, steep * taper - f64::from(outline.slope) * both, below, root, square * taper]
     }

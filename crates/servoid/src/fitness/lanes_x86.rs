@@ -100,9 +100,9 @@ unsafe impl Lanes for Avx2 {
     #[inline(always)]
     unsafe fn total(self) -> f32 {
         unsafe {
-            let mut rows = [0.0_f32; 8];
-            _mm256_storeu_ps(rows.as_mut_ptr(), self.0);
-            rows.iter().sum()
+            let four = _mm_add_ps(_mm256_castps256_ps128(self.0), _mm256_extractf128_ps::<1>(self.0));
+            let two = _mm_add_ps(four, _mm_movehl_ps(four, four));
+            _mm_cvtss_f32(_mm_add_ss(two, _mm_movehdup_ps(two)))
         }
     }
     #[inline(always)]
@@ -214,11 +214,7 @@ unsafe impl Lanes for Avx512 {
     }
     #[inline(always)]
     unsafe fn total(self) -> f32 {
-        unsafe {
-            let mut rows = [0.0_f32; 16];
-            _mm512_storeu_ps(rows.as_mut_ptr(), self.0);
-            rows.iter().sum()
-        }
+        unsafe { _mm512_reduce_add_ps(self.0) }
     }
     #[inline(always)]
     unsafe fn pairs(self, table: *const f32, offsets: __m512i) -> (Self, Self, Self) {

@@ -66,30 +66,40 @@ impl Region {
         chain: impl Fn(Sums) -> (f64, f64),
         gradient: &mut [QuadricGradient],
     ) -> Sums {
-        let mut outlines = RowOutlines::new();
-        let mut seen: [Option<(usize, Outline)>; Body::MAX_ELLIPSOIDS] =
-            [None; Body::MAX_ELLIPSOIDS];
-        let mut count = 0;
-        for (index, quadric) in hypothesis.iter().enumerate().take(Body::MAX_ELLIPSOIDS) {
-            let Some(outline) = view.projection.outline(quadric) else { continue };
-            if let Some(rows) = RowOutline::new(&outline, &view.map) {
-                outlines.push(rows);
-                seen[count] = Some((index, outline));
-                count += 1;
+        SCRATCH.with_borrow_mut(|Scratch { seen, moved }| {
+            let mut outlines = RowOutlines::new();
+            seen.clear();
+            for (index, quadric) in hypothesis.iter().enumerate().take(Body::MAX_ELLIPSOIDS) {
+                let Some(outline) = view.projection.outline(quadric) else { continue };
+                if let Some(rows) = RowOutline::new(&outline, &view.map) {
+                    outlines.push(rows);
+                    seen.push((index, outline));
+                }
             }
-        }
-        let mut moved = [OutlineGradients::default(); Body::MAX_ELLIPSOIDS];
-        let sums = self.backend.gradients(&view.map, &outlines, &mut moved[..count]);
-        let (by_score, by_area) = chain(sums);
-        for ((index, outline), moved) in seen.iter().flatten().zip(&moved) {
-            let by_outline: [f64; 5] =
-                std::array::from_fn(|i| by_score * moved.score[i] + by_area * moved.area[i]);
-            let part = view.projection.pull_back(&hypothesis[*index], outline, &by_outline);
-            gradient[*index].center += part.center;
-            gradient[*index].factor += part.factor;
-        }
-        sums
+            moved.resize(seen.len(), OutlineGradients::default());
+            let sums = self.backend.gradients(&view.map, &outlines, moved);
+            let (by_score, by_area) = chain(sums);
+            for ((index, outline), moved) in seen.iter().zip(&*moved) {
+                let by_outline: [f64; 5] =
+                    std::array::from_fn(|i| by_score * moved.score[i] + by_area * moved.area[i]);
+                let part = view.projection.pull_back(&hypothesis[*index], outline, &by_outline);
+                gradient[*index].center += part.center;
+                gradient[*index].factor += part.factor;
+            }
+            sums
+        })
     }
+}
+
+/// Room for the outlines of one hypothesis in one view, kept from call to call.
+#[derive(Default)]
+struct Scratch {
+    seen: Vec<(usize, Outline)>,
+    moved: Vec<OutlineGradients>,
+}
+
+thread_local! {
+    static SCRATCH: std::cell::RefCell<Scratch> = std::cell::RefCell::default();
 }
 
 impl Fitness for Region {

@@ -1,6 +1,8 @@
 //! Observations become a body: the progressive flow of the paper's Fig. 1, and what makes it fast.
 
 mod color;
+mod grow;
+mod ladder;
 mod levels;
 mod progressive;
 mod refine;

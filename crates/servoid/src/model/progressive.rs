@@ -1,32 +1,27 @@
-use rayon::prelude::*;
-
-use super::refine::{Fit, refine};
+use super::grow::{add_one, drop_one, reseed};
+use super::ladder::Ladder;
 use super::scene::Scene;
-use super::seed::OpenRegion;
 use super::{ModelError, Settings};
-use crate::evolve::rng;
-use crate::fitness::Fitness;
 use crate::observe::View;
-use crate::shape::{Body, Quadric};
+use crate::shape::Body;
 
 /// What modelling reached with one count of ellipsoids.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Step {
     /// The body.
     pub body: Body,
-    /// F: the mean silhouette overlap on the finest level.
+    /// F: the mean silhouette overlap at the resolution of the fit.
     pub fitness: f64,
 }
 
-/// Told after each count: the count, the most there may be, and F. `false` stops the work.
-pub type Progress<'a> = &'a mut (dyn FnMut(usize, usize, f64) -> bool + Send);
-
-/// Steps of a joint climb on the coarse, middle and fine level.
-const STEPS: [usize; 3] = [40, 40, 40];
+/// Told after each fit: the ellipsoids of the body, F, and the share of the work that is done.
+/// `false` stops the work.
+pub type Progress<'a> = &'a mut (dyn FnMut(usize, f64, f64) -> bool + Send);
 
 /// Models what the views show by the paper's progressive flow (Fig. 1, Sec. 2.2).
 ///
-/// Gives one step for each count of ellipsoids, up to that at which F stops to rise by δ.
+/// Gives one step for each count of ellipsoids, up to that at which F stops to rise by δ. The
+/// overlap with the masks never falls from step to step.
 ///
 /// # Errors
 /// If there are fewer than two views, they see no common point, or a setting is out of its range.
@@ -38,107 +33,58 @@ pub fn progressive(
     let settings = settings.checked()?;
     let pool = rayon::ThreadPoolBuilder::new().num_threads(settings.threads).build();
     let pool = pool.map_err(|_| ModelError::Threads(settings.threads))?;
-    pool.install(|| grow(views, &settings, progress))
+    pool.install(|| {
+        let scene = Scene::new(views)?;
+        let ladder = grow(&scene, &settings, progress)?;
+        ladder.steps(&scene, views)
+    })
 }
 
+/// Adds ellipsoids one by one, each with its centre on the surface of those that stand, fits all
+/// of them together and seeks the redundant ones anew, until ΔF < δ or the maximum is reached.
+/// Then takes them away one by one, which may leave a better body of a count than adding did, and
+/// goes up and down again.
 fn grow(
-    views: &[View<'_>],
+    scene: &Scene,
     settings: &Settings,
     progress: Progress<'_>,
-) -> Result<Vec<Step>, ModelError> {
-    let scene = Scene::new(views)?;
-    let mut standing = Fit { quadrics: Vec::new(), fitness: 0.0 };
-    let mut steps = Vec::new();
-    while steps.len() < settings.max_ellipsoids {
-        let grown = add_one(&scene, &standing, settings)?;
-        let settled = reseed(&scene, grown, settings)?;
-        let gain = settled.fitness - standing.fitness; // ΔF = F_p - F_(p-1)
-        if !steps.is_empty() && gain < settings.delta {
-            break;
+) -> Result<Ladder, ModelError> {
+    let mut ladder = Ladder::default();
+    let mut top = settings.max_ellipsoids;
+    let fits = settings.passes * (2 * settings.overshoot + 2 * top);
+    let mut done = 0;
+    for pass in 0..settings.passes {
+        let mut count = 1;
+        while count <= top + settings.overshoot {
+            let grown = add_one(scene, ladder.at(count - 1), settings, pass)?;
+            let settled = reseed(scene, grown, settings, pass)?;
+            ladder.offer(settled);
+            let gain = ladder.fitness(count) - ladder.fitness(count - 1); // ΔF = F_p - F_(p-1)
+            if 1 < count && count <= top && gain < settings.delta {
+                top = count - 1;
+            }
+            done += 1;
+            report(&ladder, count.min(top), done, fits, progress)?;
+            count += 1;
         }
-        standing = settled;
-        steps.push(Step { body: scene.body(&standing.quadrics)?, fitness: standing.fitness });
-        if !progress(steps.len(), settings.max_ellipsoids, standing.fitness) {
-            return Err(ModelError::Stopped);
-        }
-    }
-    Ok(steps)
-}
-
-/// Seeks one more ellipsoid on several islands, fits all of them together, keeps the best.
-fn add_one(scene: &Scene, standing: &Fit, settings: &Settings) -> Result<Fit, ModelError> {
-    let [coarse, .., _] = scene.levels.as_slice() else { return Err(ModelError::NoBaseline) };
-    let open = OpenRegion::new(&coarse.views, &standing.quadrics);
-    let count = standing.quadrics.len() as u64;
-    let seek = |island: u64| {
-        let rng = rng(settings.seed, (count << 32) | island);
-        let seed = open.search(&standing.quadrics, settings, rng)?;
-        let mut all = standing.quadrics.clone();
-        all.push(seed);
-        Ok(refine(&coarse.overlap, &all, STEPS[0]))
-    };
-    let islands: Vec<_> = (0..settings.islands as u64).into_par_iter().map(seek).collect();
-    let mut found: Vec<Fit> = islands.into_iter().collect::<Result<_, ModelError>>()?;
-    found.sort_by(|a, b| b.fitness.total_cmp(&a.fitness));
-    found.truncate(2);
-    let best = settle_best(scene, &found);
-    Ok(best.filter(|fit| fit.fitness >= standing.fitness).unwrap_or_else(|| echo(standing)))
-}
-
-/// Climbs from the middle to the finest level with each, keeps the best.
-fn settle_best(scene: &Scene, found: &[Fit]) -> Option<Fit> {
-    let settle = |fit: &Fit| {
-        let finer = scene.levels.iter().zip(STEPS).skip(1);
-        finer.fold(fit.clone(), |fit, (level, steps)| refine(&level.overlap, &fit.quadrics, steps))
-    };
-    let settled: Vec<_> = found.par_iter().map(settle).collect();
-    settled.into_iter().reduce(|best, fit| if fit.fitness > best.fitness { fit } else { best })
-}
-
-/// Hides a small ellipsoid inside the largest: one more that changes nothing.
-fn echo(standing: &Fit) -> Fit {
-    let mut out = standing.clone();
-    let largest = standing.quadrics.iter().max_by(|a, b| a.bulk().total_cmp(&b.bulk()));
-    if let Some(largest) = largest {
-        out.quadrics.push(Quadric { center: largest.center, factor: largest.factor * 0.5 });
-    }
-    out
-}
-
-/// Takes ellipsoids out that say least and seeks them anew, as long as that helps.
-fn reseed(scene: &Scene, mut standing: Fit, settings: &Settings) -> Result<Fit, ModelError> {
-    let coarse = &scene.levels[0];
-    let count = standing.quadrics.len();
-    for round in 0..settings.reseeds as u64 {
-        if count < 2 {
-            break;
-        }
-        let without = |gone: usize| {
-            let mut rest = standing.quadrics.clone();
-            rest.remove(gone);
-            rest
-        };
-        let mut order: Vec<(usize, f64)> =
-            (0..count).map(|gone| (gone, coarse.overlap.score(&without(gone)))).collect();
-        order.sort_by(|a, b| b.1.total_cmp(&a.1));
-        order.truncate(settings.islands);
-        let seek = |&(gone, _): &(usize, f64)| {
-            let rest = without(gone);
-            let branch = ((count as u64) << 32) | ((round + 1) << 16) | gone as u64;
-            let open = OpenRegion::new(&coarse.views, &rest);
-            let seed = open.search(&rest, settings, rng(settings.seed, branch))?;
-            let mut all = rest;
-            all.push(seed);
-            Ok(refine(&coarse.overlap, &all, STEPS[0]))
-        };
-        let tried: Vec<_> = order.par_iter().map(seek).collect();
-        let mut found: Vec<Fit> = tried.into_iter().collect::<Result<_, ModelError>>()?;
-        found.sort_by(|a, b| b.fitness.total_cmp(&a.fitness));
-        found.truncate(2);
-        match settle_best(scene, &found) {
-            Some(fit) if fit.fitness > standing.fitness + 1e-5 => standing = fit,
-            _ => break,
+        while count > 2 {
+            count -= 1;
+            ladder.offer(drop_one(scene, ladder.at(count)));
+            done += 1;
+            report(&ladder, (count - 1).min(top), done, fits, progress)?;
         }
     }
-    Ok(standing)
+    ladder.truncate(top);
+    Ok(ladder)
+}
+
+fn report(
+    ladder: &Ladder,
+    count: usize,
+    done: usize,
+    fits: usize,
+    progress: &mut (dyn FnMut(usize, f64, f64) -> bool + Send),
+) -> Result<(), ModelError> {
+    let share = (done as f64 / fits as f64).min(1.0);
+    if progress(count, ladder.fitness(count), share) { Ok(()) } else { Err(ModelError::Stopped) }
 }

@@ -8,10 +8,29 @@ use crate::shape::{Quadric, QuadricGradient};
 const NUMBERS: usize = 12;
 
 /// Ellipsoids and what they are worth together.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct Fit {
     pub quadrics: Vec<Quadric>,
     pub fitness: f64,
+}
+
+impl Fit {
+    /// Hides a small ellipsoid inside the largest: one more that changes nothing.
+    pub fn echo(&self) -> Self {
+        let mut out = self.clone();
+        let largest = self.quadrics.iter().max_by(|a, b| a.bulk().total_cmp(&b.bulk()));
+        if let Some(largest) = largest {
+            out.quadrics.push(Quadric { center: largest.center, factor: largest.factor * 0.5 });
+        }
+        out
+    }
+
+    /// Gives the ellipsoids without one of them.
+    pub fn without(&self, gone: usize) -> Vec<Quadric> {
+        let mut rest = self.quadrics.clone();
+        rest.remove(gone);
+        rest
+    }
 }
 
 /// Moves and shapes all ellipsoids together, uphill.

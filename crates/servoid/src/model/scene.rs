@@ -34,6 +34,11 @@ impl Scene {
         Ok(Self { world_from_scene, unit, levels })
     }
 
+    /// Gives the level on which searches run.
+    pub fn coarsest(&self) -> &Level {
+        &self.levels[0]
+    }
+
     /// Carries ellipsoids back to the world.
     pub fn body(&self, quadrics: &[Quadric]) -> Result<Body, ModelError> {
         let solid = |q: &Quadric| {

@@ -1,0 +1,86 @@
+# `make demo` and `make test` are all that a newcomer needs; `make help` lists the rest.
+SHELL := bash
+.SHELLFLAGS := -euo pipefail -c
+.DEFAULT_GOAL := help
+.DELETE_ON_ERROR:
+.PHONY: help demo test lint bench docs clean prerequisites
+
+PYTHON ?= python3
+CARGO ?= cargo
+BIN := .venv/bin
+
+# One interpreter for every build: a change of it would rebuild the binding.
+export PYO3_PYTHON := $(CURDIR)/$(BIN)/python
+export VIRTUAL_ENV := $(CURDIR)/.venv
+export PIP_DISABLE_PIP_VERSION_CHECK := 1
+unexport CONDA_PREFIX PYTHONHOME
+
+RUST_FILES := $(shell find crates -type f \( -name '*.rs' -o -name Cargo.toml \)) \
+	Cargo.toml $(wildcard Cargo.lock)
+RUST_NEEDED := $(shell sed -n 's/^rust-version = "\(.*\)"/\1/p' Cargo.toml)
+
+help: ## list the targets
+	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-7s %s\n", $$1, $$2 }' $(firstword $(MAKEFILE_LIST))
+
+demo: .venv/.package ## model a sample object, and draw how good the model is
+	@mkdir -p out
+	@test -e out/sample/capture.toml || $(BIN)/servoid sample out/sample
+	$(BIN)/servoid model out/sample --out out/body.json --report out/report
+
+# The binding is left out of `cargo test`: its tests are the Python ones, and linking
+# it as a program would need a Python built as a shared library.
+test: .venv/.package ## run every test, of Rust and of Python
+	$(CARGO) test --workspace --exclude servoid-py
+	$(BIN)/python -m pytest
+
+lint: .venv/.package ## check formatting, warnings, types, and the stub of the native module
+	$(CARGO) fmt --all --check
+	$(CARGO) clippy --workspace --all-targets -- -D warnings
+	$(BIN)/ruff check
+	$(BIN)/ruff format --check
+	$(BIN)/basedpyright
+	$(BIN)/python -m mypy.stubtest servoid._native
+
+bench: .venv/.package ## measure speed
+	$(CARGO) bench -p servoid
+	@for script in $(wildcard benches/*.py); do echo "$$script"; $(BIN)/python "$$script"; done
+
+docs: .venv/.package .venv/.docs ## build the documentation in docs/_build
+	$(BIN)/sphinx-build -W --keep-going -q -b html docs docs/_build
+	@echo "The documentation is in docs/_build/index.html"
+
+clean: ## remove what these targets made
+	rm -rf .venv docs/_build out/sample out/report out/body.json build dist
+	rm -rf .pytest_cache .ruff_cache .mypy_cache .hypothesis
+	rm -f python/servoid/_native*.so
+	find python tests docs examples -type d -name __pycache__ -prune -exec rm -rf {} +
+	rm -rf target
+
+prerequisites:
+	@command -v $(PYTHON) >/dev/null || { \
+	  echo "Python is missing: install Python 3.10 or newer, or name one with PYTHON=..." >&2; exit 1; }
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 10))' || { \
+	  echo "$$($(PYTHON) --version) is too old: servoid needs 3.10 or newer; name one with PYTHON=..." >&2; \
+	  exit 1; }
+	@$(PYTHON) -c 'import ensurepip, venv' 2>/dev/null || { \
+	  echo "Python cannot make virtual environments: install its venv module (Debian: python3-venv)" >&2; \
+	  exit 1; }
+	@command -v $(CARGO) >/dev/null || { \
+	  echo "Rust is missing: install Rust $(RUST_NEEDED) or newer with rustup" >&2; exit 1; }
+	@found=$$($(CARGO) --version | awk '{ print $$2 }'); \
+	  printf '%s\n' "$(RUST_NEEDED)" "$$found" | sort -V -C || { \
+	  echo "Rust $$found is too old: servoid needs $(RUST_NEEDED) or newer; try 'rustup update'" >&2; exit 1; }
+
+.venv/.tools: pyproject.toml | prerequisites
+	$(PYTHON) -m venv .venv
+	$(BIN)/python -m pip install -q --upgrade 'pip>=25.1' 'maturin>=1.9,<2'
+	$(BIN)/python -m pip install -q --group dev
+	@touch $@
+
+.venv/.package: .venv/.tools $(RUST_FILES) | prerequisites
+	$(BIN)/maturin develop --release --extras view
+	@touch $@
+
+.venv/.docs: .venv/.tools
+	$(BIN)/python -m pip install -q --group docs
+	@touch $@

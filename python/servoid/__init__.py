@@ -1,0 +1,34 @@
+"""servoid looks at an unknown object and models it as a few ellipsoids.
+
+    capture = servoid.observe.open_capture("photos")
+    result = servoid.model.fit(capture.views(), max_ellipsoids=6)
+    result.save("body.json")
+
+Parts are imported when they are first named, so `import servoid` costs next to nothing.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from servoid import errors
+
+if TYPE_CHECKING:
+    from servoid import model, observe, pose, shape, sim, view
+
+    __version__: str
+
+_PARTS = ("model", "observe", "pose", "shape", "sim", "view")
+
+__all__ = ["__version__", "errors", "model", "observe", "pose", "shape", "sim", "view"]
+
+
+def __getattr__(name: str) -> Any:
+    if name in _PARTS:
+        return import_module(f"servoid.{name}")
+    if name == "__version__":
+        return import_module("servoid._native").__version__
+    raise AttributeError(f"module 'servoid' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -1,0 +1,5 @@
+"""The command line: the only part that prints or exits."""
+
+from servoid.cli.entry import main
+
+__all__ = ["main"]

@@ -1,0 +1,42 @@
+"""The one-screen summary of a model, at most 80 columns wide except for paths."""
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import numpy as np
+import typer
+from numpy.typing import NDArray
+
+from servoid.model import ModelResult
+from servoid.observe import CaptureView
+
+_LABEL_WIDTH = 15
+_VALUE_WIDTH = 80 - len("  ") - _LABEL_WIDTH - len(" ")
+
+
+def print_summary(capture: Path, result: ModelResult, out: Path, pictures: Sequence[Path]) -> None:
+    """Print what was modelled, how good it is, and where the files lie."""
+    typer.echo(f"Modelled {capture}")
+    for label, value in _rows(result, out, pictures):
+        typer.echo(f"  {label:<{_LABEL_WIDTH}} {value}")
+
+
+def _rows(result: ModelResult, out: Path, pictures: Sequence[Path]) -> Iterator[tuple[str, str]]:
+    yield "ellipsoids", str(len(result.body))
+    yield "fitness F", f"{result.fitness:.4f}"
+    yield "silhouette IoU", _ious("used", result.used_views, result.iou_used)
+    if result.unused_views:
+        yield "", _ious("unused", result.unused_views, result.iou_unused)
+    yield "seconds", f"{result.seconds:.2f}"
+    yield "body", str(out)
+    for index, picture in enumerate(pictures):
+        yield "" if index else "report", str(picture)
+
+
+def _ious(kind: str, views: Sequence[CaptureView], ious: NDArray[np.float64]) -> str:
+    worst = int(np.argmin(ious))
+    count = f"{len(views)} {kind} view{'' if len(views) == 1 else 's'}"
+    text = f"{ious.mean():.4f} over {count}, worst {ious[worst]:.4f}"
+    name = views[worst].name
+    room = _VALUE_WIDTH - len(f"{text} ()")
+    return f"{text} ({name if len(name) <= room else '…' + name[1 - room :]})"

@@ -1,0 +1,36 @@
+"""Checks the values of options."""
+
+import typer
+
+_LARGEST_SEED = 2**64 - 1
+_LARGEST_COUNT = 2**31 - 1
+
+
+def parse_slice(text: str) -> slice:
+    """Turn `0:16:2`, with any part left out, into a slice as Python has it."""
+    parts = text.split(":")
+    try:
+        numbers = [int(part) if part.strip() else None for part in parts]
+    except ValueError:
+        numbers = []
+    if len(numbers) not in (2, 3) or numbers[2:] == [0]:
+        raise typer.BadParameter(
+            f"'{text}' is no range of views; write START:STOP:STEP with whole numbers, any of "
+            "which may be left out, and a STEP that is not 0, such as '::2' or '0:16:2'",
+            param_hint="--views",
+        )
+    return slice(*numbers)
+
+
+def check_seed(seed: int | None) -> int | None:
+    """Return the seed if the core can hold it."""
+    if seed is not None and not 0 <= seed <= _LARGEST_SEED:
+        raise typer.BadParameter(f"{seed} is no seed; choose one from 0 to {_LARGEST_SEED}")
+    return seed
+
+
+def check_count(count: int | None) -> int | None:
+    """Return a number of things if it is one."""
+    if count is not None and not 1 <= count <= _LARGEST_COUNT:
+        raise typer.BadParameter(f"{count} is out of range; choose 1 to {_LARGEST_COUNT}")
+    return count

@@ -1,0 +1,53 @@
+"""The exceptions that servoid raises on purpose: every one of them is a `ServoidError`."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+
+class ServoidError(Exception):
+    """Says what was given, what is allowed and what to do."""
+
+
+class PoseError(ServoidError, ValueError):
+    """Is raised for numbers that are no rigid motion."""
+
+
+class CameraError(ServoidError, ValueError):
+    """Is raised for a camera that cannot exist or that is not supported."""
+
+
+class ImageError(ServoidError, ValueError):
+    """Is raised for an image that cannot be read or that contradicts its camera."""
+
+
+class MaskError(ServoidError, ValueError):
+    """Is raised for a mask that cannot be read or that says nothing about the object."""
+
+
+class CaptureError(ServoidError, ValueError):
+    """Is raised for a capture whose files are missing, malformed or at odds with each other."""
+
+
+class BodyError(ServoidError, ValueError):
+    """Is raised for a body, or the file of a body, that is malformed."""
+
+
+class ModelError(ServoidError, ValueError):
+    """Is raised when views or settings cannot lead to a model."""
+
+
+class OutputError(ServoidError, OSError):
+    """Is raised when a file or folder cannot be written."""
+
+
+class MissingExtraError(ServoidError, ImportError):
+    """Is raised when an optional library is needed that is not installed."""
+
+
+@contextmanager
+def located(place: str) -> Iterator[None]:
+    """Put `place`, such as a file and a line, before the message of a ServoidError from inside."""
+    try:
+        yield
+    except ServoidError as error:
+        raise type(error)(f"{place}: {error}") from error

@@ -1,0 +1,8 @@
+"""Modelling: views of an unknown object become a body of a few ellipsoids."""
+
+from servoid._native import ModelSettings, Step
+from servoid.model.fit import fit
+from servoid.model.result import IouByCount, ModelResult
+from servoid.model.running import Progress
+
+__all__ = ["IouByCount", "ModelResult", "ModelSettings", "Progress", "Step", "fit"]

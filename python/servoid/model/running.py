@@ -1,0 +1,58 @@
+"""Runs the core beside the caller, so that the caller hears of progress and can stop it."""
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from queue import SimpleQueue
+from threading import Event
+
+from servoid._native import ModelSettings, Step, View, fit_body
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far modelling is: the ellipsoids so far, their fitness, and the share done, 0 to 1."""
+
+    count: int
+    fitness: float
+    share: float
+
+
+class _StoppedError(Exception):
+    """Ends the core's work from its callback."""
+
+
+def run_core(
+    views: Sequence[View],
+    settings: ModelSettings,
+    progress: Callable[[Progress], None] | None,
+) -> list[Step]:
+    """Fit a body; call `progress`, on the caller's thread, whenever an ellipsoid has been added.
+
+    What `progress` raises, and Ctrl-C, stop the core after the ellipsoid at hand and come out
+    here: the core's own threads cannot notice a signal.
+    """
+    news: SimpleQueue[Progress | None] = SimpleQueue()
+    stop = Event()
+
+    def report(count: int, fitness: float, share: float) -> None:
+        if stop.is_set():
+            raise _StoppedError
+        news.put(Progress(count, fitness, share))
+
+    def work() -> list[Step]:
+        try:
+            return fit_body(views, settings, report)
+        finally:
+            news.put(None)
+
+    with ThreadPoolExecutor(max_workers=1) as pool:
+        steps = pool.submit(work)
+        try:
+            while (heard := news.get()) is not None:
+                if progress is not None:
+                    progress(heard)
+        except BaseException:
+            stop.set()
+            raise
+    return steps.result()

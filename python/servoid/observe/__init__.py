@@ -1,0 +1,23 @@
+"""Cameras and captures: what was seen, by which camera, from where."""
+
+from servoid._native import Camera, View
+from servoid.observe.capture import (
+    Capture,
+    CaptureCamera,
+    CaptureView,
+    Observation,
+)
+from servoid.observe.images import read_image, read_mask
+from servoid.observe.opening import open_capture
+
+__all__ = [
+    "Camera",
+    "Capture",
+    "CaptureCamera",
+    "CaptureView",
+    "Observation",
+    "View",
+    "open_capture",
+    "read_image",
+    "read_mask",
+]

@@ -1,0 +1,149 @@
+"""What `capture.toml` and `poses.csv` may say, and how they are read."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import msgspec
+import numpy as np
+
+from servoid._native import Camera, Pose
+from servoid.errors import CameraError, CaptureError, located
+from servoid.observe.strict import check_version, convert, line_of, read_bytes
+
+POSES_HEADER = ("time_s", "x", "y", "z", "qw", "qx", "qy", "qz")
+_MODELS_TO_COME = ("brown_conrady", "kannala_brandt")
+
+Row = tuple[float, float, float, float]
+
+
+class CameraEntry(msgspec.Struct, frozen=True, kw_only=True):
+    """Holds one [[camera]] table of capture.toml."""
+
+    name: Annotated[str, msgspec.Meta(min_length=1)]
+    images: Annotated[str, msgspec.Meta(min_length=1)]
+    masks: Annotated[str, msgspec.Meta(min_length=1)] | None = None
+    size_px: tuple[int, int]
+    model: str
+    focal_px: tuple[float, float]
+    center_px: tuple[float, float]
+    distortion: tuple[float, ...] = ()
+    rig_from_camera: tuple[Row, Row, Row, Row]
+
+
+class RigEntry(msgspec.Struct, frozen=True, kw_only=True):
+    """Holds the [rig] table of capture.toml; without poses the rig rests at the world's origin."""
+
+    poses: Annotated[str, msgspec.Meta(min_length=1)] | None = None
+
+
+class CaptureFile(msgspec.Struct, frozen=True, kw_only=True):
+    """Holds a whole capture.toml of version 1."""
+
+    version: int
+    rate_hz: Annotated[float, msgspec.Meta(gt=0)] | None = None
+    camera: Annotated[tuple[CameraEntry, ...], msgspec.Meta(min_length=1)]
+    rig: RigEntry = RigEntry()
+
+
+@dataclass(frozen=True)
+class Lens:
+    """What a [[camera]] table says of the camera itself: how it sees, and where on the rig."""
+
+    camera: Camera
+    rig_from_camera: Pose
+
+
+def read_capture_file(path: Path) -> tuple[CaptureFile, tuple[Lens, ...]]:
+    """Read and check a capture.toml; return what it says, and its cameras in order.
+
+    Raises:
+        CaptureError: the file is missing or malformed, or a key is unknown.
+        CameraError: a camera cannot exist, or its model is not supported.
+        PoseError: a `rig_from_camera` is no rigid motion.
+
+    """
+    try:
+        text = read_bytes(path, CaptureError).decode("utf-8")
+        data = msgspec.toml.decode(text)
+    except UnicodeDecodeError as error:
+        raise CaptureError(f"{path}: the file is not UTF-8 text; save it as UTF-8") from error
+    except msgspec.DecodeError as error:
+        raise CaptureError(f"{path} is not valid TOML: {error}") from error
+    check_version(data, str(path), CaptureError, "captures")
+    file = convert(data, CaptureFile, str(path), CaptureError, text)
+    names = [entry.name for entry in file.camera]
+    for name in names:
+        if names.count(name) > 1:
+            raise CaptureError(f"{path}: two cameras are named '{name}'; give each its own name")
+    return file, tuple(
+        _read_lens(entry, f"{path}, camera '{entry.name}'", line_of(text, "rig_from_camera", index))
+        for index, entry in enumerate(file.camera)
+    )
+
+
+def _read_lens(entry: CameraEntry, place: str, pose_line: int | None) -> Lens:
+    if entry.model in _MODELS_TO_COME:
+        raise CameraError(
+            f"{place}: the model '{entry.model}' is not supported yet; undistort the images and "
+            "use 'pinhole'"
+        )
+    if entry.model != "pinhole":
+        raise CameraError(f"{place}: unknown model '{entry.model}'; known models: pinhole")
+    if entry.distortion:
+        raise CameraError(
+            f"{place}: a pinhole camera has no distortion, but {len(entry.distortion)} numbers "
+            "were given; undistort the images and write distortion = []"
+        )
+    if min(entry.size_px) < 1:
+        raise CameraError(f"{place}: size_px must be two positive numbers, not {entry.size_px}")
+    with located(place):
+        camera = Camera(size_px=entry.size_px, focal_px=entry.focal_px, center_px=entry.center_px)
+    line = f", line {pose_line}" if pose_line else ""
+    with located(f"{place}, rig_from_camera{line}"):
+        return Lens(camera, Pose(np.array(entry.rig_from_camera, dtype=np.float64)))
+
+
+def read_poses(path: Path) -> tuple[list[float], list[Pose]]:
+    """Read a poses.csv: the times in seconds, and `world_from_rig` at each.
+
+    Raises:
+        CaptureError: the file is missing, or a line is malformed.
+        PoseError: a line is no rigid motion; the message names file and line.
+
+    """
+    try:
+        text = read_bytes(path, CaptureError).decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise CaptureError(f"{path}: the file is not UTF-8 text; save it as UTF-8") from error
+    lines = text.splitlines() or [""]
+    header = tuple(cell.strip() for cell in lines[0].split(","))
+    if header != POSES_HEADER:
+        raise CaptureError(
+            f"{path}, line 1: the header is '{','.join(header)}'; it must be "
+            f"'{','.join(POSES_HEADER)}'"
+        )
+    rows = [
+        _read_pose(line.split(","), f"{path}, line {number}")
+        for number, line in enumerate(lines[1:], start=2)
+        if line.strip()
+    ]
+    return [time_s for time_s, _ in rows], [pose for _, pose in rows]
+
+
+def _read_pose(cells: list[str], place: str) -> tuple[float, Pose]:
+    if len(cells) != len(POSES_HEADER):
+        raise CaptureError(
+            f"{place}: {len(cells)} values were given; a pose has {len(POSES_HEADER)}: "
+            f"{','.join(POSES_HEADER)}"
+        )
+    numbers = []
+    for name, cell in zip(POSES_HEADER, cells, strict=True):
+        try:
+            numbers.append(float(cell))
+        except ValueError as error:
+            raise CaptureError(f"{place}: {name} is '{cell}'; write a number") from error
+    if not np.isfinite(numbers[0]):
+        raise CaptureError(f"{place}: time_s is {cells[0]}; write a finite number of seconds")
+    with located(place):
+        return numbers[0], Pose.from_parts(numbers[1:4], numbers[4:8])

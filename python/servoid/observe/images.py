@@ -1,0 +1,98 @@
+"""Reads images and masks from files, whole or not at all."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from servoid.errors import ImageError, MaskError
+from servoid.observe.strict import read_bytes
+
+if TYPE_CHECKING:
+    import cv2
+
+_PNG = b"\x89PNG\r\n\x1a\n"
+_JPEG = b"\xff\xd8"
+_JPEG_START_OF_SCAN = 0xDA
+_JPEG_END = b"\xff\xd9"
+
+
+def read_image(path: Path, size_px: tuple[int, int]) -> NDArray[np.uint8]:
+    """Read an image of (width, height) pixels as (H, W, 3) uint8 in RGB order.
+
+    A turn that the file's EXIF data asks for is ignored: the camera's calibration knows none.
+
+    Raises:
+        ImageError: the file is missing, no image or cut short, or it has another size.
+
+    """
+    import cv2  # costs as much as the rest of the package, and help texts do not need it
+
+    pixels = _decode(path, cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION, ImageError)
+    _check_size(path, pixels, size_px, ImageError)
+    return np.asarray(cv2.cvtColor(pixels, cv2.COLOR_BGR2RGB), dtype=np.uint8)
+
+
+def read_mask(path: Path, size_px: tuple[int, int]) -> NDArray[np.uint8]:
+    """Read a mask of (width, height) pixels as (H, W) uint8: 255 on the object, 0 elsewhere.
+
+    A pixel belongs to the object if any of its colour channels, of any depth, is not zero;
+    transparency does not count.
+
+    Raises:
+        MaskError: the file is missing, no image or cut short, or it has another size.
+
+    """
+    import cv2
+
+    pixels = _decode(path, cv2.IMREAD_UNCHANGED, MaskError)
+    _check_size(path, pixels, size_px, MaskError)
+    object_px = pixels != 0 if pixels.ndim == 2 else (pixels[..., :3] != 0).any(axis=2)
+    return object_px.astype(np.uint8) * np.uint8(255)
+
+
+def _decode(
+    path: Path, flags: int, error: type[ImageError] | type[MaskError]
+) -> "cv2.typing.MatLike":
+    import cv2
+
+    data = read_bytes(path, error)
+    if not data:
+        raise error(f"{path} is empty; replace the file")
+    if _is_cut_short(data):
+        raise error(f"{path} is cut short: its end is missing; copy the file again")
+    try:
+        pixels = cv2.imdecode(np.frombuffer(data, dtype=np.uint8), flags)
+    except cv2.error as reason:
+        raise error(f"{path} cannot be decoded as an image: {reason.err}") from reason
+    if pixels is None:
+        raise error(f"{path} cannot be decoded: it is no image or it is damaged; replace the file")
+    return pixels
+
+
+def _check_size(
+    path: Path,
+    pixels: "cv2.typing.MatLike",
+    size_px: tuple[int, int],
+    error: type[ImageError] | type[MaskError],
+) -> None:
+    height, width = pixels.shape[:2]
+    if (width, height) != size_px:
+        raise error(
+            f"{path} is {width}x{height} pixels, but its camera has size_px = {list(size_px)}; "
+            "correct size_px with the rest of the calibration, or use the images it was made for"
+        )
+
+
+def _is_cut_short(data: bytes) -> bool:
+    """Say if a PNG or JPEG misses its end; decoders fill what is missing without a word."""
+    if data.startswith(_PNG):
+        return b"IEND" not in data
+    if not data.startswith(_JPEG):
+        return False
+    # Segments come first, each with its length; a preview image among them has an end of its own.
+    at = len(_JPEG)
+    while data[at : at + 1] == b"\xff" and data[at + 1 : at + 2] != bytes([_JPEG_START_OF_SCAN]):
+        at += 2 + int.from_bytes(data[at + 2 : at + 4], "big")
+    return data.find(_JPEG_END, at) < 0

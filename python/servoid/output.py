@@ -1,0 +1,87 @@
+"""Writes a file whole or not at all."""
+
+import os
+import secrets
+from pathlib import Path
+
+from servoid.errors import OutputError
+
+
+def write_whole(path: Path, data: bytes) -> None:
+    """Write `data` to `path`, so that at no instant a part of it stands there.
+
+    Raises:
+        OutputError: the file cannot be written; what stood at `path` still does.
+
+    """
+    target = path.resolve()  # a link keeps pointing to the file that is replaced
+    partial = _beside(target)
+    try:
+        with partial.open("xb") as file:
+            file.write(data)
+            file.flush()
+            os.fsync(file.fileno())
+        partial.replace(target)
+    except OSError as error:
+        raise OutputError(f"cannot write {path}: {_reason(error)}") from error
+    finally:
+        partial.unlink(missing_ok=True)
+
+
+def check_file(path: Path) -> None:
+    """Check that `write_whole(path, ...)` can work, and leave nothing behind.
+
+    Raises:
+        OutputError: `path` is a folder, its folder is missing, or nothing can be written there.
+
+    """
+    if path.is_dir():
+        raise OutputError(f"cannot write {path}: it is a folder; name a file in it")
+    _check_writable(path.resolve().parent, asked=path)
+
+
+def check_folder(path: Path) -> None:
+    """Check that files can be written into the folder `path`, or that it can be made.
+
+    Raises:
+        OutputError: `path` is a file, the folder above it is missing, or it is read-only.
+
+    """
+    if path.exists() and not path.is_dir():
+        raise OutputError(f"cannot write into {path}: it is a file; name a folder")
+    _check_writable(path if path.is_dir() else path.resolve().parent, asked=path)
+
+
+def make_folder(path: Path) -> None:
+    """Make the folder `path` if it does not exist; the folder above it must.
+
+    Raises:
+        OutputError: the folder cannot be made.
+
+    """
+    try:
+        path.mkdir(exist_ok=True)
+    except OSError as error:
+        raise OutputError(f"cannot make the folder {path}: {_reason(error)}") from error
+
+
+def _check_writable(folder: Path, asked: Path) -> None:
+    if not folder.is_dir():
+        raise OutputError(f"cannot write {asked}: there is no folder {folder}; make it first")
+    probe = _beside(folder / "probe")
+    try:
+        probe.open("xb").close()
+        probe.unlink()
+    except OSError as error:
+        raise OutputError(
+            f"cannot write {asked}: {_reason(error)}; choose a folder that you may write to"
+        ) from error
+
+
+def _beside(path: Path) -> Path:
+    # A short name of its own, because a long name may leave no room for an addition.
+    return path.with_name(f".servoid-{secrets.token_hex(6)}.part")
+
+
+def _reason(error: OSError) -> str:
+    return (error.strerror or str(error)).lower()

@@ -1,0 +1,6 @@
+"""Rigid motions: `Pose` is an element of SE(3), named `a_from_b`."""
+
+from servoid._native import Pose
+from servoid.errors import PoseError
+
+__all__ = ["Pose", "PoseError"]

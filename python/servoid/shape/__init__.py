@@ -1,0 +1,25 @@
+"""Bodies: rigid sets of ellipsoids, and the files that hold them."""
+
+from servoid._native import Body
+from servoid.shape.body_file import (
+    BodyFile,
+    EllipsoidEntry,
+    MadeBy,
+    body_schema,
+    load_body,
+    published_schema,
+    save_body,
+    write_body_file,
+)
+
+__all__ = [
+    "Body",
+    "BodyFile",
+    "EllipsoidEntry",
+    "MadeBy",
+    "body_schema",
+    "load_body",
+    "published_schema",
+    "save_body",
+    "write_body_file",
+]

@@ -1,0 +1,187 @@
+"""The file of a body: versioned, indented JSON with a published schema."""
+
+import math
+from importlib.resources import files
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from servoid._native import Body, Pose
+from servoid.errors import BodyError, located
+from servoid.observe.strict import check_version, convert, read_bytes
+from servoid.output import write_whole
+from servoid.shape.layout import lay_out
+
+_UNIT_TOLERANCE = 1e-3
+
+Vector = tuple[float, float, float]
+Quaternion = tuple[float, float, float, float]
+Length = Annotated[float, msgspec.Meta(gt=0)]
+Channel = Annotated[int, msgspec.Meta(ge=0, le=255)]
+
+
+class EllipsoidEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """One ellipsoid in the object's frame.
+
+    `center` and `radii` are in metres, `rotation` is object_from_ellipsoid as (w, x, y, z), and
+    `color` is (red, green, blue) from 0 to 255, or null where it is not known.
+    """
+
+    center: Vector
+    radii: tuple[Length, Length, Length]
+    rotation: Quaternion
+    color: tuple[Channel, Channel, Channel] | None = None
+
+
+class MadeBy(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """How a body was modelled, so that it can be modelled again."""
+
+    servoid: str
+    seed: int
+    max_ellipsoids: int
+    delta: float
+    views: tuple[str, ...]
+
+
+class BodyFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A rigid set of ellipsoids and where it is.
+
+    `world_from_object` is (x, y, z, qw, qx, qy, qz): the translation in metres and the unit
+    quaternion that take the object's frame to the world.
+    """
+
+    version: Literal[1]
+    units: Literal["m"]
+    world_from_object: tuple[float, float, float, float, float, float, float]
+    ellipsoids: Annotated[tuple[EllipsoidEntry, ...], msgspec.Meta(min_length=1)]
+    fitness: float | None = None
+    made_by: MadeBy | None = None
+
+    def body(self) -> Body:
+        """Return the body itself.
+
+        Raises:
+            BodyError, PoseError: the numbers are no body.
+
+        """
+        return Body(
+            world_from_object=Pose.from_parts(
+                self.world_from_object[:3], self.world_from_object[3:]
+            ),
+            centers=np.array([entry.center for entry in self.ellipsoids], dtype=np.float64),
+            radii=np.array([entry.radii for entry in self.ellipsoids], dtype=np.float64),
+            rotations=np.array([entry.rotation for entry in self.ellipsoids], dtype=np.float64),
+        )
+
+    def colors(self) -> NDArray[np.uint8] | None:
+        """Return the colours, (K, 3) uint8 RGB, or None unless every ellipsoid has one."""
+        colors = [entry.color for entry in self.ellipsoids if entry.color is not None]
+        if len(colors) < len(self.ellipsoids):
+            return None
+        return np.array(colors, dtype=np.uint8)
+
+
+def save_body(
+    path: str | Path,
+    body: Body,
+    colors: NDArray[np.uint8] | None = None,
+    *,
+    fitness: float | None = None,
+    made_by: MadeBy | None = None,
+) -> None:
+    """Write a body to a JSON file, whole or not at all; the same body gives the same bytes.
+
+    `colors`: (K, 3) uint8 RGB, one colour an ellipsoid.
+
+    Raises:
+        BodyError: there are not as many colours as ellipsoids.
+        OutputError: the file cannot be written.
+
+    """
+    if colors is not None and colors.shape != (len(body), 3):
+        raise BodyError(
+            f"a body of {len(body)} ellipsoids needs colors of shape ({len(body)}, 3), not "
+            f"{colors.shape}"
+        )
+    pose = body.world_from_object
+    file = BodyFile(
+        version=1,
+        units="m",
+        world_from_object=(*pose.translation, *pose.quaternion),
+        ellipsoids=tuple(
+            EllipsoidEntry(
+                center=tuple(body.centers[index].tolist()),
+                radii=tuple(body.radii[index].tolist()),
+                rotation=tuple(body.rotations[index].tolist()),
+                color=None if colors is None else tuple(colors[index].tolist()),
+            )
+            for index in range(len(body))
+        ),
+        fitness=fitness,
+        made_by=made_by,
+    )
+    write_body_file(path, file)
+
+
+def write_body_file(path: str | Path, file: BodyFile) -> None:
+    """Write what `load_body` returned, byte for byte as `save_body` wrote it.
+
+    Raises:
+        OutputError: the file cannot be written.
+
+    """
+    write_whole(Path(path), lay_out(msgspec.to_builtins(file)).encode("utf-8"))
+
+
+def load_body(path: str | Path) -> BodyFile:
+    """Read and check the file of a body; `.body()` and `.colors()` of the answer give the content.
+
+    Raises:
+        BodyError: the file is missing or malformed, or its numbers are no body.
+
+    """
+    place = str(path)
+    try:
+        data = msgspec.json.decode(read_bytes(Path(path), BodyError))
+    except (msgspec.DecodeError, UnicodeDecodeError) as error:
+        raise BodyError(f"{place} is not valid JSON: {error}") from error
+    check_version(data, place, BodyError, "bodies")
+    if data.get("units", "m") != "m":
+        raise BodyError(
+            f'{place}: units is {data["units"]!r}; give lengths in metres and write "units": "m"'
+        )
+    file = convert(data, BodyFile, place, BodyError)
+    _check_unit(file.world_from_object[3:], f"{place}, world_from_object")
+    for index, entry in enumerate(file.ellipsoids):
+        _check_unit(entry.rotation, f"{place}, ellipsoids[{index}].rotation")
+    with located(place):
+        file.body()
+    return file
+
+
+def body_schema() -> dict[str, Any]:
+    """Make the JSON schema of the file of a body from the types that read it."""
+    (schema,), parts = msgspec.json.schema_components([BodyFile], ref_template="#/$defs/{name}")
+    for part in parts.values():
+        # Versions of Python differ in how they indent a docstring.
+        part["description"] = " ".join(part["description"].split())
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "servoid body, version 1",
+        **schema,
+        "$defs": parts,
+    }
+
+
+def published_schema() -> str:
+    """Return the text of the schema as the package ships it."""
+    return files("servoid.shape").joinpath("body.schema.json").read_text(encoding="utf-8")
+
+
+def _check_unit(quaternion: tuple[float, ...], place: str) -> None:
+    norm = math.sqrt(math.fsum(x * x for x in quaternion))
+    if abs(norm - 1.0) > _UNIT_TOLERANCE:
+        raise BodyError(f"{place}: the quaternion (w, x, y, z) has length {norm:.6g}; it must be 1")

@@ -1,0 +1,16 @@
+"""Pictures of what was modelled. Needs the extra `view`: `pip install 'servoid[view]'`."""
+
+from importlib.util import find_spec
+
+from servoid.errors import MissingExtraError
+
+if find_spec("matplotlib") is None:
+    # Said at the import, so that nobody models for minutes before learning it.
+    raise MissingExtraError(
+        "pictures need matplotlib, which is not installed; "
+        "install it with: pip install 'servoid[view]'"
+    )
+
+from servoid.view.report import write_report
+
+__all__ = ["write_report"]

@@ -1,0 +1,163 @@
+"""The picture of the body: its ellipsoids from four sides, and where the cameras stood."""
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from servoid.model import ModelResult
+from servoid.shape import Body
+from servoid.view.page import INK, Page, Text
+from servoid.view.raycast import Sight, Solids, look, render
+from servoid.view.scores import UNUSED_COLOR, USED_COLOR, ScoredView, scored_views
+
+_SMALL_PX = 376
+_GAP_PX = 16
+_LARGE_PX = 2 * _SMALL_PX + _GAP_PX
+_MARGIN_PX = 20
+_FILLED = 0.80  # of a panel, by the body
+
+Vector = NDArray[np.float64]
+
+
+def draw_body(result: ModelResult) -> bytes:
+    """Draw the body in its colours and the cameras around it; return the PNG file's bytes."""
+    solids = solids_in_world(result.body, result.colors)
+    scored = scored_views(result)
+    up = mean_up(scored)
+    side = side_direction(solids, up)
+    front = np.cross(up, side)
+    sights = {
+        "three-quarter": _sight(solids, up, side, front, turn_deg=38.0, rise_deg=27.0),
+        "side": _sight(solids, up, side, front, turn_deg=0.0, rise_deg=9.0),
+        "front": _sight(solids, up, side, front, turn_deg=90.0, rise_deg=9.0),
+        "top": _sight(solids, up, side, front, turn_deg=0.0, rise_deg=89.9),
+    }
+    scale = max(sight.metres_per_px for name, sight in sights.items() if name != "three-quarter")
+    column = _MARGIN_PX + _LARGE_PX + _GAP_PX
+    pitch = _SMALL_PX + _GAP_PX
+    corners = {
+        "three-quarter": (_MARGIN_PX, _MARGIN_PX),
+        "side": (column, _MARGIN_PX),
+        "front": (column + pitch, _MARGIN_PX),
+        "top": (column, _MARGIN_PX + pitch),
+    }
+    page = Page(column + pitch + _SMALL_PX + _MARGIN_PX, _LARGE_PX + 2 * _MARGIN_PX)
+    light = _unit(0.75 * up + 0.5 * front - 0.35 * side)
+    for name, sight in sights.items():
+        if name == "three-quarter":
+            sized = sight.finer(_LARGE_PX / _SMALL_PX)
+        else:
+            sized = Sight(sight.axes, sight.middle, scale, sight.size_px)
+        left, top = corners[name]
+        page.put(render(solids, sized, up, light), left, top)
+        page.texts.append(Text(left + 14, top + 30, name, size_px=19))
+        if name == "three-quarter":
+            _put_scale(page, sized.metres_per_px, left + 14, top + _LARGE_PX - 18)
+    corner = (column + pitch, _MARGIN_PX + pitch)
+    _put_cameras(page, corner, solids, scored, up, sights["three-quarter"].axes)
+    return page.png()
+
+
+def solids_in_world(body: Body, colors: NDArray[np.uint8]) -> Solids:
+    """Return a body's ellipsoids in the world, coloured by `colors` (K, 3) uint8 RGB."""
+    pose = body.world_from_object.matrix()
+    w, x, y, z = np.asarray(body.rotations, float).T
+    turns = np.empty((len(body), 3, 3))
+    turns[:, 0] = np.stack([1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)], 1)
+    turns[:, 1] = np.stack([2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)], 1)
+    turns[:, 2] = np.stack([2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)], 1)
+    turns = pose[:3, :3] @ turns
+    shapes = (turns * np.asarray(body.radii)[:, None, :] ** 2) @ turns.transpose(0, 2, 1)
+    centers = np.asarray(body.centers) @ pose[:3, :3].T + pose[:3, 3]
+    return Solids(centers, shapes, np.asarray(colors))
+
+
+def mean_up(scored: list[ScoredView]) -> Vector:
+    """Return the unit direction in the world that is up in the images on average."""
+    ups = -np.array([one.view.world_from_camera.matrix()[:3, 1] for one in scored])
+    mean = ups.mean(axis=0)
+    # Cameras on all sides, upside down as often as not, agree on no direction.
+    return _unit(mean if np.linalg.norm(mean) > 0.1 else ups[0])
+
+
+def side_direction(solids: Solids, up: Vector) -> Vector:
+    """Return the level unit direction from which the body looks longest."""
+    right = _unit(np.cross(up, np.eye(3)[np.abs(up).argmin()]))
+    ahead = np.cross(up, right)
+    angles = np.radians(np.arange(0, 180, 3))
+    levels = np.cos(angles)[:, None] * right + np.sin(angles)[:, None] * ahead
+    lengths = [np.subtract(*solids.extent(level)[::-1]) for level in levels]
+    return np.cross(levels[int(np.argmax(lengths))], up)
+
+
+def _sight(
+    solids: Solids, up: Vector, side: Vector, front: Vector, *, turn_deg: float, rise_deg: float
+) -> Sight:
+    """Return the sight of a small panel from `side`, turned to `front` and raised."""
+    turn, rise = np.radians([turn_deg, rise_deg])
+    level = np.cos(turn) * side + np.sin(turn) * front
+    axes = look(-(np.cos(rise) * level + np.sin(rise) * up), up)
+    spans = np.array([solids.extent(axis) for axis in axes])
+    # A little above the middle, for the shadow's sake.
+    middle = axes.T @ spans.mean(axis=1)
+    extent = float((spans[:2, 1] - spans[:2, 0]).max())
+    return Sight(axes, middle, extent / (_FILLED * _SMALL_PX), (_SMALL_PX, _SMALL_PX))
+
+
+def _put_scale(page: Page, metres_per_px: float, x_px: int, y_px: int) -> None:
+    """Put a bar of a round length on the page, about a fifth of the large panel long."""
+    wish = 0.22 * _LARGE_PX * metres_per_px
+    ten = 10.0 ** np.floor(np.log10(wish))
+    length = max(step * ten for step in (1.0, 2.0, 5.0) if step * ten <= wish)
+    end = x_px + round(length / metres_per_px)
+    cv2.line(page.pixels, (x_px, y_px), (end, y_px), (34, 34, 34), 3)
+    page.texts.append(Text(end + 12, y_px + 6, f"{1000 * length:g} mm", size_px=18))
+
+
+def _put_cameras(
+    page: Page,
+    corner: tuple[int, int],
+    solids: Solids,
+    scored: list[ScoredView],
+    up: Vector,
+    axes: NDArray[np.float64],
+) -> None:
+    """Put the panel that shows where the cameras stood and what they looked at."""
+    poses = [one.view.world_from_camera.matrix() for one in scored]
+    everything = np.concatenate([solids.centers, np.stack([pose[:3, 3] for pose in poses])])
+    spans = everything @ axes.T
+    low, high = spans.min(axis=0), spans.max(axis=0)
+    reach = float(max((high - low)[:2].max(), 1e-9))
+    size = (_SMALL_PX, _SMALL_PX)
+    sight = Sight(axes, axes.T @ ((low + high) / 2.0), reach / (0.72 * _SMALL_PX), size)
+    picture = render(solids, sight, up, up)
+    for one, pose in sorted(zip(scored, poses, strict=True), key=lambda pair: -pair[1][:3, 3] @ axes[2]):
+        lines = sight.project(_frustum(one, pose, 0.085 * reach))
+        color = USED_COLOR if one.used else UNUSED_COLOR
+        for start, end in ((0, 1), (0, 2), (0, 3), (0, 4), (1, 2), (2, 3), (3, 4), (4, 1)):
+            ends = np.rint(16 * lines[[start, end]]).astype(np.int32)
+            cv2.polylines(picture, [ends], False, color, 1, cv2.LINE_AA, 4)
+    page.put(picture, *corner)
+    x, y = corner[0] + 14, corner[1] + 30
+    page.texts.append(Text(x, y, "cameras", size_px=19, color=INK))
+    place = corner[0] + _SMALL_PX - 14
+    for kind, color, used in (("unused", UNUSED_COLOR, False), ("used", USED_COLOR, True)):
+        if any(one.used is used for one in scored):
+            ink = "#{:02x}{:02x}{:02x}".format(*color)
+            page.texts.append(Text(place, y, kind, 19, ink, "right", bold=True))
+            place -= 86
+
+
+def _frustum(one: ScoredView, pose: NDArray[np.float64], length: float) -> NDArray[np.float64]:
+    """Return a camera's centre and the corners of its image (5, 3), `length` metres ahead."""
+    camera = one.view.camera
+    size, focal, center = (
+        np.array(pair, float) for pair in (camera.size_px, camera.focal_px, camera.center_px)
+    )
+    corners = np.array([[0, 0], [1, 0], [1, 1], [0, 1]]) * (size - 1)
+    rays = np.concatenate([(corners - center) / focal, np.ones((4, 1))], axis=1) * length
+    return np.concatenate([np.zeros((1, 3)), rays]) @ pose[:3, :3].T + pose[:3, 3]
+
+
+def _unit(vector: Vector) -> Vector:
+    return vector / np.linalg.norm(vector)

@@ -1,0 +1,87 @@
+"""The curve: how fitness and silhouette IoU grow with the count of ellipsoids."""
+
+import io
+
+import numpy as np
+from numpy.typing import NDArray
+
+from servoid.model import ModelResult
+from servoid.view.page import INK, QUIET_INK
+from servoid.view.scores import UNUSED_COLOR, USED_COLOR
+
+_FITNESS_COLOR = (90, 90, 90)
+
+
+def draw_curve(result: ModelResult) -> bytes:
+    """Draw F and the mean silhouette IoU against the count, and return the PNG file's bytes."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+    from matplotlib.ticker import MaxNLocator
+
+    ious = result.iou_by_count
+    fitness = np.array([step.fitness for step in result.steps])
+    lines = [
+        ("fitness F", fitness, _FITNESS_COLOR, "--"),
+        ("IoU, used views", ious.used, USED_COLOR, "-"),
+        ("IoU, unused views", ious.unused, UNUSED_COLOR, "-"),
+    ]
+    lines = [line for line in lines if np.isfinite(line[1]).any()]
+    figure = Figure(figsize=(7.2, 4.4), dpi=160, layout="constrained")
+    FigureCanvasAgg(figure)
+    axes = figure.add_subplot()
+    for _, values, color, style in lines:
+        axes.plot(
+            ious.counts, values, style, color=_unit(color), linewidth=1.8, marker="o", markersize=4.5
+        )
+    low, high = _span([values for _, values, _, _ in lines])
+    axes.set_ylim(low, high)
+    ends = np.array([values[-1] for _, values, _, _ in lines])
+    for (name, values, color, _), place in zip(lines, spread(ends, 0.062 * (high - low)), strict=True):
+        axes.annotate(
+            f"{name}  {values[-1]:.3f}",
+            (float(ious.counts[-1]), float(place)),
+            (10, 0),
+            textcoords="offset points",
+            va="center",
+            color=_unit(color),
+            fontsize=11,
+            annotation_clip=False,
+        )
+    axes.set_xlabel("ellipsoids", color=INK, fontsize=11)
+    axes.xaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
+    axes.grid(axis="y", color="#e6e6e6", linewidth=0.8)
+    axes.set_axisbelow(True)
+    axes.tick_params(colors=QUIET_INK, labelcolor=INK, labelsize=10, length=3)
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.spines[["left", "bottom"]].set_color("#aaaaaa")
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png", metadata={"Software": None})
+    return buffer.getvalue()
+
+
+def spread(places: NDArray[np.float64], gap: float) -> NDArray[np.float64]:
+    """Return places (N,) moved as little as needed to lie at least `gap` apart, in their order."""
+    order = np.argsort(places, kind="stable")
+    steps = gap * np.arange(len(places))
+    # Without the steps the wish is only that the places do not fall: pool those that do.
+    pools: list[list[float]] = []
+    for wish in places[order] - steps:
+        pools.append([float(wish)])
+        while len(pools) > 1 and np.mean(pools[-2]) > np.mean(pools[-1]):
+            last = pools.pop()
+            pools[-1] += last
+    moved = np.concatenate([np.full(len(pool), np.mean(pool)) for pool in pools]) + steps
+    return moved[np.argsort(order, kind="stable")]
+
+
+def _span(lines: list[NDArray[np.float64]]) -> tuple[float, float]:
+    """Return the range of values to show, rounded outwards to a tenth."""
+    values = np.concatenate(lines)
+    values = values[np.isfinite(values)]
+    low = np.floor(10.0 * (values.min() - 0.02)) / 10.0
+    high = np.ceil(10.0 * (values.max() + 0.005)) / 10.0
+    return float(low), float(min(high, 1.0) if values.max() <= 1.0 else high)
+
+
+def _unit(color: tuple[int, int, int]) -> tuple[float, float, float]:
+    return color[0] / 255, color[1] / 255, color[2] / 255

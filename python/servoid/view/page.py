@@ -1,0 +1,74 @@
+"""A page of pictures and set text, for pictures that are made pixel by pixel."""
+
+import io
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+PAPER = (255, 255, 255)
+INK = "#222222"
+QUIET_INK = "#777777"
+WARNING_INK = "#c62f2f"
+
+_DOTS_PER_INCH = 100
+
+
+@dataclass(frozen=True)
+class Text:
+    """A line of text; (x_px, y_px) from the page's top left is its anchor on the base line."""
+
+    x_px: float
+    y_px: float
+    words: str
+    size_px: float = 20.0
+    color: str = INK
+    align: Literal["left", "center", "right"] = "left"
+    bold: bool = False
+
+
+@dataclass
+class Page:
+    """White paper of a size in pixels, on which pictures and texts are put."""
+
+    width_px: int
+    height_px: int
+    texts: list[Text] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.pixels = np.full((self.height_px, self.width_px, 3), PAPER, np.uint8)
+
+    def put(self, picture: NDArray[np.uint8], x_px: int, y_px: int) -> None:
+        """Copy a picture (H, W, 3) RGB to where its top left pixel is to be."""
+        height, width = picture.shape[:2]
+        self.pixels[y_px : y_px + height, x_px : x_px + width] = picture
+
+    def png(self) -> bytes:
+        """Return the page, its texts set, as the bytes of a PNG file."""
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
+        from matplotlib.figure import Figure
+
+        size = (self.width_px / _DOTS_PER_INCH, self.height_px / _DOTS_PER_INCH)
+        figure = Figure(figsize=size, dpi=_DOTS_PER_INCH)
+        FigureCanvasAgg(figure)
+        figure.figimage(self.pixels, resize=False, origin="upper")
+        for text in self.texts:
+            figure.text(
+                text.x_px / self.width_px,
+                1.0 - text.y_px / self.height_px,
+                text.words,
+                fontsize=text.size_px * 72.0 / _DOTS_PER_INCH,
+                color=text.color,
+                ha=text.align,
+                va="baseline",
+                weight="bold" if text.bold else "normal",
+                parse_math=False,  # a file's name may hold any sign
+            )
+        buffer = io.BytesIO()
+        # No metadata: the same picture gives the same bytes whoever draws it.
+        figure.savefig(
+            buffer, format="png", dpi=_DOTS_PER_INCH, metadata={"Software": None},
+            pil_kwargs={"compress_level": 3},
+        )
+        return buffer.getvalue()

@@ -1,0 +1,208 @@
+"""Captures that the tests draw themselves: an independent account of what a camera sees."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from servoid.cli import main
+
+SIZE_PX = (160, 120)
+FOCAL_PX = 210.0
+CENTER_PX = (79.5, 59.5)
+BACKGROUND = (90, 90, 90)
+REAL_PHOTOS = Path(__file__).parents[2].parent / "shared" / "data" / "photos"
+
+
+@dataclass(frozen=True)
+class DrawnEllipsoid:
+    """An ellipsoid in the world; its colour is RGB."""
+
+    center: tuple[float, float, float]
+    radii: tuple[float, float, float]
+    turn_deg: tuple[float, float, float]
+    color: tuple[int, int, int]
+
+    def inverse_shape(self) -> NDArray[np.float64]:
+        turn = Rotation.from_euler("xyz", self.turn_deg, degrees=True).as_matrix()
+        return turn @ np.diag(1.0 / np.square(self.radii)) @ turn.T
+
+
+def _two_parts() -> tuple[DrawnEllipsoid, ...]:
+    return (
+        DrawnEllipsoid((0.02, -0.01, 0.03), (0.05, 0.035, 0.03), (20, -30, 10), (200, 40, 30)),
+        DrawnEllipsoid((-0.03, 0.02, 0.06), (0.025, 0.04, 0.02), (-15, 25, 50), (30, 60, 190)),
+    )
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """What to draw: ellipsoids, and cameras in a ring around them that look at the middle."""
+
+    ellipsoids: tuple[DrawnEllipsoid, ...] = field(default_factory=_two_parts)
+    views: int = 8
+    distance: float = 0.45
+
+    def world_from_cameras(self) -> list[NDArray[np.float64]]:
+        """Return the cameras' poses, (4, 4) each: x right, y down, z towards the object."""
+        poses = []
+        for index in range(self.views):
+            azimuth = 2.0 * np.pi * index / self.views
+            elevation = np.radians((15.0, 50.0, -25.0)[index % 3])
+            away = np.array(
+                [
+                    np.cos(elevation) * np.cos(azimuth),
+                    np.cos(elevation) * np.sin(azimuth),
+                    np.sin(elevation),
+                ]
+            )
+            right = np.cross(-away, [0.0, 0.0, 1.0])
+            right /= np.linalg.norm(right)
+            pose = np.eye(4)
+            pose[:3, :3] = np.stack([right, np.cross(-away, right), -away], axis=1)
+            pose[:3, 3] = np.array([0.0, 0.0, 0.04]) + self.distance * away
+            poses.append(pose)
+        return poses
+
+    def picture(self, world_from_camera: NDArray[np.float64]) -> NDArray[np.uint8]:
+        """Cast a ray through each pixel's centre; return the nearest colour, (H, W, 3) RGB."""
+        image = np.full((SIZE_PX[1], SIZE_PX[0], 3), BACKGROUND, dtype=np.uint8)
+        nearest = np.full(image.shape[:2], np.inf)
+        for ellipsoid in self.ellipsoids:
+            depth = hit_depths(
+                world_from_camera, ellipsoid.inverse_shape(), np.array(ellipsoid.center)
+            )
+            image[depth < nearest] = ellipsoid.color
+            nearest = np.minimum(nearest, depth)
+        return image
+
+    def mask(self, world_from_camera: NDArray[np.float64]) -> NDArray[np.uint8]:
+        """Return the object's pixels, (H, W), 255 inside."""
+        image = self.picture(world_from_camera)
+        return (image != BACKGROUND).any(axis=2).astype(np.uint8) * np.uint8(255)
+
+    def write(self, folder: Path) -> Path:
+        """Write the drawing as a capture with one camera that moves; return its folder."""
+        for name in ("images", "masks"):
+            (folder / name).mkdir(parents=True)
+        lines = ["time_s,x,y,z,qw,qx,qy,qz"]
+        for index, pose in enumerate(self.world_from_cameras()):
+            image = self.picture(pose)
+            write_png(folder / "images" / f"{index:04}.png", image)
+            write_png(folder / "masks" / f"{index:04}.png", self.mask(pose))
+            x, y, z, w = Rotation.from_matrix(pose[:3, :3]).as_quat()
+            numbers = [0.1 * index, *pose[:3, 3], w, x, y, z]
+            lines.append(",".join(f"{number:.12g}" for number in numbers))
+        (folder / "poses.csv").write_text("\n".join(lines) + "\n")
+        (folder / "capture.toml").write_text(capture_toml())
+        return folder
+
+
+def hit_depths(
+    world_from_camera: NDArray[np.float64],
+    inverse_shape: NDArray[np.float64],
+    center: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """Return where each pixel's ray meets an ellipsoid, (H, W); infinite where it does not."""
+    x, y = np.meshgrid(np.arange(SIZE_PX[0]), np.arange(SIZE_PX[1]))
+    rays = np.stack(
+        [(x - CENTER_PX[0]) / FOCAL_PX, (y - CENTER_PX[1]) / FOCAL_PX, np.ones(x.shape)], axis=-1
+    )
+    rays = rays @ world_from_camera[:3, :3].T
+    origin = world_from_camera[:3, 3] - center
+    a = np.einsum("hwi,ij,hwj->hw", rays, inverse_shape, rays)
+    b = rays @ inverse_shape @ origin
+    c = origin @ inverse_shape @ origin - 1.0
+    root = np.sqrt(np.maximum(b * b - a * c, 0.0))
+    depth = (-b - root) / a
+    return np.where((b * b > a * c) & (depth > 0.0), depth, np.inf)
+
+
+def capture_toml(cameras: str | None = None, rig: str = '[rig]\nposes = "poses.csv"\n') -> str:
+    """Write a capture.toml around [[camera]] tables."""
+    return f"version = 1\n\n{camera_toml() if cameras is None else cameras}\n{rig}"
+
+
+def camera_toml(name: str = "eye", images: str = "images/*.png", masks: str | None = None) -> str:
+    """Write one [[camera]] table."""
+    return f"""[[camera]]
+name = "{name}"
+images = "{images}"
+masks = "{masks or "masks/*.png"}"
+size_px = [{SIZE_PX[0]}, {SIZE_PX[1]}]
+model = "pinhole"
+focal_px = [{FOCAL_PX}, {FOCAL_PX}]
+center_px = [{CENTER_PX[0]}, {CENTER_PX[1]}]
+distortion = []
+rig_from_camera = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
+"""
+
+
+def write_png(path: Path, pixels: NDArray[np.uint8]) -> None:
+    """Write grey or RGB pixels."""
+    stored = pixels if pixels.ndim == 2 else np.ascontiguousarray(pixels[..., ::-1])
+    assert cv2.imwrite(str(path), stored)
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How a command ended, and what it said."""
+
+    code: int
+    out: str
+    err: str
+
+
+Command = Callable[..., Outcome]
+
+
+@pytest.fixture
+def servoid_command(capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Command:
+    """Run `servoid ARGUMENTS` in this process, in a terminal 80 columns wide."""
+    monkeypatch.setenv("COLUMNS", "80")
+
+    def run(*arguments: object) -> Outcome:
+        capfd.readouterr()
+        with pytest.raises(SystemExit) as ended:
+            main([str(argument) for argument in arguments])
+        out, err = capfd.readouterr()
+        code = ended.value.code
+        return Outcome(code if isinstance(code, int) else int(code is not None), out, err)
+
+    return run
+
+
+def everything_in(folder: Path) -> dict[str, bytes | None]:
+    """Return the content of every file under a folder, hidden ones too, and every folder."""
+    return {
+        path.relative_to(folder).as_posix(): path.read_bytes() if path.is_file() else None
+        for path in folder.rglob("*")
+    }
+
+
+@pytest.fixture
+def drawing() -> Drawing:
+    return Drawing()
+
+
+@pytest.fixture
+def drawn_capture(tmp_path: Path, drawing: Drawing) -> Path:
+    return drawing.write(tmp_path / "photos")
+
+
+@pytest.fixture(scope="session")
+def photos() -> Callable[[str], Path]:
+    """Find a set of real photographs, or skip the test that asks for it."""
+
+    def find(name: str) -> Path:
+        folder = REAL_PHOTOS / name
+        if not folder.is_dir():
+            pytest.skip(f"the photographs of the {name} lie beside the repository, and not here")
+        return folder
+
+    return find

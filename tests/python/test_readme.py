@@ -1,0 +1,168 @@
+import json
+import os
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import jsonschema
+import pytest
+
+from servoid.observe import open_capture
+
+ROOT = Path(__file__).parents[2]
+PROGRAMS = Path(sys.executable).parent
+PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
+PAGES = [page for page in PAGES if "_build" not in page.parts]
+EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
+FENCE = re.compile(r"^(`{3,})([^\n`]*)\n(.*?)^\1$", re.MULTILINE | re.DOTALL)
+TARGETS = set(re.findall(r"^([a-z]+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.M))
+
+
+@dataclass(frozen=True)
+class Block:
+    language: str
+    text: str
+
+
+def blocks(text: str) -> list[Block]:
+    return [Block(match.group(2).strip(), match.group(3)) for match in FENCE.finditer(text)]
+
+
+TYPED = [
+    page
+    for page in PAGES
+    if any(
+        block.language in ("python", "console", "sh") for block in blocks(page.read_text("utf-8"))
+    )
+]
+
+
+def commands(block: Block) -> list[str]:
+    """Return what a person types: all lines of `sh`, those after `$ ` of `console`."""
+    lines = block.text.replace("\\\n", " ").splitlines()
+    if block.language == "console":
+        lines = [line[2:] for line in lines if line.startswith("$ ")]
+    return [line.strip() for line in lines if line.strip() and not line.startswith("#")]
+
+
+def run(command: list[str], folder: Path) -> str:
+    environment = os.environ | {"PATH": f"{PROGRAMS}{os.pathsep}{os.environ['PATH']}"}
+    environment |= {"MPLBACKEND": "agg", "NO_COLOR": "1"}
+    done = subprocess.run(
+        command, cwd=folder, env=environment, capture_output=True, text=True, timeout=120
+    )
+    assert done.returncode == 0, f"{shlex.join(command)}\n{done.stdout}\n{done.stderr}"
+    return done.stdout
+
+
+def execute(block: Block, folder: Path) -> None:
+    """Run one block in `folder`; of `make`, only check that the target exists."""
+    if block.language == "python":
+        run([sys.executable, "-c", block.text], folder)
+    elif block.language in ("console", "sh"):
+        for command in commands(block):
+            words = shlex.split(command)
+            if words[0] == "make":
+                assert set(words[1:]) <= TARGETS, command
+            else:
+                run(words, folder)
+
+
+@pytest.fixture(scope="session")
+def sample(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("pages") / "sample"
+    run(["servoid", "sample", str(folder)], folder.parent)
+    return folder
+
+
+@pytest.fixture
+def folder(tmp_path: Path, sample: Path) -> Path:
+    """Return a folder that looks like a clone after `make demo`."""
+    (tmp_path / ".venv").mkdir()
+    (tmp_path / ".venv" / "bin").symlink_to(PROGRAMS)
+    shutil.copytree(sample, tmp_path / "out" / "sample")
+    return tmp_path
+
+
+@pytest.mark.parametrize("page", TYPED, ids=lambda page: str(page.relative_to(ROOT)))
+def test_what_a_page_tells_to_type_works(page: Path, folder: Path) -> None:
+    for block in blocks(page.read_text(encoding="utf-8")):
+        execute(block, folder)
+
+
+@pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.name)
+def test_an_example_runs_and_says_what_it_found(example: Path, folder: Path) -> None:
+    assert run([sys.executable, str(example)], folder).strip()
+
+
+def test_the_readme_shows_the_command_and_the_python_interface() -> None:
+    shown = blocks((ROOT / "README.md").read_text(encoding="utf-8"))
+    typed = [
+        command for block in shown if block.language == "console" for command in commands(block)
+    ]
+    python = [block.text for block in shown if block.language == "python"]
+    assert typed[0] == "make demo"
+    assert any("servoid model" in command for command in typed)
+    assert len(python) == 1
+    assert len([line for line in python[0].splitlines() if line.strip()]) <= 10
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_the_links_of_a_page_lead_somewhere(page: Path) -> None:
+    links = re.findall(r"\]\(([^)#\s]+)(?:#[^)]*)?\)", page.read_text(encoding="utf-8"))
+    inner = [link for link in links if "://" not in link]
+    assert [link for link in inner if not (page.parent / link).exists()] == []
+
+
+def test_the_make_targets_that_pages_name_exist() -> None:
+    named = {
+        target
+        for page in PAGES
+        for target in re.findall(r"`make ([a-z]+)`", page.read_text(encoding="utf-8"))
+    }
+    assert {"demo", "test"} <= named <= TARGETS
+
+
+def test_the_capture_on_the_page_of_formats_can_be_opened(tmp_path: Path) -> None:
+    toml, poses = blocks((ROOT / "docs" / "formats.md").read_text(encoding="utf-8"))[:2]
+    (tmp_path / "capture.toml").write_text(toml.text)
+    (tmp_path / "poses.csv").write_text(poses.text)
+    for name in ("images/0.jpg", "masks/0.png"):
+        (tmp_path / name).parent.mkdir()
+        (tmp_path / name).touch()
+    assert [view.name for view in open_capture(tmp_path).views()] == ["eye/0"]
+
+
+def test_the_body_on_the_page_of_formats_keeps_to_the_schema() -> None:
+    shown = blocks((ROOT / "docs" / "formats.md").read_text(encoding="utf-8"))
+    schema = ROOT / "python" / "servoid" / "shape" / "body.schema.json"
+    [body] = [json.loads(block.text) for block in shown if block.language == "json"]
+    jsonschema.validate(body, json.loads(schema.read_text(encoding="utf-8")))
+
+
+def test_no_figure_is_left_open() -> None:
+    assert [page.name for page in PAGES if "@@" in page.read_text(encoding="utf-8")] == []
+
+
+# The reading of pages is itself checked.
+
+
+def test_only_what_stands_after_the_prompt_is_typed() -> None:
+    block = Block("console", "$ make test\n12 passed\n$ servoid \\\n  --help\n# a word\n")
+    assert commands(block) == ["make test", "servoid    --help"]
+
+
+def test_a_block_that_fails_is_reported(tmp_path: Path) -> None:
+    with pytest.raises(AssertionError, match="no such thing"):
+        execute(Block("python", "raise SystemExit('no such thing')"), tmp_path)
+    with pytest.raises(AssertionError, match="make nothing"):
+        execute(Block("console", "$ make nothing"), tmp_path)
+
+
+def test_fenced_blocks_are_found_with_their_language() -> None:
+    text = "a\n```python\nx = 1\n```\nb\n```text\ny\n```\n"
+    assert blocks(text) == [Block("python", "x = 1\n"), Block("text", "y\n")]

@@ -58,7 +58,9 @@ def _along_gaze(forward: float, left: float, up: float) -> Triple:
 
 PARTS = (
     Part("body", RoundCone((0.012, 0, 0.080), (-0.058, 0, 0.090), 0.049, 0.024), _TEAL, 0.01),
-    Part("head", RoundCone((0.036, 0.003, 0.125), _along_gaze(0, 0, 0), 0.030, 0.034), _TEAL, 0.022),
+    Part(
+        "head", RoundCone((0.036, 0.003, 0.125), _along_gaze(0, 0, 0), 0.030, 0.034), _TEAL, 0.022
+    ),
     Part(
         "beak",
         RoundCone(_along_gaze(0.024, 0, -0.002), _along_gaze(0.074, 0, -0.014), 0.0165, 0.0050),
@@ -124,11 +126,13 @@ def paint(points: Array) -> Array:
 
 def _inside(points: Array, center: Triple, radius: float) -> Array:
     """Return 1 inside a ball and 0 outside, with an edge as soft as a coat of paint."""
-    away = np.sqrt(((points - np.asarray(center, np.float32)[:, None]) ** 2).sum(axis=0))
-    return np.clip((np.float32(radius) - away) * np.float32(1 / _PAINT_EDGE) + 0.5, 0, 1)
+    away: Array = np.sqrt(((points - np.asarray(center, np.float32)[:, None]) ** 2).sum(axis=0))
+    cover: Array = (np.float32(radius) - away) * np.float32(1 / _PAINT_EDGE) + np.float32(0.5)
+    return np.clip(cover, 0, 1).astype(np.float32, copy=False)
 
 
 def _coat(painted: Array, cover: Array, color: Triple, weight: Array) -> Array:
     """Return the paint (3, N) after another coat where both `cover` and `weight` (N,) allow it."""
     share = cover * weight
-    return painted + share * (np.asarray(color, np.float32)[:, None] ** np.float32(2.2) - painted)
+    coated = painted + share * (np.asarray(color, np.float32)[:, None] ** np.float32(2.2) - painted)
+    return np.asarray(coated, np.float32)

@@ -1,11 +1,9 @@
 """Writes the sample: a capture, as a person would have taken it, of an object made here."""
 
-import shutil
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -104,20 +102,22 @@ def _write_files(
         (draft / folder).mkdir(parents=True)
     for index, shot in enumerate(shots):
         image, mask = photograph(shot, seed=index)
-        bgr = cv2.cvtColor(image, cv2.COLOR_RGB2BGR)
-        jpeg = _encode(".jpg", bgr, [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY])
-        (draft / "images" / f"{index:04d}.jpg").write_bytes(jpeg)
-        (draft / "masks" / f"{index:04d}.png").write_bytes(_encode(".png", mask, []))
+        (draft / "images" / f"{index:04d}.jpg").write_bytes(_encode(".jpg", image[:, :, ::-1]))
+        (draft / "masks" / f"{index:04d}.png").write_bytes(_encode(".png", mask))
         if progress is not None:
             progress(index + 1, len(shots))
     (draft / "poses.csv").write_text(_poses(shots), encoding="utf-8", newline="\n")
     (draft / "capture.toml").write_text(_capture(shots[0]), encoding="utf-8", newline="\n")
 
 
-def _encode(kind: str, image: NDArray[np.uint8], options: list[int]) -> bytes:
-    done, data = cv2.imencode(kind, image, options)
+def _encode(kind: str, pixels: NDArray[np.uint8]) -> bytes:
+    """Return a grey or BGR image as the bytes of a file of its kind."""
+    import cv2  # slow to import, and help texts do not need it
+
+    options = [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY] if kind == ".jpg" else []
+    done, data = cv2.imencode(kind, np.ascontiguousarray(pixels), options)
     if not done:
-        raise OutputError(f"cannot encode a {kind} image of shape {image.shape}")
+        raise OutputError(f"cannot encode a {kind} image of shape {pixels.shape}")
     return data.tobytes()
 
 

@@ -1,15 +1,15 @@
 """The sample's photographs: cameras around a table, a key light, a sky, a lens and a sensor."""
 
 from dataclasses import dataclass
+from typing import Any
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from servoid.sim import bird, tracing
 from servoid.sim.solids import Array
 
-_KEY_LIGHT = np.array([0.42, -0.46, 0.78], np.float32) / np.float32(np.sqrt(0.9964))
+_KEY_LIGHT: Array = np.array([0.42078, -0.46085, 0.78141], np.float32)  # of length 1
 _KEY_COLOR = np.array([1.95, 1.80, 1.55], np.float32)
 _SKY_COLOR = np.array([0.46, 0.51, 0.60], np.float32)
 _BOUNCE_COLOR = np.array([0.20, 0.16, 0.12], np.float32)
@@ -78,14 +78,13 @@ def photograph(shot: Shot, seed: int) -> tuple[NDArray[np.uint8], NDArray[np.uin
     depths = tracing.first_hits(bird.distance, origins, directions, _ray_limits(shot))
     seen = ~np.isnan(depths)
     light = _table_light(origins, directions)
-    light[:, seen] = _bird_light(
-        origins[:, seen] + depths[seen] * directions[:, seen], directions[:, seen]
-    )
+    points = origins[:, seen] + depths[seen] * directions[:, seen]
+    light[:, seen] = _bird_light(np.asarray(points, np.float32), directions[:, seen])
     mask = np.where(seen, np.uint8(255), np.uint8(0)).reshape(height, width)
     return _develop(light.T.reshape(height, width, 3), seed), mask
 
 
-def _rays(shot: Shot, u: NDArray[np.generic], v: NDArray[np.generic]) -> tuple[Array, Array]:
+def _rays(shot: Shot, u: NDArray[Any], v: NDArray[Any]) -> tuple[Array, Array]:
     """Return origins and unit directions (3, N) in the world of rays through pixels (u, v)."""
     x = (u - shot.center_px[0]) / shot.focal_px
     y = (v - shot.center_px[1]) / shot.focal_px
@@ -118,7 +117,10 @@ def _bird_light(points: Array, directions: Array) -> Array:
     lifted = points + np.float32(0.0012) * normal
     facing = np.maximum((normal * _KEY_LIGHT[:, None]).sum(axis=0), 0)
     limits = tracing.sphere_range(
-        lifted, np.broadcast_to(_KEY_LIGHT[:, None], lifted.shape), bird.BOUND_CENTER, bird.BOUND_RADIUS
+        lifted,
+        np.broadcast_to(_KEY_LIGHT[:, None], lifted.shape),
+        bird.BOUND_CENTER,
+        bird.BOUND_RADIUS,
     )
     limits[0, facing <= 0] = np.nan
     key = facing * tracing.light_seen(bird.distance, lifted, _KEY_LIGHT, limits)
@@ -150,7 +152,10 @@ def _table_light(origins: Array, directions: Array) -> Array:
     up = np.zeros_like(points)
     up[2] = 1
     limits = tracing.sphere_range(
-        points, np.broadcast_to(_KEY_LIGHT[:, None], points.shape), bird.BOUND_CENTER, bird.BOUND_RADIUS
+        points,
+        np.broadcast_to(_KEY_LIGHT[:, None], points.shape),
+        bird.BOUND_CENTER,
+        bird.BOUND_RADIUS,
     )
     key = _KEY_LIGHT[2] * tracing.light_seen(bird.distance, points, _KEY_LIGHT, limits)
     openness = np.ones_like(away)
@@ -181,11 +186,13 @@ def _lattice(pattern: Array, u: Array, v: Array) -> Array:
     k, m = (i + 1) & 255, (j + 1) & 255
     top = pattern[i, j] + right * (pattern[i, m] - pattern[i, j])
     bottom = pattern[k, j] + right * (pattern[k, m] - pattern[k, j])
-    return top + down * (bottom - top)
+    return np.asarray(top + down * (bottom - top), np.float32)
 
 
 def _develop(light: Array, seed: int) -> NDArray[np.uint8]:
     """Turn linear light (H, W, 3) into an 8-bit photograph: lens, tone curve, sensor noise."""
+    import cv2  # slow to import, and help texts do not need it
+
     blurred = cv2.GaussianBlur(light, (0, 0), _LENS_BLUR_PX)
     height, width = light.shape[:2]
     v, u = np.mgrid[-1 : 1 : height * 1j, -1 : 1 : width * 1j].astype(np.float32)

@@ -1,5 +1,7 @@
 """The picture of the body: its ellipsoids from four sides, and where the cameras stood."""
 
+from typing import Any
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -24,8 +26,7 @@ def draw_body(result: ModelResult) -> bytes:
     solids = solids_in_world(result.body, result.colors)
     scored = scored_views(result)
     up = mean_up(scored)
-    side = side_direction(solids, up)
-    front = np.cross(up, side)
+    side, front = side_and_front(solids, up, scored[0].view.world_from_camera.matrix()[:3, 3])
     sights = {
         "three-quarter": _sight(solids, up, side, front, turn_deg=38.0, rise_deg=27.0),
         "side": _sight(solids, up, side, front, turn_deg=0.0, rise_deg=9.0),
@@ -42,7 +43,7 @@ def draw_body(result: ModelResult) -> bytes:
         "top": (column, _MARGIN_PX + pitch),
     }
     page = Page(column + pitch + _SMALL_PX + _MARGIN_PX, _LARGE_PX + 2 * _MARGIN_PX)
-    light = _unit(0.75 * up + 0.5 * front - 0.35 * side)
+    light = _unit(0.95 * up + 0.32 * side + 0.50 * front)
     for name, sight in sights.items():
         if name == "three-quarter":
             sized = sight.finer(_LARGE_PX / _SMALL_PX)
@@ -80,14 +81,24 @@ def mean_up(scored: list[ScoredView]) -> Vector:
     return _unit(mean if np.linalg.norm(mean) > 0.1 else ups[0])
 
 
-def side_direction(solids: Solids, up: Vector) -> Vector:
-    """Return the level unit direction from which the body looks longest."""
+def side_and_front(solids: Solids, up: Vector, first_camera: Vector) -> tuple[Vector, Vector]:
+    """Return two level unit directions across each other, both on the first camera's side.
+
+    Seen from the first, the body looks longest.
+    """
     right = _unit(np.cross(up, np.eye(3)[np.abs(up).argmin()]))
     ahead = np.cross(up, right)
     angles = np.radians(np.arange(0, 180, 3))
     levels = np.cos(angles)[:, None] * right + np.sin(angles)[:, None] * ahead
-    lengths = [np.subtract(*solids.extent(level)[::-1]) for level in levels]
-    return np.cross(levels[int(np.argmax(lengths))], up)
+    extents = np.array([solids.extent(level) for level in levels])
+    front: Vector = levels[int(np.argmax(extents[:, 1] - extents[:, 0]))]
+    side = np.cross(front, up)
+    toward_camera = first_camera - solids.centers.mean(axis=0)
+    return side * _sign(side @ toward_camera), front * _sign(front @ toward_camera)
+
+
+def _sign(value: float) -> float:
+    return 1.0 if value >= 0.0 else -1.0
 
 
 def _sight(
@@ -98,7 +109,6 @@ def _sight(
     level = np.cos(turn) * side + np.sin(turn) * front
     axes = look(-(np.cos(rise) * level + np.sin(rise) * up), up)
     spans = np.array([solids.extent(axis) for axis in axes])
-    # A little above the middle, for the shadow's sake.
     middle = axes.T @ spans.mean(axis=1)
     extent = float((spans[:2, 1] - spans[:2, 0]).max())
     return Sight(axes, middle, extent / (_FILLED * _SMALL_PX), (_SMALL_PX, _SMALL_PX))
@@ -131,7 +141,9 @@ def _put_cameras(
     size = (_SMALL_PX, _SMALL_PX)
     sight = Sight(axes, axes.T @ ((low + high) / 2.0), reach / (0.72 * _SMALL_PX), size)
     picture = render(solids, sight, up, up)
-    for one, pose in sorted(zip(scored, poses, strict=True), key=lambda pair: -pair[1][:3, 3] @ axes[2]):
+    for one, pose in sorted(
+        zip(scored, poses, strict=True), key=lambda pair: -pair[1][:3, 3] @ axes[2]
+    ):
         lines = sight.project(_frustum(one, pose, 0.085 * reach))
         color = USED_COLOR if one.used else UNUSED_COLOR
         for start, end in ((0, 1), (0, 2), (0, 3), (0, 4), (1, 2), (2, 3), (3, 4), (4, 1)):
@@ -159,5 +171,5 @@ def _frustum(one: ScoredView, pose: NDArray[np.float64], length: float) -> NDArr
     return np.concatenate([np.zeros((1, 3)), rays]) @ pose[:3, :3].T + pose[:3, 3]
 
 
-def _unit(vector: Vector) -> Vector:
-    return vector / np.linalg.norm(vector)
+def _unit(vector: NDArray[Any]) -> Vector:
+    return np.asarray(vector / np.linalg.norm(vector), np.float64)

@@ -16,6 +16,7 @@ _MARGIN_PX = 20
 _GAP_PX = 16
 _CAPTION_PX = 36
 _TITLE_PX = 62
+_NO_IMAGE = (110, 110, 110)
 _SUBPIXEL_BITS = 4
 
 
@@ -56,7 +57,7 @@ def choose_views(scored: list[ScoredView], worst: ScoredView) -> list[ScoredView
 
 def outline_colors(count: int) -> list[tuple[int, int, int]]:
     """Return a bright colour (RGB) for each of `count` outlines, neighbours far apart in hue."""
-    hues = (24.0 + 137.508 * np.arange(count)) % 360.0
+    hues = np.asarray((24.0 + 137.508 * np.arange(count)) % 360.0, np.float64)
     lightness = np.where(np.arange(count) % 2 == 0, 0.80, 0.70)
     lch = np.stack([100 * lightness, *_chroma(hues)], axis=1).astype(np.float32)
     rgb = cv2.cvtColor(lch[None], cv2.COLOR_Lab2RGB)[0]
@@ -94,12 +95,15 @@ def _put_view(
     if is_worst:
         red = (0xC6, 0x2F, 0x2F)
         cv2.rectangle(tile, (1, 1), (tile_size[0] - 2, tile_size[1] - 2), red, 3)
+        cv2.rectangle(tile, (0, 0), (132, 30), red, -1)
+        tag = Text(corner[0] + 10, corner[1] + 22, "worst view", 18, "white", bold=True)
+        page.texts.append(tag)
     page.put(tile, *corner)
     base = corner[1] + tile_size[1] + 25
     right = corner[0] + tile_size[0]
     size = min(20.0, 20.0 * tile_size[0] / 290)
     words = f"{one.view.name}, {one.use}"
-    iou = f"{'worst: ' if is_worst else ''}IoU {one.iou:.3f}"
+    iou = f"IoU {one.iou:.3f}"
     color = WARNING_INK if is_worst else INK
     page.texts.append(Text(corner[0], base, _shorten(words), size, INK))
     page.texts.append(Text(right, base, iou, size, color, "right", bold=is_worst))
@@ -118,12 +122,12 @@ def draw_view(body: Body, one: ScoredView, tile_size: tuple[int, int]) -> NDArra
     outlines = [None if one is None else outline_points(*one) for one in found]
     tile_from_image = _cut(mask, [points for points in outlines if points is not None], tile_size)
     scale = tile_from_image[0, 0]
-    smooth = cv2.INTER_AREA if scale < 1 else cv2.INTER_CUBIC
-    tile = cv2.warpAffine(
-        image, tile_from_image, tile_size, flags=smooth, borderMode=cv2.BORDER_REPLICATE
-    )
-    inside = cv2.warpAffine(mask, tile_from_image, tile_size, flags=cv2.INTER_LINEAR)
-    tile = _dim(tile, inside)
+    if scale < 0.7:
+        image = cv2.GaussianBlur(image, (0, 0), 0.35 / scale)  # or fine texture would flicker
+    way = {"M": tile_from_image, "dsize": tile_size}
+    tile = cv2.warpAffine(image, **way, flags=cv2.INTER_CUBIC, borderValue=_NO_IMAGE)
+    inside = np.asarray(cv2.warpAffine(mask, **way, flags=cv2.INTER_LINEAR), np.uint8)
+    tile = _dim(np.asarray(tile, np.uint8), inside)
     contours, _ = cv2.findContours(inside // 128, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
     cv2.drawContours(tile, contours, -1, (255, 255, 255), 1, cv2.LINE_AA)
     for points, color in zip(outlines, outline_colors(len(body)), strict=True):

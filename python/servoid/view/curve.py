@@ -1,6 +1,7 @@
 """The curve: how fitness and silhouette IoU grow with the count of ellipsoids."""
 
 import io
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,18 +10,21 @@ from servoid.model import ModelResult
 from servoid.view.page import INK, QUIET_INK
 from servoid.view.scores import UNUSED_COLOR, USED_COLOR
 
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
 _FITNESS_COLOR = (90, 90, 90)
+_Line = tuple[str, NDArray[np.float64], tuple[int, int, int], str]
 
 
 def draw_curve(result: ModelResult) -> bytes:
     """Draw F and the mean silhouette IoU against the count, and return the PNG file's bytes."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
-    from matplotlib.ticker import MaxNLocator
 
     ious = result.iou_by_count
     fitness = np.array([step.fitness for step in result.steps])
-    lines = [
+    lines: list[_Line] = [
         ("fitness F", fitness, _FITNESS_COLOR, "--"),
         ("IoU, used views", ious.used, USED_COLOR, "-"),
         ("IoU, unused views", ious.unused, UNUSED_COLOR, "-"),
@@ -31,15 +35,32 @@ def draw_curve(result: ModelResult) -> bytes:
     axes = figure.add_subplot()
     for _, values, color, style in lines:
         axes.plot(
-            ious.counts, values, style, color=_unit(color), linewidth=1.8, marker="o", markersize=4.5
+            ious.counts,
+            values,
+            style,
+            color=_unit(color),
+            linewidth=1.8,
+            marker="o",
+            markersize=4.5,
         )
+    _label(axes, int(ious.counts[-1]), lines)
+    _dress(axes)
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png", metadata={"Software": None})
+    return buffer.getvalue()
+
+
+def _label(axes: "Axes", last_count: int, lines: list[_Line]) -> None:
+    """Write the name and the last value of each line at its end."""
     low, high = _span([values for _, values, _, _ in lines])
     axes.set_ylim(low, high)
     ends = np.array([values[-1] for _, values, _, _ in lines])
-    for (name, values, color, _), place in zip(lines, spread(ends, 0.062 * (high - low)), strict=True):
+    for (name, values, color, _), place in zip(
+        lines, spread(ends, 0.062 * (high - low)), strict=True
+    ):
         axes.annotate(
             f"{name}  {values[-1]:.3f}",
-            (float(ious.counts[-1]), float(place)),
+            (last_count, float(place)),
             (10, 0),
             textcoords="offset points",
             va="center",
@@ -47,6 +68,12 @@ def draw_curve(result: ModelResult) -> bytes:
             fontsize=11,
             annotation_clip=False,
         )
+
+
+def _dress(axes: "Axes") -> None:
+    """Give the axes their names, few lines and quiet colours."""
+    from matplotlib.ticker import MaxNLocator
+
     axes.set_xlabel("ellipsoids", color=INK, fontsize=11)
     axes.xaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
     axes.grid(axis="y", color="#e6e6e6", linewidth=0.8)
@@ -54,9 +81,6 @@ def draw_curve(result: ModelResult) -> bytes:
     axes.tick_params(colors=QUIET_INK, labelcolor=INK, labelsize=10, length=3)
     axes.spines[["top", "right"]].set_visible(False)
     axes.spines[["left", "bottom"]].set_color("#aaaaaa")
-    buffer = io.BytesIO()
-    figure.savefig(buffer, format="png", metadata={"Software": None})
-    return buffer.getvalue()
 
 
 def spread(places: NDArray[np.float64], gap: float) -> NDArray[np.float64]:

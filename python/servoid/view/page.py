@@ -1,11 +1,12 @@
 """A page of pictures and set text, for pictures that are made pixel by pixel."""
 
-import io
 from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
+
+from servoid.errors import OutputError
 
 PAPER = (255, 255, 255)
 INK = "#222222"
@@ -46,13 +47,22 @@ class Page:
 
     def png(self) -> bytes:
         """Return the page, its texts set, as the bytes of a PNG file."""
+        import cv2
+
+        image = _composite(self.pixels, self._set_texts())
+        done, data = cv2.imencode(".png", image[:, :, ::-1], [cv2.IMWRITE_PNG_COMPRESSION, 4])
+        if not done:
+            raise OutputError(f"cannot encode a picture of {self.width_px} x {self.height_px} px")
+        return data.tobytes()
+
+    def _set_texts(self) -> NDArray[np.uint8]:
+        """Return the texts alone, (H, W, 4) RGBA, on a page that is else transparent."""
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.figure import Figure
 
         size = (self.width_px / _DOTS_PER_INCH, self.height_px / _DOTS_PER_INCH)
-        figure = Figure(figsize=size, dpi=_DOTS_PER_INCH)
-        FigureCanvasAgg(figure)
-        figure.figimage(self.pixels, resize=False, origin="upper")
+        figure = Figure(figsize=size, dpi=_DOTS_PER_INCH, facecolor="none")
+        canvas = FigureCanvasAgg(figure)
         for text in self.texts:
             figure.text(
                 text.x_px / self.width_px,
@@ -65,10 +75,15 @@ class Page:
                 weight="bold" if text.bold else "normal",
                 parse_math=False,  # a file's name may hold any sign
             )
-        buffer = io.BytesIO()
-        # No metadata: the same picture gives the same bytes whoever draws it.
-        figure.savefig(
-            buffer, format="png", dpi=_DOTS_PER_INCH, metadata={"Software": None},
-            pil_kwargs={"compress_level": 3},
-        )
-        return buffer.getvalue()
+        canvas.draw()
+        return np.asarray(canvas.buffer_rgba(), np.uint8)
+
+
+def _composite(paper: NDArray[np.uint8], ink: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Return paper (H, W, 3) with ink (H, W, 4) over it."""
+    composed = paper.copy()
+    rows, columns = np.nonzero(ink[:, :, 3])
+    share = ink[rows, columns, 3:].astype(np.float32) / 255.0
+    mixed = share * ink[rows, columns, :3] + (1.0 - share) * paper[rows, columns]
+    composed[rows, columns] = np.rint(mixed).astype(np.uint8)
+    return composed

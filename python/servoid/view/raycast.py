@@ -74,8 +74,9 @@ def cast(solids: Solids, sight: Sight) -> Surface:
         u0, v0 = sight.project(center[None])[0]
         reach = np.sqrt(np.diag(seen))
         left, top = (max(0, int(np.ceil(low))) for low in (u0 - reach[0], v0 - reach[1]))
-        columns, rows = np.arange(left, min(width, int(u0 + reach[0]) + 1)), np.arange(
-            top, min(height, int(v0 + reach[1]) + 1)
+        columns, rows = (
+            np.arange(left, min(width, int(u0 + reach[0]) + 1)),
+            np.arange(top, min(height, int(v0 + reach[1]) + 1)),
         )
         if not len(columns) or not len(rows):
             continue
@@ -177,7 +178,7 @@ def render(
     """Return a picture (H, W, 3) RGB of the ellipsoids on light paper, its edges smoothed."""
     import cv2
 
-    fine = sight.finer(2)
+    fine = sight.finer(1.5)
     coarse = paper(solids, sight.finer(0.5), up, light)
     canvas = cv2.resize(coarse, fine.size_px, interpolation=cv2.INTER_CUBIC)
     surface = cast(solids, fine)

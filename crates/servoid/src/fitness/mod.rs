@@ -10,6 +10,7 @@ mod map;
 mod overlap;
 mod region;
 mod rows;
+mod spread;
 mod sweep;
 
 pub use backend::Backend;
@@ -18,6 +19,7 @@ pub use map::ScoreMap;
 pub use overlap::{Overlap, OverlapView};
 pub use region::{Region, RegionView};
 pub use rows::Sums;
+pub use spread::{spread, spread_gradient};
 
 use rayon::prelude::*;
 

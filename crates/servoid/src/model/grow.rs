@@ -1,5 +1,6 @@
 use rayon::prelude::*;
 
+use super::ladder::Ladder;
 use super::refine::{Fit, refine};
 use super::scene::Scene;
 use super::seed::OpenRegion;
@@ -8,64 +9,123 @@ use crate::evolve::rng;
 use crate::fitness::Fitness;
 use crate::shape::Quadric;
 
-/// Steps of a joint climb on the coarse, middle and fine level.
-const STEPS: [usize; 3] = [40, 40, 40];
+/// Steps of a joint climb on the coarse level, on the middle one, and of the last one on the finest.
+const STEPS: [usize; 3] = [80, 40, 60];
+
+/// Steps of a climb between two ellipsoids that are taken away in passing.
+const PASSING_STEPS: usize = 12;
 
 /// Fits that go on from the coarse level to the finer ones.
 const FINALISTS: usize = 2;
 
-/// Gain in F below which a change is not worth another round.
+/// Gain below which a change is not worth another round.
 const WORTHWHILE: f64 = 1e-5;
 
-/// Seeks one more ellipsoid on several islands, fits all of them together, keeps the best.
+/// Seeks one more ellipsoid on several islands and by splitting those that stand, fits all of them
+/// together, keeps the best.
 pub(super) fn add_one(
     scene: &Scene,
     standing: &Fit,
     settings: &Settings,
-    pass: usize,
+    line: usize,
 ) -> Result<Fit, ModelError> {
-    let open = OpenRegion::new(&scene.coarsest().views, &standing.quadrics);
+    let open = OpenRegion::new(&scene.coarse.views, &standing.quadrics);
     let seek = |island: usize| {
-        let branch = branch(pass, standing.quadrics.len(), 0, island);
+        let branch = branch(line, standing.quadrics.len(), 0, island);
         seek_and_fit(scene, &open, &standing.quadrics, settings, branch)
     };
     let found: Vec<_> = (0..settings.islands).into_par_iter().map(seek).collect();
-    let best = settle_best(scene, found.into_iter().collect::<Result<_, _>>()?);
+    let mut found: Vec<Fit> = found.into_iter().collect::<Result<_, _>>()?;
+    found.extend(splits(scene, standing, settings.splits));
+    let best = settle_best(scene, found);
     Ok(best.filter(|fit| fit.fitness >= standing.fitness).unwrap_or_else(|| standing.echo()))
 }
 
-/// Takes ellipsoids out that say least and seeks them anew, as long as that helps.
+/// Splits each ellipsoid across each of its axes, and fits the `keep` most promising.
+fn splits(scene: &Scene, standing: &Fit, keep: usize) -> Vec<Fit> {
+    let coarse = &scene.coarse.overlap;
+    let places: Vec<(usize, usize)> =
+        (0..standing.quadrics.len()).flat_map(|which| (0..3).map(move |axis| (which, axis))).collect();
+    let split = |&(which, axis): &(usize, usize)| {
+        let halves = standing.quadrics[which].halves(axis);
+        let all = [standing.without(&[which]), halves.to_vec()].concat();
+        refine(coarse, &all, PASSING_STEPS)
+    };
+    let mut found: Vec<Fit> = places.par_iter().map(split).collect();
+    found.sort_by(|a, b| b.worth.total_cmp(&a.worth));
+    found.truncate(keep);
+    found.par_iter().map(|fit| refine(coarse, &fit.quadrics, STEPS[0])).collect()
+}
+
+/// Takes ellipsoids out that say little, alone or with one that hides them, and seeks them anew, as
+/// long as that helps.
 pub(super) fn reseed(
     scene: &Scene,
     mut standing: Fit,
     settings: &Settings,
-    pass: usize,
+    line: usize,
 ) -> Result<Fit, ModelError> {
     let count = standing.quadrics.len();
     let rounds = if count < 2 { 0 } else { settings.reseeds };
     for round in 1..=rounds {
-        let seek = |&gone: &usize| {
-            let rest = standing.without(gone);
-            let open = OpenRegion::new(&scene.coarsest().views, &rest);
-            seek_and_fit(scene, &open, &rest, settings, branch(pass, count, round, gone))
+        let removals = removals(scene, &standing, settings);
+        let seek = |place: usize| {
+            let mut fit = Fit { quadrics: standing.without(&removals[place]), ..Fit::default() };
+            while fit.quadrics.len() < count {
+                let open = OpenRegion::new(&scene.coarse.views, &fit.quadrics);
+                let branch = branch(line, fit.quadrics.len(), round, place);
+                fit = seek_and_fit(scene, &open, &fit.quadrics, settings, branch)?;
+            }
+            Ok(fit)
         };
-        let mut order = by_loss(scene, &standing);
-        order.truncate(settings.islands);
-        let found: Vec<_> = order.par_iter().map(seek).collect();
-        match settle_best(scene, found.into_iter().collect::<Result<_, _>>()?) {
-            Some(fit) if fit.fitness > standing.fitness + WORTHWHILE => standing = fit,
+        let found: Vec<_> = (0..removals.len()).into_par_iter().map(seek).collect();
+        match settle_best(scene, found.into_iter().collect::<Result<_, ModelError>>()?) {
+            Some(fit) if fit.worth > standing.worth + WORTHWHILE => standing = fit,
             _ => break,
         }
     }
     Ok(standing)
 }
 
-/// Takes the ellipsoid away that says least and fits the others together.
-pub(super) fn drop_one(scene: &Scene, standing: &Fit) -> Fit {
-    let fit = |&gone: &usize| {
-        let rest = standing.without(gone);
-        refine(&scene.coarsest().overlap, &rest, STEPS[0])
+/// Chooses what to take out: the single ellipsoids that are missed least, and the pairs that hide
+/// each other most, both of which are missed far more than each alone.
+fn removals(scene: &Scene, standing: &Fit, settings: &Settings) -> Vec<Vec<usize>> {
+    let loss = |gone: &[usize]| {
+        standing.fitness - scene.coarse.overlap.score(&standing.without(gone))
     };
+    let count = standing.quadrics.len();
+    let alone: Vec<f64> = (0..count).map(|one| loss(&[one])).collect();
+    let mut singles: Vec<usize> = (0..count).collect();
+    singles.sort_by(|&a, &b| alone[a].total_cmp(&alone[b]));
+    singles.truncate(settings.singles);
+    let pairs: Vec<_> = (0..count).flat_map(|one| (0..one).map(move |two| [one, two])).collect();
+    let hiding = |&[one, two]: &[usize; 2]| (loss(&[one, two]) - alone[one] - alone[two], [one, two]);
+    let mut pairs: Vec<(f64, [usize; 2])> = pairs.par_iter().map(hiding).collect();
+    pairs.sort_by(|a, b| b.0.total_cmp(&a.0));
+    pairs.truncate(if count > 2 { settings.pairs } else { 0 });
+    let singles = singles.into_iter().map(|one| vec![one]);
+    singles.chain(pairs.into_iter().map(|(_, pair)| pair.to_vec())).collect()
+}
+
+/// Takes ellipsoids away one by one and offers what is left of each count to the ladder; where
+/// the ladder has no such count yet, only in passing.
+pub(super) fn descend(scene: &Scene, from: Fit, ladder: &mut Ladder) {
+    let mut standing = from;
+    while standing.quadrics.len() > 2 {
+        let count = standing.quadrics.len() - 1;
+        if count > ladder.count() {
+            let gone = by_loss(scene, &standing)[0];
+            standing = refine(&scene.coarse.overlap, &standing.without(&[gone]), PASSING_STEPS);
+        } else {
+            ladder.offer(drop_one(scene, &standing));
+            standing = ladder.at(count).clone();
+        }
+    }
+}
+
+/// Takes the ellipsoid away that says least and fits the others together.
+fn drop_one(scene: &Scene, standing: &Fit) -> Fit {
+    let fit = |&gone: &usize| refine(&scene.coarse.overlap, &standing.without(&[gone]), STEPS[0]);
     let mut order = by_loss(scene, standing);
     order.truncate(2 * FINALISTS);
     let found = order.par_iter().map(fit).collect();
@@ -73,15 +133,15 @@ pub(super) fn drop_one(scene: &Scene, standing: &Fit) -> Fit {
 }
 
 /// Numbers the search that a generator of random numbers serves.
-fn branch(pass: usize, count: usize, round: usize, place: usize) -> u64 {
-    [pass, count, round, place].iter().fold(0, |name, &part| (name << 16) | part as u64)
+fn branch(line: usize, count: usize, round: usize, place: usize) -> u64 {
+    [line, count, round, place].iter().fold(0, |name, &part| (name << 16) | part as u64)
 }
 
 /// Orders the ellipsoids by how little F falls without them.
 fn by_loss(scene: &Scene, standing: &Fit) -> Vec<usize> {
-    let overlap = &scene.coarsest().overlap;
+    let overlap = &scene.coarse.overlap;
     let left: Vec<f64> =
-        (0..standing.quadrics.len()).map(|gone| overlap.score(&standing.without(gone))).collect();
+        (0..standing.quadrics.len()).map(|gone| overlap.score(&standing.without(&[gone]))).collect();
     let mut order: Vec<usize> = (0..left.len()).collect();
     order.sort_by(|&a, &b| left[b].total_cmp(&left[a]));
     order
@@ -96,17 +156,19 @@ fn seek_and_fit(
 ) -> Result<Fit, ModelError> {
     let seed = open.search(standing, settings, rng(settings.seed, branch))?;
     let all = [standing, &[seed]].concat();
-    Ok(refine(&scene.coarsest().overlap, &all, STEPS[0]))
+    Ok(refine(&scene.coarse.overlap, &all, STEPS[0]))
 }
 
-/// Climbs from the middle to the finest level with the best few, keeps the best of them.
+/// Climbs on the middle level with the best few, keeps the best of them.
 fn settle_best(scene: &Scene, mut found: Vec<Fit>) -> Option<Fit> {
-    found.sort_by(|a, b| b.fitness.total_cmp(&a.fitness));
+    found.sort_by(|a, b| b.worth.total_cmp(&a.worth));
     found.truncate(FINALISTS);
-    let settle = |fit: &Fit| {
-        let finer = scene.levels.iter().zip(STEPS).skip(1);
-        finer.fold(fit.clone(), |fit, (level, steps)| refine(&level.overlap, &fit.quadrics, steps))
-    };
+    let settle = |fit: &Fit| refine(&scene.middle.overlap, &fit.quadrics, STEPS[1]);
     let settled: Vec<_> = found.par_iter().map(settle).collect();
-    settled.into_iter().reduce(|best, fit| if fit.fitness > best.fitness { fit } else { best })
+    settled.into_iter().reduce(|best, fit| if fit.worth > best.worth { fit } else { best })
+}
+
+/// Climbs on the finest level, in all views.
+pub(super) fn polish(scene: &Scene, fit: &Fit) -> Fit {
+    refine(&scene.finest.overlap, &fit.quadrics, STEPS[2])
 }

@@ -1,11 +1,14 @@
-use super::ModelError;
+use rayon::prelude::*;
+
+use super::grow::polish;
 use super::progressive::Step;
 use super::refine::Fit;
 use super::scene::{Scene, silhouette_ious};
+use super::{ModelError, Settings};
 use crate::observe::View;
 
 /// The best body of each count of ellipsoids; on the lowest rung there is none.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub(super) struct Ladder {
     rungs: Vec<Fit>,
     ground: Fit,
@@ -21,21 +24,39 @@ impl Ladder {
         self.at(count).fitness
     }
 
+    /// Gives the greatest count.
+    pub fn count(&self) -> usize {
+        self.rungs.len()
+    }
+
+    /// Gives the best body of the greatest count.
+    pub fn top(&self) -> &Fit {
+        self.at(self.rungs.len())
+    }
+
     /// Keeps a body if it is the best of its count.
     pub fn offer(&mut self, fit: Fit) {
         let count = fit.quadrics.len();
         if count == self.rungs.len() + 1 {
             self.rungs.push(fit);
         } else if let Some(rung) = self.rungs.get_mut(count.wrapping_sub(1)) {
-            if fit.fitness > rung.fitness {
+            if fit.worth > rung.worth {
                 *rung = fit;
             }
         }
     }
 
-    /// Forgets all above a count.
-    pub fn truncate(&mut self, top: usize) {
-        self.rungs.truncate(top);
+    /// Keeps the better body of each count.
+    pub fn merge(&mut self, other: &Self) {
+        other.rungs.iter().for_each(|fit| self.offer(fit.clone()));
+    }
+
+    /// Ends at the greatest count that is allowed and worth its last ellipsoid.
+    pub fn cut(&mut self, settings: &Settings) {
+        let gain = |count: usize| (self.fitness(count) - self.fitness(count - 1)).max(0.0);
+        let last = (2..=self.rungs.len()).find(|&count| gain(count) < settings.delta);
+        let last = last.map_or(self.rungs.len(), |count| count - 1);
+        self.rungs.truncate(last.min(settings.max_ellipsoids));
     }
 
     /// Carries the bodies to the world. Where counting pixels contradicts the finest level and a
@@ -43,8 +64,9 @@ impl Ladder {
     pub fn steps(&self, scene: &Scene, views: &[View<'_>]) -> Result<Vec<Step>, ModelError> {
         let mut steps = Vec::with_capacity(self.rungs.len());
         let (mut standing, mut reached) = (self.ground.clone(), 0.0);
-        for rung in &self.rungs {
-            let (mut fit, mut body) = (rung.clone(), scene.body(&rung.quadrics)?);
+        let polished: Vec<_> = self.rungs.par_iter().map(|rung| polish(scene, rung)).collect();
+        for mut fit in polished {
+            let mut body = scene.body(&fit.quadrics)?;
             let mut overlap = mean(&silhouette_ious(&body, views));
             if overlap < reached || fit.fitness < standing.fitness {
                 fit = standing.echo();

@@ -1,18 +1,31 @@
 use nalgebra::{Matrix3, Vector3};
+use rayon::prelude::*;
 
 use super::ModelError;
 use crate::fitness::{Overlap, OverlapView};
 use crate::observe::{Mask, View};
 use crate::shape::Projection;
 
-/// How many pixels the object's longer side spans on each level, from coarse to fine. A picture in
-/// which it is smaller stays as it is.
-pub(super) const PYRAMID_PX: [usize; 3] = [40, 90, 200];
+/// How much of the views a level keeps.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Resolution {
+    /// Pixels that the object's longer side spans; a picture in which it is smaller stays as it is.
+    pub extent_px: usize,
+    /// Most views.
+    pub views: usize,
+}
+
+pub(super) const COARSE: Resolution = Resolution { extent_px: 64, views: 12 };
+pub(super) const MIDDLE: Resolution = Resolution { extent_px: 128, views: 24 };
+pub(super) const FINEST: Resolution = Resolution { extent_px: 200, views: usize::MAX };
 
 /// Background kept around the object, as a share of its longer side.
 const MARGIN: f64 = 0.3;
 
-/// All views, cut to the object and shrunk.
+/// A camera's rotation and translation from the scene.
+type CameraFromScene = (Matrix3<f64>, Vector3<f64>);
+
+/// Views, cut to the object and shrunk.
 pub(super) struct Level {
     /// Shares of pixels that the object fills, for each view.
     pub views: Vec<OverlapView>,
@@ -22,13 +35,11 @@ pub(super) struct Level {
 
 impl Level {
     pub fn new(
-        views: &[View<'_>],
-        cameras: &[(Matrix3<f64>, Vector3<f64>)],
+        views: &[(&View<'_>, &CameraFromScene)],
         extent_px: usize,
     ) -> Result<Self, ModelError> {
         let views = views
-            .iter()
-            .zip(cameras)
+            .par_iter()
             .map(|(view, camera)| shrunk(view, camera, extent_px))
             .collect::<Result<Vec<_>, _>>()?;
         let overlap = Overlap::new(&views);
@@ -38,7 +49,7 @@ impl Level {
 
 fn shrunk(
     view: &View<'_>,
-    (rotation, translation): &(Matrix3<f64>, Vector3<f64>),
+    (rotation, translation): &CameraFromScene,
     extent_px: usize,
 ) -> Result<OverlapView, ModelError> {
     let (first, last) = view.mask().bounds_px();

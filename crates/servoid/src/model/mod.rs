@@ -9,6 +9,7 @@ mod refine;
 mod scene;
 mod seed;
 mod settings;
+mod watch;
 
 pub use color::ellipsoid_colors;
 pub use progressive::{Progress, Step, progressive};

@@ -1,6 +1,9 @@
-use super::grow::{add_one, drop_one, reseed};
+use rayon::prelude::*;
+
+use super::grow::{add_one, descend, reseed};
 use super::ladder::Ladder;
 use super::scene::Scene;
+use super::watch::Watch;
 use super::{ModelError, Settings};
 use crate::observe::View;
 use crate::shape::Body;
@@ -35,56 +38,66 @@ pub fn progressive(
     let pool = pool.map_err(|_| ModelError::Threads(settings.threads))?;
     pool.install(|| {
         let scene = Scene::new(views)?;
-        let ladder = grow(&scene, &settings, progress)?;
+        let watch = Watch::new(&settings, progress);
+        let lines: Vec<_> =
+            (0..settings.lines).into_par_iter().map(|line| grow(&scene, &settings, line, &watch)).collect();
+        let lines: Vec<Ladder> = lines.into_iter().collect::<Result<_, _>>()?;
+        let ladder = cross(&scene, &settings, &lines, &watch)?;
         ladder.steps(&scene, views)
     })
 }
 
 /// Adds ellipsoids one by one, each with its centre on the surface of those that stand, fits all
-/// of them together and seeks the redundant ones anew, until ΔF < δ or the maximum is reached.
-/// Then takes them away one by one, which may leave a better body of a count than adding did, and
-/// goes up and down again.
+/// of them together and seeks the redundant ones anew, until ΔF < δ or the maximum is reached and
+/// a little beyond. Then takes them away one by one, which may leave a better body of a count than
+/// adding did.
 fn grow(
     scene: &Scene,
     settings: &Settings,
-    progress: Progress<'_>,
+    line: usize,
+    watch: &Watch<'_>,
 ) -> Result<Ladder, ModelError> {
     let mut ladder = Ladder::default();
     let mut top = settings.max_ellipsoids;
-    let fits = settings.passes * (2 * settings.overshoot + 2 * top);
-    let mut done = 0;
-    for pass in 0..settings.passes {
-        let mut count = 1;
-        while count <= top + settings.overshoot {
-            let grown = add_one(scene, ladder.at(count - 1), settings, pass)?;
-            let settled = reseed(scene, grown, settings, pass)?;
-            ladder.offer(settled);
-            let gain = ladder.fitness(count) - ladder.fitness(count - 1); // ΔF = F_p - F_(p-1)
-            if 1 < count && count <= top && gain < settings.delta {
-                top = count - 1;
-            }
-            done += 1;
-            report(&ladder, count.min(top), done, fits, progress)?;
-            count += 1;
+    let mut count = 0;
+    while count < top + settings.overshoot {
+        count += 1;
+        let grown = add_one(scene, ladder.at(count - 1), settings, line)?;
+        ladder.offer(reseed(scene, grown, settings, line)?);
+        let gain = (ladder.fitness(count) - ladder.fitness(count - 1)).max(0.0); // ΔF
+        if 1 < count && count <= top && gain < settings.delta {
+            top = count;
         }
-        while count > 2 {
-            count -= 1;
-            ladder.offer(drop_one(scene, ladder.at(count)));
-            done += 1;
-            report(&ladder, (count - 1).min(top), done, fits, progress)?;
-        }
+        watch.report(&ladder, count)?;
     }
-    ladder.truncate(top);
+    descend(scene, ladder.at(count).clone(), &mut ladder);
+    watch.report(&ladder, top)?;
     Ok(ladder)
 }
 
-fn report(
-    ladder: &Ladder,
-    count: usize,
-    done: usize,
-    fits: usize,
-    progress: &mut (dyn FnMut(usize, f64, f64) -> bool + Send),
-) -> Result<(), ModelError> {
-    let share = (done as f64 / fits as f64).min(1.0);
-    if progress(count, ladder.fitness(count), share) { Ok(()) } else { Err(ModelError::Stopped) }
+/// Joins the largest bodies of each two lines and takes ellipsoids away from the whole, so that
+/// the best parts of both remain; keeps the best body of each count.
+fn cross(
+    scene: &Scene,
+    settings: &Settings,
+    lines: &[Ladder],
+    watch: &Watch<'_>,
+) -> Result<Ladder, ModelError> {
+    let mut best = Ladder::default();
+    lines.iter().for_each(|line| best.merge(line));
+    let pairs: Vec<_> =
+        (0..lines.len()).flat_map(|one| (0..one).map(move |two| (one, two))).collect();
+    let child = |&(one, two): &(usize, usize)| {
+        let both = lines[one].top().join(lines[two].top());
+        let mut ladder = best.clone();
+        descend(scene, both, &mut ladder);
+        watch.report(&ladder, settings.max_ellipsoids)?;
+        Ok(ladder)
+    };
+    let children: Vec<Result<Ladder, ModelError>> = pairs.par_iter().map(child).collect();
+    for ladder in children {
+        best.merge(&ladder?);
+    }
+    best.cut(settings);
+    Ok(best)
 }

@@ -1,17 +1,23 @@
 use nalgebra::{Matrix3, Vector3};
 
 use crate::evolve::{ClimbSettings, climb};
-use crate::fitness::Differentiable;
+use crate::fitness::{Differentiable, Fitness, Overlap, spread, spread_gradient};
 use crate::shape::{Quadric, QuadricGradient};
 
 /// Numbers that an ellipsoid has while it is refined.
 const NUMBERS: usize = 12;
 
+/// What a unit of spread costs in F: so little that it only decides where the views do not.
+const SPREAD_COST: f64 = 3e-4;
+
 /// Ellipsoids and what they are worth together.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct Fit {
     pub quadrics: Vec<Quadric>,
+    /// F: the mean silhouette overlap.
     pub fitness: f64,
+    /// F less the cost of the spread of the radii: by this, fits are compared.
+    pub worth: f64,
 }
 
 impl Fit {
@@ -20,31 +26,45 @@ impl Fit {
         let mut out = self.clone();
         let largest = self.quadrics.iter().max_by(|a, b| a.bulk().total_cmp(&b.bulk()));
         if let Some(largest) = largest {
-            out.quadrics.push(Quadric { center: largest.center, factor: largest.factor * 0.5 });
+            let small = Quadric { center: largest.center, factor: largest.factor * 0.5 };
+            out.worth -= SPREAD_COST * spread(&small);
+            out.quadrics.push(small);
         }
         out
     }
 
-    /// Gives the ellipsoids without one of them.
-    pub fn without(&self, gone: usize) -> Vec<Quadric> {
-        let mut rest = self.quadrics.clone();
-        rest.remove(gone);
-        rest
+    /// Joins two bodies; what they are worth together is not known yet.
+    pub fn join(&self, other: &Self) -> Self {
+        let quadrics = [self.quadrics.as_slice(), &other.quadrics].concat();
+        Self { quadrics, ..Self::default() }
+    }
+
+    /// Gives the ellipsoids without some of them.
+    pub fn without(&self, gone: &[usize]) -> Vec<Quadric> {
+        let stays = |(index, quadric): (usize, &Quadric)| (!gone.contains(&index)).then_some(*quadric);
+        self.quadrics.iter().enumerate().filter_map(stays).collect()
     }
 }
 
 /// Moves and shapes all ellipsoids together, uphill.
-pub(super) fn refine(fitness: &impl Differentiable, start: &[Quadric], steps: usize) -> Fit {
+pub(super) fn refine(overlap: &Overlap, start: &[Quadric], steps: usize) -> Fit {
     let settings = ClimbSettings { steps, first_step: 0.02, least_gain: 2e-6 };
     let mut slopes = vec![QuadricGradient::default(); start.len()];
     let found = climb(&pack(start), &settings, |at, uphill| {
-        let score = fitness.score_and_gradient(&unpack(at), &mut slopes);
-        for (numbers, slope) in uphill.chunks_exact_mut(NUMBERS).zip(&slopes) {
-            write(numbers, &slope.center, &slope.factor);
+        let quadrics = unpack(at);
+        let mut worth = overlap.score_and_gradient(&quadrics, &mut slopes);
+        worth -= SPREAD_COST * quadrics.iter().map(spread).sum::<f64>();
+        for ((numbers, quadric), slope) in
+            uphill.chunks_exact_mut(NUMBERS).zip(&quadrics).zip(&slopes)
+        {
+            let Some(spreading) = spread_gradient(quadric) else { return f64::NEG_INFINITY };
+            let factor = slope.factor - spreading.factor * SPREAD_COST;
+            write(numbers, &slope.center, &factor);
         }
-        score
+        worth
     });
-    Fit { quadrics: unpack(&found.at), fitness: found.score }
+    let quadrics = unpack(&found.at);
+    Fit { fitness: overlap.score(&quadrics), worth: found.score, quadrics }
 }
 
 fn write(numbers: &mut [f64], center: &Vector3<f64>, factor: &Matrix3<f64>) {

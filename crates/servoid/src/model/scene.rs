@@ -1,7 +1,7 @@
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 
 use super::ModelError;
-use super::levels::{Level, PYRAMID_PX};
+use super::levels::{COARSE, FINEST, Level, MIDDLE, Resolution};
 use crate::observe::View;
 use crate::pose::Pose;
 use crate::shape::{Body, Ellipsoid, Quadric, silhouette};
@@ -12,8 +12,12 @@ use crate::shape::{Body, Ellipsoid, Quadric, silhouette};
 pub(super) struct Scene {
     world_from_scene: Pose,
     unit: f64,
-    /// From coarse to fine.
-    pub levels: Vec<Level>,
+    /// On which searches run.
+    pub coarse: Level,
+    /// On which their finalists are compared.
+    pub middle: Level,
+    /// All views, for the last touch.
+    pub finest: Level,
 }
 
 /// Below this share of the unit a radius is no solid.
@@ -29,14 +33,14 @@ impl Scene {
             .iter()
             .map(|view| camera_from_scene(&view.world_from_camera(), &world_from_scene, unit))
             .collect();
-        let level = |&extent| Level::new(views, &cameras, extent);
-        let levels = PYRAMID_PX.iter().map(level).collect::<Result<_, _>>()?;
-        Ok(Self { world_from_scene, unit, levels })
-    }
-
-    /// Gives the level on which searches run.
-    pub fn coarsest(&self) -> &Level {
-        &self.levels[0]
+        let spread = spread_out(&cameras);
+        let level = |resolution: Resolution| {
+            let chosen = &spread[..resolution.views.min(spread.len())];
+            let pairs: Vec<_> = chosen.iter().map(|&i| (&views[i], &cameras[i])).collect();
+            Level::new(&pairs, resolution.extent_px)
+        };
+        let (coarse, middle, finest) = (level(COARSE)?, level(MIDDLE)?, level(FINEST)?);
+        Ok(Self { world_from_scene, unit, coarse, middle, finest })
     }
 
     /// Carries ellipsoids back to the world.
@@ -60,6 +64,26 @@ fn camera_from_scene(
     let grain = f64::from(1_u32 << 26);
     let rounded = |x: f64| (x * grain).round() / grain;
     (pose.rotation_matrix().map(rounded), (pose.translation() / unit).map(rounded))
+}
+
+/// Orders views so that the first n look from as different directions as n views can: each next
+/// one is the farthest from all before it.
+fn spread_out(cameras: &[(Matrix3<f64>, Vector3<f64>)]) -> Vec<usize> {
+    let directions: Vec<Vector3<f64>> =
+        cameras.iter().map(|(rotation, t)| -(rotation.transpose() * t).normalize()).collect();
+    let mut order = vec![0];
+    let mut nearest: Vec<f64> = directions.iter().map(|d| (d - directions[0]).norm()).collect();
+    while order.len() < directions.len() {
+        // Chosen ones are nearest to themselves; marking them keeps twins from coming twice.
+        order.iter().for_each(|&chosen| nearest[chosen] = -1.0);
+        let farthest = (0..nearest.len()).rev().max_by(|&a, &b| nearest[a].total_cmp(&nearest[b]));
+        let Some(next) = farthest else { break };
+        for (distance, direction) in nearest.iter_mut().zip(&directions) {
+            *distance = distance.min((direction - directions[next]).norm());
+        }
+        order.push(next);
+    }
+    order
 }
 
 /// Finds the point closest to all lines of sight to the masks' centres.

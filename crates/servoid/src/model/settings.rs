@@ -15,12 +15,22 @@ pub struct Settings {
     pub threads: usize,
     /// Places that are searched independently for each new ellipsoid.
     pub islands: usize,
+    /// Splits of standing ellipsoids that are tried for each new one.
+    pub splits: usize,
     /// Generations of each search.
     pub generations: usize,
     /// How each search breeds.
     pub search: GaSettings,
     /// Rounds, for each count, in which ellipsoids are taken out and sought anew.
     pub reseeds: usize,
+    /// Single ellipsoids that each such round tries to take out.
+    pub singles: usize,
+    /// Pairs of ellipsoids that each such round tries to take out.
+    pub pairs: usize,
+    /// Independent lines of growth, which are crossed in the end.
+    pub lines: usize,
+    /// Ellipsoids by which the count exceeds the maximum before it goes down.
+    pub overshoot: usize,
 }
 
 impl Default for Settings {
@@ -30,10 +40,15 @@ impl Default for Settings {
             delta: 0.003,
             seed: 0,
             threads: 0,
-            islands: 6,
+            islands: 4,
+            splits: 3,
             generations: 14,
             search: GaSettings::default(),
-            reseeds: 3,
+            reseeds: 1,
+            singles: 4,
+            pairs: 3,
+            lines: 3,
+            overshoot: 2,
         }
     }
 }
@@ -52,8 +67,10 @@ impl Settings {
         if !(0.0..1.0).contains(&self.delta) {
             return fail("delta", "at least 0 and below 1".into(), self.delta.to_string());
         }
-        if self.islands == 0 {
-            return fail("islands", "at least 1".into(), "0".into());
+        for (name, given) in [("islands", self.islands), ("lines", self.lines)] {
+            if given == 0 {
+                return fail(name, "at least 1".into(), given.to_string());
+            }
         }
         Ok(self)
     }

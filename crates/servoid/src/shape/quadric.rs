@@ -1,5 +1,7 @@
 use nalgebra::{Matrix3, Vector3};
 
+use super::Ellipsoid;
+
 /// An ellipsoid as optimisation sees it: the centre c and any factor F of its shape matrix
 /// Σ = F Fᵀ. Twelve numbers without constraints, of which three (the turns of the unit ball) do
 /// nothing.
@@ -25,6 +27,16 @@ impl Quadric {
     #[must_use]
     pub fn shape_matrix(&self) -> Matrix3<f64> {
         self.factor * self.factor.transpose()
+    }
+
+    /// Gives two ellipsoids that fill the halves on both sides of the middle, across principal axis
+    /// `axis` (0 to 2, the longest first).
+    #[must_use]
+    pub fn halves(&self, axis: usize) -> [Self; 2] {
+        let solid = Ellipsoid::from_quadric(self, 0.0);
+        let (mut factor, radius) = (solid.factor(), solid.factor().column(axis).into_owned());
+        factor.set_column(axis, &(radius * 0.5));
+        [-0.5, 0.5].map(|side| Self { center: self.center + radius * side, factor })
     }
 
     /// Gives the quantity that the volume is proportional to, |det F|.

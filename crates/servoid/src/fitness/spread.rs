@@ -1,0 +1,17 @@
+use crate::shape::{Quadric, QuadricGradient};
+
+/// Gives how far an ellipsoid is from a ball: three times the logarithm of the ratio between the
+/// arithmetic and the geometric mean of its squared radii. It is 0 for a ball, does not depend on
+/// the size, and grows without bound as the ellipsoid gets flat or thin.
+#[must_use]
+pub fn spread(quadric: &Quadric) -> f64 {
+    3.0 * (quadric.factor.norm_squared() / 3.0).ln() - 2.0 * quadric.bulk().ln()
+}
+
+/// Gives how the spread changes with the quadric; `None` for one without volume.
+#[must_use]
+pub fn spread_gradient(quadric: &Quadric) -> Option<QuadricGradient> {
+    let inverse = quadric.factor.try_inverse()?;
+    let factor = quadric.factor * (6.0 / quadric.factor.norm_squared()) - inverse.transpose() * 2.0;
+    Some(QuadricGradient { factor, ..QuadricGradient::default() })
+}

@@ -1,0 +1,39 @@
+use std::sync::{Mutex, PoisonError};
+
+use super::ladder::Ladder;
+use super::progressive::Progress;
+use super::{ModelError, Settings};
+
+/// Tells the caller how far the lines of growth have come. It has no part in the result.
+pub(super) struct Watch<'a> {
+    fits: usize,
+    seen: Mutex<Seen<'a>>,
+}
+
+struct Seen<'a> {
+    done: usize,
+    count: usize,
+    fitness: f64,
+    progress: Progress<'a>,
+}
+
+impl<'a> Watch<'a> {
+    pub fn new(settings: &Settings, progress: Progress<'a>) -> Self {
+        let line = settings.max_ellipsoids + settings.overshoot + 1;
+        let fits = settings.lines * line + settings.lines * settings.lines.saturating_sub(1) / 2;
+        Self { fits, seen: Mutex::new(Seen { done: 0, count: 0, fitness: 0.0, progress }) }
+    }
+
+    /// Counts one fit; tells the greatest body so far.
+    pub fn report(&self, ladder: &Ladder, count: usize) -> Result<(), ModelError> {
+        let mut seen = self.seen.lock().unwrap_or_else(PoisonError::into_inner);
+        seen.done += 1;
+        let better = (count, ladder.fitness(count)) > (seen.count, seen.fitness);
+        if better {
+            (seen.count, seen.fitness) = (count, ladder.fitness(count));
+        }
+        let share = (seen.done as f64 / self.fits as f64).min(1.0);
+        let (count, fitness) = (seen.count, seen.fitness);
+        if (seen.progress)(count, fitness, share) { Ok(()) } else { Err(ModelError::Stopped) }
+    }
+}

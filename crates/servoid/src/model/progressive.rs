@@ -99,5 +99,6 @@ fn cross(
         best.merge(&ladder?);
     }
     best.cut(settings);
+    best.offer(reseed(scene, best.top().clone(), settings, lines.len())?);
     Ok(best)
 }

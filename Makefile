@@ -13,6 +13,7 @@ BIN := .venv/bin
 export PYO3_PYTHON := $(CURDIR)/$(BIN)/python
 export VIRTUAL_ENV := $(CURDIR)/.venv
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
+export PIP_QUIET := 1
 unexport CONDA_PREFIX PYTHONHOME
 
 RUST_FILES := $(shell find crates -type f \( -name '*.rs' -o -name Cargo.toml \)) \
@@ -25,7 +26,7 @@ help: ## list the targets
 demo: .venv/.package ## model a sample object, and draw how good the model is
 	@mkdir -p out
 	@test -e out/sample/capture.toml || $(BIN)/servoid sample out/sample
-	$(BIN)/servoid model out/sample --out out/body.json --report out/report
+	$(BIN)/servoid model out/sample --views ::2 --out out/body.json --report out/report
 
 # The binding is left out of `cargo test`: its tests are the Python ones, and linking
 # it as a program would need a Python built as a shared library.

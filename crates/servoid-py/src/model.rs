@@ -125,7 +125,7 @@ pub fn silhouette_ious<'py>(
     Ok(PyArray1::from_vec(py, ious))
 }
 
-/// Gives each ellipsoid's mean colour over the images in which it is foremost, (K, 3) uint8.
+/// Gives each ellipsoid's median colour over the images in which it is foremost, (K, 3) uint8.
 #[pyfunction]
 pub fn ellipsoid_colors<'py>(
     py: Python<'py>,

@@ -1,11 +1,12 @@
+use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
 
 use super::ModelError;
 use crate::observe::{ImageView, RigError, View};
-use crate::shape::{Body, Projection};
+use crate::shape::{Body, Ellipsoid};
 
-/// Gives each ellipsoid's mean colour (red, green, blue): that of the object's pixels in which it
-/// is the foremost. One that is never seen takes the mean of the whole object.
+/// Gives each ellipsoid's colour (red, green, blue): the median over the object's pixels in which
+/// it is the foremost. One that is never seen takes the median of the whole object.
 ///
 /// # Errors
 /// If there is not one image a view or an image has not its view's size.
@@ -26,50 +27,67 @@ pub fn ellipsoid_colors(
     }
     let pairs: Vec<_> = views.iter().zip(images).collect();
     let parts: Vec<_> =
-        pairs.par_iter().map(|(view, image)| sums_in_view(body, view, image)).collect();
-    let mut sums = vec![[0.0; 4]; body.ellipsoids().len()];
-    for (sum, part) in parts.iter().flat_map(|part| part.iter().enumerate()) {
-        (0..4).for_each(|i| sums[sum][i] += part[i]);
-    }
-    let whole: [f64; 4] = std::array::from_fn(|i| sums.iter().map(|sum| sum[i]).sum());
-    let mean = |sum: &[f64; 4]| {
-        let [r, g, b, count] = if sum[3] > 0.0 { *sum } else { whole };
-        [r, g, b].map(|channel| (channel / count.max(1.0)).round() as u8)
+        pairs.par_iter().map(|(view, image)| seen_in_view(body, view, image)).collect();
+    let seen = |which: usize| -> Vec<[u8; 3]> {
+        parts.iter().flatten().filter(|(index, _)| *index == which).map(|(_, rgb)| *rgb).collect()
     };
-    Ok(sums.iter().map(mean).collect())
+    let whole = median(&parts.iter().flatten().map(|(_, rgb)| *rgb).collect::<Vec<_>>());
+    let count = body.ellipsoids().len();
+    Ok((0..count).map(|which| median(&seen(which)).or(whole).unwrap_or([0; 3])).collect())
 }
 
-/// Sums red, green, blue and the count of the pixels in which each ellipsoid is foremost; every
-/// second row and column is enough for a mean.
-fn sums_in_view(body: &Body, view: &View<'_>, image: &ImageView<'_>) -> Vec<[f64; 4]> {
-    let projection = Projection::new(view.camera(), &view.world_from_camera());
-    let mut seen: Vec<_> = body
-        .in_world()
-        .iter()
-        .enumerate()
-        .filter_map(|(index, ellipsoid)| {
-            let outline = projection.outline(&ellipsoid.quadric())?;
-            Some((projection.apply(&ellipsoid.center()).z, index, outline))
-        })
-        .collect();
-    seen.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let mut sums = vec![[0.0; 4]; body.ellipsoids().len()];
+/// Gives the median of each channel.
+fn median(colors: &[[u8; 3]]) -> Option<[u8; 3]> {
+    let middle = |channel: usize| {
+        let mut values: Vec<u8> = colors.iter().map(|rgb| rgb[channel]).collect();
+        let middle = values.len() / 2;
+        *values.select_nth_unstable(middle).1
+    };
+    (!colors.is_empty()).then(|| [0, 1, 2].map(middle))
+}
+
+/// Gives which ellipsoid is foremost, and the colour, at the object's pixels of every third row and
+/// column, which are enough for a median.
+fn seen_in_view(body: &Body, view: &View<'_>, image: &ImageView<'_>) -> Vec<(usize, [u8; 3])> {
+    let camera_from_world = view.world_from_camera().inverse();
+    let surfaces: Vec<_> =
+        body.in_world().iter().map(|e| Surface::new(&e.transformed(&camera_from_world, 1.0))).collect();
     let mask = view.mask();
     let (first, last) = mask.bounds_px();
-    for v in (first[1]..=last[1]).step_by(2) {
+    let mut seen = Vec::new();
+    for v in (first[1]..=last[1]).step_by(3) {
         let row = mask.image().row(v);
-        let intervals: Vec<_> = seen
-            .iter()
-            .filter_map(|(_, index, outline)| Some((*index, outline.interval(v as f64)?)))
-            .collect();
-        for u in (first[0]..=last[0]).step_by(2).filter(|&u| row[u] != 0) {
-            let covers = |(begin, end): (f64, f64)| (begin..=end).contains(&(u as f64));
-            if let Some((index, _)) = intervals.iter().find(|(_, interval)| covers(*interval)) {
-                let rgb = image.rgb(u, v).map(f64::from);
-                (0..3).for_each(|i| sums[*index][i] += rgb[i]);
-                sums[*index][3] += 1.0;
+        for u in (first[0]..=last[0]).step_by(3).filter(|&u| row[u] != 0) {
+            let ray = view.camera().ray([u as f64, v as f64]);
+            let depths = surfaces.iter().map(|surface| surface.depth(&ray)).enumerate();
+            let hits = depths.filter_map(|(index, depth)| Some((index, depth?)));
+            if let Some((index, _)) = hits.min_by(|a, b| a.1.total_cmp(&b.1)) {
+                seen.push((index, image.rgb(u, v)));
             }
         }
     }
-    sums
+    seen
+}
+
+/// An ellipsoid in a camera's frame, ready to be met by rays from its centre.
+struct Surface {
+    unit_from_camera: Matrix3<f64>,
+    center: Vector3<f64>,
+}
+
+impl Surface {
+    fn new(in_camera: &Ellipsoid) -> Self {
+        // Radii are positive, so that the factor has an inverse.
+        let inverse = in_camera.factor().try_inverse().unwrap_or_default();
+        Self { unit_from_camera: inverse, center: inverse * in_camera.center() }
+    }
+
+    /// Gives the depth at which a ray with z = 1 enters, if it does.
+    fn depth(&self, ray: &Vector3<f64>) -> Option<f64> {
+        let ray = self.unit_from_camera * ray;
+        let (square, along) = (ray.norm_squared(), ray.dot(&self.center));
+        let root = along * along - square * (self.center.norm_squared() - 1.0);
+        let depth = (along - root.max(0.0).sqrt()) / square;
+        (root > 0.0 && depth > 0.0).then_some(depth)
+    }
 }

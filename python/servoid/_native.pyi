@@ -1,4 +1,4 @@
-"""The Rust core, as Python sees it. Every array is C-contiguous; lengths are metres, angles radians."""
+"""The Rust core, as Python sees it: C-contiguous arrays, lengths in metres, angles in radians."""
 
 from collections.abc import Callable, Sequence
 

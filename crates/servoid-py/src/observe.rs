@@ -118,8 +118,11 @@ impl View {
         world_from_camera: Pose,
         mask: PyReadonlyArrayDyn<'_, u8>,
     ) -> PyResult<Self> {
-        let view =
-            Self { camera: camera.0, world_from_camera: world_from_camera.0, mask: Pixels::new(&mask)? };
+        let view = Self {
+            camera: camera.0,
+            world_from_camera: world_from_camera.0,
+            mask: Pixels::new(&mask)?,
+        };
         view.core()?;
         Ok(view)
     }

@@ -85,8 +85,10 @@ impl Pose {
         points: PyReadonlyArray2<'_, f64>,
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let points = read_rows::<3>(&points, "points")?;
-        let moved: Vec<f64> =
-            points.iter().flat_map(|&p| <[f64; 3]>::from(self.0.transform(&Vector3::from(p)))).collect();
+        let moved: Vec<f64> = points
+            .iter()
+            .flat_map(|&p| <[f64; 3]>::from(self.0.transform(&Vector3::from(p))))
+            .collect();
         Ok(rows(py, &moved, 3))
     }
 

@@ -106,7 +106,11 @@ impl Body {
     }
 
     fn __repr__(&self) -> String {
-        format!("Body of {} ellipsoids at {:?}", self.__len__(), self.0.world_from_object().translation())
+        format!(
+            "Body of {} ellipsoids at {:?}",
+            self.__len__(),
+            self.0.world_from_object().translation()
+        )
     }
 }
 

@@ -22,7 +22,9 @@ fn stereo(size_px: [usize; 2], stride: usize, backend: Backend) -> Region {
     let focal = 0.9 * width as f64;
     let center = [0.5 * (width as f64 - 1.0), 0.5 * (height as f64 - 1.0)];
     let views = [-0.05, 0.05].map(|x| {
-        let Ok(camera) = Camera::new(size_px, [focal, focal], center) else { std::process::abort() };
+        let Ok(camera) = Camera::new(size_px, [focal, focal], center) else {
+            std::process::abort()
+        };
         let world_from_camera =
             Pose::from_rotation(UnitQuaternion::identity(), Vector3::new(x, 0.0, 0.0));
         let noise = |i: usize| ((i.wrapping_mul(2_654_435_761) >> 7) % 1000) as f64 / 250.0 - 2.0;
@@ -117,7 +119,8 @@ fn color_image_to_map_with_row_stride(bencher: Bencher<'_, '_>, stride: usize) {
     let size_px = [640, 480];
     let bytes: Vec<u8> =
         (0..640 * 480 * 3_usize).map(|i| (i.wrapping_mul(2_654_435_761) >> 9) as u8 / 3).collect();
-    let marks: Vec<u8> = (0..640 * 480).map(|i| u8::from((200..400).contains(&(i % 640)))).collect();
+    let marks: Vec<u8> =
+        (0..640 * 480).map(|i| u8::from((200..400).contains(&(i % 640)))).collect();
     let learned = ImageView::new(&marks, size_px, Channels::Grey).and_then(|grey| {
         let image = ImageView::new(&bytes, size_px, Channels::Rgb)?;
         Ok((image, Mask::new(grey)?))

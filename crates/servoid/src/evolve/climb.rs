@@ -40,57 +40,70 @@ pub fn climb(
     settings: &ClimbSettings,
     mut slope: impl FnMut(&[f64], &mut [f64]) -> f64,
 ) -> Climb {
-    let size = start.len();
-    let (mut at, mut uphill) = (start.to_vec(), vec![0.0; size]);
-    let mut score = slope(&at, &mut uphill);
+    let mut here = Place { at: start.to_vec(), uphill: vec![0.0; start.len()], score: 0.0 };
+    here.score = slope(&here.at, &mut here.uphill);
+    let mut next = here.clone();
     let mut evaluations = 1;
     let mut history = History::default();
-    let mut reached = vec![score];
-    let (mut next, mut next_uphill) = (vec![0.0; size], vec![0.0; size]);
+    let mut reached = vec![here.score];
     for _ in 0..settings.steps {
-        let mut direction = history.direction(&uphill);
-        let mut rise = dot(&direction, &uphill);
-        if !(rise > 0.0) {
-            history = History::default();
-            direction = uphill.clone();
-            rise = dot(&direction, &uphill);
-        }
-        if !(rise > 0.0 && rise.is_finite()) {
-            break;
-        }
-        let mut share =
-            if history.is_empty() { settings.first_step / dot(&direction, &direction).sqrt() } else { 1.0 };
-        let mut found = None;
-        for _ in 0..HALVINGS {
-            for (to, (from, by)) in next.iter_mut().zip(at.iter().zip(&direction)) {
-                *to = from + share * by;
-            }
-            let there = slope(&next, &mut next_uphill);
-            evaluations += 1;
-            if there >= score + SUFFICIENT * share * rise {
-                found = Some(there);
-                break;
-            }
-            share *= 0.5;
-        }
-        let Some(there) = found else {
-            if history.is_empty() {
+        let fresh = history.is_empty();
+        let direction = history.direction(&here.uphill);
+        let rise = dot(&direction, &here.uphill);
+        // Also ends where the slope is not a number.
+        let rises = rise > 0.0 && rise.is_finite();
+        let first =
+            if fresh { settings.first_step / dot(&direction, &direction).sqrt() } else { 1.0 };
+        let tries =
+            if rises { search(&here, &mut next, &direction, first, &mut slope) } else { None };
+        evaluations += tries.unwrap_or(if rises { HALVINGS } else { 0 });
+        if tries.is_none() {
+            if fresh {
                 break;
             }
             history = History::default();
             continue;
-        };
-        history.push(&at, &next, &uphill, &next_uphill);
-        std::mem::swap(&mut at, &mut next);
-        std::mem::swap(&mut uphill, &mut next_uphill);
-        score = there;
-        reached.push(score);
+        }
+        history.push(&here, &next);
+        std::mem::swap(&mut here, &mut next);
+        reached.push(here.score);
         let before = reached[reached.len().saturating_sub(PATIENCE + 1)];
-        if reached.len() > PATIENCE && score - before < settings.least_gain * PATIENCE as f64 {
+        let gain = here.score - before;
+        if reached.len() > PATIENCE && gain < settings.least_gain * PATIENCE as f64 {
             break;
         }
     }
-    Climb { at, score, evaluations }
+    Climb { at: here.at, score: here.score, evaluations }
+}
+
+#[derive(Clone)]
+struct Place {
+    at: Vec<f64>,
+    uphill: Vec<f64>,
+    score: f64,
+}
+
+/// Halves a step until it gains enough; gives the tries that took, or `None` if none does.
+fn search(
+    here: &Place,
+    next: &mut Place,
+    direction: &[f64],
+    first: f64,
+    slope: &mut impl FnMut(&[f64], &mut [f64]) -> f64,
+) -> Option<usize> {
+    let rise = dot(direction, &here.uphill);
+    let mut share = first;
+    for tries in 1..=HALVINGS {
+        for (to, (from, by)) in next.at.iter_mut().zip(here.at.iter().zip(direction)) {
+            *to = from + share * by;
+        }
+        next.score = slope(&next.at, &mut next.uphill);
+        if next.score >= here.score + SUFFICIENT * share * rise {
+            return Some(tries);
+        }
+        share *= 0.5;
+    }
+    None
 }
 
 #[derive(Default)]
@@ -104,9 +117,9 @@ impl History {
         self.steps.is_empty()
     }
 
-    fn push(&mut self, from: &[f64], to: &[f64], uphill: &[f64], next_uphill: &[f64]) {
-        let step: Vec<f64> = to.iter().zip(from).map(|(b, a)| b - a).collect();
-        let bend: Vec<f64> = uphill.iter().zip(next_uphill).map(|(a, b)| a - b).collect();
+    fn push(&mut self, here: &Place, next: &Place) {
+        let step: Vec<f64> = next.at.iter().zip(&here.at).map(|(b, a)| b - a).collect();
+        let bend: Vec<f64> = here.uphill.iter().zip(&next.uphill).map(|(a, b)| a - b).collect();
         // Only a step along which the slope falls tells of a summit.
         if dot(&step, &bend) > 1e-10 * dot(&bend, &bend) {
             if self.steps.len() == MEMORY {

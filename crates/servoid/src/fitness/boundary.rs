@@ -115,10 +115,7 @@ pub(super) unsafe fn union_gradients<L: Lanes>(
 /// Says in which rows the two ends of an interval lie on the boundary of the union: where no other
 /// interval covers them. Of equal ends one counts, that of the first interval.
 #[inline(always)]
-unsafe fn exposed<L: Lanes>(
-    crossings: &[(usize, Crossing<L>)],
-    at: usize,
-) -> (L::Truth, L::Truth) {
+unsafe fn exposed<L: Lanes>(crossings: &[(usize, Crossing<L>)], at: usize) -> (L::Truth, L::Truth) {
     unsafe {
         let this = &crossings[at].1;
         let mut begin = this.begin.less(this.end);

@@ -21,10 +21,7 @@ impl ColorModel {
     ///
     /// # Errors
     /// If image and mask differ in size.
-    pub fn learn(
-        image: &ImageView<'_>,
-        mask: &Mask<'_>,
-    ) -> Result<Self, crate::observe::RigError> {
+    pub fn learn(image: &ImageView<'_>, mask: &Mask<'_>) -> Result<Self, crate::observe::RigError> {
         let (expected, given) = (image.size_px(), mask.image().size_px());
         if expected != given {
             return Err(crate::observe::RigError::ImageSize { camera: 0, expected, given });

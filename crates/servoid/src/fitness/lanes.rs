@@ -147,14 +147,9 @@ unsafe impl Lanes for Portable {
     #[inline(always)]
     unsafe fn pairs(self, table: *const f32, offsets: [usize; 8]) -> (Self, Self, Self) {
         // SAFETY: the caller keeps offset + k + 1 inside the table.
-        let read = |i: usize, step: usize| unsafe {
-            *table.add(offsets[i] + self.0[i] as usize + step)
-        };
+        let read =
+            |i: usize, step: usize| unsafe { *table.add(offsets[i] + self.0[i] as usize + step) };
         let part = Self(self.0.map(|x| x - (x as usize) as f32));
-        (
-            Self(std::array::from_fn(|i| read(i, 0))),
-            Self(std::array::from_fn(|i| read(i, 1))),
-            part,
-        )
+        (Self(std::array::from_fn(|i| read(i, 0))), Self(std::array::from_fn(|i| read(i, 1))), part)
     }
 }

@@ -110,7 +110,8 @@ unsafe impl Lanes for Avx2 {
     #[inline(always)]
     unsafe fn total(self) -> f32 {
         unsafe {
-            let four = _mm_add_ps(_mm256_castps256_ps128(self.0), _mm256_extractf128_ps::<1>(self.0));
+            let four =
+                _mm_add_ps(_mm256_castps256_ps128(self.0), _mm256_extractf128_ps::<1>(self.0));
             let two = _mm_add_ps(four, _mm_movehl_ps(four, four));
             _mm_cvtss_f32(_mm_add_ss(two, _mm_movehdup_ps(two)))
         }
@@ -148,7 +149,8 @@ unsafe impl Lanes for Avx512 {
     unsafe fn ramp(first: usize) -> Self {
         unsafe {
             let steps = _mm512_setr_ps(
-                0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0, 13.0, 14.0, 15.0,
+                0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0, 13.0, 14.0,
+                15.0,
             );
             Self(_mm512_add_ps(_mm512_set1_ps(first as f32), steps))
         }
@@ -243,13 +245,15 @@ unsafe impl Lanes for Avx512 {
             _mm512_storeu_si512(index.as_mut_ptr().cast(), at);
             let eight = |first: usize| {
                 let four = |first: usize| {
-                    _mm256_set_m128d(read_two(table, &index, first + 2), read_two(table, &index, first))
+                    _mm256_set_m128d(
+                        read_two(table, &index, first + 2),
+                        read_two(table, &index, first),
+                    )
                 };
                 _mm512_insertf64x4::<1>(_mm512_castpd256_pd512(four(first)), four(first + 4))
             };
             let (low, high) = (_mm512_castpd_ps(eight(0)), _mm512_castpd_ps(eight(8)));
-            let even =
-                _mm512_setr_epi32(0, 2, 4, 6, 8, 10, 12, 14, 16, 18, 20, 22, 24, 26, 28, 30);
+            let even = _mm512_setr_epi32(0, 2, 4, 6, 8, 10, 12, 14, 16, 18, 20, 22, 24, 26, 28, 30);
             let odd = _mm512_add_epi32(even, _mm512_set1_epi32(1));
             let here = _mm512_permutex2var_ps(low, even, high);
             let next = _mm512_permutex2var_ps(low, odd, high);

@@ -42,9 +42,5 @@ pub trait Fitness: Sync {
 /// Scores hypotheses and says how the score changes with them.
 pub trait Differentiable: Fitness {
     /// Scores one hypothesis and writes the gradient, one entry an ellipsoid.
-    fn score_and_gradient(
-        &self,
-        hypothesis: &[Quadric],
-        gradient: &mut [QuadricGradient],
-    ) -> f64;
+    fn score_and_gradient(&self, hypothesis: &[Quadric], gradient: &mut [QuadricGradient]) -> f64;
 }

@@ -67,11 +67,7 @@ impl Fitness for Overlap {
 }
 
 impl Differentiable for Overlap {
-    fn score_and_gradient(
-        &self,
-        hypothesis: &[Quadric],
-        gradient: &mut [QuadricGradient],
-    ) -> f64 {
+    fn score_and_gradient(&self, hypothesis: &[Quadric], gradient: &mut [QuadricGradient]) -> f64 {
         gradient.fill(QuadricGradient::default());
         let mut total = 0.0;
         for (view, &px) in self.region.views().iter().zip(&self.filled_px) {

@@ -109,11 +109,7 @@ impl Fitness for Region {
 }
 
 impl Differentiable for Region {
-    fn score_and_gradient(
-        &self,
-        hypothesis: &[Quadric],
-        gradient: &mut [QuadricGradient],
-    ) -> f64 {
+    fn score_and_gradient(&self, hypothesis: &[Quadric], gradient: &mut [QuadricGradient]) -> f64 {
         gradient.fill(QuadricGradient::default());
         let of_view = |view: &RegionView| {
             let chain = |_| (view.weight, 0.0);

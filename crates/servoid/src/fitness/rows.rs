@@ -28,7 +28,8 @@ impl RowOutline {
         let last_row = map.rows() as f64 - 1.0;
         // Fails for NaN as well.
         let reaches = top <= last_row && bottom >= 0.0 && outline.half_height > 0.0;
-        if !reaches || !(outline.center_u.abs() + outline.half_width < 1e7) {
+        let bounded = outline.center_u.abs() + outline.half_width < 1e7;
+        if !reaches || !bounded {
             return None;
         }
         Some(Self {

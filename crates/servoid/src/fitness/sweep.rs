@@ -109,9 +109,6 @@ unsafe fn sweep<L: Lanes>(group: &RowGroup<L>, sorted: &Sorted<L>) -> (L, L) {
         }
         let (whole, length) = run(group, start, reached);
         let holds = start.less(reached);
-        (
-            L::select(holds, whole.sub(gaps), zero),
-            L::select(holds, length.sub(gap_length), zero),
-        )
+        (L::select(holds, whole.sub(gaps), zero), L::select(holds, length.sub(gap_length), zero))
     }
 }

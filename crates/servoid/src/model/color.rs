@@ -50,8 +50,11 @@ fn median(colors: &[[u8; 3]]) -> Option<[u8; 3]> {
 /// column, which are enough for a median.
 fn seen_in_view(body: &Body, view: &View<'_>, image: &ImageView<'_>) -> Vec<(usize, [u8; 3])> {
     let camera_from_world = view.world_from_camera().inverse();
-    let surfaces: Vec<_> =
-        body.in_world().iter().map(|e| Surface::new(&e.transformed(&camera_from_world, 1.0))).collect();
+    let surfaces: Vec<_> = body
+        .in_world()
+        .iter()
+        .map(|e| Surface::new(&e.transformed(&camera_from_world, 1.0)))
+        .collect();
     let mask = view.mask();
     let (first, last) = mask.bounds_px();
     let mut seen = Vec::new();

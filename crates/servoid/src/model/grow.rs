@@ -44,8 +44,9 @@ pub(super) fn add_one(
 /// Splits each ellipsoid across each of its axes, and fits the `keep` most promising.
 fn splits(scene: &Scene, standing: &Fit, keep: usize) -> Vec<Fit> {
     let coarse = &scene.coarse.overlap;
-    let places: Vec<(usize, usize)> =
-        (0..standing.quadrics.len()).flat_map(|which| (0..3).map(move |axis| (which, axis))).collect();
+    let places: Vec<(usize, usize)> = (0..standing.quadrics.len())
+        .flat_map(|which| (0..3).map(move |axis| (which, axis)))
+        .collect();
     let split = |&(which, axis): &(usize, usize)| {
         let halves = standing.quadrics[which].halves(axis);
         let all = [standing.without(&[which]), halves.to_vec()].concat();
@@ -90,16 +91,16 @@ pub(super) fn reseed(
 /// Chooses what to take out: the single ellipsoids that are missed least, and the pairs that hide
 /// each other most, both of which are missed far more than each alone.
 fn removals(scene: &Scene, standing: &Fit, settings: &Settings) -> Vec<Vec<usize>> {
-    let loss = |gone: &[usize]| {
-        standing.fitness - scene.coarse.overlap.score(&standing.without(gone))
-    };
+    let loss =
+        |gone: &[usize]| standing.fitness - scene.coarse.overlap.score(&standing.without(gone));
     let count = standing.quadrics.len();
     let alone: Vec<f64> = (0..count).map(|one| loss(&[one])).collect();
     let mut singles: Vec<usize> = (0..count).collect();
     singles.sort_by(|&a, &b| alone[a].total_cmp(&alone[b]));
     singles.truncate(settings.singles);
     let pairs: Vec<_> = (0..count).flat_map(|one| (0..one).map(move |two| [one, two])).collect();
-    let hiding = |&[one, two]: &[usize; 2]| (loss(&[one, two]) - alone[one] - alone[two], [one, two]);
+    let hiding =
+        |&[one, two]: &[usize; 2]| (loss(&[one, two]) - alone[one] - alone[two], [one, two]);
     let mut pairs: Vec<(f64, [usize; 2])> = pairs.par_iter().map(hiding).collect();
     pairs.sort_by(|a, b| b.0.total_cmp(&a.0));
     pairs.truncate(if count > 2 { settings.pairs } else { 0 });
@@ -140,8 +141,9 @@ fn branch(line: usize, count: usize, round: usize, place: usize) -> u64 {
 /// Orders the ellipsoids by how little F falls without them.
 fn by_loss(scene: &Scene, standing: &Fit) -> Vec<usize> {
     let overlap = &scene.coarse.overlap;
-    let left: Vec<f64> =
-        (0..standing.quadrics.len()).map(|gone| overlap.score(&standing.without(&[gone]))).collect();
+    let left: Vec<f64> = (0..standing.quadrics.len())
+        .map(|gone| overlap.score(&standing.without(&[gone])))
+        .collect();
     let mut order: Vec<usize> = (0..left.len()).collect();
     order.sort_by(|&a, &b| left[b].total_cmp(&left[a]));
     order

@@ -39,10 +39,10 @@ impl Ladder {
         let count = fit.quadrics.len();
         if count == self.rungs.len() + 1 {
             self.rungs.push(fit);
-        } else if let Some(rung) = self.rungs.get_mut(count.wrapping_sub(1)) {
-            if fit.worth > rung.worth {
-                *rung = fit;
-            }
+        } else if let Some(rung) = self.rungs.get_mut(count.wrapping_sub(1))
+            && fit.worth > rung.worth
+        {
+            *rung = fit;
         }
     }
 

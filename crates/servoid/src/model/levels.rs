@@ -87,7 +87,8 @@ fn fill_shares(
         for column in 0..width {
             let left = corner[0] + column * shrink;
             let right = (left + shrink).min(full_width);
-            let count = |v: usize| mask.image().row(v)[left..right].iter().filter(|&&m| m != 0).count();
+            let count =
+                |v: usize| mask.image().row(v)[left..right].iter().filter(|&&m| m != 0).count();
             let filled: usize = rows.clone().map(count).sum();
             out.push(filled as f64 / (rows.len() * (right - left)) as f64);
         }

@@ -39,11 +39,15 @@ pub fn progressive(
     pool.install(|| {
         let scene = Scene::new(views)?;
         let watch = Watch::new(&settings, progress);
-        let lines: Vec<_> =
-            (0..settings.lines).into_par_iter().map(|line| grow(&scene, &settings, line, &watch)).collect();
+        let lines: Vec<_> = (0..settings.lines)
+            .into_par_iter()
+            .map(|line| grow(&scene, &settings, line, &watch))
+            .collect();
         let lines: Vec<Ladder> = lines.into_iter().collect::<Result<_, _>>()?;
         let ladder = cross(&scene, &settings, &lines, &watch)?;
-        ladder.steps(&scene, views)
+        let steps = ladder.steps(&scene, views)?;
+        watch.finish(&steps)?;
+        Ok(steps)
     })
 }
 
@@ -60,7 +64,7 @@ fn grow(
     let mut ladder = Ladder::default();
     let mut top = settings.max_ellipsoids;
     let mut count = 0;
-    while count < top + settings.overshoot {
+    while count < (top + settings.overshoot).min(Body::MAX_ELLIPSOIDS) {
         count += 1;
         let grown = add_one(scene, ladder.at(count - 1), settings, line)?;
         ladder.offer(reseed(scene, grown, settings, line)?);
@@ -88,7 +92,9 @@ fn cross(
     let pairs: Vec<_> =
         (0..lines.len()).flat_map(|one| (0..one).map(move |two| (one, two))).collect();
     let child = |&(one, two): &(usize, usize)| {
-        let both = lines[one].top().join(lines[two].top());
+        // Two parents together are at most one full body.
+        let parent = |line: &Ladder| line.at(line.count().min(Body::MAX_ELLIPSOIDS / 2)).clone();
+        let both = parent(&lines[one]).join(&parent(&lines[two]));
         let mut ladder = best.clone();
         descend(scene, both, &mut ladder);
         watch.report(&ladder, settings.max_ellipsoids)?;

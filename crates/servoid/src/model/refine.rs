@@ -41,7 +41,8 @@ impl Fit {
 
     /// Gives the ellipsoids without some of them.
     pub fn without(&self, gone: &[usize]) -> Vec<Quadric> {
-        let stays = |(index, quadric): (usize, &Quadric)| (!gone.contains(&index)).then_some(*quadric);
+        let stays =
+            |(index, quadric): (usize, &Quadric)| (!gone.contains(&index)).then_some(*quadric);
         self.quadrics.iter().enumerate().filter_map(stays).collect()
     }
 }

@@ -38,8 +38,10 @@ impl OpenRegion {
         for _ in 0..settings.generations {
             let quadrics: Vec<_> =
                 ga.ask().iter().map(|individual| decode(&individual.genes, standing)).collect();
-            let scores: Vec<_> =
-                quadrics.iter().map(|quadric| self.0.score(std::slice::from_ref(quadric))).collect();
+            let scores: Vec<_> = quadrics
+                .iter()
+                .map(|quadric| self.0.score(std::slice::from_ref(quadric)))
+                .collect();
             ga.tell(&scores)?;
         }
         Ok(decode(&ga.best().genes, standing))

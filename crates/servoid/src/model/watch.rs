@@ -1,7 +1,7 @@
 use std::sync::{Mutex, PoisonError};
 
 use super::ladder::Ladder;
-use super::progressive::Progress;
+use super::progressive::{Progress, Step};
 use super::{ModelError, Settings};
 
 /// Tells the caller how far the lines of growth have come. It has no part in the result.
@@ -32,8 +32,15 @@ impl<'a> Watch<'a> {
         if better {
             (seen.count, seen.fitness) = (count, ladder.fitness(count));
         }
-        let share = (seen.done as f64 / self.fits as f64).min(1.0);
+        let share = (seen.done as f64 / (self.fits + 1) as f64).min(1.0);
         let (count, fitness) = (seen.count, seen.fitness);
         if (seen.progress)(count, fitness, share) { Ok(()) } else { Err(ModelError::Stopped) }
+    }
+
+    /// Tells what came out.
+    pub fn finish(&self, steps: &[Step]) -> Result<(), ModelError> {
+        let mut seen = self.seen.lock().unwrap_or_else(PoisonError::into_inner);
+        let fitness = steps.last().map_or(0.0, |step| step.fitness);
+        if (seen.progress)(steps.len(), fitness, 1.0) { Ok(()) } else { Err(ModelError::Stopped) }
     }
 }

@@ -2,7 +2,9 @@
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ImageError {
     /// The buffer does not hold width x height x channels bytes.
-    #[error("an image of {width}x{height} with {channels} channels has {expected} bytes, not {given}")]
+    #[error(
+        "an image of {width}x{height} with {channels} channels has {expected} bytes, not {given}"
+    )]
     Length {
         /// Width in pixels.
         width: usize,
@@ -19,7 +21,9 @@ pub enum ImageError {
     #[error("a mask must have one channel (non-zero = object), but it has three")]
     MaskChannels,
     /// No pixel belongs to the object.
-    #[error("the mask is empty: no pixel of its {width}x{height} is non-zero; mark the object's pixels")]
+    #[error(
+        "the mask is empty: no pixel of its {width}x{height} is non-zero; mark the object's pixels"
+    )]
     EmptyMask {
         /// Width in pixels.
         width: usize,
@@ -72,7 +76,11 @@ impl<'a> ImageView<'a> {
     ///
     /// # Errors
     /// If the number of bytes does not fit.
-    pub fn new(data: &'a [u8], size_px: [usize; 2], channels: Channels) -> Result<Self, ImageError> {
+    pub fn new(
+        data: &'a [u8],
+        size_px: [usize; 2],
+        channels: Channels,
+    ) -> Result<Self, ImageError> {
         let [width, height] = size_px;
         let expected = width.saturating_mul(height).saturating_mul(channels.count());
         if data.len() != expected {

@@ -95,8 +95,10 @@ impl Rig {
                 return Err(RigError::ImageSize { camera: i, expected, given });
             }
         }
-        let world_from_camera =
-            rig_from_camera.iter().map(|&rig_from_camera| world_from_rig * rig_from_camera).collect();
+        let world_from_camera = rig_from_camera
+            .iter()
+            .map(|&rig_from_camera| world_from_rig * rig_from_camera)
+            .collect();
         Ok(Observation { time_s, world_from_camera, images })
     }
 }

@@ -29,7 +29,8 @@ impl Pose {
     pub fn from_matrix(matrix: &Matrix4<f64>) -> Result<Self, PoseError> {
         check_rigid(matrix)?;
         let block: Matrix3<f64> = matrix.fixed_view::<3, 3>(0, 0).into();
-        let rotation = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(block));
+        let rotation =
+            UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(block));
         let rotation = UnitQuaternion::new_normalize(rotation.into_inner());
         Ok(Self::from_rotation(rotation, matrix.fixed_view::<3, 1>(0, 3).into()))
     }

@@ -51,7 +51,8 @@ impl Ellipsoid {
         let axis = |i: usize| upright(eigen.eigenvectors.column(order[i]).into());
         let (first, second) = (axis(0), axis(1));
         let axes = Matrix3::from_columns(&[first, second, first.cross(&second)]);
-        let rotation = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(axes));
+        let rotation =
+            UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(axes));
         Self { center: quadric.center, radii, rotation }
     }
 

@@ -109,9 +109,15 @@ impl Projection {
         let scale = 1.0 / (spread.row(2).norm_squared() - p.z * p.z);
         let by_conic = scale
             * Matrix3::new(
-                -by_uu, -0.5 * by_uv, 0.5 * to_u,
-                -0.5 * by_uv, -by_vv, 0.5 * to_v,
-                0.5 * to_u, 0.5 * to_v, -scaled,
+                -by_uu,
+                -0.5 * by_uv,
+                0.5 * to_u,
+                -0.5 * by_uv,
+                -by_vv,
+                0.5 * to_v,
+                0.5 * to_u,
+                0.5 * to_v,
+                -scaled,
             );
         // C* = M Σ Mᵀ - p pᵀ.
         let back = self.linear.transpose() * by_conic;
@@ -128,11 +134,8 @@ impl Outline {
     pub fn interval(&self, v: f64) -> Option<(f64, f64)> {
         let below = v - self.center_v;
         let root = 1.0 - (below / self.half_height).powi(2);
-        if !(root > 0.0) {
-            return None;
-        }
         let (middle, half) = (self.center_u + self.slope * below, self.half_width * root.sqrt());
-        Some((middle - half, middle + half))
+        (root > 0.0).then_some((middle - half, middle + half))
     }
 
     /// Gives the centre in pixels.

@@ -7,8 +7,11 @@ use crate::pose::Pose;
 pub fn silhouette(body: &Body, camera: &Camera, world_from_camera: &Pose) -> Vec<u8> {
     let [width, height] = camera.size_px();
     let projection = Projection::new(camera, world_from_camera);
-    let outlines: Vec<_> =
-        body.in_world().iter().filter_map(|ellipsoid| projection.outline(&ellipsoid.quadric())).collect();
+    let outlines: Vec<_> = body
+        .in_world()
+        .iter()
+        .filter_map(|ellipsoid| projection.outline(&ellipsoid.quadric()))
+        .collect();
     let mut pixels = vec![0; width * height];
     for (v, row) in pixels.chunks_exact_mut(width).enumerate() {
         for (first, last) in outlines.iter().filter_map(|outline| outline.interval(v as f64)) {

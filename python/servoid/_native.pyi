@@ -1,16 +1,32 @@
 """The Rust core, as Python sees it: C-contiguous arrays, lengths in metres, angles in radians."""
 
 from collections.abc import Callable, Sequence
+from typing import final
 
 import numpy as np
 from numpy.typing import NDArray
+from typing_extensions import Self
+
+__all__ = [
+    "Body",
+    "Camera",
+    "ModelSettings",
+    "Pose",
+    "Step",
+    "View",
+    "__version__",
+    "ellipsoid_colors",
+    "fit_body",
+    "silhouette_ious",
+]
 
 __version__: str
 
+@final
 class Pose:
     """A rigid motion, an element of SE(3)."""
 
-    def __init__(self, matrix: NDArray[np.float64]) -> None: ...
+    def __new__(cls, matrix: NDArray[np.float64]) -> Self: ...
     @staticmethod
     def identity() -> Pose: ...
     @staticmethod
@@ -26,18 +42,20 @@ class Pose:
     @property
     def quaternion(self) -> tuple[float, float, float, float]: ...
     def transform(self, points: NDArray[np.float64]) -> NDArray[np.float64]: ...
-    def __matmul__(self, other: Pose) -> Pose: ...
+    def __matmul__(self, value: Pose, /) -> Pose: ...
+    def __rmatmul__(self, value: Pose, /) -> Pose: ...
 
+@final
 class Camera:
     """A pinhole camera: pixel (0, 0) is the centre of the top-left pixel."""
 
-    def __init__(
-        self,
+    def __new__(
+        cls,
         *,
         size_px: tuple[int, int],
         focal_px: tuple[float, float],
         center_px: tuple[float, float],
-    ) -> None: ...
+    ) -> Self: ...
     @property
     def size_px(self) -> tuple[int, int]: ...
     @property
@@ -46,17 +64,18 @@ class Camera:
     def center_px(self) -> tuple[float, float]: ...
     def project(self, points_in_camera: NDArray[np.float64]) -> NDArray[np.float64]: ...
 
+@final
 class Body:
     """A rigid set of ellipsoids in the object's frame, and where that frame is in the world."""
 
-    def __init__(
-        self,
+    def __new__(
+        cls,
         *,
         world_from_object: Pose,
         centers: NDArray[np.float64],
         radii: NDArray[np.float64],
         rotations: NDArray[np.float64],
-    ) -> None: ...
+    ) -> Self: ...
     @property
     def world_from_object(self) -> Pose: ...
     @property
@@ -71,28 +90,30 @@ class Body:
     ) -> list[tuple[NDArray[np.float64], NDArray[np.float64]] | None]: ...
     def silhouette(self, camera: Camera, world_from_camera: Pose) -> NDArray[np.uint8]: ...
 
+@final
 class View:
     """One picture that says where the object is: a camera, its pose, and a mask."""
 
-    def __init__(
-        self, *, camera: Camera, world_from_camera: Pose, mask: NDArray[np.uint8]
-    ) -> None: ...
+    def __new__(
+        cls, *, camera: Camera, world_from_camera: Pose, mask: NDArray[np.uint8]
+    ) -> Self: ...
     @property
     def camera(self) -> Camera: ...
     @property
     def world_from_camera(self) -> Pose: ...
 
+@final
 class ModelSettings:
     """How modelling proceeds; every default is written in the core."""
 
-    def __init__(
-        self,
+    def __new__(
+        cls,
         *,
         max_ellipsoids: int | None = None,
         delta: float | None = None,
         seed: int | None = None,
         threads: int | None = None,
-    ) -> None: ...
+    ) -> Self: ...
     @property
     def max_ellipsoids(self) -> int: ...
     @property
@@ -102,6 +123,7 @@ class ModelSettings:
     @property
     def threads(self) -> int: ...
 
+@final
 class Step:
     """What modelling had reached with one count of ellipsoids."""
 

@@ -114,13 +114,25 @@ fn candidate_in_an_image_times(bencher: Bencher<'_, '_>, scale: usize) {
     bencher.bench_local(|| region.score(black_box(&body)));
 }
 
-#[divan::bench(args = [1, 4])]
-fn color_image_to_map_with_row_stride(bencher: Bencher<'_, '_>, stride: usize) {
+/// A picture of smooth shades, a little grain and a lighter object: its colours fall
+/// into few bins, as those of photographs do.
+fn shades(u: usize, v: usize) -> [u8; 3] {
+    let grain = ((u * 640 + v).wrapping_mul(2_654_435_761) >> 9) % 12;
+    let object = if (200..400).contains(&u) { 90 } else { 0 };
+    [u / 8 + grain + object, v / 6 + grain, (u + v) / 12 + grain].map(|c| c.min(255) as u8)
+}
+
+/// The worst case: each pixel has any colour.
+fn noise(u: usize, v: usize) -> [u8; 3] {
+    let any = (u * 640 + v).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+    [any >> 20, any >> 32, any >> 44].map(|c| c as u8)
+}
+
+fn map_of(bencher: Bencher<'_, '_>, color: fn(usize, usize) -> [u8; 3], stride: usize) {
     let size_px = [640, 480];
-    let bytes: Vec<u8> =
-        (0..640 * 480 * 3_usize).map(|i| (i.wrapping_mul(2_654_435_761) >> 9) as u8 / 3).collect();
-    let marks: Vec<u8> =
-        (0..640 * 480).map(|i| u8::from((200..400).contains(&(i % 640)))).collect();
+    let places = || (0..480).flat_map(|v| (0..640).map(move |u| (u, v)));
+    let bytes: Vec<u8> = places().flat_map(|(u, v)| color(u, v)).collect();
+    let marks: Vec<u8> = places().map(|(u, _)| u8::from((200..400).contains(&u))).collect();
     let learned = ImageView::new(&marks, size_px, Channels::Grey).and_then(|grey| {
         let image = ImageView::new(&bytes, size_px, Channels::Rgb)?;
         Ok((image, Mask::new(grey)?))
@@ -128,4 +140,14 @@ fn color_image_to_map_with_row_stride(bencher: Bencher<'_, '_>, stride: usize) {
     let Ok((image, mask)) = learned else { std::process::abort() };
     let Ok(model) = ColorModel::learn(&image, &mask) else { std::process::abort() };
     bencher.bench_local(|| ScoreMap::from_colors(black_box(&image), &model, stride));
+}
+
+#[divan::bench(args = [1, 4])]
+fn map_of_a_photograph_with_row_stride(bencher: Bencher<'_, '_>, stride: usize) {
+    map_of(bencher, shades, stride);
+}
+
+#[divan::bench(args = [1, 4])]
+fn map_of_noise_with_row_stride(bencher: Bencher<'_, '_>, stride: usize) {
+    map_of(bencher, noise, stride);
 }

@@ -12,12 +12,21 @@ pub(super) struct Avx2(__m256);
 #[derive(Clone, Copy)]
 pub(super) struct Avx512(__m512);
 
+/// Numbers that lie in one cache line, so that they can be read back at once.
+#[repr(align(64))]
+struct Aligned<const N: usize>([u32; N]);
+
 /// Reads the pair at `index[first]` and that at `index[first + 1]`: both neighbours in one 64-bit
 /// read. On processors whose gathers are slowed down for safety this is twice as fast as a gather.
 #[inline(always)]
 unsafe fn read_two(table: *const f32, index: &[u32], first: usize) -> __m128d {
     unsafe {
-        let pair = |at: usize| table.add(index[at] as usize).cast::<f64>();
+        // Volatile, so that the indices come from memory: taking them out of a vector register one
+        // by one would cost more than the reads that they are for.
+        let pair = |at: usize| {
+            let index = index.as_ptr().add(at).read_volatile();
+            table.add(index as usize).cast::<f64>()
+        };
         _mm_loadh_pd(_mm_load_sd(pair(first)), pair(first + 1))
     }
 }
@@ -123,10 +132,10 @@ unsafe impl Lanes for Avx2 {
             let part = _mm256_sub_ps(self.0, _mm256_cvtepi32_ps(whole));
             let at = _mm256_add_epi32(offsets, whole);
             // This order of rows lets one shuffle within the halves set the neighbours apart.
-            let mut index = [0_u32; 8];
-            _mm256_storeu_si256(index.as_mut_ptr().cast(), at);
-            let low = _mm256_set_m128d(read_two(table, &index, 4), read_two(table, &index, 0));
-            let high = _mm256_set_m128d(read_two(table, &index, 6), read_two(table, &index, 2));
+            let mut index = Aligned([0_u32; 8]);
+            _mm256_store_si256(index.0.as_mut_ptr().cast(), at);
+            let low = _mm256_set_m128d(read_two(table, &index.0, 4), read_two(table, &index.0, 0));
+            let high = _mm256_set_m128d(read_two(table, &index.0, 6), read_two(table, &index.0, 2));
             let (low, high) = (_mm256_castpd_ps(low), _mm256_castpd_ps(high));
             let here = _mm256_shuffle_ps::<0b10_00_10_00>(low, high);
             let next = _mm256_shuffle_ps::<0b11_01_11_01>(low, high);
@@ -241,13 +250,13 @@ unsafe impl Lanes for Avx512 {
             let whole = _mm512_cvttps_epi32(self.0);
             let part = _mm512_sub_ps(self.0, _mm512_cvtepi32_ps(whole));
             let at = _mm512_add_epi32(offsets, whole);
-            let mut index = [0_u32; 16];
-            _mm512_storeu_si512(index.as_mut_ptr().cast(), at);
+            let mut index = Aligned([0_u32; 16]);
+            _mm512_store_si512(index.0.as_mut_ptr().cast(), at);
             let eight = |first: usize| {
                 let four = |first: usize| {
                     _mm256_set_m128d(
-                        read_two(table, &index, first + 2),
-                        read_two(table, &index, first),
+                        read_two(table, &index.0, first + 2),
+                        read_two(table, &index.0, first),
                     )
                 };
                 _mm512_insertf64x4::<1>(_mm512_castpd256_pd512(four(first)), four(first + 4))

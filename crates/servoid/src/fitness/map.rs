@@ -12,6 +12,7 @@ use super::ColorModel;
 pub struct ScoreMap {
     size_px: [usize; 2],
     stride: usize,
+    per_stride: f64,
     rows: usize,
     pitch: usize,
     prefix: Vec<f32>,
@@ -47,7 +48,7 @@ impl ScoreMap {
             }
             out[width + 1] = out[width];
         }
-        Self { size_px, stride, rows, pitch, prefix }
+        Self { size_px, stride, per_stride: 1.0 / stride as f64, rows, pitch, prefix }
     }
 
     /// Makes the map that scores +1 on the object and -1 beside it. // Eq. (7)
@@ -108,6 +109,11 @@ impl ScoreMap {
     pub fn score(&self, u: usize, row: usize) -> f64 {
         let at = row * self.pitch + u;
         f64::from(self.prefix[at + 1]) - f64::from(self.prefix[at])
+    }
+
+    /// One over the row stride, rounded: rows found with it may be one too many, which hold nothing.
+    pub(super) fn per_stride(&self) -> f64 {
+        self.per_stride
     }
 
     /// Entries from one row to the next in [`ScoreMap::prefix`].

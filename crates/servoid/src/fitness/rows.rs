@@ -22,9 +22,8 @@ impl RowOutline {
     /// Prepares an outline; `None` if it touches no kept row or is too large for the numbers.
     #[inline(always)]
     pub fn new(outline: &Outline, map: &ScoreMap) -> Option<Self> {
-        let stride = map.stride() as f64;
-        let top = (outline.center_v - outline.half_height) / stride;
-        let bottom = (outline.center_v + outline.half_height) / stride;
+        let top = (outline.center_v - outline.half_height) * map.per_stride();
+        let bottom = (outline.center_v + outline.half_height) * map.per_stride();
         let last_row = map.rows() as f64 - 1.0;
         // Fails for NaN as well.
         let reaches = top <= last_row && bottom >= 0.0 && outline.half_height > 0.0;
@@ -37,7 +36,7 @@ impl RowOutline {
             center_v: outline.center_v as f32,
             slope: outline.slope as f32,
             half_width: outline.half_width as f32,
-            per_half_height: (1.0 / outline.half_height) as f32,
+            per_half_height: 1.0 / outline.half_height as f32,
             first: top.max(0.0) as usize,
             last: bottom.min(last_row) as usize,
         })

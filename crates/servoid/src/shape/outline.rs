@@ -61,7 +61,8 @@ impl Projection {
         }
         // The dual conic C* = M Σ Mᵀ - p pᵀ about the centre's own image (x, y), where the large
         // products that would cancel are zero; then moved there.
-        let (x, y) = (p.x / p.z, p.y / p.z);
+        let per_z = 1.0 / p.z;
+        let (x, y) = (p.x * per_z, p.y * per_z);
         let rows = [spread.row(0) - spread.row(2) * x, spread.row(1) - spread.row(2) * y];
         let third = spread.row(2);
         let per_depth = 1.0 / depth;

@@ -105,10 +105,13 @@ pub(super) unsafe fn union_gradients<L: Lanes>(
         let weight = map.stride() as f64;
         for (index, (outline, out)) in all.iter().zip(gradients).enumerate() {
             let (of_score, of_area) = moments[index].assume_init_ref();
-            out.score = of_score.gradient(outline, weight);
+            out.score = of_score.gradient(outline, weight * ScoreMap::QUANTUM);
             out.area = of_area.gradient(outline, weight);
         }
-        Sums { score: weight * f64::from(score.total()), area: weight * f64::from(area.total()) }
+        Sums {
+            score: weight * ScoreMap::QUANTUM * f64::from(score.total()),
+            area: weight * f64::from(area.total()),
+        }
     }
 }
 

@@ -1,4 +1,4 @@
-use crate::observe::{ImageView, Mask};
+use crate::observe::{Channels, ImageView, Mask, RigError};
 
 use super::ColorModel;
 
@@ -39,16 +39,25 @@ impl ScoreMap {
         let rows = height.div_ceil(stride);
         // One entry before the first pixel, one after the last for the interpolation there.
         let pitch = width + 2;
-        let mut prefix = vec![0.0; (rows + PADDING_ROWS) * pitch];
-        for (row, out) in prefix.chunks_exact_mut(pitch).take(rows).enumerate() {
+        let prefix = vec![0.0; (rows + PADDING_ROWS) * pitch];
+        let per_stride = 1.0 / stride as f64;
+        let mut map = Self { size_px, stride, per_stride, rows, pitch, prefix };
+        map.fill(scores_of_row);
+        map
+    }
+
+    /// Writes all kept rows.
+    fn fill<R: Iterator<Item = i16>>(&mut self, scores_of_row: impl Fn(usize) -> R) {
+        let width = self.size_px[0];
+        let kept = self.prefix.chunks_exact_mut(self.pitch).take(self.rows);
+        for (row, out) in kept.enumerate() {
             let mut sum = 0_i32;
-            for (score, place) in scores_of_row(row * stride).zip(&mut out[1..=width]) {
+            for (score, place) in scores_of_row(row * self.stride).zip(&mut out[1..=width]) {
                 sum += i32::from(score);
-                *place = sum as f32 * Self::QUANTUM as f32;
+                *place = sum as f32;
             }
             out[width + 1] = out[width];
         }
-        Self { size_px, stride, per_stride: 1.0 / stride as f64, rows, pitch, prefix }
     }
 
     /// Makes the map that scores +1 on the object and -1 beside it. // Eq. (7)
@@ -74,15 +83,34 @@ impl ScoreMap {
     /// Makes the map of log-likelihood ratios log p(colour | object) / p(colour | background).
     #[must_use]
     pub fn from_colors(image: &ImageView<'_>, model: &ColorModel, stride: usize) -> Self {
+        let mut map = Self::from_rows(image.size_px(), stride, |_| std::iter::empty());
+        map.fill_colors(image, model);
+        map
+    }
+
+    /// Replaces the map by that of another image of the same size, in the same memory.
+    ///
+    /// # Errors
+    /// If the image has another size.
+    pub fn recolor(&mut self, image: &ImageView<'_>, model: &ColorModel) -> Result<(), RigError> {
+        let (expected, given) = (self.size_px, image.size_px());
+        if expected != given {
+            return Err(RigError::ImageSize { camera: 0, expected, given });
+        }
+        self.fill_colors(image, model);
+        Ok(())
+    }
+
+    fn fill_colors(&mut self, image: &ImageView<'_>, model: &ColorModel) {
         let table = model.table();
         match image.channels() {
-            crate::observe::Channels::Rgb => Self::from_rows(image.size_px(), stride, |v| {
+            Channels::Rgb => self.fill(|v| {
                 let (pixels, _) = image.row(v).as_chunks::<3>();
                 pixels.iter().map(|&pixel| table[ColorModel::bin(pixel)])
             }),
-            crate::observe::Channels::Grey => Self::from_rows(image.size_px(), stride, |v| {
-                image.row(v).iter().map(|&grey| table[ColorModel::bin([grey; 3])])
-            }),
+            Channels::Grey => {
+                self.fill(|v| image.row(v).iter().map(|&grey| table[ColorModel::bin([grey; 3])]))
+            }
         }
     }
 
@@ -108,7 +136,7 @@ impl ScoreMap {
     #[must_use]
     pub fn score(&self, u: usize, row: usize) -> f64 {
         let at = row * self.pitch + u;
-        f64::from(self.prefix[at + 1]) - f64::from(self.prefix[at])
+        Self::QUANTUM * f64::from(self.prefix[at + 1] - self.prefix[at])
     }
 
     /// One over the row stride, rounded: rows found with it may be one too many, which hold nothing.
@@ -121,7 +149,7 @@ impl ScoreMap {
         self.pitch
     }
 
-    /// Prefix sums: entry k of a row is the sum of its first k scores; [`PADDING_ROWS`] follow.
+    /// Prefix sums in quanta: entry k of a row is the sum of its first k scores; [`PADDING_ROWS`] follow.
     pub(super) fn prefix(&self) -> &[f32] {
         &self.prefix
     }

@@ -81,7 +81,10 @@ pub(super) unsafe fn union_sums<L: Lanes>(map: &ScoreMap, outlines: &RowOutlines
             row += L::COUNT;
         }
         let weight = map.stride() as f64;
-        Sums { score: weight * f64::from(score.total()), area: weight * f64::from(area.total()) }
+        Sums {
+            score: weight * ScoreMap::QUANTUM * f64::from(score.total()),
+            area: weight * f64::from(area.total()),
+        }
     }
 }
 

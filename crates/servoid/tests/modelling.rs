@@ -1,0 +1,208 @@
+//! Laws of modelling, on silhouettes drawn by the tests.
+
+use nalgebra::{Rotation3, UnitQuaternion, Vector3, Vector6};
+use servoid::model::{ModelError, Settings, Step, ellipsoid_colors, progressive, silhouette_ious};
+use servoid::observe::{Camera, Channels, ImageView, Mask, View};
+use servoid::pose::Pose;
+use servoid::shape::{Body, Ellipsoid, silhouette};
+
+const SIZE: [usize; 2] = [160, 120];
+
+fn solid(center: [f64; 3], radii: [f64; 3]) -> Ellipsoid {
+    Ellipsoid::new(0, center, radii, [0.9, 0.1, 0.3, 0.3]).unwrap()
+}
+
+fn pair() -> Vec<Ellipsoid> {
+    vec![solid([0.0; 3], [0.09, 0.05, 0.04]), solid([0.03, 0.09, 0.02], [0.03, 0.05, 0.03])]
+}
+
+/// Cameras on two rings around the origin that look at it.
+fn poses() -> Vec<Pose> {
+    let place = |i: usize| {
+        let angle = i as f64 * std::f64::consts::TAU / 7.0;
+        let height = if i % 2 == 0 { 0.15 } else { 0.35 };
+        let eye = Vector3::new(0.6 * angle.cos(), 0.6 * angle.sin(), height);
+        let look = Rotation3::face_towards(&-eye, &-Vector3::z());
+        Pose::from_rotation(UnitQuaternion::from_rotation_matrix(&look), eye)
+    };
+    (0..7).map(place).collect()
+}
+
+/// Masks of ellipsoids, seen from cameras that were moved with them.
+struct Scene {
+    camera: Camera,
+    poses: Vec<Pose>,
+    masks: Vec<Vec<u8>>,
+}
+
+impl Scene {
+    fn new(ellipsoids: &[Ellipsoid]) -> Self {
+        let camera = Camera::new(SIZE, [260.0; 2], [79.5, 59.5]).unwrap();
+        let body = Body::new(Pose::identity(), ellipsoids.to_vec()).unwrap();
+        let masks = poses().iter().map(|pose| silhouette(&body, &camera, pose)).collect();
+        Self { camera, poses: poses(), masks }
+    }
+
+    fn moved(mut self, motion: &Pose, scale: f64) -> Self {
+        for pose in &mut self.poses {
+            *pose = *motion * Pose::from_rotation(pose.rotation(), pose.translation() * scale);
+        }
+        self
+    }
+
+    fn views(&self) -> Vec<View<'_>> {
+        let mut views = vec![];
+        for (pose, mask) in self.poses.iter().zip(&self.masks) {
+            let image = ImageView::new(mask, SIZE, Channels::Grey).unwrap();
+            views.push(View::new(self.camera, *pose, Mask::new(image).unwrap()).unwrap());
+        }
+        views
+    }
+
+    fn model(&self, settings: Settings) -> Vec<Step> {
+        progressive(&self.views(), &settings, &mut |_, _, _| true).unwrap()
+    }
+}
+
+fn exactly(count: usize) -> Settings {
+    Settings { max_ellipsoids: count, delta: 0.0, ..Settings::default() }
+}
+
+#[test]
+fn one_ellipsoid_is_found_within_a_millimetre() {
+    let truth = solid([0.01, -0.02, 0.03], [0.09, 0.05, 0.04]);
+    let steps = Scene::new(&[truth]).model(exactly(1));
+    let found = steps[0].body.in_world()[0];
+    assert!((found.center() - truth.center()).norm() < 1e-3, "{}", found.center());
+    assert!((found.radii() - truth.radii()).amax() < 1e-3, "{}", found.radii());
+    assert!(steps[0].fitness > 0.95);
+}
+
+#[test]
+fn the_overlap_never_falls_and_the_count_is_exactly_as_asked() {
+    let scene =
+        Scene::new(&[pair(), vec![solid([-0.07, 0.05, -0.03], [0.02, 0.06, 0.03])]].concat());
+    for count in [1, 4, 6] {
+        let steps = scene.model(exactly(count));
+        assert_eq!(steps.len(), count);
+        let mut reached = (0.0, 0.0);
+        for (index, step) in steps.iter().enumerate() {
+            let ious = silhouette_ious(&step.body, &scene.views());
+            let overlap = ious.iter().sum::<f64>() / ious.len() as f64;
+            assert_eq!(step.body.ellipsoids().len(), index + 1);
+            assert!(overlap >= reached.0 && step.fitness >= reached.1, "{index}: {overlap}");
+            reached = (overlap, step.fitness);
+        }
+        assert!(count < 4 || reached.0 > 0.97, "{reached:?}");
+    }
+}
+
+#[test]
+fn modelling_stops_when_another_ellipsoid_gains_less_than_delta() {
+    let scene = Scene::new(&pair());
+    let steps = scene.model(Settings { delta: 0.05, ..exactly(6) });
+    assert_eq!(steps.len(), 2, "{:?}", steps.iter().map(|s| s.fitness).collect::<Vec<_>>());
+}
+
+#[test]
+fn the_same_seed_gives_the_same_bits_on_any_thread_count() {
+    let scene = Scene::new(&pair());
+    let on = |threads| scene.model(Settings { threads, ..exactly(3) });
+    let one = on(1);
+    assert_eq!(one, on(2));
+    assert_eq!(one, on(3));
+    assert_ne!(one, scene.model(Settings { seed: 1, ..exactly(3) }));
+}
+
+#[test]
+fn moving_turning_and_scaling_the_world_does_the_same_to_the_body_and_changes_nothing_else() {
+    let still = Scene::new(&pair()).model(exactly(3));
+    let motions = [
+        (Vector6::new(3.0, -1.0, 0.5, 0.0, 0.0, 0.0), 1.0),
+        (Vector6::new(0.0, 0.0, 0.0, 1.0, -0.7, 2.0), 1.0),
+        (Vector6::new(-0.3, 0.2, 7.0, -0.4, 0.9, 0.1), 25.0),
+    ];
+    for (twist, scale) in motions {
+        let motion = Pose::exp(&twist);
+        let moved = Scene::new(&pair()).moved(&motion, scale).model(exactly(3));
+        for (one, two) in still.iter().zip(&moved) {
+            assert_eq!(one.fitness.to_bits(), two.fitness.to_bits());
+            let expected = one.body.transformed(&motion, scale).in_world();
+            for (a, b) in expected.iter().zip(two.body.in_world()) {
+                let (a, b) = (a.quadric(), b.quadric());
+                assert!((a.center - b.center).norm() < 1e-9 * scale * 10.0);
+                assert!((a.shape_matrix() - b.shape_matrix()).amax() < 1e-9 * scale * scale);
+            }
+        }
+    }
+}
+
+#[test]
+fn views_that_cannot_be_modelled_are_refused() {
+    let scene = Scene::new(&pair());
+    let views = scene.views();
+    let refused =
+        |views: &[View<'_>]| progressive(views, &exactly(1), &mut |_, _, _| true).unwrap_err();
+    assert!(matches!(refused(&[]), ModelError::TooFewViews(0)));
+    assert!(matches!(refused(&views[..1]), ModelError::TooFewViews(1)));
+    assert!(matches!(refused(&[views[0], views[0]]), ModelError::NoBaseline));
+    let mut apart = Scene::new(&pair());
+    apart.poses[3] = Pose::exp(&Vector6::new(5.0, 0.0, 0.0, 0.0, 0.0, 0.0)) * apart.poses[3];
+    assert!(matches!(refused(&apart.views()), ModelError::NoCommonPoint { .. }));
+    let mut behind = Scene::new(&pair());
+    let around = Pose::exp(&Vector6::new(0.0, 0.0, 0.0, 0.0, std::f64::consts::PI, 0.0));
+    behind.poses[2] = behind.poses[2] * around;
+    assert!(matches!(refused(&behind.views()), ModelError::NoCommonPoint { .. }));
+}
+
+#[test]
+fn settings_out_of_range_are_refused_by_name() {
+    let scene = Scene::new(&pair());
+    let refused = |settings| {
+        let error = progressive(&scene.views(), &settings, &mut |_, _, _| true).unwrap_err();
+        error.to_string()
+    };
+    assert!(refused(exactly(0)).starts_with("max_ellipsoids must be 1 to 64"));
+    assert!(refused(exactly(65)).contains("but it is 65"));
+    for delta in [-0.1, 1.0, f64::NAN] {
+        assert!(refused(Settings { delta, ..exactly(2) }).starts_with("delta must be"));
+    }
+}
+
+#[test]
+fn whoever_watches_can_stop_the_work() {
+    let scene = Scene::new(&pair());
+    let mut heard = 0;
+    let stopped = progressive(&scene.views(), &exactly(4), &mut |_, _, _| {
+        heard += 1;
+        false
+    });
+    assert_eq!(stopped, Err(ModelError::Stopped));
+    assert!(heard >= 1);
+}
+
+#[test]
+fn each_ellipsoid_takes_the_colour_of_the_pixels_in_which_it_is_foremost() {
+    let scene = Scene::new(&pair());
+    let body = Body::new(Pose::identity(), pair()).unwrap();
+    let one = |index: usize, pose: &Pose| {
+        let alone = Body::new(Pose::identity(), vec![pair()[index]]).unwrap();
+        silhouette(&alone, &scene.camera, pose)
+    };
+    let paint = |pose: &Pose| -> Vec<u8> {
+        // Where both are seen the pixel is grey: a median does not mind.
+        let both = one(0, pose).into_iter().zip(one(1, pose));
+        both.flat_map(|pixel| match pixel {
+            (255, 0) => [220, 20, 10],
+            (0, 255) => [10, 30, 230],
+            _ => [128; 3],
+        })
+        .collect()
+    };
+    let bytes: Vec<Vec<u8>> = scene.poses.iter().map(paint).collect();
+    let images: Vec<_> =
+        bytes.iter().map(|b| ImageView::new(b, SIZE, Channels::Rgb).unwrap()).collect();
+    let colors = ellipsoid_colors(&body, &scene.views(), &images).unwrap();
+    assert_eq!(colors, [[220, 20, 10], [10, 30, 230]]);
+    assert!(ellipsoid_colors(&body, &scene.views(), &images[..2]).is_err());
+}

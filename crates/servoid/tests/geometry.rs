@@ -1,5 +1,7 @@
 //! Laws of poses, cameras, outlines and bodies.
 
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
 use nalgebra::{Matrix3, Matrix4, Vector3, Vector6};
 use proptest::prelude::*;
 use servoid::observe::{Camera, Channels, ImageError, ImageView, Mask, Rig, RigError};

@@ -1,5 +1,7 @@
 //! Laws of modelling, on silhouettes drawn by the tests.
 
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
 use nalgebra::{Rotation3, UnitQuaternion, Vector3, Vector6};
 use servoid::model::{ModelError, Settings, Step, ellipsoid_colors, progressive, silhouette_ious};
 use servoid::observe::{Camera, Channels, ImageView, Mask, View};

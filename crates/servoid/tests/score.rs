@@ -1,5 +1,7 @@
 //! The region score against sums taken pixel by pixel.
 
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
 use nalgebra::{Matrix3, Vector3};
 use proptest::prelude::*;
 use servoid::fitness::{

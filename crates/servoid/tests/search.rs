@@ -1,5 +1,7 @@
 //! Laws of the genetic algorithm and of the climb.
 
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
 use nalgebra::{DMatrix, DVector};
 use proptest::prelude::*;
 use servoid::evolve::{ClimbSettings, Ga, GaError, GaSettings, climb, rng};

@@ -22,7 +22,7 @@ fn pair() -> Vec<Ellipsoid> {
 fn poses() -> Vec<Pose> {
     let place = |i: usize| {
         let angle = i as f64 * std::f64::consts::TAU / 7.0;
-        let height = if i % 2 == 0 { 0.15 } else { 0.35 };
+        let height = if i.is_multiple_of(2) { 0.15 } else { 0.35 };
         let eye = Vector3::new(0.6 * angle.cos(), 0.6 * angle.sin(), height);
         let look = Rotation3::face_towards(&-eye, &-Vector3::z());
         Pose::from_rotation(UnitQuaternion::from_rotation_matrix(&look), eye)

@@ -1,7 +1,7 @@
 """Model the research captures that lie beside the repository, and score them over all their views.
 
-Prints one line a capture and count: the mean silhouette overlap over all views (the command's own
-figure and that of the independent scorer), whole-command wall seconds, and whether one thread and
+Prints one line a capture, count and seed: the mean silhouette overlap over all views by a scorer
+that reads the files by itself, whole-command wall seconds, and whether one thread and
 two give the same file. Skips what is not there.
 """
 

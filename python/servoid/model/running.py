@@ -27,7 +27,7 @@ def run_core(
     settings: ModelSettings,
     progress: Callable[[Progress], None] | None,
 ) -> list[Step]:
-    """Fit a body; call `progress`, on the caller's thread, whenever an ellipsoid has been added.
+    """Fit a body; call `progress`, on the caller's thread, after each fit.
 
     What `progress` raises, and Ctrl-C, stop the core after the ellipsoid at hand and come out
     here: the core's own threads cannot notice a signal.

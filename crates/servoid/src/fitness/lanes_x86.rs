@@ -27,7 +27,7 @@ unsafe fn read_two(table: *const f32, index: &[u32], first: usize) -> __m128d {
             let index = index.as_ptr().add(at).read_volatile();
             table.add(index as usize).cast::<f64>()
         };
-        _mm_loadh_pd(_mm_load_sd(pair(first)), pair(first + 1))
+        _mm_set_pd(pair(first + 1).read_unaligned(), pair(first).read_unaligned())
     }
 }
 

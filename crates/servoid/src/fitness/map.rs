@@ -51,12 +51,14 @@ impl ScoreMap {
         let width = self.size_px[0];
         let kept = self.prefix.chunks_exact_mut(self.pitch).take(self.rows);
         for (row, out) in kept.enumerate() {
-            let mut sum = 0_i32;
+            let (mut sum, mut seen) = (0_i32, 0);
             for (score, place) in scores_of_row(row * self.stride).zip(&mut out[1..=width]) {
                 sum += i32::from(score);
                 *place = sum as f32;
+                seen += 1;
             }
-            out[width + 1] = out[width];
+            // Pixels without a score count nothing, and so does the entry behind the last.
+            out[seen + 1..].fill(sum as f32);
         }
     }
 
@@ -71,7 +73,7 @@ impl ScoreMap {
     }
 
     /// Makes the map of given scores, row by row, rounded to [`ScoreMap::QUANTUM`] and clamped to
-    /// [`ScoreMap::LIMIT`]; a score that is not a number counts nothing.
+    /// [`ScoreMap::LIMIT`]; a score that is missing or not a number counts nothing.
     #[must_use]
     pub fn from_scores(scores: &[f64], size_px: [usize; 2], stride: usize) -> Self {
         let width = size_px[0];

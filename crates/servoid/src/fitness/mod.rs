@@ -27,7 +27,8 @@ use crate::shape::{Quadric, QuadricGradient};
 
 /// Scores hypotheses; higher is better.
 ///
-/// A hypothesis is a set of ellipsoids in the world, each given as a [`Quadric`].
+/// A hypothesis is a set of ellipsoids in the world, each given as a [`Quadric`]; beyond
+/// [`crate::shape::Body::MAX_ELLIPSOIDS`] they are not looked at.
 pub trait Fitness: Sync {
     /// Scores one hypothesis.
     fn score(&self, hypothesis: &[Quadric]) -> f64;

@@ -52,7 +52,8 @@ impl Overlap {
 /// Gives intersection over union, and its slopes by Σ ℓ and by the area.
 fn overlap(sums: Sums, filled_px: f64) -> (f64, f64, f64) {
     let both = 0.5 * (sums.score + sums.area);
-    let union = filled_px + sums.area - both;
+    // Nothing in the mask and nothing seen is no overlap.
+    let union = (filled_px + sums.area - both).max(f64::MIN_POSITIVE.sqrt());
     let half = 0.5 / (union * union);
     (both / union, half * (union + both), half * (union - both))
 }

@@ -48,7 +48,7 @@ impl Region {
     #[must_use]
     pub fn sums(&self, view: &RegionView, hypothesis: &[Quadric]) -> Sums {
         let mut outlines = RowOutlines::new();
-        for quadric in hypothesis {
+        for quadric in hypothesis.iter().take(Body::MAX_ELLIPSOIDS) {
             let outline = view.projection.outline(quadric);
             if let Some(rows) = outline.and_then(|outline| RowOutline::new(&outline, &view.map)) {
                 outlines.push(rows);

@@ -15,6 +15,10 @@ pub(super) struct RowOutline {
     pub last: usize,
 }
 
+/// Beyond this many pixels from the corner single precision no longer tells where an outline is, and
+/// it counts as unseen.
+const FARTHEST: f64 = 1e6;
+
 /// A row that no outline reaches.
 const FAR_AWAY: f32 = 1e9;
 
@@ -27,7 +31,9 @@ impl RowOutline {
         let last_row = map.rows() as f64 - 1.0;
         // Fails for NaN as well.
         let reaches = top <= last_row && bottom >= 0.0 && outline.half_height > 0.0;
-        let bounded = outline.center_u.abs() + outline.half_width < 1e7;
+        let reach_u = outline.center_u.abs() + outline.half_width;
+        let reach_v = outline.center_v.abs() + outline.half_height;
+        let bounded = reach_u < FARTHEST && reach_v < FARTHEST;
         if !reaches || !bounded {
             return None;
         }

@@ -91,8 +91,8 @@ pub(super) fn reseed(
 /// Chooses what to take out: the single ellipsoids that are missed least, and the pairs that hide
 /// each other most, both of which are missed far more than each alone.
 fn removals(scene: &Scene, standing: &Fit, settings: &Settings) -> Vec<Vec<usize>> {
-    let loss =
-        |gone: &[usize]| standing.fitness - scene.coarse.overlap.score(&standing.without(gone));
+    let whole = scene.coarse.overlap.score(&standing.quadrics);
+    let loss = |gone: &[usize]| whole - scene.coarse.overlap.score(&standing.without(gone));
     let count = standing.quadrics.len();
     let alone: Vec<f64> = (0..count).map(|one| loss(&[one])).collect();
     let mut singles: Vec<usize> = (0..count).collect();

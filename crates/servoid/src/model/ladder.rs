@@ -17,7 +17,8 @@ pub(super) struct Ladder {
 impl Ladder {
     /// Gives the best body of a count; beyond the last, the last.
     pub fn at(&self, count: usize) -> &Fit {
-        if count == 0 { &self.ground } else { self.rungs.get(count - 1).unwrap_or(&self.ground) }
+        let rung = self.rungs.get(count.min(self.rungs.len()).wrapping_sub(1));
+        if count == 0 { &self.ground } else { rung.unwrap_or(&self.ground) }
     }
 
     pub fn fitness(&self, count: usize) -> f64 {
@@ -51,10 +52,15 @@ impl Ladder {
         other.rungs.iter().for_each(|fit| self.offer(fit.clone()));
     }
 
+    /// Says whether an ellipsoid too many has been added: ΔF = F_p - F_(p-1) < δ.
+    pub fn stops_at(&self, count: usize, settings: &Settings) -> bool {
+        let gain = (self.fitness(count) - self.fitness(count - 1)).max(0.0); // ΔF
+        count > 1 && gain < settings.delta
+    }
+
     /// Ends at the greatest count that is allowed and worth its last ellipsoid.
     pub fn cut(&mut self, settings: &Settings) {
-        let gain = |count: usize| (self.fitness(count) - self.fitness(count - 1)).max(0.0);
-        let last = (2..=self.rungs.len()).find(|&count| gain(count) < settings.delta);
+        let last = (2..=self.rungs.len()).find(|&count| self.stops_at(count, settings));
         let last = last.map_or(self.rungs.len(), |count| count - 1);
         self.rungs.truncate(last.min(settings.max_ellipsoids));
     }

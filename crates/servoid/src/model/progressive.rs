@@ -68,11 +68,10 @@ fn grow(
         count += 1;
         let grown = add_one(scene, ladder.at(count - 1), settings, line)?;
         ladder.offer(reseed(scene, grown, settings, line)?);
-        let gain = (ladder.fitness(count) - ladder.fitness(count - 1)).max(0.0); // ΔF
-        if 1 < count && count <= top && gain < settings.delta {
+        if count <= top && ladder.stops_at(count, settings) {
             top = count;
         }
-        watch.report(&ladder, count)?;
+        watch.report(&ladder, count.min(top))?;
     }
     descend(scene, ladder.at(count).clone(), &mut ladder);
     watch.report(&ladder, top)?;

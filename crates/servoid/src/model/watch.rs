@@ -12,6 +12,7 @@ pub(super) struct Watch<'a> {
 
 struct Seen<'a> {
     done: usize,
+    stopped: bool,
     count: usize,
     fitness: f64,
     progress: Progress<'a>,
@@ -21,7 +22,10 @@ impl<'a> Watch<'a> {
     pub fn new(settings: &Settings, progress: Progress<'a>) -> Self {
         let line = settings.max_ellipsoids + settings.overshoot + 1;
         let fits = settings.lines * line + settings.lines * settings.lines.saturating_sub(1) / 2;
-        Self { fits, seen: Mutex::new(Seen { done: 0, count: 0, fitness: 0.0, progress }) }
+        Self {
+            fits,
+            seen: Mutex::new(Seen { done: 0, stopped: false, count: 0, fitness: 0.0, progress }),
+        }
     }
 
     /// Counts one fit; tells the greatest body so far.
@@ -34,13 +38,21 @@ impl<'a> Watch<'a> {
         }
         let share = (seen.done as f64 / (self.fits + 1) as f64).min(1.0);
         let (count, fitness) = (seen.count, seen.fitness);
-        if (seen.progress)(count, fitness, share) { Ok(()) } else { Err(ModelError::Stopped) }
+        seen.tell(count, fitness, share)
     }
 
     /// Tells what came out.
     pub fn finish(&self, steps: &[Step]) -> Result<(), ModelError> {
         let mut seen = self.seen.lock().unwrap_or_else(PoisonError::into_inner);
         let fitness = steps.last().map_or(0.0, |step| step.fitness);
-        if (seen.progress)(steps.len(), fitness, 1.0) { Ok(()) } else { Err(ModelError::Stopped) }
+        seen.tell(steps.len(), fitness, 1.0)
+    }
+}
+
+impl Seen<'_> {
+    /// Tells the caller; once it has refused, nothing is told any more and all lines stop.
+    fn tell(&mut self, count: usize, fitness: f64, share: f64) -> Result<(), ModelError> {
+        self.stopped = self.stopped || !(self.progress)(count, fitness, share);
+        if self.stopped { Err(ModelError::Stopped) } else { Ok(()) }
     }
 }

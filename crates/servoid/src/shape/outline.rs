@@ -19,15 +19,15 @@ pub struct Projection {
 /// `root = sqrt(1 - ((v - center_v) / half_height)²)`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Outline {
-    /// Column of the ellipse's centre.
+    /// Column of the ellipse's centre, in pixels.
     pub center_u: f64,
-    /// Row of the ellipse's centre.
+    /// Row of the ellipse's centre, in pixels.
     pub center_v: f64,
-    /// How far the middle of the interval moves to the right from row to row.
+    /// How far the middle of the interval moves to the right from row to row, in pixels a row.
     pub slope: f64,
-    /// Half the length of the interval in the centre's row.
+    /// Half the length of the interval in the centre's row, in pixels.
     pub half_width: f64,
-    /// Half the extent in rows.
+    /// Half the extent in rows, in pixels.
     pub half_height: f64,
 }
 

@@ -9,7 +9,7 @@ use super::Ellipsoid;
 pub struct Quadric {
     /// Centre, in metres.
     pub center: Vector3<f64>,
-    /// Maps the unit ball to the ellipsoid about its centre.
+    /// Maps the unit ball to the ellipsoid about its centre; in metres.
     pub factor: Matrix3<f64>,
 }
 

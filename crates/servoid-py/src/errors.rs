@@ -1,5 +1,5 @@
 use pyo3::prelude::*;
-use servoid::{evolve, model, observe, pose, shape};
+use servoid::{evolve, fitness, model, observe, pose, shape};
 
 /// An error of the core that knows its class in `servoid.errors`.
 pub trait Named: std::error::Error {
@@ -39,6 +39,12 @@ impl Named for shape::ShapeError {
     }
 }
 
+impl Named for fitness::SightError {
+    fn class(&self) -> &'static str {
+        "ModelError"
+    }
+}
+
 impl Named for evolve::GaError {
     fn class(&self) -> &'static str {
         "ModelError"
@@ -49,6 +55,7 @@ impl Named for model::ModelError {
     fn class(&self) -> &'static str {
         match self {
             Self::Image(error) => error.class(),
+            Self::Picture(error) => error.class(),
             Self::Camera(error) => error.class(),
             Self::Shape(error) => error.class(),
             _ => "ModelError",

@@ -15,6 +15,8 @@ fn native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<observe::Camera>()?;
     module.add_class::<observe::View>()?;
     module.add_class::<shape::Body>()?;
+    module.add_class::<shape::Mesh>()?;
+    module.add_class::<model::Given>()?;
     module.add_class::<model::ModelSettings>()?;
     module.add_class::<model::Step>()?;
     module.add_function(wrap_pyfunction!(model::fit_body, module)?)?;

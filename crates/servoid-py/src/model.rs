@@ -1,10 +1,12 @@
-use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArrayDyn};
+use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray2, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
+use servoid::fitness::Sight;
 use servoid::model as core;
 
 use crate::errors::raise;
 use crate::observe::{Pixels, View};
-use crate::shape::Body;
+use crate::pose::read_rows;
+use crate::shape::{Body, Mesh};
 
 /// How modelling proceeds; every default is written in the core.
 #[pyclass(frozen, module = "servoid", from_py_object)]
@@ -82,18 +84,58 @@ impl Step {
     }
 }
 
-/// Models what the views show; gives one step for each count of ellipsoids. `progress` is called
+/// What modelling starts from: views, a closed mesh, and seen points of the surface.
+#[pyclass(frozen, module = "servoid")]
+pub struct Given {
+    views: Vec<Py<View>>,
+    mesh: Option<servoid::shape::Mesh>,
+    sights: Vec<Sight>,
+    weights: core::Weights,
+}
+
+#[pymethods]
+impl Given {
+    /// Joins views; a mesh; seen points (N, 3) in metres with the directions (N, 3) in which they
+    /// were seen, float64; and how often each kind counts, None being the core's default. Raises
+    /// BodyError.
+    #[new]
+    #[pyo3(signature = (*, views=vec![], mesh=None, points=None, directions=None, silhouette_weight=None, volume_weight=None, depth_weight=None))]
+    fn new(
+        views: Vec<Py<View>>,
+        mesh: Option<Mesh>,
+        points: Option<PyReadonlyArray2<'_, f64>>,
+        directions: Option<PyReadonlyArray2<'_, f64>>,
+        silhouette_weight: Option<f64>,
+        volume_weight: Option<f64>,
+        depth_weight: Option<f64>,
+    ) -> PyResult<Self> {
+        let read = |array: Option<PyReadonlyArray2<'_, f64>>, name| {
+            array.map_or_else(|| Ok(Vec::new()), |array| read_rows::<_, 3>(&array, name))
+        };
+        let (points, directions) = (read(points, "points")?, read(directions, "directions")?);
+        let sights = Sight::join(&points, &directions).map_err(raise)?;
+        let default = core::Weights::default();
+        let weights = core::Weights {
+            silhouettes: silhouette_weight.unwrap_or(default.silhouettes),
+            volume: volume_weight.unwrap_or(default.volume),
+            depth: depth_weight.unwrap_or(default.depth),
+        };
+        Ok(Self { views, mesh: mesh.map(|mesh| mesh.0), sights, weights })
+    }
+}
+
+/// Models what is given; gives one step for each count of ellipsoids. `progress` is called
 /// with the count, F and the share of the work that is done; what it raises ends the work. Raises
 /// ModelError.
 #[pyfunction]
-#[pyo3(signature = (views, settings, progress=None))]
+#[pyo3(signature = (given, settings, progress=None))]
 pub fn fit_body(
     py: Python<'_>,
-    views: Vec<Bound<'_, View>>,
+    given: &Given,
     settings: ModelSettings,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Vec<Step>> {
-    let views = borrow(&views)?;
+    let views = given.views.iter().map(|view| view.get().core()).collect::<PyResult<Vec<_>>>()?;
     let mut raised = None;
     let steps = py.detach(|| {
         let mut report = |count: usize, fitness: f64, share: f64| {
@@ -104,7 +146,13 @@ pub fn fit_body(
             raised = told.err();
             raised.is_none()
         };
-        core::progressive(&views, &settings.0, &mut report)
+        let given = core::Given {
+            views: &views,
+            mesh: given.mesh.as_ref(),
+            sights: &given.sights,
+            weights: given.weights,
+        };
+        core::progressive(&given, &settings.0, &mut report)
     });
     match raised {
         Some(error) => Err(error),

@@ -48,7 +48,7 @@ impl Camera {
         py: Python<'py>,
         points_in_camera: PyReadonlyArray2<'_, f64>,
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let points = read_rows::<3>(&points_in_camera, "points_in_camera")?;
+        let points = read_rows::<_, 3>(&points_in_camera, "points_in_camera")?;
         let pixel = |&p: &[f64; 3]| {
             self.0.project(&Vector3::from(p)).map_or([f64::NAN; 2], <[f64; 2]>::from)
         };

@@ -1,5 +1,5 @@
 use nalgebra::{Matrix4, Vector3, Vector6};
-use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray2, PyUntypedArrayMethods};
+use numpy::{Element, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use servoid::pose as core;
 
@@ -84,7 +84,7 @@ impl Pose {
         py: Python<'py>,
         points: PyReadonlyArray2<'_, f64>,
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let points = read_rows::<3>(&points, "points")?;
+        let points = read_rows::<_, 3>(&points, "points")?;
         let moved: Vec<f64> = points
             .iter()
             .flat_map(|&p| <[f64; 3]>::from(self.0.transform(&Vector3::from(p))))
@@ -114,10 +114,10 @@ pub fn rows<'py>(py: Python<'py>, values: &[f64], length: usize) -> Bound<'py, P
 }
 
 /// Reads an (N, K) float64 array.
-pub fn read_rows<const K: usize>(
-    array: &PyReadonlyArray2<'_, f64>,
+pub fn read_rows<T: Copy + Element, const K: usize>(
+    array: &PyReadonlyArray2<'_, T>,
     what: &str,
-) -> PyResult<Vec<[f64; K]>> {
+) -> PyResult<Vec<[T; K]>> {
     if array.shape()[1] != K {
         let message = format!("{what} must have shape (N, {K}), but it is {:?}", array.shape());
         return Err(named("ServoidError", message));

@@ -11,6 +11,35 @@ use crate::pose::{Pose, read_rows, rows};
 #[derive(Clone)]
 pub struct Body(pub core::Body);
 
+/// A closed surface of triangles.
+#[pyclass(frozen, module = "servoid", from_py_object)]
+#[derive(Clone)]
+pub struct Mesh(pub core::Mesh);
+
+#[pymethods]
+impl Mesh {
+    /// Joins corners (V, 3) float64, in metres, and triangles (F, 3) int64 that name them, counted
+    /// from 0, counter-clockwise seen from outside; raises BodyError if the surface is not closed.
+    #[new]
+    #[pyo3(signature = (*, vertices, faces))]
+    fn new(
+        vertices: PyReadonlyArray2<'_, f64>,
+        faces: PyReadonlyArray2<'_, i64>,
+    ) -> PyResult<Self> {
+        let vertices = read_rows::<_, 3>(&vertices, "vertices")?;
+        let corner = |i: i64| usize::try_from(i).unwrap_or(usize::MAX);
+        let faces = read_rows::<_, 3>(&faces, "faces")?;
+        let faces = faces.into_iter().map(|face| face.map(corner)).collect();
+        core::Mesh::new(vertices, faces).map(Self).map_err(raise)
+    }
+
+    /// The volume in cubic metres.
+    #[getter]
+    fn volume(&self) -> f64 {
+        self.0.volume()
+    }
+}
+
 /// Centre (2,) and 2x2 matrix of an outline.
 type Ellipse<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray2<f64>>);
 
@@ -26,9 +55,9 @@ impl Body {
         radii: PyReadonlyArray2<'_, f64>,
         rotations: PyReadonlyArray2<'_, f64>,
     ) -> PyResult<Self> {
-        let centers = read_rows::<3>(&centers, "centers")?;
-        let radii = read_rows::<3>(&radii, "radii")?;
-        let rotations = read_rows::<4>(&rotations, "rotations")?;
+        let centers = read_rows::<_, 3>(&centers, "centers")?;
+        let radii = read_rows::<_, 3>(&radii, "radii")?;
+        let rotations = read_rows::<_, 4>(&rotations, "rotations")?;
         if centers.len() != radii.len() || centers.len() != rotations.len() {
             let message = format!(
                 "centers, radii and rotations must have equal lengths, but have {}, {} and {}",

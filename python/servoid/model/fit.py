@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from servoid._native import (
     Body,
+    Given,
     ModelSettings,
     View,
     ellipsoid_colors,
@@ -54,7 +55,7 @@ def fit(
     # Files are read first, so that a damaged one is found before the long work.
     native_used, native_unused = _load(used, CaptureView.view), _load(unused, CaptureView.view)
     images = _load(used, CaptureView.image)
-    steps = run_core(native_used, settings, progress)
+    steps = run_core(Given(views=native_used), settings, progress)
     body = steps[-1].body
     return ModelResult(
         body=body,

@@ -1,12 +1,12 @@
 """Runs the core beside the caller, so that the caller hears of progress and can stop it."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from queue import SimpleQueue
 from threading import Event
 
-from servoid._native import ModelSettings, Step, View, fit_body
+from servoid._native import Given, ModelSettings, Step, fit_body
 
 
 @dataclass(frozen=True)
@@ -23,7 +23,7 @@ class _StoppedError(Exception):
 
 
 def run_core(
-    views: Sequence[View],
+    given: Given,
     settings: ModelSettings,
     progress: Callable[[Progress], None] | None,
 ) -> list[Step]:
@@ -42,7 +42,7 @@ def run_core(
 
     def work() -> list[Step]:
         try:
-            return fit_body(views, settings, report)
+            return fit_body(given, settings, report)
         finally:
             news.put(None)
 

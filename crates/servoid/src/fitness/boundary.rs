@@ -96,7 +96,7 @@ pub(super) unsafe fn union_gradients<L: Lanes>(
                 }
                 let (index, crossing) = &crossings[at];
                 let moments = moments[*index].assume_init_mut();
-                let (gain, length) = add_ends(&group, crossing, begin, end, moments);
+                let (gain, length) = add_ends(&group, crossing, begin, end, moments, all[*index].quarter_per_blunt);
                 score = score.add(gain);
                 area = area.add(length);
             }
@@ -147,6 +147,7 @@ unsafe fn add_ends<L: Lanes>(
     begin: L::Truth,
     end: L::Truth,
     moments: &mut (Moments<L>, Moments<L>),
+    quarter_per_blunt: f32,
 ) -> (L, L) {
     unsafe {
         let (zero, one) = (L::splat(0.0), L::splat(1.0));
@@ -155,8 +156,9 @@ unsafe fn add_ends<L: Lanes>(
         // An end that the border cuts does not move.
         let left = L::and(begin, zero.less(crossing.begin));
         let right = L::and(end, crossing.end.less(group.width));
-        // across / root: infinite where the interval closes, but such rows hold nothing.
-        let lean = crossing.across.div(crossing.root.max(L::splat(1e-6)));
+        // How fast the root falls with across; 0 / 0 where the interval closes.
+        let fall = crossing.near.mul(L::splat(2.0 * quarter_per_blunt));
+        let lean = crossing.across.mul(fall).div(crossing.root.max(L::splat(1e-6)));
         let masked = |truth, x| L::select(truth, x, zero);
         moments.0.add(masked(right, right_score), masked(left, left_score), crossing, lean);
         moments.1.add(masked(right, one), masked(left, one), crossing, lean);

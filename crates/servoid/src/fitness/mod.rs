@@ -3,6 +3,7 @@
 mod backend;
 mod boundary;
 mod color;
+mod evidence;
 mod lanes;
 #[cfg(target_arch = "x86_64")]
 mod lanes_x86;
@@ -10,16 +11,21 @@ mod map;
 mod overlap;
 mod region;
 mod rows;
+mod sights;
 mod spread;
 mod sweep;
+mod volume;
 
 pub use backend::Backend;
 pub use color::ColorModel;
+pub use evidence::{Evidence, Total};
 pub use map::ScoreMap;
 pub use overlap::{Overlap, OverlapView};
 pub use region::{Region, RegionView};
 pub use rows::Sums;
+pub use sights::{Sight, SightError, Sights};
 pub use spread::{spread, spread_gradient};
+pub use volume::Volume;
 
 use rayon::prelude::*;
 

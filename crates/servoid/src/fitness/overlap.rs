@@ -1,5 +1,5 @@
-use super::{Backend, Differentiable, Fitness, Region, RegionView, ScoreMap, Sums};
-use crate::shape::{Projection, Quadric, QuadricGradient};
+use super::{Backend, Differentiable, Evidence, Fitness, Region, RegionView, ScoreMap, Sums};
+use crate::shape::{Outline, Projection, Quadric, QuadricGradient};
 
 /// One image of the overlap: how much of each pixel the object fills, and how the camera sees the
 /// world.
@@ -19,6 +19,7 @@ pub struct OverlapView {
 /// the outlines: the intersection is (S + A) / 2. It lies between 0 and 1, and 1 is a perfect fit.
 #[derive(Debug, Clone)]
 pub struct Overlap {
+    views: Vec<OverlapView>,
     region: Region,
     filled_px: Vec<f64>,
 }
@@ -26,7 +27,7 @@ pub struct Overlap {
 impl Overlap {
     /// Joins the images.
     #[must_use]
-    pub fn new(views: &[OverlapView]) -> Self {
+    pub fn new(views: Vec<OverlapView>) -> Self {
         let region_view = |view: &OverlapView| {
             let scores: Vec<f64> = view.filled.iter().map(|filled| 2.0 * filled - 1.0).collect();
             let map = ScoreMap::from_scores(&scores, view.size_px, 1);
@@ -34,14 +35,15 @@ impl Overlap {
         };
         let region_views = views.iter().map(region_view).collect();
         let filled_px = views.iter().map(|view| view.filled.iter().sum()).collect();
-        Self { region: Region::with_backend(region_views, Backend::fastest()), filled_px }
+        let region = Region::with_backend(region_views, Backend::fastest());
+        Self { views, region, filled_px }
     }
 
     /// Gives the overlap in each image.
     #[must_use]
     pub fn by_view(&self, hypothesis: &[Quadric]) -> Vec<f64> {
         let views = self.region.views().iter().zip(&self.filled_px);
-        views.map(|(view, &px)| overlap(self.region.sums(view, hypothesis), px).0).collect()
+        views.map(|(view, &px)| agreement(self.region.sums(view, hypothesis), px).0).collect()
     }
 
     fn mean(&self, sum: f64) -> f64 {
@@ -50,7 +52,7 @@ impl Overlap {
 }
 
 /// Gives intersection over union, and its slopes by Σ ℓ and by the area.
-fn overlap(sums: Sums, filled_px: f64) -> (f64, f64, f64) {
+pub(super) fn agreement(sums: Sums, filled_px: f64) -> (f64, f64, f64) {
     let both = 0.5 * (sums.score + sums.area);
     // Nothing in the mask and nothing seen is no overlap.
     let union = (filled_px + sums.area - both).max(f64::MIN_POSITIVE.sqrt());
@@ -62,7 +64,7 @@ impl Fitness for Overlap {
     fn score(&self, hypothesis: &[Quadric]) -> f64 {
         let views = self.region.views().iter().zip(&self.filled_px);
         let total: f64 =
-            views.map(|(view, &px)| overlap(self.region.sums(view, hypothesis), px).0).sum();
+            views.map(|(view, &px)| agreement(self.region.sums(view, hypothesis), px).0).sum();
         self.mean(total)
     }
 }
@@ -73,12 +75,38 @@ impl Differentiable for Overlap {
         let mut total = 0.0;
         for (view, &px) in self.region.views().iter().zip(&self.filled_px) {
             let chain = |sums| {
-                let (_, by_score, by_area) = overlap(sums, px);
+                let (_, by_score, by_area) = agreement(sums, px);
                 (self.mean(by_score), self.mean(by_area))
             };
             let sums = self.region.add_gradient(view, hypothesis, chain, gradient);
-            total += overlap(sums, px).0;
+            total += agreement(sums, px).0;
         }
         self.mean(total)
+    }
+}
+
+impl Evidence for Overlap {
+    fn open(&self, standing: &[Quadric]) -> Box<dyn Fitness + Send> {
+        let share = 1.0 / self.views.len().max(1) as f64;
+        let open = |(view, filled_px): (&OverlapView, &f64)| {
+            let mut scores: Vec<f64> = view.filled.iter().map(|f| 2.0 * f - 1.0).collect();
+            for outline in standing.iter().filter_map(|q| view.projection.outline(q)) {
+                clear(&mut scores, view.size_px[0], &outline);
+            }
+            let map = ScoreMap::from_scores(&scores, view.size_px, 1);
+            RegionView { map, projection: view.projection, weight: share / filled_px.max(1.0) }
+        };
+        Box::new(Region::new(self.views.iter().zip(&self.filled_px).map(open).collect()))
+    }
+}
+
+/// Sets the scores inside an outline to zero.
+pub(super) fn clear(scores: &mut [f64], width: usize, outline: &Outline) {
+    for (v, row) in scores.chunks_exact_mut(width).enumerate() {
+        if let Some((begin, end)) = outline.interval(v as f64) {
+            let begin = begin.round().clamp(0.0, width as f64) as usize;
+            let end = (end.round() + 1.0).clamp(begin as f64, width as f64) as usize;
+            row[begin..end].fill(0.0);
+        }
     }
 }

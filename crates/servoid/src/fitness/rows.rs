@@ -11,6 +11,9 @@ pub(super) struct RowOutline {
     pub slope: f32,
     pub half_width: f32,
     pub per_half_height: f32,
+    /// Where 1 - across² is less than this, a row is so near to a pole that it is averaged.
+    pub blunt: f32,
+    pub quarter_per_blunt: f32,
     pub first: usize,
     pub last: usize,
 }
@@ -26,23 +29,27 @@ impl RowOutline {
     /// Prepares an outline; `None` if it touches no kept row or is too large for the numbers.
     #[inline(always)]
     pub fn new(outline: &Outline, map: &ScoreMap) -> Option<Self> {
-        let top = (outline.center_v - outline.half_height) * map.per_stride();
-        let bottom = (outline.center_v + outline.half_height) * map.per_stride();
+        let reach = outline.reach(map.stride() as f64);
+        let top = (outline.center_v - reach) * map.per_stride();
+        let bottom = (outline.center_v + reach) * map.per_stride();
         let last_row = map.rows() as f64 - 1.0;
         // Fails for NaN as well.
         let reaches = top <= last_row && bottom >= 0.0 && outline.half_height > 0.0;
         let reach_u = outline.center_u.abs() + outline.half_width;
-        let reach_v = outline.center_v.abs() + outline.half_height;
+        let reach_v = outline.center_v.abs() + reach;
         let bounded = reach_u < FARTHEST && reach_v < FARTHEST;
         if !reaches || !bounded {
             return None;
         }
+        let blunt = outline.bluntness(map.stride() as f64) as f32;
         Some(Self {
             center_u: (outline.center_u + 0.5) as f32,
             center_v: outline.center_v as f32,
             slope: outline.slope as f32,
             half_width: outline.half_width as f32,
             per_half_height: 1.0 / outline.half_height as f32,
+            blunt,
+            quarter_per_blunt: 0.25 / blunt,
             first: top.max(0.0) as usize,
             last: bottom.min(last_row) as usize,
         })
@@ -151,6 +158,8 @@ pub(super) struct Crossing<L: Lanes> {
     pub below: L,
     pub across: L,
     pub root: L,
+    /// 1 - across², cut and shifted to lie between 0 and twice the bluntness.
+    pub near: L,
     pub begin: L,
     pub end: L,
 }
@@ -164,11 +173,14 @@ impl<L: Lanes> Crossing<L> {
             let below = group.rows.sub(L::splat(outline.center_v));
             let across = below.mul(L::splat(outline.per_half_height));
             let square = L::splat(1.0).sub(across.mul(across));
-            let root = square.max(L::splat(0.0)).sqrt();
+            let blunt = L::splat(outline.blunt);
+            let near = square.min(blunt).add(blunt).max(L::splat(0.0));
+            let far = square.sub(blunt).max(L::splat(0.0));
+            let root = near.mul(near).mul_add(L::splat(outline.quarter_per_blunt), far).sqrt();
             let middle = below.mul_add(L::splat(outline.slope), L::splat(outline.center_u));
             let half = root.mul(L::splat(outline.half_width));
             let (begin, end) = (group.cut(middle.sub(half)), group.cut(middle.add(half)));
-            Self { below, across, root, begin, end }
+            Self { below, across, root, near, begin, end }
         }
     }
 

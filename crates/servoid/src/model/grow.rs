@@ -3,14 +3,14 @@ use rayon::prelude::*;
 use super::ladder::Ladder;
 use super::refine::{Fit, refine};
 use super::scene::Scene;
-use super::seed::OpenRegion;
+use super::seed::search;
 use super::{ModelError, Settings};
 use crate::evolve::rng;
-use crate::fitness::Fitness;
+use crate::fitness::{Evidence, Fitness};
 use crate::shape::Quadric;
 
 /// Steps of a joint climb on the coarse level, on the middle one, and of the last one on the finest.
-const STEPS: [usize; 3] = [80, 40, 60];
+const STEPS: [usize; 3] = [80, 40, 300];
 
 /// Steps of a climb between two ellipsoids that are taken away in passing.
 const PASSING_STEPS: usize = 12;
@@ -29,21 +29,21 @@ pub(super) fn add_one(
     settings: &Settings,
     line: usize,
 ) -> Result<Fit, ModelError> {
-    let open = OpenRegion::new(&scene.coarse.views, &standing.quadrics);
+    let open = scene.coarse.total.open(&standing.quadrics);
     let seek = |island: usize| {
         let branch = branch(line, standing.quadrics.len(), 0, island);
-        seek_and_fit(scene, &open, &standing.quadrics, settings, branch)
+        seek_and_fit(scene, open.as_ref(), &standing.quadrics, settings, branch)
     };
     let found: Vec<_> = (0..settings.islands).into_par_iter().map(seek).collect();
     let mut found: Vec<Fit> = found.into_iter().collect::<Result<_, _>>()?;
     found.extend(splits(scene, standing, settings.splits));
     let best = settle_best(scene, found);
-    Ok(best.filter(|fit| fit.fitness >= standing.fitness).unwrap_or_else(|| standing.echo()))
+    Ok(best.filter(|fit| fit.fitness >= standing.fitness).unwrap_or_else(|| standing.echo(scene.coarse.spread_cost)))
 }
 
 /// Splits each ellipsoid across each of its axes, and fits the `keep` most promising.
 fn splits(scene: &Scene, standing: &Fit, keep: usize) -> Vec<Fit> {
-    let coarse = &scene.coarse.overlap;
+    let coarse = &scene.coarse;
     let places: Vec<(usize, usize)> = (0..standing.quadrics.len())
         .flat_map(|which| (0..3).map(move |axis| (which, axis)))
         .collect();
@@ -73,9 +73,9 @@ pub(super) fn reseed(
         let seek = |place: usize| {
             let mut fit = Fit { quadrics: standing.without(&removals[place]), ..Fit::default() };
             while fit.quadrics.len() < count {
-                let open = OpenRegion::new(&scene.coarse.views, &fit.quadrics);
+                let open = scene.coarse.total.open(&fit.quadrics);
                 let branch = branch(line, fit.quadrics.len(), round, place);
-                fit = seek_and_fit(scene, &open, &fit.quadrics, settings, branch)?;
+                fit = seek_and_fit(scene, open.as_ref(), &fit.quadrics, settings, branch)?;
             }
             Ok(fit)
         };
@@ -91,8 +91,8 @@ pub(super) fn reseed(
 /// Chooses what to take out: the single ellipsoids that are missed least, and the pairs that hide
 /// each other most, both of which are missed far more than each alone.
 fn removals(scene: &Scene, standing: &Fit, settings: &Settings) -> Vec<Vec<usize>> {
-    let whole = scene.coarse.overlap.score(&standing.quadrics);
-    let loss = |gone: &[usize]| whole - scene.coarse.overlap.score(&standing.without(gone));
+    let whole = scene.coarse.total.score(&standing.quadrics);
+    let loss = |gone: &[usize]| whole - scene.coarse.total.score(&standing.without(gone));
     let count = standing.quadrics.len();
     let alone: Vec<f64> = (0..count).map(|one| loss(&[one])).collect();
     let mut singles: Vec<usize> = (0..count).collect();
@@ -116,7 +116,7 @@ pub(super) fn descend(scene: &Scene, from: Fit, ladder: &mut Ladder) {
         let count = standing.quadrics.len() - 1;
         if count > ladder.count() {
             let gone = by_loss(scene, &standing)[0];
-            standing = refine(&scene.coarse.overlap, &standing.without(&[gone]), PASSING_STEPS);
+            standing = refine(&scene.coarse, &standing.without(&[gone]), PASSING_STEPS);
         } else {
             ladder.offer(drop_one(scene, &standing));
             standing = ladder.at(count).clone();
@@ -126,7 +126,7 @@ pub(super) fn descend(scene: &Scene, from: Fit, ladder: &mut Ladder) {
 
 /// Takes the ellipsoid away that says least and fits the others together.
 fn drop_one(scene: &Scene, standing: &Fit) -> Fit {
-    let fit = |&gone: &usize| refine(&scene.coarse.overlap, &standing.without(&[gone]), STEPS[0]);
+    let fit = |&gone: &usize| refine(&scene.coarse, &standing.without(&[gone]), STEPS[0]);
     let mut order = by_loss(scene, standing);
     order.truncate(2 * FINALISTS);
     let found = order.par_iter().map(fit).collect();
@@ -140,9 +140,9 @@ fn branch(line: usize, count: usize, round: usize, place: usize) -> u64 {
 
 /// Orders the ellipsoids by how little F falls without them.
 fn by_loss(scene: &Scene, standing: &Fit) -> Vec<usize> {
-    let overlap = &scene.coarse.overlap;
+    let total = &scene.coarse.total;
     let left: Vec<f64> = (0..standing.quadrics.len())
-        .map(|gone| overlap.score(&standing.without(&[gone])))
+        .map(|gone| total.score(&standing.without(&[gone])))
         .collect();
     let mut order: Vec<usize> = (0..left.len()).collect();
     order.sort_by(|&a, &b| left[b].total_cmp(&left[a]));
@@ -151,26 +151,26 @@ fn by_loss(scene: &Scene, standing: &Fit) -> Vec<usize> {
 
 fn seek_and_fit(
     scene: &Scene,
-    open: &OpenRegion,
+    open: &dyn Fitness,
     standing: &[Quadric],
     settings: &Settings,
     branch: u64,
 ) -> Result<Fit, ModelError> {
-    let seed = open.search(standing, settings, rng(settings.seed, branch))?;
+    let seed = search(open, standing, settings, rng(settings.seed, branch))?;
     let all = [standing, &[seed]].concat();
-    Ok(refine(&scene.coarse.overlap, &all, STEPS[0]))
+    Ok(refine(&scene.coarse, &all, STEPS[0]))
 }
 
 /// Climbs on the middle level with the best few, keeps the best of them.
 fn settle_best(scene: &Scene, mut found: Vec<Fit>) -> Option<Fit> {
     found.sort_by(|a, b| b.worth.total_cmp(&a.worth));
     found.truncate(FINALISTS);
-    let settle = |fit: &Fit| refine(&scene.middle.overlap, &fit.quadrics, STEPS[1]);
+    let settle = |fit: &Fit| refine(&scene.middle, &fit.quadrics, STEPS[1]);
     let settled: Vec<_> = found.par_iter().map(settle).collect();
     settled.into_iter().reduce(|best, fit| if fit.worth > best.worth { fit } else { best })
 }
 
 /// Climbs on the finest level, in all views.
 pub(super) fn polish(scene: &Scene, fit: &Fit) -> Fit {
-    refine(&scene.finest.overlap, &fit.quadrics, STEPS[2])
+    refine(&scene.finest, &fit.quadrics, STEPS[2])
 }

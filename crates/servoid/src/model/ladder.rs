@@ -75,7 +75,7 @@ impl Ladder {
             let mut body = scene.body(&fit.quadrics)?;
             let mut overlap = mean(&silhouette_ious(&body, views));
             if overlap < reached || fit.fitness < standing.fitness {
-                fit = standing.echo();
+                fit = standing.echo(scene.finest.spread_cost);
                 body = scene.body(&fit.quadrics)?;
                 overlap = reached;
             }

@@ -13,38 +13,35 @@ pub(super) struct Resolution {
     pub extent_px: usize,
     /// Most views.
     pub views: usize,
+    /// Voxels along the longest side of a solid.
+    pub voxels: usize,
+    /// Most lines of sight.
+    pub sights: usize,
 }
 
-pub(super) const COARSE: Resolution = Resolution { extent_px: 64, views: 12 };
-pub(super) const MIDDLE: Resolution = Resolution { extent_px: 128, views: 24 };
-pub(super) const FINEST: Resolution = Resolution { extent_px: 200, views: usize::MAX };
+pub(super) const COARSE: Resolution =
+    Resolution { extent_px: 64, views: 12, voxels: 32, sights: 400 };
+pub(super) const MIDDLE: Resolution =
+    Resolution { extent_px: 128, views: 24, voxels: 48, sights: 1000 };
+pub(super) const FINEST: Resolution =
+    Resolution { extent_px: 200, views: usize::MAX, voxels: 128, sights: 3000 };
 
 /// Background kept around the object, as a share of its longer side.
 const MARGIN: f64 = 0.3;
 
 /// A camera's rotation and translation from the scene.
-type CameraFromScene = (Matrix3<f64>, Vector3<f64>);
+pub(super) type CameraFromScene = (Matrix3<f64>, Vector3<f64>);
 
-/// Views, cut to the object and shrunk.
-pub(super) struct Level {
-    /// Shares of pixels that the object fills, for each view.
-    pub views: Vec<OverlapView>,
-    /// The fitness of this level.
-    pub overlap: Overlap,
-}
-
-impl Level {
-    pub fn new(
-        views: &[(&View<'_>, &CameraFromScene)],
-        extent_px: usize,
-    ) -> Result<Self, ModelError> {
-        let views = views
-            .par_iter()
-            .map(|(view, camera)| shrunk(view, camera, extent_px))
-            .collect::<Result<Vec<_>, _>>()?;
-        let overlap = Overlap::new(&views);
-        Ok(Self { views, overlap })
-    }
+/// Cuts views to the object, shrinks them and makes them judges of bodies.
+pub(super) fn overlap(
+    views: &[(&View<'_>, &CameraFromScene)],
+    extent_px: usize,
+) -> Result<Overlap, ModelError> {
+    let views = views
+        .par_iter()
+        .map(|(view, camera)| shrunk(view, camera, extent_px))
+        .collect::<Result<Vec<_>, _>>()?;
+    Ok(Overlap::new(views))
 }
 
 fn shrunk(

@@ -1,9 +1,11 @@
 //! Observations become a body: the progressive flow of the paper's Fig. 1, and what makes it fast.
 
 mod color;
+mod given;
 mod grow;
 mod ladder;
 mod levels;
+mod portraits;
 mod progressive;
 mod refine;
 mod scene;
@@ -12,6 +14,7 @@ mod settings;
 mod watch;
 
 pub use color::ellipsoid_colors;
+pub use given::{Given, Weights};
 pub use progressive::{Progress, Step, progressive};
 pub use scene::silhouette_ious;
 pub use settings::Settings;
@@ -31,6 +34,9 @@ pub enum ModelError {
          distance is open; add views from other places"
     )]
     NoBaseline,
+    /// Every kind of evidence has weight 0.
+    #[error("nothing is left to model from: every kind of evidence that was given has weight 0")]
+    Nothing,
     /// The views look at different places.
     #[error(
         "the views see no common point: the lines of sight to the masks' centres come closest at \
@@ -56,6 +62,9 @@ pub enum ModelError {
         /// What was given.
         given: String,
     },
+    /// A picture shows nothing of the object.
+    #[error(transparent)]
+    Picture(#[from] crate::observe::ImageError),
     /// An image does not fit its view.
     #[error(transparent)]
     Image(#[from] crate::observe::RigError),

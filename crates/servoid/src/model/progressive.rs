@@ -4,8 +4,8 @@ use super::grow::{add_one, descend, reseed};
 use super::ladder::Ladder;
 use super::scene::Scene;
 use super::watch::Watch;
-use super::{ModelError, Settings};
-use crate::observe::View;
+use super::portraits::{Portrait, portraits};
+use super::{Given, ModelError, Settings};
 use crate::shape::Body;
 
 /// What modelling reached with one count of ellipsoids.
@@ -29,7 +29,7 @@ pub type Progress<'a> = &'a mut (dyn FnMut(usize, f64, f64) -> bool + Send);
 /// # Errors
 /// If there are fewer than two views, they see no common point, or a setting is out of its range.
 pub fn progressive(
-    views: &[View<'_>],
+    given: &Given<'_>,
     settings: &Settings,
     progress: Progress<'_>,
 ) -> Result<Vec<Step>, ModelError> {
@@ -37,7 +37,10 @@ pub fn progressive(
     let pool = rayon::ThreadPoolBuilder::new().num_threads(settings.threads).build();
     let pool = pool.map_err(|_| ModelError::Threads(settings.threads))?;
     pool.install(|| {
-        let scene = Scene::new(views)?;
+        let drawn = given.mesh.map_or_else(|| Ok(Vec::new()), portraits)?;
+        let drawn = drawn.iter().map(Portrait::view).collect::<Result<Vec<_>, _>>()?;
+        let views = [given.views, &drawn].concat();
+        let scene = Scene::new(&Given { views: &views, ..*given })?;
         let watch = Watch::new(&settings, progress);
         let lines: Vec<_> = (0..settings.lines)
             .into_par_iter()
@@ -45,7 +48,7 @@ pub fn progressive(
             .collect();
         let lines: Vec<Ladder> = lines.into_iter().collect::<Result<_, _>>()?;
         let ladder = cross(&scene, &settings, &lines, &watch)?;
-        let steps = ladder.steps(&scene, views)?;
+        let steps = ladder.steps(&scene, &views)?;
         watch.finish(&steps)?;
         Ok(steps)
     })

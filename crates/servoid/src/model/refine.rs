@@ -1,14 +1,18 @@
 use nalgebra::{Matrix3, Vector3};
 
 use crate::evolve::{ClimbSettings, climb};
-use crate::fitness::{Differentiable, Fitness, Overlap, spread, spread_gradient};
+use crate::fitness::{Differentiable, Fitness, Total, spread, spread_gradient};
 use crate::shape::{Quadric, QuadricGradient};
 
 /// Numbers that an ellipsoid has while it is refined.
 const NUMBERS: usize = 12;
 
-/// What a unit of spread costs in F: so little that it only decides where the views do not.
-const SPREAD_COST: f64 = 3e-4;
+/// What judges bodies on one level: the evidence, and what a unit of spread costs in F.
+#[derive(Default)]
+pub(super) struct Judge {
+    pub total: Total,
+    pub spread_cost: f64,
+}
 
 /// Ellipsoids and what they are worth together.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -22,12 +26,12 @@ pub(super) struct Fit {
 
 impl Fit {
     /// Hides a small ellipsoid inside the largest: one more that changes nothing.
-    pub fn echo(&self) -> Self {
+    pub fn echo(&self, spread_cost: f64) -> Self {
         let mut out = self.clone();
         let largest = self.quadrics.iter().max_by(|a, b| a.bulk().total_cmp(&b.bulk()));
         if let Some(largest) = largest {
             let small = Quadric { center: largest.center, factor: largest.factor * 0.5 };
-            out.worth -= SPREAD_COST * spread(&small);
+            out.worth -= spread_cost * spread(&small);
             out.quadrics.push(small);
         }
         out
@@ -48,24 +52,24 @@ impl Fit {
 }
 
 /// Moves and shapes all ellipsoids together, uphill.
-pub(super) fn refine(overlap: &Overlap, start: &[Quadric], steps: usize) -> Fit {
-    let settings = ClimbSettings { steps, first_step: 0.02, least_gain: 2e-6 };
+pub(super) fn refine(judge: &Judge, start: &[Quadric], steps: usize) -> Fit {
+    let settings = ClimbSettings { steps, first_step: 0.02, least_gain: 1e-7 };
     let mut slopes = vec![QuadricGradient::default(); start.len()];
     let found = climb(&pack(start), &settings, |at, uphill| {
         let quadrics = unpack(at);
-        let mut worth = overlap.score_and_gradient(&quadrics, &mut slopes);
-        worth -= SPREAD_COST * quadrics.iter().map(spread).sum::<f64>();
+        let mut worth = judge.total.score_and_gradient(&quadrics, &mut slopes);
+        worth -= judge.spread_cost * quadrics.iter().map(spread).sum::<f64>();
         for ((numbers, quadric), slope) in
             uphill.chunks_exact_mut(NUMBERS).zip(&quadrics).zip(&slopes)
         {
             let Some(spreading) = spread_gradient(quadric) else { return f64::NEG_INFINITY };
-            let factor = slope.factor - spreading.factor * SPREAD_COST;
+            let factor = slope.factor - spreading.factor * judge.spread_cost;
             write(numbers, &slope.center, &factor);
         }
         worth
     });
     let quadrics = unpack(&found.at);
-    Fit { fitness: overlap.score(&quadrics), worth: found.score, quadrics }
+    Fit { fitness: judge.total.score(&quadrics), worth: found.score, quadrics }
 }
 
 fn write(numbers: &mut [f64], center: &Vector3<f64>, factor: &Matrix3<f64>) {

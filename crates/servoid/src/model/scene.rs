@@ -1,45 +1,79 @@
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 
-use super::ModelError;
-use super::levels::{COARSE, FINEST, Level, MIDDLE, Resolution};
+use super::levels::{COARSE, CameraFromScene, FINEST, MIDDLE, Resolution, overlap};
+use super::refine::Judge;
+use super::{Given, ModelError};
+use crate::fitness::{Sight, Sights, Total, Volume};
 use crate::observe::View;
 use crate::pose::Pose;
 use crate::shape::{Body, Ellipsoid, Quadric, silhouette};
 
-/// The views in a frame and a unit of their own: the axes of the first camera, the origin where
-/// the lines of sight meet, the object's mean radius as the unit. Whatever moves, turns or scales
-/// the world leaves it as it is, and so the search that runs in it.
+/// What was given, in a frame and a unit of its own: for views the axes of the first camera and the
+/// point where the lines of sight meet, for a mesh its principal frame; the object's mean radius is
+/// the unit. Whatever moves, turns or scales the world leaves it as it is, and so the search that
+/// runs in it.
 pub(super) struct Scene {
     world_from_scene: Pose,
     unit: f64,
     /// On which searches run.
-    pub coarse: Level,
+    pub coarse: Judge,
     /// On which their finalists are compared.
-    pub middle: Level,
-    /// All views, for the last touch.
-    pub finest: Level,
+    pub middle: Judge,
+    /// Everything, for the last touch.
+    pub finest: Judge,
 }
 
 /// Below this share of the unit a radius is no solid.
 const LEAST_RADIUS: f64 = 1e-3;
+/// How far before and behind a seen surface places are judged, in the scene's unit.
+const SIGHT_BEFORE: f64 = 0.6;
+const SIGHT_BEHIND: f64 = 0.25;
+/// Nothing that is kept around a solid, as a share of its longest side.
+const MARGIN: f64 = 0.25;
 
 impl Scene {
-    pub fn new(views: &[View<'_>]) -> Result<Self, ModelError> {
-        let origin = common_point(views)?;
-        let unit = mean_radius(views, &origin);
-        let rotation = views[0].world_from_camera().rotation();
-        let world_from_scene = Pose::from_rotation(rotation, origin);
-        let cameras: Vec<_> = views
+    pub fn new(given: &Given<'_>) -> Result<Self, ModelError> {
+        let (world_from_scene, unit) = frame_and_unit(given)?;
+        let scene_from_world = world_from_scene.inverse();
+        let cameras: Vec<_> = given
+            .views
             .iter()
             .map(|view| camera_from_scene(&view.world_from_camera(), &world_from_scene, unit))
             .collect();
-        let spread = spread_out(&cameras);
-        let level = |resolution: Resolution| {
-            let chosen = &spread[..resolution.views.min(spread.len())];
-            let pairs: Vec<_> = chosen.iter().map(|&i| (&views[i], &cameras[i])).collect();
-            Level::new(&pairs, resolution.extent_px)
+        let order = spread_out(&cameras);
+        let mesh = given.mesh.map(|mesh| mesh.moved(&scene_from_world, 1.0 / unit));
+        let sights: Vec<Sight> = given
+            .sights
+            .iter()
+            .map(|sight| Sight {
+                point: scene_from_world.transform(&sight.point) / unit,
+                direction: scene_from_world.rotation() * sight.direction,
+            })
+            .collect();
+        let spread_cost = if wide(&cameras) || mesh.is_some() { SPREAD_COST } else { ONE_LOOK_COST };
+        let judge = |resolution: Resolution| -> Result<Judge, ModelError> {
+            let mut total = Total::default();
+            if !cameras.is_empty() {
+                let chosen = &order[..resolution.views.min(order.len())];
+                let pairs: Vec<_> = chosen.iter().map(|&i| (&given.views[i], &cameras[i])).collect();
+                total.push(given.weights.silhouettes, overlap(&pairs, resolution.extent_px)?);
+            }
+            if let Some(mesh) = &mesh {
+                let margin = (MARGIN * resolution.voxels as f64).ceil() as usize;
+                let grid = mesh.fill(resolution.voxels, margin);
+                total.push(given.weights.volume, Volume::new(grid));
+            }
+            if !sights.is_empty() {
+                let step = sights.len().div_ceil(resolution.sights);
+                let some = sights.iter().step_by(step).copied().collect();
+                total.push(given.weights.depth, Sights::new(some, SIGHT_BEFORE, SIGHT_BEHIND));
+            }
+            Ok(Judge { total, spread_cost })
         };
-        let (coarse, middle, finest) = (level(COARSE)?, level(MIDDLE)?, level(FINEST)?);
+        let (coarse, middle, finest) = (judge(COARSE)?, judge(MIDDLE)?, judge(FINEST)?);
+        if coarse.total.is_empty() {
+            return Err(ModelError::Nothing);
+        }
         Ok(Self { world_from_scene, unit, coarse, middle, finest })
     }
 
@@ -53,13 +87,62 @@ impl Scene {
     }
 }
 
+/// Chooses the frame and the unit.
+fn frame_and_unit(given: &Given<'_>) -> Result<(Pose, f64), ModelError> {
+    if let Some(mesh) = given.mesh {
+        let radius = (mesh.volume() * 3.0 / (4.0 * std::f64::consts::PI)).cbrt();
+        return Ok((mesh.principal_frame(), radius));
+    }
+    if given.views.len() >= 2 {
+        let origin = common_point(given.views)?;
+        let rotation = given.views[0].world_from_camera().rotation();
+        return Ok((Pose::from_rotation(rotation, origin), mean_radius(given.views, &origin)));
+    }
+    if given.sights.len() >= LEAST_SIGHTS {
+        return Ok(about_sights(given.sights));
+    }
+    Err(ModelError::TooFewViews(given.views.len()))
+}
+
+/// Fewer seen points than this say nothing of a shape.
+const LEAST_SIGHTS: usize = 50;
+
+/// Gives the principal frame of seen points and their mean distance from its origin.
+fn about_sights(sights: &[Sight]) -> (Pose, f64) {
+    let count = sights.len() as f64;
+    let centroid = sights.iter().map(|sight| sight.point).sum::<Vector3<f64>>() / count;
+    let offsets = || sights.iter().map(|sight| sight.point - centroid);
+    let spread = offsets().map(|d| d * d.transpose()).sum::<Matrix3<f64>>() / count;
+    let radius = offsets().map(|d| d.norm()).sum::<f64>() / count;
+    let lean = |axis: &Vector3<f64>| offsets().map(|d| d.dot(axis).powi(3)).sum();
+    (Pose::principal(centroid, &spread, lean), radius)
+}
+
+/// What a unit of spread costs in F: so little that it only decides where the views do not; more
+/// where all views look from one side, which leaves the thickness open.
+const SPREAD_COST: f64 = 3e-4;
+const ONE_LOOK_COST: f64 = 3e-3;
+/// Cosine of the angle between views beyond which they look from more than one side.
+const ONE_SIDE: f64 = 0.7;
+
+/// Says whether views look from more than one side.
+fn wide(cameras: &[CameraFromScene]) -> bool {
+    let directions: Vec<_> = cameras.iter().map(direction).collect();
+    directions.iter().any(|one| directions.iter().any(|two| one.dot(two) < ONE_SIDE))
+}
+
+/// Gives the direction from the origin to a camera.
+fn direction((rotation, translation): &CameraFromScene) -> Vector3<f64> {
+    -(rotation.transpose() * translation).normalize()
+}
+
 /// Gives rotation and translation from the scene to a camera, in the scene's unit, rounded so that
 /// the same scene seen in another world has the same bits.
 fn camera_from_scene(
     world_from_camera: &Pose,
     world_from_scene: &Pose,
     unit: f64,
-) -> (Matrix3<f64>, Vector3<f64>) {
+) -> CameraFromScene {
     let pose = world_from_camera.inverse() * *world_from_scene;
     let grain = f64::from(1_u32 << 26);
     let rounded = |x: f64| (x * grain).round() / grain;
@@ -68,9 +151,11 @@ fn camera_from_scene(
 
 /// Orders views so that the first n look from as different directions as n views can: each next
 /// one is the farthest from all before it.
-fn spread_out(cameras: &[(Matrix3<f64>, Vector3<f64>)]) -> Vec<usize> {
-    let directions: Vec<Vector3<f64>> =
-        cameras.iter().map(|(rotation, t)| -(rotation.transpose() * t).normalize()).collect();
+fn spread_out(cameras: &[CameraFromScene]) -> Vec<usize> {
+    let directions: Vec<Vector3<f64>> = cameras.iter().map(direction).collect();
+    if directions.is_empty() {
+        return Vec::new();
+    }
     let mut order = vec![0];
     let mut nearest: Vec<f64> = directions.iter().map(|d| (d - directions[0]).norm()).collect();
     while order.len() < directions.len() {
@@ -88,9 +173,6 @@ fn spread_out(cameras: &[(Matrix3<f64>, Vector3<f64>)]) -> Vec<usize> {
 
 /// Finds the point closest to all lines of sight to the masks' centres.
 fn common_point(views: &[View<'_>]) -> Result<Vector3<f64>, ModelError> {
-    if views.len() < 2 {
-        return Err(ModelError::TooFewViews(views.len()));
-    }
     let (mut normal, mut target) = (Matrix3::zeros(), Vector3::zeros());
     for view in views {
         let pose = view.world_from_camera();

@@ -2,50 +2,32 @@ use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 
 use super::{ModelError, Settings};
 use crate::evolve::{Ga, Rng};
-use crate::fitness::{Fitness, OverlapView, Region, RegionView, ScoreMap};
+use crate::fitness::Fitness;
 use crate::shape::Quadric;
 
 /// Radii that a search tries, in units of the object's mean radius.
 const RADII: (f64, f64) = (0.06, 1.2);
 
-/// What one more ellipsoid would gain: the region score of the pixels that those standing leave
-/// open, +1 on the object and -1 beside it, each view divided by its object's area.
-pub(super) struct OpenRegion(Region);
-
-impl OpenRegion {
-    pub fn new(views: &[OverlapView], standing: &[Quadric]) -> Self {
-        let open = |view: &OverlapView| {
-            let scores = open_scores(view, standing);
-            let map = ScoreMap::from_scores(&scores, view.size_px, 1);
-            let weight = 1.0 / view.filled.iter().sum::<f64>().max(1.0);
-            RegionView { map, projection: view.projection, weight }
-        };
-        Self(Region::new(views.iter().map(open).collect()))
+/// Evolves one more ellipsoid; its centre lies on the surface of one that stands, or, while none
+/// does, anywhere about the origin. `open` says what it would gain.
+pub(super) fn search(
+    open: &dyn Fitness,
+    standing: &[Quadric],
+    settings: &Settings,
+    rng: Rng,
+) -> Result<Quadric, ModelError> {
+    let size = (RADII.0.ln(), RADII.1.ln());
+    let (place, share) = ((-1.0, 1.0), (0.0, 1.0));
+    let ranges = [place, place, place, size, size, size, share, share, share, share];
+    let mut ga = Ga::new(&ranges, settings.search, rng)?;
+    for _ in 0..settings.generations {
+        let quadrics: Vec<_> =
+            ga.ask().iter().map(|individual| decode(&individual.genes, standing)).collect();
+        let scores: Vec<_> =
+            quadrics.iter().map(|quadric| open.score(std::slice::from_ref(quadric))).collect();
+        ga.tell(&scores)?;
     }
-
-    /// Evolves one more ellipsoid; its centre lies on the surface of one that stands, or, while
-    /// none does, anywhere about the origin.
-    pub fn search(
-        &self,
-        standing: &[Quadric],
-        settings: &Settings,
-        rng: Rng,
-    ) -> Result<Quadric, ModelError> {
-        let size = (RADII.0.ln(), RADII.1.ln());
-        let (place, share) = ((-1.0, 1.0), (0.0, 1.0));
-        let ranges = [place, place, place, size, size, size, share, share, share, share];
-        let mut ga = Ga::new(&ranges, settings.search, rng)?;
-        for _ in 0..settings.generations {
-            let quadrics: Vec<_> =
-                ga.ask().iter().map(|individual| decode(&individual.genes, standing)).collect();
-            let scores: Vec<_> = quadrics
-                .iter()
-                .map(|quadric| self.0.score(std::slice::from_ref(quadric)))
-                .collect();
-            ga.tell(&scores)?;
-        }
-        Ok(decode(&ga.best().genes, standing))
-    }
+    Ok(decode(&ga.best().genes, standing))
 }
 
 /// Reads the genes of an ellipsoid: place (3), logarithms of the radii (3), turn (3), parent (1).
@@ -70,19 +52,4 @@ fn even_turn(first: f64, second: f64, third: f64) -> UnitQuaternion<f64> {
     let (a, b) = (std::f64::consts::TAU * second, std::f64::consts::TAU * third);
     let q = Quaternion::new(high * b.cos(), low * a.sin(), low * a.cos(), high * b.sin());
     UnitQuaternion::new_normalize(q)
-}
-
-fn open_scores(view: &OverlapView, standing: &[Quadric]) -> Vec<f64> {
-    let mut scores: Vec<f64> = view.filled.iter().map(|filled| 2.0 * filled - 1.0).collect();
-    let width = view.size_px[0];
-    for outline in standing.iter().filter_map(|quadric| view.projection.outline(quadric)) {
-        for (v, row) in scores.chunks_exact_mut(width).enumerate() {
-            if let Some((begin, end)) = outline.interval(v as f64) {
-                let begin = begin.round().clamp(0.0, width as f64) as usize;
-                let end = (end.round() + 1.0).clamp(begin as f64, width as f64) as usize;
-                row[begin..end].fill(0.0);
-            }
-        }
-    }
-    scores
 }

@@ -1,5 +1,6 @@
 //! Rigid motions: the group SE(3) with its exponential, logarithm and adjoint.
 
+mod principal;
 mod se3;
 
 pub use se3::{Pose, Twist};

@@ -1,4 +1,4 @@
-use nalgebra::{Matrix3, Rotation3, SymmetricEigen, UnitQuaternion, Vector3};
+use nalgebra::{Matrix3, Vector3};
 
 use super::{Ellipsoid, ShapeError};
 use crate::pose::Pose;
@@ -79,18 +79,9 @@ fn principal_frame(ellipsoids: &[Ellipsoid]) -> Pose {
     let centroid = points.iter().map(|(p, w)| p * *w).sum::<Vector3<f64>>() / total;
     let spread: Matrix3<f64> =
         points.iter().map(|(p, w)| (p - centroid) * (p - centroid).transpose() * *w).sum();
-    let eigen = SymmetricEigen::new(spread / total);
-    let mut order = [0, 1, 2];
-    order.sort_by(|&a, &b| eigen.eigenvalues[b].total_cmp(&eigen.eigenvalues[a]));
-    let axis = |i: usize| -> Vector3<f64> {
-        let axis: Vector3<f64> = eigen.eigenvectors.column(order[i]).into();
-        let skew: f64 = points.iter().map(|(p, w)| w * (p - centroid).dot(&axis).powi(3)).sum();
-        if skew < 0.0 { -axis } else { axis }
-    };
-    let (first, second) = (axis(0), axis(1));
-    let axes = Matrix3::from_columns(&[first, second, first.cross(&second)]);
-    let rotation = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(axes));
-    Pose::from_rotation(rotation, centroid)
+    Pose::principal(centroid, &(spread / total), |axis| {
+        points.iter().map(|(p, w)| w * (p - centroid).dot(axis).powi(3)).sum()
+    })
 }
 
 /// Spreads points evenly over each ellipsoid, weighted by volume; a point that several ellipsoids

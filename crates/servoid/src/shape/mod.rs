@@ -2,14 +2,20 @@
 
 mod body;
 mod ellipsoid;
+mod grid;
+mod mesh;
 mod outline;
 mod quadric;
+mod section;
 mod silhouette;
 
 pub use body::Body;
 pub use ellipsoid::Ellipsoid;
+pub use grid::Grid;
+pub use mesh::Mesh;
 pub use outline::{Outline, Projection};
 pub use quadric::{Quadric, QuadricGradient};
+pub use section::{Section, SectionGradient};
 pub use silhouette::silhouette;
 
 /// Why numbers do not make a shape.
@@ -49,4 +55,35 @@ pub enum ShapeError {
         /// Most that a body holds.
         max: usize,
     },
+    /// A corner of a mesh is not finite.
+    #[error("corner {index} of the mesh must be three finite numbers, but it is {corner:?}")]
+    Corner {
+        /// Which corner.
+        index: usize,
+        /// Its coordinates.
+        corner: [f64; 3],
+    },
+    /// A triangle names a corner that is not there.
+    #[error("the mesh has {corners} corners, counted from 0, but a triangle names {face:?}")]
+    Face {
+        /// The triangle.
+        face: [usize; 3],
+        /// Corners of the mesh.
+        corners: usize,
+    },
+    /// The surface has a hole or triangles that face different ways.
+    #[error(
+        "the mesh is not closed: {edges} of its edges do not have as many triangles on one side \
+         as on the other; fill its holes and turn its triangles the same way"
+    )]
+    Open {
+        /// Edges that are not balanced.
+        edges: usize,
+    },
+    /// The mesh holds nothing, or it is inside out.
+    #[error(
+        "the mesh has a volume of {0} cubic metres; it must be positive: corners go round \
+         counter-clockwise seen from outside"
+    )]
+    Volume(f64),
 }

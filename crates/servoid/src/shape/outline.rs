@@ -130,6 +130,32 @@ impl Projection {
 const TINY: f64 = 1e-9;
 
 impl Outline {
+    /// Gives the share of `1 - t²`, with t from -1 at the first row to 1 at the last, below which a
+    /// row counts as at a pole when rows are `stride` pixels apart.
+    #[must_use]
+    pub fn bluntness(&self, stride: f64) -> f64 {
+        0.5 * stride / self.half_height.max(TINY)
+    }
+
+    /// Gives how far from the centre rows are that hold something of the outline.
+    #[must_use]
+    pub fn reach(&self, stride: f64) -> f64 {
+        self.half_height * (1.0 + self.bluntness(stride)).sqrt()
+    }
+
+    /// Gives the interval of columns that stands for the whole strip of `stride` pixels about row
+    /// `v`, if any. Near the poles, where the outline opens like a root, it is about the mean over
+    /// the strip, so that what is summed over rows changes smoothly with the outline.
+    #[must_use]
+    pub fn mean_interval(&self, v: f64, stride: f64) -> Option<(f64, f64)> {
+        let below = v - self.center_v;
+        let (square, blunt) = (1.0 - (below / self.half_height).powi(2), self.bluntness(stride));
+        let near = (square.min(blunt) + blunt).max(0.0);
+        let root = (near * near / (4.0 * blunt) + (square - blunt).max(0.0)).sqrt();
+        let (middle, half) = (self.center_u + self.slope * below, self.half_width * root);
+        (root > 0.0).then_some((middle - half, middle + half))
+    }
+
     /// Gives the interval of columns that row `v` holds, if any.
     #[must_use]
     pub fn interval(&self, v: f64) -> Option<(f64, f64)> {

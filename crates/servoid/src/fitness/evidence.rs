@@ -1,0 +1,105 @@
+use super::{Differentiable, Fitness};
+use crate::shape::{Quadric, QuadricGradient};
+
+/// What is known of the object, as a judge of bodies: a score between 0 and 1, the agreement.
+///
+/// An agreement is a Jaccard index: of all that body or object fill, the share that both fill. Its
+/// logarithm is the log-likelihood that a place drawn from the union of the two lies in both.
+pub trait Evidence: Differentiable + Send {
+    /// Gives what one more ellipsoid would gain beside those that stand: the object's places that
+    /// they leave open count for it, places beside the object against it.
+    fn open(&self, standing: &[Quadric]) -> Box<dyn Fitness + Send>;
+}
+
+/// Several kinds of evidence as one: F = exp(Σ w ln J / Σ w), the weighted mean of the
+/// log-likelihoods, carried back to a share. // (S26)
+///
+/// A weight says how often a kind counts: with weight 2 it speaks as if it had been seen twice.
+#[derive(Default)]
+pub struct Total(Vec<Weighted>);
+
+struct Weighted {
+    weight: f64,
+    evidence: Box<dyn Evidence>,
+}
+
+/// Agreement below which the logarithm ends.
+const LEAST: f64 = 1e-4;
+
+impl Total {
+    /// Adds a kind of evidence; one of weight 0 is left out.
+    pub fn push(&mut self, weight: f64, evidence: impl Evidence + 'static) {
+        if weight > 0.0 {
+            self.0.push(Weighted { weight, evidence: Box::new(evidence) });
+        }
+    }
+
+    /// Says whether there is no evidence at all.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    fn weights(&self) -> f64 {
+        self.0.iter().map(|part| part.weight).sum::<f64>().max(f64::MIN_POSITIVE)
+    }
+
+    fn joined(&self, log_sum: f64) -> f64 {
+        (log_sum / self.weights()).exp()
+    }
+}
+
+impl Fitness for Total {
+    fn score(&self, hypothesis: &[Quadric]) -> f64 {
+        if let [only] = self.0.as_slice() {
+            return only.evidence.score(hypothesis);
+        }
+        let log = |part: &Weighted| {
+            part.weight * part.evidence.score(hypothesis).max(LEAST).ln()
+        };
+        self.joined(self.0.iter().map(log).sum())
+    }
+}
+
+impl Differentiable for Total {
+    fn score_and_gradient(&self, hypothesis: &[Quadric], gradient: &mut [QuadricGradient]) -> f64 {
+        if let [only] = self.0.as_slice() {
+            return only.evidence.score_and_gradient(hypothesis, gradient);
+        }
+        gradient.fill(QuadricGradient::default());
+        let mut part_gradient = vec![QuadricGradient::default(); gradient.len()];
+        let mut log_sum = 0.0;
+        for part in &self.0 {
+            let score = part.evidence.score_and_gradient(hypothesis, &mut part_gradient);
+            log_sum += part.weight * score.max(LEAST).ln();
+            let scale = if score > LEAST { part.weight / score } else { 0.0 };
+            for (sum, one) in gradient.iter_mut().zip(&part_gradient) {
+                sum.center += one.center * scale;
+                sum.factor += one.factor * scale;
+            }
+        }
+        let joined = self.joined(log_sum);
+        let scale = joined / self.weights();
+        for sum in gradient {
+            sum.center *= scale;
+            sum.factor *= scale;
+        }
+        joined
+    }
+}
+
+impl Evidence for Total {
+    fn open(&self, standing: &[Quadric]) -> Box<dyn Fitness + Send> {
+        let parts = self.0.iter().map(|part| (part.weight, part.evidence.open(standing)));
+        Box::new(Open(parts.collect()))
+    }
+}
+
+/// The open parts of several kinds of evidence, by their weights.
+struct Open(Vec<(f64, Box<dyn Fitness + Send>)>);
+
+impl Fitness for Open {
+    fn score(&self, hypothesis: &[Quadric]) -> f64 {
+        self.0.iter().map(|(weight, part)| weight * part.score(hypothesis)).sum()
+    }
+}

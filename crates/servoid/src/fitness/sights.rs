@@ -1,0 +1,272 @@
+use nalgebra::{Matrix3, Vector3};
+
+use super::overlap::agreement;
+use super::rows::Sums;
+use super::{Differentiable, Evidence, Fitness};
+use crate::shape::{Body, Quadric, QuadricGradient};
+
+/// A point of a surface that was seen, and the direction in which it was seen.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sight {
+    /// Where the surface is.
+    pub point: Vector3<f64>,
+    /// Unit vector from the eye to the surface and on into the object.
+    pub direction: Vector3<f64>,
+}
+
+/// Why numbers are no seen points.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum SightError {
+    /// Not one direction a point.
+    #[error("{points} seen points need as many directions, but {directions} were given")]
+    Count {
+        /// Points given.
+        points: usize,
+        /// Directions given.
+        directions: usize,
+    },
+    /// A number is not finite, or a direction has no length.
+    #[error(
+        "seen point {index}: place and direction must be finite numbers and the direction must \
+         have a length, but they are {point:?} and {direction:?}"
+    )]
+    Numbers {
+        /// Which one.
+        index: usize,
+        /// The point.
+        point: [f64; 3],
+        /// Its direction.
+        direction: [f64; 3],
+    },
+}
+
+impl Sight {
+    /// Joins points, in metres, and the directions in which they were seen, of any length.
+    ///
+    /// # Errors
+    /// If there are not as many of both, a number is not finite or a direction has no length.
+    pub fn join(points: &[[f64; 3]], directions: &[[f64; 3]]) -> Result<Vec<Self>, SightError> {
+        let (count, given) = (points.len(), directions.len());
+        if count != given {
+            return Err(SightError::Count { points: count, directions: given });
+        }
+        let sight = |(index, (&point, &direction)): (usize, (&[f64; 3], &[f64; 3]))| {
+            let finite = point.iter().all(|x| x.is_finite());
+            let along = Vector3::from(direction).try_normalize(f64::MIN_POSITIVE);
+            match along.filter(|along| finite && along.iter().all(|x| x.is_finite())) {
+                Some(along) => Ok(Self { point: point.into(), direction: along }),
+                None => Err(SightError::Numbers { index, point, direction }),
+            }
+        };
+        points.iter().zip(directions).enumerate().map(sight).collect()
+    }
+}
+
+/// The depth term: before a seen surface there is nothing, just behind it is the object.
+///
+/// Each line of sight is a row like that of an image: an ellipsoid holds one interval of it, and
+/// the agreement is the share that both fill of what body or object fill there, between `before`
+/// the surface and `behind` it. What lies deeper was not seen and is not judged.
+#[derive(Debug, Clone)]
+pub struct Sights {
+    sights: Vec<Sight>,
+    before: f64,
+    behind: f64,
+}
+
+/// Least cosine-like slope of an end along a line of sight: where a line only grazes an ellipsoid
+/// its end moves without bound.
+const GRAZING: f64 = 0.05;
+
+/// An interval along a line of sight, counted from the surface.
+#[derive(Debug, Clone, Copy)]
+struct Interval {
+    begin: f64,
+    end: f64,
+    index: usize,
+}
+
+/// An ellipsoid made ready to be met by lines.
+struct Ball {
+    index: usize,
+    center: Vector3<f64>,
+    inverse: Matrix3<f64>,
+}
+
+impl Sights {
+    /// Joins lines of sight and how far before and behind the surface they judge, in metres.
+    #[must_use]
+    pub fn new(sights: Vec<Sight>, before: f64, behind: f64) -> Self {
+        Self { sights, before, behind }
+    }
+
+    /// Length of all that the object is known to fill.
+    fn filled(&self) -> f64 {
+        self.behind * self.sights.len() as f64
+    }
+
+    /// Gives the intervals of one line inside the window, sorted by where they begin.
+    fn intervals(&self, sight: &Sight, balls: &[Ball], out: &mut Vec<Interval>) {
+        out.clear();
+        for ball in balls {
+            let from = ball.inverse * (sight.point - ball.center);
+            let along = ball.inverse * sight.direction;
+            let (square, middle) = (along.norm_squared(), -from.dot(&along));
+            let root = middle * middle - square * (from.norm_squared() - 1.0);
+            if root > 0.0 {
+                let (root, per) = (root.sqrt(), 1.0 / square);
+                let (begin, end) = ((middle - root) * per, (middle + root) * per);
+                if begin < self.behind && end > -self.before {
+                    out.push(Interval { begin, end, index: ball.index });
+                }
+            }
+        }
+        out.sort_by(|a, b| a.begin.total_cmp(&b.begin));
+    }
+
+    /// Sums the score from the window's begin: against the body before the surface, for it behind.
+    fn score_to(&self, at: f64) -> f64 {
+        at.clamp(-self.before, self.behind).abs()
+    }
+
+    fn add(&self, sums: &mut Sums, begin: f64, end: f64) {
+        let (begin, end) = (begin.max(-self.before), end.min(self.behind));
+        if end <= begin {
+            return;
+        }
+        sums.score += self.score_to(end) - self.score_to(begin);
+        sums.area += end - begin;
+    }
+
+    /// Visits the union of sorted intervals, with those that hold its ends.
+    fn union(sorted: &[Interval], mut visit: impl FnMut(&Interval, &Interval)) {
+        let mut rest = sorted.iter();
+        let Some(mut first) = rest.next() else { return };
+        let mut last = first;
+        for interval in rest {
+            if interval.begin > last.end {
+                visit(first, last);
+                (first, last) = (interval, interval);
+            } else if interval.end > last.end {
+                last = interval;
+            }
+        }
+        visit(first, last);
+    }
+
+    /// Says whether an end lies inside the window, and whether it is before (-1) or behind (1) the
+    /// surface.
+    fn weight_at(&self, at: f64) -> Option<f64> {
+        (at > -self.before && at < self.behind).then(|| if at < 0.0 { -1.0 } else { 1.0 })
+    }
+}
+
+fn balls(hypothesis: &[Quadric]) -> Vec<Ball> {
+    let ball = |(index, quadric): (usize, &Quadric)| {
+        let inverse = quadric.factor.try_inverse()?;
+        Some(Ball { index, center: quadric.center, inverse })
+    };
+    hypothesis.iter().take(Body::MAX_ELLIPSOIDS).enumerate().filter_map(ball).collect()
+}
+
+/// Slopes of one end of an interval: by the centre and by the factor.
+fn end_slopes(sight: &Sight, ball: &Ball, at: f64) -> QuadricGradient {
+    let unit = ball.inverse * (sight.point + sight.direction * at - ball.center);
+    let normal = ball.inverse.transpose() * unit;
+    let steep = normal.dot(&sight.direction);
+    let least = GRAZING * normal.norm();
+    let steep = if steep < 0.0 { steep.min(-least) } else { steep.max(least) };
+    QuadricGradient { center: normal / steep, factor: normal * unit.transpose() / steep }
+}
+
+impl Fitness for Sights {
+    fn score(&self, hypothesis: &[Quadric]) -> f64 {
+        let balls = balls(hypothesis);
+        let (mut sums, mut sorted) = (Sums::default(), Vec::new());
+        for sight in &self.sights {
+            self.intervals(sight, &balls, &mut sorted);
+            Self::union(&sorted, |first, last| self.add(&mut sums, first.begin, last.end));
+        }
+        agreement(sums, self.filled()).0
+    }
+}
+
+impl Differentiable for Sights {
+    fn score_and_gradient(&self, hypothesis: &[Quadric], gradient: &mut [QuadricGradient]) -> f64 {
+        let balls = balls(hypothesis);
+        let mut by_score = vec![QuadricGradient::default(); gradient.len()];
+        let mut by_area = by_score.clone();
+        let mut place = vec![0; gradient.len()];
+        balls.iter().enumerate().for_each(|(at, ball)| place[ball.index] = at);
+        let (mut sums, mut sorted) = (Sums::default(), Vec::new());
+        for sight in &self.sights {
+            self.intervals(sight, &balls, &mut sorted);
+            Self::union(&sorted, |first, last| {
+                self.add(&mut sums, first.begin, last.end);
+                for (index, at, way) in [(first.index, first.begin, -1.0), (last.index, last.end, 1.0)]
+                {
+                    let Some(weight) = self.weight_at(at) else { continue };
+                    let slopes = end_slopes(sight, &balls[place[index]], at);
+                    add_scaled(&mut by_score[index], &slopes, way * weight);
+                    add_scaled(&mut by_area[index], &slopes, way);
+                }
+            });
+        }
+        let (score, of_score, of_area) = agreement(sums, self.filled());
+        for ((out, by_score), by_area) in gradient.iter_mut().zip(&by_score).zip(&by_area) {
+            *out = QuadricGradient::default();
+            add_scaled(out, by_score, of_score);
+            add_scaled(out, by_area, of_area);
+        }
+        score
+    }
+}
+
+fn add_scaled(sum: &mut QuadricGradient, one: &QuadricGradient, scale: f64) {
+    sum.center += one.center * scale;
+    sum.factor += one.factor * scale;
+}
+
+impl Evidence for Sights {
+    fn open(&self, standing: &[Quadric]) -> Box<dyn Fitness + Send> {
+        let balls = balls(standing);
+        let mut sorted = Vec::new();
+        let covered = |sight: &Sight| {
+            self.intervals(sight, &balls, &mut sorted);
+            let mut covered = Vec::new();
+            Self::union(&sorted, |first, last| covered.push((first.begin, last.end)));
+            covered
+        };
+        let covered = self.sights.iter().map(covered).collect();
+        Box::new(OpenSights { sights: self.clone(), covered })
+    }
+}
+
+/// Lines of sight of which parts no longer count.
+struct OpenSights {
+    sights: Sights,
+    covered: Vec<Vec<(f64, f64)>>,
+}
+
+impl Fitness for OpenSights {
+    fn score(&self, hypothesis: &[Quadric]) -> f64 {
+        let balls = balls(hypothesis);
+        let (mut sums, mut sorted) = (Sums::default(), Vec::new());
+        for (sight, covered) in self.sights.sights.iter().zip(&self.covered) {
+            self.sights.intervals(sight, &balls, &mut sorted);
+            Sights::union(&sorted, |first, last| {
+                let mut begin = first.begin;
+                for &(from, to) in covered.iter().filter(|(_, to)| *to > first.begin) {
+                    if from > begin {
+                        self.sights.add(&mut sums, begin, from.min(last.end).max(begin));
+                    }
+                    begin = begin.max(to);
+                }
+                if begin < last.end {
+                    self.sights.add(&mut sums, begin, last.end);
+                }
+            });
+        }
+        sums.score / self.sights.filled().max(f64::MIN_POSITIVE)
+    }
+}

@@ -1,0 +1,137 @@
+use super::backend::Backend;
+use super::boundary::OutlineGradients;
+use super::overlap::{agreement, clear};
+use super::rows::{RowOutline, RowOutlines, Sums};
+use super::{Differentiable, Evidence, Fitness, ScoreMap};
+use crate::shape::{Body, Grid, Quadric, QuadricGradient, Section, SectionGradient};
+
+/// The volumetric overlap, intersection over union, between the body and a solid.
+///
+/// The solid is cut into slices, and a slice is to an ellipsoid what an image is: each row of it
+/// holds one interval. So the sums over the union are those of the region score, slice by slice.
+#[derive(Debug, Clone)]
+pub struct Volume {
+    grid: Grid,
+    slices: Vec<ScoreMap>,
+    filled: f64,
+    backend: Backend,
+}
+
+impl Volume {
+    /// Cuts a filled grid into slices.
+    #[must_use]
+    pub fn new(grid: Grid) -> Self {
+        let scores: Vec<f64> = grid.filled.iter().map(|filled| 2.0 * filled - 1.0).collect();
+        let slices = slices(&grid, &scores);
+        let filled = grid.filled.iter().sum();
+        Self { grid, slices, filled, backend: Backend::fastest() }
+    }
+
+    fn sums(&self, hypothesis: &[Quadric]) -> Sums {
+        let sections = sections(&self.grid, hypothesis);
+        let mut total = Sums::default();
+        for (z, map) in self.slices.iter().enumerate() {
+            let mut outlines = RowOutlines::new();
+            for (_, section, _) in reaching(&sections, z) {
+                if let Some(rows) = section.at(z as f64).and_then(|cut| RowOutline::new(&cut, map)) {
+                    outlines.push(rows);
+                }
+            }
+            let sums = self.backend.sums(map, &outlines);
+            total.score += sums.score;
+            total.area += sums.area;
+        }
+        total
+    }
+}
+
+/// A section with its place in the hypothesis and its first and last z.
+type Reaching = (usize, Section, (f64, f64));
+
+fn sections(grid: &Grid, hypothesis: &[Quadric]) -> Vec<Reaching> {
+    let section = |(index, quadric): (usize, &Quadric)| {
+        let section = Section::new(&grid.to_voxels(quadric))?;
+        Some((index, section, section.extent()))
+    };
+    hypothesis.iter().take(Body::MAX_ELLIPSOIDS).enumerate().filter_map(section).collect()
+}
+
+fn reaching(sections: &[Reaching], z: usize) -> impl Iterator<Item = &Reaching> {
+    sections.iter().filter(move |(_, _, (first, last))| *first < z as f64 && *last > z as f64)
+}
+
+fn slices(grid: &Grid, scores: &[f64]) -> Vec<ScoreMap> {
+    let [width, height, _] = grid.size;
+    let slice = |scores: &[f64]| ScoreMap::from_scores(scores, [width, height], 1);
+    scores.chunks_exact(width * height).map(slice).collect()
+}
+
+impl Fitness for Volume {
+    fn score(&self, hypothesis: &[Quadric]) -> f64 {
+        agreement(self.sums(hypothesis), self.filled).0
+    }
+}
+
+impl Differentiable for Volume {
+    fn score_and_gradient(&self, hypothesis: &[Quadric], gradient: &mut [QuadricGradient]) -> f64 {
+        gradient.fill(QuadricGradient::default());
+        let sections = sections(&self.grid, hypothesis);
+        let mut by = vec![(SectionGradient::default(), SectionGradient::default()); sections.len()];
+        let mut total = Sums::default();
+        let (mut seen, mut moved) = (Vec::new(), Vec::new());
+        for (z, map) in self.slices.iter().enumerate() {
+            let mut outlines = RowOutlines::new();
+            seen.clear();
+            for (place, (_, section, (first, last))) in sections.iter().enumerate() {
+                if *first >= z as f64 || *last <= z as f64 {
+                    continue;
+                }
+                if let Some(rows) = section.at(z as f64).and_then(|cut| RowOutline::new(&cut, map)) {
+                    outlines.push(rows);
+                    seen.push(place);
+                }
+            }
+            moved.resize(seen.len(), OutlineGradients::default());
+            let sums = self.backend.gradients(map, &outlines, &mut moved);
+            total.score += sums.score;
+            total.area += sums.area;
+            for (&place, moved) in seen.iter().zip(&moved) {
+                let section = &sections[place].1;
+                section.add_slopes(z as f64, &moved.score, &mut by[place].0);
+                section.add_slopes(z as f64, &moved.area, &mut by[place].1);
+            }
+        }
+        let (score, by_score, by_area) = agreement(total, self.filled);
+        for ((index, section, _), (of_score, of_area)) in sections.iter().zip(&by) {
+            let sum = of_score.scaled(by_score).plus(&of_area.scaled(by_area));
+            let quadric = self.grid.to_voxels(&hypothesis[*index]);
+            gradient[*index] = self.grid.from_voxels(&section.pull_back(&quadric, &sum));
+        }
+        score
+    }
+}
+
+impl Evidence for Volume {
+    fn open(&self, standing: &[Quadric]) -> Box<dyn Fitness + Send> {
+        let mut scores: Vec<f64> =
+            self.grid.filled.iter().map(|filled| 2.0 * filled - 1.0).collect();
+        let [width, height, _] = self.grid.size;
+        for (_, section, _) in sections(&self.grid, standing) {
+            for (z, slice) in scores.chunks_exact_mut(width * height).enumerate() {
+                if let Some(cut) = section.at(z as f64) {
+                    clear(slice, width, &cut);
+                }
+            }
+        }
+        Box::new(OpenVolume(Self { slices: slices(&self.grid, &scores), ..self.clone() }))
+    }
+}
+
+/// A volume whose filled places no longer count.
+struct OpenVolume(Volume);
+
+impl Fitness for OpenVolume {
+    fn score(&self, hypothesis: &[Quadric]) -> f64 {
+        self.0.sums(hypothesis).score / self.0.filled.max(1.0)
+    }
+}

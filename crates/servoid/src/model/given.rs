@@ -1,0 +1,33 @@
+use crate::fitness::Sight;
+use crate::observe::View;
+use crate::shape::Mesh;
+
+/// What modelling starts from; at least one part must say something.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Given<'a> {
+    /// Pictures that say where the object is.
+    pub views: &'a [View<'a>],
+    /// The object's surface, whole and closed.
+    pub mesh: Option<&'a Mesh>,
+    /// Points of its surface that were seen.
+    pub sights: &'a [Sight],
+    /// How often each of them counts.
+    pub weights: Weights,
+}
+
+/// How often each kind of evidence counts: with weight 2 it speaks as if it had been seen twice.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Weights {
+    /// Silhouettes, of views or of a mesh.
+    pub silhouettes: f64,
+    /// The volume of a mesh.
+    pub volume: f64,
+    /// Seen points of the surface.
+    pub depth: f64,
+}
+
+impl Default for Weights {
+    fn default() -> Self {
+        Self { silhouettes: 1.0, volume: 3.0, depth: 1.0 }
+    }
+}

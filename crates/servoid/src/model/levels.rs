@@ -24,7 +24,7 @@ pub(super) const COARSE: Resolution =
 pub(super) const MIDDLE: Resolution =
     Resolution { extent_px: 128, views: 24, voxels: 48, sights: 1000 };
 pub(super) const FINEST: Resolution =
-    Resolution { extent_px: 200, views: usize::MAX, voxels: 128, sights: 3000 };
+    Resolution { extent_px: 200, views: usize::MAX, voxels: 96, sights: 3000 };
 
 /// Background kept around the object, as a share of its longer side.
 const MARGIN: f64 = 0.3;

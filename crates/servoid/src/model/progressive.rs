@@ -2,9 +2,9 @@ use rayon::prelude::*;
 
 use super::grow::{add_one, descend, reseed};
 use super::ladder::Ladder;
+use super::portraits::{Portrait, portraits};
 use super::scene::Scene;
 use super::watch::Watch;
-use super::portraits::{Portrait, portraits};
 use super::{Given, ModelError, Settings};
 use crate::shape::Body;
 
@@ -34,6 +34,7 @@ pub fn progressive(
     progress: Progress<'_>,
 ) -> Result<Vec<Step>, ModelError> {
     let settings = settings.checked()?;
+    let settings = if given.mesh.is_some() { settings.for_solids() } else { settings };
     let pool = rayon::ThreadPoolBuilder::new().num_threads(settings.threads).build();
     let pool = pool.map_err(|_| ModelError::Threads(settings.threads))?;
     pool.install(|| {

@@ -29,7 +29,10 @@ const LEAST_RADIUS: f64 = 1e-3;
 const SIGHT_BEFORE: f64 = 0.6;
 const SIGHT_BEHIND: f64 = 0.25;
 /// Nothing that is kept around a solid, as a share of its longest side.
-const MARGIN: f64 = 0.25;
+const MARGIN: f64 = 0.2;
+/// Voxels across a solid's mean thickness that are wanted, and most along its side for that.
+const VOXELS_ACROSS: f64 = 3.0;
+const MOST_COARSE_VOXELS: usize = 48;
 
 impl Scene {
     pub fn new(given: &Given<'_>) -> Result<Self, ModelError> {
@@ -50,17 +53,24 @@ impl Scene {
                 direction: scene_from_world.rotation() * sight.direction,
             })
             .collect();
-        let spread_cost = if wide(&cameras) || mesh.is_some() { SPREAD_COST } else { ONE_LOOK_COST };
+        let spread_cost =
+            if wide(&cameras) || mesh.is_some() { SPREAD_COST } else { ONE_LOOK_COST };
+        // A volume has so many rows that its slope is smooth, and a climb soon near its end.
+        let least_gain = if mesh.is_some() { 5e-6 } else { 1e-6 };
+        let fine =
+            mesh.as_ref().map_or(0, |mesh| (VOXELS_ACROSS * mesh.slenderness()).ceil() as usize);
         let judge = |resolution: Resolution| -> Result<Judge, ModelError> {
             let mut total = Total::default();
             if !cameras.is_empty() {
                 let chosen = &order[..resolution.views.min(order.len())];
-                let pairs: Vec<_> = chosen.iter().map(|&i| (&given.views[i], &cameras[i])).collect();
+                let pairs: Vec<_> =
+                    chosen.iter().map(|&i| (&given.views[i], &cameras[i])).collect();
                 total.push(given.weights.silhouettes, overlap(&pairs, resolution.extent_px)?);
             }
             if let Some(mesh) = &mesh {
-                let margin = (MARGIN * resolution.voxels as f64).ceil() as usize;
-                let grid = mesh.fill(resolution.voxels, margin);
+                let voxels = resolution.voxels.max(fine.min(MOST_COARSE_VOXELS));
+                let margin = (MARGIN * voxels as f64).ceil() as usize;
+                let grid = mesh.fill(voxels, margin);
                 total.push(given.weights.volume, Volume::new(grid));
             }
             if !sights.is_empty() {
@@ -68,7 +78,7 @@ impl Scene {
                 let some = sights.iter().step_by(step).copied().collect();
                 total.push(given.weights.depth, Sights::new(some, SIGHT_BEFORE, SIGHT_BEHIND));
             }
-            Ok(Judge { total, spread_cost })
+            Ok(Judge { total, spread_cost, least_gain })
         };
         let (coarse, middle, finest) = (judge(COARSE)?, judge(MIDDLE)?, judge(FINEST)?);
         if coarse.total.is_empty() {
@@ -90,8 +100,7 @@ impl Scene {
 /// Chooses the frame and the unit.
 fn frame_and_unit(given: &Given<'_>) -> Result<(Pose, f64), ModelError> {
     if let Some(mesh) = given.mesh {
-        let radius = (mesh.volume() * 3.0 / (4.0 * std::f64::consts::PI)).cbrt();
-        return Ok((mesh.principal_frame(), radius));
+        return Ok((mesh.principal_frame(), mesh.extent()));
     }
     if given.views.len() >= 2 {
         let origin = common_point(given.views)?;

@@ -33,6 +33,9 @@ pub struct Settings {
     pub overshoot: usize,
 }
 
+/// Up to this count independent lines of growth cost little.
+const FEW: usize = 10;
+
 impl Default for Settings {
     fn default() -> Self {
         Self {
@@ -54,6 +57,12 @@ impl Default for Settings {
 }
 
 impl Settings {
+    /// Searches less: a volume leaves less open than outlines do, and costs more to score.
+    pub(super) fn for_solids(self) -> Self {
+        let lines = if self.max_ellipsoids > FEW { 2 } else { self.lines };
+        Self { lines, islands: 2, splits: 2, reseeds: 0, overshoot: 1, ..self }
+    }
+
     /// Passes the settings on if they are in their ranges.
     pub(super) fn checked(self) -> Result<Self, ModelError> {
         let most = Body::MAX_ELLIPSOIDS;

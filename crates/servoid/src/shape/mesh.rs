@@ -66,6 +66,22 @@ impl Mesh {
         })
     }
 
+    /// Gives the radius of the ball that is spread as far about its centroid as the solid is.
+    #[must_use]
+    pub fn extent(&self) -> f64 {
+        (self.spread.trace() * 5.0 / 3.0).sqrt()
+    }
+
+    /// Gives how many times the mean thickness, 2 V / A, goes into the longest side.
+    #[must_use]
+    pub fn slenderness(&self) -> f64 {
+        let corners = |face: &[usize; 3]| face.map(|i| self.vertices[i]);
+        let area = |[a, b, c]: [Vector3<f64>; 3]| 0.5 * (b - a).cross(&(c - a)).norm();
+        let total: f64 = self.faces.iter().map(|face| area(corners(face))).sum();
+        let (low, high) = self.bounds();
+        (high - low).max() * total / (2.0 * self.volume)
+    }
+
     /// Moves, then scales about the origin.
     #[must_use]
     pub fn moved(&self, pose: &Pose, scale: f64) -> Self {
@@ -153,9 +169,8 @@ impl Mesh {
 
     fn bounds(&self) -> (Vector3<f64>, Vector3<f64>) {
         let first = self.vertices.first().copied().unwrap_or_default();
-        let join = |(low, high): (Vector3<f64>, Vector3<f64>), v: &Vector3<f64>| {
-            (low.inf(v), high.sup(v))
-        };
+        let join =
+            |(low, high): (Vector3<f64>, Vector3<f64>), v: &Vector3<f64>| (low.inf(v), high.sup(v));
         self.vertices.iter().fold((first, first), join)
     }
 }
@@ -175,10 +190,7 @@ fn open_edges(faces: &[[usize; 3]]) -> usize {
 }
 
 /// Sums volume, centroid and spread over the tetrahedra between a point and the triangles.
-fn moments(
-    vertices: &[Vector3<f64>],
-    faces: &[[usize; 3]],
-) -> (f64, Vector3<f64>, Matrix3<f64>) {
+fn moments(vertices: &[Vector3<f64>], faces: &[[usize; 3]]) -> (f64, Vector3<f64>, Matrix3<f64>) {
     let pivot = vertices.iter().sum::<Vector3<f64>>() / vertices.len().max(1) as f64;
     let (mut volume, mut first, mut second) = (0.0, Vector3::zeros(), Matrix3::zeros());
     for face in faces {

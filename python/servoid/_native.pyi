@@ -1,7 +1,7 @@
 """The Rust core, as Python sees it: C-contiguous arrays, lengths in metres, angles in radians."""
 
 from collections.abc import Callable, Sequence
-from typing import final
+from typing import ClassVar, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,6 +49,9 @@ class Pose:
 @final
 class Camera:
     """A pinhole camera: pixel (0, 0) is the centre of the top-left pixel."""
+
+    MAX_SIDE_PX: ClassVar[int]
+    """Most pixels along a side."""
 
     def __new__(
         cls,

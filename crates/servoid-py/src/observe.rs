@@ -13,6 +13,10 @@ pub struct Camera(pub core::Camera);
 
 #[pymethods]
 impl Camera {
+    /// Most pixels along a side.
+    #[classattr]
+    const MAX_SIDE_PX: usize = core::Camera::MAX_SIDE_PX;
+
     /// Makes a camera of (width, height), (fx, fy) and (cx, cy), all in pixels; raises CameraError.
     #[new]
     #[pyo3(signature = (*, size_px, focal_px, center_px))]

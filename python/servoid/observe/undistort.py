@@ -1,6 +1,8 @@
 """Makes pictures of an ideal pinhole camera from those of a lens, so that outlines are ellipses."""
 
 from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,6 +10,8 @@ from numpy.typing import NDArray
 from servoid._native import Camera, Lens, Pose
 from servoid.errors import ImageError, MaskError, ServoidError
 from servoid.observe.ideal_camera import camera_along_the_axis, camera_towards, sees
+
+_LEAST_DEPTH = 1e-6  # Of a direction of length 1: below, it lies beside the lens.
 
 
 @dataclass(frozen=True)
@@ -22,8 +26,7 @@ class Undistortion:
     camera: Camera
     lens_from_camera: Pose
     map_px: NDArray[np.float32] | None
-    lens_size_px: tuple[int, int] | None = None
-    """The size of the pictures that are taken in; None: that of `camera`."""
+    lens: Lens
 
     def image(self, image: NDArray[np.uint8]) -> NDArray[np.uint8]:
         """Return the ideal picture of an image, (H, W) or (H, W, 3) uint8, between its pixels.
@@ -32,13 +35,8 @@ class Undistortion:
             ImageError: the image has not the lens's size.
 
         """
-        self._check(image, "the image", ImageError)
-        if self.map_px is None:
-            return image
-        import cv2
-
-        made = cv2.remap(image, self.map_px, None, cv2.INTER_LINEAR)
-        return np.asarray(made, dtype=np.uint8)
+        self._check(image, "the image", ImageError, dimensions=3)
+        return np.asarray(self._remapped(image, smooth=True), dtype=np.uint8)
 
     def mask(self, mask: NDArray[np.uint8] | NDArray[np.bool_]) -> NDArray[np.uint8]:
         """Return the ideal picture of a mask, (H, W): 255 where the nearest pixel is not zero.
@@ -49,48 +47,51 @@ class Undistortion:
         """
         self._check(mask, "the mask", MaskError)
         full = (mask != 0).astype(np.uint8) * np.uint8(255)
-        if self.map_px is None:
-            return full
-        import cv2
+        return np.asarray(self._remapped(full), dtype=np.uint8)
 
-        return np.asarray(cv2.remap(full, self.map_px, None, cv2.INTER_NEAREST), dtype=np.uint8)
-
-    def depth(
-        self, depth: NDArray[np.float32] | NDArray[np.float64]
-    ) -> NDArray[np.float32] | NDArray[np.float64]:
+    def depth(self, depth: NDArray[np.floating]) -> NDArray[np.floating]:
         """Return the ideal picture of a depth image, (H, W) float, in metres.
 
-        Depth along the lens's axis becomes depth along the ideal camera's: a pixel keeps its line
-        of sight, on which both measure the same point. Unknown depths, 0 or NaN, stay unknown, and
-        what lies beside or behind the lens has none.
+        Depth along the lens's axis becomes depth along the ideal camera's: that of the very point
+        which the nearest pixel measured. Unknown depths, 0 or NaN, stay unknown, and what lies
+        beside or behind the lens has none.
 
         Raises:
             ImageError: the depth image has not the lens's size.
 
         """
         self._check(depth, "the depth image", ImageError)
-        floats = depth if depth.dtype in (np.float32, np.float64) else depth.astype(np.float32)
+        known = depth if depth.dtype in (np.float32, np.float64) else depth.astype(np.float32)
+        made = self._remapped(known)
+        with np.errstate(invalid="ignore"):
+            return made if self._turn is None else (made * self._turn).astype(known.dtype)
+
+    def _remapped(self, pixels: NDArray[Any], smooth: bool = False) -> NDArray[Any]:
         if self.map_px is None:
-            return floats
-        import cv2
+            return pixels
+        import cv2  # costs as much as the rest of the package, and help texts do not need it
 
-        # Metres along the ideal axis for each along the lens's: 1 where the camera is not turned.
-        share = self._depth_share()
-        made = np.asarray(cv2.remap(floats, self.map_px, None, cv2.INTER_NEAREST))
-        return (made * share).astype(floats.dtype)
+        how = cv2.INTER_LINEAR if smooth else cv2.INTER_NEAREST
+        return np.asarray(cv2.remap(pixels, self.map_px, np.empty(0), how))
 
-    def _depth_share(self) -> NDArray[np.float64]:
-        (width, height), (fx, fy) = self.camera.size_px, self.camera.focal_px
-        cx, cy = self.camera.center_px
-        turn_x, turn_y, turn_z = self.lens_from_camera.matrix()[2, :3]
-        across = turn_x * (np.arange(width) - cx) / fx
-        down = turn_y * (np.arange(height) - cy) / fy
-        depth_in_lens = across[None, :] + down[:, None] + turn_z
-        known = depth_in_lens > 1e-6
-        return np.where(known, 1.0 / np.where(known, depth_in_lens, 1.0), 0.0)
+    @cached_property
+    def _turn(self) -> NDArray[np.float64] | None:
+        """Metres along the camera's axis for each along the lens's; None: their axes are one."""
+        if self.map_px is None or self.lens_from_camera.matrix()[2, 2] >= 1.0:
+            return None
+        read_px = np.rint(self.map_px.astype(np.float64)).reshape(-1, 2)
+        rays = self.lens.rays(read_px)
+        depth_in_camera = rays @ self.lens_from_camera.matrix()[:3, 2]
+        known = rays[:, 2] > _LEAST_DEPTH
+        share = np.where(known, depth_in_camera / np.where(known, rays[:, 2], 1.0), 0.0)
+        return share.reshape(self.map_px.shape[:2])
 
-    def _check(self, pixels: NDArray[np.generic], what: str, error: type[ServoidError]) -> None:
-        width, height = self.lens_size_px or self.camera.size_px
+    def _check(
+        self, pixels: NDArray[Any], what: str, error: type[ServoidError], dimensions: int = 2
+    ) -> None:
+        width, height = self.lens.size_px
+        if pixels.ndim > dimensions:
+            raise error(f"{what} must have shape (H, W), but it is {pixels.shape}")
         if pixels.shape[:2] != (height, width):
             given = "x".join(str(side) for side in pixels.shape[1::-1])
             raise error(
@@ -121,7 +122,7 @@ def undistortion(lens: Lens, object_px: NDArray[np.float64] | None = None) -> Un
     """
     if lens.model == "pinhole" or (lens.model == "brown_conrady" and not any(lens.distortion)):
         camera = Camera(size_px=lens.size_px, focal_px=lens.focal_px, center_px=lens.center_px)
-        return Undistortion(camera, Pose.identity(), None, lens.size_px)
+        return Undistortion(camera, Pose.identity(), None, lens)
     if object_px is None:
         return _undistortion(lens, camera_along_the_axis(lens), Pose.identity())
     pixels = np.ascontiguousarray(object_px, dtype=np.float64)
@@ -135,4 +136,4 @@ def undistortion(lens: Lens, object_px: NDArray[np.float64] | None = None) -> Un
 def _undistortion(lens: Lens, camera: Camera, lens_from_camera: Pose) -> Undistortion:
     map_px = lens.map_to(camera, lens_from_camera)
     map_px.setflags(write=False)
-    return Undistortion(camera, lens_from_camera, map_px, lens.size_px)
+    return Undistortion(camera, lens_from_camera, map_px, lens)

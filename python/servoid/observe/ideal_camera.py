@@ -104,7 +104,7 @@ def _camera(first_px: NDArray[np.float64], last_px: NDArray[np.float64], focal: 
     return Camera(
         size_px=(width, height),
         focal_px=(float(focal[0]), float(focal[1])),
-        center_px=(float(-first_px[0]), float(-first_px[1])),
+        center_px=(float(0.0 - first_px[0]), float(0.0 - first_px[1])),
     )
 
 

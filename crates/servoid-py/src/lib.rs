@@ -1,6 +1,7 @@
 //! The Python face of the core: converts, releases the interpreter, calls, converts back.
 
 mod errors;
+mod lens;
 mod model;
 mod observe;
 mod pose;
@@ -13,6 +14,7 @@ fn native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add_class::<pose::Pose>()?;
     module.add_class::<observe::Camera>()?;
+    module.add_class::<lens::Lens>()?;
     module.add_class::<observe::View>()?;
     module.add_class::<shape::Body>()?;
     module.add_class::<shape::Mesh>()?;

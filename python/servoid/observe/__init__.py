@@ -1,6 +1,6 @@
 """Cameras and captures: what was seen, by which camera, from where."""
 
-from servoid._native import Camera, View
+from servoid._native import Camera, Lens, View
 from servoid.observe.capture import (
     Capture,
     CaptureCamera,
@@ -9,15 +9,19 @@ from servoid.observe.capture import (
 )
 from servoid.observe.images import read_image, read_mask
 from servoid.observe.opening import open_capture
+from servoid.observe.undistort import Undistortion, undistortion
 
 __all__ = [
     "Camera",
     "Capture",
     "CaptureCamera",
     "CaptureView",
+    "Lens",
     "Observation",
+    "Undistortion",
     "View",
     "open_capture",
     "read_image",
     "read_mask",
+    "undistortion",
 ]

@@ -11,6 +11,7 @@ _JPEG = b"\xff\xd8"
 _TIFF = {b"II*\0": "<", b"MM\0*": ">"}
 _TIFF_WIDTH, _TIFF_HEIGHT = 256, 257
 _TIFF_SHORT, _TIFF_LONG = 3, 4
+_START_BYTES = 1 << 16
 _JPEG_NO_SIZE = (0xC4, 0xC8, 0xCC)  # tables that are numbered like the headers of an image
 
 
@@ -36,6 +37,9 @@ def read_image_size(path: Path) -> tuple[int, int]:
         ImageError: the file is missing or no image.
 
     """
+    size = size_in_header(_read_start(path))
+    if size is not None:
+        return size
     data = read_bytes(path, ImageError)
     size = size_in_header(data)
     if size is not None:
@@ -53,6 +57,14 @@ def read_image_size(path: Path) -> tuple[int, int]:
         )
     height, width = pixels.shape[:2]
     return width, height
+
+
+def _read_start(path: Path) -> bytes:
+    try:
+        with path.open("rb") as file:
+            return file.read(_START_BYTES)
+    except OSError:
+        return b""  # reading the whole file says why
 
 
 def _jpeg_size(data: bytes) -> tuple[int, int] | None:

@@ -10,10 +10,10 @@ def check_inside(name: str, place: str) -> None:
     """Check that a path or pattern that a file names stays in the capture's folder.
 
     Raises:
-        CaptureError: it is empty, absolute, goes up with '..', or no file can have such a name.
+        CaptureError: it names nothing, is absolute, or goes up with '..'.
 
     """
-    if not name or "\0" in name:
+    if "\0" in name or not Path(name).name:
         raise CaptureError(f"{place}: {name!r} is no name of a file; write one such as 'a/b.png'")
     windows = PureWindowsPath(name)
     parts = {*Path(name).parts, *windows.parts}

@@ -56,8 +56,9 @@ def _read_npy(path: Path, size_px: tuple[int, int]) -> NDArray[np.generic]:
             else np.lib.format.read_array_header_2_0
         )
         shape, in_columns, kind = read_header(stream)
-    except (ValueError, OSError, EOFError) as reason:
-        raise ImageError(f"{path} is no .npy file: {reason}") from reason
+    except Exception as reason:
+        # NumPy reads the header as an expression of Python, so anything may go wrong in it.
+        raise ImageError(f"{path} is no .npy file, or its header is damaged") from reason
     if len(shape) == 3 and shape[2] == 1:
         shape = shape[:2]
     if len(shape) != 2 or kind.kind not in "fui":

@@ -58,6 +58,7 @@ def convert(
         what, _, where = str(reason).partition(" - at `$")
         path = where.rstrip("`").lstrip(".")
         at = f"{place}, {path}" if path else place
+        what = what.replace(" | null`", "`")  # that a key may also be left out
         for word, plain in _PLAIN_WORDS.items():
             what = what.replace(word, plain)
         raise error(f"{at}: {what[:1].lower()}{what[1:]}") from reason

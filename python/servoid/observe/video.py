@@ -3,7 +3,7 @@
 from collections import OrderedDict
 from functools import lru_cache
 from pathlib import Path
-from threading import Lock
+from threading import Condition
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 
 VIDEO_SUFFIXES = (".mp4", ".avi", ".mov", ".mkv", ".webm", ".m4v")
 
-_KEPT = 16  # decoded images: threads ask for neighbours, not quite in order
-_OPEN = 4  # videos that stay open
+_KEPT = 32  # decoded images: threads ask for neighbours, not quite in order
+_OPEN = 2  # videos that stay open
 _MISSING_SHARE = 0.02  # a header may estimate the number from the duration
 # What containers begin with. A playlist, which may name any other file, is none of them.
 _AVI, _MATROSKA = b"RIFF", b"\x1aE\xdf\xa3"
@@ -33,12 +33,7 @@ def count_video_images(path: Path) -> int:
             its header promises.
 
     """
-    try:
-        status = path.stat()
-    except OSError as reason:
-        what = (reason.strerror or str(reason)).lower()
-        raise CaptureError(f"cannot read {path}: {what}") from reason
-    return _count(path, status.st_size, status.st_mtime_ns)
+    return _count(path, *_version(path, CaptureError))
 
 
 def read_video_image(path: Path, index: int, size_px: tuple[int, int]) -> NDArray[np.uint8]:
@@ -50,14 +45,22 @@ def read_video_image(path: Path, index: int, size_px: tuple[int, int]) -> NDArra
     """
     import cv2
 
-    pixels = _stream(path).read(index)
+    pixels = _stream(path, *_version(path, ImageError)).read(index)
     check_size(path, (pixels.shape[1], pixels.shape[0]), size_px, ImageError)
     return np.asarray(cv2.cvtColor(pixels, cv2.COLOR_BGR2RGB), dtype=np.uint8)
 
 
+def _version(path: Path, error: type[CaptureError] | type[ImageError]) -> tuple[int, int]:
+    """Return what changes when a file is written anew."""
+    try:
+        status = path.stat()
+    except OSError as reason:
+        raise error(f"cannot read {path}: {(reason.strerror or str(reason)).lower()}") from reason
+    return status.st_size, status.st_mtime_ns
+
+
 @lru_cache(maxsize=64)
-def _count(path: Path, size: int, changed: int) -> int:
-    del size, changed  # a video that was written anew is another one
+def _count(path: Path, _size: int, _changed: int) -> int:
     import cv2
 
     video = _open(path, CaptureError)
@@ -81,20 +84,39 @@ class _Stream:
 
     def __init__(self, path: Path) -> None:
         self._path = path
-        self._lock = Lock()
+        self._turn = Condition()
+        self._busy = False
+        self._waiting: list[int] = []
         self._video: cv2.VideoCapture | None = None
         self._next = 0
         self._kept: OrderedDict[int, cv2.typing.MatLike] = OrderedDict()
 
     def read(self, index: int) -> "cv2.typing.MatLike":
-        with self._lock:
-            if index in self._kept:
-                return self._kept[index]
-            if self._video is None or index < self._next:
-                self._video, self._next = _open(self._path, ImageError), 0
-            while self._next <= index:
-                self._step(self._video, keep=index - self._next < _KEPT)
+        # Of the threads that wait, the one that wants the earliest image comes first; otherwise
+        # the video would have to start again for those that were overtaken.
+        with self._turn:
+            self._waiting.append(index)
+            try:
+                self._turn.wait_for(lambda: not self._busy and min(self._waiting) == index)
+                self._busy = True
+            finally:
+                self._waiting.remove(index)
+                self._turn.notify_all()
+        try:
+            return self._decode(index)
+        finally:
+            with self._turn:
+                self._busy = False
+                self._turn.notify_all()
+
+    def _decode(self, index: int) -> "cv2.typing.MatLike":
+        if index in self._kept:
             return self._kept[index]
+        if self._video is None or index < self._next:
+            self._video, self._next = _open(self._path, ImageError), 0
+        while self._next <= index:
+            self._step(self._video, keep=index - self._next < _KEPT)
+        return self._kept[index]
 
     def _step(self, video: "cv2.VideoCapture", *, keep: bool) -> None:
         found = video.grab()
@@ -113,7 +135,7 @@ class _Stream:
 
 
 @lru_cache(maxsize=_OPEN)
-def _stream(path: Path) -> _Stream:
+def _stream(path: Path, _size: int, _changed: int) -> _Stream:
     return _Stream(path)
 
 

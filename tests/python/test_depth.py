@@ -1,5 +1,6 @@
 """Depth images, and what an ideal pinhole makes of a view."""
 
+import resource
 from pathlib import Path
 
 import cv2
@@ -107,6 +108,18 @@ def test_a_header_that_claims_a_huge_image_is_refused_before_it_is_decoded(tmp_p
     for read, error in ((read_image, ImageError), (read_mask, MaskError)):
         with pytest.raises(error, match="30000x30000 pixels, but its camera"):
             read(tmp_path / "a.png", SMALL_PX)
+
+
+def test_a_chunk_that_claims_gigabytes_asks_for_none(tmp_path: Path) -> None:
+    data = bytearray(cv2.imencode(".png", COUNTS)[1].tobytes())
+    assert data[37:41] == b"IDAT"
+    data[33:37] = b"\xff\xff\xff\x00"
+    (tmp_path / "a.png").write_bytes(data)
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    for read, error in ((read_image, ImageError), (read_mask, MaskError)):
+        with pytest.raises(error, match="cut short"):
+            read(tmp_path / "a.png", SMALL_PX)
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 1 << 16  # 64 MiB
 
 
 @settings(max_examples=150, deadline=None)

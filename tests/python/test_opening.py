@@ -135,7 +135,7 @@ def test_a_point_is_seen_where_the_ideal_pinhole_says(model: str, tmp_path: Path
         (tmp_path / kind).mkdir()
         write_png(tmp_path / kind / "0.png", np.zeros((SIZE_PX[1], SIZE_PX[0], 3), np.uint8))
     [camera] = open_capture(tmp_path).cameras
-    point_in_lens = np.array([point]) + [0, 0, 0.3]
+    point_in_lens = np.array([point]) + np.array([[0.0, 0.0, 0.3]])
     center = np.rint(16 * camera.lens.project(point_in_lens)[0]).astype(int)
     dot = np.zeros((SIZE_PX[1], SIZE_PX[0], 3), np.uint8)
     cv2.circle(dot, center.tolist(), 16 * 5, (255, 255, 255), -1, cv2.LINE_AA, 4)

@@ -156,4 +156,4 @@ def _read_distortion(keys: _Keys, place: str) -> tuple[str, tuple[float, ...]]:
             f"{place}: programs disagree about what k4, k5 and k6 mean with {model}; undistort the "
             "images and write zeros"
         )
-    return "brown_conrady", numbers if numbers[4] else numbers[:4]
+    return "brown_conrady", numbers

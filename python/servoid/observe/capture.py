@@ -93,6 +93,7 @@ class CaptureView:
         """Return the ideal pinhole camera.
 
         Raises:
+            CameraError: the lens sees nothing of its image, or the object is too wide.
             MaskError: the lens is a fisheye, and the mask at which its pinhole looks is damaged.
 
         """
@@ -159,7 +160,9 @@ class CaptureView:
                 "such as 0.001 for millimetres"
             )
         depth = read_depth(self.depth_path, self.lens.size_px, self.depth_scale_m)
-        return self.ideal.maps().depth(depth)
+        seen = self.ideal.maps().depth(depth).astype(np.float32)
+        seen[seen == 0.0] = np.nan  # beyond what the lens sees
+        return seen
 
     def view(self) -> View:
         """Read the mask and join it with the camera and its pose, ready for modelling.

@@ -4,7 +4,10 @@ from functools import cached_property, lru_cache
 from pathlib import Path
 from threading import Lock
 
+import numpy as np
+
 from servoid._native import Camera, Lens, Pose
+from servoid.errors import located
 from servoid.observe.images import read_mask
 from servoid.observe.undistort import Undistortion, undistortion
 
@@ -41,8 +44,11 @@ class Ideal:
     def _undistortion(self) -> Undistortion:
         if self._mask_path is None:
             return undistortion(self.lens)
-        mask = read_mask(self._mask_path, self.lens.size_px)
-        return undistortion(self.lens, mask if mask.any() else None)
+        rows, columns = np.nonzero(read_mask(self._mask_path, self.lens.size_px))
+        if len(rows) == 0:  # joining the view with an empty mask says what is wrong
+            return undistortion(self.lens)
+        with located(str(self._mask_path)):
+            return undistortion(self.lens, np.stack([columns, rows], axis=1).astype(np.float64))
 
 
 def needs_object(lens: Lens) -> bool:

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     import cv2
 
 _PNG = b"\x89PNG\r\n\x1a\n"
+_PNG_AROUND = 12  # length, kind and checksum of a chunk
 _JPEG = b"\xff\xd8"
 _JPEG_START_OF_SCAN = 0xDA
 _JPEG_END = b"\xff\xd9"
@@ -98,7 +99,7 @@ def check_size(
 def _is_cut_short(data: bytes) -> bool:
     """Say if a PNG or JPEG misses its end; decoders fill what is missing without a word."""
     if data.startswith(_PNG):
-        return b"IEND" not in data
+        return not _png_chunks_end(data)
     if not data.startswith(_JPEG):
         return False
     # Segments come first, each with its length; a preview image among them has an end of its own.
@@ -106,3 +107,17 @@ def _is_cut_short(data: bytes) -> bool:
     while data[at : at + 1] == b"\xff" and data[at + 1 : at + 2] != bytes([_JPEG_START_OF_SCAN]):
         at += 2 + int.from_bytes(data[at + 2 : at + 4], "big")
     return data.find(_JPEG_END, at) < 0
+
+
+def _png_chunks_end(data: bytes) -> bool:
+    """Say if a PNG's chunks follow each other to the last one, none longer than the file.
+
+    OpenCV makes room for as many bytes as a chunk claims to have, before it looks for them.
+    """
+    at = len(_PNG)
+    while at + _PNG_AROUND <= len(data):
+        kind = data[at + 4 : at + 8]
+        at += _PNG_AROUND + int.from_bytes(data[at : at + 4], "big")
+        if kind == b"IEND":
+            return at <= len(data)
+    return False

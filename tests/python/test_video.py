@@ -7,8 +7,10 @@ import cv2
 import numpy as np
 import pytest
 from conftest import SIZE_PX, camera_toml, write_png
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
-from servoid.errors import CaptureError, ImageError
+from servoid.errors import CaptureError, ImageError, ServoidError
 from servoid.observe import Capture, Picture, open_capture, video
 
 COUNT = 40
@@ -130,6 +132,32 @@ def test_what_is_no_video_is_refused_before_a_decoder_sees_it(data: bytes, tmp_p
     (tmp_path / "film.avi").write_bytes(data)
     with pytest.raises(CaptureError, match=r"film\.avi is no video"):
         open_film(tmp_path)
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> bytes:
+    return write_video(tmp_path_factory.mktemp("whole") / "film.avi", 4, (32, 24)).read_bytes()
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    flips=st.lists(st.tuples(st.integers(0, 600), st.integers(1, 255)), max_size=3),
+    end=st.one_of(st.integers(0, 8000), st.just(1 << 20)),
+)
+def test_a_damaged_video_is_refused_or_has_as_many_images_as_it_says(
+    flips: list[tuple[int, int]], end: int, whole: bytes, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    data = bytearray(whole[: 1 + end])
+    for at, bits in flips:
+        data[at % len(data)] ^= bits
+    path = tmp_path_factory.getbasetemp() / "damaged.avi"
+    path.write_bytes(data)
+    try:
+        count = video.count_video_images(path)
+        for index in range(count):
+            assert Picture(path, index).read((32, 24)).shape == (24, 32, 3)
+    except ServoidError as error:
+        assert str(path) in str(error)
 
 
 def test_an_image_after_the_end_and_one_of_another_size_are_refused(tmp_path: Path) -> None:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from servoid._native import Camera
 from servoid.errors import CaptureError, ImageError
 from servoid.observe.images import check_size
 
@@ -19,6 +20,7 @@ VIDEO_SUFFIXES = (".mp4", ".avi", ".mov", ".mkv", ".webm", ".m4v")
 
 _KEPT = 32  # decoded images: threads ask for neighbours, not quite in order
 _OPEN = 2  # videos that stay open
+_LARGEST_SIDE_PX = Camera.MAX_SIDE_PX
 _MISSING_SHARE = 0.02  # a header may estimate the number from the duration
 # What containers begin with. A playlist, which may name any other file, is none of them.
 _AVI, _MATROSKA = b"RIFF", b"\x1aE\xdf\xa3"
@@ -154,6 +156,14 @@ def _open(path: Path, error: type[CaptureError] | type[ImageError]) -> "cv2.Vide
         raise error(
             f"{path} cannot be opened as a video: it is cut short, damaged or of a codec "
             "that OpenCV cannot decode; write it anew, as MP4 for instance"
+        )
+    width, height = (
+        video.get(key) for key in (cv2.CAP_PROP_FRAME_WIDTH, cv2.CAP_PROP_FRAME_HEIGHT)
+    )
+    if max(width, height) > _LARGEST_SIDE_PX:
+        raise error(
+            f"{path} claims images of {width:.0f}x{height:.0f} pixels; servoid takes at most "
+            f"{_LARGEST_SIDE_PX} along a side"
         )
     # Like a turn in an image's EXIF data, one that the file asks for is unknown to calibration.
     video.set(cv2.CAP_PROP_ORIENTATION_AUTO, 0)

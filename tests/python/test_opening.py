@@ -7,12 +7,14 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from conftest import CENTER_PX, FOCAL_PX, SIZE_PX, Drawing, camera_toml, write_png
+from conftest import BACKGROUND, CENTER_PX, FOCAL_PX, SIZE_PX, Drawing, camera_toml, write_png
 from scipy.spatial.transform import Rotation
 
 from servoid.errors import CaptureError
 from servoid.exchange import open_any
 from servoid.observe import open_capture
+from servoid.pose import Pose
+from servoid.shape import Body
 
 LENS = f"{FOCAL_PX} {FOCAL_PX} {CENTER_PX[0] + 0.5} {CENTER_PX[1] + 0.5}"
 
@@ -153,6 +155,44 @@ def test_a_point_is_seen_where_the_ideal_pinhole_says(model: str, tmp_path: Path
         middle = np.array([(columns * seen).sum(), (rows * seen).sum()]) / seen.sum()
         np.testing.assert_allclose(middle, expected, atol=0.5)
     view.view()
+
+
+@pytest.mark.parametrize("model", LENSES)
+def test_a_body_seen_through_a_lens_is_where_the_ideal_pinhole_sees_it(
+    model: str, tmp_path: Path, drawing: Drawing
+) -> None:
+    folder = drawing.write(tmp_path / "photos")
+    toml = (folder / "capture.toml").read_text().replace('"pinhole"', f'"{model}"')
+    toml = toml.replace("distortion = []", f"distortion = {LENSES[model][0]}")
+    (folder / "capture.toml").write_text(toml)
+    [camera] = open_capture(folder).cameras
+    columns, rows = np.meshgrid(*(np.arange(side, dtype=float) for side in SIZE_PX))
+    rays = camera.lens.rays(np.stack([columns.ravel(), rows.ravel()], axis=1))
+    drawn_px = rays[:, :2] / rays[:, 2:] * FOCAL_PX + np.array(CENTER_PX)
+    bend = drawn_px.reshape(*SIZE_PX[::-1], 2).astype(np.float32)
+    for index, pose in enumerate(drawing.world_from_cameras()):
+        for kind, pixels in (("images", drawing.picture(pose)), ("masks", drawing.mask(pose))):
+            bent = cv2.remap(pixels, bend, None, cv2.INTER_NEAREST)
+            write_png(folder / kind / f"{index:04}.png", np.asarray(bent, np.uint8))
+    turns = [
+        Rotation.from_euler("xyz", part.turn_deg, degrees=True).as_quat()
+        for part in drawing.ellipsoids
+    ]
+    body = Body(
+        world_from_object=Pose.identity(),
+        centers=np.array([part.center for part in drawing.ellipsoids]),
+        radii=np.array([part.radii for part in drawing.ellipsoids]),
+        rotations=np.array([[w, x, y, z] for x, y, z, w in turns]),
+    )
+    # Rounding to pixels, when the images were bent and when they are straightened, moves the edge
+    # by one pixel at most each time.
+    reach = np.ones((5, 5), np.uint8)
+    for view in open_capture(folder).views():
+        seen, mask = body.silhouette(view.camera, view.world_from_camera), view.mask()
+        assert np.count_nonzero(seen) > 800
+        assert not (cv2.erode(seen, reach) & ~mask).any()
+        assert not (mask & ~cv2.dilate(seen, reach)).any()
+        np.testing.assert_array_equal((view.image() != BACKGROUND).any(axis=2)[mask != 0], True)
 
 
 def test_views_of_one_camera_share_the_maps_of_its_lens(drawn_capture: Path) -> None:

@@ -7,8 +7,10 @@ from servoid.observe.capture import (
     CaptureView,
     Observation,
 )
+from servoid.observe.depth import read_depth
 from servoid.observe.images import read_image, read_mask
 from servoid.observe.opening import open_capture
+from servoid.observe.picture import Picture
 from servoid.observe.undistort import Undistortion, undistortion
 
 __all__ = [
@@ -18,9 +20,11 @@ __all__ = [
     "CaptureView",
     "Lens",
     "Observation",
+    "Picture",
     "Undistortion",
     "View",
     "open_capture",
+    "read_depth",
     "read_image",
     "read_mask",
     "undistortion",

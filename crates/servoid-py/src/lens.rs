@@ -76,7 +76,7 @@ impl Lens {
         py: Python<'py>,
         points_in_lens: PyReadonlyArray2<'_, f64>,
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let points = read_rows::<3>(&points_in_lens, "points_in_lens")?;
+        let points = read_rows::<_, 3>(&points_in_lens, "points_in_lens")?;
         let pixel = |p: &[f64; 3]| {
             self.0.project(&Vector3::from(*p)).map_or([f64::NAN; 2], <[f64; 2]>::from)
         };
@@ -91,7 +91,7 @@ impl Lens {
         py: Python<'py>,
         pixels: PyReadonlyArray2<'_, f64>,
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let pixels = read_rows::<2>(&pixels, "pixels")?;
+        let pixels = read_rows::<_, 2>(&pixels, "pixels")?;
         let ray = |&p: &[f64; 2]| self.0.ray(p).map_or([f64::NAN; 3], <[f64; 3]>::from);
         let rays = py.detach(|| pixels.iter().flat_map(ray).collect::<Vec<_>>());
         Ok(rows(py, &rays, 3))

@@ -2,12 +2,14 @@
 
 mod body;
 mod ellipsoid;
+mod mass;
 mod outline;
 mod quadric;
 mod silhouette;
 
 pub use body::Body;
 pub use ellipsoid::Ellipsoid;
+pub use mass::MassProperties;
 pub use outline::{Outline, Projection};
 pub use quadric::{Quadric, QuadricGradient};
 pub use silhouette::silhouette;

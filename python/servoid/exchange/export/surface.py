@@ -3,12 +3,16 @@
 from dataclasses import dataclass
 from functools import lru_cache
 from importlib.util import find_spec
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from servoid.errors import ExportError, MissingExtraError
 from servoid.exchange.export.solid import Piece
+
+if TYPE_CHECKING:
+    from manifold3d import Mesh64
 
 DEFAULT_DETAIL = 4
 MOST_DETAIL = 6
@@ -111,7 +115,7 @@ def union_surface(pieces: tuple[Piece, ...], detail: int) -> Surface:
     return _read(union.to_mesh64(), first_id, middle, reach)
 
 
-def _read(mesh: "manifold3d.Mesh64", first_id: int, middle: Points, reach: float) -> Surface:  # noqa: F821
+def _read(mesh: "Mesh64", first_id: int, middle: Points, reach: float) -> Surface:
     faces = np.asarray(mesh.tri_verts, np.int64)
     lengths = np.diff(np.asarray(mesh.run_index, np.int64)) // 3
     ids = np.asarray(mesh.run_original_id, np.int64) - first_id

@@ -2,8 +2,6 @@
 
 from xml.etree.ElementTree import Element, SubElement
 
-import numpy as np
-
 from servoid.exchange.export.solid import Solid
 from servoid.exchange.export.xml_text import document, numbers, pose_numbers
 
@@ -25,11 +23,9 @@ def urdf_text(solid: Solid, visual: str, ball: str) -> bytes:
         "inertia",
         {f"i{'xyz'[i]}{'xyz'[j]}": numbers([solid.inertia[i, j]]) for i, j in entries},
     )
+    # Without a material of its own, which would hide the colours of the mesh.
     looks = SubElement(link, "visual", name=f"{solid.name}_surface")
     SubElement(SubElement(looks, "geometry"), "mesh", filename=visual)
-    mean = np.mean([piece.rgb for piece in solid.pieces], axis=0)
-    material = SubElement(looks, "material", name=f"{solid.name}_color")
-    SubElement(material, "color", rgba=numbers([*mean, 1.0]))
     for index, piece in enumerate(solid.pieces):
         collision = SubElement(link, "collision", name=f"{solid.name}_ellipsoid_{index}")
         xyz, rpy = pose_numbers(piece.pose.matrix())

@@ -9,7 +9,7 @@ from conftest import Command, everything_in
 from exported_bodies import random_body
 
 from servoid.errors import ExportError, MissingExtraError, OutputError, ServoidError
-from servoid.exchange.export import FORMATS, export_body, format_of, surface
+from servoid.exchange.export import FORMATS, export_body, format_of, mjcf, sdf, splat, surface
 from servoid.exchange.export.exporting import WATER_KG_M3
 from servoid.output import write_together
 from servoid.shape import BodyFile, EllipsoidEntry, write_body_file
@@ -123,6 +123,26 @@ def test_a_body_whose_mass_no_number_holds_is_refused(tmp_path: Path, radius: fl
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.parametrize(("radius", "fits"), [(1e-6, False), (3.5e-4, False), (3.7e-4, True)])
+def test_a_body_is_refused_for_mujoco_where_mujoco_refuses_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, radius: float, fits: bool
+) -> None:
+    mujoco = pytest.importorskip("mujoco", reason="mujoco-core needs Python 3.11 or newer")
+    path = tmp_path / "b.xml"
+    if not fits:
+        with pytest.raises(ExportError, match="give a higher density, or lengths in metres"):
+            export_body(sized(radius), path, "mjcf")
+        assert not path.exists()
+        monkeypatch.setattr(mjcf, "LEAST_MASS_KG", 0.0)
+        monkeypatch.setattr(mjcf, "LEAST_INERTIA", 0.0)
+    export_body(sized(radius), path, "mjcf")
+    if fits:
+        assert mujoco.MjModel.from_xml_path(str(path)).ngeom == 1
+    else:
+        with pytest.raises(ValueError, match="inertia"):
+            mujoco.MjModel.from_xml_path(str(path))
+
+
 @pytest.mark.parametrize("name", ["obj", "ply", "glb", "urdf"])
 def test_without_its_libraries_a_mesh_says_how_to_get_them(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
@@ -168,6 +188,24 @@ def test_when_the_last_of_several_files_fails_the_others_are_as_before(tmp_path:
     with pytest.raises(OutputError):
         write_together(files)
     assert everything_in(tmp_path) == {"old": b"old"}
+
+
+def test_the_page_on_exporting_states_the_numbers_of_the_code() -> None:
+    page = (Path(__file__).parents[2] / "docs" / "howto" / "export.md").read_text("utf-8")
+    stated = (
+        f"up to {splat.SPLATS} flat Gaussians",
+        f"a sigma of {splat.SIGMA} of the distance",
+        f"an opacity of {splat.OPACITY}",
+        f"in kg/m³ and is {WATER_KG_M3:g}",
+        f"`--detail N` goes from 0 to {surface.MOST_DETAIL}. With the default, "
+        f"{surface.DEFAULT_DETAIL},",
+        f"SDFormat {sdf.VERSION}",
+    )
+    assert [words for words in stated if words not in page] == []
+    rows = {row.split("`")[1]: row for row in page.splitlines() if row.startswith("| `")}
+    assert set(rows) == set(FORMATS)
+    for name, one in FORMATS.items():
+        assert all(f"`{suffix}`" in rows[name] for suffix in one.suffixes)
 
 
 def test_every_refusal_is_a_servoid_error() -> None:

@@ -3,6 +3,8 @@
 import base64
 import json
 import re
+import shutil
+import subprocess
 from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
@@ -144,6 +146,45 @@ def test_what_the_page_draws_is_the_body_scaled_and_moved(result: ModelResult, t
     stands = np.array([camera["points"][0] for camera in scene["cameras"]])
     views = [one.view.world_from_camera.matrix()[:3, 3] for one in scored_views(result)]
     np.testing.assert_allclose(stands, scale * np.array(views) + shift, atol=1e-4)
+
+
+PROBE = """<script>
+const canvas = document.getElementById("turntable");
+window.requestAnimationFrame = (draw) => draw();  // at once: nothing waits for a screen
+const pictures = ["a", "ArrowLeft", "ArrowRight", "ArrowUp", "ArrowDown"].map((key) => {
+  canvas.dispatchEvent(new KeyboardEvent("keydown", { key }));
+  window.dispatchEvent(new Event("resize"));
+  return canvas.toDataURL();
+});
+document.body.dataset.seen = JSON.stringify(pictures.map((one) => pictures.indexOf(one)));
+</script></body>"""
+
+
+def test_in_a_browser_the_body_turns_and_turns_back(text: str, tmp_path: Path) -> None:
+    browser = shutil.which("chromium")
+    if browser is None:
+        pytest.skip("there is no chromium to look at the page with")
+    (tmp_path / "page.html").write_text(text.replace("</body>", PROBE), encoding="utf-8")
+    options = (
+        "--headless --no-sandbox --disable-gpu --use-gl=angle --use-angle=swiftshader "
+        "--enable-unsafe-swiftshader --enable-logging=stderr --window-size=500,500 --dump-dom"
+    )
+    done = subprocess.run(
+        [
+            browser,
+            *options.split(),
+            f"--user-data-dir={tmp_path / 'profile'}",
+            (tmp_path / "page.html").as_uri(),
+        ],
+        capture_output=True,
+        text=True,
+        timeout=90,
+        check=True,
+    )
+    assert "Uncaught" not in done.stderr
+    assert "Refused" not in done.stderr
+    assert 'data-drawn="yes"' in done.stdout
+    assert 'data-seen="[0,1,0,3,0]"' in done.stdout
 
 
 def test_the_page_says_how_much_the_body_holds(result: ModelResult, text: str) -> None:

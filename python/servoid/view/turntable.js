@@ -188,9 +188,8 @@
       Math.max(1.3, view.distance * factor));
     refresh();
   }
-  function show(radius) {
+  function stepBack(radius) {
     view.distance = (1.3 * radius) / Math.sin(Math.atan(HALF_VIEW));
-    refresh();
   }
 
   canvas.addEventListener("pointerdown", (event) => canvas.setPointerCapture(event.pointerId));
@@ -215,9 +214,15 @@
       moves[event.key]();
     }
   });
-  document.getElementById("show-body").addEventListener("click", () => show(1));
-  document.getElementById("show-cameras").addEventListener("click", () => show(0.85 * scene.reach));
+  document.getElementById("show-body").addEventListener("click", () => {
+    stepBack(1);
+    refresh();
+  });
+  document.getElementById("show-cameras").addEventListener("click", () => {
+    stepBack(0.85 * scene.reach);
+    refresh();
+  });
   window.addEventListener("resize", refresh);
-  show(1);
+  stepBack(1);
   draw();
 })();

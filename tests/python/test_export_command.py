@@ -1,5 +1,6 @@
 """What `servoid export` accepts, says and refuses; nothing half-written is left behind."""
 
+import re
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -31,11 +32,13 @@ def test_every_format_is_written_by_its_name(
 ) -> None:
     out = tmp_path / f"b{FORMATS[name].suffixes[0]}"
     done = servoid_command("export", body, "--to", name, "--out", out, "--density", 500)
-    volume = FILE.body().mass_properties()[0]
+    cm3 = 1e6 * FILE.body().mass_properties()[0]
     assert (done.code, done.err) == (0, "")
     assert done.out.startswith(f"Wrote {out}")
-    end = f"({name}): 3 ellipsoids, {1e6 * volume:.4g} cm³, {500 * volume:.4g} kg"
-    assert end in done.out.replace("\n", " ")
+    said = re.search(r"\((\w+)\): 3 ellipsoids, ([\d.]+) cm³, ([\d.]+) kg\n$", done.out)
+    assert said
+    assert said[1] == name
+    assert (float(said[2]), float(said[3])) == pytest.approx((cm3, 500e-6 * cm3), rel=1e-3)
 
 
 @pytest.mark.parametrize(

@@ -188,8 +188,17 @@ def test_in_a_browser_the_body_turns_and_turns_back(text: str, tmp_path: Path) -
 
 
 def test_the_page_says_how_much_the_body_holds(result: ModelResult, text: str) -> None:
+    found = re.search(r"It measures ([\d.]+) × ([\d.]+) × ([\d.]+) mm .* holds ([\d.]+) cm³", text)
+    assert found
     volume = 1e6 * result.body.mass_properties()[0]
-    assert f"holds {volume:.4g} cm³" in text
+    assert float(found[4]) == pytest.approx(volume, rel=1e-3)
+    # The box around the body is larger than it, and smaller than that around its longest radii.
+    box = float(found[1]) * float(found[2]) * float(found[3]) / 1000
+    assert (
+        volume
+        < box
+        < 1e6 * (2 * (np.abs(result.body.centers).max() + result.body.radii.max())) ** 3
+    )
     assert f"fitness F {result.fitness:.4f}" in text
 
 

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import typer
 
 from servoid.exchange.export import check_export, export_body, format_of
@@ -42,5 +43,10 @@ def run_export(request: Request) -> None:
     typer.echo(
         f"Wrote {' '.join(map(str, done.files))} ({format_}): "
         f"{count} ellipsoid{'' if count == 1 else 's'}, "
-        f"{_CM3_PER_M3 * done.volume_m3:.4g} cm³, {done.mass_kg:.4g} kg"
+        f"{_plain(_CM3_PER_M3 * done.volume_m3)} cm³, {_plain(done.mass_kg)} kg"
     )
+
+
+def _plain(value: float) -> str:
+    """Return four digits that count, without an exponent."""
+    return np.format_float_positional(value, precision=4, fractional=False, trim="-")

@@ -59,15 +59,20 @@ def _words(result: ModelResult, scored: list[ScoredView]) -> Iterator[str]:
     solids = solids_in_world(result.body, result.colors)
     axes = result.body.world_from_object.matrix()[:3, :3].T
     spans = (high - low for low, high in (solids.extent(axis) for axis in axes))
-    size = " × ".join(f"{1000.0 * span:.4g}" for span in spans)
-    volume = 1e6 * result.body.mass_properties()[0]
-    yield f"It measures {size} mm along its axes and holds {volume:.4g} cm³."
+    size = " × ".join(_plain(1000.0 * span) for span in spans)
+    volume = _plain(1e6 * result.body.mass_properties()[0])
+    yield f"It measures {size} mm along its axes and holds {volume} cm³."
     settings = result.settings
     yield (
         f"It was modelled in {result.seconds:.2f} s from {len(result.used_views)} of "
         f"{len(scored)} views, with at most {settings.max_ellipsoids} ellipsoids, "
         f"δ = {settings.delta:g} and seed {settings.seed}."
     )
+
+
+def _plain(value: float) -> str:
+    """Return four digits that count, without an exponent."""
+    return np.format_float_positional(value, precision=4, fractional=False, trim="-")
 
 
 def _notes(notes: Sequence[str]) -> str:

@@ -124,6 +124,7 @@
 
   const combine = (...terms) => [0, 1, 2].map((i) =>
     terms.reduce((sum, [weight, vector]) => sum + weight * vector[i], 0));
+  const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
   const cross = (a, b) => [0, 1, 2].map((i) => {
     const [j, k] = [(i + 1) % 3, (i + 2) % 3];
     return a[j] * b[k] - a[k] * b[j];
@@ -159,16 +160,25 @@
     gl.clearColor(0.965, 0.965, 0.957, 1);
     gl.enable(gl.DEPTH_TEST);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
-    for (const [used, array, kind, count] of [[caster, nothing, gl.TRIANGLES, 3],
-      [liner, lines, gl.LINES, vertices.length / 6]]) {
-      gl.useProgram(used);
-      gl.bindVertexArray(array);
-      for (const [name, value] of Object.entries(values)) {
-        gl["uniform" + value.length + "fv"](gl.getUniformLocation(used, name), value);
+    use(caster, nothing, values);
+    gl.drawArrays(gl.TRIANGLES, 0, 3);
+    use(liner, lines, values);
+    scene.cameras.forEach(({ points }, index) => {
+      // Seen from among the cameras, those before the body would only hide it.
+      const behind = dot(combine([1, points[0]], [-1, values.eye]), ahead) > view.distance;
+      if (behind || view.distance > scene.reach) {
+        gl.drawArrays(gl.LINES, 16 * index, 16);
       }
-      gl.drawArrays(kind, 0, count);
-    }
+    });
     canvas.dataset.drawn = "yes";
+  }
+
+  function use(chosen, array, values) {
+    gl.useProgram(chosen);
+    gl.bindVertexArray(array);
+    for (const [name, value] of Object.entries(values)) {
+      gl["uniform" + value.length + "fv"](gl.getUniformLocation(chosen, name), value);
+    }
   }
 
   let waiting = false;

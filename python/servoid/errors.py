@@ -36,6 +36,10 @@ class ModelError(ServoidError, ValueError):
     """Is raised when views or settings cannot lead to a model."""
 
 
+class ExportError(ServoidError, ValueError):
+    """Is raised when a body cannot be written in the way that was asked for."""
+
+
 class OutputError(ServoidError, OSError):
     """Is raised when a file or folder cannot be written."""
 

@@ -1,4 +1,4 @@
-"""Other people's formats: COLMAP models, transforms.json and BOP scenes open as captures."""
+"""Other people's formats, read and written."""
 
 from servoid.exchange.bop import open_bop
 from servoid.exchange.colmap import open_colmap

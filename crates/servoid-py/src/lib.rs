@@ -22,6 +22,8 @@ fn native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<model::ModelSettings>()?;
     module.add_class::<model::Step>()?;
     module.add_function(wrap_pyfunction!(model::fit_body, module)?)?;
+    module.add_function(wrap_pyfunction!(model::rough_body, module)?)?;
+    module.add_function(wrap_pyfunction!(model::seen_surface, module)?)?;
     module.add_function(wrap_pyfunction!(model::silhouette_ious, module)?)?;
     module.add_function(wrap_pyfunction!(model::ellipsoid_colors, module)?)?;
     Ok(())

@@ -92,3 +92,20 @@ fn fill_shares(
     }
     out
 }
+
+/// Averages what `value(u, v)` says over blocks of `shrink` x `shrink` pixels.
+pub(super) fn block_means(
+    [width, height]: [usize; 2],
+    shrink: usize,
+    value: impl Fn(usize, usize) -> f64,
+) -> Vec<f64> {
+    let mut out = Vec::with_capacity(width * height);
+    for row in 0..height {
+        for column in 0..width {
+            let block = (0..shrink * shrink)
+                .map(|i| value(column * shrink + i % shrink, row * shrink + i / shrink));
+            out.push(block.sum::<f64>() / (shrink * shrink) as f64);
+        }
+    }
+    out
+}

@@ -9,6 +9,9 @@ pub struct Settings {
     pub max_ellipsoids: usize,
     /// Modelling stops when another ellipsoid raises F by less; 0 goes on to the maximum.
     pub delta: f64,
+    /// Whether a part of the evidence is held out to choose the count by, where there is enough of
+    /// it; δ is then what an ellipsoid must earn there.
+    pub held_out: bool,
     /// Seed of every search.
     pub seed: u64,
     /// Worker threads; 0 takes as many as the machine has. The result does not depend on it.
@@ -41,6 +44,7 @@ impl Default for Settings {
         Self {
             max_ellipsoids: 8,
             delta: 0.003,
+            held_out: false,
             seed: 0,
             threads: 0,
             islands: 4,

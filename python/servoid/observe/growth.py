@@ -1,0 +1,119 @@
+"""Finds the object that a box surrounds or a click names: several cuts, of which the best stays."""
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from servoid.observe.segment import ROUNDS, Image, Mask, Window, cut, refine_border
+
+_NOT, _CERTAIN, _MAYBE_NOT, _MAYBE = 0, 1, 2, 3
+_BINS = 16
+_COLOR_POWER = 4
+_CLICK_RADII = (0.06, 0.09, 0.13, 0.19, 0.28, 0.4, 0.55)
+_CLICK_SIDE_PX = 96
+
+
+def grow_from_box(image: Image, box: Mask) -> Mask:
+    """Find the object in a box: `box` is a mask of its pixels; the answer may be empty.
+
+    GrabCut starts from all pixels of the box, from those whose colours are rarer around it, and
+    from those of them that are surest; the cut stays that best fills the box and lies on edges.
+    """
+    best, best_worth = None, 0.0
+    for longest_px, margin in ((128, 0.1), (128, 0.25), (256, 0.1)):
+        window = Window.around(box, longest_px, margin)
+        small, inside = window.small(image), window.small(box) > 127
+        if inside.all() or not inside.any():
+            continue
+        edges = _edges(small)
+        for labels in _starts(small, inside):
+            mask = cut(small, labels, ROUNDS)
+            worth = _border_on_edges(mask, edges) * _tightness(mask, inside)
+            worth *= _colors_agree(small, mask) ** _COLOR_POWER
+            if worth > best_worth:
+                best, best_worth = (window, mask), worth
+        if best_worth > 0.3:
+            break
+    if best is None:
+        return np.zeros(box.shape, np.uint8)
+    mask = refine_border(image, *best)
+    return np.where(box != 0, mask, 0).astype(np.uint8)
+
+
+def _starts(small: Image, inside: NDArray[np.bool_]) -> Iterator[NDArray[np.uint8]]:
+    """Yield labels to start from, between which only their success can decide."""
+    import cv2
+
+    ratio = np.asarray(cv2.GaussianBlur(_log_ratio(small, inside), (0, 0), 1.0))
+    yield np.where(inside, _MAYBE, _NOT).astype(np.uint8)
+    for level in (0.0, max(0.0, float(np.median(ratio[inside])))):
+        likely = inside & (ratio > level)
+        yield np.where(inside, np.where(likely, _MAYBE, _MAYBE_NOT), _NOT).astype(np.uint8)
+    sure = inside & (ratio > max(0.5, float(np.quantile(ratio[inside], 0.85))))
+    labels = np.where(inside, np.where(ratio > 0.0, _MAYBE, _MAYBE_NOT), _NOT)
+    yield np.where(sure, _CERTAIN, labels).astype(np.uint8)
+
+
+def _log_ratio(small: Image, inside: NDArray[np.bool_]) -> NDArray[np.float32]:
+    """Say how much more frequent each pixel's colour is inside than outside, in nats."""
+    import cv2
+
+    bins = np.asarray(cv2.cvtColor(small, cv2.COLOR_RGB2LAB)).astype(np.intp) * _BINS // 256
+    index = (bins[..., 0] * _BINS + bins[..., 1]) * _BINS + bins[..., 2]
+    shares = []
+    for pixels in (inside, ~inside):
+        counts = np.bincount(index[pixels], minlength=_BINS**3).astype(np.float64)
+        counts = counts.reshape(_BINS, _BINS, _BINS)
+        for axis in range(3):
+            counts = _spread(counts, axis)
+        shares.append(counts.ravel() / counts.sum())
+    rare = 0.2 / _BINS**3  # what a colour that was never seen is worth
+    return np.log((shares[0] + rare) / (shares[1] + rare))[index].astype(np.float32)
+
+
+def _spread(counts: NDArray[np.float64], axis: int) -> NDArray[np.float64]:
+    """Spread counts over the neighbouring bins, 1 to 2 to 1."""
+    padded = np.pad(counts, [(1, 1) if other == axis else (0, 0) for other in range(3)], "edge")
+    low, middle, high = (
+        np.take(padded, np.arange(counts.shape[axis]) + shift, axis) for shift in (0, 1, 2)
+    )
+    return 0.25 * low + 0.5 * middle + 0.25 * high
+
+
+def _edges(small: Image) -> NDArray[np.float32]:
+    """Measure how fast colour changes at each pixel; 1 is the strength that a fifth exceed."""
+    import cv2
+
+    smooth = np.asarray(cv2.GaussianBlur(small, (0, 0), 0.7)).astype(np.float32)
+    across, down = (np.asarray(cv2.Sobel(smooth, -1, *way)) for way in ((1, 0), (0, 1)))
+    strength = np.sqrt((across**2 + down**2).sum(axis=2))
+    return (strength / max(1.0, float(np.quantile(strength, 0.8)))).astype(np.float32)
+
+
+def _border_on_edges(mask: Mask, edges: NDArray[np.float32]) -> float:
+    """Say how well a mask's border lies on edges of the image, from 0 to 1."""
+    import cv2
+
+    border = np.asarray(cv2.morphologyEx(mask, cv2.MORPH_GRADIENT, np.ones((2, 2), np.uint8))) > 0
+    return min(1.0, float(np.median(edges[border])) / 1.5) if border.any() else 0.0
+
+
+def _colors_agree(small: Image, mask: Mask) -> float:
+    """Say which share of all pixels is on the side where its colour is more frequent."""
+    taken = mask != 0
+    if not taken.any() or taken.all():
+        return 0.0
+    return float(((_log_ratio(small, taken) > 0.0) == taken).mean())
+
+
+def _tightness(mask: Mask, inside: NDArray[np.bool_]) -> float:
+    """Say how nearly a mask reaches all four sides of its box, without being all of it."""
+    if not mask.any():
+        return 0.0
+    gaps = 0.0
+    for axis in (0, 1):
+        taken, offered = (np.flatnonzero(px.any(axis=axis))[[0, -1]] for px in (mask, inside))
+        gaps += float(np.abs(taken - offered).sum()) / float(offered[1] - offered[0] + 1)
+    share = float((mask != 0).sum()) / float(inside.sum())
+    return float(np.exp(-3.0 * gaps)) * (1.0 if share < 0.95 else 0.5)

@@ -9,7 +9,8 @@ from servoid.observe.segment import ROUNDS, Image, Mask, Window, cut, refine_bor
 
 _NOT, _CERTAIN, _MAYBE_NOT, _MAYBE = 0, 1, 2, 3
 _BINS = 16
-_COLOR_POWER = 4
+_LATER_STARTS = 1.0 / 1.5  # the plain start is left only for one that is clearly better
+_GOOD_ENOUGH = 0.8
 _CLICK_RADII = (0.06, 0.09, 0.13, 0.19, 0.28, 0.4, 0.55)
 _CLICK_SIDE_PX = 96
 
@@ -27,13 +28,15 @@ def grow_from_box(image: Image, box: Mask) -> Mask:
         if inside.all() or not inside.any():
             continue
         edges = _edges(small)
+        handicap = 1.0
         for labels in _starts(small, inside):
             mask = cut(small, labels, ROUNDS)
             worth = _border_on_edges(mask, edges) * _tightness(mask, inside)
-            worth *= _colors_agree(small, mask) ** _COLOR_POWER
+            worth *= handicap / (1.05 - _colors_agree(small, mask))
             if worth > best_worth:
                 best, best_worth = (window, mask), worth
-        if best_worth > 0.3:
+            handicap = _LATER_STARTS
+        if best_worth > _GOOD_ENOUGH:
             break
     if best is None:
         return np.zeros(box.shape, np.uint8)
@@ -96,7 +99,7 @@ def _border_on_edges(mask: Mask, edges: NDArray[np.float32]) -> float:
     import cv2
 
     border = np.asarray(cv2.morphologyEx(mask, cv2.MORPH_GRADIENT, np.ones((2, 2), np.uint8))) > 0
-    return min(1.0, float(np.median(edges[border])) / 1.5) if border.any() else 0.0
+    return float(np.median(edges[border])) / (1.5 + float(np.median(edges[border]))) if border.any() else 0.0
 
 
 def _colors_agree(small: Image, mask: Mask) -> float:

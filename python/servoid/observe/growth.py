@@ -13,6 +13,8 @@ _LATER_STARTS = 1.0 / 1.5  # the plain start is left only for one that is clearl
 _GOOD_ENOUGH = 0.8
 _CLICK_RADII = (0.06, 0.09, 0.13, 0.19, 0.28, 0.4, 0.55)
 _CLICK_SIDE_PX = 96
+_CERTAIN_SHARE = 0.12
+_LIKELY_SHARE = 0.5
 
 
 def grow_from_box(image: Image, box: Mask) -> Mask:
@@ -42,6 +44,77 @@ def grow_from_box(image: Image, box: Mask) -> Mask:
         return np.zeros(box.shape, np.uint8)
     mask = refine_border(image, *best)
     return np.where(box != 0, mask, 0).astype(np.uint8)
+
+
+def grow_from_click(image: Image, u: float, v: float) -> Mask:
+    """Find the object at the pixel (u, v); the answer may be empty.
+
+    GrabCut starts from discs around the click, from small ones to half of the image. The cut stays
+    whose border lies on edges, whose colours differ from those around it, and which the disc
+    before found as well; of two that are as good, the larger.
+    """
+    height, width = image.shape[:2]
+    rows, columns = np.ogrid[:height, :width]
+    distance = np.hypot(rows - v, columns - u)
+    before: Mask = np.zeros((height, width), np.uint8)
+    best, best_worth = None, 0.0
+    for share in _CLICK_RADII:
+        radius = share * max(height, width)
+        if (distance <= radius).all():
+            break
+        window, small, mask, offered = _cut_disc(image, distance, radius)
+        full = window.full(mask, image.shape)
+        worth = _click_worth(small, mask, offered) * share**0.3 * (0.2 + _overlap(full, before)) ** 0.5
+        if worth > best_worth:
+            best, best_worth = (window, mask), worth
+        before = full
+    return before * 0 if best is None else refine_border(image, *best)
+
+
+def _cut_disc(
+    image: Image, distance: NDArray[np.float64], radius: float
+) -> tuple[Window, Image, Mask, NDArray[np.bool_]]:
+    """Cut an object in a disc; return the part that holds the click, and the disc."""
+
+    def disc(share: float) -> Mask:
+        return np.where(distance <= max(2.0, share * radius), 255, 0).astype(np.uint8)
+
+    window = Window.around(disc(1.0), _CLICK_SIDE_PX, 0.15)
+    small = window.small(image)
+    possible, likely, certain = (
+        window.small(disc(share)) > 127 for share in (1.0, _LIKELY_SHARE, _CERTAIN_SHARE)
+    )
+    labels = np.where(possible, np.where(likely, _MAYBE, _MAYBE_NOT), _NOT)
+    mask = cut(small, np.where(certain, _CERTAIN, labels).astype(np.uint8), ROUNDS)
+    return window, small, part_with(mask, certain), possible
+
+
+def part_with(mask: Mask, seeds: NDArray[np.bool_]) -> Mask:
+    """Keep the connected part of a mask that holds most of the seeds."""
+    import cv2
+
+    labels = np.asarray(cv2.connectedComponents(mask, connectivity=4)[1])
+    held = labels[seeds & (labels > 0)]
+    if not held.size:
+        return np.zeros_like(mask)
+    return np.where(labels == np.bincount(held).argmax(), 255, 0).astype(np.uint8)
+
+
+def _click_worth(small: Image, mask: Mask, offered: NDArray[np.bool_]) -> float:
+    import cv2
+
+    if float((mask != 0).sum()) > 0.85 * float(offered.sum()):
+        return 0.0
+    rim = offered & ~(np.asarray(cv2.erode(offered.astype(np.uint8), np.ones((3, 3)))) > 0)
+    cut_off = float((mask[rim] != 0).mean()) if rim.any() else 0.0
+    worth = _border_on_edges(mask, _edges(small)) / (1.05 - _colors_agree(small, mask))
+    return worth * (1.0 - cut_off)
+
+
+def _overlap(one: Mask, other: Mask) -> float:
+    """Measure the intersection over union of two masks; 0 if both are empty."""
+    union = int(((one != 0) | (other != 0)).sum())
+    return int(((one != 0) & (other != 0)).sum()) / union if union else 0.0
 
 
 def _starts(small: Image, inside: NDArray[np.bool_]) -> Iterator[NDArray[np.uint8]]:

@@ -1,0 +1,127 @@
+"""Matches rectified images: semi-global matching, then steps of Lucas and Kanade for the rest."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Gray = NDArray[np.uint8]
+Field = NDArray[np.float32]
+
+_BLOCK_PX = 5
+_STEPS = 6
+_SIGMA_PX = 2.0
+_LARGEST_CORRECTION_PX = 1.5
+_LEAST_AGREEMENT = 0.6
+_LEAST_NOISE = 1.0  # grey levels: rounding, compression and resampling
+
+
+@dataclass(frozen=True)
+class Match:
+    """Disparities of image a, NaN where unknown, and their expected errors, in pixels."""
+
+    disparity: Field
+    sigma_px: Field
+
+
+def coarse_disparity(one: Gray, other: Gray, count: int) -> Field:
+    """Match by semi-global matching alone, with disparities from 0 up to `count`.
+
+    Returns:
+        (H, W) float32, NaN where unknown.
+
+    """
+    import cv2
+
+    count = 16 * max(1, -(-count // 16))
+    area = _BLOCK_PX * _BLOCK_PX
+    matcher = cv2.StereoSGBM.create(
+        minDisparity=0,
+        numDisparities=count,
+        blockSize=_BLOCK_PX,
+        P1=8 * area,
+        P2=32 * area,
+        disp12MaxDiff=1,
+        preFilterCap=31,
+        uniquenessRatio=5,
+        speckleWindowSize=100,
+        speckleRange=2,
+        mode=cv2.STEREO_SGBM_MODE_HH,
+    )
+    # The columns that have no room for the largest disparity would not be matched.
+    padded = [
+        np.asarray(cv2.copyMakeBorder(image, 0, 0, count, 0, cv2.BORDER_REPLICATE))
+        for image in (one, other)
+    ]
+    found = np.asarray(matcher.compute(*padded))[:, count:].astype(np.float32) / 16.0
+    found[found < 0.0] = np.nan
+    return found
+
+
+def match(one: Gray, other: Gray, count: int) -> Match:
+    """Match with sub-pixel accuracy; disparities from 0 up to `count`."""
+    return _refine(one.astype(np.float32), other.astype(np.float32), coarse_disparity(one, other, count))
+
+
+def _refine(one: Field, other: Field, start: Field) -> Match:
+    """Move each disparity to where the squares around the pixel agree best.
+
+    In each step the other image is warped by the whole field, so that slanted surfaces agree as
+    well as those that face the cameras.
+    """
+    import cv2
+
+    known = np.isfinite(start)
+    field = _smooth(np.where(known, start, 0.0).astype(np.float32), known, 1.5)
+    first = field.copy()
+    columns, rows = np.meshgrid(
+        np.arange(one.shape[1], dtype=np.float32), np.arange(one.shape[0], dtype=np.float32)
+    )
+    one_flat, one_power = _flatten(one, known)
+    slope_one = _slope(one_flat)
+    for step in range(_STEPS):
+        warped = np.asarray(cv2.remap(other, columns - field, rows, cv2.INTER_CUBIC))
+        flat, power = _flatten(warped, known)
+        flat *= np.sqrt((one_power + _LEAST_NOISE) / (power + _LEAST_NOISE))
+        slope = 0.5 * (slope_one + _slope(flat))
+        stiffness = _mean(slope * slope, known) + 1e-3
+        residual = one_flat - flat
+        move = _mean(slope * residual, known) / stiffness
+        field -= np.clip(move, -0.5, 0.5)
+        if step < _STEPS - 1:
+            field = _smooth(field, known, 1.0)
+    noise = np.sqrt(_mean(residual * residual, known)) + _LEAST_NOISE
+    samples = 4.0 * np.pi * _SIGMA_PX**2  # how many pixels a Gaussian weighs as one mean
+    sigma = noise / np.sqrt(stiffness * samples)
+    agreement = _mean(one_flat * flat, known) / (one_power + 1e-6)
+    good = known & (np.abs(field - first) < _LARGEST_CORRECTION_PX) & (sigma < 1.0)
+    good &= agreement > _LEAST_AGREEMENT
+    return Match(
+        np.where(good, field, np.nan).astype(np.float32),
+        np.where(good, sigma, np.nan).astype(np.float32),
+    )
+
+
+def _flatten(image: Field, known: NDArray[np.bool_]) -> tuple[Field, Field]:
+    """Take the local mean away; return the rest and its local power."""
+    flat = image - _mean(image, known)
+    return flat, _mean(flat * flat, known)
+
+
+def _slope(image: Field) -> Field:
+    import cv2
+
+    return np.asarray(cv2.filter2D(image, -1, np.array([[-0.5, 0.0, 0.5]], np.float32)))
+
+
+def _mean(values: Field, known: NDArray[np.bool_]) -> Field:
+    return _smooth(values, known, _SIGMA_PX)
+
+
+def _smooth(values: Field, known: NDArray[np.bool_], sigma_px: float) -> Field:
+    """Average with Gaussian weights over the known pixels only."""
+    import cv2
+
+    weight = np.asarray(cv2.GaussianBlur(known.astype(np.float32), (0, 0), sigma_px))
+    total = np.asarray(cv2.GaussianBlur(np.where(known, values, 0.0).astype(np.float32), (0, 0), sigma_px))
+    return (total / np.maximum(weight, 1e-6)).astype(np.float32)

@@ -9,10 +9,12 @@ Gray = NDArray[np.uint8]
 Field = NDArray[np.float32]
 
 _BLOCK_PX = 5
-_STEPS = 6
-_SIGMA_PX = 2.0
+_STEPS = 3
+_SIGMA_PX = 3.0
 _LARGEST_CORRECTION_PX = 1.5
 _LEAST_AGREEMENT = 0.6
+_LEAST_STIFFNESS = 10.0  # what keeps a place without texture where it is
+_SMOOTH_PX = 1.5
 _LEAST_NOISE = 1.0  # grey levels: rounding, compression and resampling
 
 
@@ -58,12 +60,17 @@ def coarse_disparity(one: Gray, other: Gray, count: int) -> Field:
     return found
 
 
-def match(one: Gray, other: Gray, count: int) -> Match:
-    """Match with sub-pixel accuracy; disparities from 0 up to `count`."""
-    return _refine(one.astype(np.float32), other.astype(np.float32), coarse_disparity(one, other, count))
+def match(one: Gray, other: Gray, count: int, wanted: NDArray[np.bool_]) -> Match:
+    """Match where it is wanted with sub-pixel accuracy; disparities from 0 up to `count`.
+
+    What is not wanted has no say in the disparities beside it.
+    """
+    start = coarse_disparity(one, other, count)
+    known = np.isfinite(start) & wanted
+    return _refine(one.astype(np.float32), other.astype(np.float32), start, known)
 
 
-def _refine(one: Field, other: Field, start: Field) -> Match:
+def _refine(one: Field, other: Field, start: Field, known: NDArray[np.bool_]) -> Match:
     """Move each disparity to where the squares around the pixel agree best.
 
     In each step the other image is warped by the whole field, so that slanted surfaces agree as
@@ -71,7 +78,6 @@ def _refine(one: Field, other: Field, start: Field) -> Match:
     """
     import cv2
 
-    known = np.isfinite(start)
     field = _smooth(np.where(known, start, 0.0).astype(np.float32), known, 1.5)
     first = field.copy()
     columns, rows = np.meshgrid(
@@ -84,14 +90,15 @@ def _refine(one: Field, other: Field, start: Field) -> Match:
         flat, power = _flatten(warped, known)
         flat *= np.sqrt((one_power + _LEAST_NOISE) / (power + _LEAST_NOISE))
         slope = 0.5 * (slope_one + _slope(flat))
-        stiffness = _mean(slope * slope, known) + 1e-3
+        stiffness = _mean(slope * slope, known) + _LEAST_STIFFNESS
         residual = one_flat - flat
         move = _mean(slope * residual, known) / stiffness
         field -= np.clip(move, -0.5, 0.5)
         if step < _STEPS - 1:
-            field = _smooth(field, known, 1.0)
+            field = _smooth(field, known, _SMOOTH_PX)
     noise = np.sqrt(_mean(residual * residual, known)) + _LEAST_NOISE
-    samples = 4.0 * np.pi * _SIGMA_PX**2  # how many pixels a Gaussian weighs as one mean
+    # A Gaussian weighs 4 pi sigma^2 pixels as one mean; as neighbours err alike, a tenth counts.
+    samples = 0.4 * np.pi * _SIGMA_PX**2
     sigma = noise / np.sqrt(stiffness * samples)
     agreement = _mean(one_flat * flat, known) / (one_power + 1e-6)
     good = known & (np.abs(field - first) < _LARGEST_CORRECTION_PX) & (sigma < 1.0)
@@ -123,5 +130,6 @@ def _smooth(values: Field, known: NDArray[np.bool_], sigma_px: float) -> Field:
     import cv2
 
     weight = np.asarray(cv2.GaussianBlur(known.astype(np.float32), (0, 0), sigma_px))
-    total = np.asarray(cv2.GaussianBlur(np.where(known, values, 0.0).astype(np.float32), (0, 0), sigma_px))
+    held = np.where(known, values, 0.0).astype(np.float32)
+    total = np.asarray(cv2.GaussianBlur(held, (0, 0), sigma_px))
     return (total / np.maximum(weight, 1e-6)).astype(np.float32)

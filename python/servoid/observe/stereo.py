@@ -68,7 +68,7 @@ def stereo_depth(
     part = _Part.around(pair, wanted)
     grays = _gray(image_a), _gray(image_b)
     nearest, farthest = _range_px(pair, part, grays, wanted)
-    found, shift = _match(pair, part, grays, (nearest, farthest))
+    found, shift = _match(pair, part, grays, wanted, (nearest, farthest))
     return _back(pair, part, found, shift, wanted)
 
 
@@ -161,6 +161,7 @@ def _match(
     pair: Rectification,
     part: _Part,
     grays: tuple[NDArray[np.uint8], NDArray[np.uint8]],
+    wanted: NDArray[np.bool_],
     range_px: tuple[int, int],
 ) -> tuple[Match, int]:
     """Match at full size; return disparities less the smallest one, and that one."""
@@ -172,7 +173,8 @@ def _match(
     size_b = part.size_px[0] + count, part.size_px[1]
     other, seen_b = pair.warp(grays[1], first_b, size_b, of_b=True)
     one = np.pad(one, ((0, 0), (count, 0)), "edge")
-    found = match(one, other, count)
+    inside = _warp_mask(pair, part, wanted, part.size_px)
+    found = match(one, other, count, np.pad(inside, ((0, 0), (count, 0))))
     disparity = found.disparity[:, count:].copy()
     columns = np.arange(part.size_px[0])[None, :] + count - np.nan_to_num(disparity)
     there = np.clip(np.rint(columns), 0, size_b[0] - 1).astype(np.intp)

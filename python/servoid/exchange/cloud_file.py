@@ -13,7 +13,11 @@ from servoid.observe.strict import read_bytes
 _XYZ = ("x", "y", "z")
 _NORMAL = ("nx", "ny", "nz")
 _LONGEST_NUMBER = 64
-_COLORS = (("red", "green", "blue"), ("r", "g", "b"), ("diffuse_red", "diffuse_green", "diffuse_blue"))
+_COLORS = (
+    ("red", "green", "blue"),
+    ("r", "g", "b"),
+    ("diffuse_red", "diffuse_green", "diffuse_blue"),
+)
 
 
 @dataclass(frozen=True)
@@ -107,7 +111,9 @@ def _vertex_rows(path: Path, data: bytes, header: PlyHeader) -> dict[str, NDArra
     for index, one in enumerate(vertex.properties):
         column = values[:, index]
         whole = one.code[0] in "iu" and np.isfinite(column).all()
-        columns[one.name] = np.clip(column, -(2.0**62), 2.0**62).astype(np.int64) if whole else column
+        columns[one.name] = (
+            np.clip(column, -(2.0**62), 2.0**62).astype(np.int64) if whole else column
+        )
     return columns
 
 
@@ -139,9 +145,7 @@ def _read_text(path: Path, body: bytes, skip: int, vertex: PlyElement) -> NDArra
         raise MeshError(f"{path}: a value of a point is no number ({reason})") from reason
 
 
-def _columns(
-    rows: dict[str, NDArray[np.generic]], names: tuple[str, ...]
-) -> NDArray[np.float64]:
+def _columns(rows: dict[str, NDArray[np.generic]], names: tuple[str, ...]) -> NDArray[np.float64]:
     return np.stack([rows[name].astype(np.float64) for name in names], axis=1)
 
 

@@ -12,6 +12,7 @@ _STL_HEAD, _STL_FACE = 84, 50
 _GLB_HEAD, _CHUNK_HEAD = 12, 8
 _WIDTHS = {5120: 1, 5121: 1, 5122: 2, 5123: 2, 5125: 4, 5126: 4}
 _PARTS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
+_MOST_ROWS = 100_000_000
 _CUT_SHORT = "it is cut short or damaged, copy it again"
 
 
@@ -105,6 +106,22 @@ def _check_gltf(path: Path, tree: dict[str, Any], room: int) -> None:
                 f"{path} names the file '{str(buffer['uri'])[:40]}'; a GLB file must hold all of "
                 "itself, so export it without outside files"
             )
+    _check_views(path, tree, room)
+    # Many nodes may show one mesh, each time with faces of its own.
+    rows = [one["count"] for one in tree.get("accessors", [])]
+    sizes = [
+        sum(rows[one.get("indices", one["attributes"]["POSITION"])] for one in mesh["primitives"])
+        for mesh in tree.get("meshes", [])
+    ]
+    total = sum(sizes[node["mesh"]] for node in tree.get("nodes", []) if "mesh" in node)
+    if total > _MOST_ROWS:
+        raise MeshError(
+            f"{path}: its nodes show {total} corners of faces, at most {_MOST_ROWS} are read; "
+            "simplify the scene first"
+        )
+
+
+def _check_views(path: Path, tree: dict[str, Any], room: int) -> None:
     views = tree.get("bufferViews", [])
     for view in views:
         begin, length = view.get("byteOffset", 0), view["byteLength"]

@@ -81,7 +81,7 @@ def _parse(path: Path, data: bytes, kind: str) -> tuple[NDArray[np.float64], NDA
         mesh = scene.to_mesh()
         vertices = np.array(mesh.vertices, dtype=np.float64).reshape(-1, 3)
         faces = np.array(mesh.faces, dtype=np.int64).reshape(-1, 3)
-    except Exception as reason:  # noqa: BLE001: a damaged file may raise anything in a parser
+    except Exception as reason:  # a parser may raise anything for a damaged file
         raise MeshError(
             f"{path} cannot be read as {kind.upper()}: {str(reason)[:200] or type(reason).__name__}"
             "; it is damaged or of another format, export it again"
@@ -116,8 +116,8 @@ def _check_volume(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> No
     volume = signed_volume(vertices, faces)
     if volume <= 1e-9 * size**3:
         raise MeshError(
-            f"the mesh is {size:.3g} m large and encloses a volume of {volume:.2g} m3; a body needs "
-            "a volume, so give the surface thickness"
+            f"the mesh is {size:.3g} m large and encloses a volume of {volume:.2g} m3; a body "
+            "needs a volume, so give the surface thickness"
         )
 
 

@@ -79,7 +79,7 @@ def _directed(faces: Faces) -> NDArray[np.int64]:
 def _edge_counts(
     faces: Faces,
 ) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.int64]]:
-    """Number the undirected edges: the edge of each directed one, its users, and their balance."""
+    """Find the undirected edge of each directed one, how many use each, and their balance."""
     edges = _directed(faces)
     key = edges.min(axis=1) * (int(faces.max()) + 1) + edges.max(axis=1)
     _, edge, users = np.unique(key, return_inverse=True, return_counts=True)
@@ -193,7 +193,9 @@ def _outward(vertices: Vertices, faces: Faces) -> Faces:
             break
     part = label[faces[:, 0]]
     names = np.unique(part)
-    boxes = [(vertices[label == name].min(axis=0), vertices[label == name].max(axis=0)) for name in names]
+    boxes = [
+        (vertices[label == name].min(axis=0), vertices[label == name].max(axis=0)) for name in names
+    ]
     faces = faces.copy()
     for index, name in enumerate(names):
         chosen = part == name

@@ -96,7 +96,9 @@ def read_ply_header(path: Path, data: bytes) -> PlyHeader:
 
 def _count(word: str, place: str) -> int:
     if not (word.isascii() and word.isdigit() and len(word) < 19):
-        raise MeshError(f"{place}: the count is '{word[:30]}'; it must be a whole number, 0 or more")
+        raise MeshError(
+            f"{place}: the count is '{word[:30]}'; it must be a whole number, 0 or more"
+        )
     return int(word)
 
 

@@ -7,17 +7,40 @@ from servoid.observe.capture import (
     CaptureView,
     Observation,
 )
+from servoid.observe.finding import find_object
 from servoid.observe.images import read_image, read_mask
 from servoid.observe.opening import open_capture
+from servoid.observe.segment import grow_mask
+from servoid.observe.stereo import StereoDepth, stereo_depth
+from servoid.observe.target import (
+    BackgroundTarget,
+    BoxTarget,
+    ClickTarget,
+    HueTarget,
+    MaskTarget,
+    Target,
+    parse_target,
+)
 
 __all__ = [
+    "BackgroundTarget",
+    "BoxTarget",
     "Camera",
     "Capture",
     "CaptureCamera",
     "CaptureView",
+    "ClickTarget",
+    "HueTarget",
+    "MaskTarget",
     "Observation",
+    "StereoDepth",
+    "Target",
     "View",
+    "find_object",
+    "grow_mask",
     "open_capture",
+    "parse_target",
     "read_image",
     "read_mask",
+    "stereo_depth",
 ]

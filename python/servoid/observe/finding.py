@@ -157,7 +157,8 @@ def _hues(
     """Convert an image to hues in degrees, and saturations and values from 0 to 1."""
     import cv2
 
-    planes = np.asarray(cv2.cvtColor(image.astype(np.float32) / 255.0, cv2.COLOR_RGB2HSV))
+    rgb = image.astype(np.float32) / 255.0
+    planes = np.asarray(cv2.cvtColor(rgb, cv2.COLOR_RGB2HSV), np.float32)
     return planes[..., 0], planes[..., 1], planes[..., 2]
 
 

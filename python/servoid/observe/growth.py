@@ -64,7 +64,9 @@ def grow_from_click(image: Image, u: float, v: float) -> Mask:
             break
         window, small, mask, offered = _cut_disc(image, distance, radius)
         full = window.full(mask, image.shape)
-        worth = _click_worth(small, mask, offered) * share**0.3 * (0.2 + _overlap(full, before)) ** 0.5
+        worth = (
+            _click_worth(small, mask, offered) * share**0.3 * (0.2 + _overlap(full, before)) ** 0.5
+        )
         if worth > best_worth:
             best, best_worth = (window, mask), worth
         before = full
@@ -172,7 +174,11 @@ def _border_on_edges(mask: Mask, edges: NDArray[np.float32]) -> float:
     import cv2
 
     border = np.asarray(cv2.morphologyEx(mask, cv2.MORPH_GRADIENT, np.ones((2, 2), np.uint8))) > 0
-    return float(np.median(edges[border])) / (1.5 + float(np.median(edges[border]))) if border.any() else 0.0
+    return (
+        float(np.median(edges[border])) / (1.5 + float(np.median(edges[border])))
+        if border.any()
+        else 0.0
+    )
 
 
 def _colors_agree(small: Image, mask: Mask) -> float:

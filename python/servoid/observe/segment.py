@@ -95,8 +95,9 @@ def grow_mask(
     certain = np.where(certain != 0, 255, 0).astype(np.uint8)
     window = Window.around(possible)
     labels = _labels(
-        window.small(certain), window.small(possible), None if likely is None else window.small(
-            np.where(likely != 0, 255, 0).astype(np.uint8))
+        window.small(certain),
+        window.small(possible),
+        None if likely is None else window.small(np.where(likely != 0, 255, 0).astype(np.uint8)),
     )
     small = cut(window.small(image), labels, rounds)
     if not small.any():
@@ -139,12 +140,16 @@ def refine_border(image: Image, window: Window, small: Mask) -> Mask:
     inside = np.ascontiguousarray(mask[window.rows, window.columns])
     kernel = np.ones((reach, reach), np.uint8)
     near = np.asarray(cv2.dilate(inside, kernel)) != np.asarray(cv2.erode(inside, kernel))
-    maps = _color_lines(window.small(image).astype(np.float32) / 255.0, small / np.float32(255.0))
+    maps = _color_lines(window.small(image).astype(np.float32) / 255.0, _share(small))
     lines = np.asarray(cv2.resize(maps, (width, height), interpolation=cv2.INTER_LINEAR))[near]
     soft = (lines[:, :3] * (part[near] / np.float32(255.0))).sum(axis=1) + lines[:, 3]
     inside[near] = np.where(soft > 0.5, 255, 0)
     mask[window.rows, window.columns] = inside
     return mask
+
+
+def _share(mask: Mask) -> NDArray[np.float32]:
+    return (mask / 255.0).astype(np.float32)
 
 
 def _color_lines(
@@ -153,7 +158,7 @@ def _color_lines(
     """Fit values by a linear function of colour in each 5x5 square: (H, W, 4) slopes and offset."""
     import cv2
 
-    def mean(pixels: NDArray[np.float32]) -> NDArray[np.float32]:
+    def mean(pixels: NDArray[np.floating]) -> NDArray[np.float32]:
         return np.asarray(cv2.blur(np.ascontiguousarray(pixels), (5, 5)), np.float32)
 
     center, level = mean(guide), mean(values)
@@ -169,14 +174,17 @@ def _color_lines(
     c_rr, c_rg, c_rb = gg * bb - gb * gb, gb * rb - rg * bb, rg * gb - gg * rb
     c_gg, c_gb, c_bb = rr * bb - rb * rb, rg * rb - rr * gb, rr * gg - rg * rg
     determinant = rr * c_rr + rg * c_rg + rb * c_rb
-    slope = np.stack(
-        [
-            c_rr * r + c_rg * g + c_rb * b,
-            c_rg * r + c_gg * g + c_gb * b,
-            c_rb * r + c_gb * g + c_bb * b,
-        ],
-        axis=2,
-    ) / np.maximum(determinant, smooth**3)[..., None]
+    slope = (
+        np.stack(
+            [
+                c_rr * r + c_rg * g + c_rb * b,
+                c_rg * r + c_gg * g + c_gb * b,
+                c_rb * r + c_gb * g + c_bb * b,
+            ],
+            axis=2,
+        )
+        / np.maximum(determinant, smooth**3)[..., None]
+    )
     offset = level - (slope * center).sum(axis=2)
     return mean(np.concatenate([slope, offset[..., None]], axis=2))
 

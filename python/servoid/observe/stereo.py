@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid._native import Camera, Pose
-from servoid.errors import CameraError, ImageError, TargetError
+from servoid.errors import ImageError, TargetError
 from servoid.observe.disparity import Match, coarse_disparity, match
 from servoid.observe.rectification import Rectification
 
@@ -88,7 +88,9 @@ class _Part:
         # A strongly turned image may reach towards infinity.
         most = 4.0 * max(pair.camera_a.size_px)
         low, high = np.clip(low, -most, most), np.clip(high, -most, most)
-        return cls((int(low[0]), int(low[1])), (int(high[0] - low[0]) + 1, int(high[1] - low[1]) + 1))
+        return cls(
+            (int(low[0]), int(low[1])), (int(high[0] - low[0]) + 1, int(high[1] - low[1]) + 1)
+        )
 
 
 def _range_px(
@@ -198,11 +200,11 @@ def _back(
         folded = np.full((-(-len(place) // 1024) * 1024, 2), -1e6, np.float32)
         folded[: len(place)] = place
         folded = folded.reshape(-1, 1024, 2)
-        border = float("nan")
+        border, nothing = float("nan"), np.empty(0, np.float32)
         out = cv2.remap(
-            values, folded, None, way, borderMode=cv2.BORDER_CONSTANT, borderValue=(border,)
+            values, folded, nothing, way, borderMode=cv2.BORDER_CONSTANT, borderValue=(border,)
         )
-        return np.asarray(out).reshape(-1)[: len(place)]
+        return np.asarray(out, np.float32).reshape(-1)[: len(place)]
 
     smooth, sharp = (read(found.disparity, way) for way in (cv2.INTER_LINEAR, cv2.INTER_NEAREST))
     # At a step in depth the mean of its two sides is neither.

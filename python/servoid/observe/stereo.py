@@ -1,6 +1,6 @@
 """Measures depth from a stereo pair: rectify, match, and go back to the pixels of one image."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,8 @@ from servoid.observe.rectification import Rectification
 _MARGIN_PX = 12
 _COARSE_SIDE_PX = 64.0
 _MOST_COARSE = 4.0
+_MOST_COARSE_CELLS = 2e7
+_MOST_CELLS = 1e8
 _LARGEST_SHARE = 0.75  # the largest disparity that is sought, of the image's longer side
 
 
@@ -68,6 +70,13 @@ def stereo_depth(
     part = _Part.around(pair, wanted)
     grays = _gray(image_a), _gray(image_b)
     nearest, farthest = _range_px(pair, part, grays, wanted)
+    # Matching takes memory for each pixel and disparity, so large images are matched smaller.
+    cells = float(part.size_px[0]) * part.size_px[1] * (farthest - nearest)
+    if cells > _MOST_CELLS:
+        share = (_MOST_CELLS / cells) ** (1.0 / 3.0)
+        pair = replace(pair, focal_px=share * pair.focal_px)
+        part = _Part.around(pair, wanted)
+        nearest, farthest = int(share * nearest), int(share * farthest) + 1
     found, shift = _match(pair, part, grays, wanted, (nearest, farthest))
     return _back(pair, part, found, shift, wanted)
 
@@ -86,7 +95,7 @@ class _Part:
         low, high = (np.floor(np.nanmin(flat, axis=0)), np.ceil(np.nanmax(flat, axis=0)))
         low, high = low - _MARGIN_PX, high + _MARGIN_PX
         # A strongly turned image may reach towards infinity.
-        most = 4.0 * max(pair.camera_a.size_px)
+        most = 1.5 * max(pair.camera_a.size_px)
         low, high = np.clip(low, -most, most), np.clip(high, -most, most)
         return cls(
             (int(low[0]), int(low[1])), (int(high[0] - low[0]) + 1, int(high[1] - low[1]) + 1)
@@ -117,6 +126,8 @@ def _range_px(
             "that both show the object, and check the cameras' poses"
         )
     shrink = float(np.clip(min(part.size_px) / _COARSE_SIDE_PX, 1.0, _MOST_COARSE))
+    cells = float(part.size_px[0]) * part.size_px[1] * most
+    shrink = max(shrink, (cells / _MOST_COARSE_CELLS) ** (1.0 / 3.0))
     size = int(part.size_px[0] / shrink) + 1, int(part.size_px[1] / shrink) + 1
     count = int(most / shrink) + 1
     one, seen_a = pair.warp(grays[0], part.first_px, size, of_b=False, shrink=shrink)

@@ -3,7 +3,9 @@
 mod errors;
 mod model;
 mod observe;
+mod paper;
 mod pose;
+mod relay;
 mod shape;
 
 use pyo3::prelude::*;
@@ -20,6 +22,8 @@ fn native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<model::ModelSettings>()?;
     module.add_class::<model::Step>()?;
     module.add_function(wrap_pyfunction!(model::fit_body, module)?)?;
+    module.add_class::<paper::PaperSettings>()?;
+    module.add_function(wrap_pyfunction!(paper::fit_paper, module)?)?;
     module.add_function(wrap_pyfunction!(model::silhouette_ious, module)?)?;
     module.add_function(wrap_pyfunction!(model::ellipsoid_colors, module)?)?;
     Ok(())

@@ -61,7 +61,7 @@ impl ModelSettings {
 
 /// What modelling had reached with one count of ellipsoids.
 #[pyclass(frozen, module = "servoid")]
-pub struct Step(core::Step);
+pub struct Step(pub core::Step);
 
 #[pymethods]
 impl Step {
@@ -71,7 +71,7 @@ impl Step {
         self.0.body.ellipsoids().len()
     }
 
-    /// F: the mean silhouette overlap at the resolution of the fit.
+    /// F: the mean silhouette overlap at the resolution of the fit; of the paper's method its own.
     #[getter]
     fn fitness(&self) -> f64 {
         self.0.fitness

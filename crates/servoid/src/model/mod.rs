@@ -5,6 +5,7 @@ mod given;
 mod grow;
 mod ladder;
 mod levels;
+mod paper;
 mod portraits;
 mod progressive;
 mod refine;
@@ -15,6 +16,7 @@ mod watch;
 
 pub use color::ellipsoid_colors;
 pub use given::{Given, Weights};
+pub use paper::{PaperSettings, paper};
 pub use progressive::{Progress, Step, progressive};
 pub use scene::silhouette_ious;
 pub use settings::Settings;
@@ -71,6 +73,9 @@ pub enum ModelError {
     /// A camera cannot be cut to the object.
     #[error(transparent)]
     Camera(#[from] crate::observe::CameraError),
+    /// The views make no points term.
+    #[error(transparent)]
+    Points(#[from] crate::fitness::PointsError),
     /// The search was misconfigured.
     #[error(transparent)]
     Search(#[from] crate::evolve::GaError),

@@ -172,7 +172,7 @@ fn spread_out(cameras: &[CameraFromScene]) -> Vec<usize> {
 }
 
 /// Finds the point closest to all lines of sight to the masks' centres.
-fn common_point(views: &[View<'_>]) -> Result<Vector3<f64>, ModelError> {
+pub(super) fn common_point(views: &[View<'_>]) -> Result<Vector3<f64>, ModelError> {
     let (mut normal, mut target) = (Matrix3::zeros(), Vector3::zeros());
     for view in views {
         let pose = view.world_from_camera();
@@ -209,7 +209,7 @@ fn disagreement(view: &View<'_>, point: &Vector3<f64>) -> Option<&'static str> {
 }
 
 /// Gives the median radius of the discs that fill as many pixels as the masks.
-fn mean_radius(views: &[View<'_>], origin: &Vector3<f64>) -> f64 {
+pub(super) fn mean_radius(views: &[View<'_>], origin: &Vector3<f64>) -> f64 {
     let radius = |view: &View<'_>| {
         let depth = view.world_from_camera().inverse().transform(origin).z;
         let [fx, fy] = view.camera().focal_px();

@@ -6,6 +6,7 @@ use servoid::model as core;
 use crate::errors::raise;
 use crate::observe::{Pixels, View};
 use crate::pose::read_rows;
+use crate::relay::relay;
 use crate::shape::{Body, Mesh};
 
 /// How modelling proceeds; every default is written in the core.
@@ -136,28 +137,16 @@ pub fn fit_body(
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Vec<Step>> {
     let views = given.views.iter().map(|view| view.get().core()).collect::<PyResult<Vec<_>>>()?;
-    let mut raised = None;
-    let steps = py.detach(|| {
-        let mut report = |count: usize, fitness: f64, share: f64| {
-            let told = Python::attach(|py| {
-                py.check_signals()?;
-                progress.as_ref().map_or(Ok(()), |f| f.call1(py, (count, fitness, share)).map(drop))
-            });
-            raised = told.err();
-            raised.is_none()
-        };
+    let fit = |report: core::Progress<'_>| {
         let given = core::Given {
             views: &views,
             mesh: given.mesh.as_ref(),
             sights: &given.sights,
             weights: given.weights,
         };
-        core::progressive(&given, &settings.0, &mut report)
-    });
-    match raised {
-        Some(error) => Err(error),
-        None => Ok(steps.map_err(raise)?.into_iter().map(Step).collect()),
-    }
+        core::progressive(&given, &settings.0, report)
+    };
+    Ok(relay(py, progress.as_ref(), fit)?.into_iter().map(Step).collect())
 }
 
 /// Gives the intersection over union of the body's silhouette and the mask in each view, (V,)

@@ -1,7 +1,9 @@
 use pyo3::prelude::*;
 use servoid::evolve::GaSettings;
+use servoid::fitness::Margin;
 use servoid::model as core;
 
+use crate::errors::named;
 use crate::model::Step;
 use crate::observe::View;
 use crate::relay::relay;
@@ -16,7 +18,7 @@ impl PaperSettings {
     /// Takes the defaults, except where a value is given.
     #[new]
     #[pyo3(signature = (*, max_ellipsoids=None, delta=None, seed=None, threads=None, points=None,
-        alpha=None, population=None, generations=None))]
+        alpha=None, alpha_m=None, population=None, generations=None))]
     #[allow(clippy::too_many_arguments, reason = "all of them are named")]
     fn new(
         max_ellipsoids: Option<usize>,
@@ -25,21 +27,29 @@ impl PaperSettings {
         threads: Option<usize>,
         points: Option<usize>,
         alpha: Option<f64>,
+        alpha_m: Option<f64>,
         population: Option<usize>,
         generations: Option<usize>,
-    ) -> Self {
+    ) -> PyResult<Self> {
         let default = core::PaperSettings::default();
         let population = population.unwrap_or(default.search.population);
-        Self(core::PaperSettings {
+        let margin = match (alpha, alpha_m) {
+            (Some(_), Some(_)) => {
+                let message = "alpha is a share and alpha_m a length of the same margin: give one";
+                return Err(named("ModelError", message.into()));
+            }
+            (share, metres) => share.map(Margin::Share).or(metres.map(Margin::Metres)),
+        };
+        Ok(Self(core::PaperSettings {
             max_ellipsoids: max_ellipsoids.unwrap_or(default.max_ellipsoids),
             delta: delta.unwrap_or(default.delta),
             seed: seed.unwrap_or(default.seed),
             threads: threads.unwrap_or(default.threads),
             points: points.unwrap_or(default.points),
-            alpha: alpha.unwrap_or(default.alpha),
+            alpha: margin.unwrap_or(default.alpha),
             generations: generations.unwrap_or(default.generations),
             search: GaSettings { population, ..default.search },
-        })
+        }))
     }
 
     /// Most ellipsoids.
@@ -72,10 +82,23 @@ impl PaperSettings {
         self.0.points
     }
 
-    /// Margin of the envelopes, as a share of the object's mean radius.
+    /// Margin of the envelopes as a share of each ellipsoid's smallest radius; None if it is a
+    /// length.
     #[getter]
-    fn alpha(&self) -> f64 {
-        self.0.alpha
+    fn alpha(&self) -> Option<f64> {
+        match self.0.alpha {
+            Margin::Share(share) => Some(share),
+            Margin::Metres(_) => None,
+        }
+    }
+
+    /// Margin of the envelopes in metres, one for all ellipsoids; None if it is a share.
+    #[getter]
+    fn alpha_m(&self) -> Option<f64> {
+        match self.0.alpha {
+            Margin::Share(_) => None,
+            Margin::Metres(metres) => Some(metres),
+        }
     }
 
     /// Individuals a generation.

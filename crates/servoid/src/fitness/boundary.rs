@@ -96,7 +96,8 @@ pub(super) unsafe fn union_gradients<L: Lanes>(
                 }
                 let (index, crossing) = &crossings[at];
                 let moments = moments[*index].assume_init_mut();
-                let (gain, length) = add_ends(&group, crossing, begin, end, moments, all[*index].quarter_per_blunt);
+                let (gain, length) =
+                    add_ends(&group, crossing, begin, end, moments, all[*index].quarter_per_blunt);
                 score = score.add(gain);
                 area = area.add(length);
             }

@@ -54,9 +54,7 @@ impl Fitness for Total {
         if let [only] = self.0.as_slice() {
             return only.evidence.score(hypothesis);
         }
-        let log = |part: &Weighted| {
-            part.weight * part.evidence.score(hypothesis).max(LEAST).ln()
-        };
+        let log = |part: &Weighted| part.weight * part.evidence.score(hypothesis).max(LEAST).ln();
         self.joined(self.0.iter().map(log).sum())
     }
 }

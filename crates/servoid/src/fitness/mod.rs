@@ -22,7 +22,7 @@ pub use color::ColorModel;
 pub use evidence::{Evidence, Total};
 pub use map::ScoreMap;
 pub use overlap::{Overlap, OverlapView};
-pub use points::{Points, PointsError, PointsView};
+pub use points::{Margin, Points, PointsError, PointsView};
 pub use region::{Region, RegionView};
 pub use rows::Sums;
 pub use sights::{Sight, SightError, Sights};

@@ -16,8 +16,8 @@ pub enum PointsError {
         /// Most points.
         max: usize,
     },
-    /// The envelope's margin is no length.
-    #[error("the envelope's margin alpha must be a positive number of metres, but it is {0}")]
+    /// The envelope's margin is not positive.
+    #[error("the envelope's margin alpha must be a positive number, but it is {0}")]
     Alpha(f64),
     /// The match image is not grey.
     #[error(transparent)]
@@ -25,6 +25,27 @@ pub enum PointsError {
     /// The match image has not its camera's size, or there is no camera.
     #[error(transparent)]
     Rig(#[from] RigError),
+}
+
+/// α: by how much the radii of the envelope exceed those of its ellipsoid.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Margin {
+    /// One length in metres for all ellipsoids, as the paper writes it. A tiny ellipsoid at the
+    /// target's tip then scores more than one that fills the target: nearly all of its surface is
+    /// on the hue and more than half of its envelope beside it.
+    Metres(f64),
+    /// A share of each ellipsoid's smallest radius, so that the fitness does not depend on scale
+    /// and cannot be raised by stretching the radius that is not seen.
+    Share(f64),
+}
+
+impl Margin {
+    fn metres(self, radii: &Vector3<f64>) -> f64 {
+        match self {
+            Self::Metres(metres) => metres,
+            Self::Share(share) => share * radii.min(),
+        }
+    }
 }
 
 /// One camera of the points term, and which of its pixels have the target's hue.
@@ -84,27 +105,32 @@ impl<'a> PointsView<'a> {
 pub struct Points<'a> {
     views: Vec<PointsView<'a>>,
     directions: Vec<Vector3<f64>>,
-    alpha: f64,
+    alpha: Margin,
 }
 
 impl<'a> Points<'a> {
     /// Most points of an ellipsoid.
     pub const MAX_COUNT: usize = 65_536;
 
-    /// Joins cameras; `count` is m, the points on each surface, and `alpha` the metres by which the
-    /// envelope's radii exceed the ellipsoid's.
+    /// Joins cameras; `count` is m, the points on each surface, and `alpha` the margin of the
+    /// envelopes.
     ///
     /// # Errors
     /// If there is no camera, `count` is out of its range or `alpha` is not positive.
-    pub fn new(views: Vec<PointsView<'a>>, count: usize, alpha: f64) -> Result<Self, PointsError> {
+    pub fn new(
+        views: Vec<PointsView<'a>>,
+        count: usize,
+        alpha: Margin,
+    ) -> Result<Self, PointsError> {
         if views.is_empty() {
             return Err(RigError::NoCamera.into());
         }
         if count == 0 || count > Self::MAX_COUNT {
             return Err(PointsError::Count { given: count, max: Self::MAX_COUNT });
         }
-        if !(alpha.is_finite() && alpha > 0.0) {
-            return Err(PointsError::Alpha(alpha));
+        let (Margin::Metres(number) | Margin::Share(number)) = alpha;
+        if !(number.is_finite() && number > 0.0) {
+            return Err(PointsError::Alpha(number));
         }
         let directions = (0..count).map(|index| direction(index, count)).collect();
         Ok(Self { views, directions, alpha })
@@ -115,7 +141,7 @@ impl<'a> Points<'a> {
     pub fn pairs_in_world(&self, ellipsoid: &Ellipsoid) -> impl Iterator<Item = [Vector3<f64>; 2]> {
         let (center, radii) = (ellipsoid.center(), ellipsoid.radii());
         let rotation = ellipsoid.rotation().to_rotation_matrix().into_inner();
-        let envelope = radii.add_scalar(self.alpha);
+        let envelope = radii.add_scalar(self.alpha.metres(&radii));
         self.directions.iter().map(move |direction| {
             let on = radii.component_mul(direction); // Eqs. (1), (3)
             let out = envelope.component_mul(direction); // Eqs. (2), (4)

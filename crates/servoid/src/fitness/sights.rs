@@ -203,7 +203,8 @@ impl Differentiable for Sights {
             self.intervals(sight, &balls, &mut sorted);
             Self::union(&sorted, |first, last| {
                 self.add(&mut sums, first.begin, last.end);
-                for (index, at, way) in [(first.index, first.begin, -1.0), (last.index, last.end, 1.0)]
+                for (index, at, way) in
+                    [(first.index, first.begin, -1.0), (last.index, last.end, 1.0)]
                 {
                     let Some(weight) = self.weight_at(at) else { continue };
                     let slopes = end_slopes(sight, &balls[place[index]], at);

@@ -33,7 +33,8 @@ impl Volume {
         for (z, map) in self.slices.iter().enumerate() {
             let mut outlines = RowOutlines::new();
             for (_, section, _) in reaching(&sections, z) {
-                if let Some(rows) = section.at(z as f64).and_then(|cut| RowOutline::new(&cut, map)) {
+                if let Some(rows) = section.at(z as f64).and_then(|cut| RowOutline::new(&cut, map))
+                {
                     outlines.push(rows);
                 }
             }
@@ -86,7 +87,8 @@ impl Differentiable for Volume {
                 if *first >= z as f64 || *last <= z as f64 {
                     continue;
                 }
-                if let Some(rows) = section.at(z as f64).and_then(|cut| RowOutline::new(&cut, map)) {
+                if let Some(rows) = section.at(z as f64).and_then(|cut| RowOutline::new(&cut, map))
+                {
                     outlines.push(rows);
                     seen.push(place);
                 }

@@ -38,7 +38,9 @@ pub(super) fn add_one(
     let mut found: Vec<Fit> = found.into_iter().collect::<Result<_, _>>()?;
     found.extend(splits(scene, standing, settings.splits));
     let best = settle_best(scene, found);
-    Ok(best.filter(|fit| fit.fitness >= standing.fitness).unwrap_or_else(|| standing.echo(scene.coarse.spread_cost)))
+    Ok(best
+        .filter(|fit| fit.fitness >= standing.fitness)
+        .unwrap_or_else(|| standing.echo(scene.coarse.spread_cost)))
 }
 
 /// Splits each ellipsoid across each of its axes, and fits the `keep` most promising.
@@ -141,9 +143,8 @@ fn branch(line: usize, count: usize, round: usize, place: usize) -> u64 {
 /// Orders the ellipsoids by how little F falls without them.
 fn by_loss(scene: &Scene, standing: &Fit) -> Vec<usize> {
     let total = &scene.coarse.total;
-    let left: Vec<f64> = (0..standing.quadrics.len())
-        .map(|gone| total.score(&standing.without(&[gone])))
-        .collect();
+    let left: Vec<f64> =
+        (0..standing.quadrics.len()).map(|gone| total.score(&standing.without(&[gone]))).collect();
     let mut order: Vec<usize> = (0..left.len()).collect();
     order.sort_by(|&a, &b| left[b].total_cmp(&left[a]));
     order

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 use super::scene::{common_point, mean_radius};
 use super::{ModelError, Progress, Step};
 use crate::evolve::{Ga, GaSettings, rng};
-use crate::fitness::{Points, PointsView};
+use crate::fitness::{Margin, Points, PointsView};
 use crate::observe::View;
 use crate::pose::{Pose, even_turn};
 use crate::shape::{Body, Ellipsoid};
@@ -22,9 +22,8 @@ pub struct PaperSettings {
     pub threads: usize,
     /// m: points on each surface, and on each envelope.
     pub points: usize,
-    /// α: by how much an envelope's radii exceed its ellipsoid's, as a share of the object's mean
-    /// radius. It is one length for all ellipsoids of a run, as in the paper.
-    pub alpha: f64,
+    /// α: by how much an envelope's radii exceed its ellipsoid's.
+    pub alpha: Margin,
     /// Generations for each ellipsoid.
     pub generations: usize,
     /// How the population breeds.
@@ -39,7 +38,7 @@ impl Default for PaperSettings {
             seed: 0,
             threads: 0,
             points: 256,
-            alpha: 0.15,
+            alpha: Margin::Share(0.2),
             generations: 100,
             search: GaSettings { population: 100, ..GaSettings::default() },
         }
@@ -58,8 +57,6 @@ impl PaperSettings {
         bounded("max_ellipsoids", format!("1 to {most}"), count.to_string(), fits)?;
         let fits = (0.0..1.0).contains(&self.delta);
         bounded("delta", "at least 0 and below 1".into(), self.delta.to_string(), fits)?;
-        let fits = self.alpha > 0.0 && self.alpha <= 1.0;
-        bounded("alpha", "above 0 and at most 1".into(), self.alpha.to_string(), fits)?;
         let generations = self.generations.to_string();
         bounded("generations", "at least 1".into(), generations, self.generations > 0)?;
         Ok(self)
@@ -131,7 +128,7 @@ impl<'a> Search<'a> {
             PointsView::new(*view.camera(), &view.world_from_camera(), view.mask().image())
         };
         let eyes = views.iter().map(eye).collect::<Result<_, _>>()?;
-        let points = Points::new(eyes, settings.points, settings.alpha * unit)?;
+        let points = Points::new(eyes, settings.points, settings.alpha)?;
         Ok(Self { points, settings, world_from_box, unit, progress })
     }
 

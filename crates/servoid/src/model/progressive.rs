@@ -2,9 +2,9 @@ use rayon::prelude::*;
 
 use super::grow::{add_one, descend, reseed};
 use super::ladder::Ladder;
+use super::portraits::{Portrait, portraits};
 use super::scene::Scene;
 use super::watch::Watch;
-use super::portraits::{Portrait, portraits};
 use super::{Given, ModelError, Settings};
 use crate::shape::Body;
 

@@ -50,12 +50,14 @@ impl Scene {
                 direction: scene_from_world.rotation() * sight.direction,
             })
             .collect();
-        let spread_cost = if wide(&cameras) || mesh.is_some() { SPREAD_COST } else { ONE_LOOK_COST };
+        let spread_cost =
+            if wide(&cameras) || mesh.is_some() { SPREAD_COST } else { ONE_LOOK_COST };
         let judge = |resolution: Resolution| -> Result<Judge, ModelError> {
             let mut total = Total::default();
             if !cameras.is_empty() {
                 let chosen = &order[..resolution.views.min(order.len())];
-                let pairs: Vec<_> = chosen.iter().map(|&i| (&given.views[i], &cameras[i])).collect();
+                let pairs: Vec<_> =
+                    chosen.iter().map(|&i| (&given.views[i], &cameras[i])).collect();
                 total.push(given.weights.silhouettes, overlap(&pairs, resolution.extent_px)?);
             }
             if let Some(mesh) = &mesh {

@@ -153,9 +153,8 @@ impl Mesh {
 
     fn bounds(&self) -> (Vector3<f64>, Vector3<f64>) {
         let first = self.vertices.first().copied().unwrap_or_default();
-        let join = |(low, high): (Vector3<f64>, Vector3<f64>), v: &Vector3<f64>| {
-            (low.inf(v), high.sup(v))
-        };
+        let join =
+            |(low, high): (Vector3<f64>, Vector3<f64>), v: &Vector3<f64>| (low.inf(v), high.sup(v));
         self.vertices.iter().fold((first, first), join)
     }
 }
@@ -175,10 +174,7 @@ fn open_edges(faces: &[[usize; 3]]) -> usize {
 }
 
 /// Sums volume, centroid and spread over the tetrahedra between a point and the triangles.
-fn moments(
-    vertices: &[Vector3<f64>],
-    faces: &[[usize; 3]],
-) -> (f64, Vector3<f64>, Matrix3<f64>) {
+fn moments(vertices: &[Vector3<f64>], faces: &[[usize; 3]]) -> (f64, Vector3<f64>, Matrix3<f64>) {
     let pivot = vertices.iter().sum::<Vector3<f64>>() / vertices.len().max(1) as f64;
     let (mut volume, mut first, mut second) = (0.0, Vector3::zeros(), Matrix3::zeros());
     for face in faces {

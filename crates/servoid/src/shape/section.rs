@@ -113,10 +113,8 @@ impl Section {
         let [by_x, by_y] = sum.lean.map(|slope| slope / self.reach_squared);
         let by_xz = by_x - 2.0 * by_uu * x - by_uv * y;
         let by_yz = by_y - by_uv * x - 2.0 * by_vv * y;
-        let by_zz = sum.reach_squared - by_x * x - by_y * y
-            + by_uu * x * x
-            + by_uv * x * y
-            + by_vv * y * y;
+        let by_zz =
+            sum.reach_squared - by_x * x - by_y * y + by_uu * x * x + by_uv * x * y + by_vv * y * y;
         // Each off-diagonal entry stands twice in Σ.
         let (xy, xz, yz) = (0.5 * by_uv, 0.5 * by_xz, 0.5 * by_yz);
         let by_shape = Matrix3::new(by_uu, xy, xz, xy, by_vv, yz, xz, yz, by_zz);

@@ -4,7 +4,7 @@
 
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 use proptest::prelude::*;
-use servoid::fitness::{Fitness, Points, PointsError, PointsView};
+use servoid::fitness::{Fitness, Margin, Points, PointsError, PointsView};
 use servoid::model::{ModelError, PaperSettings, Step, paper};
 use servoid::observe::{Camera, Channels, ImageError, ImageView, Mask, RigError, View};
 use servoid::pose::{Pose, even_turn};
@@ -12,7 +12,7 @@ use servoid::shape::{Body, Ellipsoid, silhouette};
 
 const SIZE: [usize; 2] = [320, 240];
 const COUNT: usize = 400;
-const ALPHA: f64 = 0.006;
+const ALPHA: f64 = 0.3;
 
 fn camera() -> Camera {
     Camera::new(SIZE, [300.0, 290.0], [158.2, 121.7]).unwrap()
@@ -41,11 +41,16 @@ fn drawn(ellipsoids: &[Ellipsoid]) -> [Vec<u8>; 2] {
 }
 
 fn points(images: &[Vec<u8>; 2]) -> Points<'_> {
-    let views = images.iter().zip(eyes()).map(|(image, eye)| {
+    with_margin(images, Margin::Share(ALPHA))
+}
+
+fn with_margin(images: &[Vec<u8>; 2], alpha: Margin) -> Points<'_> {
+    let mut views = vec![];
+    for (image, eye) in images.iter().zip(eyes()) {
         let matches = ImageView::new(image, SIZE, Channels::Grey).unwrap();
-        PointsView::new(camera(), &eye, matches).unwrap()
-    });
-    Points::new(views.collect(), COUNT, ALPHA).unwrap()
+        views.push(PointsView::new(camera(), &eye, matches).unwrap());
+    }
+    Points::new(views, COUNT, alpha).unwrap()
 }
 
 /// How far outside the unit ball a point lies once an ellipsoid of these radii has become that ball.
@@ -91,6 +96,7 @@ fn by_hand(images: &[Vec<u8>; 2], ellipsoids: &[Ellipsoid]) -> f64 {
             let theta = ((2 * index + 1) as f64 / COUNT as f64 - 1.0).asin();
             let phi = index as f64 * std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
             for (sign, margin) in [(1.0, 0.0), (-1.0, ALPHA)] {
+                let margin = margin * ellipsoid.radii().min();
                 let radii = ellipsoid.radii().map(|r| r + margin);
                 let local = Vector3::new(
                     radii.x * theta.sin(),
@@ -107,12 +113,12 @@ fn by_hand(images: &[Vec<u8>; 2], ellipsoids: &[Ellipsoid]) -> f64 {
 }
 
 fn solids() -> impl Strategy<Value = Ellipsoid> {
-    let centers = [-0.25..0.25, -0.2..0.2, -0.1..0.9_f64];
+    let centers = (-0.25..0.25_f64, -0.2..0.2_f64, -0.1..0.9_f64);
     (centers, prop::array::uniform3(0.004..0.12_f64), prop::array::uniform3(0.0..1.0_f64)).prop_map(
-        |(center, radii, turn)| {
+        |((x, y, z), radii, turn)| {
             let turn = even_turn(turn[0], turn[1], turn[2]);
             let turn = Pose::from_rotation(turn, Vector3::zeros()).quaternion();
-            Ellipsoid::new(0, center, radii, turn).unwrap()
+            Ellipsoid::new(0, [x, y, z], radii, turn).unwrap()
         },
     )
 }
@@ -125,7 +131,7 @@ proptest! {
         let mut sum = Vector3::zeros();
         for [on, out] in points(&images).pairs_in_world(&ellipsoid) {
             prop_assert!(excess(&on, &ellipsoid, &radii).abs() < 1e-9);
-            prop_assert!(excess(&out, &ellipsoid, &radii.add_scalar(ALPHA)).abs() < 1e-9);
+            prop_assert!(excess(&out, &ellipsoid, &radii.add_scalar(ALPHA * radii.min())).abs() < 1e-9);
             sum += on - ellipsoid.center();
         }
         // They are spread over all of it.
@@ -190,6 +196,19 @@ fn the_fitness_is_greatest_at_the_target_among_those_moved_along_the_image_or_re
 }
 
 #[test]
+fn with_a_margin_in_metres_a_grain_at_the_tip_outscores_the_target_and_with_a_share_it_does_not() {
+    let truth = solid([0.0, 0.0, 0.5], [0.06, 0.03, 0.03], [1.0, 0.0, 0.0, 0.0]);
+    let grain = solid([0.056, 0.0, 0.5], [0.003; 3], [1.0, 0.0, 0.0, 0.0]);
+    let images = drawn(&[truth]);
+    let lead = |margin| {
+        let points = with_margin(&images, margin);
+        points.fitness(&[truth]) - points.fitness(&[grain])
+    };
+    assert!(lead(Margin::Share(0.3)) > 0.05, "{}", lead(Margin::Share(0.3)));
+    assert!(lead(Margin::Metres(0.009)) < 0.0, "{}", lead(Margin::Metres(0.009)));
+}
+
+#[test]
 fn a_hypothesis_of_quadrics_scores_as_its_ellipsoids_do() {
     let images = drawn(&[target()]);
     let points = points(&images);
@@ -204,18 +223,18 @@ fn what_makes_no_points_term_is_refused() {
     let image = vec![1; SIZE[0] * SIZE[1]];
     let grey = ImageView::new(&image, SIZE, Channels::Grey).unwrap();
     let view = PointsView::new(camera(), &Pose::identity(), grey).unwrap();
-    let refused = |views: Vec<PointsView<'static>>, count, alpha| {
-        Points::new(views, count, alpha).map(|_| ()).unwrap_err()
-    };
-    assert_eq!(refused(vec![], 10, 0.1), PointsError::Rig(RigError::NoCamera));
+    let none = Points::new(vec![], 10, Margin::Share(0.1)).map(|_| ());
+    assert_eq!(none, Err(PointsError::Rig(RigError::NoCamera)));
     let made = |count, alpha| Points::new(vec![view], count, alpha).map(|_| ());
     for count in [0, Points::MAX_COUNT + 1] {
         assert!(
-            matches!(made(count, 0.1), Err(PointsError::Count { given, .. }) if given == count)
+            matches!(made(count, Margin::Share(0.1)), Err(PointsError::Count { given, .. }) if given == count)
         );
     }
     for alpha in [0.0, -0.1, f64::NAN, f64::INFINITY] {
-        assert!(matches!(made(10, alpha), Err(PointsError::Alpha(_))), "{alpha}");
+        for margin in [Margin::Share(alpha), Margin::Metres(alpha)] {
+            assert!(matches!(made(10, margin), Err(PointsError::Alpha(_))), "{alpha}");
+        }
     }
     let small = ImageView::new(&image[..12], [4, 3], Channels::Grey).unwrap();
     let rgb = ImageView::new(&image[..12], [2, 2], Channels::Rgb).unwrap();
@@ -224,13 +243,17 @@ fn what_makes_no_points_term_is_refused() {
     assert_eq!(made(rgb), Err(PointsError::Image(ImageError::MaskChannels)));
 }
 
-fn model(images: &[Vec<u8>; 2], settings: PaperSettings) -> Result<Vec<Step>, ModelError> {
-    let view = |(image, eye)| {
+fn views(images: &[Vec<u8>; 2]) -> Vec<View<'_>> {
+    let mut views = vec![];
+    for (image, eye) in images.iter().zip(eyes()) {
         let image = ImageView::new(image, SIZE, Channels::Grey).unwrap();
-        View::new(camera(), eye, Mask::new(image).unwrap()).unwrap()
-    };
-    let views: Vec<_> = images.iter().zip(eyes()).map(view).collect();
-    paper(&views, &settings, &mut |_, _, _| true)
+        views.push(View::new(camera(), eye, Mask::new(image).unwrap()).unwrap());
+    }
+    views
+}
+
+fn model(images: &[Vec<u8>; 2], settings: PaperSettings) -> Result<Vec<Step>, ModelError> {
+    paper(&views(images), &settings, &mut |_, _, _| true)
 }
 
 fn settings() -> PaperSettings {
@@ -270,9 +293,7 @@ fn later_centres_lie_on_the_first_surface_and_each_gain_reaches_delta() {
 #[test]
 fn progress_rises_to_one_and_can_stop_the_work() {
     let images = drawn(&[target()]);
-    let grey = images.each_ref().map(|image| ImageView::new(image, SIZE, Channels::Grey).unwrap());
-    let view = |(image, eye)| View::new(camera(), eye, Mask::new(image).unwrap()).unwrap();
-    let views: Vec<_> = grey.into_iter().zip(eyes()).map(view).collect();
+    let views = views(&images);
     let mut shares = vec![];
     let mut listen = |_: usize, _: f64, share: f64| {
         shares.push(share);
@@ -295,13 +316,13 @@ fn settings_out_of_their_ranges_are_refused() {
         PaperSettings { max_ellipsoids: Body::MAX_ELLIPSOIDS + 1, ..fine },
         PaperSettings { delta: f64::NAN, ..fine },
         PaperSettings { delta: -0.1, ..fine },
-        PaperSettings { alpha: 0.0, ..fine },
-        PaperSettings { alpha: f64::NAN, ..fine },
         PaperSettings { generations: 0, ..fine },
     ] {
         let refused = model(&images, settings);
         assert!(matches!(refused, Err(ModelError::Setting { .. })), "{settings:?}");
     }
+    let thin = model(&images, PaperSettings { alpha: Margin::Metres(0.0), ..fine });
+    assert_eq!(thin, Err(ModelError::Points(PointsError::Alpha(0.0))));
     let none = model(&images, PaperSettings { points: 0, ..fine });
     assert!(matches!(none, Err(ModelError::Points(PointsError::Count { .. }))));
 }

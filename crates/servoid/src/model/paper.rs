@@ -38,7 +38,7 @@ impl Default for PaperSettings {
             seed: 0,
             threads: 0,
             points: 256,
-            alpha: Margin::Share(0.2),
+            alpha: Margin::Share(0.3),
             generations: 100,
             search: GaSettings { population: 100, ..GaSettings::default() },
         }

@@ -37,9 +37,9 @@ impl Default for PaperSettings {
             delta: 0.05,
             seed: 0,
             threads: 0,
-            points: 256,
+            points: 500,
             alpha: Margin::Share(0.3),
-            generations: 100,
+            generations: 300,
             search: GaSettings { population: 100, ..GaSettings::default() },
         }
     }

@@ -30,9 +30,9 @@ pub enum PointsError {
 /// α: by how much the radii of the envelope exceed those of its ellipsoid.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Margin {
-    /// One length in metres for all ellipsoids, as the paper writes it. A tiny ellipsoid at the
-    /// target's tip then scores more than one that fills the target: nearly all of its surface is
-    /// on the hue and more than half of its envelope beside it.
+    /// One length in metres for all ellipsoids, as the paper writes it. A splinter at the target's
+    /// rim then scores more than what fills the target: all of its surface is on the hue, and half
+    /// of its envelope is beside it.
     Metres(f64),
     /// A share of each ellipsoid's smallest radius, so that the fitness does not depend on scale
     /// and cannot be raised by stretching the radius that is not seen.
@@ -87,7 +87,8 @@ impl<'a> PointsView<'a> {
             return 0;
         };
         let [width, height] = self.matches.size_px().map(|side| side as f64);
-        let (u, v) = (pixel.x.round(), pixel.y.round());
+        // The pixel whose square holds the point.
+        let (u, v) = (pixel.x + 0.5, pixel.y + 0.5);
         let inside = u >= 0.0 && v >= 0.0 && u < width && v < height;
         i64::from(inside && self.matches.row(v as usize)[u as usize] != 0)
     }

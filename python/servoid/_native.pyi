@@ -12,12 +12,14 @@ __all__ = [
     "Camera",
     "Lens",
     "ModelSettings",
+    "PaperSettings",
     "Pose",
     "Step",
     "View",
     "__version__",
     "ellipsoid_colors",
     "fit_body",
+    "fit_paper",
     "silhouette_ious",
 ]
 
@@ -162,6 +164,42 @@ class ModelSettings:
     def threads(self) -> int: ...
 
 @final
+class PaperSettings:
+    """How the paper's own method proceeds; every default is written in the core."""
+
+    def __new__(
+        cls,
+        *,
+        max_ellipsoids: int | None = None,
+        delta: float | None = None,
+        seed: int | None = None,
+        threads: int | None = None,
+        points: int | None = None,
+        alpha: float | None = None,
+        alpha_m: float | None = None,
+        population: int | None = None,
+        generations: int | None = None,
+    ) -> Self: ...
+    @property
+    def max_ellipsoids(self) -> int: ...
+    @property
+    def delta(self) -> float: ...
+    @property
+    def seed(self) -> int: ...
+    @property
+    def threads(self) -> int: ...
+    @property
+    def points(self) -> int: ...
+    @property
+    def alpha(self) -> float | None: ...
+    @property
+    def alpha_m(self) -> float | None: ...
+    @property
+    def population(self) -> int: ...
+    @property
+    def generations(self) -> int: ...
+
+@final
 class Step:
     """What modelling had reached with one count of ellipsoids."""
 
@@ -175,6 +213,11 @@ class Step:
 def fit_body(
     views: Sequence[View],
     settings: ModelSettings,
+    progress: Callable[[int, float, float], None] | None = None,
+) -> list[Step]: ...
+def fit_paper(
+    views: Sequence[View],
+    settings: PaperSettings,
     progress: Callable[[int, float, float], None] | None = None,
 ) -> list[Step]: ...
 def silhouette_ious(body: Body, views: Sequence[View]) -> NDArray[np.float64]: ...

@@ -4,7 +4,9 @@ mod errors;
 mod lens;
 mod model;
 mod observe;
+mod paper;
 mod pose;
+mod relay;
 mod shape;
 
 use pyo3::prelude::*;
@@ -24,6 +26,8 @@ fn native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(model::fit_body, module)?)?;
     module.add_function(wrap_pyfunction!(model::rough_body, module)?)?;
     module.add_function(wrap_pyfunction!(model::seen_surface, module)?)?;
+    module.add_class::<paper::PaperSettings>()?;
+    module.add_function(wrap_pyfunction!(paper::fit_paper, module)?)?;
     module.add_function(wrap_pyfunction!(model::silhouette_ious, module)?)?;
     module.add_function(wrap_pyfunction!(model::ellipsoid_colors, module)?)?;
     Ok(())

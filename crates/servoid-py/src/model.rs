@@ -6,6 +6,7 @@ use servoid::model as core;
 use crate::errors::raise;
 use crate::observe::{Camera, Pixels, View};
 use crate::pose::{Pose, read_rows};
+use crate::relay::relay;
 use crate::shape::{Body, Mesh};
 
 /// How modelling proceeds; every default is written in the core.
@@ -69,7 +70,7 @@ impl ModelSettings {
 
 /// What modelling had reached with one count of ellipsoids.
 #[pyclass(frozen, module = "servoid")]
-pub struct Step(core::Step);
+pub struct Step(pub core::Step);
 
 #[pymethods]
 impl Step {
@@ -79,7 +80,7 @@ impl Step {
         self.0.body.ellipsoids().len()
     }
 
-    /// F: the mean silhouette overlap at the resolution of the fit.
+    /// F: the mean silhouette overlap at the resolution of the fit; of the paper's method its own.
     #[getter]
     fn fitness(&self) -> f64 {
         self.0.fitness
@@ -128,21 +129,6 @@ impl Given {
     }
 }
 
-/// Calls Python with the count, F and the share done; keeps what it raises.
-fn relay<'a>(
-    progress: Option<&'a Py<PyAny>>,
-    raised: &'a mut Option<PyErr>,
-) -> impl FnMut(usize, f64, f64) -> bool + Send + 'a {
-    move |count, fitness, share| {
-        let told = Python::attach(|py| {
-            py.check_signals()?;
-            progress.map_or(Ok(()), |f| f.call1(py, (count, fitness, share)).map(drop))
-        });
-        *raised = told.err();
-        raised.is_none()
-    }
-}
-
 /// Models what is given; gives one step for each count of ellipsoids. `progress` is called
 /// with the count, F and the share of the work that is done; what it raises ends the work. Raises
 /// ModelError.
@@ -155,21 +141,16 @@ pub fn fit_body(
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Vec<Step>> {
     let views = given.views.iter().map(|view| view.get().core()).collect::<PyResult<Vec<_>>>()?;
-    let mut raised = None;
-    let steps = py.detach(|| {
-        let mut report = relay(progress.as_ref(), &mut raised);
+    let fit = |report: core::Progress<'_>| {
         let given = core::Given {
             views: &views,
             mesh: given.mesh.as_ref(),
             sights: &given.sights,
             weights: given.weights,
         };
-        core::progressive(&given, &settings.0, &mut report)
-    });
-    match raised {
-        Some(error) => Err(error),
-        None => Ok(steps.map_err(raise)?.into_iter().map(Step).collect()),
-    }
+        core::progressive(&given, &settings.0, report)
+    };
+    Ok(relay(py, progress.as_ref(), fit)?.into_iter().map(Step).collect())
 }
 
 /// Models the object roughly from views with their images, which teach its colours, and pictures

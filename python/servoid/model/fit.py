@@ -15,6 +15,7 @@ from servoid._native import (
     ModelSettings,
     View,
     ellipsoid_colors,
+    fit_body,
     silhouette_ious,
 )
 from servoid.errors import ModelError
@@ -55,7 +56,8 @@ def fit(
     # Files are read first, so that a damaged one is found before the long work.
     native_used, native_unused = _load(used, CaptureView.view), _load(unused, CaptureView.view)
     images = _load(used, CaptureView.image)
-    steps = run_core(Given(views=native_used), settings, progress)
+    given = Given(views=native_used)
+    steps = run_core(lambda report: fit_body(given, settings, report), progress)
     body = steps[-1].body
     return ModelResult(
         body=body,

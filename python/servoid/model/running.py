@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from queue import SimpleQueue
 from threading import Event
 
-from servoid._native import Given, ModelSettings, Step, fit_body
+from servoid._native import Step
 
 
 @dataclass(frozen=True)
@@ -23,14 +23,13 @@ class _StoppedError(Exception):
 
 
 def run_core(
-    given: Given,
-    settings: ModelSettings,
+    fit: Callable[[Callable[[int, float, float], None]], list[Step]],
     progress: Callable[[Progress], None] | None,
 ) -> list[Step]:
-    """Fit a body; call `progress`, on the caller's thread, after each fit.
+    """Run `fit`, which takes the core's progress callback; call `progress` on the caller's thread.
 
-    What `progress` raises, and Ctrl-C, stop the core after the ellipsoid at hand and come out
-    here: the core's own threads cannot notice a signal.
+    What `progress` raises, and Ctrl-C, stop the core at its next report and come out here: the
+    core's own threads cannot notice a signal.
     """
     news: SimpleQueue[Progress | None] = SimpleQueue()
     stop = Event()
@@ -42,7 +41,7 @@ def run_core(
 
     def work() -> list[Step]:
         try:
-            return fit_body(given, settings, report)
+            return fit(report)
         finally:
             news.put(None)
 

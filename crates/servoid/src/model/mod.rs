@@ -6,6 +6,7 @@ mod given;
 mod grow;
 mod ladder;
 mod levels;
+mod paper;
 mod portraits;
 mod progressive;
 mod refine;
@@ -18,6 +19,7 @@ mod watch;
 
 pub use color::ellipsoid_colors;
 pub use given::{Given, Weights};
+pub use paper::{PaperSettings, paper};
 pub use progressive::{Progress, Step, progressive};
 pub use rough::{Unmarked, rough};
 pub use scene::silhouette_ious;
@@ -76,6 +78,9 @@ pub enum ModelError {
     /// A camera cannot be cut to the object.
     #[error(transparent)]
     Camera(#[from] crate::observe::CameraError),
+    /// The views make no points term.
+    #[error(transparent)]
+    Points(#[from] crate::fitness::PointsError),
     /// The search was misconfigured.
     #[error(transparent)]
     Search(#[from] crate::evolve::GaError),

@@ -14,7 +14,7 @@ use crate::shape::Body;
 pub struct Step {
     /// The body.
     pub body: Body,
-    /// F: the mean silhouette overlap at the resolution of the fit.
+    /// F: the mean silhouette overlap at the resolution of the fit; of the paper's method its own.
     pub fitness: f64,
 }
 

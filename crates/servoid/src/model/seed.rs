@@ -1,8 +1,9 @@
-use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
+use nalgebra::{Matrix3, Vector3};
 
 use super::{ModelError, Settings};
 use crate::evolve::{Ga, Rng};
 use crate::fitness::Fitness;
+use crate::pose::even_turn;
 use crate::shape::Quadric;
 
 /// Radii that a search tries, in units of the object's mean radius.
@@ -42,14 +43,4 @@ fn decode(genes: &[f64], standing: &[Quadric]) -> Quadric {
         None => place,
     };
     Quadric { center, factor }
-}
-
-/// Turns three even shares into an evenly distributed rotation.
-///
-/// Source: Shoemake, *Uniform random rotations* (Graphics Gems III, 1992).
-fn even_turn(first: f64, second: f64, third: f64) -> UnitQuaternion<f64> {
-    let (low, high) = ((1.0 - first).sqrt(), first.sqrt());
-    let (a, b) = (std::f64::consts::TAU * second, std::f64::consts::TAU * third);
-    let q = Quaternion::new(high * b.cos(), low * a.sin(), low * a.cos(), high * b.sin());
-    UnitQuaternion::new_normalize(q)
 }

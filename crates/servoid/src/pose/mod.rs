@@ -1,8 +1,10 @@
 //! Rigid motions: the group SE(3) with its exponential, logarithm and adjoint.
 
+mod even;
 mod principal;
 mod se3;
 
+pub use even::even_turn;
 pub use se3::{Pose, Twist};
 
 use nalgebra::Matrix4;

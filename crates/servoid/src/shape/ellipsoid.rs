@@ -74,6 +74,12 @@ impl Ellipsoid {
         self.radii
     }
 
+    /// Gives the orientation.
+    #[must_use]
+    pub fn rotation(&self) -> UnitQuaternion<f64> {
+        self.rotation
+    }
+
     /// Gives the orientation as a quaternion (w, x, y, z) with w >= 0.
     #[must_use]
     pub fn quaternion(&self) -> [f64; 4] {

@@ -1,0 +1,131 @@
+use pyo3::prelude::*;
+use servoid::evolve::GaSettings;
+use servoid::fitness::Margin;
+use servoid::model as core;
+
+use crate::errors::named;
+use crate::model::Step;
+use crate::observe::View;
+use crate::relay::relay;
+
+/// How the paper's own method proceeds; every default is written in the core.
+#[pyclass(frozen, module = "servoid", from_py_object)]
+#[derive(Clone)]
+pub struct PaperSettings(core::PaperSettings);
+
+#[pymethods]
+impl PaperSettings {
+    /// Takes the defaults, except where a value is given.
+    #[new]
+    #[pyo3(signature = (*, max_ellipsoids=None, delta=None, seed=None, threads=None, points=None,
+        alpha=None, alpha_m=None, population=None, generations=None))]
+    #[allow(clippy::too_many_arguments, reason = "all of them are named")]
+    fn new(
+        max_ellipsoids: Option<usize>,
+        delta: Option<f64>,
+        seed: Option<u64>,
+        threads: Option<usize>,
+        points: Option<usize>,
+        alpha: Option<f64>,
+        alpha_m: Option<f64>,
+        population: Option<usize>,
+        generations: Option<usize>,
+    ) -> PyResult<Self> {
+        let default = core::PaperSettings::default();
+        let population = population.unwrap_or(default.search.population);
+        let margin = match (alpha, alpha_m) {
+            (Some(_), Some(_)) => {
+                let message = "alpha is a share and alpha_m a length of the same margin: give one";
+                return Err(named("ModelError", message.into()));
+            }
+            (share, metres) => share.map(Margin::Share).or(metres.map(Margin::Metres)),
+        };
+        Ok(Self(core::PaperSettings {
+            max_ellipsoids: max_ellipsoids.unwrap_or(default.max_ellipsoids),
+            delta: delta.unwrap_or(default.delta),
+            seed: seed.unwrap_or(default.seed),
+            threads: threads.unwrap_or(default.threads),
+            points: points.unwrap_or(default.points),
+            alpha: margin.unwrap_or(default.alpha),
+            generations: generations.unwrap_or(default.generations),
+            search: GaSettings { population, ..default.search },
+        }))
+    }
+
+    /// Most ellipsoids.
+    #[getter]
+    fn max_ellipsoids(&self) -> usize {
+        self.0.max_ellipsoids
+    }
+
+    /// Least gain in F for which another ellipsoid is kept.
+    #[getter]
+    fn delta(&self) -> f64 {
+        self.0.delta
+    }
+
+    /// Seed of every search.
+    #[getter]
+    fn seed(&self) -> u64 {
+        self.0.seed
+    }
+
+    /// Worker threads; 0 takes as many as the machine has. The result does not depend on it.
+    #[getter]
+    fn threads(&self) -> usize {
+        self.0.threads
+    }
+
+    /// Points on each surface, and on each envelope.
+    #[getter]
+    fn points(&self) -> usize {
+        self.0.points
+    }
+
+    /// Margin of the envelopes as a share of each ellipsoid's smallest radius; None if it is a
+    /// length.
+    #[getter]
+    fn alpha(&self) -> Option<f64> {
+        match self.0.alpha {
+            Margin::Share(share) => Some(share),
+            Margin::Metres(_) => None,
+        }
+    }
+
+    /// Margin of the envelopes in metres, one for all ellipsoids; None if it is a share.
+    #[getter]
+    fn alpha_m(&self) -> Option<f64> {
+        match self.0.alpha {
+            Margin::Share(_) => None,
+            Margin::Metres(metres) => Some(metres),
+        }
+    }
+
+    /// Individuals a generation.
+    #[getter]
+    fn population(&self) -> usize {
+        self.0.search.population
+    }
+
+    /// Generations for each ellipsoid.
+    #[getter]
+    fn generations(&self) -> usize {
+        self.0.generations
+    }
+}
+
+/// Models what the views show by the paper's own method, the mask of each being where the hue
+/// matches; gives one step for each count of ellipsoids. `progress` is called with the count, F and
+/// the share of the work that is done; what it raises ends the work. Raises ModelError.
+#[pyfunction]
+#[pyo3(signature = (views, settings, progress=None))]
+pub fn fit_paper(
+    py: Python<'_>,
+    views: Vec<Bound<'_, View>>,
+    settings: PaperSettings,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<Vec<Step>> {
+    let views = views.iter().map(|view| view.get().core()).collect::<PyResult<Vec<_>>>()?;
+    let fit = |report: core::Progress<'_>| core::paper(&views, &settings.0, report);
+    Ok(relay(py, progress.as_ref(), fit)?.into_iter().map(Step).collect())
+}

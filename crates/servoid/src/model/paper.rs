@@ -1,0 +1,183 @@
+use nalgebra::Vector3;
+use rayon::prelude::*;
+
+use super::scene::{common_point, mean_radius};
+use super::{ModelError, Progress, Step};
+use crate::evolve::{Ga, GaSettings, rng};
+use crate::fitness::{Margin, Points, PointsView};
+use crate::observe::View;
+use crate::pose::{Pose, even_turn};
+use crate::shape::{Body, Ellipsoid};
+
+/// How the paper's own method proceeds. The paper gives none of these numbers.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PaperSettings {
+    /// Most ellipsoids.
+    pub max_ellipsoids: usize,
+    /// δ: the method stops when another ellipsoid raises F by less.
+    pub delta: f64,
+    /// Seed of every search.
+    pub seed: u64,
+    /// Worker threads; 0 takes as many as the machine has. The result does not depend on it.
+    pub threads: usize,
+    /// m: points on each surface, and on each envelope.
+    pub points: usize,
+    /// α: by how much an envelope's radii exceed its ellipsoid's.
+    pub alpha: Margin,
+    /// Generations for each ellipsoid.
+    pub generations: usize,
+    /// How the population breeds.
+    pub search: GaSettings,
+}
+
+impl Default for PaperSettings {
+    fn default() -> Self {
+        Self {
+            max_ellipsoids: 3,
+            delta: 0.05,
+            seed: 0,
+            threads: 0,
+            points: 500,
+            alpha: Margin::Share(0.3),
+            generations: 300,
+            search: GaSettings { population: 100, ..GaSettings::default() },
+        }
+    }
+}
+
+impl PaperSettings {
+    /// Passes the settings on if they are in their ranges.
+    fn checked(self) -> Result<Self, ModelError> {
+        let most = Body::MAX_ELLIPSOIDS;
+        let bounded = |name, allowed: String, given: String, fits: bool| {
+            if fits { Ok(()) } else { Err(ModelError::Setting { name, allowed, given }) }
+        };
+        let count = self.max_ellipsoids;
+        let fits = (1..=most).contains(&count);
+        bounded("max_ellipsoids", format!("1 to {most}"), count.to_string(), fits)?;
+        let fits = (0.0..1.0).contains(&self.delta);
+        bounded("delta", "at least 0 and below 1".into(), self.delta.to_string(), fits)?;
+        let generations = self.generations.to_string();
+        bounded("generations", "at least 1".into(), generations, self.generations > 0)?;
+        Ok(self)
+    }
+}
+
+/// How far from the common point of the lines of sight a first centre is sought, along each axis
+/// of the first camera, and the radii that are sought, in the object's mean radius.
+const REACH: f64 = 2.0;
+const RADII: (f64, f64) = (0.15, 2.5);
+
+/// Models by the paper's own method, the baseline: its points term and a plain genetic algorithm,
+/// in the flow of its Fig. 1. Each view's mask says which pixels have the target's hue.
+///
+/// The first ellipsoid is the largest that fits into the hue; the centres of all others lie on the
+/// surface of the first. An ellipsoid that was found is not moved again. The fitness is a plain
+/// sum over the ellipsoids, in which nothing keeps a later one away from what others cover.
+///
+/// # Errors
+/// If there are fewer than two views, they see no common point, or a setting is out of its range.
+pub fn paper(
+    views: &[View<'_>],
+    settings: &PaperSettings,
+    progress: Progress<'_>,
+) -> Result<Vec<Step>, ModelError> {
+    let settings = settings.checked()?;
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(settings.threads).build();
+    let pool = pool.map_err(|_| ModelError::Threads(settings.threads))?;
+    pool.install(|| {
+        let mut search = Search::new(views, &settings, progress)?;
+        let (mut standing, mut steps, mut reached) = (Vec::new(), Vec::new(), 0.0);
+        while standing.len() < settings.max_ellipsoids {
+            standing.push(search.next(&standing, reached)?);
+            let fitness = search.points.fitness(&standing); // F_p
+            let gain = fitness - reached; // ΔF_p = F_p - F_(p-1)
+            if standing.len() > 1 && gain < settings.delta {
+                break;
+            }
+            steps.push(Step { body: Body::around(&standing)?, fitness });
+            reached = fitness;
+        }
+        search.tell(steps.len(), reached, 1.0)?;
+        Ok(steps)
+    })
+}
+
+/// What every ellipsoid is sought with.
+struct Search<'a> {
+    points: Points<'a>,
+    settings: &'a PaperSettings,
+    world_from_box: Pose,
+    unit: f64,
+    progress: Progress<'a>,
+}
+
+impl<'a> Search<'a> {
+    fn new(
+        views: &[View<'a>],
+        settings: &'a PaperSettings,
+        progress: Progress<'a>,
+    ) -> Result<Self, ModelError> {
+        if views.len() < 2 {
+            return Err(ModelError::TooFewViews(views.len()));
+        }
+        let middle = common_point(views)?;
+        let unit = mean_radius(views, &middle);
+        let world_from_box = Pose::from_rotation(views[0].world_from_camera().rotation(), middle);
+        let eye = |view: &View<'a>| {
+            PointsView::new(*view.camera(), &view.world_from_camera(), view.mask().image())
+        };
+        let eyes = views.iter().map(eye).collect::<Result<_, _>>()?;
+        let points = Points::new(eyes, settings.points, settings.alpha)?;
+        Ok(Self { points, settings, world_from_box, unit, progress })
+    }
+
+    /// Evolves one more ellipsoid. Those that stand add the same to every candidate's F, so only
+    /// the candidates are scored.
+    fn next(&mut self, standing: &[Ellipsoid], reached: f64) -> Result<Ellipsoid, ModelError> {
+        let PaperSettings { generations, max_ellipsoids, seed, search, .. } = *self.settings;
+        let mut ga = Ga::new(&ranges(), search, rng(seed, standing.len() as u64))?;
+        for generation in 0..generations {
+            let candidates = ga.ask().iter();
+            let candidates: Vec<_> = candidates
+                .map(|individual| self.decode(&individual.genes, standing.first()))
+                .collect::<Result<_, _>>()?;
+            let scores: Vec<_> = candidates
+                .par_iter()
+                .with_min_len(8)
+                .map(|candidate| self.points.fitness(std::slice::from_ref(candidate)))
+                .collect();
+            ga.tell(&scores)?;
+            let done = standing.len() * generations + generation;
+            let share = done as f64 / (max_ellipsoids * generations) as f64;
+            self.tell(standing.len(), reached, share)?;
+        }
+        self.decode(&ga.best().genes, standing.first())
+    }
+
+    /// Reads the genes of an ellipsoid: place (3), logarithms of the radii (3), turn (3). The place
+    /// is a point of the box or, once there is a first ellipsoid, a direction to its surface.
+    fn decode(&self, genes: &[f64], first: Option<&Ellipsoid>) -> Result<Ellipsoid, ModelError> {
+        let place = Vector3::new(genes[0], genes[1], genes[2]);
+        let center = match first {
+            Some(first) => {
+                let direction = place.try_normalize(0.0).unwrap_or_else(Vector3::x);
+                first.center() + first.factor() * direction
+            }
+            None => self.world_from_box.transform(&(place * REACH * self.unit)),
+        };
+        let radii = [genes[3], genes[4], genes[5]].map(|size| size.exp() * self.unit);
+        let turn = self.world_from_box.rotation() * even_turn(genes[6], genes[7], genes[8]);
+        let quaternion = Pose::from_rotation(turn, center).quaternion();
+        Ok(Ellipsoid::new(0, center.into(), radii, quaternion)?)
+    }
+
+    fn tell(&mut self, count: usize, fitness: f64, share: f64) -> Result<(), ModelError> {
+        if (self.progress)(count, fitness, share) { Ok(()) } else { Err(ModelError::Stopped) }
+    }
+}
+
+fn ranges() -> [(f64, f64); 9] {
+    let (place, size, share) = ((-1.0, 1.0), (RADII.0.ln(), RADII.1.ln()), (0.0, 1.0));
+    [place, place, place, size, size, size, share, share, share]
+}

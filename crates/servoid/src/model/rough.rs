@@ -8,9 +8,9 @@ use super::scene::{SPREAD_COST, Scene, camera_from_scene, common_point, mean_rad
 use super::watch::Watch;
 use super::{ModelError, Settings};
 use crate::fitness::{ColorModel, Likelihood, LikelihoodView, Sight, Total};
-use crate::observe::{Camera, ImageView, RigError, View};
+use crate::observe::{Camera, Channels, ImageView, Mask, RigError, View};
 use crate::pose::Pose;
-use crate::shape::{Body, Projection};
+use crate::shape::{Body, Projection, silhouette};
 
 /// A picture that does not say where the object is.
 #[derive(Debug, Clone, Copy)]
@@ -42,6 +42,8 @@ impl Unmarked<'_> {
 const EXTENT_PX: f64 = 64.0;
 /// What a mask's pixel says, in nats.
 const MASK_SCORE: f64 = 2.0;
+/// The most that a colour may say.
+const COLOR_SCORE: f64 = 3.0;
 /// Most views that are looked at.
 const MOST_VIEWS: usize = 24;
 
@@ -63,60 +65,100 @@ pub fn rough(
     let settings = Settings { lines: 1, reseeds: 0, overshoot: 0, ..settings.checked()? };
     let pool = rayon::ThreadPoolBuilder::new().num_threads(settings.threads).build();
     let pool = pool.map_err(|_| ModelError::Threads(settings.threads))?;
+    let step = unmarked.len().div_ceil(MOST_VIEWS).max(1);
+    let some: Vec<Unmarked<'_>> = unmarked.iter().step_by(step).copied().collect();
     pool.install(|| {
-        let scene = rough_scene(marked, unmarked, sights)?;
-        let mut quiet = |_: usize, _: f64, _: f64| true;
-        let watch = Watch::new(&settings, &mut quiet);
-        let ladder = grow(&scene, &settings, 0, &watch)?;
-        scene.body(&ladder.top().quadrics)
+        let frame = Frame::new(marked, &some, sights)?;
+        let one = Settings { max_ellipsoids: 1, ..settings };
+        // What lies beside one ellipsoid in the other pictures teaches the background there.
+        let coarse = frame.fit(marked, &some, &colors(marked, &[], None)?, &one)?;
+        frame.fit(marked, &some, &colors(marked, &some, Some(&coarse))?, &settings)
     })
 }
 
-fn rough_scene(
+/// Learns colours where the object is marked and, with a body, where that is seen.
+fn colors(
     marked: &[(View<'_>, ImageView<'_>)],
     unmarked: &[Unmarked<'_>],
-    sights: &[Sight],
-) -> Result<Scene, ModelError> {
-    let views: Vec<View<'_>> = marked.iter().map(|(view, _)| *view).collect();
-    for (index, (view, image)) in marked.iter().enumerate() {
-        let (expected, given) = (view.camera().size_px(), image.size_px());
-        if expected != given {
-            return Err(RigError::ImageSize { camera: index, expected, given }.into());
+    body: Option<&Body>,
+) -> Result<ColorModel, ModelError> {
+    let drawn: Vec<(Vec<u8>, &Unmarked<'_>)> = body.map_or_else(Vec::new, |body| {
+        let draw = |one: &Unmarked<'_>| silhouette(body, &one.camera, &one.world_from_camera);
+        unmarked.par_iter().map(|one| (draw(one), one)).collect()
+    });
+    let seen: Vec<(ImageView<'_>, Mask<'_>)> =
+        drawn.iter().filter_map(|(pixels, one)| Some((one.image, drawn_mask(pixels, one)?))).collect();
+    let by_hand = marked.iter().map(|(view, image)| (image, view.mask()));
+    let pairs: Vec<_> = by_hand.chain(seen.iter().map(|(image, mask)| (image, mask))).collect();
+    Ok(ColorModel::learn(&pairs)?)
+}
+
+/// Looks at a silhouette as a mask; one that leaves the image, or fills it, teaches nothing.
+fn drawn_mask<'a>(pixels: &'a [u8], one: &Unmarked<'_>) -> Option<Mask<'a>> {
+    let image = ImageView::new(pixels, one.camera.size_px(), Channels::Grey).ok()?;
+    Mask::new(image).ok()
+}
+
+/// The frame and the unit in which a rough body is sought.
+struct Frame {
+    world_from_scene: Pose,
+    unit: f64,
+}
+
+impl Frame {
+    fn new(
+        marked: &[(View<'_>, ImageView<'_>)],
+        unmarked: &[Unmarked<'_>],
+        sights: &[Sight],
+    ) -> Result<Self, ModelError> {
+        for (camera, (view, image)) in marked.iter().enumerate() {
+            let (expected, given) = (view.camera().size_px(), image.size_px());
+            if expected != given {
+                return Err(RigError::ImageSize { camera, expected, given }.into());
+            }
         }
+        let views: Vec<View<'_>> = marked.iter().map(|(view, _)| *view).collect();
+        let first = views.first().ok_or(ModelError::TooFewViews(0))?;
+        let origin = place(&views, unmarked, sights)?;
+        let unit = mean_radius(&views, &origin);
+        let rotation = first.world_from_camera().rotation();
+        Ok(Self { world_from_scene: Pose::from_rotation(rotation, origin), unit })
     }
-    let first = views.first().ok_or(ModelError::TooFewViews(0))?;
-    let origin = place(&views, unmarked, sights)?;
-    let unit = mean_radius(&views, &origin);
-    let world_from_scene = Pose::from_rotation(first.world_from_camera().rotation(), origin);
-    let pairs: Vec<_> = marked.iter().map(|(view, image)| (image, view.mask())).collect();
-    let colors = ColorModel::learn(&pairs)?;
-    let from_scene = |pose: &Pose| camera_from_scene(pose, &world_from_scene, unit);
-    let mut parts: Vec<LikelihoodView> = marked
-        .iter()
-        .map(|(view, _)| {
+
+    fn fit(
+        &self,
+        marked: &[(View<'_>, ImageView<'_>)],
+        unmarked: &[Unmarked<'_>],
+        colors: &ColorModel,
+        settings: &Settings,
+    ) -> Result<Body, ModelError> {
+        let from_scene = |pose: &Pose| camera_from_scene(pose, &self.world_from_scene, self.unit);
+        let by_hand = marked.par_iter().map(|(view, _)| {
             let image = view.mask().image();
-            let camera = from_scene(&view.world_from_camera());
-            shrunk(view.camera(), &camera, |u, v| {
+            shrunk(view.camera(), &from_scene(&view.world_from_camera()), |u, v| {
                 if image.row(v)[u] == 0 { -MASK_SCORE } else { MASK_SCORE }
             })
-        })
-        .collect::<Result<_, _>>()?;
-    let step = unmarked.len().div_ceil(MOST_VIEWS).max(1);
-    let some: Vec<_> = unmarked.iter().step_by(step).collect();
-    let others: Vec<_> = some
-        .par_iter()
-        .map(|other| {
-            let camera = from_scene(&other.world_from_camera);
-            shrunk(&other.camera, &camera, |u, v| colors.score(other.image.rgb(u, v)))
-        })
-        .collect();
-    parts.extend(others.into_iter().collect::<Result<Vec<_>, _>>()?);
-    let judge = || {
-        let mut total = Total::default();
-        total.push(1.0, Likelihood::new(parts.clone()));
-        Judge { total, spread_cost: 10.0 * SPREAD_COST, least_gain: 1e-5 }
-    };
-    Ok(Scene { world_from_scene, unit, coarse: judge(), middle: judge(), finest: judge() })
+        });
+        let by_color = unmarked.par_iter().map(|one| {
+            shrunk(&one.camera, &from_scene(&one.world_from_camera), |u, v| {
+                colors.score(one.image.rgb(u, v)).clamp(-COLOR_SCORE, COLOR_SCORE)
+            })
+        });
+        let parts: Vec<_> = by_hand.chain(by_color).collect();
+        let parts = parts.into_iter().collect::<Result<Vec<_>, _>>()?;
+        let judge = || {
+            let mut total = Total::default();
+            total.push(1.0, Likelihood::new(parts.clone()));
+            Judge { total, spread_cost: 10.0 * SPREAD_COST, least_gain: 1e-5 }
+        };
+        let Self { world_from_scene, unit } = *self;
+        let scene =
+            Scene { world_from_scene, unit, coarse: judge(), middle: judge(), finest: judge() };
+        let mut quiet = |_: usize, _: f64, _: f64| true;
+        let watch = Watch::new(settings, &mut quiet);
+        let ladder = grow(&scene, settings, 0, &watch)?;
+        scene.body(&ladder.at(settings.max_ellipsoids).quadrics)
+    }
 }
 
 /// Guesses where the object is.

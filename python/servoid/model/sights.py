@@ -1,0 +1,119 @@
+"""Seen points of a surface: what depth images, stereo pairs and point clouds say."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from servoid.errors import MeshError
+from servoid.observe import Camera, CaptureView, stereo_depth
+from servoid.pose import Pose
+
+_MOST_POINTS = 6000
+_BORDER_PX = 2  # depth at an outline mixes object and background
+
+
+@dataclass(frozen=True, eq=False)
+class Sights:
+    """Points of the object's surface, and the directions in which they were seen.
+
+    `points` is (N, 3) float64, in the world, in metres; `directions` is (N, 3) float64, from the
+    eye to the point.
+    """
+
+    points: NDArray[np.float64]
+    directions: NDArray[np.float64]
+
+    def __len__(self) -> int:
+        return len(self.points)
+
+
+NO_SIGHTS = Sights(np.empty((0, 3)), np.empty((0, 3)))
+
+
+def join_sights(parts: Iterable[Sights]) -> Sights:
+    """Join seen points, thinned evenly where there are more than modelling can use."""
+    all_parts = [NO_SIGHTS, *parts]
+    points = np.concatenate([part.points for part in all_parts])
+    directions = np.concatenate([part.directions for part in all_parts])
+    step = -(-len(points) // _MOST_POINTS) or 1
+    return Sights(
+        np.ascontiguousarray(points[::step]), np.ascontiguousarray(directions[::step])
+    )
+
+
+def sights_of_depth(
+    depth: NDArray[np.float32],
+    mask: NDArray[np.uint8],
+    camera: Camera,
+    world_from_camera: Pose,
+) -> Sights:
+    """Turn the depth, (H, W) float32 in metres along z, of a mask's pixels into seen points.
+
+    Pixels at the mask's border and without depth (NaN) are left out.
+    """
+    import cv2
+
+    kernel = np.ones((2 * _BORDER_PX + 1,) * 2, dtype=np.uint8)
+    inside = cv2.erode(mask, kernel, borderType=cv2.BORDER_CONSTANT, borderValue=0) != 0
+    rows, columns = np.nonzero(inside & np.isfinite(depth) & (depth > 0.0))
+    focal, center = np.array(camera.focal_px), np.array(camera.center_px)
+    rays = np.ones((len(rows), 3))
+    rays[:, :2] = (np.stack([columns, rows], axis=1) - center) / focal
+    points = world_from_camera.transform(rays * depth[rows, columns, None].astype(np.float64))
+    return Sights(points, points - np.array(world_from_camera.translation))
+
+
+def sights_of_views(views: Sequence[CaptureView]) -> list[Sights]:
+    """Read what the depth images of views with masks say.
+
+    Raises:
+        CaptureError, ImageError, MaskError: a file cannot be used.
+
+    """
+    found = []
+    for view in views:
+        depth = view.depth()
+        if depth is not None:
+            found.append(sights_of_depth(depth, view.mask(), view.camera, view.world_from_camera))
+    return found
+
+
+def sights_of_pair(view: CaptureView, other: CaptureView) -> Sights:
+    """Measure the depth of the object in a view with a mask from another view of that instant.
+
+    Raises:
+        CameraError, TargetError: the two cannot be matched.
+
+    """
+    here_from_there = view.world_from_camera.inverse() @ other.world_from_camera
+    mask = view.mask()
+    measured = stereo_depth(
+        view.image(), other.image(), view.camera, other.camera, here_from_there, mask
+    )
+    return sights_of_depth(measured.depth, mask, view.camera, view.world_from_camera)
+
+
+def sights_of_cloud(
+    points: NDArray[np.float64],
+    normals: NDArray[np.float64] | None,
+    viewpoint: tuple[float, float, float] | None,
+) -> Sights:
+    """Turn a point cloud, (N, 3) float64 each, into seen points.
+
+    They were seen from `viewpoint`, or else against their normals.
+
+    Raises:
+        MeshError: there are neither normals nor a view point.
+
+    """
+    if viewpoint is not None:
+        return join_sights([Sights(points, points - np.array(viewpoint))])
+    if normals is None:
+        raise MeshError(
+            "the cloud has no normals, so nothing says which side of its points is outside; give "
+            "the place from which it was seen with --viewpoint X,Y,Z, or save it with normals"
+        )
+    known = np.linalg.norm(normals, axis=1) > 0.0
+    return join_sights([Sights(points[known], -normals[known])])

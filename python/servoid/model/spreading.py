@@ -1,0 +1,118 @@
+"""Finds the object in views that do not say where it is: colours and a growing body, in turn."""
+
+import os
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+from numpy.typing import NDArray
+
+from servoid._native import Body, Given, ModelSettings, View, fit_body, rough_body
+from servoid.errors import TargetError
+from servoid.model.sights import Sights
+from servoid.observe import CaptureView, grow_mask
+
+_ROUGH_ELLIPSOIDS = 4
+_ELLIPSOIDS = (6, 8)  # of the body in each round
+_CERTAIN = (0.6, 0.75)  # what shrinks to this about the silhouette's middle is certainly object
+_POSSIBLE = (0.30, 0.15)  # how far beyond the silhouette it may reach, as a share of its size
+_LEAST_OVERLAP = 0.5  # of a mask with the body that it was grown from
+
+Mask = NDArray[np.uint8]
+
+
+def spread_masks(
+    marked: Sequence[CaptureView],
+    others: Sequence[CaptureView],
+    sights: Sights,
+    *,
+    seed: int | None = None,
+    threads: int | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> list[CaptureView]:
+    """Give views without a mask one, by what is known from views that have one.
+
+    Colours of object and background are learned where the object is marked. A rough body that
+    agrees with them in all views says where to look in each; there GrabCut finds a mask; a better
+    body is fitted to all masks, and so on. A view in which mask and body do not agree is left out.
+    `progress` is called with the share done.
+
+    Raises:
+        ModelError: the place of the object is open: too few views, or all in one line.
+        TargetError: the object is found in none of the other views.
+
+    """
+    tell = progress or (lambda _: None)
+    images = _parallel(CaptureView.image, others)
+    tell(0.1)
+    natives = [view.view() for view in marked]
+    body = rough_body(
+        natives,
+        [view.image() for view in marked],
+        [(v.camera, v.world_from_camera, i) for v, i in zip(others, images, strict=True)],
+        ModelSettings(max_ellipsoids=_ROUGH_ELLIPSOIDS, delta=0.0, seed=seed, threads=threads),
+        points=sights.points,
+        directions=sights.directions,
+    )
+    found: list[CaptureView] = []
+    for turn, count in enumerate(_ELLIPSOIDS):
+        tell((turn + 1) / (len(_ELLIPSOIDS) + 1))
+        found = _masked(body, others, images, turn)
+        if not found:
+            raise TargetError(
+                "the object is found in none of the views without a mask: its colours there are "
+                "those of the background, or the poses are wrong; mark it in more views"
+            )
+        if turn + 1 < len(_ELLIPSOIDS):
+            views = [*natives, *(view.view() for view in found)]
+            body = _body(views, sights, count, seed, threads)
+    return found
+
+
+def _masked(
+    body: Body,
+    views: Sequence[CaptureView],
+    images: Sequence[NDArray[np.uint8]],
+    turn: int,
+) -> list[CaptureView]:
+    def grow(pair: tuple[CaptureView, NDArray[np.uint8]]) -> CaptureView | None:
+        view, image = pair
+        silhouette = body.silhouette(view.camera, view.world_from_camera)
+        mask = _grown(image, silhouette, turn)
+        return None if mask is None else view.with_mask(mask)
+
+    grown = _parallel(grow, list(zip(views, images, strict=True)))
+    return [view for view in grown if view is not None]
+
+
+def _grown(image: NDArray[np.uint8], silhouette: Mask, turn: int) -> Mask | None:
+    """Grow a mask about a silhouette; None where image and silhouette do not agree."""
+    import cv2
+
+    if not silhouette.any() or silhouette.all():
+        return None
+    size_px = np.sqrt(float(np.count_nonzero(silhouette)))
+    depth = cv2.distanceTransform(silhouette, cv2.DIST_L2, 3)
+    certain = np.where(depth > _CERTAIN[turn] * depth.max(), 255, 0).astype(np.uint8)
+    beyond = cv2.distanceTransform(255 - silhouette, cv2.DIST_L2, 3)
+    possible = np.where(beyond <= _POSSIBLE[turn] * size_px, 255, 0).astype(np.uint8)
+    if possible.all():
+        return None
+    mask = grow_mask(image, certain, possible, likely=silhouette)
+    both = np.count_nonzero((mask != 0) & (silhouette != 0))
+    either = np.count_nonzero((mask != 0) | (silhouette != 0))
+    return mask if both >= _LEAST_OVERLAP * either and not mask.all() else None
+
+
+def _body(
+    views: Sequence[View], sights: Sights, count: int, seed: int | None, threads: int | None
+) -> Body:
+    given = Given(views=views, points=sights.points, directions=sights.directions)
+    settings = ModelSettings(max_ellipsoids=count, delta=0.003, seed=seed, threads=threads)
+    return fit_body(given, settings)[-1].body
+
+
+def _parallel(work: Callable[..., object], items: Sequence[object]) -> list:
+    # Decoding and GrabCut let go of Python's lock.
+    with ThreadPoolExecutor(max_workers=min(8, os.cpu_count() or 1)) as pool:
+        return list(pool.map(work, items))

@@ -79,7 +79,7 @@ prerequisites:
 	@touch $@
 
 .venv/.package: .venv/.tools $(RUST_FILES) | prerequisites
-	$(BIN)/maturin develop --release --extras view
+	$(BIN)/maturin develop --release --extras view,exchange
 	@touch $@
 
 .venv/.docs: .venv/.tools

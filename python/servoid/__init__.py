@@ -13,13 +13,13 @@ from typing import TYPE_CHECKING, Any
 from servoid import errors
 
 if TYPE_CHECKING:
-    from servoid import model, observe, pose, shape, sim, view
+    from servoid import exchange, model, observe, pose, shape, sim, view
 
     __version__: str
 
-_PARTS = ("model", "observe", "pose", "shape", "sim", "view")
+_PARTS = ("exchange", "model", "observe", "pose", "shape", "sim", "view")
 
-__all__ = ["__version__", "errors", "model", "observe", "pose", "shape", "sim", "view"]
+__all__ = ["__version__", "errors", "exchange", "model", "observe", "pose", "shape", "sim", "view"]
 
 
 def __getattr__(name: str) -> Any:

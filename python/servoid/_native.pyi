@@ -1,7 +1,7 @@
 """The Rust core, as Python sees it: C-contiguous arrays, lengths in metres, angles in radians."""
 
 from collections.abc import Callable, Sequence
-from typing import final
+from typing import ClassVar, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +10,7 @@ from typing_extensions import Self
 __all__ = [
     "Body",
     "Camera",
+    "Lens",
     "ModelSettings",
     "PaperSettings",
     "Pose",
@@ -51,6 +52,9 @@ class Pose:
 class Camera:
     """A pinhole camera: pixel (0, 0) is the centre of the top-left pixel."""
 
+    MAX_SIDE_PX: ClassVar[int]
+    """Most pixels along a side."""
+
     def __new__(
         cls,
         *,
@@ -65,6 +69,39 @@ class Camera:
     @property
     def center_px(self) -> tuple[float, float]: ...
     def project(self, points_in_camera: NDArray[np.float64]) -> NDArray[np.float64]: ...
+
+@final
+class Lens:
+    """A camera with a lens that may bend straight lines: pinhole, brown_conrady or kannala_brandt.
+
+    x points right, y down, z forward along the axis; pixel (0, 0) is the centre of the top-left
+    pixel.
+    """
+
+    def __new__(
+        cls,
+        *,
+        model: str,
+        size_px: tuple[int, int],
+        focal_px: tuple[float, float],
+        center_px: tuple[float, float],
+        distortion: Sequence[float] = ...,
+    ) -> Self: ...
+    @property
+    def model(self) -> str: ...
+    @property
+    def size_px(self) -> tuple[int, int]: ...
+    @property
+    def focal_px(self) -> tuple[float, float]: ...
+    @property
+    def center_px(self) -> tuple[float, float]: ...
+    @property
+    def distortion(self) -> tuple[float, ...]: ...
+    @property
+    def limit(self) -> float: ...
+    def project(self, points_in_lens: NDArray[np.float64]) -> NDArray[np.float64]: ...
+    def rays(self, pixels: NDArray[np.float64]) -> NDArray[np.float64]: ...
+    def map_to(self, camera: Camera, lens_from_camera: Pose) -> NDArray[np.float32]: ...
 
 @final
 class Body:
@@ -90,6 +127,7 @@ class Body:
     def outlines(
         self, camera: Camera, world_from_camera: Pose
     ) -> list[tuple[NDArray[np.float64], NDArray[np.float64]] | None]: ...
+    def mass_properties(self) -> tuple[float, NDArray[np.float64], NDArray[np.float64]]: ...
     def silhouette(self, camera: Camera, world_from_camera: Pose) -> NDArray[np.uint8]: ...
 
 @final

@@ -24,8 +24,16 @@ class MaskError(ServoidError, ValueError):
     """Is raised for a mask that cannot be read or that says nothing about the object."""
 
 
+class TargetError(ServoidError, ValueError):
+    """Is raised for a target that cannot be read or that finds no object in its image."""
+
+
 class CaptureError(ServoidError, ValueError):
     """Is raised for a capture whose files are missing, malformed or at odds with each other."""
+
+
+class MeshError(ServoidError, ValueError):
+    """Is raised for a mesh or a point cloud that cannot be read, closed or used."""
 
 
 class BodyError(ServoidError, ValueError):
@@ -34,6 +42,10 @@ class BodyError(ServoidError, ValueError):
 
 class ModelError(ServoidError, ValueError):
     """Is raised when views or settings cannot lead to a model."""
+
+
+class ExportError(ServoidError, ValueError):
+    """Is raised when a body cannot be written in the way that was asked for."""
 
 
 class OutputError(ServoidError, OSError):

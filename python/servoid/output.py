@@ -2,6 +2,7 @@
 
 import os
 import secrets
+from collections.abc import Mapping
 from pathlib import Path
 
 from servoid.errors import OutputError
@@ -26,6 +27,29 @@ def write_whole(path: Path, data: bytes) -> None:
         raise OutputError(f"cannot write {path}: {_reason(error)}") from error
     finally:
         partial.unlink(missing_ok=True)
+
+
+def write_together(files: Mapping[Path, bytes]) -> None:
+    """Write several files whole, all of them or none.
+
+    Raises:
+        OutputError: one cannot be written; what stood at their places still does.
+
+    """
+    old = {path: _content(path) for path in files}
+    written: list[Path] = []
+    try:
+        for path, data in files.items():
+            write_whole(path, data)
+            written.append(path)
+    except BaseException:
+        for path in written:
+            before = old[path]
+            if before is None:
+                path.unlink(missing_ok=True)
+            else:
+                write_whole(path, before)
+        raise
 
 
 def check_file(path: Path) -> None:
@@ -63,6 +87,13 @@ def make_folder(path: Path) -> None:
         path.mkdir(exist_ok=True)
     except OSError as error:
         raise OutputError(f"cannot make the folder {path}: {_reason(error)}") from error
+
+
+def _content(path: Path) -> bytes | None:
+    try:
+        return path.read_bytes() if path.exists() else None
+    except OSError as error:
+        raise OutputError(f"cannot replace {path}: {_reason(error)}") from error
 
 
 def _check_writable(folder: Path, asked: Path) -> None:

@@ -114,7 +114,7 @@ IMAGES = {
     ),
     "masks named otherwise": (
         other_masks,
-        r"no mask has the name of an image.*name each mask",
+        r"no mask has the name of an image.*name each mask like its image, such as 0000\.png",
     ),
     "no masks": (
         toml('masks = "masks/*.png"', ""),
@@ -134,9 +134,21 @@ CAMERAS = {
         r"images: '\.\./photos.*' leaves the capture's folder; write it relative",
     ),
     "absolute pattern": (toml("images/*.png", "/images/*.png"), r"leaves the capture's folder"),
-    "video": (
+    "video that is not there": (
         toml("images/*.png", "film.mp4"),
-        r"'film\.mp4' is a video, which is not supported",
+        r"'film\.mp4' matches no file",
+    ),
+    "depth without scale": (
+        toml("distortion", 'depths = "masks/*.png"\ndistortion'),
+        r"camera 'eye': depths needs depth_scale_m.*write depth_scale_m = 0\.001 for millimetres",
+    ),
+    "depth with a scale of zero": (
+        toml("distortion", 'depths = "masks/*.png"\ndepth_scale_m = 0.0\ndistortion'),
+        r"depth_scale_m: .*> 0",
+    ),
+    "depth that loses bits": (
+        toml("distortion", 'depths = "images/*.jpg"\ndepth_scale_m = 1.0\ndistortion'),
+        r"'images/\*\.jpg' ends in none of \.png, \.tif",
     ),
     "negative focal length": (
         toml("focal_px = [210.0", "focal_px = [-210.0"),
@@ -160,17 +172,14 @@ CAMERAS = {
         toml("[160, 120]", "[160.5, 120]"),
         r"camera\[0\]\.size_px.*a whole number",
     ),
-    "lens model to come": (
-        toml('"pinhole"', '"kannala_brandt"'),
-        r"camera 'eye': the model 'kannala_brandt' is not supported yet; undistort the images",
-    ),
-    "unknown lens model": (
-        toml('"pinhole"', '"fish"'),
-        r"unknown model 'fish'; known models",
-    ),
+    "unknown lens model": (toml('"pinhole"', '"fish"'), r"camera 'eye': .*fish.*pinhole"),
     "pinhole with distortion": (
         toml("distortion = []", "distortion = [0.1, 0.0]"),
-        r"a pinhole camera has no distortion, but 2 numbers were given",
+        r"camera 'eye': .*pinhole.*distortion.* 2 ",
+    ),
+    "distortion that is cut short": (
+        toml('"pinhole"\n', '"brown_conrady"\n'),
+        r"camera 'eye': .*brown_conrady.*distortion.* 0 ",
     ),
     "camera that is scaled": (
         toml("[[1, 0, 0, 0]", "[[2, 0, 0, 0]"),
@@ -202,7 +211,8 @@ FILES = {
     "unknown key of a camera": (
         toml("distortion", "distorsion"),
         r"capture\.toml, line 11, camera\[0\]: unknown key 'distorsion'; known keys: name, images, "
-        r"masks, size_px, model, focal_px, center_px, distortion, rig_from_camera",
+        r"masks, depths, depth_scale_m, size_px, model, focal_px, center_px, distortion, "
+        r"rig_from_camera",
     ),
     "unknown key of the rig": (
         toml("poses =", "path ="),

@@ -29,7 +29,8 @@ from servoid.view.curve import spread
 from servoid.view.raycast import Sight, cast, look
 from servoid.view.scores import scored_views
 
-NAMES = ["contact_sheet.png", "curve.png", "body.png", "summary.json"]
+PICTURES = ["body.png", "contact_sheet.png", "curve.png"]
+NAMES = ["report.html", *PICTURES, "summary.json"]
 
 
 @pytest.fixture(scope="module")
@@ -44,13 +45,13 @@ def pixels(path: Path) -> NDArray[np.uint8]:
     return np.asarray(image, np.uint8)
 
 
-def test_a_report_is_three_pictures_and_a_summary_and_nothing_else(
+def test_a_report_is_a_page_three_pictures_and_a_summary_and_nothing_else(
     result: ModelResult, tmp_path: Path
 ) -> None:
     folder = tmp_path / "report"
     assert write_report(result, folder) == [folder / name for name in NAMES]
     assert sorted(path.name for path in folder.iterdir()) == sorted(NAMES)
-    for name in NAMES[:3]:
+    for name in PICTURES:
         picture = pixels(folder / name)
         assert min(picture.shape[:2]) > 400
         assert picture.std() > 10  # not blank

@@ -1,6 +1,7 @@
 //! The Python face of the core: converts, releases the interpreter, calls, converts back.
 
 mod errors;
+mod lens;
 mod model;
 mod observe;
 mod paper;
@@ -15,6 +16,7 @@ fn native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add_class::<pose::Pose>()?;
     module.add_class::<observe::Camera>()?;
+    module.add_class::<lens::Lens>()?;
     module.add_class::<observe::View>()?;
     module.add_class::<shape::Body>()?;
     module.add_class::<shape::Mesh>()?;
@@ -22,6 +24,8 @@ fn native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<model::ModelSettings>()?;
     module.add_class::<model::Step>()?;
     module.add_function(wrap_pyfunction!(model::fit_body, module)?)?;
+    module.add_function(wrap_pyfunction!(model::rough_body, module)?)?;
+    module.add_function(wrap_pyfunction!(model::seen_surface, module)?)?;
     module.add_class::<paper::PaperSettings>()?;
     module.add_function(wrap_pyfunction!(paper::fit_paper, module)?)?;
     module.add_function(wrap_pyfunction!(model::silhouette_ious, module)?)?;

@@ -4,8 +4,8 @@ use servoid::fitness::Sight;
 use servoid::model as core;
 
 use crate::errors::raise;
-use crate::observe::{Pixels, View};
-use crate::pose::read_rows;
+use crate::observe::{Camera, Pixels, View};
+use crate::pose::{Pose, read_rows};
 use crate::relay::relay;
 use crate::shape::{Body, Mesh};
 
@@ -18,10 +18,11 @@ pub struct ModelSettings(core::Settings);
 impl ModelSettings {
     /// Takes the defaults, except where a value is given.
     #[new]
-    #[pyo3(signature = (*, max_ellipsoids=None, delta=None, seed=None, threads=None))]
+    #[pyo3(signature = (*, max_ellipsoids=None, delta=None, held_out=None, seed=None, threads=None))]
     fn new(
         max_ellipsoids: Option<usize>,
         delta: Option<f64>,
+        held_out: Option<bool>,
         seed: Option<u64>,
         threads: Option<usize>,
     ) -> Self {
@@ -29,6 +30,7 @@ impl ModelSettings {
         Self(core::Settings {
             max_ellipsoids: max_ellipsoids.unwrap_or(default.max_ellipsoids),
             delta: delta.unwrap_or(default.delta),
+            held_out: held_out.unwrap_or(default.held_out),
             seed: seed.unwrap_or(default.seed),
             threads: threads.unwrap_or(default.threads),
             ..default
@@ -45,6 +47,12 @@ impl ModelSettings {
     #[getter]
     fn delta(&self) -> f64 {
         self.0.delta
+    }
+
+    /// Whether a part of the evidence is held out to choose the count by.
+    #[getter]
+    fn held_out(&self) -> bool {
+        self.0.held_out
     }
 
     /// Seed of every search.
@@ -110,11 +118,7 @@ impl Given {
         volume_weight: Option<f64>,
         depth_weight: Option<f64>,
     ) -> PyResult<Self> {
-        let read = |array: Option<PyReadonlyArray2<'_, f64>>, name| {
-            array.map_or_else(|| Ok(Vec::new()), |array| read_rows::<_, 3>(&array, name))
-        };
-        let (points, directions) = (read(points, "points")?, read(directions, "directions")?);
-        let sights = Sight::join(&points, &directions).map_err(raise)?;
+        let sights = read_sights(points, directions)?;
         let default = core::Weights::default();
         let weights = core::Weights {
             silhouettes: silhouette_weight.unwrap_or(default.silhouettes),
@@ -147,6 +151,66 @@ pub fn fit_body(
         core::progressive(&given, &settings.0, report)
     };
     Ok(relay(py, progress.as_ref(), fit)?.into_iter().map(Step).collect())
+}
+
+/// Models the object roughly from views with their images, which teach its colours, and pictures
+/// that do not say where it is: (camera, world_from_camera, image). Points (N, 3) of its surface and
+/// the directions (N, 3) in which they were seen say where to look, if given. Raises ModelError.
+#[pyfunction]
+#[pyo3(signature = (views, images, pictures, settings, points=None, directions=None))]
+pub fn rough_body(
+    py: Python<'_>,
+    views: Vec<Bound<'_, View>>,
+    images: Vec<PyReadonlyArrayDyn<'_, u8>>,
+    pictures: Vec<(Camera, Pose, PyReadonlyArrayDyn<'_, u8>)>,
+    settings: ModelSettings,
+    points: Option<PyReadonlyArray2<'_, f64>>,
+    directions: Option<PyReadonlyArray2<'_, f64>>,
+) -> PyResult<Body> {
+    let views = borrow(&views)?;
+    let pixels = images.iter().map(Pixels::new).collect::<PyResult<Vec<_>>>()?;
+    let marked = views.into_iter().zip(&pixels);
+    let marked: Vec<_> =
+        marked.map(|(view, image)| Ok((view, image.view()?))).collect::<PyResult<_>>()?;
+    let others = pictures.iter().map(|picture| Pixels::new(&picture.2));
+    let others = others.collect::<PyResult<Vec<_>>>()?;
+    let unmarked = pictures.iter().zip(&others).map(|((camera, pose, _), image)| {
+        let image = image.view()?;
+        let unmarked = core::Unmarked { camera: camera.0, world_from_camera: pose.0, image };
+        unmarked.checked().map_err(raise)
+    });
+    let unmarked: Vec<_> = unmarked.collect::<PyResult<_>>()?;
+    let sights = read_sights(points, directions)?;
+    let found = py.detach(|| core::rough(&marked, &unmarked, &sights, &settings.0));
+    found.map(Body).map_err(raise)
+}
+
+/// Says which share of each ellipsoid's surface (K,) float64 the views or the seen points show,
+/// which share of the whole, and the direction in the object's frame to the side that they do not
+/// show, None if there is none.
+#[pyfunction]
+#[pyo3(signature = (body, views, points=None, directions=None))]
+pub fn seen_surface<'py>(
+    py: Python<'py>,
+    body: Body,
+    views: Vec<Bound<'py, View>>,
+    points: Option<PyReadonlyArray2<'_, f64>>,
+    directions: Option<PyReadonlyArray2<'_, f64>>,
+) -> PyResult<(Bound<'py, PyArray1<f64>>, f64, Option<[f64; 3]>)> {
+    let views = borrow(&views)?;
+    let sights = read_sights(points, directions)?;
+    let found = py.detach(|| core::seen(&body.0, &views, &sights));
+    Ok((PyArray1::from_vec(py, found.by_ellipsoid), found.share, found.unseen_toward))
+}
+
+fn read_sights(
+    points: Option<PyReadonlyArray2<'_, f64>>,
+    directions: Option<PyReadonlyArray2<'_, f64>>,
+) -> PyResult<Vec<Sight>> {
+    let read = |array: Option<PyReadonlyArray2<'_, f64>>, name| {
+        array.map_or_else(|| Ok(Vec::new()), |array| read_rows::<_, 3>(&array, name))
+    };
+    Sight::join(&read(points, "points")?, &read(directions, "directions")?).map_err(raise)
 }
 
 /// Gives the intersection over union of the body's silhouette and the mask in each view, (V,)

@@ -13,14 +13,15 @@ pub struct Camera(pub core::Camera);
 
 #[pymethods]
 impl Camera {
+    /// Most pixels along a side.
+    #[classattr]
+    const MAX_SIDE_PX: usize = core::Camera::MAX_SIDE_PX;
+
     /// Makes a camera of (width, height), (fx, fy) and (cx, cy), all in pixels; raises CameraError.
     #[new]
     #[pyo3(signature = (*, size_px, focal_px, center_px))]
     fn new(size_px: (i64, i64), focal_px: [f64; 2], center_px: [f64; 2]) -> PyResult<Self> {
-        // A negative size becomes zero, which the core refuses in words.
-        let side = |n: i64| usize::try_from(n).unwrap_or(0);
-        let size_px = [side(size_px.0), side(size_px.1)];
-        core::Camera::new(size_px, focal_px, center_px).map(Self).map_err(raise)
+        core::Camera::new(side_px(size_px), focal_px, center_px).map(Self).map_err(raise)
     }
 
     /// (width, height) in pixels.
@@ -59,6 +60,11 @@ impl Camera {
         let (size, focal, center) = (self.size_px(), self.focal_px(), self.center_px());
         format!("Camera(size_px={size:?}, focal_px={focal:?}, center_px={center:?})")
     }
+}
+
+/// Takes a size as Python gives it; a negative side becomes zero, which the core refuses in words.
+pub fn side_px(size_px: (i64, i64)) -> [usize; 2] {
+    [size_px.0, size_px.1].map(|n| usize::try_from(n).unwrap_or(0))
 }
 
 /// The bytes of an image, taken out of a numpy array.

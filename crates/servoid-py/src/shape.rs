@@ -43,6 +43,9 @@ impl Mesh {
 /// Centre (2,) and 2x2 matrix of an outline.
 type Ellipse<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray2<f64>>);
 
+/// Volume, centroid (3,) and inertia (3, 3).
+type MassParts<'py> = (f64, Bound<'py, PyArray1<f64>>, Bound<'py, PyArray2<f64>>);
+
 #[pymethods]
 impl Body {
     /// Joins ellipsoids: centers (K, 3) and radii (K, 3) in metres, rotations (K, 4) as
@@ -120,6 +123,14 @@ impl Body {
             Some((center, rows(py, outline.covariance_px().as_slice(), 2)))
         };
         self.0.in_world().iter().map(ellipse).collect()
+    }
+
+    /// Gives volume, centroid (3,) and inertia about it (3, 3) of the union at unit density, in
+    /// the object's frame: m³, m and m⁵.
+    fn mass_properties<'py>(&self, py: Python<'py>) -> MassParts<'py> {
+        let mass = py.detach(|| self.0.mass_properties());
+        let centroid = PyArray1::from_slice(py, mass.centroid.as_slice());
+        (mass.volume, centroid, rows(py, mass.inertia.as_slice(), 3))
     }
 
     /// Draws the silhouette, (H, W) uint8: 255 where an ellipsoid covers the pixel's centre.

@@ -129,3 +129,56 @@ def sample(
     from servoid.cli.sampling import run_sample
 
     run_sample(directory)
+
+
+@app.command()
+def export(
+    body: Annotated[
+        Path, typer.Argument(metavar="BODY", help="A body, a .json file that model wrote.")
+    ],
+    out: Annotated[
+        Path, typer.Option(metavar="FILE", help="The file to write; others may go beside it.")
+    ],
+    to: Annotated[
+        str | None,
+        typer.Option(
+            metavar="FORMAT",
+            help="obj, ply, glb, mjcf, urdf, sdf or splat (default: what FILE ends in; .xml is "
+            "mjcf, .ply a mesh).",
+        ),
+    ] = None,
+    density: Annotated[
+        float | None,
+        typer.Option(metavar="D", help="Mass of a cubic metre in kg (default: water's, 1000)."),
+    ] = None,
+    frame: Annotated[
+        str | None,
+        typer.Option(
+            metavar="object|world",
+            help="Whose coordinates to use: the object's own, or the world's, in which it stood "
+            "(default: object).",
+        ),
+    ] = None,
+    name: Annotated[
+        str | None,
+        typer.Option(metavar="NAME", help="What the body is called in FILE (default: as FILE)."),
+    ] = None,
+    detail: Annotated[
+        int | None,
+        typer.Option(
+            metavar="N",
+            help="Make meshes of 20 * 4^N triangles an ellipsoid, N from 0 to 6 (default 4).",
+        ),
+    ] = None,
+) -> None:
+    """Write a body for a simulator, a planner or a viewer.
+
+    [bold]servoid export body.json --to mjcf --out body.xml[/bold]
+
+    [bold]servoid export body.json --out body.urdf --density 400[/bold]
+
+    [bold]servoid export body.json --to splat --frame world --out body.ply[/bold]
+    """
+    from servoid.cli.exporting import Request, run_export
+
+    run_export(Request(body, out, to, density, frame, name, detail))

@@ -19,6 +19,7 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
     """Run `servoid ARGUMENTS` and exit: 0 done, 1 failed, 2 wrong usage, 130 interrupted."""
     # The decoders write to standard error by themselves; servoid says what is wrong with a file.
     os.environ.setdefault("OPENCV_LOG_LEVEL", "SILENT")
+    os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
     try:
         from servoid.cli.app import app
 

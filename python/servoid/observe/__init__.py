@@ -1,23 +1,54 @@
 """Cameras and captures: what was seen, by which camera, from where."""
 
-from servoid._native import Camera, View
+from servoid._native import Camera, Lens, View
 from servoid.observe.capture import (
     Capture,
     CaptureCamera,
     CaptureView,
     Observation,
 )
+from servoid.observe.depth import read_depth
+from servoid.observe.finding import find_object
 from servoid.observe.images import read_image, read_mask
 from servoid.observe.opening import open_capture
+from servoid.observe.picture import Picture
+from servoid.observe.segment import grow_mask
+from servoid.observe.stereo import StereoDepth, stereo_depth
+from servoid.observe.target import (
+    BackgroundTarget,
+    BoxTarget,
+    ClickTarget,
+    HueTarget,
+    MaskTarget,
+    Target,
+    parse_target,
+)
+from servoid.observe.undistort import Undistortion, undistortion
 
 __all__ = [
+    "BackgroundTarget",
+    "BoxTarget",
     "Camera",
     "Capture",
     "CaptureCamera",
     "CaptureView",
+    "ClickTarget",
+    "HueTarget",
+    "Lens",
+    "MaskTarget",
     "Observation",
+    "Picture",
+    "StereoDepth",
+    "Target",
+    "Undistortion",
     "View",
+    "find_object",
+    "grow_mask",
     "open_capture",
+    "parse_target",
+    "read_depth",
     "read_image",
     "read_mask",
+    "stereo_depth",
+    "undistortion",
 ]

@@ -1,25 +1,40 @@
 """Captures: a folder of images with the cameras that took them and where these stood."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from servoid._native import Camera, Pose, View
-from servoid.errors import located
-from servoid.observe.images import read_image, read_mask
+from servoid._native import Camera, Lens, Pose, View
+from servoid.errors import CaptureError, MaskError, located
+from servoid.observe.depth import read_depth
+from servoid.observe.ideal import Ideal, needs_object
+from servoid.observe.images import read_mask
+from servoid.observe.picture import Picture
 
 
 @dataclass(frozen=True)
 class CaptureCamera:
-    """One camera of the rig, with its images in order and, where there is one, their masks."""
+    """One camera of the rig, with what it delivered in each observation, in order.
+
+    A picture is None where the camera delivered nothing, and so are a mask and a depth image where
+    there is none. `depth_scale_m` is what one unit of the depth images is in metres.
+    """
 
     name: str
-    camera: Camera
+    lens: Lens
     rig_from_camera: Pose
-    image_paths: tuple[Path, ...]
+    pictures: tuple[Picture | None, ...]
     mask_paths: tuple[Path | None, ...]
+    depth_paths: tuple[Path | None, ...]
+    depth_scale_m: float | None = None
+
+    @cached_property
+    def ideal(self) -> Ideal:
+        """Return the pinhole camera that stands for the lens where no object is known."""
+        return Ideal(self.lens)
 
 
 @dataclass(frozen=True)
@@ -29,24 +44,82 @@ class Observation:
     index: int
     time_s: float | None
     world_from_rig: Pose
-    image_paths: tuple[Path, ...]
+    pictures: tuple[Picture | None, ...]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class CaptureView:
-    """One image with a mask, seen by a camera whose pose is known."""
+    """One image, seen by a camera whose pose is known, as an ideal pinhole would have seen it.
+
+    `lens` and `world_from_lens` are the real camera, as the files know it. `camera`,
+    `world_from_camera` and all that the methods return belong to the ideal pinhole: without
+    distortion, and turned towards the object if the lens is a fisheye. `given_mask` is a mask in
+    the ideal pinhole's pixels, (H, W) uint8, that takes precedence over the file.
+    """
 
     camera_name: str
     index: int
-    image_path: Path
-    mask_path: Path
-    camera: Camera
-    world_from_camera: Pose
+    picture: Picture
+    mask_path: Path | None
+    depth_path: Path | None
+    lens: Lens
+    world_from_lens: Pose
+    depth_scale_m: float | None = None
+    given_mask: NDArray[np.uint8] | None = None
+    shared: Ideal | None = None
 
     @property
     def name(self) -> str:
         """Name the view for people: the camera and the image, such as `eye/0012`."""
-        return f"{self.camera_name}/{self.image_path.stem}"
+        return f"{self.camera_name}/{self.picture.stem}"
+
+    @property
+    def image_path(self) -> Path:
+        """Return the file that holds the image."""
+        return self.picture.path
+
+    @property
+    def has_mask(self) -> bool:
+        """Say if the view knows where the object is, from a file or from `with_mask`."""
+        return self.given_mask is not None or self.mask_path is not None
+
+    @cached_property
+    def ideal(self) -> Ideal:
+        """Return the ideal pinhole, with what turns the lens's images into its own."""
+        return self.shared or Ideal(self.lens, self.mask_path)
+
+    @cached_property
+    def camera(self) -> Camera:
+        """Return the ideal pinhole camera.
+
+        Raises:
+            CameraError: the lens sees nothing of its image, or the object is too wide.
+            MaskError: the lens is a fisheye, and the mask at which its pinhole looks is damaged.
+
+        """
+        return self.ideal.camera
+
+    @cached_property
+    def world_from_camera(self) -> Pose:
+        """Return the pose of the ideal pinhole camera; errors as for `camera`."""
+        return self.world_from_lens @ self.ideal.lens_from_camera
+
+    def with_mask(self, mask: NDArray[np.uint8]) -> "CaptureView":
+        """Return this view with a mask in its ideal pinhole's pixels: non-zero on the object.
+
+        The new view keeps the pinhole that this one has.
+
+        Raises:
+            MaskError: the mask is not (H, W) of the pinhole camera's size.
+
+        """
+        width, height = self.camera.size_px
+        if mask.shape != (height, width):
+            raise MaskError(
+                f"{self.name}: the mask has shape {mask.shape}; the camera needs {(height, width)}"
+            )
+        given = (mask != 0).astype(np.uint8) * np.uint8(255)
+        return replace(self, given_mask=given, shared=self.ideal)
 
     def image(self) -> NDArray[np.uint8]:
         """Read the image: (H, W, 3) uint8, RGB.
@@ -55,16 +128,41 @@ class CaptureView:
             ImageError: the file is missing, damaged or of another size than the camera's.
 
         """
-        return read_image(self.image_path, self.camera.size_px)
+        return self.ideal.maps().image(self.picture.read(self.lens.size_px))
 
     def mask(self) -> NDArray[np.uint8]:
         """Read the mask: (H, W) uint8, 255 on the object and 0 elsewhere.
 
         Raises:
-            MaskError: the file is missing, damaged or of another size than the camera's.
+            MaskError: there is no mask, or its file is missing, damaged or of another size than
+                the camera's.
 
         """
-        return read_mask(self.mask_path, self.camera.size_px)
+        if self.given_mask is not None:
+            return self.given_mask
+        if self.mask_path is None:
+            raise MaskError(f"{self.name} has no mask; write one and name it like the image")
+        return self.ideal.maps().mask(read_mask(self.mask_path, self.lens.size_px))
+
+    def depth(self) -> NDArray[np.float32] | None:
+        """Read the depth image: (H, W) float32, metres along z, NaN where unknown; None: no such.
+
+        Raises:
+            ImageError: the file is missing, damaged or of another size than the camera's.
+            CaptureError: nothing says which unit the file counts in.
+
+        """
+        if self.depth_path is None:
+            return None
+        if self.depth_scale_m is None:
+            raise CaptureError(
+                f"{self.depth_path}: nothing says what one unit is in metres; give depth_scale_m, "
+                "such as 0.001 for millimetres"
+            )
+        depth = read_depth(self.depth_path, self.lens.size_px, self.depth_scale_m)
+        seen = self.ideal.maps().depth(depth).astype(np.float32)
+        seen[seen == 0.0] = np.nan  # beyond what the lens sees
+        return seen
 
     def view(self) -> View:
         """Read the mask and join it with the camera and its pose, ready for modelling.
@@ -74,21 +172,30 @@ class CaptureView:
 
         """
         mask = self.mask()
-        with located(str(self.mask_path)):
+        with located(self.name if self.given_mask is not None else str(self.mask_path)):
             return View(camera=self.camera, world_from_camera=self.world_from_camera, mask=mask)
 
 
 @dataclass(frozen=True)
 class Capture:
-    """A checked capture: every camera has one image for each observation."""
+    """A checked capture: each camera has a picture, or None, for each observation.
+
+    `rate_hz` is how many observations a second there are if the capture is a recording.
+    """
 
     path: Path
     cameras: tuple[CaptureCamera, ...]
     world_from_rig: tuple[Pose, ...]
     times_s: tuple[float, ...] | None
+    rate_hz: float | None = None
 
     def __len__(self) -> int:
         return len(self.world_from_rig)
+
+    @property
+    def is_recording(self) -> bool:
+        """Say if the object may move from one observation to the next: there is a rate."""
+        return self.rate_hz is not None
 
     def observations(self) -> list[Observation]:
         """List the observations in order; `time_s` is None where the capture knows no time."""
@@ -97,25 +204,35 @@ class Capture:
                 index=index,
                 time_s=None if self.times_s is None else self.times_s[index],
                 world_from_rig=pose,
-                image_paths=tuple(camera.image_paths[index] for camera in self.cameras),
+                pictures=tuple(camera.pictures[index] for camera in self.cameras),
             )
             for index, pose in enumerate(self.world_from_rig)
         ]
 
     def views(self) -> list[CaptureView]:
         """List the images that have a mask: camera by camera, each in the order of its images."""
+        return [view for view in self.all_views() if view.has_mask]
+
+    def all_views(self) -> list[CaptureView]:
+        """List all images: camera by camera, each in the order of its images."""
         return [
-            CaptureView(
-                camera_name=camera.name,
-                index=index,
-                image_path=image_path,
-                mask_path=mask_path,
-                camera=camera.camera,
-                world_from_camera=self.world_from_rig[index] @ camera.rig_from_camera,
-            )
+            self._view(camera, index, picture)
             for camera in self.cameras
-            for index, (image_path, mask_path) in enumerate(
-                zip(camera.image_paths, camera.mask_paths, strict=True)
-            )
-            if mask_path is not None
+            for index, picture in enumerate(camera.pictures)
+            if picture is not None
         ]
+
+    def _view(self, camera: CaptureCamera, index: int, picture: Picture) -> CaptureView:
+        mask_path = camera.mask_paths[index]
+        own = mask_path is not None and needs_object(camera.lens)
+        return CaptureView(
+            camera_name=camera.name,
+            index=index,
+            picture=picture,
+            mask_path=mask_path,
+            depth_path=camera.depth_paths[index],
+            lens=camera.lens,
+            world_from_lens=self.world_from_rig[index] @ camera.rig_from_camera,
+            depth_scale_m=camera.depth_scale_m,
+            shared=None if own else camera.ideal,
+        )

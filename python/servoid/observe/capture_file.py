@@ -7,12 +7,12 @@ from typing import Annotated
 import msgspec
 import numpy as np
 
-from servoid._native import Camera, Pose
-from servoid.errors import CameraError, CaptureError, located
+from servoid._native import Lens, Pose
+from servoid.errors import CaptureError, located
+from servoid.observe.lenses import make_lens
 from servoid.observe.strict import check_version, convert, line_of, read_bytes
 
 POSES_HEADER = ("time_s", "x", "y", "z", "qw", "qx", "qy", "qz")
-_MODELS_TO_COME = ("brown_conrady", "kannala_brandt")
 
 Row = tuple[float, float, float, float]
 
@@ -23,6 +23,8 @@ class CameraEntry(msgspec.Struct, frozen=True, kw_only=True):
     name: Annotated[str, msgspec.Meta(min_length=1)]
     images: Annotated[str, msgspec.Meta(min_length=1)]
     masks: Annotated[str, msgspec.Meta(min_length=1)] | None = None
+    depths: Annotated[str, msgspec.Meta(min_length=1)] | None = None
+    depth_scale_m: Annotated[float, msgspec.Meta(gt=0)] | None = None
     size_px: tuple[int, int]
     model: str
     focal_px: tuple[float, float]
@@ -47,19 +49,19 @@ class CaptureFile(msgspec.Struct, frozen=True, kw_only=True):
 
 
 @dataclass(frozen=True)
-class Lens:
+class MountedLens:
     """What a [[camera]] table says of the camera itself: how it sees, and where on the rig."""
 
-    camera: Camera
+    lens: Lens
     rig_from_camera: Pose
 
 
-def read_capture_file(path: Path) -> tuple[CaptureFile, tuple[Lens, ...]]:
+def read_capture_file(path: Path) -> tuple[CaptureFile, tuple[MountedLens, ...]]:
     """Read and check a capture.toml; return what it says, and its cameras in order.
 
     Raises:
         CaptureError: the file is missing or malformed, or a key is unknown.
-        CameraError: a camera cannot exist, or its model is not supported.
+        CameraError: a camera cannot exist, or its model is unknown.
         PoseError: a `rig_from_camera` is no rigid motion.
 
     """
@@ -82,26 +84,23 @@ def read_capture_file(path: Path) -> tuple[CaptureFile, tuple[Lens, ...]]:
     )
 
 
-def _read_lens(entry: CameraEntry, place: str, pose_line: int | None) -> Lens:
-    if entry.model in _MODELS_TO_COME:
-        raise CameraError(
-            f"{place}: the model '{entry.model}' is not supported yet; undistort the images and "
-            "use 'pinhole'"
+def _read_lens(entry: CameraEntry, place: str, pose_line: int | None) -> MountedLens:
+    if entry.depths is not None and entry.depth_scale_m is None:
+        raise CaptureError(
+            f"{place}: depths needs depth_scale_m, what one unit of the files is in metres; write "
+            "depth_scale_m = 0.001 for millimetres, or 1.0 for metres"
         )
-    if entry.model != "pinhole":
-        raise CameraError(f"{place}: unknown model '{entry.model}'; known models: pinhole")
-    if entry.distortion:
-        raise CameraError(
-            f"{place}: a pinhole camera has no distortion, but {len(entry.distortion)} numbers "
-            "were given; undistort the images and write distortion = []"
-        )
-    if min(entry.size_px) < 1:
-        raise CameraError(f"{place}: size_px must be two positive numbers, not {entry.size_px}")
-    with located(place):
-        camera = Camera(size_px=entry.size_px, focal_px=entry.focal_px, center_px=entry.center_px)
+    lens = make_lens(
+        place,
+        model=entry.model,
+        size_px=entry.size_px,
+        focal_px=entry.focal_px,
+        center_px=entry.center_px,
+        distortion=entry.distortion,
+    )
     line = f", line {pose_line}" if pose_line else ""
     with located(f"{place}, rig_from_camera{line}"):
-        return Lens(camera, Pose(np.array(entry.rig_from_camera, dtype=np.float64)))
+        return MountedLens(lens, Pose(np.array(entry.rig_from_camera, dtype=np.float64)))
 
 
 def read_poses(path: Path) -> tuple[list[float], list[Pose]]:

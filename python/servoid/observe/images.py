@@ -7,12 +7,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid.errors import ImageError, MaskError
+from servoid.observe.image_size import size_in_header
 from servoid.observe.strict import read_bytes
 
 if TYPE_CHECKING:
     import cv2
 
 _PNG = b"\x89PNG\r\n\x1a\n"
+_PNG_AROUND = 12  # length, kind and checksum of a chunk
 _JPEG = b"\xff\xd8"
 _JPEG_START_OF_SCAN = 0xDA
 _JPEG_END = b"\xff\xd9"
@@ -29,8 +31,8 @@ def read_image(path: Path, size_px: tuple[int, int]) -> NDArray[np.uint8]:
     """
     import cv2  # costs as much as the rest of the package, and help texts do not need it
 
-    pixels = _decode(path, cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION, ImageError)
-    _check_size(path, pixels, size_px, ImageError)
+    flags = cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION
+    pixels = decode(path, flags, size_px, ImageError)
     return np.asarray(cv2.cvtColor(pixels, cv2.COLOR_BGR2RGB), dtype=np.uint8)
 
 
@@ -46,15 +48,18 @@ def read_mask(path: Path, size_px: tuple[int, int]) -> NDArray[np.uint8]:
     """
     import cv2
 
-    pixels = _decode(path, cv2.IMREAD_UNCHANGED, MaskError)
-    _check_size(path, pixels, size_px, MaskError)
+    pixels = decode(path, cv2.IMREAD_UNCHANGED, size_px, MaskError)
     object_px = pixels != 0 if pixels.ndim == 2 else (pixels[..., :3] != 0).any(axis=2)
     return object_px.astype(np.uint8) * np.uint8(255)
 
 
-def _decode(
-    path: Path, flags: int, error: type[ImageError] | type[MaskError]
+def decode(
+    path: Path,
+    flags: int,
+    size_px: tuple[int, int],
+    error: type[ImageError] | type[MaskError],
 ) -> "cv2.typing.MatLike":
+    """Decode an image file of (width, height) pixels with OpenCV's `flags`, or raise `error`."""
     import cv2
 
     data = read_bytes(path, error)
@@ -62,33 +67,39 @@ def _decode(
         raise error(f"{path} is empty; replace the file")
     if _is_cut_short(data):
         raise error(f"{path} is cut short: its end is missing; copy the file again")
+    size = size_in_header(data)
+    if size is not None:  # before a header that lies can ask for memory
+        check_size(path, size, size_px, error)
     try:
         pixels = cv2.imdecode(np.frombuffer(data, dtype=np.uint8), flags)
     except cv2.error as reason:
         raise error(f"{path} cannot be decoded as an image: {reason.err}") from reason
     if pixels is None:
         raise error(f"{path} cannot be decoded: it is no image or it is damaged; replace the file")
+    height, width = pixels.shape[:2]
+    check_size(path, (width, height), size_px, error)
     return pixels
 
 
-def _check_size(
+def check_size(
     path: Path,
-    pixels: "cv2.typing.MatLike",
+    found: tuple[int, int],
     size_px: tuple[int, int],
     error: type[ImageError] | type[MaskError],
 ) -> None:
-    height, width = pixels.shape[:2]
-    if (width, height) != size_px:
+    """Check that an image is of its camera's size, or raise `error`."""
+    if found != size_px:
         raise error(
-            f"{path} is {width}x{height} pixels, but its camera has size_px = {list(size_px)}; "
-            "correct size_px with the rest of the calibration, or use the images it was made for"
+            f"{path} is {found[0]}x{found[1]} pixels, but its camera has size_px = "
+            f"{list(size_px)}; correct size_px with the rest of the calibration, or use the images "
+            "it was made for"
         )
 
 
 def _is_cut_short(data: bytes) -> bool:
     """Say if a PNG or JPEG misses its end; decoders fill what is missing without a word."""
     if data.startswith(_PNG):
-        return b"IEND" not in data
+        return not _png_chunks_end(data)
     if not data.startswith(_JPEG):
         return False
     # Segments come first, each with its length; a preview image among them has an end of its own.
@@ -96,3 +107,17 @@ def _is_cut_short(data: bytes) -> bool:
     while data[at : at + 1] == b"\xff" and data[at + 1 : at + 2] != bytes([_JPEG_START_OF_SCAN]):
         at += 2 + int.from_bytes(data[at + 2 : at + 4], "big")
     return data.find(_JPEG_END, at) < 0
+
+
+def _png_chunks_end(data: bytes) -> bool:
+    """Say if a PNG's chunks follow each other to the last one, none longer than the file.
+
+    OpenCV makes room for as many bytes as a chunk claims to have, before it looks for them.
+    """
+    at = len(_PNG)
+    while at + _PNG_AROUND <= len(data):
+        kind = data[at + 4 : at + 8]
+        at += _PNG_AROUND + int.from_bytes(data[at : at + 4], "big")
+        if kind == b"IEND":
+            return at <= len(data)
+    return False

@@ -9,22 +9,26 @@ from servoid.observe.capture import Capture, CaptureCamera
 from servoid.observe.capture_file import (
     CameraEntry,
     CaptureFile,
-    Lens,
+    MountedLens,
     read_capture_file,
     read_poses,
 )
+from servoid.observe.picture import Picture
+from servoid.observe.places import check_inside
+from servoid.observe.video import VIDEO_SUFFIXES, count_video_images
 
-_VIDEO_SUFFIXES = (".mp4", ".avi", ".mov", ".mkv", ".webm", ".m4v")
+_DEPTH_SUFFIXES = (".png", ".tif", ".tiff", ".npy")
 
 
 def open_capture(path: str | Path) -> Capture:
     """Open a capture: a folder with a `capture.toml`, or that file itself.
 
-    Images are listed, not read; each is checked when a view reads it.
+    Images are listed, not read; each is checked when a view reads it. A video is decoded once, to
+    count its images.
 
     Raises:
         CaptureError: a file is missing or malformed, or files contradict each other.
-        CameraError: a camera cannot exist, or its model is not supported.
+        CameraError: a camera cannot exist, or its model is unknown.
         PoseError: a pose is no rigid motion.
 
     """
@@ -33,16 +37,16 @@ def open_capture(path: str | Path) -> Capture:
     cameras = tuple(
         _list_camera(toml, entry, lens) for entry, lens in zip(file.camera, lenses, strict=True)
     )
-    count = len(cameras[0].image_paths)
+    count = len(cameras[0].pictures)
     for camera in cameras[1:]:
-        if len(camera.image_paths) != count:
+        if len(camera.pictures) != count:
             raise CaptureError(
                 f"{toml}: camera '{cameras[0].name}' has {count} images and camera "
-                f"'{camera.name}' has {len(camera.image_paths)}; every observation needs one "
+                f"'{camera.name}' has {len(camera.pictures)}; every observation needs one "
                 "image of each camera"
             )
     times_s, poses = _read_motion(toml, file, count)
-    return Capture(path=toml, cameras=cameras, world_from_rig=poses, times_s=times_s)
+    return Capture(toml, cameras, poses, times_s, rate_hz=file.rate_hz)
 
 
 def _find_toml(path: Path) -> Path:
@@ -61,7 +65,7 @@ def _read_motion(
         rate_hz = file.rate_hz
         times_s = None if rate_hz is None else tuple(index / rate_hz for index in range(count))
         return times_s, (Pose.identity(),) * count
-    _check_inside(file.rig.poses, f"{toml}, rig.poses")
+    check_inside(file.rig.poses, f"{toml}, rig.poses")
     csv_path = toml.parent / file.rig.poses
     times_s, poses = read_poses(csv_path)
     if len(poses) != count:
@@ -72,30 +76,49 @@ def _read_motion(
     return tuple(times_s), tuple(poses)
 
 
-def _list_camera(toml: Path, entry: CameraEntry, lens: Lens) -> CaptureCamera:
+def _list_camera(toml: Path, entry: CameraEntry, mounted: MountedLens) -> CaptureCamera:
     place = f"{toml}, camera '{entry.name}'"
-    if Path(entry.images).suffix.lower() in _VIDEO_SUFFIXES:
-        raise CaptureError(
-            f"{place}: images = '{entry.images}' is a video, which is not supported yet; save its "
-            "pictures as image files and write their pattern"
-        )
-    images = _matches(toml, entry.images, f"{place}, images")
+    pictures = _list_pictures(toml, entry.images, f"{place}, images")
     masks: dict[str, Path] = {}
     if entry.masks is not None:
         masks = _list_masks(toml, entry.masks, f"{place}, masks")
-        if not any(image.stem in masks for image in images):
-            raise CaptureError(
-                f"{place}: no mask has the name of an image: '{entry.masks}' matches "
-                f"{next(iter(masks.values())).name} and others, '{entry.images}' matches "
-                f"{images[0].name}; name each mask like its image, with .png at the end"
-            )
+        _check_names(pictures, masks, f"{place}, masks = '{entry.masks}'")
+    depths: dict[str, Path] = {}
+    if entry.depths is not None:
+        depths = _list_depths(toml, entry.depths, f"{place}, depths")
+        _check_names(pictures, depths, f"{place}, depths = '{entry.depths}'")
     return CaptureCamera(
         name=entry.name,
-        camera=lens.camera,
-        rig_from_camera=lens.rig_from_camera,
-        image_paths=tuple(images),
-        mask_paths=tuple(masks.get(image.stem) for image in images),
+        lens=mounted.lens,
+        rig_from_camera=mounted.rig_from_camera,
+        pictures=pictures,
+        mask_paths=tuple(masks.get(picture.stem) for picture in pictures),
+        depth_paths=tuple(depths.get(picture.stem) for picture in pictures),
+        depth_scale_m=entry.depth_scale_m,
     )
+
+
+def _list_pictures(toml: Path, pattern: str, place: str) -> tuple[Picture, ...]:
+    paths = _matches(toml, pattern, place)
+    if Path(pattern).suffix.lower() not in VIDEO_SUFFIXES:
+        return tuple(Picture(path) for path in paths)
+    if len(paths) > 1:
+        raise CaptureError(
+            f"{place}: '{pattern}' matches {len(paths)} videos; name one, and write a [[camera]] "
+            "for each of the others"
+        )
+    return tuple(Picture(paths[0], index) for index in range(count_video_images(paths[0])))
+
+
+def _check_names(pictures: tuple[Picture, ...], found: dict[str, Path], place: str) -> None:
+    """Check that at least one of the files that belong to images has an image's name."""
+    if not any(picture.stem in found for picture in pictures):
+        kind = "mask" if ", masks" in place else "depth image"
+        first = next(iter(found.values()))
+        raise CaptureError(
+            f"{place}: no {kind} has the name of an image: the pattern matches {first.name} and "
+            f"others; name each {kind} like its image, such as {pictures[0].stem}{first.suffix}"
+        )
 
 
 def _list_masks(toml: Path, pattern: str, place: str) -> dict[str, Path]:
@@ -104,19 +127,33 @@ def _list_masks(toml: Path, pattern: str, place: str) -> dict[str, Path]:
         raise CaptureError(
             f"{place}: '{pattern}' does not end in .png; save masks as PNG, which keeps every pixel"
         )
-    masks: dict[str, Path] = {}
-    for path in _matches(toml, pattern, place):
-        if path.stem in masks:
+    return _by_stem(_matches(toml, pattern, place), place)
+
+
+def _list_depths(toml: Path, pattern: str, place: str) -> dict[str, Path]:
+    """Map the stem of each depth image's name to the depth image."""
+    if Path(pattern).suffix not in _DEPTH_SUFFIXES:
+        raise CaptureError(
+            f"{place}: '{pattern}' ends in none of {', '.join(_DEPTH_SUFFIXES)}; save depth as "
+            "16-bit PNG, 16-bit or float32 TIFF, or .npy"
+        )
+    return _by_stem(_matches(toml, pattern, place), place)
+
+
+def _by_stem(paths: list[Path], place: str) -> dict[str, Path]:
+    found: dict[str, Path] = {}
+    for path in paths:
+        if path.stem in found:
             raise CaptureError(
-                f"{place}: {masks[path.stem]} and {path} have the same name; keep one of them"
+                f"{place}: {found[path.stem]} and {path} have the same name; keep one of them"
             )
-        masks[path.stem] = path
-    return masks
+        found[path.stem] = path
+    return found
 
 
 def _matches(toml: Path, pattern: str, place: str) -> list[Path]:
     """List what a pattern matches in the capture's folder, sorted by name; at least one file."""
-    _check_inside(pattern, place)
+    check_inside(pattern, place)
     # Path.glob would also match hidden files, such as those that macOS leaves beside each image.
     names = sorted(glob.glob(pattern, root_dir=toml.parent))  # noqa: PTH207
     if not names:
@@ -125,12 +162,3 @@ def _matches(toml: Path, pattern: str, place: str) -> list[Path]:
             "'images/*.jpg'"
         )
     return [toml.parent / name for name in names]
-
-
-def _check_inside(pattern: str, place: str) -> None:
-    path = Path(pattern)
-    if path.is_absolute() or ".." in path.parts:
-        raise CaptureError(
-            f"{place}: '{pattern}' leaves the capture's folder; write it relative to that folder, "
-            "without '..'"
-        )

@@ -37,14 +37,18 @@ def convert(
     place: str,
     error: type[ServoidError],
     text: str = "",
+    *,
+    known_only: bool = True,
 ) -> StructT:
     """Convert parsed `data` to `struct`; `place` names the file, `text` is what it holds.
+
+    Without `known_only`, keys that `struct` does not have are passed over.
 
     Raises:
         error: a key is unknown or missing, a value has the wrong type or range, a number is NaN.
 
     """
-    for complaint in _wrong_keys(data, struct, (), text):
+    for complaint in _wrong_keys(data, struct, (), text if known_only else None):
         raise error(f"{place}{complaint}")
     for where in _not_finite(data, ()):
         raise error(f"{place}{_at(where)}: the number is not finite; write a finite number")
@@ -54,6 +58,7 @@ def convert(
         what, _, where = str(reason).partition(" - at `$")
         path = where.rstrip("`").lstrip(".")
         at = f"{place}, {path}" if path else place
+        what = what.replace(" | null`", "`")  # that a key may also be left out
         for word, plain in _PLAIN_WORDS.items():
             what = what.replace(word, plain)
         raise error(f"{at}: {what[:1].lower()}{what[1:]}") from reason
@@ -76,12 +81,16 @@ def line_of(text: str, key: str, index: int = 0) -> int | None:
 
 
 def _wrong_keys(
-    data: dict[str, Any], struct: type[msgspec.Struct], where: tuple[str | int, ...], text: str
+    data: dict[str, Any],
+    struct: type[msgspec.Struct],
+    where: tuple[str | int, ...],
+    text: str | None,
 ) -> Iterator[str]:
+    """Say which keys are missing and, if there is the `text` of the file, which are unknown."""
     fields = {field.encode_name: field for field in msgspec.structs.fields(struct)}
     known = f"known keys: {', '.join(fields)}"
     for key in data:
-        if key not in fields:
+        if key not in fields and text is not None:
             # A key that stands on several lines cannot be told apart by its name.
             line = line_of(text, key) if line_of(text, key, 1) is None else None
             on = f", line {line}" if line else ""

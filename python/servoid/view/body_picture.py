@@ -144,7 +144,7 @@ def _put_cameras(
     for one, pose in sorted(
         zip(scored, poses, strict=True), key=lambda pair: -pair[1][:3, 3] @ axes[2]
     ):
-        lines = sight.project(_frustum(one, pose, 0.085 * reach))
+        lines = sight.project(frustum(one, pose, 0.085 * reach))
         color = USED_COLOR if one.used else UNUSED_COLOR
         for start, end in ((0, 1), (0, 2), (0, 3), (0, 4), (1, 2), (2, 3), (3, 4), (4, 1)):
             ends = np.rint(16 * lines[[start, end]]).astype(np.int32)
@@ -160,7 +160,7 @@ def _put_cameras(
             place -= 86
 
 
-def _frustum(one: ScoredView, pose: NDArray[np.float64], length: float) -> NDArray[np.float64]:
+def frustum(one: ScoredView, pose: NDArray[np.float64], length: float) -> NDArray[np.float64]:
     """Return a camera's centre and the corners of its image (5, 3), `length` metres ahead."""
     camera = one.view.camera
     size, focal, center = (

@@ -1,7 +1,8 @@
-"""The report: pictures and figures that show how good a body is."""
+"""The report: a page, pictures and figures that show how good a body is."""
 
 import json
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -12,15 +13,18 @@ from servoid.model import ModelResult
 from servoid.view.body_picture import draw_body
 from servoid.view.contact_sheet import draw_contact_sheet
 from servoid.view.curve import draw_curve
+from servoid.view.html_page import html_page
 from servoid.view.scores import ScoredView, mean_iou, scored_views
 
 
-def write_report(result: ModelResult, directory: Path) -> list[Path]:
+def write_report(result: ModelResult, directory: Path, *, notes: Sequence[str] = ()) -> list[Path]:
     """Write the pictures and the figures of a result into a folder; return the files' paths.
 
-    They are `contact_sheet.png` (the views with the ellipsoids' outlines), `curve.png` (fitness
-    and silhouette IoU against the count), `body.png` (the body from four sides, and the cameras)
-    and `summary.json`. The folder is made if need be; other files in it are left alone.
+    They are `report.html` (everything on one page, and the body to turn), `contact_sheet.png` (the
+    views with the ellipsoids' outlines), `curve.png` (fitness and silhouette IoU against the
+    count), `body.png` (the body from four sides, and the cameras) and `summary.json`. `notes` are
+    sentences that the page shows above all else. The folder is made if need be; other files in it
+    are left alone.
 
     Raises:
         ImageError, MaskError: a view's file can no longer be read.
@@ -28,10 +32,14 @@ def write_report(result: ModelResult, directory: Path) -> list[Path]:
 
     """
     directory = Path(directory)
-    files = {
+    pictures = {
+        "body.png": draw_body(result),
         "contact_sheet.png": draw_contact_sheet(result),
         "curve.png": draw_curve(result),
-        "body.png": draw_body(result),
+    }
+    files = {
+        "report.html": html_page(result, pictures, notes),
+        **pictures,
         "summary.json": (json.dumps(summarise(result), indent=2) + "\n").encode(),
     }
     try:

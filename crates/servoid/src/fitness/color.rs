@@ -17,20 +17,22 @@ const BITS: u32 = 5;
 const BINS: usize = 1 << (3 * BITS);
 
 impl ColorModel {
-    /// Learns both histograms from an image and the mask of the object in it.
+    /// Learns both histograms from images and the masks of the object in them.
     ///
     /// # Errors
-    /// If image and mask differ in size.
-    pub fn learn(image: &ImageView<'_>, mask: &Mask<'_>) -> Result<Self, crate::observe::RigError> {
-        let (expected, given) = (image.size_px(), mask.image().size_px());
-        if expected != given {
-            return Err(crate::observe::RigError::ImageSize { camera: 0, expected, given });
-        }
+    /// If an image and its mask differ in size.
+    pub fn learn(pairs: &[(&ImageView<'_>, &Mask<'_>)]) -> Result<Self, crate::observe::RigError> {
         let (mut object, mut background) = (vec![0.0; BINS], vec![0.0; BINS]);
-        for v in 0..expected[1] {
-            for (u, &m) in mask.image().row(v).iter().enumerate() {
-                let counts = if m == 0 { &mut background } else { &mut object };
-                counts[Self::bin(image.rgb(u, v))] += 1.0;
+        for (camera, (image, mask)) in pairs.iter().enumerate() {
+            let (expected, given) = (image.size_px(), mask.image().size_px());
+            if expected != given {
+                return Err(crate::observe::RigError::ImageSize { camera, expected, given });
+            }
+            for v in 0..expected[1] {
+                for (u, &m) in mask.image().row(v).iter().enumerate() {
+                    let counts = if m == 0 { &mut background } else { &mut object };
+                    counts[Self::bin(image.rgb(u, v))] += 1.0;
+                }
             }
         }
         let table = log_ratios(&object, &background);

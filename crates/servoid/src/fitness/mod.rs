@@ -7,6 +7,7 @@ mod evidence;
 mod lanes;
 #[cfg(target_arch = "x86_64")]
 mod lanes_x86;
+mod likelihood;
 mod map;
 mod overlap;
 mod points;
@@ -20,6 +21,7 @@ mod volume;
 pub use backend::Backend;
 pub use color::ColorModel;
 pub use evidence::{Evidence, Total};
+pub use likelihood::{Likelihood, LikelihoodView};
 pub use map::ScoreMap;
 pub use overlap::{Overlap, OverlapView};
 pub use points::{Margin, Points, PointsError, PointsView};

@@ -28,6 +28,6 @@ pub struct Weights {
 
 impl Default for Weights {
     fn default() -> Self {
-        Self { silhouettes: 1.0, volume: 3.0, depth: 1.0 }
+        Self { silhouettes: 1.0, volume: 10.0, depth: 1.0 }
     }
 }

@@ -34,14 +34,45 @@ pub(super) fn add_one(
         let branch = branch(line, standing.quadrics.len(), 0, island);
         seek_and_fit(scene, open.as_ref(), &standing.quadrics, settings, branch)
     };
-    let found: Vec<_> = (0..settings.islands).into_par_iter().map(seek).collect();
+    // The first one decides much and costs little.
+    let islands = settings.islands * if standing.quadrics.is_empty() { FIRST_ISLANDS } else { 1 };
+    let found: Vec<_> = (0..islands).into_par_iter().map(seek).collect();
     let mut found: Vec<Fit> = found.into_iter().collect::<Result<_, _>>()?;
     found.extend(splits(scene, standing, settings.splits));
+    if (1..MOST_AFRESH).contains(&standing.quadrics.len()) {
+        found.push(afresh(scene, standing.quadrics.len() + 1, settings, line)?);
+    }
     let best = settle_best(scene, found);
     Ok(best
         .filter(|fit| fit.fitness >= standing.fitness)
         .unwrap_or_else(|| standing.echo(scene.coarse.spread_cost)))
 }
+
+/// Islands for the first ellipsoid, for each one of a later ellipsoid.
+const FIRST_ISLANDS: usize = 4;
+/// Largest count that is sought afresh.
+const MOST_AFRESH: usize = 8;
+
+/// Seeks all ellipsoids of a count one after another and fits them together only in the end: what
+/// stands need not be a part of the best body of the next count (a mug is filled by one, but held
+/// together by the wall's parts).
+fn afresh(
+    scene: &Scene,
+    count: usize,
+    settings: &Settings,
+    line: usize,
+) -> Result<Fit, ModelError> {
+    let mut quadrics = Vec::with_capacity(count);
+    for place in 0..count {
+        let open = scene.coarse.total.open(&quadrics);
+        let rng = rng(settings.seed, branch(line, count, AFRESH, place));
+        quadrics.push(search(open.as_ref(), &quadrics, settings, rng)?);
+    }
+    Ok(refine(&scene.coarse, &quadrics, STEPS[0]))
+}
+
+/// The round's number in the names of searches from nothing.
+const AFRESH: usize = 0xffff;
 
 /// Splits each ellipsoid across each of its axes, and fits the `keep` most promising.
 fn splits(scene: &Scene, standing: &Fit, keep: usize) -> Vec<Fit> {

@@ -58,11 +58,16 @@ impl Ladder {
         count > 1 && gain < settings.delta
     }
 
-    /// Ends at the greatest count that is allowed and worth its last ellipsoid.
+    /// Ends at the greatest count that is worth its last ellipsoid.
     pub fn cut(&mut self, settings: &Settings) {
         let last = (2..=self.rungs.len()).find(|&count| self.stops_at(count, settings));
         let last = last.map_or(self.rungs.len(), |count| count - 1);
-        self.rungs.truncate(last.min(settings.max_ellipsoids));
+        self.rungs.truncate(last);
+    }
+
+    /// Ends at a count.
+    pub fn truncate(&mut self, count: usize) {
+        self.rungs.truncate(count);
     }
 
     /// Carries the bodies to the world. Where counting pixels contradicts the finest level and a

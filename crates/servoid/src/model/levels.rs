@@ -24,7 +24,7 @@ pub(super) const COARSE: Resolution =
 pub(super) const MIDDLE: Resolution =
     Resolution { extent_px: 128, views: 24, voxels: 48, sights: 1000 };
 pub(super) const FINEST: Resolution =
-    Resolution { extent_px: 200, views: usize::MAX, voxels: 128, sights: 3000 };
+    Resolution { extent_px: 200, views: usize::MAX, voxels: 96, sights: 3000 };
 
 /// Background kept around the object, as a share of its longer side.
 const MARGIN: f64 = 0.3;
@@ -88,6 +88,23 @@ fn fill_shares(
                 |v: usize| mask.image().row(v)[left..right].iter().filter(|&&m| m != 0).count();
             let filled: usize = rows.clone().map(count).sum();
             out.push(filled as f64 / (rows.len() * (right - left)) as f64);
+        }
+    }
+    out
+}
+
+/// Averages what `value(u, v)` says over blocks of `shrink` x `shrink` pixels.
+pub(super) fn block_means(
+    [width, height]: [usize; 2],
+    shrink: usize,
+    value: impl Fn(usize, usize) -> f64,
+) -> Vec<f64> {
+    let mut out = Vec::with_capacity(width * height);
+    for row in 0..height {
+        for column in 0..width {
+            let block = (0..shrink * shrink)
+                .map(|i| value(column * shrink + i % shrink, row * shrink + i / shrink));
+            out.push(block.sum::<f64>() / (shrink * shrink) as f64);
         }
     }
     out

@@ -1,5 +1,6 @@
 //! Observations become a body: the progressive flow of the paper's Fig. 1, and what makes it fast.
 
+mod choice;
 mod color;
 mod given;
 mod grow;
@@ -9,8 +10,10 @@ mod paper;
 mod portraits;
 mod progressive;
 mod refine;
+mod rough;
 mod scene;
 mod seed;
+mod seen;
 mod settings;
 mod watch;
 
@@ -18,7 +21,9 @@ pub use color::ellipsoid_colors;
 pub use given::{Given, Weights};
 pub use paper::{PaperSettings, paper};
 pub use progressive::{Progress, Step, progressive};
+pub use rough::{Unmarked, rough};
 pub use scene::silhouette_ious;
+pub use seen::{Seen, seen};
 pub use settings::Settings;
 
 /// Why no body comes out.

@@ -7,7 +7,7 @@ use crate::pose::Pose;
 use crate::shape::{Mesh, Projection};
 
 /// Pictures that are taken of a mesh, from all sides.
-const COUNT: usize = 16;
+const COUNT: usize = 6;
 /// Their width and height in pixels.
 const SIDE_PX: usize = 256;
 /// Distance of the cameras from the mesh's middle, in radii of the ball around it.

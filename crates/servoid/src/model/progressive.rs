@@ -1,5 +1,6 @@
 use rayon::prelude::*;
 
+use super::choice::Parts;
 use super::grow::{add_one, descend, reseed};
 use super::ladder::Ladder;
 use super::portraits::{Portrait, portraits};
@@ -34,20 +35,30 @@ pub fn progressive(
     progress: Progress<'_>,
 ) -> Result<Vec<Step>, ModelError> {
     let settings = settings.checked()?;
+    let settings = if given.mesh.is_some() { settings.for_solids() } else { settings };
     let pool = rayon::ThreadPoolBuilder::new().num_threads(settings.threads).build();
     let pool = pool.map_err(|_| ModelError::Threads(settings.threads))?;
     pool.install(|| {
         let drawn = given.mesh.map_or_else(|| Ok(Vec::new()), portraits)?;
         let drawn = drawn.iter().map(Portrait::view).collect::<Result<Vec<_>, _>>()?;
         let views = [given.views, &drawn].concat();
-        let scene = Scene::new(&Given { views: &views, ..*given })?;
+        let given = Given { views: &views, ..*given };
+        let parts = if settings.held_out { Parts::of(&given) } else { None };
+        let settings = Settings { held_out: parts.is_some(), ..settings };
+        let scene = Scene::new(&parts.as_ref().map_or(given, |parts| parts.kept(&given)))?;
         let watch = Watch::new(&settings, progress);
         let lines: Vec<_> = (0..settings.lines)
             .into_par_iter()
             .map(|line| grow(&scene, &settings, line, &watch))
             .collect();
         let lines: Vec<Ladder> = lines.into_iter().collect::<Result<_, _>>()?;
-        let ladder = cross(&scene, &settings, &lines, &watch)?;
+        let mut ladder = cross(&scene, &settings, &lines, &watch)?;
+        let scene = if let Some(parts) = &parts {
+            ladder.truncate(parts.choose(&given, &ladder, &scene, &settings)?);
+            Scene::in_frame(&given, scene.world_from_scene, scene.unit)?
+        } else {
+            scene
+        };
         let steps = ladder.steps(&scene, &views)?;
         watch.finish(&steps)?;
         Ok(steps)
@@ -58,7 +69,7 @@ pub fn progressive(
 /// of them together and seeks the redundant ones anew, until ΔF < δ or the maximum is reached and
 /// a little beyond. Then takes them away one by one, which may leave a better body of a count than
 /// adding did.
-fn grow(
+pub(super) fn grow(
     scene: &Scene,
     settings: &Settings,
     line: usize,
@@ -71,7 +82,7 @@ fn grow(
         count += 1;
         let grown = add_one(scene, ladder.at(count - 1), settings, line)?;
         ladder.offer(reseed(scene, grown, settings, line)?);
-        if count <= top && ladder.stops_at(count, settings) {
+        if !settings.held_out && count <= top && ladder.stops_at(count, settings) {
             top = count;
         }
         watch.report(&ladder, count.min(top))?;
@@ -106,7 +117,10 @@ fn cross(
     for ladder in children {
         best.merge(&ladder?);
     }
-    best.cut(settings);
+    if !settings.held_out {
+        best.cut(settings);
+    }
+    best.truncate(settings.max_ellipsoids);
     best.offer(reseed(scene, best.top().clone(), settings, lines.len())?);
     Ok(best)
 }

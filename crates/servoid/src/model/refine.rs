@@ -7,11 +7,13 @@ use crate::shape::{Quadric, QuadricGradient};
 /// Numbers that an ellipsoid has while it is refined.
 const NUMBERS: usize = 12;
 
-/// What judges bodies on one level: the evidence, and what a unit of spread costs in F.
+/// What judges bodies on one level: the evidence, what a unit of spread costs in F.
 #[derive(Default)]
 pub(super) struct Judge {
     pub total: Total,
     pub spread_cost: f64,
+    /// Least gain for which a climb goes on.
+    pub least_gain: f64,
 }
 
 /// Ellipsoids and what they are worth together.
@@ -53,7 +55,7 @@ impl Fit {
 
 /// Moves and shapes all ellipsoids together, uphill.
 pub(super) fn refine(judge: &Judge, start: &[Quadric], steps: usize) -> Fit {
-    let settings = ClimbSettings { steps, first_step: 0.02, least_gain: 1e-7 };
+    let settings = ClimbSettings { steps, first_step: 0.02, least_gain: judge.least_gain };
     let mut slopes = vec![QuadricGradient::default(); start.len()];
     let found = climb(&pack(start), &settings, |at, uphill| {
         let quadrics = unpack(at);

@@ -6,15 +6,15 @@ use super::{Given, ModelError};
 use crate::fitness::{Sight, Sights, Total, Volume};
 use crate::observe::View;
 use crate::pose::Pose;
-use crate::shape::{Body, Ellipsoid, Quadric, silhouette};
+use crate::shape::{Body, Ellipsoid, Mesh, Quadric, silhouette};
 
 /// What was given, in a frame and a unit of its own: for views the axes of the first camera and the
 /// point where the lines of sight meet, for a mesh its principal frame; the object's mean radius is
 /// the unit. Whatever moves, turns or scales the world leaves it as it is, and so the search that
 /// runs in it.
 pub(super) struct Scene {
-    world_from_scene: Pose,
-    unit: f64,
+    pub world_from_scene: Pose,
+    pub unit: f64,
     /// On which searches run.
     pub coarse: Judge,
     /// On which their finalists are compared.
@@ -29,50 +29,26 @@ const LEAST_RADIUS: f64 = 1e-3;
 const SIGHT_BEFORE: f64 = 0.6;
 const SIGHT_BEHIND: f64 = 0.25;
 /// Nothing that is kept around a solid, as a share of its longest side.
-const MARGIN: f64 = 0.25;
+const MARGIN: f64 = 0.2;
+/// Voxels across a solid's mean thickness that are wanted, and most along its side for that.
+const VOXELS_ACROSS: f64 = 3.0;
+const MOST_COARSE_VOXELS: usize = 48;
 
 impl Scene {
     pub fn new(given: &Given<'_>) -> Result<Self, ModelError> {
         let (world_from_scene, unit) = frame_and_unit(given)?;
-        let scene_from_world = world_from_scene.inverse();
-        let cameras: Vec<_> = given
-            .views
-            .iter()
-            .map(|view| camera_from_scene(&view.world_from_camera(), &world_from_scene, unit))
-            .collect();
-        let order = spread_out(&cameras);
-        let mesh = given.mesh.map(|mesh| mesh.moved(&scene_from_world, 1.0 / unit));
-        let sights: Vec<Sight> = given
-            .sights
-            .iter()
-            .map(|sight| Sight {
-                point: scene_from_world.transform(&sight.point) / unit,
-                direction: scene_from_world.rotation() * sight.direction,
-            })
-            .collect();
-        let spread_cost =
-            if wide(&cameras) || mesh.is_some() { SPREAD_COST } else { ONE_LOOK_COST };
-        let judge = |resolution: Resolution| -> Result<Judge, ModelError> {
-            let mut total = Total::default();
-            if !cameras.is_empty() {
-                let chosen = &order[..resolution.views.min(order.len())];
-                let pairs: Vec<_> =
-                    chosen.iter().map(|&i| (&given.views[i], &cameras[i])).collect();
-                total.push(given.weights.silhouettes, overlap(&pairs, resolution.extent_px)?);
-            }
-            if let Some(mesh) = &mesh {
-                let margin = (MARGIN * resolution.voxels as f64).ceil() as usize;
-                let grid = mesh.fill(resolution.voxels, margin);
-                total.push(given.weights.volume, Volume::new(grid));
-            }
-            if !sights.is_empty() {
-                let step = sights.len().div_ceil(resolution.sights);
-                let some = sights.iter().step_by(step).copied().collect();
-                total.push(given.weights.depth, Sights::new(some, SIGHT_BEFORE, SIGHT_BEHIND));
-            }
-            Ok(Judge { total, spread_cost })
-        };
-        let (coarse, middle, finest) = (judge(COARSE)?, judge(MIDDLE)?, judge(FINEST)?);
+        Self::in_frame(given, world_from_scene, unit)
+    }
+
+    /// Prepares what was given in a frame and a unit that were chosen before.
+    pub fn in_frame(
+        given: &Given<'_>,
+        world_from_scene: Pose,
+        unit: f64,
+    ) -> Result<Self, ModelError> {
+        let prepared = Prepared::new(given, &world_from_scene, unit);
+        let [coarse, middle, finest] = [COARSE, MIDDLE, FINEST].map(|level| prepared.judge(level));
+        let (coarse, middle, finest) = (coarse?, middle?, finest?);
         if coarse.total.is_empty() {
             return Err(ModelError::Nothing);
         }
@@ -92,8 +68,7 @@ impl Scene {
 /// Chooses the frame and the unit.
 fn frame_and_unit(given: &Given<'_>) -> Result<(Pose, f64), ModelError> {
     if let Some(mesh) = given.mesh {
-        let radius = (mesh.volume() * 3.0 / (4.0 * std::f64::consts::PI)).cbrt();
-        return Ok((mesh.principal_frame(), radius));
+        return Ok((mesh.principal_frame(), mesh.extent()));
     }
     if given.views.len() >= 2 {
         let origin = common_point(given.views)?;
@@ -122,7 +97,7 @@ fn about_sights(sights: &[Sight]) -> (Pose, f64) {
 
 /// What a unit of spread costs in F: so little that it only decides where the views do not; more
 /// where all views look from one side, which leaves the thickness open.
-const SPREAD_COST: f64 = 3e-4;
+pub(super) const SPREAD_COST: f64 = 3e-4;
 const ONE_LOOK_COST: f64 = 3e-3;
 /// Cosine of the angle between views beyond which they look from more than one side.
 const ONE_SIDE: f64 = 0.7;
@@ -138,9 +113,65 @@ fn direction((rotation, translation): &CameraFromScene) -> Vector3<f64> {
     -(rotation.transpose() * translation).normalize()
 }
 
+/// What was given, carried to the scene's frame and unit.
+struct Prepared<'a> {
+    given: &'a Given<'a>,
+    cameras: Vec<CameraFromScene>,
+    /// Views from the most different directions first.
+    order: Vec<usize>,
+    mesh: Option<Mesh>,
+    /// Voxels along the longest side that a thin solid needs.
+    fine: usize,
+    sights: Vec<Sight>,
+}
+
+impl<'a> Prepared<'a> {
+    fn new(given: &'a Given<'a>, world_from_scene: &Pose, unit: f64) -> Self {
+        let scene_from_world = world_from_scene.inverse();
+        let camera =
+            |view: &View<'_>| camera_from_scene(&view.world_from_camera(), world_from_scene, unit);
+        let cameras: Vec<_> = given.views.iter().map(camera).collect();
+        let order = spread_out(&cameras);
+        let mesh = given.mesh.map(|mesh| mesh.moved(&scene_from_world, 1.0 / unit));
+        let fine = mesh.as_ref().map_or(0.0, |mesh| VOXELS_ACROSS * mesh.slenderness());
+        let sight = |sight: &Sight| Sight {
+            point: scene_from_world.transform(&sight.point) / unit,
+            direction: scene_from_world.rotation() * sight.direction,
+        };
+        let sights = given.sights.iter().map(sight).collect();
+        Self { given, cameras, order, mesh, fine: fine.ceil() as usize, sights }
+    }
+
+    fn judge(&self, resolution: Resolution) -> Result<Judge, ModelError> {
+        let weights = self.given.weights;
+        let mut total = Total::default();
+        if !self.cameras.is_empty() {
+            let chosen = &self.order[..resolution.views.min(self.order.len())];
+            let pairs: Vec<_> =
+                chosen.iter().map(|&i| (&self.given.views[i], &self.cameras[i])).collect();
+            total.push(weights.silhouettes, overlap(&pairs, resolution.extent_px)?);
+        }
+        if let Some(mesh) = &self.mesh {
+            let voxels = resolution.voxels.max(self.fine.min(MOST_COARSE_VOXELS));
+            let margin = (MARGIN * voxels as f64).ceil() as usize;
+            total.push(weights.volume, Volume::new(mesh.fill(voxels, margin)));
+        }
+        if !self.sights.is_empty() {
+            let step = self.sights.len().div_ceil(resolution.sights);
+            let some = self.sights.iter().step_by(step).copied().collect();
+            total.push(weights.depth, Sights::new(some, SIGHT_BEFORE, SIGHT_BEHIND));
+        }
+        let whole = self.mesh.is_some();
+        let spread_cost = if whole || wide(&self.cameras) { SPREAD_COST } else { ONE_LOOK_COST };
+        // A volume has so many rows that its slope is smooth, and a climb soon near its end.
+        let least_gain = if whole { 5e-6 } else { 1e-6 };
+        Ok(Judge { total, spread_cost, least_gain })
+    }
+}
+
 /// Gives rotation and translation from the scene to a camera, in the scene's unit, rounded so that
 /// the same scene seen in another world has the same bits.
-fn camera_from_scene(
+pub(super) fn camera_from_scene(
     world_from_camera: &Pose,
     world_from_scene: &Pose,
     unit: f64,

@@ -9,6 +9,9 @@ pub struct Settings {
     pub max_ellipsoids: usize,
     /// Modelling stops when another ellipsoid raises F by less; 0 goes on to the maximum.
     pub delta: f64,
+    /// Whether a part of the evidence is held out to choose the count by, where there is enough of
+    /// it; δ is then what an ellipsoid must earn there.
+    pub held_out: bool,
     /// Seed of every search.
     pub seed: u64,
     /// Worker threads; 0 takes as many as the machine has. The result does not depend on it.
@@ -33,11 +36,15 @@ pub struct Settings {
     pub overshoot: usize,
 }
 
+/// Up to this count independent lines of growth cost little.
+const FEW: usize = 10;
+
 impl Default for Settings {
     fn default() -> Self {
         Self {
             max_ellipsoids: 8,
             delta: 0.003,
+            held_out: false,
             seed: 0,
             threads: 0,
             islands: 4,
@@ -54,6 +61,12 @@ impl Default for Settings {
 }
 
 impl Settings {
+    /// Searches less: a volume leaves less open than outlines do, and costs more to score.
+    pub(super) fn for_solids(self) -> Self {
+        let lines = if self.max_ellipsoids > FEW { 2 } else { self.lines };
+        Self { lines, islands: 2, splits: 2, reseeds: 0, overshoot: 1, ..self }
+    }
+
     /// Passes the settings on if they are in their ranges.
     pub(super) fn checked(self) -> Result<Self, ModelError> {
         let most = Body::MAX_ELLIPSOIDS;

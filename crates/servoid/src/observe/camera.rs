@@ -1,5 +1,7 @@
 use nalgebra::{Matrix3, Vector2, Vector3};
 
+use super::Distortion;
+
 /// Why numbers do not make a camera.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum CameraError {
@@ -17,6 +19,38 @@ pub enum CameraError {
         /// Most pixels along a side.
         max: usize,
     },
+    /// No lens model has this name.
+    #[error("unknown model '{0}'; known models: {known}", known = Distortion::MODELS.join(", "))]
+    Model(String),
+    /// A lens model takes another number of coefficients.
+    #[error("{} but {given} were given", coefficients_of(model))]
+    Coefficients {
+        /// Name of the model.
+        model: String,
+        /// How many numbers were given.
+        given: usize,
+    },
+    /// A coefficient of distortion is not finite or absurdly large.
+    #[error(
+        "a distortion coefficient must be a finite number of size {max:e} at most, but the one at \
+         index {index} is {value}"
+    )]
+    Coefficient {
+        /// Which one, from 0.
+        index: usize,
+        /// The number given.
+        value: f64,
+        /// Largest size.
+        max: f64,
+    },
+}
+
+fn coefficients_of(model: &str) -> &'static str {
+    match model {
+        "pinhole" => "a 'pinhole' has no distortion,",
+        "kannala_brandt" => "'kannala_brandt' takes 4 distortion coefficients (k1 k2 k3 k4),",
+        _ => "'brown_conrady' takes 4, 5 or 8 distortion coefficients (k1 k2 p1 p2 k3 k4 k5 k6),",
+    }
 }
 
 /// A pinhole camera with its image size.

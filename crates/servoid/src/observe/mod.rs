@@ -1,11 +1,18 @@
-//! What cameras say: calibrated cameras, rigs that move and turn, images and masks.
+//! What cameras say: calibrated cameras and lenses, rigs that move and turn, images and masks.
 
+mod brown_conrady;
 mod camera;
+mod distortion;
 mod image;
+mod kannala_brandt;
+mod lens;
 mod rig;
+mod roots;
 mod view;
 
 pub use camera::{Camera, CameraError};
+pub use distortion::Distortion;
 pub use image::{Channels, ImageError, ImageView, Mask};
+pub use lens::{Lens, NOWHERE_PX};
 pub use rig::{Observation, Rig, RigError};
 pub use view::View;

@@ -112,6 +112,20 @@ impl Ellipsoid {
         local.component_div(&self.radii).norm_squared() < 1.0
     }
 
+    /// Says whether the straight line between two points meets the inside.
+    #[must_use]
+    pub fn meets(&self, from: &Vector3<f64>, to: &Vector3<f64>) -> bool {
+        let local = |point: &Vector3<f64>| {
+            self.rotation
+                .inverse_transform_vector(&(point - self.center))
+                .component_div(&self.radii)
+        };
+        let (begin, end) = (local(from), local(to));
+        let way = end - begin;
+        let nearest = (-begin.dot(&way) / way.norm_squared()).clamp(0.0, 1.0);
+        (begin + way * nearest).norm_squared() < 1.0
+    }
+
     /// Scales about the origin, then moves.
     #[must_use]
     pub fn transformed(&self, pose: &Pose, scale: f64) -> Self {

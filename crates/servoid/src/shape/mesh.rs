@@ -66,6 +66,22 @@ impl Mesh {
         })
     }
 
+    /// Gives the radius of the ball that is spread as far about its centroid as the solid is.
+    #[must_use]
+    pub fn extent(&self) -> f64 {
+        (self.spread.trace() * 5.0 / 3.0).sqrt()
+    }
+
+    /// Gives how many times the mean thickness, 2 V / A, goes into the longest side.
+    #[must_use]
+    pub fn slenderness(&self) -> f64 {
+        let corners = |face: &[usize; 3]| face.map(|i| self.vertices[i]);
+        let area = |[a, b, c]: [Vector3<f64>; 3]| 0.5 * (b - a).cross(&(c - a)).norm();
+        let total: f64 = self.faces.iter().map(|face| area(corners(face))).sum();
+        let (low, high) = self.bounds();
+        (high - low).max() * total / (2.0 * self.volume)
+    }
+
     /// Moves, then scales about the origin.
     #[must_use]
     pub fn moved(&self, pose: &Pose, scale: f64) -> Self {

@@ -3,6 +3,7 @@
 mod body;
 mod ellipsoid;
 mod grid;
+mod mass;
 mod mesh;
 mod outline;
 mod quadric;
@@ -12,6 +13,7 @@ mod silhouette;
 pub use body::Body;
 pub use ellipsoid::Ellipsoid;
 pub use grid::Grid;
+pub use mass::MassProperties;
 pub use mesh::Mesh;
 pub use outline::{Outline, Projection};
 pub use quadric::{Quadric, QuadricGradient};

@@ -1,0 +1,77 @@
+use super::ladder::Ladder;
+use super::scene::Scene;
+use super::{Given, ModelError, Settings};
+use crate::fitness::{Fitness, Sight};
+use crate::observe::View;
+
+/// One view or stripe of seen points in so many is held out.
+const ONE_IN: usize = 4;
+/// Fewer views than this are all needed to model from.
+const LEAST_VIEWS: usize = 6;
+/// Stripes into which seen points are cut, in the order in which they were given.
+const STRIPES: usize = 16;
+/// Fewer seen points than this are all needed.
+const LEAST_SIGHTS: usize = 200;
+
+/// Evidence in two parts: to model from, and to choose the count of ellipsoids by.
+pub(super) struct Parts<'a> {
+    views: [Vec<View<'a>>; 2],
+    sights: [Vec<Sight>; 2],
+}
+
+impl<'a> Parts<'a> {
+    /// Holds a part of the views and of the seen points out; `None` where there are too few.
+    pub fn of(given: &Given<'a>) -> Option<Self> {
+        if given.mesh.is_some() {
+            return None;
+        }
+        let many = given.views.len() >= LEAST_VIEWS;
+        let held = |index: usize| many && index % ONE_IN == ONE_IN - 1;
+        let views = divide(given.views, held);
+        let stripe = given.sights.len().div_ceil(STRIPES).max(1);
+        let enough = given.sights.len() >= LEAST_SIGHTS;
+        let sights =
+            divide(given.sights, |index| enough && (index / stripe) % ONE_IN == ONE_IN - 1);
+        let any = !(views[1].is_empty() && sights[1].is_empty());
+        any.then_some(Self { views, sights })
+    }
+
+    /// Gives the part to model from.
+    pub fn kept<'b>(&'b self, given: &Given<'a>) -> Given<'b>
+    where
+        'a: 'b,
+    {
+        Given { views: &self.views[0], sights: &self.sights[0], mesh: None, weights: given.weights }
+    }
+
+    /// Chooses the count: the one whose body agrees best with what was held out, where each
+    /// ellipsoid must earn δ.
+    pub fn choose(
+        &self,
+        given: &Given<'a>,
+        ladder: &Ladder,
+        scene: &Scene,
+        settings: &Settings,
+    ) -> Result<usize, ModelError> {
+        let held = Given {
+            views: &self.views[1],
+            sights: &self.sights[1],
+            mesh: None,
+            weights: given.weights,
+        };
+        let judge = Scene::in_frame(&held, scene.world_from_scene, scene.unit)?.finest;
+        let worth = |count: usize| {
+            judge.total.score(&ladder.at(count).quadrics) - settings.delta * count as f64
+        };
+        let counts = 1..=ladder.count().min(settings.max_ellipsoids);
+        let best = counts.rev().max_by(|&a, &b| worth(a).total_cmp(&worth(b)));
+        Ok(best.unwrap_or(1))
+    }
+}
+
+fn divide<T: Clone>(all: &[T], held: impl Fn(usize) -> bool) -> [Vec<T>; 2] {
+    [false, true].map(|wanted| {
+        let part = all.iter().enumerate().filter(|(index, _)| held(*index) == wanted);
+        part.map(|(_, one)| one.clone()).collect()
+    })
+}

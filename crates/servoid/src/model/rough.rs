@@ -1,0 +1,170 @@
+use nalgebra::Vector3;
+use rayon::prelude::*;
+
+use super::levels::{CameraFromScene, block_means};
+use super::progressive::grow;
+use super::refine::Judge;
+use super::scene::{SPREAD_COST, Scene, camera_from_scene, common_point, mean_radius};
+use super::watch::Watch;
+use super::{ModelError, Settings};
+use crate::fitness::{ColorModel, Likelihood, LikelihoodView, Sight, Total};
+use crate::observe::{Camera, ImageView, RigError, View};
+use crate::pose::Pose;
+use crate::shape::{Body, Projection};
+
+/// A picture that does not say where the object is.
+#[derive(Debug, Clone, Copy)]
+pub struct Unmarked<'a> {
+    /// The camera.
+    pub camera: Camera,
+    /// Its pose.
+    pub world_from_camera: Pose,
+    /// What it saw.
+    pub image: ImageView<'a>,
+}
+
+impl Unmarked<'_> {
+    /// Passes the picture on if its image has the camera's size.
+    ///
+    /// # Errors
+    /// If it has another.
+    pub fn checked(self) -> Result<Self, ModelError> {
+        let (expected, given) = (self.camera.size_px(), self.image.size_px());
+        if expected == given {
+            Ok(self)
+        } else {
+            Err(RigError::ImageSize { camera: 0, expected, given }.into())
+        }
+    }
+}
+
+/// Pixels that the object's longer side spans after shrinking.
+const EXTENT_PX: f64 = 64.0;
+/// What a mask's pixel says, in nats.
+const MASK_SCORE: f64 = 2.0;
+/// Most views that are looked at.
+const MOST_VIEWS: usize = 24;
+
+/// Models the object roughly from few pictures that say where it is and others that do not: the
+/// first teach the object's colours and those beside it, by which it is sought in the others.
+///
+/// Seen points of the surface, if there are any, say where to look; else it is where the lines of
+/// sight to the masks come closest to each other and to the middles of the other pictures.
+///
+/// # Errors
+/// If no picture says where the object is, the place of the object is open, or an image has not its
+/// camera's size.
+pub fn rough(
+    marked: &[(View<'_>, ImageView<'_>)],
+    unmarked: &[Unmarked<'_>],
+    sights: &[Sight],
+    settings: &Settings,
+) -> Result<Body, ModelError> {
+    let settings = Settings { lines: 1, reseeds: 0, overshoot: 0, ..settings.checked()? };
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(settings.threads).build();
+    let pool = pool.map_err(|_| ModelError::Threads(settings.threads))?;
+    pool.install(|| {
+        let scene = rough_scene(marked, unmarked, sights)?;
+        let mut quiet = |_: usize, _: f64, _: f64| true;
+        let watch = Watch::new(&settings, &mut quiet);
+        let ladder = grow(&scene, &settings, 0, &watch)?;
+        scene.body(&ladder.top().quadrics)
+    })
+}
+
+fn rough_scene(
+    marked: &[(View<'_>, ImageView<'_>)],
+    unmarked: &[Unmarked<'_>],
+    sights: &[Sight],
+) -> Result<Scene, ModelError> {
+    let views: Vec<View<'_>> = marked.iter().map(|(view, _)| *view).collect();
+    for (index, (view, image)) in marked.iter().enumerate() {
+        let (expected, given) = (view.camera().size_px(), image.size_px());
+        if expected != given {
+            return Err(RigError::ImageSize { camera: index, expected, given }.into());
+        }
+    }
+    let first = views.first().ok_or(ModelError::TooFewViews(0))?;
+    let origin = place(&views, unmarked, sights)?;
+    let unit = mean_radius(&views, &origin);
+    let world_from_scene = Pose::from_rotation(first.world_from_camera().rotation(), origin);
+    let pairs: Vec<_> = marked.iter().map(|(view, image)| (image, view.mask())).collect();
+    let colors = ColorModel::learn(&pairs)?;
+    let from_scene = |pose: &Pose| camera_from_scene(pose, &world_from_scene, unit);
+    let mut parts: Vec<LikelihoodView> = marked
+        .iter()
+        .map(|(view, _)| {
+            let image = view.mask().image();
+            let camera = from_scene(&view.world_from_camera());
+            shrunk(view.camera(), &camera, |u, v| {
+                if image.row(v)[u] == 0 { -MASK_SCORE } else { MASK_SCORE }
+            })
+        })
+        .collect::<Result<_, _>>()?;
+    let step = unmarked.len().div_ceil(MOST_VIEWS).max(1);
+    let some: Vec<_> = unmarked.iter().step_by(step).collect();
+    let others: Vec<_> = some
+        .par_iter()
+        .map(|other| {
+            let camera = from_scene(&other.world_from_camera);
+            shrunk(&other.camera, &camera, |u, v| colors.score(other.image.rgb(u, v)))
+        })
+        .collect();
+    parts.extend(others.into_iter().collect::<Result<Vec<_>, _>>()?);
+    let judge = || {
+        let mut total = Total::default();
+        total.push(1.0, Likelihood::new(parts.clone()));
+        Judge { total, spread_cost: 10.0 * SPREAD_COST, least_gain: 1e-5 }
+    };
+    Ok(Scene { world_from_scene, unit, coarse: judge(), middle: judge(), finest: judge() })
+}
+
+/// Guesses where the object is.
+fn place(
+    views: &[View<'_>],
+    unmarked: &[Unmarked<'_>],
+    sights: &[Sight],
+) -> Result<Vector3<f64>, ModelError> {
+    if !sights.is_empty() {
+        return Ok(sights.iter().map(|s| s.point).sum::<Vector3<f64>>() / sights.len() as f64);
+    }
+    if views.len() > 1 {
+        return common_point(views);
+    }
+    let view = views.first().ok_or(ModelError::TooFewViews(0))?;
+    let pose = view.world_from_camera();
+    let sight = pose.rotation() * view.camera().ray(view.mask().centroid_px()).normalize();
+    let (mut across, mut along) = (0.0, 0.0);
+    for other in unmarked {
+        let axis = other.world_from_camera.rotation() * Vector3::z();
+        let apart = other.world_from_camera.translation() - pose.translation();
+        let (side, back) = (sight - axis * axis.dot(&sight), apart - axis * axis.dot(&apart));
+        across += side.norm_squared();
+        along += side.dot(&back);
+    }
+    let depth = along / across;
+    // The mean squared sine of the angles between the lines of sight.
+    let open = !(across / unmarked.len().max(1) as f64 > 1e-6 && depth > 0.0);
+    if open { Err(ModelError::NoBaseline) } else { Ok(pose.translation() + sight * depth) }
+}
+
+/// Shrinks a picture so that the object spans about [`EXTENT_PX`].
+fn shrunk(
+    camera: &Camera,
+    (rotation, translation): &CameraFromScene,
+    score: impl Fn(usize, usize) -> f64,
+) -> Result<LikelihoodView, ModelError> {
+    let extent_px = 2.0 * camera.focal_px()[0] / translation.norm();
+    let [width, height] = camera.size_px();
+    let shrink = (extent_px / EXTENT_PX).round().clamp(1.0, width.min(height) as f64) as usize;
+    let size_px = [width / shrink, height / shrink];
+    let calibration = camera.crop([0, 0], size_px, shrink)?.matrix();
+    Ok(LikelihoodView {
+        scores: block_means(size_px, shrink, score),
+        size_px,
+        projection: Projection {
+            linear: calibration * rotation,
+            offset: calibration * translation,
+        },
+    })
+}

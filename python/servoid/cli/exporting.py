@@ -1,0 +1,52 @@
+"""`servoid export`: a body in another program's format."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import typer
+
+from servoid.exchange.export import check_export, export_body, format_of
+from servoid.shape import load_body
+
+_CM3_PER_M3 = 1e6
+
+
+@dataclass(frozen=True)
+class Request:
+    """What `servoid export` was asked for; None leaves a setting to its default."""
+
+    body: Path
+    out: Path
+    format: str | None
+    density_kg_m3: float | None
+    frame: str | None
+    name: str | None
+    detail: int | None
+
+
+def run_export(request: Request) -> None:
+    """Write the body and say what it weighs and where it lies."""
+    format_ = request.format or format_of(request.out)
+    check_export(request.out, format_)
+    settings: dict[str, Any] = {
+        "density_kg_m3": request.density_kg_m3,
+        "frame": request.frame,
+        "name": request.name,
+        "detail": request.detail,
+    }
+    given = {name: value for name, value in settings.items() if value is not None}
+    file = load_body(request.body)
+    done = export_body(file, request.out, format_, **given)
+    count = len(file.ellipsoids)
+    typer.echo(
+        f"Wrote {' '.join(map(str, done.files))} ({format_}): "
+        f"{count} ellipsoid{'' if count == 1 else 's'}, "
+        f"{_plain(_CM3_PER_M3 * done.volume_m3)} cm³, {_plain(done.mass_kg)} kg"
+    )
+
+
+def _plain(value: float) -> str:
+    """Return four digits that count, without an exponent."""
+    return np.format_float_positional(value, precision=4, fractional=False, trim="-")

@@ -1,0 +1,131 @@
+"""Turns a body into the files of a format."""
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal, get_args
+
+from servoid._native import Pose
+from servoid.errors import ExportError
+from servoid.exchange.export.formats import FORMATS, NAME, plain_stem
+from servoid.exchange.export.solid import solid_of
+from servoid.exchange.export.surface import DEFAULT_DETAIL, MOST_DETAIL, check_libraries
+from servoid.output import check_file, write_together
+from servoid.shape import BodyFile
+
+Frame = Literal["object", "world"]
+
+WATER_KG_M3 = 1000.0
+_RESERVED = ("world",)  # what MuJoCo and SDFormat call their root
+
+
+@dataclass(frozen=True)
+class Exported:
+    """What was written: the files, the one asked for first, and what the body weighs."""
+
+    files: tuple[Path, ...]
+    volume_m3: float
+    mass_kg: float
+
+
+def export_body(
+    file: BodyFile,
+    path: str | Path,
+    format: str,  # noqa: A002
+    *,
+    density_kg_m3: float = WATER_KG_M3,
+    name: str | None = None,
+    frame: Frame = "object",
+    detail: int = DEFAULT_DETAIL,
+) -> Exported:
+    """Write a body in a format of `FORMATS`; all files of it are written, or none.
+
+    `frame` says whose coordinates to use: the object's own, or the world's, in which the body stood
+    when it was modelled. `name` names the body inside the file; it is taken from the file's name if
+    None. `detail` sets the meshes' resolution: 20 * 4**detail triangles an ellipsoid.
+
+    Raises:
+        BodyError, PoseError: the numbers of `file` are no body.
+        ExportError: the format, frame, name, density or detail is none that exists, the path's
+            ending is not the format's, or the body's surface cannot be made.
+        MissingExtraError: obj, ply, glb and urdf need `pip install 'servoid[exchange]'`.
+        OutputError: a file cannot be written.
+
+    """
+    path = Path(path)
+    check_export(path, format)
+    _check_numbers(density_kg_m3, detail)
+    if frame not in get_args(Frame):
+        raise ExportError(f"there is no frame {frame!r}; choose one of {_list(get_args(Frame))}")
+    chosen = FORMATS[format]
+    pose = file.body().world_from_object if frame == "world" else Pose.identity()
+    solid = solid_of(file, _name(path, name), density_kg_m3, pose)
+    made = chosen.make(solid, path, detail)
+    files = {path.parent / file_name: data for file_name, data in made.items()}
+    write_together(files)
+    return Exported(tuple(files), solid.volume_m3, solid.mass_kg)
+
+
+def check_export(path: Path, format: str) -> None:  # noqa: A002
+    """Check that `export_body` can write `path` in `format`, and leave nothing behind.
+
+    Raises:
+        ExportError: there is no such format, or its files end in something else.
+        MissingExtraError: a library that it needs is not installed.
+        OutputError: the file, or one that goes beside it, cannot be written.
+
+    """
+    if format not in FORMATS:
+        raise ExportError(f"there is no format {format!r}; choose one of {_list(FORMATS)}")
+    chosen = FORMATS[format]
+    if path.suffix not in chosen.suffixes:
+        raise ExportError(
+            f"cannot write {path} as {format}: such a file ends in {' or '.join(chosen.suffixes)}"
+        )
+    if chosen.meshes:
+        check_libraries()
+    check_file(path)
+    for addition in chosen.beside:
+        check_file(path.parent / (plain_stem(path.stem) + addition))
+
+
+def format_of(path: Path) -> str:
+    """Tell the format from a file's ending; .xml is MuJoCo's, .ply a mesh.
+
+    Raises:
+        ExportError: the ending tells nothing.
+
+    """
+    for name, one in FORMATS.items():
+        if path.suffix in one.suffixes:
+            return name
+    known = sorted({suffix for one in FORMATS.values() for suffix in one.suffixes})
+    raise ExportError(
+        f"the ending of {path} tells no format; end the name in {_list(known)}, or say which of "
+        f"{_list(FORMATS)} to write"
+    )
+
+
+def _check_numbers(density_kg_m3: float, detail: int) -> None:
+    if not (math.isfinite(density_kg_m3) and density_kg_m3 > 0.0):
+        raise ExportError(f"the density is {density_kg_m3} kg/m³; give a positive number")
+    if not 0 <= detail <= MOST_DETAIL:
+        raise ExportError(f"the detail is {detail}; choose a whole number from 0 to {MOST_DETAIL}")
+
+
+def _name(path: Path, name: str | None) -> str:
+    """Return a name that every format accepts."""
+    if name is None:
+        plain = plain_stem(path.stem)
+        return f"{plain}_body" if plain in _RESERVED else plain
+    if not NAME.fullmatch(name) or name in _RESERVED:
+        raise ExportError(
+            f"a body cannot be named {name!r}; use a letter, then letters, digits and any of _.-, "
+            f"and not {_list(_RESERVED)}"
+        )
+    return name
+
+
+def _list(names: Iterable[str]) -> str:
+    return ", ".join(names)

@@ -1,0 +1,94 @@
+"""Joins images that were each taken from a place of their own into a capture."""
+
+from collections.abc import Hashable, Sequence
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath
+from typing import TypeVar
+
+from servoid.errors import CaptureError
+from servoid.observe import Capture, CaptureCamera, Lens, Picture
+from servoid.pose import Pose
+
+KeyT = TypeVar("KeyT", bound=Hashable)
+
+# Every camera says of every observation what it delivered.
+_MOST_PLACES = 1 << 24
+
+
+@dataclass(frozen=True)
+class Shot:
+    """One image, where it was taken from, and what lies beside it."""
+
+    picture: Picture
+    world_from_lens: Pose
+    mask_path: Path | None = None
+    depth_path: Path | None = None
+
+
+@dataclass(frozen=True)
+class ShotCamera:
+    """One camera and the images that it took, in order."""
+
+    name: str
+    lens: Lens
+    shots: Sequence[Shot]
+    depth_scale_m: float | None = None
+
+
+def gather(path: Path, cameras: Sequence[ShotCamera]) -> Capture:
+    """Return a capture in which each image is an observation of its own.
+
+    Raises:
+        CaptureError: there is no image, or cameras and images are too many.
+
+    """
+    count = sum(len(camera.shots) for camera in cameras)
+    if count == 0:
+        raise CaptureError(f"{path} names no image; nothing can be modelled from it")
+    if count * len(cameras) > _MOST_PLACES:
+        raise CaptureError(
+            f"{path} has {count} images of {len(cameras)} cameras, more than servoid can hold; let "
+            "images share a camera, or use fewer"
+        )
+    first, done = 0, []
+    for camera in cameras:
+        done.append(_place(camera, first, count))
+        first += len(camera.shots)
+    poses = tuple(shot.world_from_lens for camera in cameras for shot in camera.shots)
+    return Capture(path, tuple(done), poses, times_s=None)
+
+
+def short_names(names: Sequence[str]) -> list[str]:
+    """Name images for people: without folder and suffix, if that tells them apart."""
+    paths = [PurePosixPath(name) for name in names]
+    stems = [path.stem for path in paths]
+    if len(set(stems)) == len(stems):
+        return stems
+    return [str(path.parent / path.stem) for path in paths]
+
+
+def group(shots: Sequence[tuple[KeyT, Shot]]) -> dict[KeyT, list[Shot]]:
+    """Put together the images with the same key, in the order in which keys come up."""
+    groups: dict[KeyT, list[Shot]] = {}
+    for key, shot in shots:
+        groups.setdefault(key, []).append(shot)
+    return groups
+
+
+def number(index: int, count: int) -> str:
+    """Name one of several cameras that have no names, or the only one."""
+    return "camera" if count == 1 else f"camera_{index + 1}"
+
+
+def _place(camera: ShotCamera, first: int, count: int) -> CaptureCamera:
+    """Put a camera's images into the observations from `first` on."""
+    before, after = (None,) * first, (None,) * (count - first - len(camera.shots))
+    return CaptureCamera(
+        name=camera.name,
+        lens=camera.lens,
+        rig_from_camera=Pose.identity(),
+        pictures=(*before, *(shot.picture for shot in camera.shots), *after),
+        mask_paths=(*before, *(shot.mask_path for shot in camera.shots), *after),
+        depth_paths=(*before, *(shot.depth_path for shot in camera.shots), *after),
+        depth_scale_m=camera.depth_scale_m,
+    )

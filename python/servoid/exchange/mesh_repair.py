@@ -1,0 +1,208 @@
+"""Closes triangle meshes where that takes little, and says what it did."""
+
+from collections import defaultdict, deque
+
+import numpy as np
+from numpy.typing import NDArray
+
+from servoid.errors import MeshError
+
+Vertices = NDArray[np.float64]
+Faces = NDArray[np.int64]
+
+_WELD = 1e-7  # of the mesh's diagonal
+_LARGEST_HOLE = 0.15  # across, of the mesh's diagonal
+_REMEDY = "close the mesh in a mesh editor, or give its vertices as a point cloud"
+
+
+def signed_volume(vertices: Vertices, faces: Faces) -> float:
+    """Measure the enclosed volume: positive if the faces look outward."""
+    # Around the middle, lest a far origin cost digits.
+    a, b, c = (vertices[faces[:, corner]] - vertices.mean(axis=0) for corner in range(3))
+    return float(np.einsum("ij,ij->", a, np.cross(b, c))) / 6.0
+
+
+def close_mesh(vertices: Vertices, faces: Faces) -> tuple[Vertices, Faces, tuple[str, ...]]:
+    """Weld, drop, turn and fill until a mesh is closed and looks outward; notes say what was done.
+
+    Raises:
+        MeshError: it stays open, or an edge has more faces than a closed surface can have.
+
+    """
+    notes: list[str] = []
+    vertices, faces = _weld(vertices, faces)
+    faces = _drop(faces, notes)
+    if not len(faces):
+        raise MeshError("no face has three different corners; give a mesh with a surface")
+    turned = _wind(faces)
+    vertices, filled = _fill(vertices, turned, notes)
+    outward = _outward(vertices, filled)
+    count = int((outward[: len(faces)] != faces).any(axis=1).sum())
+    if count:
+        notes.append(f"{count} of {len(faces)} faces looked the wrong way and were turned")
+    return vertices, outward, tuple(notes)
+
+
+def _weld(vertices: Vertices, faces: Faces) -> tuple[Vertices, Faces]:
+    """Make vertices at one place one vertex, and leave out those that no face uses."""
+    used, faces = np.unique(faces, return_inverse=True)
+    vertices, faces = vertices[used], faces.reshape(-1, 3)
+    low = vertices.min(axis=0)
+    cell = max(float(np.linalg.norm(np.ptp(vertices, axis=0))) * _WELD, np.finfo(np.float64).tiny)
+    cells = np.rint((vertices - low) / cell).astype(np.int64)
+    _, first, place = np.unique(cells, axis=0, return_index=True, return_inverse=True)
+    # In the order of the file, so that a mesh that needs nothing is left as it is.
+    order = np.argsort(first, kind="stable")
+    rank = np.empty_like(order)
+    rank[order] = np.arange(len(order))
+    return vertices[first[order]], rank[place.reshape(-1)][faces].astype(np.int64)
+
+
+def _drop(faces: Faces, notes: list[str]) -> Faces:
+    """Drop faces with a corner that is there twice, and all but one of equal faces."""
+    corners = np.sort(faces, axis=1)
+    whole = (corners[:, 0] != corners[:, 1]) & (corners[:, 1] != corners[:, 2])
+    faces, corners = faces[whole], corners[whole]
+    if not whole.all():
+        notes.append(f"{int((~whole).sum())} faces without area were dropped")
+    _, first = np.unique(corners, axis=0, return_index=True)
+    if len(first) < len(faces):
+        notes.append(f"{len(faces) - len(first)} faces that were there twice were dropped")
+    return faces[np.sort(first)]
+
+
+def _directed(faces: Faces) -> NDArray[np.int64]:
+    """List the directed edges of all faces, (3 F, 2): first all first edges, then all second."""
+    return np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
+
+
+def _edge_counts(
+    faces: Faces,
+) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.int64]]:
+    """Find the undirected edge of each directed one, how many use each, and their balance."""
+    edges = _directed(faces)
+    key = edges.min(axis=1) * (int(faces.max()) + 1) + edges.max(axis=1)
+    _, edge, users = np.unique(key, return_inverse=True, return_counts=True)
+    way = np.where(edges[:, 0] < edges[:, 1], 1, -1)
+    balance = np.zeros(len(users), dtype=np.int64)
+    np.add.at(balance, edge, way)
+    return edge, users, balance
+
+
+def _wind(faces: Faces) -> Faces:
+    """Turn faces so that neighbours look to the same side; faces that agree stay as they are."""
+    edge, users, balance = _edge_counts(faces)
+    if not ((users == 2) & (balance != 0)).any():
+        return faces
+    pairs = np.argsort(edge, kind="stable")
+    ends = np.cumsum(users)
+    pairs = np.stack([pairs[ends[users == 2] - 2], pairs[ends[users == 2] - 1]], axis=1)
+    edges = _directed(faces)
+    agree = edges[pairs[:, 0], 0] != edges[pairs[:, 1], 0]
+    neighbours: dict[int, list[tuple[int, bool]]] = defaultdict(list)
+    for (one, other), same in zip((pairs % len(faces)).tolist(), agree.tolist(), strict=True):
+        neighbours[one].append((other, same))
+        neighbours[other].append((one, same))
+    flipped: dict[int, bool] = {}
+    for start in range(len(faces)):
+        if start in flipped:
+            continue
+        flipped[start] = False
+        part, queue = [start], deque([start])
+        while queue:
+            face = queue.popleft()
+            for other, same in neighbours[face]:
+                if other not in flipped:
+                    flipped[other] = flipped[face] != (not same)
+                    part.append(other)
+                    queue.append(other)
+        if 2 * sum(flipped[face] for face in part) > len(part):  # the majority stays
+            flipped.update((face, not flipped[face]) for face in part)
+    turn = np.array([flipped[face] for face in range(len(faces))])
+    return np.where(turn[:, None], faces[:, ::-1], faces)
+
+
+def _fill(vertices: Vertices, faces: Faces, notes: list[str]) -> tuple[Vertices, Faces]:
+    """Close small holes, each with a fan around its middle."""
+    edge, users, balance = _edge_counts(faces)
+    if not balance.any():
+        return vertices, faces
+    crowded = int(((users > 2) & (balance != 0)).sum()) + int(((users == 2) & (balance != 0)).sum())
+    if crowded:
+        raise MeshError(
+            f"{crowded} edges have faces that no closed surface has there: three or more, or two "
+            f"that look to different sides; {_REMEDY}"
+        )
+    size = float(np.linalg.norm(np.ptp(vertices, axis=0)))
+    loops = _loops(_directed(faces)[(users == 1)[edge]])
+    across = [float(np.linalg.norm(np.ptp(vertices[loop], axis=0))) for loop in loops]
+    worst = int(np.argmax(across))
+    if across[worst] > _LARGEST_HOLE * size:
+        raise MeshError(
+            f"the mesh is open: it has {len(loops)} {'hole' if len(loops) == 1 else 'holes'}, the "
+            f"largest with {len(loops[worst])} edges and {across[worst]:.3g} m across, and only "
+            f"holes up to {_LARGEST_HOLE * size:.3g} m are closed; {_REMEDY}"
+        )
+    new_vertices, new_faces = [vertices], [faces]
+    for index, loop in enumerate(loops):
+        middle = np.full(len(loop), len(vertices) + index)
+        new_vertices.append(vertices[loop].mean(axis=0, keepdims=True))
+        new_faces.append(np.stack([loop, np.roll(loop, -1), middle], axis=1))
+    lengths = ", ".join(str(len(loop)) for loop in loops[:8]) + (", ..." if len(loops) > 8 else "")
+    notes.append(
+        f"1 hole of {lengths} edges was closed"
+        if len(loops) == 1
+        else f"{len(loops)} holes of {lengths} edges were closed"
+    )
+    return np.concatenate(new_vertices), np.concatenate(new_faces)
+
+
+def _loops(edges: NDArray[np.int64]) -> list[NDArray[np.int64]]:
+    """Join the open edges, each turned around, to loops that pass no vertex twice."""
+    following: dict[int, list[int]] = defaultdict(list)
+    for start, end in edges.tolist():
+        following[end].append(start)
+    loops = []
+    for first in sorted(following):
+        while following[first]:
+            path, place = [first], {first: 0}
+            while path:
+                following_here = following[path[-1]]
+                if not following_here:
+                    break
+                vertex = following_here.pop()
+                if vertex in place:
+                    loops.append(np.array(path[place[vertex] :], dtype=np.int64))
+                    for left in path[place[vertex] + 1 :]:
+                        del place[left]
+                    del path[place[vertex] + 1 :]
+                else:
+                    place[vertex] = len(path)
+                    path.append(vertex)
+    return loops
+
+
+def _outward(vertices: Vertices, faces: Faces) -> Faces:
+    """Turn each connected part whose faces look inward, unless it is a cavity of another part."""
+    label = np.arange(len(vertices))
+    while True:
+        before = label.copy()
+        np.minimum.at(label, faces, label[faces].min(axis=1)[:, None])
+        label = label[label]
+        if (label == before).all():
+            break
+    part = label[faces[:, 0]]
+    names = np.unique(part)
+    boxes = [
+        (vertices[label == name].min(axis=0), vertices[label == name].max(axis=0)) for name in names
+    ]
+    faces = faces.copy()
+    for index, name in enumerate(names):
+        chosen = part == name
+        low, high = boxes[index]
+        inside = any(
+            (other_low < low).all() and (other_high > high).all() for other_low, other_high in boxes
+        )
+        if not inside and signed_volume(vertices, faces[chosen]) < 0.0:
+            faces[chosen] = faces[chosen][:, ::-1]
+    return faces

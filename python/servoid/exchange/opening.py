@@ -1,0 +1,70 @@
+"""Tells by what lies in a folder who wrote it, and opens it as a capture."""
+
+from pathlib import Path
+
+from servoid.errors import CaptureError
+from servoid.exchange import bop, nerfstudio
+from servoid.exchange.bop import open_bop
+from servoid.exchange.colmap import find_colmap_model, open_colmap
+from servoid.exchange.nerfstudio import open_nerfstudio
+from servoid.observe import Capture, open_capture
+from servoid.observe.places import is_file, is_folder
+
+_COLMAP_FILES = ("cameras.bin", "cameras.txt", "images.bin", "images.txt")
+
+
+def open_any(
+    path: str | Path, *, bop_object: int | None = None, images: str | Path | None = None
+) -> Capture:
+    """Open a capture, a COLMAP model, a transforms.json or a BOP scene.
+
+    `path` is the folder, or the file in it that says most. `bop_object` chooses the object of a BOP
+    scene by its index; `images` is the folder of a COLMAP model's images.
+
+    Raises:
+        CaptureError: there is nothing that servoid can open, a file is malformed, or an argument
+            belongs to another kind of capture.
+        CameraError, ImageError, PoseError: as for the reader that opens it.
+
+    """
+    path = Path(path)
+    kind = _kind(path)
+    if images is not None and kind != "colmap":
+        raise CaptureError(
+            f"{path} is no COLMAP model, and only such a one needs a folder of images"
+        )
+    if bop_object is not None and kind != "bop":
+        raise CaptureError(f"{path} is no BOP scene, and only in such a one an object is chosen")
+    folder = path if is_folder(path) else path.parent
+    if kind == "colmap":
+        return open_colmap(folder, images)
+    if kind == "bop":
+        return open_bop(folder, bop_object)
+    return open_nerfstudio(path) if kind == "nerfstudio" else open_capture(path)
+
+
+def _kind(path: Path) -> str:
+    if is_file(path):
+        if path.name in _COLMAP_FILES:
+            return "colmap"
+        if path.name == bop.FILE_NAME:
+            return "bop"
+        return "nerfstudio" if path.suffix == ".json" else "capture"
+    # Captures first: who wrote a capture.toml beside other files wants it read.
+    if is_file(path / "capture.toml"):
+        return "capture"
+    if is_file(path / nerfstudio.FILE_NAME):
+        return "nerfstudio"
+    if is_folder(path) and find_colmap_model(path) is not None:
+        return "colmap"
+    if is_file(path / bop.FILE_NAME):
+        return "bop"
+    if not is_folder(path):
+        raise CaptureError(
+            f"there is no {path}; name a folder with a capture.toml, or another kind of capture"
+        )
+    raise CaptureError(
+        f"there is no capture in {path}: no capture.toml, no {nerfstudio.FILE_NAME}, no "
+        "cameras.bin or cameras.txt of COLMAP in it, in sparse or in sparse/0, no "
+        f"{bop.FILE_NAME}; name a folder that holds one of these"
+    )

@@ -1,0 +1,61 @@
+"""The ideal pinhole camera that stands for a lens: its maps are made once and shared."""
+
+from functools import cached_property, lru_cache
+from pathlib import Path
+from threading import Lock
+
+import numpy as np
+
+from servoid._native import Camera, Lens, Pose
+from servoid.errors import located
+from servoid.observe.images import read_mask
+from servoid.observe.undistort import Undistortion, undistortion
+
+_KEPT = 8  # a map of a large image takes hundreds of megabytes
+
+
+class Ideal:
+    """The pinhole camera that sees what a lens saw, without its distortion.
+
+    Views that share an `Ideal` share its maps. A fisheye lens sees more than a pinhole can, so its
+    pinhole looks at the object: `mask_path` says where that is.
+    """
+
+    def __init__(self, lens: Lens, mask_path: Path | None = None) -> None:
+        self.lens = lens
+        self._mask_path = mask_path if needs_object(lens) else None
+        self._lock = Lock()
+
+    @cached_property
+    def camera(self) -> Camera:
+        """Return the pinhole camera."""
+        return self.maps().camera
+
+    @cached_property
+    def lens_from_camera(self) -> Pose:
+        """Return how the pinhole camera is turned against the lens."""
+        return self.maps().lens_from_camera
+
+    def maps(self) -> Undistortion:
+        """Return what turns images of the lens into images of the pinhole camera."""
+        with self._lock:  # threads that ask at once wait for one answer
+            return _maps(self)
+
+    def _undistortion(self) -> Undistortion:
+        if self._mask_path is None:
+            return undistortion(self.lens)
+        rows, columns = np.nonzero(read_mask(self._mask_path, self.lens.size_px))
+        if len(rows) == 0:  # joining the view with an empty mask says what is wrong
+            return undistortion(self.lens)
+        with located(str(self._mask_path)):
+            return undistortion(self.lens, np.stack([columns, rows], axis=1).astype(np.float64))
+
+
+def needs_object(lens: Lens) -> bool:
+    """Say if the pinhole camera of a lens depends on where the object is."""
+    return lens.model == "kannala_brandt"
+
+
+@lru_cache(maxsize=_KEPT)
+def _maps(ideal: Ideal) -> Undistortion:
+    return ideal._undistortion()

@@ -61,7 +61,7 @@ fn excess(point: &Vector3<f64>, ellipsoid: &Ellipsoid, radii: &Vector3<f64>) -> 
     local.component_div(radii).norm() - 1.0
 }
 
-/// Eq. (7) once more, pixel by pixel: rotation by the quaternion's matrix written out, projection
+/// The paper's fitness once more, pixel by pixel: rotation by the quaternion's matrix written out, projection
 /// by hand, the pixel whose square holds the point.
 fn by_hand(images: &[Vec<u8>; 2], ellipsoids: &[Ellipsoid]) -> f64 {
     let seen = |image: &[u8], eye: &Pose, point: [f64; 3]| -> f64 {

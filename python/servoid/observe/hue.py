@@ -6,12 +6,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid.errors import ImageError, MaskError
+from servoid.observe.target import HueTarget
 
 if TYPE_CHECKING:
     FloatArray = NDArray[np.floating[Any]]
 
-LEAST_SATURATION = 0.25
-LEAST_VALUE = 0.15
+LEAST_SATURATION = HueTarget.least_saturation
+LEAST_VALUE = HueTarget.least_value
 """Below these, of at most 1, a pixel is too grey or too dark for its hue to mean anything."""
 
 _SPREADS = 3.0

@@ -1,5 +1,6 @@
 import json
 import struct
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -9,7 +10,7 @@ from conftest import REAL_PHOTOS
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from servoid.errors import MeshError
+from servoid.errors import MeshError, MissingExtraError
 from servoid.exchange.mesh_file import SUFFIXES, MeshFile, read_mesh
 from servoid.exchange.mesh_repair import signed_volume
 
@@ -296,6 +297,15 @@ def test_another_kind_of_file_is_refused(tmp_path: Path, suffix: str, data: byte
     (tmp_path / f"a{suffix}").write_bytes(data)
     with pytest.raises(MeshError):
         read_mesh(tmp_path / f"a{suffix}")
+
+
+def test_without_trimesh_the_pip_line_is_said(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    BALL.export(tmp_path / "a.ply")
+    monkeypatch.setitem(sys.modules, "trimesh", None)
+    with pytest.raises(MissingExtraError, match=r"pip install 'servoid\[exchange\]'"):
+        read_mesh(tmp_path / "a.ply")
 
 
 def test_a_missing_file_is_refused(tmp_path: Path) -> None:

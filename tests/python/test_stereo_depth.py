@@ -149,6 +149,26 @@ def test_an_empty_mask_is_refused() -> None:
         stereo_depth(image, image, CAMERA, CAMERA, rig("b right of a"), mask_a=mask)
 
 
+@pytest.mark.parametrize("place", [(0, 0), (90, 120), (179, 239), (90, 1)])
+@pytest.mark.parametrize("side", [1, 12])
+def test_a_tiny_mask_anywhere_gives_its_depth_or_an_error_in_words(
+    place: tuple[int, int], side: int
+) -> None:
+    image_a, truth = draw(CAMERA, Pose.identity())
+    image_b, _ = draw(OTHER, rig("toed in"))
+    mask = np.zeros(truth.shape, np.uint8)
+    mask[place[0] : place[0] + side, place[1] : place[1] + side] = 255
+    try:
+        found = stereo_depth(image_a, image_b, CAMERA, OTHER, rig("toed in"), mask_a=mask)
+    except TargetError as refused:
+        assert "second camera" in str(refused)
+        return
+    known = np.isfinite(found.depth)
+    assert not known[mask == 0].any()
+    if known.sum() > 8:
+        assert np.median(np.abs(found.depth - truth)[known]) < 0.01
+
+
 @pytest.mark.parametrize(("name", "median_m"), [("mustard", 0.0008), ("drill", 0.0011)])
 def test_rendered_objects_are_measured_to_a_millimetre(
     name: str, median_m: float, photos: Callable[[str], Path]

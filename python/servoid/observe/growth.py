@@ -5,9 +5,19 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from servoid.observe.segment import ROUNDS, Image, Mask, Window, cut, refine_border
+from servoid.observe.segment import (
+    CERTAIN,
+    MAYBE,
+    MAYBE_NOT,
+    NOT,
+    ROUNDS,
+    Image,
+    Mask,
+    Window,
+    cut,
+    refine_border,
+)
 
-_NOT, _CERTAIN, _MAYBE_NOT, _MAYBE = 0, 1, 2, 3
 _BINS = 16
 _LATER_STARTS = 1.0 / 1.5  # the plain start is left only for one that is clearly better
 _GOOD_ENOUGH = 0.8
@@ -76,7 +86,6 @@ def _cut_disc(
     image: Image, distance: NDArray[np.float64], radius: float
 ) -> tuple[Window, Image, Mask, NDArray[np.bool_]]:
     """Cut an object in a disc; return the part that holds the click, and the disc."""
-
     inner = np.zeros(distance.shape, bool)
     rim = max(2, round(_RIM_SHARE * max(distance.shape)))
     inner[rim:-rim, rim:-rim] = True
@@ -90,8 +99,8 @@ def _cut_disc(
     possible, likely, certain = (
         window.small(disc(share)) > 127 for share in (1.0, _LIKELY_SHARE, _CERTAIN_SHARE)
     )
-    labels = np.where(possible, np.where(likely, _MAYBE, _MAYBE_NOT), _NOT)
-    mask = cut(small, np.where(certain, _CERTAIN, labels).astype(np.uint8), ROUNDS)
+    labels = np.where(possible, np.where(likely, MAYBE, MAYBE_NOT), NOT)
+    mask = cut(small, np.where(certain, CERTAIN, labels).astype(np.uint8), ROUNDS)
     return window, small, part_with(mask, certain), possible
 
 
@@ -128,13 +137,13 @@ def _starts(small: Image, inside: NDArray[np.bool_]) -> Iterator[NDArray[np.uint
     import cv2
 
     ratio = np.asarray(cv2.GaussianBlur(_log_ratio(small, inside), (0, 0), 1.0))
-    yield np.where(inside, _MAYBE, _NOT).astype(np.uint8)
+    yield np.where(inside, MAYBE, NOT).astype(np.uint8)
     for level in (0.0, max(0.0, float(np.median(ratio[inside])))):
         likely = inside & (ratio > level)
-        yield np.where(inside, np.where(likely, _MAYBE, _MAYBE_NOT), _NOT).astype(np.uint8)
+        yield np.where(inside, np.where(likely, MAYBE, MAYBE_NOT), NOT).astype(np.uint8)
     sure = inside & (ratio > max(0.5, float(np.quantile(ratio[inside], 0.85))))
-    labels = np.where(inside, np.where(ratio > 0.0, _MAYBE, _MAYBE_NOT), _NOT)
-    yield np.where(sure, _CERTAIN, labels).astype(np.uint8)
+    labels = np.where(inside, np.where(ratio > 0.0, MAYBE, MAYBE_NOT), NOT)
+    yield np.where(sure, CERTAIN, labels).astype(np.uint8)
 
 
 def _log_ratio(small: Image, inside: NDArray[np.bool_]) -> NDArray[np.float32]:

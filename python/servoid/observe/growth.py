@@ -5,16 +5,27 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from servoid.observe.segment import ROUNDS, Image, Mask, Window, cut, refine_border
+from servoid.observe.segment import (
+    CERTAIN,
+    MAYBE,
+    MAYBE_NOT,
+    NOT,
+    ROUNDS,
+    Image,
+    Mask,
+    Window,
+    cut,
+    refine_border,
+)
 
-_NOT, _CERTAIN, _MAYBE_NOT, _MAYBE = 0, 1, 2, 3
 _BINS = 16
 _LATER_STARTS = 1.0 / 1.5  # the plain start is left only for one that is clearly better
 _GOOD_ENOUGH = 0.8
-_CLICK_RADII = (0.06, 0.09, 0.13, 0.19, 0.28, 0.4, 0.55)
+_CLICK_RADII = (0.06, 0.09, 0.13, 0.19, 0.28, 0.4, 0.55, 0.8)
 _CLICK_SIDE_PX = 96
 _CERTAIN_SHARE = 0.12
 _LIKELY_SHARE = 0.5
+_RIM_SHARE = 0.02  # of the image, taken for background: an object is seen whole
 
 
 def grow_from_box(image: Image, box: Mask) -> Mask:
@@ -49,7 +60,7 @@ def grow_from_box(image: Image, box: Mask) -> Mask:
 def grow_from_click(image: Image, u: float, v: float) -> Mask:
     """Find the object at the pixel (u, v); the answer may be empty.
 
-    GrabCut starts from discs around the click, from small ones to half of the image. The cut stays
+    GrabCut starts from discs around the click, from small ones to most of the image. The cut stays
     whose border lies on edges, whose colours differ from those around it, and which the disc
     before found as well; of two that are as good, the larger.
     """
@@ -60,8 +71,6 @@ def grow_from_click(image: Image, u: float, v: float) -> Mask:
     best, best_worth = None, 0.0
     for share in _CLICK_RADII:
         radius = share * max(height, width)
-        if (distance <= radius).all():
-            break
         window, small, mask, offered = _cut_disc(image, distance, radius)
         full = window.full(mask, image.shape)
         worth = (
@@ -77,17 +86,21 @@ def _cut_disc(
     image: Image, distance: NDArray[np.float64], radius: float
 ) -> tuple[Window, Image, Mask, NDArray[np.bool_]]:
     """Cut an object in a disc; return the part that holds the click, and the disc."""
+    inner = np.zeros(distance.shape, bool)
+    rim = max(2, round(_RIM_SHARE * max(distance.shape)))
+    inner[rim:-rim, rim:-rim] = True
 
     def disc(share: float) -> Mask:
-        return np.where(distance <= max(2.0, share * radius), 255, 0).astype(np.uint8)
+        inside = (distance <= max(2.0, share * radius)) & (inner | (distance <= 2.0))
+        return np.where(inside, 255, 0).astype(np.uint8)
 
     window = Window.around(disc(1.0), _CLICK_SIDE_PX, 0.15)
     small = window.small(image)
     possible, likely, certain = (
         window.small(disc(share)) > 127 for share in (1.0, _LIKELY_SHARE, _CERTAIN_SHARE)
     )
-    labels = np.where(possible, np.where(likely, _MAYBE, _MAYBE_NOT), _NOT)
-    mask = cut(small, np.where(certain, _CERTAIN, labels).astype(np.uint8), ROUNDS)
+    labels = np.where(possible, np.where(likely, MAYBE, MAYBE_NOT), NOT)
+    mask = cut(small, np.where(certain, CERTAIN, labels).astype(np.uint8), ROUNDS)
     return window, small, part_with(mask, certain), possible
 
 
@@ -124,13 +137,13 @@ def _starts(small: Image, inside: NDArray[np.bool_]) -> Iterator[NDArray[np.uint
     import cv2
 
     ratio = np.asarray(cv2.GaussianBlur(_log_ratio(small, inside), (0, 0), 1.0))
-    yield np.where(inside, _MAYBE, _NOT).astype(np.uint8)
+    yield np.where(inside, MAYBE, NOT).astype(np.uint8)
     for level in (0.0, max(0.0, float(np.median(ratio[inside])))):
         likely = inside & (ratio > level)
-        yield np.where(inside, np.where(likely, _MAYBE, _MAYBE_NOT), _NOT).astype(np.uint8)
+        yield np.where(inside, np.where(likely, MAYBE, MAYBE_NOT), NOT).astype(np.uint8)
     sure = inside & (ratio > max(0.5, float(np.quantile(ratio[inside], 0.85))))
-    labels = np.where(inside, np.where(ratio > 0.0, _MAYBE, _MAYBE_NOT), _NOT)
-    yield np.where(sure, _CERTAIN, labels).astype(np.uint8)
+    labels = np.where(inside, np.where(ratio > 0.0, MAYBE, MAYBE_NOT), NOT)
+    yield np.where(sure, CERTAIN, labels).astype(np.uint8)
 
 
 def _log_ratio(small: Image, inside: NDArray[np.bool_]) -> NDArray[np.float32]:

@@ -16,7 +16,7 @@ _MARGIN = 0.2
 _LEAST_MARGIN_PX = 6
 _SEED = 1
 # The labels of OpenCV's grabCut.
-_NOT, _CERTAIN, _MAYBE_NOT, _MAYBE = 0, 1, 2, 3
+NOT, CERTAIN, MAYBE_NOT, MAYBE = 0, 1, 2, 3
 
 
 @dataclass(frozen=True)
@@ -114,7 +114,7 @@ def cut(small: Image, labels: NDArray[np.uint8], rounds: int) -> Mask:
     import cv2
 
     labels = labels.copy()
-    maybe = (labels == _CERTAIN) | (labels == _MAYBE)
+    maybe = (labels == CERTAIN) | (labels == MAYBE)
     if not maybe.any() or maybe.all():
         return np.zeros(labels.shape, dtype=np.uint8)
     cv2.setRNGSeed(_SEED)  # grabCut starts from random centres
@@ -190,10 +190,10 @@ def _color_lines(
 
 
 def _labels(certain: Mask, possible: Mask, likely: Mask | None) -> NDArray[np.uint8]:
-    labels = np.where(possible > 0, _MAYBE if likely is None else _MAYBE_NOT, _NOT)
+    labels = np.where(possible > 0, MAYBE if likely is None else MAYBE_NOT, NOT)
     if likely is not None:
-        labels[(possible > 0) & (likely > 127)] = _MAYBE
-    labels[certain == 255] = _CERTAIN
+        labels[(possible > 0) & (likely > 127)] = MAYBE
+    labels[certain == 255] = CERTAIN
     return labels.astype(np.uint8)
 
 

@@ -36,6 +36,7 @@ def stereo_depth(
     camera_a: Camera,
     camera_b: Camera,
     a_from_b: Pose,
+    *,
     mask_a: NDArray[np.uint8] | None = None,
 ) -> StereoDepth:
     """Measure the depth that a stereo pair shows, in the pixels of image a.
@@ -109,22 +110,7 @@ def _range_px(
     wanted: NDArray[np.bool_],
 ) -> tuple[int, int]:
     """Find the disparities of what is wanted, smallest and largest, on small images."""
-    corners = np.array(pair.camera_b.size_px) * np.array([[0, 0], [0, 1], [1, 0], [1, 1]]) - 0.5
-    flat_b = pair.flat_of_b(corners.astype(np.float64))
-    most = part.first_px[0] + part.size_px[0] - float(np.nanmin(flat_b[:, 0]))
-    most = min(most, _LARGEST_SHARE * max(pair.camera_a.size_px))
-    least = part.first_px[0] - float(np.nanmax(flat_b[:, 0]))
-    below, above = np.nanmin(flat_b[:, 1]), np.nanmax(flat_b[:, 1])
-    if (
-        most < 1.0
-        or least > most
-        or below > part.first_px[1] + part.size_px[1]
-        or above < part.first_px[1]
-    ):
-        raise TargetError(
-            "the second camera does not see what the first one shows here; give a pair of images "
-            "that both show the object, and check the cameras' poses"
-        )
+    most = _largest_px(pair, part)
     shrink = float(np.clip(min(part.size_px) / _COARSE_SIDE_PX, 1.0, _MOST_COARSE))
     cells = float(part.size_px[0]) * part.size_px[1] * most
     shrink = max(shrink, (cells / _MOST_COARSE_CELLS) ** (1.0 / 3.0))
@@ -148,6 +134,25 @@ def _range_px(
             "second camera does not see it, or the cameras' poses are wrong; model from masks alone"
         )
     return _widen(pair, part, values, whole=bool(wanted.all()))
+
+
+def _largest_px(pair: Rectification, part: _Part) -> float:
+    """Find the largest disparity with which b may see the part, or say that it sees none of it."""
+    corners = np.array(pair.camera_b.size_px) * np.array([[0, 0], [0, 1], [1, 0], [1, 1]]) - 0.5
+    flat_b = pair.flat_of_b(corners.astype(np.float64))
+    (left, above), (right, below) = np.nanmin(flat_b, axis=0), np.nanmax(flat_b, axis=0)
+    most = min(
+        part.first_px[0] + part.size_px[0] - float(left),
+        _LARGEST_SHARE * max(pair.camera_a.size_px),
+    )
+    least = part.first_px[0] - float(right)
+    bottom = part.first_px[1] + part.size_px[1]
+    if most < 1.0 or least > most or above > bottom or below < part.first_px[1]:
+        raise TargetError(
+            "the second camera does not see what the first one shows here; give a pair of images "
+            "that both show the object, and check the cameras' poses"
+        )
+    return most
 
 
 def _widen(

@@ -10,7 +10,9 @@ from typing_extensions import Self
 __all__ = [
     "Body",
     "Camera",
+    "Given",
     "Lens",
+    "Mesh",
     "ModelSettings",
     "PaperSettings",
     "Pose",
@@ -20,6 +22,8 @@ __all__ = [
     "ellipsoid_colors",
     "fit_body",
     "fit_paper",
+    "rough_body",
+    "seen_surface",
     "silhouette_ious",
 ]
 
@@ -143,6 +147,30 @@ class View:
     def world_from_camera(self) -> Pose: ...
 
 @final
+class Mesh:
+    """A closed surface of triangles."""
+
+    def __new__(cls, *, vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> Self: ...
+    @property
+    def volume(self) -> float: ...
+
+@final
+class Given:
+    """What modelling starts from: views, a closed mesh, and seen points of the surface."""
+
+    def __new__(
+        cls,
+        *,
+        views: Sequence[View] | None = None,
+        mesh: Mesh | None = None,
+        points: NDArray[np.float64] | None = None,
+        directions: NDArray[np.float64] | None = None,
+        silhouette_weight: float | None = None,
+        volume_weight: float | None = None,
+        depth_weight: float | None = None,
+    ) -> Self: ...
+
+@final
 class ModelSettings:
     """How modelling proceeds; every default is written in the core."""
 
@@ -151,13 +179,17 @@ class ModelSettings:
         *,
         max_ellipsoids: int | None = None,
         delta: float | None = None,
+        held_out: bool | None = None,
         seed: int | None = None,
         threads: int | None = None,
+        quick: bool = False,
     ) -> Self: ...
     @property
     def max_ellipsoids(self) -> int: ...
     @property
     def delta(self) -> float: ...
+    @property
+    def held_out(self) -> bool: ...
     @property
     def seed(self) -> int: ...
     @property
@@ -211,7 +243,7 @@ class Step:
     def body(self) -> Body: ...
 
 def fit_body(
-    views: Sequence[View],
+    given: Given,
     settings: ModelSettings,
     progress: Callable[[int, float, float], None] | None = None,
 ) -> list[Step]: ...
@@ -220,6 +252,20 @@ def fit_paper(
     settings: PaperSettings,
     progress: Callable[[int, float, float], None] | None = None,
 ) -> list[Step]: ...
+def rough_body(
+    views: Sequence[View],
+    images: Sequence[NDArray[np.uint8]],
+    pictures: Sequence[tuple[Camera, Pose, NDArray[np.uint8]]],
+    settings: ModelSettings,
+    points: NDArray[np.float64] | None = None,
+    directions: NDArray[np.float64] | None = None,
+) -> Body: ...
+def seen_surface(
+    body: Body,
+    views: Sequence[View],
+    points: NDArray[np.float64] | None = None,
+    directions: NDArray[np.float64] | None = None,
+) -> tuple[NDArray[np.float64], float, tuple[float, float, float] | None]: ...
 def silhouette_ious(body: Body, views: Sequence[View]) -> NDArray[np.float64]: ...
 def ellipsoid_colors(
     body: Body, views: Sequence[View], images: Sequence[NDArray[np.uint8]]

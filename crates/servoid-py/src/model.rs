@@ -16,17 +16,20 @@ pub struct ModelSettings(core::Settings);
 
 #[pymethods]
 impl ModelSettings {
-    /// Takes the defaults, except where a value is given.
+    /// Takes the defaults, except where a value is given; `quick` searches less, for a body that is
+    /// only a step to another.
     #[new]
-    #[pyo3(signature = (*, max_ellipsoids=None, delta=None, held_out=None, seed=None, threads=None))]
+    #[pyo3(signature = (*, max_ellipsoids=None, delta=None, held_out=None, seed=None, threads=None, quick=false))]
     fn new(
         max_ellipsoids: Option<usize>,
         delta: Option<f64>,
         held_out: Option<bool>,
         seed: Option<u64>,
         threads: Option<usize>,
+        quick: bool,
     ) -> Self {
         let default = core::Settings::default();
+        let default = if quick { default.quick() } else { default };
         Self(core::Settings {
             max_ellipsoids: max_ellipsoids.unwrap_or(default.max_ellipsoids),
             delta: delta.unwrap_or(default.delta),
@@ -108,9 +111,9 @@ impl Given {
     /// were seen, float64; and how often each kind counts, None being the core's default. Raises
     /// BodyError.
     #[new]
-    #[pyo3(signature = (*, views=vec![], mesh=None, points=None, directions=None, silhouette_weight=None, volume_weight=None, depth_weight=None))]
+    #[pyo3(signature = (*, views=None, mesh=None, points=None, directions=None, silhouette_weight=None, volume_weight=None, depth_weight=None))]
     fn new(
-        views: Vec<Py<View>>,
+        views: Option<Vec<Py<View>>>,
         mesh: Option<Mesh>,
         points: Option<PyReadonlyArray2<'_, f64>>,
         directions: Option<PyReadonlyArray2<'_, f64>>,
@@ -125,7 +128,7 @@ impl Given {
             volume: volume_weight.unwrap_or(default.volume),
             depth: depth_weight.unwrap_or(default.depth),
         };
-        Ok(Self { views, mesh: mesh.map(|mesh| mesh.0), sights, weights })
+        Ok(Self { views: views.unwrap_or_default(), mesh: mesh.map(|mesh| mesh.0), sights, weights })
     }
 }
 

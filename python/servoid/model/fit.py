@@ -1,9 +1,10 @@
-"""Models a body from views: load, fit, colour, judge."""
+"""Models a body: from views, from a capture with targets, from a mesh or from a point cloud."""
 
 import os
 import time
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
 from typing import TypeVar
 
 import numpy as np
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 from servoid._native import (
     Body,
     Given,
+    Mesh,
     ModelSettings,
     View,
     ellipsoid_colors,
@@ -19,11 +21,53 @@ from servoid._native import (
     silhouette_ious,
 )
 from servoid.errors import ModelError
-from servoid.model.result import ModelResult
+from servoid.model.result import ModelResult, Surface
 from servoid.model.running import Progress, run_core
+from servoid.model.sights import NO_SIGHTS, Sights
 from servoid.observe import CaptureView
 
 LoadedT = TypeVar("LoadedT")
+
+PLAIN_COLOR = (150, 150, 150)
+_MOST_CHOSEN = 12
+
+
+@dataclass(frozen=True, kw_only=True)
+class Request:
+    """How a body is to be modelled; None takes the core's default.
+
+    With neither `max_ellipsoids` nor `delta` the count is chosen by evidence that is held out.
+    Weights say how often each kind of evidence counts.
+    """
+
+    max_ellipsoids: int | None = None
+    delta: float | None = None
+    seed: int | None = None
+    threads: int | None = None
+    silhouette_weight: float | None = None
+    volume_weight: float | None = None
+    depth_weight: float | None = None
+    progress: Callable[[Progress], None] | None = None
+
+    def settings(self) -> ModelSettings:
+        """Return the settings as the core takes them.
+
+        Raises:
+            ModelError: a weight is out of range.
+
+        """
+        for name in ("silhouette_weight", "volume_weight", "depth_weight"):
+            weight = getattr(self, name)
+            if weight is not None and not 0.0 <= weight < np.inf:
+                raise ModelError(f"{name} is {weight}; a weight is a number of at least 0")
+        free = self.max_ellipsoids is None and self.delta is None
+        return ModelSettings(
+            max_ellipsoids=_MOST_CHOSEN if free else self.max_ellipsoids,
+            delta=self.delta,
+            held_out=free,
+            seed=self.seed,
+            threads=self.threads,
+        )
 
 
 def fit(
@@ -39,10 +83,10 @@ def fit(
 ) -> ModelResult:
     """Model a body from the views that the slice `views` selects; the rest only judge it.
 
-    Settings that are None take the core's defaults. With `delta` 0 the count goes up to
-    `max_ellipsoids`; otherwise it stops where one more raises the fitness by less than `delta`.
-    `progress` is called on the caller's thread after each ellipsoid; an exception that it raises
-    ends the modelling and comes out here, and so does Ctrl-C.
+    All views have masks. With `delta` 0 the count goes up to `max_ellipsoids`; otherwise it stops
+    where one more raises the fitness by less than `delta`; with neither it is chosen by views that
+    are held out. `progress` is called on the caller's thread after each ellipsoid; an exception
+    that it raises ends the modelling and comes out here, and so does Ctrl-C.
 
     Raises:
         ModelError: no view is selected, the views see no common point, or a setting is out of
@@ -50,14 +94,42 @@ def fit(
         ImageError, MaskError: a file of a view cannot be used.
 
     """
-    start = time.perf_counter()
-    settings = ModelSettings(max_ellipsoids=max_ellipsoids, delta=delta, seed=seed, threads=threads)
-    used, unused = _divide(capture_views, views)
+    request = Request(
+        max_ellipsoids=max_ellipsoids, delta=delta, seed=seed, threads=threads, progress=progress
+    )
+    used, unused = divide(capture_views, views)
+    return fit_views(used, unused, NO_SIGHTS, request)
+
+
+def fit_views(
+    used: Sequence[CaptureView],
+    unused: Sequence[CaptureView],
+    sights: Sights,
+    request: Request,
+    *,
+    start: float | None = None,
+) -> ModelResult:
+    """Model a body from used views and seen points; unused views judge it.
+
+    `start` is when the work began, by `time.perf_counter`.
+
+    Raises:
+        ModelError, ImageError, MaskError: as for `fit`.
+
+    """
+    start = time.perf_counter() if start is None else start
+    settings = request.settings()
     # Files are read first, so that a damaged one is found before the long work.
-    native_used, native_unused = _load(used, CaptureView.view), _load(unused, CaptureView.view)
-    images = _load(used, CaptureView.image)
-    given = Given(views=native_used)
-    steps = run_core(lambda report: fit_body(given, settings, report), progress)
+    native_used, native_unused = load(used, CaptureView.view), load(unused, CaptureView.view)
+    images = load(used, CaptureView.image)
+    given = Given(
+        views=native_used,
+        points=sights.points,
+        directions=sights.directions,
+        silhouette_weight=request.silhouette_weight,
+        depth_weight=request.depth_weight,
+    )
+    steps = run_core(lambda report: fit_body(given, settings, report), request.progress)
     body = steps[-1].body
     return ModelResult(
         body=body,
@@ -71,12 +143,78 @@ def fit(
         seconds=time.perf_counter() - start,
         native_used=tuple(native_used),
         native_unused=tuple(native_unused),
+        sights=sights,
+        surface=Surface.of(body, native_used, sights),
     )
 
 
-def _divide(
+def fit_mesh(
+    vertices: NDArray[np.float64],
+    faces: NDArray[np.int64],
+    request: Request | None = None,
+    *,
+    notes: Sequence[str] = (),
+) -> ModelResult:
+    """Model a body from a closed mesh: its volume and its silhouettes together.
+
+    `vertices` is (V, 3) float64 in metres, `faces` (F, 3) int64, counter-clockwise from outside.
+
+    Raises:
+        BodyError: the mesh is not closed or holds nothing.
+        ModelError: a setting is out of range.
+
+    """
+    request = request or Request()
+    given = Given(
+        mesh=Mesh(vertices=vertices, faces=faces),
+        silhouette_weight=request.silhouette_weight,
+        volume_weight=request.volume_weight,
+    )
+    return _fit_shape(given, NO_SIGHTS, request, notes)
+
+
+def fit_sights(
+    sights: Sights, request: Request | None = None, *, notes: Sequence[str] = ()
+) -> ModelResult:
+    """Model a body from seen points of its surface alone.
+
+    Raises:
+        ModelError: there are too few points, or a setting is out of range.
+
+    """
+    request = request or Request()
+    given = Given(
+        points=sights.points, directions=sights.directions, depth_weight=request.depth_weight
+    )
+    return _fit_shape(given, sights, request, notes)
+
+
+def _fit_shape(given: Given, sights: Sights, request: Request, notes: Sequence[str]) -> ModelResult:
+    start = time.perf_counter()
+    settings = request.settings()
+    steps = run_core(lambda report: fit_body(given, settings, report), request.progress)
+    body = steps[-1].body
+    return ModelResult(
+        body=body,
+        colors=np.tile(np.array(PLAIN_COLOR, dtype=np.uint8), (len(body), 1)),
+        steps=tuple(steps),
+        settings=settings,
+        seconds=time.perf_counter() - start,
+        sights=sights,
+        surface=Surface.of(body, [], sights) if len(sights) else None,
+        notes=tuple(notes),
+    )
+
+
+def divide(
     capture_views: Sequence[CaptureView], chosen: slice
 ) -> tuple[list[CaptureView], list[CaptureView]]:
+    """Divide views into those that a slice selects and the rest.
+
+    Raises:
+        ModelError: the slice selects none.
+
+    """
     used = set(range(len(capture_views))[chosen])
     if not used:
         have = len(capture_views)
@@ -99,7 +237,8 @@ def _write_slice(chosen: slice) -> str:
     )
 
 
-def _load(views: Iterable[CaptureView], read: Callable[[CaptureView], LoadedT]) -> list[LoadedT]:
+def load(views: Iterable[CaptureView], read: Callable[[CaptureView], LoadedT]) -> list[LoadedT]:
+    """Read something of all views at once."""
     # Decoding lets go of Python's lock: two threads halve the time on two cores.
     with ThreadPoolExecutor(max_workers=min(8, os.cpu_count() or 1)) as pool:
         return list(pool.map(read, views))

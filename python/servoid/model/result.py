@@ -1,15 +1,29 @@
 """What modelling returns."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from servoid._native import Body, ModelSettings, Step, View, __version__, silhouette_ious
+from servoid._native import (
+    Body,
+    ModelSettings,
+    PaperSettings,
+    Step,
+    View,
+    __version__,
+    seen_surface,
+    silhouette_ious,
+)
+from servoid.model.sights import NO_SIGHTS, Sights
 from servoid.observe import CaptureView
-from servoid.shape import MadeBy, save_body
+from servoid.shape import MadeBy, SeenEntry, save_body
+
+_NOTEWORTHY = 0.8  # a body of which less was seen is told so
+_HIDDEN = 0.5  # an ellipsoid of which less was seen is a guess
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,26 +40,66 @@ class IouByCount:
 
 
 @dataclass(frozen=True, eq=False)
+class Surface:
+    """How much of a body's surface was seen, 0 to 1.
+
+    `by_ellipsoid` is (K,) float64; `unseen_toward` is a unit vector in the object's frame to the
+    side that was not seen, or None.
+    """
+
+    by_ellipsoid: NDArray[np.float64]
+    share: float
+    unseen_toward: tuple[float, float, float] | None
+
+    @classmethod
+    def of(cls, body: Body, views: Sequence[View], sights: Sights) -> "Surface":
+        """Find out what views and seen points show of a body."""
+        shares, share, toward = seen_surface(
+            body, views, points=sights.points, directions=sights.directions
+        )
+        return cls(shares, share, None if toward is None else (toward[0], toward[1], toward[2]))
+
+    def note(self) -> str | None:
+        """Say in a sentence what was not seen; None if it is little."""
+        if self.share >= _NOTEWORTHY or self.unseen_toward is None:
+            return None
+        toward = ", ".join(f"{x:.2f}" for x in self.unseen_toward)
+        guessed = int((self.by_ellipsoid < _HIDDEN).sum())
+        return (
+            f"{100.0 * (1.0 - self.share):.0f} % of the surface was never seen: the side towards "
+            f"({toward}) in the object's frame is a guess"
+            + (f", and so are {guessed} of the ellipsoids" if guessed else "")
+        )
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
 class ModelResult:
-    """A body modelled from views, and how good it is.
+    """A body that was modelled, and how good it is.
 
     `colors` is (K, 3) uint8 RGB, one an ellipsoid; `steps` has what was reached with each count,
     the last being the body itself; `iou_used` and `iou_unused` are float64, the silhouette IoU in
     each of `used_views` and `unused_views`; `native_used` and `native_unused` are the same views as
-    the core sees them; `seconds` is the time that the whole call took.
+    the core sees them; `sights` are the seen points that were used; `surface` says what was seen,
+    None where all of it is known; `notes` are sentences that a user should read; `targets` is how
+    the object was marked; `seconds` is the time that the whole call took.
     """
 
     body: Body
     colors: NDArray[np.uint8]
     steps: tuple[Step, ...]
-    settings: ModelSettings
-    used_views: tuple[CaptureView, ...]
-    unused_views: tuple[CaptureView, ...]
-    iou_used: NDArray[np.float64]
-    iou_unused: NDArray[np.float64]
+    settings: ModelSettings | PaperSettings
     seconds: float
-    native_used: tuple[View, ...]
-    native_unused: tuple[View, ...]
+    method: str = "region"
+    used_views: tuple[CaptureView, ...] = ()
+    unused_views: tuple[CaptureView, ...] = ()
+    iou_used: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
+    iou_unused: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
+    native_used: tuple[View, ...] = ()
+    native_unused: tuple[View, ...] = ()
+    sights: Sights = NO_SIGHTS
+    surface: Surface | None = None
+    targets: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
 
     @property
     def fitness(self) -> float:
@@ -60,6 +114,12 @@ class ModelResult:
             used=_mean_ious(self.steps, self.native_used),
             unused=_mean_ious(self.steps, self.native_unused),
         )
+
+    @property
+    def all_notes(self) -> tuple[str, ...]:
+        """Return all that a user should read, what was not seen included."""
+        unseen = None if self.surface is None else self.surface.note()
+        return self.notes if unseen is None else (*self.notes, unseen)
 
     def save(self, path: str | Path) -> None:
         """Write the body, its colours and how it was made to a JSON file.
@@ -76,8 +136,18 @@ class ModelResult:
             max_ellipsoids=self.settings.max_ellipsoids,
             delta=self.settings.delta,
             views=tuple(view.name for view in self.used_views),
+            method=self.method,
+            targets=self.targets,
+            seen_points=len(self.sights),
         )
-        save_body(path, self.body, self.colors, fitness=self.fitness, made_by=made_by)
+        seen = None
+        if self.surface is not None:
+            seen = SeenEntry(
+                share=self.surface.share,
+                unseen_toward=self.surface.unseen_toward,
+                by_ellipsoid=tuple(self.surface.by_ellipsoid.tolist()),
+            )
+        save_body(path, self.body, self.colors, fitness=self.fitness, made_by=made_by, seen=seen)
 
 
 def _mean_ious(steps: tuple[Step, ...], views: tuple[View, ...]) -> NDArray[np.float64]:

@@ -11,11 +11,12 @@ from servoid._native import Step
 
 @dataclass(frozen=True)
 class Progress:
-    """How far modelling is: the ellipsoids so far, their fitness, and the share done, 0 to 1."""
+    """How far modelling is: the ellipsoids so far, their fitness, the share done, the stage."""
 
     count: int
     fitness: float
     share: float
+    stage: str = "modelling"
 
 
 class _StoppedError(Exception):

@@ -38,9 +38,7 @@ def join_sights(parts: Iterable[Sights]) -> Sights:
     points = np.concatenate([part.points for part in all_parts])
     directions = np.concatenate([part.directions for part in all_parts])
     step = -(-len(points) // _MOST_POINTS) or 1
-    return Sights(
-        np.ascontiguousarray(points[::step]), np.ascontiguousarray(directions[::step])
-    )
+    return Sights(np.ascontiguousarray(points[::step]), np.ascontiguousarray(directions[::step]))
 
 
 def sights_of_depth(
@@ -90,7 +88,7 @@ def sights_of_pair(view: CaptureView, other: CaptureView) -> Sights:
     here_from_there = view.world_from_camera.inverse() @ other.world_from_camera
     mask = view.mask()
     measured = stereo_depth(
-        view.image(), other.image(), view.camera, other.camera, here_from_there, mask
+        view.image(), other.image(), view.camera, other.camera, here_from_there, mask_a=mask
     )
     return sights_of_depth(measured.depth, mask, view.camera, view.world_from_camera)
 

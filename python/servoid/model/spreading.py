@@ -108,7 +108,7 @@ def _body(
     views: Sequence[View], sights: Sights, count: int, seed: int | None, threads: int | None
 ) -> Body:
     given = Given(views=views, points=sights.points, directions=sights.directions)
-    settings = ModelSettings(max_ellipsoids=count, delta=0.003, seed=seed, threads=threads)
+    settings = ModelSettings(max_ellipsoids=count, seed=seed, threads=threads, quick=True)
     return fit_body(given, settings)[-1].body
 
 

@@ -44,6 +44,21 @@ class MadeBy(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     max_ellipsoids: int
     delta: float
     views: tuple[str, ...]
+    method: str = "region"
+    targets: tuple[str, ...] = ()
+    seen_points: int = 0
+
+
+class SeenEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """How much of the surface was seen, 0 to 1: of the whole, and of each ellipsoid.
+
+    `unseen_toward` is a unit vector, in the object's frame, to the side that was not seen; null if
+    there is none.
+    """
+
+    share: Annotated[float, msgspec.Meta(ge=0, le=1)]
+    unseen_toward: Vector | None = None
+    by_ellipsoid: tuple[Annotated[float, msgspec.Meta(ge=0, le=1)], ...]
 
 
 class BodyFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -59,6 +74,7 @@ class BodyFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     ellipsoids: Annotated[tuple[EllipsoidEntry, ...], msgspec.Meta(min_length=1)]
     fitness: float | None = None
     made_by: MadeBy | None = None
+    seen: SeenEntry | None = None
 
     def body(self) -> Body:
         """Return the body itself.
@@ -91,6 +107,7 @@ def save_body(
     *,
     fitness: float | None = None,
     made_by: MadeBy | None = None,
+    seen: SeenEntry | None = None,
 ) -> None:
     """Write a body to a JSON file, whole or not at all; the same body gives the same bytes.
 
@@ -122,6 +139,7 @@ def save_body(
         ),
         fitness=fitness,
         made_by=made_by,
+        seen=seen,
     )
     write_body_file(path, file)
 

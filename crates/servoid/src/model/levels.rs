@@ -20,11 +20,11 @@ pub(super) struct Resolution {
 }
 
 pub(super) const COARSE: Resolution =
-    Resolution { extent_px: 64, views: 12, voxels: 32, sights: 400 };
+    Resolution { extent_px: 64, views: 12, voxels: 32, sights: 300 };
 pub(super) const MIDDLE: Resolution =
-    Resolution { extent_px: 128, views: 24, voxels: 48, sights: 1000 };
+    Resolution { extent_px: 128, views: 24, voxels: 48, sights: 600 };
 pub(super) const FINEST: Resolution =
-    Resolution { extent_px: 200, views: usize::MAX, voxels: 96, sights: 3000 };
+    Resolution { extent_px: 200, views: usize::MAX, voxels: 96, sights: 2000 };
 
 /// Background kept around the object, as a share of its longer side.
 const MARGIN: f64 = 0.3;

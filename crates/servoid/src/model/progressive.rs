@@ -35,7 +35,8 @@ pub fn progressive(
     progress: Progress<'_>,
 ) -> Result<Vec<Step>, ModelError> {
     let settings = settings.checked()?;
-    let settings = if given.mesh.is_some() { settings.for_solids() } else { settings };
+    let solid = given.mesh.is_some() || !given.sights.is_empty();
+    let settings = if solid { settings.for_solids() } else { settings };
     let pool = rayon::ThreadPoolBuilder::new().num_threads(settings.threads).build();
     let pool = pool.map_err(|_| ModelError::Threads(settings.threads))?;
     pool.install(|| {

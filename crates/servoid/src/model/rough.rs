@@ -62,7 +62,7 @@ pub fn rough(
     sights: &[Sight],
     settings: &Settings,
 ) -> Result<Body, ModelError> {
-    let settings = Settings { lines: 1, reseeds: 0, overshoot: 0, ..settings.checked()? };
+    let settings = settings.checked()?.quick();
     let pool = rayon::ThreadPoolBuilder::new().num_threads(settings.threads).build();
     let pool = pool.map_err(|_| ModelError::Threads(settings.threads))?;
     let step = unmarked.len().div_ceil(MOST_VIEWS).max(1);

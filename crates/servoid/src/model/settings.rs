@@ -61,7 +61,14 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// Searches less: a volume leaves less open than outlines do, and costs more to score.
+    /// Searches as little as gives a useful body, for one that is only a step to another.
+    #[must_use]
+    pub fn quick(self) -> Self {
+        Self { lines: 1, islands: 2, splits: 2, reseeds: 0, overshoot: 0, ..self }
+    }
+
+    /// Searches less: a volume or seen points leave less open than outlines do, and cost more to
+    /// score.
     pub(super) fn for_solids(self) -> Self {
         let lines = if self.max_ellipsoids > FEW { 2 } else { self.lines };
         Self { lines, islands: 2, splits: 2, reseeds: 0, overshoot: 1, ..self }

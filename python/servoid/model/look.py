@@ -1,0 +1,180 @@
+"""Models what a capture shows, from what little may be known of it: the whole way of one look."""
+
+import time
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from servoid._native import PaperSettings, ellipsoid_colors, silhouette_ious
+from servoid.errors import CameraError, ModelError, TargetError
+from servoid.model.fit import Request, divide, fit_views, load
+from servoid.model.marking import Marked, mark
+from servoid.model.paper import fit_paper_views
+from servoid.model.result import ModelResult, Surface
+from servoid.model.running import Progress
+from servoid.model.sights import (
+    NO_SIGHTS,
+    Sights,
+    join_sights,
+    sights_of_pair,
+    sights_of_views,
+)
+from servoid.model.spreading import spread_masks
+from servoid.observe import Capture, CaptureView, HueTarget, Target
+from servoid.observe.hue import hue_window
+
+_ONE_SIDE_DEG = 45.0
+
+
+def fit_capture(
+    capture: Capture,
+    request: Request | None = None,
+    *,
+    targets: Sequence[Target] = (),
+    observations: slice | None = None,
+    views: slice = slice(None),
+) -> ModelResult:
+    """Model the object of a capture, whatever the capture says of it.
+
+    Views say where the object is by their masks or by `targets`; where only one does, or targets
+    do, the others get masks of their own, found by colours and a growing body. Depth images are
+    used where there are any; where all views look from one side, the depth of stereo pairs is
+    measured. `observations` chooses instants (default: all, of a recording the one with the
+    target), `views` chooses the views to model from; the others judge the body.
+
+    Raises:
+        TargetError: nothing says where the object is, or it is not found.
+        ModelError: too few views, views that see no common point, or a setting out of range.
+        CameraError, CaptureError, ImageError, MaskError: a file cannot be used.
+
+    """
+    start = time.perf_counter()
+    request = request or Request()
+    marked = mark(capture, targets, observations)
+    notes: list[str] = []
+    known = list(marked.views)
+    sights = join_sights(sights_of_views(known))
+    if not len(sights) and _from_one_side([*known, *marked.others]):
+        sights = _measured(marked, notes)
+    if marked.others and (len(known) < 2 or marked.from_targets):
+        known = _with_spread(marked, sights, request, notes)
+    used, unused = divide(known, views)
+    result = fit_views(used, unused, sights, request, start=start)
+    return replace(result, targets=tuple(map(str, targets)), notes=tuple(notes))
+
+
+def fit_capture_by_paper(
+    capture: Capture,
+    request: Request | None = None,
+    *,
+    targets: Sequence[Target] = (),
+    observations: slice | None = None,
+    views: slice = slice(None),
+) -> ModelResult:
+    """Model the object of a capture by the paper's own method: hue, points and a plain GA.
+
+    The hue window is that of a `HueTarget`, or else found in the first view that is marked.
+
+    Raises:
+        As for `fit_capture`.
+
+    """
+    start = time.perf_counter()
+    request = request or Request()
+    marked = mark(capture, targets, observations)
+    hues = [target for target in targets if isinstance(target, HueTarget)]
+    first = marked.views[0]
+    window = (
+        (hues[0].low_deg, hues[0].high_deg) if hues else hue_window(first.image(), first.mask())
+    )
+    chosen, _ = divide([*marked.views, *marked.others], views)
+    images = load(chosen, CaptureView.image)
+    settings = PaperSettings(
+        max_ellipsoids=request.max_ellipsoids,
+        delta=request.delta,
+        seed=request.seed,
+        threads=request.threads,
+    )
+    steps = fit_paper_views(
+        images,
+        [view.camera for view in chosen],
+        [view.world_from_camera for view in chosen],
+        window,
+        settings=settings,
+        progress=request.progress,
+    )
+    used = [view for view in chosen if view.has_mask]
+    natives = load(used, CaptureView.view)
+    body = steps[-1].body
+    return ModelResult(
+        body=body,
+        colors=ellipsoid_colors(body, natives, load(used, CaptureView.image)),
+        steps=tuple(steps),
+        settings=settings,
+        method="paper",
+        used_views=tuple(used),
+        iou_used=silhouette_ious(body, natives),
+        native_used=tuple(natives),
+        surface=Surface.of(body, natives, NO_SIGHTS),
+        targets=tuple(map(str, targets)),
+        notes=(f"hue window {window[0]:.0f} to {window[1]:.0f} degrees",),
+        seconds=time.perf_counter() - start,
+    )
+
+
+def _from_one_side(views: Sequence[CaptureView]) -> bool:
+    """Say if all cameras look in about the same direction."""
+    axes = np.array([view.world_from_camera.matrix()[:3, 2] for view in views])
+    return bool((axes @ axes.T).min() > np.cos(np.radians(_ONE_SIDE_DEG)))
+
+
+def _measured(marked: Marked, notes: list[str]) -> Sights:
+    """Measure depth in each marked view that has another of the same instant."""
+    parts = []
+    for view in marked.views:
+        others = [*marked.views, *marked.others]
+        twin = next((o for o in others if o.index == view.index and o.name != view.name), None)
+        if twin is None:
+            continue
+        try:
+            parts.append(sights_of_pair(view, twin))
+        except (CameraError, TargetError) as error:
+            notes.append(f"no depth from {view.name} and {twin.name}: {error}")
+    return join_sights(parts)
+
+
+def _with_spread(
+    marked: Marked, sights: Sights, request: Request, notes: list[str]
+) -> list[CaptureView]:
+    """Give the other views masks, and list all views in their order."""
+    tell = request.progress
+
+    def show(share: float) -> None:
+        if tell is not None:
+            tell(Progress(0, 0.0, share, "finding the object in the other views"))
+
+    try:
+        found = spread_masks(
+            marked.views,
+            marked.others,
+            sights,
+            seed=request.seed,
+            threads=request.threads,
+            progress=show,
+        )
+    except (ModelError, TargetError) as error:
+        if not len(sights):
+            raise
+        # One view and its depth are enough.
+        notes.append(f"only views with a mask were used: {error}")
+        found = []
+    missed = len(marked.others) - len(found)
+    if missed and found:
+        notes.append(
+            f"{missed} of {len(marked.others)} views without a mask were left out: the object is "
+            "not found in them"
+        )
+    by_name = {view.name: view for view in (*marked.views, *found)}
+    order = sorted((*marked.views, *marked.others), key=lambda view: (view.camera_name, view.index))
+    return [by_name[view.name] for view in order if view.name in by_name]

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from servoid._native import ModelSettings, __version__
-from servoid.cli.values import check_count, check_seed, parse_slice
+from servoid.cli.values import Method, check_count, check_seed, parse_point, parse_slice
 
 app = typer.Typer(
     name="servoid",
@@ -43,16 +43,31 @@ def servoid(
 
 @app.command()
 def model(
-    capture: Annotated[
-        Path, typer.Argument(metavar="CAPTURE", help="A folder with a capture.toml, or that file.")
+    source: Annotated[
+        Path,
+        typer.Argument(
+            metavar="SOURCE",
+            help="A capture (a folder with a capture.toml, a COLMAP model, a transforms.json or a "
+            "BOP scene), a mesh (.ply .obj .stl .off .glb) or a point cloud (.ply).",
+        ),
     ],
     out: Annotated[Path, typer.Option(metavar="FILE", help="The body to write, a .json file.")],
+    target: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="TARGET",
+            help="What the object is, where the capture has no masks: mask:FILE, "
+            "box:U0,V0,U1,V1, click:U,V, hue:LOW..HIGH or background:FILE, each with @VIEW at its "
+            "end if not for the first view. May be given several times.",
+        ),
+    ] = None,
     max_ellipsoids: Annotated[
         int | None,
         typer.Option(
             callback=check_count,
             metavar="N",
-            help=f"Stop at this many ellipsoids (default {_defaults.max_ellipsoids}).",
+            help="Stop at this many ellipsoids (default: chosen by views that are held out; with "
+            f"--delta {_defaults.max_ellipsoids}).",
         ),
     ] = None,
     delta: Annotated[
@@ -63,6 +78,13 @@ def model(
             f"go on to the most ellipsoids (default {_defaults.delta:g}).",
         ),
     ] = None,
+    method: Annotated[
+        Method,
+        typer.Option(
+            help="How to model: region is servoid's own; paper is the method of the paper that it "
+            "starts from, as a baseline.",
+        ),
+    ] = Method.region,
     views: Annotated[
         str,
         typer.Option(
@@ -72,6 +94,28 @@ def model(
             show_default=False,
         ),
     ] = ":",
+    observations: Annotated[
+        str | None,
+        typer.Option(
+            metavar="START:STOP:STEP",
+            help="Look at these instants only (default: all; of a recording, in which the object "
+            "may move, the one with the target).",
+            show_default=False,
+        ),
+    ] = None,
+    viewpoint: Annotated[
+        str | None,
+        typer.Option(
+            metavar="X,Y,Z",
+            help="Where a point cloud without normals was seen from, in metres.",
+        ),
+    ] = None,
+    bop_object: Annotated[
+        int | None, typer.Option(metavar="N", help="Which object of a BOP scene, from 0.")
+    ] = None,
+    images: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Where a COLMAP model's images are.")
+    ] = None,
     seed: Annotated[
         int | None,
         typer.Option(
@@ -90,30 +134,40 @@ def model(
     ] = None,
     report: Annotated[
         Path | None,
-        typer.Option(metavar="DIR", help="Draw pictures that show how good the body is."),
+        typer.Option(metavar="DIR", help="Write a page and pictures that show how good it is."),
     ] = None,
 ) -> None:
-    """Model an object from calibrated images with masks.
+    """Model an object from images, a mesh or a point cloud.
 
     [bold]servoid model photos --out body.json[/bold]
 
-    [bold]servoid model photos --out body.json --max-ellipsoids 12 --delta 0[/bold]
+    [bold]servoid model photos --out body.json --target box:120,80,420,400[/bold]
 
-    [bold]servoid model photos --out body.json --views ::2 --report report[/bold]
+    [bold]servoid model photos --out body.json --max-ellipsoids 12 --delta 0 --views ::2[/bold]
+
+    [bold]servoid model mesh.ply --out body.json --max-ellipsoids 8 --report report[/bold]
     """
     chosen = parse_slice(views)
-    from servoid.cli.modelling import Request, run_model
+    instants = None if observations is None else parse_slice(observations, "--observations")
+    place = None if viewpoint is None else parse_point(viewpoint)
+    from servoid.cli.modelling import Order, run_model
 
     run_model(
-        Request(
-            capture=capture,
+        Order(
+            source=source,
             out=out,
+            report=report,
+            targets=tuple(target or ()),
+            method=method,
+            views=chosen,
+            observations=instants,
+            viewpoint=place,
+            bop_object=bop_object,
+            images=images,
             max_ellipsoids=max_ellipsoids,
             delta=delta,
-            views=chosen,
             seed=seed,
             threads=threads,
-            report=report,
         )
     )
 

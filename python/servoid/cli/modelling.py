@@ -1,4 +1,4 @@
-"""`servoid model`: from a capture to a body, a summary and a report."""
+"""`servoid model`: from a capture, a mesh or a cloud to a body, a summary and a report."""
 
 import tempfile
 from collections.abc import Callable
@@ -7,39 +7,58 @@ from pathlib import Path
 
 from servoid.cli.progress import progress_bar
 from servoid.cli.summary import print_summary
-from servoid.errors import OutputError
-from servoid.model import ModelResult, Progress, fit
-from servoid.observe import CaptureView, open_capture
+from servoid.cli.values import Method
+from servoid.errors import ModelError, OutputError
+from servoid.exchange import open_any
+from servoid.exchange.cloud_file import is_cloud, read_cloud
+from servoid.exchange.mesh_file import SUFFIXES, read_mesh
+from servoid.model import (
+    ModelResult,
+    Progress,
+    Request,
+    fit_capture,
+    fit_capture_by_paper,
+    fit_mesh,
+    fit_sights,
+    sights_of_cloud,
+)
+from servoid.observe import Target, parse_target
 from servoid.output import check_file, check_folder, make_folder
 
-WriteReport = Callable[[ModelResult, Path], list[Path]]
+WriteReport = Callable[..., list[Path]]
 
 
-@dataclass(frozen=True)
-class Request:
-    """What `servoid model` was asked for; None leaves a setting to the core."""
+@dataclass(frozen=True, kw_only=True)
+class Order:
+    """What `servoid model` was asked for; None leaves a choice to servoid."""
 
-    capture: Path
+    source: Path
     out: Path
+    report: Path | None
+    targets: tuple[str, ...]
+    method: Method
+    views: slice
+    observations: slice | None
+    viewpoint: tuple[float, float, float] | None
+    bop_object: int | None
+    images: Path | None
     max_ellipsoids: int | None
     delta: float | None
-    views: slice
     seed: int | None
     threads: int | None
-    report: Path | None
 
 
-def run_model(request: Request) -> None:
-    """Model the capture, then write the report, then the body, and print a summary."""
-    _check_outputs(request.out, request.report)
-    write_report = _report_writer() if request.report is not None else None
-    capture = open_capture(request.capture)
-    result = _fit(request, capture.views())
-    pictures: list[Path] = []
-    if request.report is not None and write_report is not None:
-        pictures = _write_report_whole(write_report, result, request.report)
-    result.save(request.out)
-    print_summary(request.capture, result, request.out, pictures)
+def run_model(order: Order) -> None:
+    """Model the source, then write the report, then the body, and print a summary."""
+    _check_outputs(order.out, order.report)
+    targets = [parse_target(text) for text in order.targets]
+    write_report = _report_writer() if order.report is not None else None
+    result = _fit(order, targets)
+    files: list[Path] = []
+    if order.report is not None and write_report is not None:
+        files = _write_report_whole(write_report, result, order.report)
+    result.save(order.out)
+    print_summary(order.source, result, order.out, files)
 
 
 def _check_outputs(out: Path, report: Path | None) -> None:
@@ -59,21 +78,54 @@ def _report_writer() -> WriteReport:
     return write_report
 
 
-def _fit(request: Request, views: list[CaptureView]) -> ModelResult:
+def _fit(order: Order, targets: list[Target]) -> ModelResult:
     with progress_bar("modelling") as update:
 
         def show(progress: Progress) -> None:
-            update(progress.share, f"{progress.count} ellipsoids, F = {progress.fitness:.4f}")
+            if progress.count:
+                note = f"{progress.count} ellipsoids, F = {progress.fitness:.4f}"
+            else:
+                note = progress.stage
+            update(progress.share, note)
 
-        return fit(
-            views,
-            max_ellipsoids=request.max_ellipsoids,
-            delta=request.delta,
-            views=request.views,
-            seed=request.seed,
-            threads=request.threads,
+        request = Request(
+            max_ellipsoids=order.max_ellipsoids,
+            delta=order.delta,
+            seed=order.seed,
+            threads=order.threads,
             progress=show,
         )
+        if order.source.is_file() and order.source.suffix.lower() in SUFFIXES:
+            return _fit_shape(order, request, targets)
+        if order.viewpoint is not None:
+            raise ModelError("--viewpoint is meant for a point cloud, and this is a capture")
+        capture = open_any(order.source, bop_object=order.bop_object, images=order.images)
+        by_method = {Method.region: fit_capture, Method.paper: fit_capture_by_paper}
+        return by_method[order.method](
+            capture, request, targets=targets, observations=order.observations, views=order.views
+        )
+
+
+def _fit_shape(order: Order, request: Request, targets: list[Target]) -> ModelResult:
+    """Model a mesh or a point cloud."""
+    chosen = {
+        "--target": bool(targets),
+        "--method paper": order.method is Method.paper,
+        "--views": order.views != slice(None),
+        "--observations": order.observations is not None,
+        "--bop-object": order.bop_object is not None,
+        "--images": order.images is not None,
+    }
+    for option in (option for option, given in chosen.items() if given):
+        raise ModelError(f"{order.source} is no capture, so {option} means nothing; leave it out")
+    if is_cloud(order.source):
+        cloud = read_cloud(order.source)
+        sights = sights_of_cloud(cloud.points, cloud.normals, order.viewpoint)
+        return fit_sights(sights, request, notes=cloud.notes)
+    if order.viewpoint is not None:
+        raise ModelError(f"{order.source} is a mesh, so --viewpoint means nothing; leave it out")
+    mesh = read_mesh(order.source)
+    return fit_mesh(mesh.vertices, mesh.faces, request, notes=mesh.notes)
 
 
 def _write_report_whole(
@@ -82,7 +134,7 @@ def _write_report_whole(
     """Draw all pictures beside `directory`, and move them there when the last one is done."""
     above = directory.resolve().parent
     with tempfile.TemporaryDirectory(prefix=".servoid-", dir=above) as drafts:
-        drawn = write_report(result, Path(drafts))
+        drawn = write_report(result, Path(drafts), notes=result.all_notes)
         make_folder(directory)
         targets = [directory / draft.relative_to(drafts) for draft in drawn]
         for draft, target in zip(drawn, targets, strict=True):

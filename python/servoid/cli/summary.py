@@ -1,5 +1,6 @@
 """The one-screen summary of a model, at most 80 columns wide except for paths."""
 
+import textwrap
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
@@ -14,9 +15,9 @@ _LABEL_WIDTH = 15
 _VALUE_WIDTH = 80 - len("  ") - _LABEL_WIDTH - len(" ")
 
 
-def print_summary(capture: Path, result: ModelResult, out: Path, pictures: Sequence[Path]) -> None:
+def print_summary(source: Path, result: ModelResult, out: Path, pictures: Sequence[Path]) -> None:
     """Print what was modelled, how good it is, and where the files lie."""
-    typer.echo(f"Modelled {capture}")
+    typer.echo(f"Modelled {source}")
     for label, value in _rows(result, out, pictures):
         typer.echo(f"  {label:<{_LABEL_WIDTH}} {value}")
 
@@ -24,13 +25,21 @@ def print_summary(capture: Path, result: ModelResult, out: Path, pictures: Seque
 def _rows(result: ModelResult, out: Path, pictures: Sequence[Path]) -> Iterator[tuple[str, str]]:
     yield "ellipsoids", str(len(result.body))
     yield "fitness F", f"{result.fitness:.4f}"
-    yield "silhouette IoU", _ious("used", result.used_views, result.iou_used)
+    if result.used_views:
+        yield "silhouette IoU", _ious("used", result.used_views, result.iou_used)
     if result.unused_views:
         yield "", _ious("unused", result.unused_views, result.iou_unused)
+    if len(result.sights):
+        yield "seen points", f"{len(result.sights)}"
+    if result.surface is not None:
+        yield "surface seen", f"{100.0 * result.surface.share:.0f} %"
     yield "seconds", f"{result.seconds:.2f}"
     yield "body", str(out)
     for index, picture in enumerate(pictures):
         yield "" if index else "report", str(picture)
+    for note in result.all_notes:
+        for index, line in enumerate(textwrap.wrap(note, _VALUE_WIDTH)):
+            yield "" if index else "note", line
 
 
 def _ious(kind: str, views: Sequence[CaptureView], ious: NDArray[np.float64]) -> str:

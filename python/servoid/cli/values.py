@@ -1,12 +1,36 @@
 """Checks the values of options."""
 
+import math
+from enum import Enum
+
 import typer
 
 _LARGEST_SEED = 2**64 - 1
 _LARGEST_COUNT = 2**31 - 1
 
 
-def parse_slice(text: str) -> slice:
+class Method(str, Enum):
+    """How to model."""
+
+    region = "region"
+    paper = "paper"
+
+
+def parse_point(text: str) -> tuple[float, float, float]:
+    """Turn `0.1,0,-0.5` into a place in metres."""
+    try:
+        numbers = [float(part) for part in text.split(",")]
+    except ValueError:
+        numbers = []
+    if len(numbers) != 3 or not all(map(math.isfinite, numbers)):
+        raise typer.BadParameter(
+            f"'{text}' is no place; write X,Y,Z in metres, such as 0,0,-0.5",
+            param_hint="--viewpoint",
+        )
+    return numbers[0], numbers[1], numbers[2]
+
+
+def parse_slice(text: str, option: str = "--views") -> slice:
     """Turn `0:16:2`, with any part left out, into a slice as Python has it."""
     parts = text.split(":")
     try:
@@ -15,9 +39,9 @@ def parse_slice(text: str) -> slice:
         numbers = []
     if len(numbers) not in (2, 3) or numbers[2:] == [0]:
         raise typer.BadParameter(
-            f"'{text}' is no range of views; write START:STOP:STEP with whole numbers, any of "
+            f"'{text}' is no range; write START:STOP:STEP with whole numbers, any of "
             "which may be left out, and a STEP that is not 0, such as '::2' or '0:16:2'",
-            param_hint="--views",
+            param_hint=option,
         )
     return slice(*numbers)
 

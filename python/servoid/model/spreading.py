@@ -13,9 +13,12 @@ from servoid.model.sights import Sights
 from servoid.observe import CaptureView, grow_mask
 
 _ROUGH_ELLIPSOIDS = 4
-_ELLIPSOIDS = (6, 8)  # of the body in each round
-_CERTAIN = (0.6, 0.75)  # what shrinks to this about the silhouette's middle is certainly object
-_POSSIBLE = (0.30, 0.15)  # how far beyond the silhouette it may reach, as a share of its size
+# For each round, as shares of the silhouette's size: how deep inside it the object is certain, and
+# how far beyond it the object may reach; and the ellipsoids of the body that is fitted then.
+_INSIDE = (0.25, 0.10)
+_BEYOND = (0.30, 0.15)
+_ELLIPSOIDS = (6, 8)
+_POINT_PX = 5  # seen points nearer to each other than this leave no gap
 _LEAST_OVERLAP = 0.5  # of a mask with the body that it was grown from
 
 Mask = NDArray[np.uint8]
@@ -57,7 +60,7 @@ def spread_masks(
     found: list[CaptureView] = []
     for turn, count in enumerate(_ELLIPSOIDS):
         tell((turn + 1) / (len(_ELLIPSOIDS) + 1))
-        found = _masked(body, others, images, turn)
+        found = _masked(body, others, images, sights, turn)
         if not found:
             raise TargetError(
                 "the object is found in none of the views without a mask: its colours there are "
@@ -73,19 +76,35 @@ def _masked(
     body: Body,
     views: Sequence[CaptureView],
     images: Sequence[NDArray[np.uint8]],
+    sights: Sights,
     turn: int,
 ) -> list[CaptureView]:
     def grow(pair: tuple[CaptureView, NDArray[np.uint8]]) -> CaptureView | None:
         view, image = pair
         silhouette = body.silhouette(view.camera, view.world_from_camera)
-        mask = _grown(image, silhouette, turn)
+        mask = _grown(image, silhouette, _seen(sights, view), turn)
         return None if mask is None else view.with_mask(mask)
 
     grown = _parallel(grow, list(zip(views, images, strict=True)))
     return [view for view in grown if view is not None]
 
 
-def _grown(image: NDArray[np.uint8], silhouette: Mask, turn: int) -> Mask | None:
+def _seen(sights: Sights, view: CaptureView) -> Mask:
+    """Draw where a view sees the points of the surface that are known."""
+    import cv2
+
+    width, height = view.camera.size_px
+    drawn = np.zeros((height, width), dtype=np.uint8)
+    points = view.world_from_camera.inverse().transform(sights.points)
+    pixels = np.rint(view.camera.project(points)) if len(points) else np.empty((0, 2))
+    inside = ((pixels >= 0) & (pixels < (width, height))).all(axis=1)
+    columns, rows = pixels[inside].astype(np.int64).T
+    drawn[rows, columns] = 255
+    kernel = np.ones((_POINT_PX, _POINT_PX), dtype=np.uint8)
+    return np.asarray(cv2.morphologyEx(drawn, cv2.MORPH_CLOSE, kernel), dtype=np.uint8)
+
+
+def _grown(image: NDArray[np.uint8], silhouette: Mask, seen: Mask, turn: int) -> Mask | None:
     """Grow a mask about a silhouette; None where image and silhouette do not agree."""
     import cv2
 
@@ -93,9 +112,10 @@ def _grown(image: NDArray[np.uint8], silhouette: Mask, turn: int) -> Mask | None
         return None
     size_px = np.sqrt(float(np.count_nonzero(silhouette)))
     depth = cv2.distanceTransform(silhouette, cv2.DIST_L2, 3)
-    certain = np.where(depth > _CERTAIN[turn] * depth.max(), 255, 0).astype(np.uint8)
+    certain = np.where(depth > _INSIDE[turn] * size_px, 255, 0).astype(np.uint8)
+    certain |= seen
     beyond = cv2.distanceTransform(255 - silhouette, cv2.DIST_L2, 3)
-    possible = np.where(beyond <= _POSSIBLE[turn] * size_px, 255, 0).astype(np.uint8)
+    possible = np.where(beyond <= _BEYOND[turn] * size_px, 255, 0).astype(np.uint8)
     if possible.all():
         return None
     mask = grow_mask(image, certain, possible, likely=silhouette)

@@ -17,6 +17,7 @@ _GAP_PX = 16
 _LARGE_PX = 2 * _SMALL_PX + _GAP_PX
 _MARGIN_PX = 20
 _FILLED = 0.80  # of a panel, by the body
+FROM_AHEAD = np.array([1e3, 0.0, 0.0])
 
 Vector = NDArray[np.float64]
 
@@ -26,7 +27,8 @@ def draw_body(result: ModelResult) -> bytes:
     solids = solids_in_world(result.body, result.colors)
     scored = scored_views(result)
     up = mean_up(scored)
-    side, front = side_and_front(solids, up, scored[0].view.world_from_camera.matrix()[:3, 3])
+    eye = scored[0].view.world_from_camera.matrix()[:3, 3] if scored else FROM_AHEAD
+    side, front = side_and_front(solids, up, eye)
     sights = {
         "three-quarter": _sight(solids, up, side, front, turn_deg=38.0, rise_deg=27.0),
         "side": _sight(solids, up, side, front, turn_deg=0.0, rise_deg=9.0),
@@ -55,7 +57,8 @@ def draw_body(result: ModelResult) -> bytes:
         if name == "three-quarter":
             _put_scale(page, sized.metres_per_px, left + 14, top + _LARGE_PX - 18)
     corner = (column + pitch, _MARGIN_PX + pitch)
-    _put_cameras(page, corner, solids, scored, up, sights["three-quarter"].axes)
+    if scored:
+        _put_cameras(page, corner, solids, scored, up, sights["three-quarter"].axes)
     return page.png()
 
 
@@ -75,6 +78,8 @@ def solids_in_world(body: Body, colors: NDArray[np.uint8]) -> Solids:
 
 def mean_up(scored: list[ScoredView]) -> Vector:
     """Return the unit direction in the world that is up in the images on average."""
+    if not scored:
+        return np.array([0.0, 0.0, 1.0])
     ups = -np.array([one.view.world_from_camera.matrix()[:3, 1] for one in scored])
     mean = ups.mean(axis=0)
     # Cameras on all sides, upside down as often as not, agree on no direction.

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid.model import ModelResult
-from servoid.view.body_picture import frustum, mean_up, side_and_front, solids_in_world
+from servoid.view.body_picture import FROM_AHEAD, frustum, mean_up, side_and_front, solids_in_world
 from servoid.view.raycast import Solids
 from servoid.view.scores import UNUSED_COLOR, USED_COLOR, ScoredView, score_words, scored_views
 
@@ -64,10 +64,21 @@ def _words(result: ModelResult, scored: list[ScoredView]) -> Iterator[str]:
     yield f"It measures {size} mm along its axes and holds {volume} cm³."
     settings = result.settings
     yield (
-        f"It was modelled in {result.seconds:.2f} s from {len(result.used_views)} of "
-        f"{len(scored)} views, with at most {settings.max_ellipsoids} ellipsoids, "
-        f"δ = {settings.delta:g} and seed {settings.seed}."
+        f"It was modelled in {result.seconds:.2f} s from {_sources(result, scored)}, with at most "
+        f"{settings.max_ellipsoids} ellipsoids, δ = {settings.delta:g} and seed {settings.seed}."
     )
+    if result.targets:
+        yield f"The object was marked by {', '.join(result.targets)}."
+
+
+def _sources(result: ModelResult, scored: list[ScoredView]) -> str:
+    """Say in words what the body was modelled from."""
+    parts = []
+    if scored:
+        parts.append(f"{len(result.used_views)} of {len(scored)} views")
+    if len(result.sights):
+        parts.append(f"{len(result.sights)} seen points")
+    return " and ".join(parts) or "a mesh"
 
 
 def _plain(value: float) -> str:
@@ -92,7 +103,7 @@ def _picture(name: str, data: bytes) -> str:
 
 
 def _rows(scored: list[ScoredView]) -> Iterator[str]:
-    worst = min(scored, key=lambda one: one.iou)
+    worst = min(scored, key=lambda one: one.iou, default=None)
     for one in scored:
         kind = ' class="worst"' if one is worst else ""
         names = (one.view.name, one.view.image_path.name)
@@ -108,9 +119,9 @@ def _scene(result: ModelResult, scored: list[ScoredView]) -> dict[str, Any]:
     solids = solids_in_world(result.body, result.colors)
     poses = [one.view.world_from_camera.matrix() for one in scored]
     up = mean_up(scored)
-    side, front = side_and_front(solids, up, poses[0][:3, 3])
+    side, front = side_and_front(solids, up, poses[0][:3, 3] if poses else FROM_AHEAD)
     middle, radius = _around(solids, np.stack([side, front, up]))
-    reach = max(float(np.linalg.norm(pose[:3, 3] - middle)) for pose in poses)
+    reach = max((float(np.linalg.norm(pose[:3, 3] - middle)) for pose in poses), default=1.0)
     cameras = []
     for one, pose in zip(scored, poses, strict=True):
         points = (frustum(one, pose, _FRUSTUM_SHARE * reach) - middle) / radius

@@ -21,10 +21,10 @@ def write_report(result: ModelResult, directory: Path, *, notes: Sequence[str] =
     """Write the pictures and the figures of a result into a folder; return the files' paths.
 
     They are `report.html` (everything on one page, and the body to turn), `contact_sheet.png` (the
-    views with the ellipsoids' outlines), `curve.png` (fitness and silhouette IoU against the
-    count), `body.png` (the body from four sides, and the cameras) and `summary.json`. `notes` are
-    sentences that the page shows above all else. The folder is made if need be; other files in it
-    are left alone.
+    views with the ellipsoids' outlines, if there are views), `curve.png` (fitness and silhouette
+    IoU against the count), `body.png` (the body from four sides, and the cameras) and
+    `summary.json`. `notes` are sentences that the page shows above all else. The folder is made if
+    need be; other files in it are left alone.
 
     Raises:
         ImageError, MaskError: a view's file can no longer be read.
@@ -34,7 +34,7 @@ def write_report(result: ModelResult, directory: Path, *, notes: Sequence[str] =
     directory = Path(directory)
     pictures = {
         "body.png": draw_body(result),
-        "contact_sheet.png": draw_contact_sheet(result),
+        **({"contact_sheet.png": draw_contact_sheet(result)} if result.used_views else {}),
         "curve.png": draw_curve(result),
     }
     files = {

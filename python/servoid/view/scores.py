@@ -46,7 +46,7 @@ def mean_iou(scored: list[ScoredView], *, used: bool) -> float | None:
 
 def score_words(scored: list[ScoredView], count: int) -> str:
     """Say in one line how many ellipsoids there are and how well they fit."""
-    words = f"{count} ellipsoid{'' if count == 1 else 's'}, silhouette IoU "
+    words = f"{count} ellipsoid{'' if count == 1 else 's'}"
     parts = []
     for used in (True, False):
         mean = mean_iou(scored, used=used)
@@ -54,4 +54,4 @@ def score_words(scored: list[ScoredView], count: int) -> str:
             number = sum(one.used is used for one in scored)
             kind = "used" if used else "unused"
             parts.append(f"{mean:.3f} over {number} {kind} view{'' if number == 1 else 's'}")
-    return words + ", ".join(parts)
+    return f"{words}, silhouette IoU {', '.join(parts)}" if parts else words

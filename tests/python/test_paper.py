@@ -1,5 +1,6 @@
 """The paper's own method, end to end on images that the tests draw, and the hue that it reads."""
 
+import colorsys
 import threading
 from dataclasses import dataclass
 
@@ -199,12 +200,13 @@ def test_a_match_is_a_hue_on_the_way_from_low_up_to_high(
 ) -> None:
     image = np.random.default_rng(seed).integers(0, 256, (6, 7, 3), dtype=np.uint8)
     match = match_image(image, low, low + width, least, least)
-    hsv = cv2.cvtColor(image, cv2.COLOR_RGB2HSV).astype(float)
-    for pixel, (hue, saturation, value) in zip(match.reshape(-1), hsv.reshape(-1, 3), strict=True):
-        turned = (2.0 * hue - low) % 360.0
-        if min(abs(turned - width), turned, 360.0 - turned) < 1e-6:
+    for pixel, rgb in zip(match.reshape(-1), image.reshape(-1, 3) / 255.0, strict=True):
+        hue, saturation, value = colorsys.rgb_to_hsv(*rgb)
+        turned = (360.0 * hue - low) % 360.0
+        near_edge = min(abs(turned - width), turned, 360.0 - turned) < 1e-2
+        if near_edge or min(abs(saturation - least), abs(value - least)) < 1e-4:
             continue
-        expected = turned <= width and min(saturation, value) >= 255 * least
+        expected = turned <= width and min(saturation, value) >= least
         assert pixel == (255 if expected else 0)
 
 

@@ -1,10 +1,10 @@
 """Finds the object that a target means in its image."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from servoid.errors import TargetError, located
 from servoid.observe.growth import grow_from_box, grow_from_click
+from servoid.observe.hue import hue_planes, match_image
 from servoid.observe.images import read_image, read_mask
 from servoid.observe.segment import Image, Mask
 from servoid.observe.target import (
@@ -105,12 +105,8 @@ def hue_part(image: Image, window: HueTarget) -> Mask:
     """Find the largest connected part whose hues lie in a window; its holes are closed."""
     import cv2
 
-    hue_deg, saturation, value = _hues(image)
-    width_deg = (window.high_deg - window.low_deg) % 360.0 or 360.0
-    chosen = ((hue_deg - window.low_deg) % 360.0 <= width_deg) & (
-        (saturation >= window.least_saturation) & (value >= window.least_value)
-    )
-    mask = largest_part(np.where(chosen, 255, 0).astype(np.uint8))
+    limits = (window.low_deg, window.high_deg, window.least_saturation, window.least_value)
+    mask = largest_part(match_image(image, *limits))
     outlines, _ = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
     return np.asarray(cv2.drawContours(mask, outlines, -1, (255,), cv2.FILLED), np.uint8)
 
@@ -151,24 +147,13 @@ def largest_part(mask: Mask) -> Mask:
     return np.where(np.asarray(labels) == largest, 255, 0).astype(np.uint8)
 
 
-def _hues(
-    image: Image,
-) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]:
-    """Convert an image to hues in degrees, and saturations and values from 0 to 1."""
-    import cv2
-
-    rgb = image.astype(np.float32) / 255.0
-    planes = np.asarray(cv2.cvtColor(rgb, cv2.COLOR_RGB2HSV), np.float32)
-    return planes[..., 0], planes[..., 1], planes[..., 2]
-
-
 def _nothing_found(target: Target, image: Image) -> str:
     message = f"no object was found; {_REMEDIES[type(target)]}"
     if not isinstance(target, HueTarget):
         return message
     height, width = image.shape[:2]
     middle = image[height // 3 : height - height // 3, width // 3 : width - width // 3]
-    hue_deg, saturation, value = _hues(np.ascontiguousarray(middle))
+    hue_deg, saturation, value = hue_planes(middle)
     strong = (saturation >= target.least_saturation) & (value >= target.least_value)
     if not strong.any():
         return (

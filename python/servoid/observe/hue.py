@@ -61,7 +61,7 @@ def match_image(
     """Say which pixels fall into a hue window, (H, W) uint8: 255 where they do, else 0.
 
     `image` is (H, W, 3) uint8 RGB. The window goes from `low_deg` up to `high_deg`, both taken
-    modulo 360 and included, so (350, 10) goes through 0; it is as exact as OpenCV's hue, 2 degrees.
+    modulo 360 and included, so (350, 10) goes through 0.
     Pixels of less than `least_saturation` or `least_value`, 0 to 1 each, do not match.
 
     Raises:
@@ -84,16 +84,26 @@ def _hue_and_coloured(
     image: NDArray[np.uint8], least_saturation: float, least_value: float
 ) -> tuple["FloatArray", NDArray[np.bool_]]:
     """Return each pixel's hue in degrees, and whether it has saturation and value enough."""
+    hue_deg, saturation, value = hue_planes(image)
+    return hue_deg, (saturation >= least_saturation) & (value >= least_value)
+
+
+def hue_planes(image: NDArray[np.uint8]) -> tuple["FloatArray", "FloatArray", "FloatArray"]:
+    """Return each pixel's hue in degrees, and its saturation and value from 0 to 1.
+
+    Raises:
+        ImageError: the image is no RGB image.
+
+    """
     import cv2
 
     if image.ndim != 3 or image.shape[2] != 3 or image.dtype != np.uint8 or image.size == 0:
         raise ImageError(
             f"hue needs an (H, W, 3) uint8 RGB image, but this one is {image.shape} {image.dtype}"
         )
-    hsv = cv2.cvtColor(np.ascontiguousarray(image), cv2.COLOR_RGB2HSV)
-    saturated = hsv[..., 1] >= least_saturation * 255
-    # OpenCV's 8-bit hue is in steps of two degrees.
-    return hsv[..., 0] * 2.0, saturated & (hsv[..., 2] >= least_value * 255)
+    shares = np.ascontiguousarray(image).astype(np.float32) / np.float32(255.0)
+    planes = np.asarray(cv2.cvtColor(shares, cv2.COLOR_RGB2HSV), dtype=np.float32)
+    return planes[..., 0], planes[..., 1], planes[..., 2]
 
 
 def _window_around(hues_deg: "FloatArray") -> tuple[float, float]:

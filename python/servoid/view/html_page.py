@@ -36,6 +36,7 @@ def html_page(result: ModelResult, pictures: Mapping[str, bytes], notes: Sequenc
         "words": "\n".join(f"<p>{html.escape(line)}</p>" for line in _words(result, scored)),
         "notes": _notes(notes),
         "legend": _legend(scored),
+        "hidden": "" if scored else " hidden",
         "pictures": "\n".join(_picture(name, data) for name, data in pictures.items()),
         "rows": "\n".join(_rows(scored)),
         "scene": _json(_scene(result, scored)),
@@ -93,7 +94,9 @@ def _notes(notes: Sequence[str]) -> str:
 
 def _legend(scored: list[ScoredView]) -> str:
     kinds = sorted({one.use for one in scored}, reverse=True)
-    return ", ".join(f'<span class="{kind}">{kind}</span>' for kind in kinds)
+    if not kinds:
+        return ""
+    return "Cameras: " + ", ".join(f'<span class="{kind}">{kind}</span>' for kind in kinds) + "."
 
 
 def _picture(name: str, data: bytes) -> str:

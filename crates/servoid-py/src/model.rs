@@ -128,7 +128,12 @@ impl Given {
             volume: volume_weight.unwrap_or(default.volume),
             depth: depth_weight.unwrap_or(default.depth),
         };
-        Ok(Self { views: views.unwrap_or_default(), mesh: mesh.map(|mesh| mesh.0), sights, weights })
+        Ok(Self {
+            views: views.unwrap_or_default(),
+            mesh: mesh.map(|mesh| mesh.0),
+            sights,
+            weights,
+        })
     }
 }
 

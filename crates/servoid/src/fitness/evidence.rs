@@ -40,6 +40,13 @@ impl Total {
         self.0.is_empty()
     }
 
+    /// Gives the kind that counts most, if there is any.
+    #[must_use]
+    pub fn lead(&self) -> Option<&dyn Evidence> {
+        let heavier = |a: &&Weighted, b: &&Weighted| a.weight.total_cmp(&b.weight);
+        self.0.iter().rev().max_by(heavier).map(|part| part.evidence.as_ref())
+    }
+
     fn weights(&self) -> f64 {
         self.0.iter().map(|part| part.weight).sum::<f64>().max(f64::MIN_POSITIVE)
     }

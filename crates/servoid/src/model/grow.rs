@@ -1,7 +1,7 @@
 use rayon::prelude::*;
 
 use super::ladder::Ladder;
-use super::refine::{Fit, refine};
+use super::refine::{Fit, refine, refine_by_lead};
 use super::scene::Scene;
 use super::seed::search;
 use super::{ModelError, Settings};
@@ -64,11 +64,12 @@ fn afresh(
 ) -> Result<Fit, ModelError> {
     let mut quadrics = Vec::with_capacity(count);
     for place in 0..count {
-        let open = scene.coarse.total.open(&quadrics);
+        let Some(lead) = scene.coarse.total.lead() else { break };
         let rng = rng(settings.seed, branch(line, count, AFRESH, place));
-        quadrics.push(search(open.as_ref(), &quadrics, settings, rng)?);
+        quadrics.push(search(lead.open(&quadrics).as_ref(), &quadrics, settings, rng)?);
     }
-    Ok(refine(&scene.coarse, &quadrics, STEPS[0]))
+    let led = refine_by_lead(&scene.coarse, &quadrics, STEPS[0]);
+    Ok(refine(&scene.coarse, &led, STEPS[0]))
 }
 
 /// The round's number in the names of searches from nothing.

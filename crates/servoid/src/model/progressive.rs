@@ -60,7 +60,9 @@ pub fn progressive(
         } else {
             scene
         };
-        let steps = ladder.steps(&scene, &views)?;
+        // Where there is more than outlines, F alone says which body is better.
+        let judges = if solid { &[] } else { views.as_slice() };
+        let steps = ladder.steps(&scene, judges)?;
         watch.finish(&steps)?;
         Ok(steps)
     })

@@ -55,11 +55,26 @@ impl Fit {
 
 /// Moves and shapes all ellipsoids together, uphill.
 pub(super) fn refine(judge: &Judge, start: &[Quadric], steps: usize) -> Fit {
+    let (quadrics, worth) = climb_by(&judge.total, judge, start, steps);
+    Fit { fitness: judge.total.score(&quadrics), worth, quadrics }
+}
+
+/// Does so by the kind of evidence that counts most alone.
+pub(super) fn refine_by_lead(judge: &Judge, start: &[Quadric], steps: usize) -> Vec<Quadric> {
+    judge.total.lead().map_or_else(|| start.to_vec(), |lead| climb_by(lead, judge, start, steps).0)
+}
+
+fn climb_by(
+    evidence: &dyn Differentiable,
+    judge: &Judge,
+    start: &[Quadric],
+    steps: usize,
+) -> (Vec<Quadric>, f64) {
     let settings = ClimbSettings { steps, first_step: 0.02, least_gain: judge.least_gain };
     let mut slopes = vec![QuadricGradient::default(); start.len()];
     let found = climb(&pack(start), &settings, |at, uphill| {
         let quadrics = unpack(at);
-        let mut worth = judge.total.score_and_gradient(&quadrics, &mut slopes);
+        let mut worth = evidence.score_and_gradient(&quadrics, &mut slopes);
         worth -= judge.spread_cost * quadrics.iter().map(spread).sum::<f64>();
         for ((numbers, quadric), slope) in
             uphill.chunks_exact_mut(NUMBERS).zip(&quadrics).zip(&slopes)
@@ -70,8 +85,7 @@ pub(super) fn refine(judge: &Judge, start: &[Quadric], steps: usize) -> Fit {
         }
         worth
     });
-    let quadrics = unpack(&found.at);
-    Fit { fitness: judge.total.score(&quadrics), worth: found.score, quadrics }
+    (unpack(&found.at), found.score)
 }
 
 fn write(numbers: &mut [f64], center: &Vector3<f64>, factor: &Matrix3<f64>) {

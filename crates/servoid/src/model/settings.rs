@@ -70,8 +70,8 @@ impl Settings {
     /// Searches less: a volume or seen points leave less open than outlines do, and cost more to
     /// score.
     pub(super) fn for_solids(self) -> Self {
-        let lines = if self.max_ellipsoids > FEW { 2 } else { self.lines };
-        Self { lines, islands: 2, splits: 2, reseeds: 0, overshoot: 1, ..self }
+        let lines = if self.max_ellipsoids > FEW { 2 } else { 4 };
+        Self { lines, islands: 3, splits: 3, reseeds: 0, overshoot: 1, ..self }
     }
 
     /// Passes the settings on if they are in their ranges.

@@ -36,7 +36,11 @@ pub fn progressive(
 ) -> Result<Vec<Step>, ModelError> {
     let settings = settings.checked()?;
     let solid = given.mesh.is_some() || !given.sights.is_empty();
-    let settings = if solid { settings.for_solids() } else { settings };
+    let settings = match given.mesh {
+        Some(_) => settings.for_solids(),
+        None if solid => settings.for_sights(),
+        None => settings,
+    };
     let pool = rayon::ThreadPoolBuilder::new().num_threads(settings.threads).build();
     let pool = pool.map_err(|_| ModelError::Threads(settings.threads))?;
     pool.install(|| {

@@ -67,11 +67,16 @@ impl Settings {
         Self { lines: 1, islands: 2, splits: 2, reseeds: 0, overshoot: 0, ..self }
     }
 
-    /// Searches less: a volume or seen points leave less open than outlines do, and cost more to
-    /// score.
+    /// Searches less: a volume leaves less open than outlines do, and costs more to score.
     pub(super) fn for_solids(self) -> Self {
         let lines = if self.max_ellipsoids > FEW { 2 } else { 4 };
         Self { lines, islands: 3, splits: 3, reseeds: 0, overshoot: 1, ..self }
+    }
+
+    /// Searches less still: seen points say where the surface is.
+    pub(super) fn for_sights(self) -> Self {
+        let lines = if self.max_ellipsoids > FEW { 2 } else { 3 };
+        Self { lines, islands: 2, splits: 2, reseeds: 0, overshoot: 1, ..self }
     }
 
     /// Passes the settings on if they are in their ranges.

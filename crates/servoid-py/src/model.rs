@@ -111,6 +111,7 @@ impl Given {
     /// were seen, float64; and how often each kind counts, None being the core's default. Raises
     /// BodyError.
     #[new]
+    #[allow(clippy::too_many_arguments, reason = "each is a keyword of its own in Python")]
     #[pyo3(signature = (*, views=None, mesh=None, points=None, directions=None, silhouette_weight=None, volume_weight=None, depth_weight=None))]
     fn new(
         views: Option<Vec<Py<View>>>,
@@ -165,6 +166,7 @@ pub fn fit_body(
 /// that do not say where it is: (camera, world_from_camera, image). Points (N, 3) of its surface and
 /// the directions (N, 3) in which they were seen say where to look, if given. Raises ModelError.
 #[pyfunction]
+#[allow(clippy::too_many_arguments, reason = "each is a keyword of its own in Python")]
 #[pyo3(signature = (views, images, pictures, settings, points=None, directions=None))]
 pub fn rough_body(
     py: Python<'_>,
@@ -193,6 +195,9 @@ pub fn rough_body(
     found.map(Body).map_err(raise)
 }
 
+/// Shares by ellipsoid (K,), of the whole, and the direction to what was not seen.
+type SeenSurface<'py> = (Bound<'py, PyArray1<f64>>, f64, Option<[f64; 3]>);
+
 /// Says which share of each ellipsoid's surface (K,) float64 the views or the seen points show,
 /// which share of the whole, and the direction in the object's frame to the side that they do not
 /// show, None if there is none.
@@ -204,7 +209,7 @@ pub fn seen_surface<'py>(
     views: Vec<Bound<'py, View>>,
     points: Option<PyReadonlyArray2<'_, f64>>,
     directions: Option<PyReadonlyArray2<'_, f64>>,
-) -> PyResult<(Bound<'py, PyArray1<f64>>, f64, Option<[f64; 3]>)> {
+) -> PyResult<SeenSurface<'py>> {
     let views = borrow(&views)?;
     let sights = read_sights(points, directions)?;
     let found = py.detach(|| core::seen(&body.0, &views, &sights));

@@ -94,7 +94,8 @@ fn by_pixels(view: &RegionView, body: &[Quadric]) -> f64 {
     let outlines: Vec<_> = body.iter().filter_map(|q| view.projection.outline(q)).collect();
     let mut total = 0.0;
     for row in 0..view.map.rows() {
-        let spans: Vec<_> = outlines.iter().filter_map(|o| o.interval(row as f64)).collect();
+        let spans: Vec<_> =
+            outlines.iter().filter_map(|o| o.mean_interval(row as f64, 1.0)).collect();
         let begin = spans.iter().map(|s| s.0).fold(f64::MAX, f64::min).max(0.0) as usize;
         let end = spans.iter().map(|s| s.1).fold(0.0, f64::max).min(639.0) as usize;
         for u in begin..=end {
@@ -138,7 +139,7 @@ fn map_of(bencher: Bencher<'_, '_>, color: fn(usize, usize) -> [u8; 3], stride: 
         Ok((image, Mask::new(grey)?))
     });
     let Ok((image, mask)) = learned else { std::process::abort() };
-    let Ok(model) = ColorModel::learn(&image, &mask) else { std::process::abort() };
+    let Ok(model) = ColorModel::learn(&[(&image, &mask)]) else { std::process::abort() };
     let mut map = ScoreMap::from_colors(&image, &model, stride);
     bencher.bench_local(|| map.recolor(black_box(&image), &model));
 }

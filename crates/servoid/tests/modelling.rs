@@ -3,12 +3,19 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 use nalgebra::{Rotation3, UnitQuaternion, Vector3, Vector6};
-use servoid::model::{ModelError, Settings, Step, ellipsoid_colors, progressive, silhouette_ious};
+use servoid::model::{
+    Given, ModelError, Settings, Step, Unmarked, ellipsoid_colors, progressive, rough, seen,
+    silhouette_ious,
+};
 use servoid::observe::{Camera, Channels, ImageView, Mask, View};
 use servoid::pose::Pose;
-use servoid::shape::{Body, Ellipsoid, silhouette};
+use servoid::shape::{Body, Ellipsoid, Mesh, silhouette};
 
 const SIZE: [usize; 2] = [160, 120];
+
+fn given<'a>(views: &'a [View<'a>]) -> Given<'a> {
+    Given { views, ..Given::default() }
+}
 
 fn solid(center: [f64; 3], radii: [f64; 3]) -> Ellipsoid {
     Ellipsoid::new(0, center, radii, [0.9, 0.1, 0.3, 0.3]).unwrap()
@@ -62,7 +69,7 @@ impl Scene {
     }
 
     fn model(&self, settings: Settings) -> Vec<Step> {
-        progressive(&self.views(), &settings, &mut |_, _, _| true).unwrap()
+        progressive(&given(&self.views()), &settings, &mut |_, _, _| true).unwrap()
     }
 }
 
@@ -143,8 +150,9 @@ fn moving_turning_and_scaling_the_world_does_the_same_to_the_body_and_changes_no
 fn views_that_cannot_be_modelled_are_refused() {
     let scene = Scene::new(&pair());
     let views = scene.views();
-    let refused =
-        |views: &[View<'_>]| progressive(views, &exactly(1), &mut |_, _, _| true).unwrap_err();
+    let refused = |views: &[View<'_>]| {
+        progressive(&given(views), &exactly(1), &mut |_, _, _| true).unwrap_err()
+    };
     assert!(matches!(refused(&[]), ModelError::TooFewViews(0)));
     assert!(matches!(refused(&views[..1]), ModelError::TooFewViews(1)));
     assert!(matches!(refused(&[views[0], views[0]]), ModelError::NoBaseline));
@@ -161,7 +169,8 @@ fn views_that_cannot_be_modelled_are_refused() {
 fn settings_out_of_range_are_refused_by_name() {
     let scene = Scene::new(&pair());
     let refused = |settings| {
-        let error = progressive(&scene.views(), &settings, &mut |_, _, _| true).unwrap_err();
+        let error =
+            progressive(&given(&scene.views()), &settings, &mut |_, _, _| true).unwrap_err();
         error.to_string()
     };
     assert!(refused(exactly(0)).starts_with("max_ellipsoids must be 1 to 64"));
@@ -175,7 +184,7 @@ fn settings_out_of_range_are_refused_by_name() {
 fn whoever_watches_can_stop_the_work() {
     let scene = Scene::new(&pair());
     let mut heard = 0;
-    let stopped = progressive(&scene.views(), &exactly(4), &mut |_, _, _| {
+    let stopped = progressive(&given(&scene.views()), &exactly(4), &mut |_, _, _| {
         heard += 1;
         false
     });
@@ -207,4 +216,113 @@ fn each_ellipsoid_takes_the_colour_of_the_pixels_in_which_it_is_foremost() {
     let colors = ellipsoid_colors(&body, &scene.views(), &images).unwrap();
     assert_eq!(colors, [[220, 20, 10], [10, 30, 230]]);
     assert!(ellipsoid_colors(&body, &scene.views(), &images[..2]).is_err());
+}
+
+/// A dumbbell as a closed mesh: two balls of unlike sizes, side by side.
+fn dumbbell() -> Mesh {
+    let (rings, around) = (16_usize, 24_usize);
+    let (mut corners, mut faces) = (vec![], vec![]);
+    for (center, radius) in [(-0.06, 0.05), (0.06, 0.03)] {
+        let first = corners.len();
+        for ring in 0..=rings {
+            let polar = std::f64::consts::PI * ring as f64 / rings as f64;
+            for step in 0..around {
+                let turn = std::f64::consts::TAU * step as f64 / around as f64;
+                let out = radius * polar.sin();
+                corners.push([center + out * turn.cos(), out * turn.sin(), radius * polar.cos()]);
+            }
+        }
+        let at = |ring: usize, step: usize| first + ring * around + step % around;
+        for ring in 0..rings {
+            for step in 0..around {
+                faces.push([at(ring, step), at(ring + 1, step), at(ring + 1, step + 1)]);
+                faces.push([at(ring, step), at(ring + 1, step + 1), at(ring, step + 1)]);
+            }
+        }
+        // At the poles a ring is one place: its corners are one.
+        for ring in [0, rings] {
+            let pole = at(ring, 0);
+            let ends = at(ring, 0)..=at(ring, around - 1);
+            for face in &mut faces {
+                face.iter_mut().filter(|i| ends.contains(*i)).for_each(|i| *i = pole);
+            }
+        }
+    }
+    faces.retain(|[a, b, c]| a != b && b != c && c != a);
+    Mesh::new(corners, faces).unwrap()
+}
+
+fn model_mesh(mesh: &Mesh, settings: &Settings) -> Vec<Step> {
+    let given = Given { mesh: Some(mesh), ..Given::default() };
+    progressive(&given, settings, &mut |_, _, _| true).unwrap()
+}
+
+#[test]
+fn a_mesh_of_two_balls_is_two_ellipsoids_with_the_same_bits_on_any_thread_count() {
+    let mesh = dumbbell();
+    let steps = model_mesh(&mesh, &exactly(3));
+    assert_eq!(steps.iter().map(|s| s.body.ellipsoids().len()).collect::<Vec<_>>(), [1, 2, 3]);
+    assert!(steps[1].fitness > 0.9, "{}", steps[1].fitness);
+    assert!(steps.windows(2).all(|pair| pair[1].fitness >= pair[0].fitness));
+    let mut radii: Vec<f64> =
+        steps[1].body.ellipsoids().iter().map(|e| e.volume().cbrt()).collect();
+    radii.sort_by(f64::total_cmp);
+    let ball = |radius: f64| (4.0 / 3.0 * std::f64::consts::PI).cbrt() * radius;
+    assert!((radii[0] / ball(0.03) - 1.0).abs() < 0.05, "{radii:?}");
+    assert!((radii[1] / ball(0.05) - 1.0).abs() < 0.05, "{radii:?}");
+    for threads in [1, 2] {
+        assert_eq!(model_mesh(&mesh, &Settings { threads, ..exactly(3) }), steps);
+    }
+}
+
+#[test]
+fn evidence_that_is_held_out_finds_the_count_that_the_views_bear() {
+    let scene = Scene::new(&pair());
+    let settings = Settings { held_out: true, max_ellipsoids: 6, ..Settings::default() };
+    let steps = scene.model(settings);
+    assert!((2..=3).contains(&steps.len()), "{}", steps.len());
+}
+
+#[test]
+fn half_a_ball_is_seen_from_one_side_and_all_of_it_from_all_sides() {
+    let scene = Scene::new(&[solid([0.0; 3], [0.05; 3])]);
+    let views = scene.views();
+    let body = Body::around(&[solid([0.0; 3], [0.05; 3])]).unwrap();
+    let all = seen(&body, &views, &[]);
+    assert!(all.share > 0.9, "{}", all.share);
+    let one = seen(&body, &views[..1], &[]);
+    assert!((0.3..0.5).contains(&one.share), "{}", one.share);
+    let away = views[0].world_from_camera().rotation() * Vector3::z();
+    let toward = body.world_from_object().rotation() * Vector3::from(one.unseen_toward.unwrap());
+    assert!(toward.dot(&away) > 0.95);
+    let hidden = Body::around(&[solid([0.0; 3], [0.05; 3]), solid([0.0; 3], [0.02; 3])]).unwrap();
+    assert_eq!(seen(&hidden, &views[..1], &[]).by_ellipsoid[1], 1.0);
+}
+
+#[test]
+fn an_object_marked_in_one_picture_is_found_in_the_others_by_its_colour() {
+    let truth = solid([0.0, 0.0, 0.0], [0.05, 0.04, 0.03]);
+    let scene = Scene::new(&[truth]);
+    let views = scene.views();
+    let paint = |view: &View<'_>| -> Vec<u8> {
+        let drawn =
+            silhouette(&Body::around(&[truth]).unwrap(), view.camera(), &view.world_from_camera());
+        let color = |&m: &u8| if m == 0 { [60, 90, 70] } else { [200, 60, 40] };
+        drawn.iter().flat_map(color).collect()
+    };
+    let pictures: Vec<Vec<u8>> = views.iter().map(paint).collect();
+    let image = |i: usize| {
+        ImageView::new(&pictures[i], views[i].camera().size_px(), Channels::Rgb).unwrap()
+    };
+    let unmarked: Vec<Unmarked<'_>> = (1..views.len())
+        .map(|i| Unmarked {
+            camera: *views[i].camera(),
+            world_from_camera: views[i].world_from_camera(),
+            image: image(i),
+        })
+        .collect();
+    let settings = Settings { max_ellipsoids: 2, delta: 0.0, ..Settings::default() };
+    let body = rough(&[(views[0], image(0))], &unmarked, &[], &settings).unwrap();
+    let ious = silhouette_ious(&body, &views);
+    assert!(ious.iter().all(|iou| *iou > 0.85), "{ious:?}");
 }

@@ -16,8 +16,31 @@ pub(super) struct OutlineGradients {
     pub area: OutlineGradient,
 }
 
-/// Running sums over the exposed ends of one outline: of the weight w, of w·below, of w·root, of
-/// w·across/root and of w·across²/root, where the left end counts with the opposite sign.
+/// How the root changes in a vector of rows: with the place across the outline, turned round, and
+/// with the outline's height, in units of one over it.
+#[derive(Clone, Copy)]
+struct Lean<L: Lanes> {
+    across: L,
+    taller: L,
+}
+
+impl<L: Lanes> Lean<L> {
+    #[inline(always)]
+    unsafe fn new(crossing: &Crossing<L>, quarter_per_blunt: f32) -> Self {
+        unsafe {
+            let per_root = L::splat(1.0).div(crossing.root.max(L::splat(1e-6)));
+            let fall = crossing.near.mul(L::splat(2.0 * quarter_per_blunt));
+            let across = crossing.across.mul(fall).mul(per_root);
+            // A taller outline is less blunt: near the poles that takes a little back.
+            let back = fall.mul(L::splat(1.0).sub(fall)).mul(per_root);
+            let back = back.mul(L::splat(0.125 / quarter_per_blunt));
+            Self { across, taller: across.mul(crossing.across).sub(back) }
+        }
+    }
+}
+
+/// Running sums over the exposed ends of one outline: of the weight w, of w·below, of w·root, and of
+/// w times both parts of the [`Lean`], where the left end counts with the opposite sign.
 #[derive(Clone, Copy)]
 struct Moments<L: Lanes>([L; 5]);
 
@@ -29,15 +52,15 @@ impl<L: Lanes> Moments<L> {
 
     /// Adds the weights of the right and the left end of a vector of rows.
     #[inline(always)]
-    unsafe fn add(&mut self, right: L, left: L, crossing: &Crossing<L>, lean: L) {
+    unsafe fn add(&mut self, right: L, left: L, crossing: &Crossing<L>, lean: Lean<L>) {
         unsafe {
             let (both, apart) = (right.sub(left), right.add(left));
-            let steep = apart.mul(lean);
+            let steep = apart.mul(lean.across);
             self.0[0] = self.0[0].add(both);
             self.0[1] = both.mul_add(crossing.below, self.0[1]);
             self.0[2] = apart.mul_add(crossing.root, self.0[2]);
             self.0[3] = self.0[3].add(steep);
-            self.0[4] = steep.mul_add(crossing.across, self.0[4]);
+            self.0[4] = apart.mul_add(lean.taller, self.0[4]);
         }
     }
 
@@ -157,9 +180,7 @@ unsafe fn add_ends<L: Lanes>(
         // An end that the border cuts does not move.
         let left = L::and(begin, zero.less(crossing.begin));
         let right = L::and(end, crossing.end.less(group.width));
-        // How fast the root falls with across; 0 / 0 where the interval closes.
-        let fall = crossing.near.mul(L::splat(2.0 * quarter_per_blunt));
-        let lean = crossing.across.mul(fall).div(crossing.root.max(L::splat(1e-6)));
+        let lean = Lean::new(crossing, quarter_per_blunt);
         let masked = |truth, x| L::select(truth, x, zero);
         moments.0.add(masked(right, right_score), masked(left, left_score), crossing, lean);
         moments.1.add(masked(right, one), masked(left, one), crossing, lean);

@@ -6,11 +6,14 @@ use crate::fitness::Fitness;
 use crate::pose::even_turn;
 use crate::shape::Quadric;
 
+/// How far from the origin later ellipsoids are sought, in units of the object's mean radius.
+const REACH: f64 = 2.0;
+
 /// Radii that a search tries, in units of the object's mean radius.
 const RADII: (f64, f64) = (0.06, 1.2);
 
-/// Evolves one more ellipsoid; its centre lies on the surface of one that stands, or, while none
-/// does, anywhere about the origin. `open` says what it would gain.
+/// Evolves one more ellipsoid; its centre lies on the surface of one that stands, as in the paper, or
+/// anywhere about the origin. `open` says what it would gain.
 pub(super) fn search(
     open: &dyn Fitness,
     standing: &[Quadric],
@@ -37,10 +40,12 @@ fn decode(genes: &[f64], standing: &[Quadric]) -> Quadric {
     let radii = Vector3::new(genes[3].exp(), genes[4].exp(), genes[5].exp());
     let turn = even_turn(genes[6], genes[7], genes[8]);
     let factor = turn.to_rotation_matrix().into_inner() * Matrix3::from_diagonal(&radii);
-    let parent = (genes[9] * standing.len() as f64) as usize;
-    let center = match standing.get(parent.min(standing.len().saturating_sub(1))) {
+    // One share of the gene is for a place of its own: an object may have parts that do not touch.
+    let parent = (genes[9] * (standing.len() + 1) as f64) as usize;
+    let center = match standing.get(parent) {
         Some(parent) => parent.center + parent.factor * place.normalize(),
-        None => place,
+        None if standing.is_empty() => place,
+        None => place * REACH,
     };
     Quadric { center, factor }
 }

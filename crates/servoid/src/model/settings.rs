@@ -75,8 +75,7 @@ impl Settings {
 
     /// Searches less still: seen points say where the surface is.
     pub(super) fn for_sights(self) -> Self {
-        let lines = if self.max_ellipsoids > FEW { 2 } else { 3 };
-        Self { lines, islands: 2, splits: 2, reseeds: 0, overshoot: 1, ..self }
+        Self { lines: 2, islands: 2, splits: 2, reseeds: 0, overshoot: 1, ..self }
     }
 
     /// Passes the settings on if they are in their ranges.

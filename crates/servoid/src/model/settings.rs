@@ -47,15 +47,15 @@ impl Default for Settings {
             held_out: false,
             seed: 0,
             threads: 0,
-            islands: 4,
-            splits: 3,
+            islands: 3,
+            splits: 2,
             generations: 14,
             search: GaSettings::default(),
             reseeds: 1,
-            singles: 4,
-            pairs: 3,
+            singles: 3,
+            pairs: 2,
             lines: 3,
-            overshoot: 2,
+            overshoot: 1,
         }
     }
 }

@@ -234,7 +234,10 @@ FILES = {
         content("capture.toml", lambda data: b"# caf\xe9\n" + data),
         r"capture\.toml: the file is not UTF-8 text",
     ),
-    "no capture.toml": (remove("capture.toml"), r"there is no capture\.toml in .*photos; name a"),
+    "no capture.toml": (
+        remove("capture.toml"),
+        r"there is no capture in .*photos: no capture\.toml, .*; name a folder",
+    ),
     "no poses.csv": (remove("poses.csv"), r"cannot read .*poses\.csv: no such file"),
     "poses outside": (toml('"poses.csv"', '"../poses.csv"'), r"rig\.poses: .*leaves the capture's"),
     "poses without a header": (

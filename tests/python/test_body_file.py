@@ -14,6 +14,7 @@ from servoid.pose import Pose
 from servoid.shape import (
     Body,
     MadeBy,
+    SeenEntry,
     body_schema,
     load_body,
     published_schema,
@@ -21,7 +22,17 @@ from servoid.shape import (
     write_body_file,
 )
 
-MADE_BY = MadeBy(servoid="0.1.0", seed=3, max_ellipsoids=6, delta=0.002, views=("eye/0000",))
+MADE_BY = MadeBy(
+    servoid="0.1.0",
+    seed=3,
+    max_ellipsoids=6,
+    delta=0.002,
+    views=("eye/0000",),
+    method="paper",
+    targets=("hue:200..260",),
+    seen_points=12,
+)
+SEEN = SeenEntry(share=0.5, unseen_toward=(0.0, 0.6, -0.8), by_ellipsoid=(0.5, 0.25))
 
 
 @st.composite
@@ -55,7 +66,7 @@ def test_a_body_comes_back_from_its_file_and_fits_the_published_schema(
 ) -> None:
     body, colors = drawn
     path = tmp_path_factory.mktemp("body") / "body.json"
-    save_body(path, body, colors, fitness=0.9, made_by=MADE_BY)
+    save_body(path, body, colors, fitness=0.9, made_by=MADE_BY, seen=SEEN)
     jsonschema.validate(json.loads(path.read_text()), json.loads(published_schema()))
     file = load_body(path)
     again = file.body()
@@ -66,7 +77,7 @@ def test_a_body_comes_back_from_its_file_and_fits_the_published_schema(
         again.world_from_object.matrix(), body.world_from_object.matrix(), rtol=1e-14, atol=1e-15
     )
     np.testing.assert_array_equal(file.colors(), colors)
-    assert (file.fitness, file.made_by) == (0.9, MADE_BY)
+    assert (file.fitness, file.made_by, file.seen) == (0.9, MADE_BY, SEEN)
 
 
 @given(drawn=bodies())
@@ -97,7 +108,8 @@ def test_a_body_file_is_laid_out_for_people(tmp_path: Path) -> None:
         "    }\n"
         "  ],\n"
         '  "fitness": null,\n'
-        '  "made_by": null\n'
+        '  "made_by": null,\n'
+        '  "seen": null\n'
         "}\n"
     )
 

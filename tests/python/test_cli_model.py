@@ -2,7 +2,7 @@ import os
 import re
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from types import ModuleType
 
@@ -42,7 +42,8 @@ def put_view(monkeypatch: pytest.MonkeyPatch) -> Callable[[Callable[..., list[Pa
     return put
 
 
-def draw_two_files(result: ModelResult, directory: Path) -> list[Path]:
+def draw_two_files(result: ModelResult, directory: Path, *, notes: Sequence[str]) -> list[Path]:
+    assert tuple(notes) == result.all_notes
     (directory / "parts").mkdir()
     paths = [directory / "sheet.png", directory / "parts" / "curve.png"]
     for path in paths:
@@ -158,8 +159,8 @@ def test_a_report_replaces_its_own_pictures_and_leaves_other_files(
 def test_a_report_that_fails_leaves_nothing_behind(
     drawn_capture: Path, tmp_path: Path, servoid_command: Command, put_view: Callable[..., None]
 ) -> None:
-    def fail(result: ModelResult, directory: Path) -> list[Path]:
-        (directory / "half.png").write_text(f"{result.fitness}")
+    def fail(result: ModelResult, directory: Path, *, notes: Sequence[str]) -> list[Path]:
+        (directory / "half.png").write_text(f"{result.fitness} {notes}")
         raise MissingExtraError("reports need matplotlib; pip install 'servoid[view]'")
 
     put_view(fail)
@@ -181,7 +182,7 @@ def test_an_interrupted_model_exits_with_130_and_writes_nothing(
     def interrupt(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(modelling, "fit", interrupt)
+    monkeypatch.setattr(modelling, "fit_capture", interrupt)
     before = everything_in(tmp_path)
     outcome = servoid_command("model", drawn_capture, "--out", tmp_path / "body.json")
     assert outcome.code == 130
@@ -204,7 +205,7 @@ def test_a_bug_is_called_a_bug_in_one_line(
     def fail(*_: object, **__: object) -> None:
         raise kind("two\nlines")
 
-    monkeypatch.setattr(modelling, "fit", fail)
+    monkeypatch.setattr(modelling, "fit_capture", fail)
     outcome = servoid_command("model", drawn_capture, "--out", tmp_path / "body.json")
     assert outcome.code == 70
     assert outcome.err.count("\n") == 1
@@ -262,7 +263,7 @@ def test_help_shows_examples_and_the_cores_defaults(servoid_command: Command) ->
     text = " ".join(re.sub(r"[│╭╮╰╯─]", " ", outcome.out).split())
     defaults = servoid.model.ModelSettings()
     assert outcome.code == 0
-    assert f"(default {defaults.max_ellipsoids})" in text
+    assert f"with --delta {defaults.max_ellipsoids})" in text
     assert f"(default {defaults.delta:g})" in text
     assert f"(default {defaults.seed})" in text
     assert "servoid model photos --out body.json" in text

@@ -91,9 +91,22 @@ def test_the_curve_ends_at_the_body_and_never_falls(result: ModelResult) -> None
 
 
 def test_settings_left_out_are_the_cores(views: list[CaptureView]) -> None:
-    given, default = servoid.model.fit(views).settings, ModelSettings()
-    for name in ("max_ellipsoids", "delta", "seed"):
+    default = ModelSettings()
+    given = servoid.model.fit(views, delta=default.delta).settings
+    for name in ("max_ellipsoids", "delta", "seed", "held_out"):
         assert getattr(given, name) == getattr(default, name)
+
+
+def test_with_neither_count_nor_delta_held_out_views_choose_among_twelve(
+    views: list[CaptureView],
+) -> None:
+    settings = servoid.model.fit(views).settings
+    assert isinstance(settings, ModelSettings)
+    assert (settings.held_out, settings.max_ellipsoids) == (True, 12)
+    for one in ({"max_ellipsoids": 2}, {"delta": 0.01}):
+        chosen = servoid.model.fit(views, **one).settings
+        assert isinstance(chosen, ModelSettings)
+        assert not chosen.held_out
 
 
 def test_the_same_seed_gives_the_same_file_on_one_and_on_two_threads(
@@ -113,6 +126,9 @@ def test_the_file_says_how_the_body_was_made(result: ModelResult, tmp_path: Path
         "max_ellipsoids": 3,
         "delta": 0.0,
         "views": ["eye/0000", "eye/0002", "eye/0004", "eye/0006"],
+        "method": "region",
+        "targets": [],
+        "seen_points": 0,
     }
 
 

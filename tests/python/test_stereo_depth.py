@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from servoid.errors import CameraError, ImageError, TargetError
-from servoid.observe import Camera, StereoDepth, open_capture, read_image, stereo_depth
+from servoid.observe import Camera, StereoDepth, open_capture, stereo_depth
 from servoid.pose import Pose
 
 SIZE_PX = (240, 180)
@@ -180,7 +180,7 @@ def test_rendered_objects_are_measured_to_a_millimetre(
         pytest.skip(f"the stereo set {name} lies beside the repository, and not here")
     capture = open_capture(folder)
     view = capture.views()[0]
-    left, right = capture.cameras
+    other = next(o for o in capture.all_views() if o.index == view.index and o.name != view.name)
     row = np.loadtxt(folder / "truth" / "left_from_object.csv", delimiter=",", skiprows=1)[0]
     mesh = trimesh.load(folder / "truth" / "mesh.obj", process=False, force="mesh")
     mesh.apply_transform(Pose.from_parts(row[1:4], row[4:8]).matrix())
@@ -191,10 +191,10 @@ def test_rendered_objects_are_measured_to_a_millimetre(
     hits, index, _ = mesh.ray.intersects_location(np.zeros_like(rays), rays, multiple_hits=False)
     found = stereo_depth(
         view.image(),
-        read_image(right.image_paths[0], right.camera.size_px),
+        other.image(),
         camera,
-        right.camera,
-        left.rig_from_camera.inverse() @ right.rig_from_camera,
+        other.camera,
+        view.world_from_camera.inverse() @ other.world_from_camera,
         mask_a=view.mask(),
     )
     errors = np.abs(found.depth[rows[index], columns[index]] - hits[:, 2])

@@ -186,12 +186,14 @@ def body_schema() -> dict[str, Any]:
     for part in parts.values():
         # Versions of Python differ in how they indent a docstring.
         part["description"] = " ".join(part["description"].split())
-    return {
+    whole = {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "servoid body, version 1",
         **schema,
         "$defs": parts,
     }
+    # Defaults are tuples here; JSON knows lists only.
+    return msgspec.json.decode(msgspec.json.encode(whole))
 
 
 def published_schema() -> str:

@@ -12,7 +12,7 @@ pub trait Evidence: Differentiable + Send {
 }
 
 /// Several kinds of evidence as one: F = exp(Σ w ln J / Σ w), the weighted mean of the
-/// log-likelihoods, carried back to a share. // (S26)
+/// log-likelihoods, carried back to a share. // (S35)
 ///
 /// A weight says how often a kind counts: with weight 2 it speaks as if it had been seen twice.
 #[derive(Default)]

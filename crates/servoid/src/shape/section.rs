@@ -3,7 +3,7 @@ use nalgebra::{Matrix3, Vector3};
 use super::{Outline, Quadric, QuadricGradient};
 
 /// An ellipsoid cut by planes of constant z: each cut is an ellipse of the same form, whose centre
-/// moves along a line and whose size follows a circle's root. // (S24)
+/// moves along a line and whose size follows a circle's root. // (S32)
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Section {
     center: Vector3<f64>,
@@ -100,7 +100,7 @@ impl Section {
         sum.half_height += by_height * root;
     }
 
-    /// Carries the sum of the slopes back to the quadric. // (S25)
+    /// Carries the sum of the slopes back to the quadric. // through (S32)
     #[must_use]
     pub fn pull_back(&self, quadric: &Quadric, sum: &SectionGradient) -> QuadricGradient {
         let Outline { slope, half_width: width, half_height: height, .. } = self.middle;

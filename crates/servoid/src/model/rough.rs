@@ -86,8 +86,10 @@ fn colors(
         let draw = |one: &Unmarked<'_>| silhouette(body, &one.camera, &one.world_from_camera);
         unmarked.par_iter().map(|one| (draw(one), one)).collect()
     });
-    let seen: Vec<(ImageView<'_>, Mask<'_>)> =
-        drawn.iter().filter_map(|(pixels, one)| Some((one.image, drawn_mask(pixels, one)?))).collect();
+    let seen: Vec<(ImageView<'_>, Mask<'_>)> = drawn
+        .iter()
+        .filter_map(|(pixels, one)| Some((one.image, drawn_mask(pixels, one)?)))
+        .collect();
     let by_hand = marked.iter().map(|(view, image)| (image, view.mask()));
     let pairs: Vec<_> = by_hand.chain(seen.iter().map(|(image, mask)| (image, mask))).collect();
     Ok(ColorModel::learn(&pairs)?)

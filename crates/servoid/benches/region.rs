@@ -138,7 +138,7 @@ fn map_of(bencher: Bencher<'_, '_>, color: fn(usize, usize) -> [u8; 3], stride: 
         Ok((image, Mask::new(grey)?))
     });
     let Ok((image, mask)) = learned else { std::process::abort() };
-    let Ok(model) = ColorModel::learn(&image, &mask) else { std::process::abort() };
+    let Ok(model) = ColorModel::learn(&[(&image, &mask)]) else { std::process::abort() };
     let mut map = ScoreMap::from_colors(&image, &model, stride);
     bencher.bench_local(|| map.recolor(black_box(&image), &model));
 }

@@ -3,7 +3,9 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 use nalgebra::{Rotation3, UnitQuaternion, Vector3, Vector6};
-use servoid::model::{ModelError, Settings, Step, ellipsoid_colors, progressive, silhouette_ious};
+use servoid::model::{
+    Given, ModelError, Settings, Step, ellipsoid_colors, progressive, silhouette_ious,
+};
 use servoid::observe::{Camera, Channels, ImageView, Mask, View};
 use servoid::pose::Pose;
 use servoid::shape::{Body, Ellipsoid, silhouette};
@@ -62,8 +64,12 @@ impl Scene {
     }
 
     fn model(&self, settings: Settings) -> Vec<Step> {
-        progressive(&self.views(), &settings, &mut |_, _, _| true).unwrap()
+        progressive(&of(&self.views()), &settings, &mut |_, _, _| true).unwrap()
     }
+}
+
+fn of<'a>(views: &'a [View<'a>]) -> Given<'a> {
+    Given { views, ..Given::default() }
 }
 
 fn exactly(count: usize) -> Settings {
@@ -144,7 +150,7 @@ fn views_that_cannot_be_modelled_are_refused() {
     let scene = Scene::new(&pair());
     let views = scene.views();
     let refused =
-        |views: &[View<'_>]| progressive(views, &exactly(1), &mut |_, _, _| true).unwrap_err();
+        |views: &[View<'_>]| progressive(&of(views), &exactly(1), &mut |_, _, _| true).unwrap_err();
     assert!(matches!(refused(&[]), ModelError::TooFewViews(0)));
     assert!(matches!(refused(&views[..1]), ModelError::TooFewViews(1)));
     assert!(matches!(refused(&[views[0], views[0]]), ModelError::NoBaseline));
@@ -161,7 +167,7 @@ fn views_that_cannot_be_modelled_are_refused() {
 fn settings_out_of_range_are_refused_by_name() {
     let scene = Scene::new(&pair());
     let refused = |settings| {
-        let error = progressive(&scene.views(), &settings, &mut |_, _, _| true).unwrap_err();
+        let error = progressive(&of(&scene.views()), &settings, &mut |_, _, _| true).unwrap_err();
         error.to_string()
     };
     assert!(refused(exactly(0)).starts_with("max_ellipsoids must be 1 to 64"));
@@ -175,7 +181,7 @@ fn settings_out_of_range_are_refused_by_name() {
 fn whoever_watches_can_stop_the_work() {
     let scene = Scene::new(&pair());
     let mut heard = 0;
-    let stopped = progressive(&scene.views(), &exactly(4), &mut |_, _, _| {
+    let stopped = progressive(&of(&scene.views()), &exactly(4), &mut |_, _, _| {
         heard += 1;
         false
     });

@@ -68,7 +68,9 @@ fn by_pixels(body: &[Quadric], map: &ScoreMap) -> (f64, f64) {
     let (mut score, mut area) = (0.0, 0.0);
     for row in 0..map.rows() {
         let v = (row * map.stride()) as f64;
-        let mut spans: Vec<_> = outlines.iter().filter_map(|outline| outline.interval(v)).collect();
+        let stride = map.stride() as f64;
+        let mut spans: Vec<_> =
+            outlines.iter().filter_map(|outline| outline.mean_interval(v, stride)).collect();
         spans.sort_by(|a, b| a.0.total_cmp(&b.0));
         let mut union: Vec<(f64, f64)> = vec![];
         for (begin, end) in spans {
@@ -192,7 +194,8 @@ fn the_overlap_is_one_for_the_right_body_and_rises_along_its_gradient() {
             }
         }
     }
-    let overlap = Overlap::new(&[OverlapView { filled, size_px: SIZE, projection: projection() }]);
+    let overlap =
+        Overlap::new(vec![OverlapView { filled, size_px: SIZE, projection: projection() }]);
     // Pixels that the outline cuts are half filled and half covered: a border's worth is lost.
     assert!(overlap.score(&[truth]) > 0.97, "{}", overlap.score(&[truth]));
     for by in [-0.02, 0.02] {
@@ -221,7 +224,7 @@ fn colours_score_by_their_likelihood_ratio() {
     let marks: Vec<u8> = (0..600).map(|i| u8::from(i % 3 == 0)).collect();
     let image = ImageView::new(&bytes, [30, 20], Channels::Rgb).unwrap();
     let mask = Mask::new(ImageView::new(&marks, [30, 20], Channels::Grey).unwrap()).unwrap();
-    let model = ColorModel::learn(&image, &mask).unwrap();
+    let model = ColorModel::learn(&[(&image, &mask)]).unwrap();
     assert!(model.score(object) > 3.0 && model.score(background) < -3.0);
     assert!(model.score(object) <= ScoreMap::LIMIT);
     assert_eq!(model.score(unseen), 0.0);

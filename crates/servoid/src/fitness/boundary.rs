@@ -16,8 +16,9 @@ pub(super) struct OutlineGradients {
     pub area: OutlineGradient,
 }
 
-/// Running sums over the exposed ends of one outline: of the weight w, of w·below, of w·root, of
-/// w·across/root and of w·across²/root, where the left end counts with the opposite sign.
+/// Running sums over the exposed ends of one outline: of the weight w, of w·below, of w·root, and of
+/// how w·root changes with the centre's row and with the half height (each in half heights), where
+/// the left end counts with the opposite sign.
 #[derive(Clone, Copy)]
 struct Moments<L: Lanes>([L; 5]);
 
@@ -29,15 +30,14 @@ impl<L: Lanes> Moments<L> {
 
     /// Adds the weights of the right and the left end of a vector of rows.
     #[inline(always)]
-    unsafe fn add(&mut self, right: L, left: L, crossing: &Crossing<L>, lean: L) {
+    unsafe fn add(&mut self, right: L, left: L, crossing: &Crossing<L>, slopes: &RootSlopes<L>) {
         unsafe {
             let (both, apart) = (right.sub(left), right.add(left));
-            let steep = apart.mul(lean);
             self.0[0] = self.0[0].add(both);
             self.0[1] = both.mul_add(crossing.below, self.0[1]);
             self.0[2] = apart.mul_add(crossing.root, self.0[2]);
-            self.0[3] = self.0[3].add(steep);
-            self.0[4] = steep.mul_add(crossing.across, self.0[4]);
+            self.0[3] = apart.mul_add(slopes.by_row, self.0[3]);
+            self.0[4] = apart.mul_add(slopes.by_height, self.0[4]);
         }
     }
 
@@ -47,9 +47,32 @@ impl<L: Lanes> Moments<L> {
         for (total, lanes) in totals.iter_mut().zip(self.0) {
             *total = weight * f64::from(unsafe { lanes.total() });
         }
-        let [both, below, root, steep, square] = totals;
+        let [both, below, root, row, height] = totals;
         let taper = f64::from(outline.half_width) * f64::from(outline.per_half_height);
-        [both, steep * taper - f64::from(outline.slope) * both, below, root, square * taper]
+        [both, row * taper - f64::from(outline.slope) * both, below, root, height * taper]
+    }
+}
+
+/// How the root changes with the centre's row and with the half height, in half heights.
+struct RootSlopes<L: Lanes> {
+    by_row: L,
+    by_height: L,
+}
+
+impl<L: Lanes> RootSlopes<L> {
+    #[inline(always)]
+    unsafe fn new(outline: &RowOutline, crossing: &Crossing<L>) -> Self {
+        unsafe {
+            // How fast root² falls with across²: 1 but near the poles.
+            let fall = crossing.near.mul(L::splat(2.0 * outline.quarter_per_blunt));
+            // 0 / 0 where the interval closes.
+            let steep = fall.div(crossing.root.max(L::splat(1e-6)));
+            // The bluntness falls as the height grows.
+            let half = L::splat(0.5 * outline.blunt);
+            let blunter = half.sub(half.mul(fall));
+            let by_row = crossing.across.mul(steep);
+            Self { by_row, by_height: by_row.mul(crossing.across).sub(steep.mul(blunter)) }
+        }
     }
 }
 
@@ -96,8 +119,8 @@ pub(super) unsafe fn union_gradients<L: Lanes>(
                 }
                 let (index, crossing) = &crossings[at];
                 let moments = moments[*index].assume_init_mut();
-                let (gain, length) =
-                    add_ends(&group, crossing, begin, end, moments, all[*index].quarter_per_blunt);
+                let slopes = RootSlopes::new(&all[*index], crossing);
+                let (gain, length) = add_ends(&group, crossing, (begin, end), &slopes, moments);
                 score = score.add(gain);
                 area = area.add(length);
             }
@@ -145,10 +168,9 @@ unsafe fn exposed<L: Lanes>(crossings: &[(usize, Crossing<L>)], at: usize) -> (L
 unsafe fn add_ends<L: Lanes>(
     group: &RowGroup<L>,
     crossing: &Crossing<L>,
-    begin: L::Truth,
-    end: L::Truth,
+    (begin, end): (L::Truth, L::Truth),
+    slopes: &RootSlopes<L>,
     moments: &mut (Moments<L>, Moments<L>),
-    quarter_per_blunt: f32,
 ) -> (L, L) {
     unsafe {
         let (zero, one) = (L::splat(0.0), L::splat(1.0));
@@ -157,12 +179,9 @@ unsafe fn add_ends<L: Lanes>(
         // An end that the border cuts does not move.
         let left = L::and(begin, zero.less(crossing.begin));
         let right = L::and(end, crossing.end.less(group.width));
-        // How fast the root falls with across; 0 / 0 where the interval closes.
-        let fall = crossing.near.mul(L::splat(2.0 * quarter_per_blunt));
-        let lean = crossing.across.mul(fall).div(crossing.root.max(L::splat(1e-6)));
         let masked = |truth, x| L::select(truth, x, zero);
-        moments.0.add(masked(right, right_score), masked(left, left_score), crossing, lean);
-        moments.1.add(masked(right, one), masked(left, one), crossing, lean);
+        moments.0.add(masked(right, right_score), masked(left, left_score), crossing, slopes);
+        moments.1.add(masked(right, one), masked(left, one), crossing, slopes);
         (
             masked(end, right_sum).sub(masked(begin, left_sum)),
             masked(end, crossing.end).sub(masked(begin, crossing.begin)),

@@ -51,12 +51,14 @@ impl Sight {
             return Err(SightError::Count { points: count, directions: given });
         }
         let sight = |(index, (&point, &direction)): (usize, (&[f64; 3], &[f64; 3]))| {
-            let finite = point.iter().all(|x| x.is_finite());
-            let along = Vector3::from(direction).try_normalize(f64::MIN_POSITIVE);
-            match along.filter(|along| finite && along.iter().all(|x| x.is_finite())) {
-                Some(along) => Ok(Self { point: point.into(), direction: along }),
-                None => Err(SightError::Numbers { index, point, direction }),
+            let finite = point.iter().chain(&direction).all(|x| x.is_finite());
+            // Scaled first: the square of a great length is infinite.
+            let most = Vector3::from(direction).amax();
+            if !finite || most == 0.0 {
+                return Err(SightError::Numbers { index, point, direction });
             }
+            let along = (Vector3::from(direction) / most).normalize();
+            Ok(Self { point: point.into(), direction: along })
         };
         points.iter().zip(directions).enumerate().map(sight).collect()
     }

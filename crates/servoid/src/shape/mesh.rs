@@ -215,6 +215,14 @@ fn side(a: [f64; 2], b: [f64; 2], p: [f64; 2]) -> f64 {
     (b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0])
 }
 
+/// Gives the side on which a place lies; one on the line counts as moved by ever so little to the
+/// right, and up by far less, so that all triangles about an edge or a corner agree on who has it.
+fn side_or_beside(a: [f64; 2], b: [f64; 2], p: [f64; 2]) -> f64 {
+    let (value, [along, up]) = (side(a, b, p), [b[0] - a[0], b[1] - a[1]]);
+    let tie = if up == 0.0 { along } else { -up };
+    if value == 0.0 { f64::MIN_POSITIVE.copysign(tie) } else { value }
+}
+
 /// Visits the places with whole coordinates that a flat triangle covers, with the share of each
 /// corner there. A place on an edge that two triangles share belongs to one of them.
 fn for_each_covered(
@@ -241,8 +249,7 @@ fn for_each_covered(
                 let (from, to) = (face[i], face[(i + 1) % 3]);
                 // Evaluated alike from both sides, so that neighbours agree to the bit.
                 let (one, two) = (from.min(to), from.max(to));
-                let value = side(flat[one], flat[two], at);
-                let value = if value == 0.0 { f64::MIN_POSITIVE } else { value };
+                let value = side_or_beside(flat[one], flat[two], at);
                 (if from < to { value } else { -value }) / whole
             });
             if shares.iter().all(|share| *share > 0.0) {

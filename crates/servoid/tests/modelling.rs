@@ -73,10 +73,6 @@ impl Scene {
     }
 }
 
-fn of<'a>(views: &'a [View<'a>]) -> Given<'a> {
-    Given { views, ..Given::default() }
-}
-
 fn exactly(count: usize) -> Settings {
     Settings { max_ellipsoids: count, delta: 0.0, ..Settings::default() }
 }

@@ -164,7 +164,7 @@ proptest! {
         let truth = Quadric { center: Vector3::new(1.0, -2.0, 0.5), factor };
         let volume = Volume::new(mesh_of(&truth, 4).fill(72, 14));
         let best = volume.score(&[truth]);
-        prop_assert!(best > 0.97 && best <= 1.0 + 1e-9, "{best}");
+        prop_assert!(best > 0.95 && best <= 1.0 + 1e-9, "{best}");
         let off: [f64; 12] = off;
         let mut beside = truth;
         (0..12).for_each(|which| *slot(&mut beside, which) += 0.1 * off[which]);

@@ -11,6 +11,7 @@ from servoid.observe import Camera, CaptureView, stereo_depth
 from servoid.pose import Pose
 
 _MOST_POINTS = 6000
+_LARGEST_ERROR = 0.008  # of a measured depth, as a share of it
 _BORDER_PX = 2  # depth at an outline mixes object and background
 
 
@@ -90,7 +91,10 @@ def sights_of_pair(view: CaptureView, other: CaptureView) -> Sights:
     measured = stereo_depth(
         view.image(), other.image(), view.camera, other.camera, here_from_there, mask_a=mask
     )
-    return sights_of_depth(measured.depth, mask, view.camera, view.world_from_camera)
+    # Where there is no texture the match is a guess, and its expected error says so.
+    sure = measured.sigma_m <= _LARGEST_ERROR * measured.depth
+    depth = np.where(sure, measured.depth, np.float32(np.nan)).astype(np.float32)
+    return sights_of_depth(depth, mask, view.camera, view.world_from_camera)
 
 
 def sights_of_cloud(

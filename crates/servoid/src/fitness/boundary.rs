@@ -70,32 +70,9 @@ impl<L: Lanes> Moments<L> {
         for (total, lanes) in totals.iter_mut().zip(self.0) {
             *total = weight * f64::from(unsafe { lanes.total() });
         }
-        let [both, below, root, row, height] = totals;
+        let [both, below, root, steep, square] = totals;
         let taper = f64::from(outline.half_width) * f64::from(outline.per_half_height);
-        [both, row * taper - f64::from(outline.slope) * both, below, root, height * taper]
-    }
-}
-
-/// How the root changes with the centre's row and with the half height, in half heights.
-struct RootSlopes<L: Lanes> {
-    by_row: L,
-    by_height: L,
-}
-
-impl<L: Lanes> RootSlopes<L> {
-    #[inline(always)]
-    unsafe fn new(outline: &RowOutline, crossing: &Crossing<L>) -> Self {
-        unsafe {
-            // How fast root² falls with across²: 1 but near the poles.
-            let fall = crossing.near.mul(L::splat(2.0 * outline.quarter_per_blunt));
-            // 0 / 0 where the interval closes.
-            let steep = fall.div(crossing.root.max(L::splat(1e-6)));
-            // The bluntness falls as the height grows.
-            let half = L::splat(0.5 * outline.blunt);
-            let blunter = half.sub(half.mul(fall));
-            let by_row = crossing.across.mul(steep);
-            Self { by_row, by_height: by_row.mul(crossing.across).sub(steep.mul(blunter)) }
-        }
+        [both, steep * taper - f64::from(outline.slope) * both, below, root, square * taper]
     }
 }
 
@@ -142,8 +119,8 @@ pub(super) unsafe fn union_gradients<L: Lanes>(
                 }
                 let (index, crossing) = &crossings[at];
                 let moments = moments[*index].assume_init_mut();
-                let slopes = RootSlopes::new(&all[*index], crossing);
-                let (gain, length) = add_ends(&group, crossing, (begin, end), &slopes, moments);
+                let (gain, length) =
+                    add_ends(&group, crossing, begin, end, moments, all[*index].quarter_per_blunt);
                 score = score.add(gain);
                 area = area.add(length);
             }
@@ -191,9 +168,10 @@ unsafe fn exposed<L: Lanes>(crossings: &[(usize, Crossing<L>)], at: usize) -> (L
 unsafe fn add_ends<L: Lanes>(
     group: &RowGroup<L>,
     crossing: &Crossing<L>,
-    (begin, end): (L::Truth, L::Truth),
-    slopes: &RootSlopes<L>,
+    begin: L::Truth,
+    end: L::Truth,
     moments: &mut (Moments<L>, Moments<L>),
+    quarter_per_blunt: f32,
 ) -> (L, L) {
     unsafe {
         let (zero, one) = (L::splat(0.0), L::splat(1.0));
@@ -204,8 +182,8 @@ unsafe fn add_ends<L: Lanes>(
         let right = L::and(end, crossing.end.less(group.width));
         let lean = Lean::new(crossing, quarter_per_blunt);
         let masked = |truth, x| L::select(truth, x, zero);
-        moments.0.add(masked(right, right_score), masked(left, left_score), crossing, slopes);
-        moments.1.add(masked(right, one), masked(left, one), crossing, slopes);
+        moments.0.add(masked(right, right_score), masked(left, left_score), crossing, lean);
+        moments.1.add(masked(right, one), masked(left, one), crossing, lean);
         (
             masked(end, right_sum).sub(masked(begin, left_sum)),
             masked(end, crossing.end).sub(masked(begin, crossing.begin)),

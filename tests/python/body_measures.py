@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from conftest import Drawing, hit_depths
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 from scipy.spatial.transform import Rotation
 
 from servoid.shape import BodyFile
@@ -53,7 +53,7 @@ class WorldBody:
             for other in others:
                 hidden |= self._levels(other, skin) < 1.0
             parts.append(skin[~hidden])
-        return cKDTree(np.concatenate(parts)).query(points)[0]
+        return KDTree(np.concatenate(parts)).query(points)[0]
 
     def silhouette(self, world_from_camera: Array) -> NDArray[np.bool_]:
         """Say which pixels of a drawing's camera see the body."""

@@ -65,10 +65,11 @@ class Surface:
             return None
         toward = ", ".join(f"{x:.2f}" for x in self.unseen_toward)
         guessed = int((self.by_ellipsoid < _HIDDEN).sum())
+        verb = "is" if guessed == 1 else "are"
         return (
             f"{100.0 * (1.0 - self.share):.0f} % of the surface was never seen: the side towards "
             f"({toward}) in the object's frame is a guess"
-            + (f", and so are {guessed} of the ellipsoids" if guessed else "")
+            + (f", and so {verb} {guessed} of the ellipsoids" if guessed else "")
         )
 
 

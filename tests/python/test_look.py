@@ -1,0 +1,139 @@
+"""Captures without masks: a target in one view is enough."""
+
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from body_measures import WorldBody
+from conftest import Command, Drawing, Outcome, write_png
+
+from servoid.model import fit
+from servoid.observe import open_capture
+from servoid.shape import load_body
+
+
+def without_masks(folder: Path) -> Path:
+    """Delete a capture's masks, and what its capture.toml says of them."""
+    for path in (folder / "masks").iterdir():
+        path.unlink()
+    toml = folder / "capture.toml"
+    toml.write_text(re.sub(r"masks = .*\n", "", toml.read_text()))
+    return folder
+
+
+def box_around(drawing: Drawing, index: int) -> str:
+    """Write the box around the object, 3 pixels larger than it on each side."""
+    rows, columns = np.nonzero(drawing.mask(drawing.world_from_cameras()[index]))
+    corners = (columns.min() - 3, rows.min() - 3, columns.max() + 3, rows.max() + 3)
+    return "box:" + ",".join(map(str, corners))
+
+
+@pytest.fixture
+def unmarked(drawn_capture: Path) -> Path:
+    return without_masks(drawn_capture)
+
+
+def model(servoid_command: Command, folder: Path, *options: object) -> tuple[Outcome, Path]:
+    out = folder.parent / "body.json"
+    ending = ("--out", out, "--max-ellipsoids", 3, "--delta", 0)
+    return servoid_command("model", folder, *options, *ending), out
+
+
+def test_a_box_in_one_view_is_enough_for_all_views(
+    unmarked: Path, drawing: Drawing, servoid_command: Command
+) -> None:
+    target = f"{box_around(drawing, 3)}@eye/0003"
+    outcome, out = model(servoid_command, unmarked, "--target", target)
+    assert outcome.code == 0, outcome.err
+    file = load_body(out)
+    assert WorldBody.of(file).ious(drawing).min() > 0.9
+    assert file.made_by is not None
+    assert file.made_by.targets == (target,)
+    assert file.made_by.views == tuple(f"eye/{index:04}" for index in range(8))
+    assert "8 used views" in outcome.out
+
+
+def test_a_hue_window_is_meant_for_all_views(
+    unmarked: Path, drawing: Drawing, servoid_command: Command
+) -> None:
+    outcome, out = model(servoid_command, unmarked, "--target", "hue:215..20")
+    assert outcome.code == 0, outcome.err
+    assert WorldBody.of(load_body(out)).ious(drawing).min() > 0.9
+
+
+def test_a_click_finds_what_has_one_colour(tmp_path: Path, servoid_command: Command) -> None:
+    one, other = Drawing().ellipsoids
+    drawing = Drawing((one, replace(other, color=one.color)))
+    folder = without_masks(drawing.write(tmp_path / "photos"))
+    pose = np.linalg.inv(drawing.world_from_cameras()[0])
+    x, y, z = pose[:3, :3] @ one.center + pose[:3, 3]
+    target = f"click:{79.5 + 210 * x / z:.0f},{59.5 + 210 * y / z:.0f}"
+    outcome, out = model(servoid_command, folder, "--target", target)
+    assert outcome.code == 0, outcome.err
+    assert WorldBody.of(load_body(out)).ious(drawing).mean() > 0.85
+
+
+def test_a_mask_from_elsewhere_is_a_target(
+    unmarked: Path, drawing: Drawing, servoid_command: Command, tmp_path: Path
+) -> None:
+    write_png(tmp_path / "mine.png", drawing.mask(drawing.world_from_cameras()[5]))
+    target = f"mask:{tmp_path / 'mine.png'}@eye/0005"
+    outcome, out = model(servoid_command, unmarked, "--target", target)
+    assert outcome.code == 0, outcome.err
+    assert WorldBody.of(load_body(out)).ious(drawing).min() > 0.9
+
+
+@pytest.mark.parametrize(
+    ("target", "message"),
+    [
+        ("box:10,10,90,90@eye/0099", r"names no view; the views are eye/0000, .*eye/0007"),
+        ("box:10,10,90,90@nose/0001", r"names no view; the views are eye/0000"),
+        ("hue:100..110", r"'hue:100\.\.110' finds the object in none of the 8 views; choose a"),
+        ("hue:100..110@eye/0002", r"no pixel has such a hue; hues in the middle .* 0\.\.20"),
+        ("box:500,10,600,90", r"the box lies outside the image, which has u from 0 to 159"),
+        ("box:0,0,159,119", r"covers the whole image, .*; draw it closer"),
+        ("click:-9,4@eye/0001", r"the click lies outside the image, which has u from 0 to 159"),
+        ("mask:nowhere.png", r"nowhere\.png: no such file"),
+        ("circle:3,4", r"no known form; write mask:FILE, box:"),
+    ],
+)
+def test_a_target_that_finds_nothing_is_refused_in_one_line_that_helps(
+    target: str, message: str, unmarked: Path, servoid_command: Command
+) -> None:
+    outcome, out = model(servoid_command, unmarked, "--target", target)
+    assert outcome.code == 1
+    assert outcome.err.startswith("error: ")
+    assert outcome.err.count("\n") == 1
+    assert re.search(message, outcome.err), outcome.err
+    assert not out.exists()
+
+
+def test_without_mask_and_target_the_message_shows_a_target(
+    unmarked: Path, servoid_command: Command
+) -> None:
+    outcome, out = model(servoid_command, unmarked)
+    assert outcome.code == 1
+    assert outcome.err.count("\n") == 1
+    assert re.search(r"--target box:[\d,]+@eye/0000", outcome.err), outcome.err
+    assert not out.exists()
+
+
+def test_a_target_gives_the_same_bytes_on_one_and_on_two_threads(
+    unmarked: Path, drawing: Drawing, servoid_command: Command
+) -> None:
+    found = []
+    for threads in (1, 2):
+        target = f"{box_around(drawing, 0)}@eye/0000"
+        options = ("--target", target, "--seed", 9, "--threads", threads)
+        outcome, out = model(servoid_command, unmarked, *options)
+        assert outcome.code == 0, outcome.err
+        found.append(out.read_bytes())
+    assert found[0] == found[1]
+
+
+def test_views_that_are_held_out_choose_about_as_many_as_were_drawn(drawn_capture: Path) -> None:
+    result = fit(open_capture(drawn_capture).views())
+    assert len(result.body) in (2, 3)
+    assert len(result.steps) <= 12

@@ -13,3 +13,4 @@ pub mod model;
 pub mod observe;
 pub mod pose;
 pub mod shape;
+pub mod track;

@@ -10,6 +10,7 @@ from typing_extensions import Self
 __all__ = [
     "Body",
     "Camera",
+    "Estimate",
     "Given",
     "Lens",
     "Mesh",
@@ -241,6 +242,29 @@ class Step:
     def fitness(self) -> float: ...
     @property
     def body(self) -> Body: ...
+
+@final
+class Estimate:
+    """Where the object is, and how well that is known."""
+
+    @property
+    def time_s(self) -> float: ...
+    @property
+    def world_from_object(self) -> Pose: ...
+    @property
+    def covariance(self) -> NDArray[np.float64]: ...
+    @property
+    def unobservable(self) -> NDArray[np.float64]: ...
+    @property
+    def confidence(self) -> float: ...
+    @property
+    def status(self) -> str: ...
+    @property
+    def notices(self) -> list[str]: ...
+    @property
+    def evaluations(self) -> int: ...
+    @property
+    def seconds(self) -> dict[str, float]: ...
 
 def fit_body(
     given: Given,

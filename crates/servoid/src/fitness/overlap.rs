@@ -29,8 +29,7 @@ impl Overlap {
     #[must_use]
     pub fn new(views: Vec<OverlapView>) -> Self {
         let region_view = |view: &OverlapView| {
-            let scores: Vec<f64> = view.filled.iter().map(|filled| 2.0 * filled - 1.0).collect();
-            let map = ScoreMap::from_scores(&scores, view.size_px, 1);
+            let map = ScoreMap::from_scores(&balance(&view.filled), view.size_px, 1);
             RegionView { map, projection: view.projection, weight: 1.0 }
         };
         let region_views = views.iter().map(region_view).collect();
@@ -49,6 +48,11 @@ impl Overlap {
     fn mean(&self, sum: f64) -> f64 {
         sum / self.filled_px.len().max(1) as f64
     }
+}
+
+/// Gives ℓ = 2 filled - 1 of each place: 1 where the object is, -1 where it is not.
+pub(super) fn balance(filled: &[f64]) -> Vec<f64> {
+    filled.iter().map(|filled| 2.0 * filled - 1.0).collect()
 }
 
 /// Gives intersection over union, and its slopes by Σ ℓ and by the area.
@@ -89,7 +93,7 @@ impl Evidence for Overlap {
     fn open(&self, standing: &[Quadric]) -> Box<dyn Fitness + Send> {
         let share = 1.0 / self.views.len().max(1) as f64;
         let open = |(view, filled_px): (&OverlapView, &f64)| {
-            let mut scores: Vec<f64> = view.filled.iter().map(|f| 2.0 * f - 1.0).collect();
+            let mut scores = balance(&view.filled);
             for outline in standing.iter().filter_map(|q| view.projection.outline(q)) {
                 clear(&mut scores, view.size_px[0], &outline);
             }

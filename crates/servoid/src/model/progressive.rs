@@ -5,6 +5,7 @@ use super::grow::{add_one, descend, reseed};
 use super::ladder::Ladder;
 use super::portraits::{Portrait, portraits};
 use super::scene::Scene;
+use super::settings::workers;
 use super::watch::Watch;
 use super::{Given, ModelError, Settings};
 use crate::shape::Body;
@@ -41,9 +42,7 @@ pub fn progressive(
         None if solid => settings.for_sights(),
         None => settings,
     };
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(settings.threads).build();
-    let pool = pool.map_err(|_| ModelError::Threads(settings.threads))?;
-    pool.install(|| {
+    workers(settings.threads)?.install(|| {
         let drawn = given.mesh.map_or_else(|| Ok(Vec::new()), portraits)?;
         let drawn = drawn.iter().map(Portrait::view).collect::<Result<Vec<_>, _>>()?;
         let views = [given.views, &drawn].concat();

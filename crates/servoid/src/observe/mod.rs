@@ -14,5 +14,6 @@ pub use camera::{Camera, CameraError};
 pub use distortion::Distortion;
 pub use image::{Channels, ImageError, ImageView, Mask};
 pub use lens::{Lens, NOWHERE_PX};
+pub(crate) use rig::check_image_size;
 pub use rig::{Observation, Rig, RigError};
 pub use view::View;

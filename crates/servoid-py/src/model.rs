@@ -200,7 +200,7 @@ type SeenSurface<'py> = (Bound<'py, PyArray1<f64>>, f64, Option<[f64; 3]>);
 
 /// Says which share of each ellipsoid's surface (K,) float64 the views or the seen points show,
 /// which share of the whole, and the direction in the object's frame to the side that they do not
-/// show, None if there is none.
+/// show, None if there is none or it lies all around.
 #[pyfunction]
 #[pyo3(signature = (body, views, points=None, directions=None))]
 pub fn seen_surface<'py>(

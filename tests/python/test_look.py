@@ -7,9 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from body_measures import WorldBody
-from conftest import Command, Drawing, Outcome, write_png
+from conftest import BACKGROUND, SIZE_PX, Command, Drawing, Outcome, write_png
 
-from servoid.model import fit
+from servoid.errors import ModelError
+from servoid.model import ModelSettings, Request, fit, fit_capture
 from servoid.observe import open_capture
 from servoid.shape import load_body
 
@@ -85,6 +86,29 @@ def test_a_mask_from_elsewhere_is_a_target(
     assert WorldBody.of(load_body(out)).ious(drawing).min() > 0.9
 
 
+def test_a_picture_of_the_empty_place_is_a_target(
+    unmarked: Path, drawing: Drawing, servoid_command: Command, tmp_path: Path
+) -> None:
+    write_png(tmp_path / "empty.png", np.full((*SIZE_PX[::-1], 3), BACKGROUND, np.uint8))
+    target = f"background:{tmp_path / 'empty.png'}@eye/0003"
+    outcome, out = model(servoid_command, unmarked, "--target", target)
+    assert outcome.code == 0, outcome.err
+    assert WorldBody.of(load_body(out)).ious(drawing).min() > 0.9
+
+
+def test_an_object_in_a_recording_may_move_unless_observations_are_chosen(
+    drawn_capture: Path,
+) -> None:
+    toml = drawn_capture / "capture.toml"
+    toml.write_text(toml.read_text().replace("version = 1", "version = 1\nrate_hz = 10"))
+    capture = open_capture(drawn_capture)
+    assert capture.is_recording
+    with pytest.raises(ModelError, match="at least two views"):
+        fit_capture(capture, Request(max_ellipsoids=1))
+    result = fit_capture(capture, Request(max_ellipsoids=1), observations=slice(0, 4))
+    assert [view.index for view in result.used_views] == [0, 1, 2, 3]
+
+
 @pytest.mark.parametrize(
     ("target", "message"),
     [
@@ -135,5 +159,7 @@ def test_a_target_gives_the_same_bytes_on_one_and_on_two_threads(
 
 def test_views_that_are_held_out_choose_about_as_many_as_were_drawn(drawn_capture: Path) -> None:
     result = fit(open_capture(drawn_capture).views())
+    assert isinstance(result.settings, ModelSettings)
+    assert result.settings.held_out
     assert len(result.body) in (2, 3)
     assert len(result.steps) <= 12

@@ -83,7 +83,8 @@ impl Step {
         self.0.body.ellipsoids().len()
     }
 
-    /// F: the mean silhouette overlap at the resolution of the fit; of the paper's method its own.
+    /// F: the agreement with all that was given, at the resolution of the fit; of the paper's method
+    /// its own.
     #[getter]
     fn fitness(&self) -> f64 {
         self.0.fitness

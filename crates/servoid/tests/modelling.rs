@@ -182,6 +182,23 @@ fn settings_out_of_range_are_refused_by_name() {
 }
 
 #[test]
+fn weights_out_of_range_are_refused_by_name() {
+    let scene = Scene::new(&pair());
+    for bad in [-1.0, f64::NAN, f64::INFINITY] {
+        let wrong = [
+            ("silhouette_weight", Weights { silhouettes: bad, ..Weights::default() }),
+            ("volume_weight", Weights { volume: bad, ..Weights::default() }),
+            ("depth_weight", Weights { depth: bad, ..Weights::default() }),
+        ];
+        for (expected, weights) in wrong {
+            let given = Given { views: &scene.views(), weights, ..Given::default() };
+            let refused = progressive(&given, &exactly(1), &mut |_, _, _| true).unwrap_err();
+            assert!(matches!(refused, ModelError::Setting { name, .. } if name == expected));
+        }
+    }
+}
+
+#[test]
 fn whoever_watches_can_stop_the_work() {
     let scene = Scene::new(&pair());
     let mut heard = 0;

@@ -27,7 +27,7 @@ def put(mesh: "trimesh.Trimesh") -> "trimesh.Trimesh":
 
 
 def stretched_ball() -> "trimesh.Trimesh":
-    return put(trimesh.creation.icosphere(subdivisions=4).apply_scale(RADII))
+    return put(trimesh.creation.icosphere(subdivisions=3).apply_scale(RADII))
 
 
 def brick() -> "trimesh.Trimesh":
@@ -37,7 +37,7 @@ def brick() -> "trimesh.Trimesh":
 def volume_iou(body: WorldBody, mesh: "trimesh.Trimesh") -> float:
     low, high = mesh.bounds
     random = np.random.default_rng(0)
-    points = random.uniform(low - 0.01, high + 0.01, (30_000, 3))
+    points = random.uniform(low - 0.01, high + 0.01, (20_000, 3))
     # Both solids are convex, so that their half-spaces say what is inside.
     out = (points - mesh.triangles_center[:1]) @ mesh.face_normals.T
     out -= np.einsum(

@@ -76,21 +76,14 @@ def test_a_click_finds_what_has_one_colour(tmp_path: Path, servoid_command: Comm
     assert WorldBody.of(load_body(out)).ious(drawing).mean() > 0.85
 
 
-def test_a_mask_from_elsewhere_is_a_target(
-    unmarked: Path, drawing: Drawing, servoid_command: Command, tmp_path: Path
+@pytest.mark.parametrize("kind", ["mask", "background"])
+def test_a_picture_from_elsewhere_is_a_target(
+    kind: str, unmarked: Path, drawing: Drawing, servoid_command: Command, tmp_path: Path
 ) -> None:
-    write_png(tmp_path / "mine.png", drawing.mask(drawing.world_from_cameras()[5]))
-    target = f"mask:{tmp_path / 'mine.png'}@eye/0005"
-    outcome, out = model(servoid_command, unmarked, "--target", target)
-    assert outcome.code == 0, outcome.err
-    assert WorldBody.of(load_body(out)).ious(drawing).min() > 0.9
-
-
-def test_a_picture_of_the_empty_place_is_a_target(
-    unmarked: Path, drawing: Drawing, servoid_command: Command, tmp_path: Path
-) -> None:
-    write_png(tmp_path / "empty.png", np.full((*SIZE_PX[::-1], 3), BACKGROUND, np.uint8))
-    target = f"background:{tmp_path / 'empty.png'}@eye/0003"
+    empty = np.full((*SIZE_PX[::-1], 3), BACKGROUND, np.uint8)
+    pictures = {"mask": drawing.mask(drawing.world_from_cameras()[5]), "background": empty}
+    write_png(tmp_path / "mine.png", pictures[kind])
+    target = f"{kind}:{tmp_path / 'mine.png'}@eye/0005"
     outcome, out = model(servoid_command, unmarked, "--target", target)
     assert outcome.code == 0, outcome.err
     assert WorldBody.of(load_body(out)).ious(drawing).min() > 0.9

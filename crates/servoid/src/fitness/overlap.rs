@@ -93,15 +93,24 @@ impl Evidence for Overlap {
     fn open(&self, standing: &[Quadric]) -> Box<dyn Fitness + Send> {
         let share = 1.0 / self.views.len().max(1) as f64;
         let open = |(view, filled_px): (&OverlapView, &f64)| {
-            let mut scores = balance(&view.filled);
-            for outline in standing.iter().filter_map(|q| view.projection.outline(q)) {
-                clear(&mut scores, view.size_px[0], &outline);
-            }
-            let map = ScoreMap::from_scores(&scores, view.size_px, 1);
+            let map = open_map(balance(&view.filled), view.size_px, &view.projection, standing);
             RegionView { map, projection: view.projection, weight: share / filled_px.max(1.0) }
         };
         Box::new(Region::new(self.views.iter().zip(&self.filled_px).map(open).collect()))
     }
+}
+
+/// Makes the map of scores that count nothing where standing ellipsoids are seen.
+pub(super) fn open_map(
+    mut scores: Vec<f64>,
+    size_px: [usize; 2],
+    projection: &Projection,
+    standing: &[Quadric],
+) -> ScoreMap {
+    for outline in standing.iter().filter_map(|quadric| projection.outline(quadric)) {
+        clear(&mut scores, size_px[0], &outline);
+    }
+    ScoreMap::from_scores(&scores, size_px, 1)
 }
 
 /// Sets the scores inside an outline to zero.

@@ -76,6 +76,7 @@ fn populations_that_cannot_breed_are_refused() {
         GaSettings { rivals: 0, ..normal },
         GaSettings { mutation_rate: f64::NAN, ..normal },
         GaSettings { mutation_width: -0.1, ..normal },
+        GaSettings { least_width: 0.6, ..normal },
         GaSettings { blend_reach: 5.0, ..normal },
     ] {
         assert!(matches!(made(settings), Err(GaError::Setting { .. })), "{settings:?}");

@@ -2,5 +2,7 @@
 //! is known.
 
 mod estimate;
+mod one_step;
 
 pub use estimate::{Estimate, Notice, Status, Timing};
+pub use one_step::{Genes, Judge, OneStep, OneStepError, OneStepSettings};

@@ -11,7 +11,7 @@ use std::time::Instant;
 
 use colors::Colors;
 use life::{Life, Maps};
-use nalgebra::{UnitQuaternion, Vector3};
+use nalgebra::{Matrix6, UnitQuaternion, Vector3};
 use spread::{Reach, Spread};
 
 use super::{Estimate, Notice, Status, Timing};
@@ -39,6 +39,7 @@ pub struct OneStep {
 struct Started {
     colors: Colors,
     life: Life,
+    spread: Spread,
     time_s: f64,
     missed: usize,
 }
@@ -54,7 +55,7 @@ struct Look<'a> {
 /// One generation: its best pose and how far the others are from it.
 struct Generation {
     best: Pose,
-    spread: Spread,
+    covariance: Matrix6<f64>,
     evaluations: usize,
     timing: Timing,
 }
@@ -109,7 +110,8 @@ impl OneStep {
         let axes = observation.world_from_camera[0].rotation();
         let life = Life::new(world_from_object, axes, &self.settings, &self.reach)?;
         let time_s = observation.time_s;
-        let mut started = Started { colors, life, time_s, missed: 0 };
+        let spread = Spread::new(self.reach);
+        let mut started = Started { colors, life, spread, time_s, missed: 0 };
         let mut generation = self.generation(&mut started, &looks)?;
         generation.best = world_from_object;
         generation.timing.learn = learn;
@@ -162,8 +164,8 @@ impl OneStep {
         }
         started.time_s = now;
         let generation = if looks.is_empty() {
-            let (best, spread) = (started.life.anchor, Spread::anywhere(&self.reach));
-            Generation { best, spread, evaluations: 0, timing: Timing::default() }
+            let (best, covariance) = (started.life.anchor, started.spread.anywhere());
+            Generation { best, covariance, evaluations: 0, timing: Timing::default() }
         } else {
             self.generation(started, &looks)?
         };
@@ -219,10 +221,9 @@ impl OneStep {
         let mut order: Vec<_> = (0..poses.len()).collect();
         order.sort_by(|&a, &b| scores[b].total_cmp(&scores[a]));
         let ranked: Vec<_> = order.into_iter().map(|index| poses[index]).collect();
-        let best = ranked[0];
-        let spread = Spread::of(&ranked, &best, &self.reach);
+        let covariance = started.spread.learn(&ranked);
         let timing = Timing { look, search: begun.elapsed() - look, ..Timing::default() };
-        Ok(Generation { best, spread, evaluations: poses.len(), timing })
+        Ok(Generation { best: ranked[0], covariance, evaluations: poses.len(), timing })
     }
 
     /// Asks the images whether they confirm the best pose, and centres the search on it if so.
@@ -234,7 +235,7 @@ impl OneStep {
         mut notices: Vec<Notice>,
     ) -> Result<Estimate, OneStepError> {
         let begun = Instant::now();
-        let Generation { best, mut spread, evaluations, timing } = generation;
+        let Generation { best, mut covariance, evaluations, timing } = generation;
         let OneStepSettings { tracking_from, missing_below, lost_after, .. } = self.settings;
         let (confidence, outside) = started.colors.confidence(looks, &self.body.at(best));
         notices.extend(outside.into_iter().map(Notice::OutOfImage));
@@ -243,7 +244,7 @@ impl OneStep {
         if shown {
             started.life.anchor_at(best);
         } else {
-            spread = Spread::anywhere(&self.reach);
+            covariance = started.spread.anywhere();
         }
         // Images that are missing say nothing against the population.
         if !shown && !looks.is_empty() {
@@ -257,8 +258,8 @@ impl OneStep {
         Ok(Estimate {
             time_s: started.time_s,
             world_from_object: started.life.anchor,
-            covariance: spread.covariance,
-            unobservable: spread.unobservable,
+            covariance,
+            unobservable: started.spread.unobservable(),
             confidence,
             status,
             notices,

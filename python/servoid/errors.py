@@ -44,6 +44,10 @@ class ModelError(ServoidError, ValueError):
     """Is raised when views or settings cannot lead to a model."""
 
 
+class TrackError(ServoidError, ValueError):
+    """Is raised when observations or settings cannot be tracked."""
+
+
 class ExportError(ServoidError, ValueError):
     """Is raised when a body cannot be written in the way that was asked for."""
 

@@ -5,10 +5,12 @@ mod estimate;
 mod lens;
 mod model;
 mod observe;
+mod one_step;
 mod paper;
 mod pose;
 mod relay;
 mod shape;
+mod track;
 
 use pyo3::prelude::*;
 
@@ -22,6 +24,10 @@ fn native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<shape::Body>()?;
     module.add_class::<shape::Mesh>()?;
     module.add_class::<estimate::Estimate>()?;
+    module.add_class::<one_step::OneStepSettings>()?;
+    module.add_class::<one_step::OneStepTracker>()?;
+    module.add_class::<track::TrackSettings>()?;
+    module.add_class::<track::Tracker>()?;
     module.add_class::<model::Given>()?;
     module.add_class::<model::ModelSettings>()?;
     module.add_class::<model::Step>()?;

@@ -1,15 +1,14 @@
-use numpy::PyReadonlyArrayDyn;
 use pyo3::prelude::*;
 use servoid::evolve::GaSettings;
 use servoid::fitness::Margin;
-use servoid::observe::{ImageView, Mask, Observation};
 use servoid::track as core;
 
 use crate::errors::{named, raise};
 use crate::estimate::Estimate;
-use crate::observe::{Camera, Pixels};
+use crate::observe::Camera;
 use crate::pose::Pose;
 use crate::shape::Body;
+use crate::track::{Pictures, mask, observation, read};
 
 /// How the 1-step genetic algorithm tracks; every default is written in the core.
 #[pyclass(frozen, module = "servoid", from_py_object)]
@@ -139,17 +138,15 @@ fn judge(
 #[pyclass(module = "servoid")]
 pub struct OneStepTracker(core::OneStep);
 
-/// Images of one observation, as Python gives them.
-type Images<'py> = Vec<Option<PyReadonlyArrayDyn<'py, u8>>>;
-
 #[pymethods]
 impl OneStepTracker {
     /// Joins the cameras, the body that is followed, and how; raises TrackError, ImageError.
     #[new]
     #[pyo3(signature = (cameras, body, settings=None))]
+    #[allow(clippy::needless_pass_by_value, reason = "as Python hands it over")]
     fn new(cameras: Vec<Camera>, body: Body, settings: Option<OneStepSettings>) -> PyResult<Self> {
-        let cameras: Vec<_> = cameras.into_iter().map(|camera| camera.0).collect();
-        let settings = settings.map_or_else(Default::default, |settings| settings.0);
+        let cameras: Vec<_> = cameras.iter().map(|camera| camera.0).collect();
+        let settings = settings.map(|settings| settings.0).unwrap_or_default();
         core::OneStep::new(&cameras, &body.0, settings).map(Self).map_err(raise)
     }
 
@@ -157,14 +154,44 @@ impl OneStepTracker {
     /// from the body's outline where there is none. Images are (H, W) or (H, W, 3) uint8, None
     /// where a camera delivered nothing. Raises TrackError, ImageError, MaskError.
     #[pyo3(signature = (time_s, world_from_camera, images, world_from_object, masks=None))]
+    #[allow(clippy::too_many_arguments, reason = "an observation has three parts")]
+    #[allow(clippy::needless_pass_by_value, reason = "as Python hands it over")]
     fn start(
         &mut self,
         py: Python<'_>,
-        (time_s, world_from_camera): (f64, Vec<Pose>),
-        images: Images<'_>,
+        time_s: f64,
+        world_from_camera: Vec<Pose>,
+        images: Pictures<'_>,
         world_from_object: Pose,
-        masks: Option<Images<'_>>,
+        masks: Option<Pictures<'_>>,
     ) -> PyResult<Estimate> {
-        todo!()
+        let images = read(&images)?;
+        let masks = read(&masks.unwrap_or_default())?;
+        let observation = observation(time_s, &world_from_camera, &images)?;
+        let masks = masks.iter().map(mask).collect::<PyResult<Vec<_>>>()?;
+        let started = py.detach(|| self.0.start(&observation, world_from_object.0, &masks));
+        started.map(Estimate).map_err(raise)
+    }
+
+    /// Says where the object is in the next images, None where a camera delivered nothing. Raises
+    /// TrackError, ImageError.
+    #[allow(clippy::needless_pass_by_value, reason = "as Python hands it over")]
+    fn step(
+        &mut self,
+        py: Python<'_>,
+        time_s: f64,
+        world_from_camera: Vec<Pose>,
+        images: Pictures<'_>,
+    ) -> PyResult<Estimate> {
+        let images = read(&images)?;
+        let observation = observation(time_s, &world_from_camera, &images)?;
+        py.detach(|| self.0.step(&observation)).map(Estimate).map_err(raise)
+    }
+
+    /// Tells the orientation of the object in the world, a unit quaternion (w, x, y, z), where it
+    /// is known. Raises TrackError before the start, PoseError.
+    fn set_orientation(&mut self, world_from_object: [f64; 4]) -> PyResult<()> {
+        let pose = servoid::pose::Pose::from_parts([0.0; 3], world_from_object).map_err(raise)?;
+        self.0.set_orientation(pose.rotation()).map_err(raise)
     }
 }

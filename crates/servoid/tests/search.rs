@@ -134,30 +134,16 @@ fn a_climb_without_a_usable_slope_stays_where_it_is() {
 
 #[test]
 fn a_mutation_is_never_narrower_than_the_least_width() {
-    // Far-reaching mutations alone move genes when all parents are equal and no child succeeds.
+    // On a plateau no child is better, so that the mutations narrow as far as they may.
     let spread = |least_width: f64| {
-        let settings = GaSettings { least_width, blend_reach: 0.0, ..GaSettings::default() };
+        let settings = GaSettings { least_width, ..GaSettings::default() };
         let mut ga = Ga::new(&[(-1.0, 1.0)], settings, rng(0, 0)).unwrap();
         for _ in 0..200 {
-            let scores: Vec<_> = ga.ask().iter().map(|one| -one.genes[0].abs()).collect();
+            let scores: Vec<_> = ga.ask().iter().map(|one| -one.genes[0].abs().max(0.01)).collect();
             ga.tell(&scores).unwrap();
         }
         ga.ask().iter().map(|one| one.genes[0].abs()).fold(0.0, f64::max)
     };
     assert!(spread(0.05) > 0.05, "{}", spread(0.05));
     assert!(spread(1e-4) < 0.05, "{}", spread(1e-4));
-}
-
-#[test]
-fn a_planted_hypothesis_is_asked_about_first_and_rewriting_reaches_all_but_keeps_to_the_ranges() {
-    let mut ga = Ga::new(&[(-1.0, 1.0), (0.0, 1.0)], GaSettings::default(), rng(1, 0)).unwrap();
-    ga.plant(&[0.25, 0.5]);
-    assert_eq!(ga.ask()[0].genes, [0.25, 0.5]);
-    let before = ga.ask().to_vec();
-    ga.rewrite(|genes| genes[0] += 0.75);
-    for (one, was) in ga.ask().iter().zip(&before) {
-        let moved = was.genes[0] + 0.75;
-        let expected = if moved > 1.0 { 2.0 - moved } else { moved };
-        assert!((one.genes[0] - expected).abs() < 1e-15 && one.genes[1] == was.genes[1]);
-    }
 }

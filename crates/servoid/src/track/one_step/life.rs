@@ -61,7 +61,7 @@ impl Life {
     pub fn anchor_at(&mut self, pose: Pose) {
         let (before, axes_from_world) = (self.anchor, self.world_from_axes.inverse());
         let world_from_axes = self.world_from_axes;
-        self.ga.rewrite(|genes| {
+        self.ga.move_each(|_, genes| {
             let individual = decode(&before, &world_from_axes, genes);
             // What is at the anchor is there to the last bit.
             if individual == pose {
@@ -88,7 +88,12 @@ impl Life {
 fn draw(settings: &OneStepSettings, reach: &Reach, branch: u64) -> Result<Ga, OneStepError> {
     let ranges = reach.ranges(settings.genes);
     let mut ga = Ga::new(&ranges, settings.search, rng(settings.seed, branch))?;
-    ga.plant(&vec![0.0; ranges.len()]);
+    // The first is the anchor itself.
+    ga.move_each(|index, genes| {
+        if index == 0 {
+            genes.fill(0.0);
+        }
+    });
     Ok(ga)
 }
 

@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+
 from servoid._native import Body, Camera, OneStepSettings, OneStepTracker, Pose
 from servoid.errors import ImageError, ServoidError, TrackError
 
@@ -20,7 +21,7 @@ def egg(pose: Pose = START) -> Body:
 
 def drawn(pose: Pose) -> list[NDArray[np.uint8]]:
     masks = [egg(pose).silhouette(CAMERA, eye) for eye in EYES]
-    green, grey = np.uint8([40, 160, 70]), np.uint8([130, 130, 130])
+    green, grey = np.array([40, 160, 70], np.uint8), np.array([130, 130, 130], np.uint8)
     return [np.where(mask[..., None] > 0, green, grey) for mask in masks]
 
 

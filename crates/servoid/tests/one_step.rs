@@ -270,6 +270,16 @@ fn a_missing_or_wrong_image_is_a_notice_and_the_others_go_on() {
 }
 
 #[test]
+fn an_object_beside_one_image_is_followed_in_the_other() {
+    let aside = at(-0.27, 0.0, 0.0);
+    let mut tracker = started(&egg(), aside, place());
+    let images = drawn(&egg(), Some(aside), 1);
+    let estimate = tracker.step(&observed(&images, 0.1)).unwrap();
+    assert_eq!(estimate.notices, [Notice::OutOfImage(1)]);
+    assert_eq!(estimate.status, Status::Tracking);
+}
+
+#[test]
 fn without_any_image_the_pose_is_kept_and_the_object_sought() {
     let mut tracker = started(&egg(), swing(0), place());
     let images = drawn(&egg(), Some(swing(1)), 1);

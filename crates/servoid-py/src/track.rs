@@ -198,7 +198,7 @@ pub fn read(pictures: &Pictures<'_>) -> PyResult<Vec<Option<Pixels>>> {
     pictures.iter().map(|picture| picture.as_ref().map(Pixels::new).transpose()).collect()
 }
 
-fn mask(pixels: &Option<Pixels>) -> PyResult<Option<Mask<'_>>> {
+pub fn mask(pixels: &Option<Pixels>) -> PyResult<Option<Mask<'_>>> {
     let Some(pixels) = pixels else { return Ok(None) };
     Mask::new(pixels.view()?).map(Some).map_err(raise)
 }

@@ -123,6 +123,13 @@ impl<'a> Points<'a> {
         if views.is_empty() {
             return Err(RigError::NoCamera.into());
         }
+        Self::check(count, alpha)?;
+        let directions = (0..count).map(|index| direction(index, count)).collect();
+        Ok(Self { views, directions, alpha })
+    }
+
+    /// Says whether a number of points and a margin can be used.
+    pub(crate) fn check(count: usize, alpha: Margin) -> Result<(), PointsError> {
         if count == 0 || count > Self::MAX_COUNT {
             return Err(PointsError::Count { given: count, max: Self::MAX_COUNT });
         }
@@ -130,8 +137,7 @@ impl<'a> Points<'a> {
         if !(number.is_finite() && number > 0.0) {
             return Err(PointsError::Alpha(number));
         }
-        let directions = (0..count).map(|index| direction(index, count)).collect();
-        Ok(Self { views, directions, alpha })
+        Ok(())
     }
 
     /// Gives m points of the surface, each with that of the envelope in the same direction, in the

@@ -60,6 +60,12 @@ impl Body {
         self.ellipsoids.iter().map(|e| e.transformed(&self.world_from_object, 1.0)).collect()
     }
 
+    /// Puts the whole to another pose.
+    #[must_use]
+    pub fn at(&self, world_from_object: Pose) -> Self {
+        Self { world_from_object, ellipsoids: self.ellipsoids.clone() }
+    }
+
     /// Scales about the world's origin, then moves the whole.
     #[must_use]
     pub fn transformed(&self, pose: &Pose, scale: f64) -> Self {

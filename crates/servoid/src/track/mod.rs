@@ -9,6 +9,7 @@ mod estimate;
 mod judge;
 mod learn;
 mod motion;
+mod one_step;
 mod points;
 mod polish;
 mod recover;
@@ -23,6 +24,7 @@ mod usual;
 mod window;
 
 pub use estimate::{Estimate, Notice, Status, Timing};
+pub use one_step::{Genes, Judge, OneStep, OneStepError, OneStepSettings};
 pub use settings::TrackSettings;
 pub use tracker::Tracker;
 

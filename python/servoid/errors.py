@@ -44,6 +44,14 @@ class ModelError(ServoidError, ValueError):
     """Is raised when views or settings cannot lead to a model."""
 
 
+class TrackError(ServoidError, ValueError):
+    """Is raised when observations, a body or settings cannot lead to a track."""
+
+
+class TrajectoryError(ServoidError, ValueError):
+    """Is raised for a file of poses over time that is missing or malformed."""
+
+
 class ExportError(ServoidError, ValueError):
     """Is raised when a body cannot be written in the way that was asked for."""
 

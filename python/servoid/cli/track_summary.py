@@ -9,7 +9,7 @@ import typer
 from servoid.observe import Capture
 from servoid.track import Gap, TrackResult
 
-_LABEL_WIDTH = 11
+_LABEL_WIDTH = 12
 _VALUE_WIDTH = 80 - len("  ") - _LABEL_WIDTH - len(" ")
 _MOST_GAPS = 4
 _MOST_NOTICES = 3

@@ -15,6 +15,7 @@ _DARK = (20, 20, 20)
 _AXES = ((235, 70, 60), (70, 200, 80), (70, 130, 255))  # x red, y green, z blue
 _LEAST_DEPTH = 1e-3
 _MOST_POINTS = 400
+_DOT_RADIUS = round(0.7 * (1 << _SUBPIXEL_BITS))
 
 
 def draw_outline(
@@ -76,9 +77,7 @@ def draw_points(
     height, width = image.shape[:2]
     inside = ((pixels >= 0.0) & (pixels <= (width - 1, height - 1))).all(axis=1)
     for center in _fixed(pixels[inside]).tolist():
-        cv2.circle(
-            image, center, 1 << _SUBPIXEL_BITS, (255, 255, 255), -1, cv2.LINE_AA, _SUBPIXEL_BITS
-        )
+        cv2.circle(image, center, _DOT_RADIUS, (255, 255, 255), -1, cv2.LINE_AA, _SUBPIXEL_BITS)
 
 
 def project(

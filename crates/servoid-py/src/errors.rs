@@ -1,5 +1,5 @@
 use pyo3::prelude::*;
-use servoid::{evolve, fitness, model, observe, pose, shape};
+use servoid::{evolve, fitness, model, observe, pose, shape, track};
 
 /// An error of the core that knows its class in `servoid.errors`.
 pub trait Named: std::error::Error {
@@ -59,6 +59,15 @@ impl Named for model::ModelError {
             Self::Camera(error) => error.class(),
             Self::Shape(error) => error.class(),
             _ => "ModelError",
+        }
+    }
+}
+
+impl Named for track::TrackError {
+    fn class(&self) -> &'static str {
+        match self {
+            Self::Image(error) => error.class(),
+            _ => "TrackError",
         }
     }
 }

@@ -1,6 +1,7 @@
 //! The Python face of the core: converts, releases the interpreter, calls, converts back.
 
 mod errors;
+mod estimate;
 mod lens;
 mod model;
 mod observe;
@@ -8,6 +9,7 @@ mod paper;
 mod pose;
 mod relay;
 mod shape;
+mod track;
 
 use pyo3::prelude::*;
 
@@ -20,6 +22,9 @@ fn native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<observe::View>()?;
     module.add_class::<shape::Body>()?;
     module.add_class::<shape::Mesh>()?;
+    module.add_class::<estimate::Estimate>()?;
+    module.add_class::<track::TrackSettings>()?;
+    module.add_class::<track::Tracker>()?;
     module.add_class::<model::Given>()?;
     module.add_class::<model::ModelSettings>()?;
     module.add_class::<model::Step>()?;

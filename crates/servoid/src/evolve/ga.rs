@@ -64,12 +64,23 @@ pub enum GaError {
 }
 
 /// A hypothesis and what it is worth; before it is told, that is minus infinity.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, PartialEq)]
 pub struct Individual {
     /// Its numbers.
     pub genes: Vec<f64>,
     /// Its score: higher is better.
     pub score: f64,
+}
+
+impl Clone for Individual {
+    fn clone(&self) -> Self {
+        Self { genes: self.genes.clone(), score: self.score }
+    }
+
+    fn clone_from(&mut self, other: &Self) {
+        self.genes.clone_from(&other.genes);
+        self.score = other.score;
+    }
 }
 
 /// A real-coded genetic algorithm with elitism (De Jong 1975), tournament selection, blend
@@ -83,6 +94,8 @@ pub struct Ga {
     settings: GaSettings,
     ranges: Vec<(f64, f64)>,
     population: Vec<Individual>,
+    /// Room for the next generation, so that breeding takes no memory.
+    next: Vec<Individual>,
     best: Individual,
     width: f64,
     rng: Rng,
@@ -108,6 +121,7 @@ impl Ga {
             settings,
             ranges: ranges.to_vec(),
             best: population[0].clone(),
+            next: population.clone(),
             population,
             width: settings.mutation_width,
             rng,
@@ -135,12 +149,11 @@ impl Ga {
         }
         let elites = self.settings.elites;
         let champion = self.population[..elites].iter().map(|e| e.score).fold(f64::MIN, f64::max);
-        // Sorting is stable: of equals, the first stays first.
-        self.population.sort_by(|a, b| b.score.total_cmp(&a.score));
+        sort(&mut self.population);
         let success = elites > 0 && self.population[0].score > champion;
         let factor = if success { WIDTH_GROWTH } else { WIDTH_GROWTH.powf(-0.25) };
         self.width = (self.width * factor).clamp(1e-4, 0.5);
-        self.best = self.population[0].clone();
+        self.best.clone_from(&self.population[0]);
         self.breed();
         Ok(())
     }
@@ -151,18 +164,36 @@ impl Ga {
         &self.best
     }
 
+    /// Moves the individuals that will be asked about next, in order, elites first: for a world
+    /// that moved since they were told. What leaves its range is reflected.
+    pub fn move_each(&mut self, mut change: impl FnMut(usize, &mut [f64])) {
+        for (index, individual) in self.population.iter_mut().enumerate() {
+            change(index, &mut individual.genes);
+            operators::reflect(&mut individual.genes, &self.ranges);
+        }
+    }
+
     fn breed(&mut self) {
-        let Self { settings, ranges, population, width, rng, .. } = self;
-        let mut next = population[..settings.elites].to_vec();
-        while next.len() < settings.population {
+        let Self { settings, ranges, population, next, width, rng, .. } = self;
+        let (elites, children) = next.split_at_mut(settings.elites);
+        elites.iter_mut().zip(&*population).for_each(|(place, elite)| place.clone_from(elite));
+        for Individual { genes, score } in children {
             let one = operators::tournament(population, settings.rivals, rng);
             let two = operators::tournament(population, settings.rivals, rng);
-            let mut genes = operators::blend(&one.genes, &two.genes, settings.blend_reach, rng);
-            operators::mutate(&mut genes, ranges, *width, settings.mutation_rate, rng);
-            operators::reflect(&mut genes, ranges);
-            next.push(Individual { genes, score: f64::NEG_INFINITY });
+            operators::blend(genes, &one.genes, &two.genes, settings.blend_reach, rng);
+            operators::mutate(genes, ranges, *width, settings.mutation_rate, rng);
+            operators::reflect(genes, ranges);
+            *score = f64::NEG_INFINITY;
         }
-        *population = next;
+        std::mem::swap(population, next);
+    }
+}
+
+/// Sorts individuals by falling score, in place; of equals, the first stays first.
+fn sort(population: &mut [Individual]) {
+    for end in 1..population.len() {
+        let at = population[..end].partition_point(|other| other.score >= population[end].score);
+        population[at..=end].rotate_right(1);
     }
 }
 

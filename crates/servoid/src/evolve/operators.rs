@@ -25,13 +25,12 @@ pub(super) fn tournament<'a>(
 /// length on both sides (BLX-α).
 ///
 /// Source: Eshelman, Schaffer, *Real-coded genetic algorithms and interval-schemata* (1993).
-pub(super) fn blend(one: &[f64], two: &[f64], reach: f64, rng: &mut Rng) -> Vec<f64> {
-    let gene = |(&a, &b): (&f64, &f64)| {
+pub(super) fn blend(child: &mut [f64], one: &[f64], two: &[f64], reach: f64, rng: &mut Rng) {
+    for (gene, (&a, &b)) in child.iter_mut().zip(one.iter().zip(two)) {
         let (low, high) = (a.min(b), a.max(b));
         let share = (1.0 + 2.0 * reach) * rng.random::<f64>() - reach;
-        low + share * (high - low)
-    };
-    one.iter().zip(two).map(gene).collect()
+        *gene = low + share * (high - low);
+    }
 }
 
 /// Adds Gaussian steps of `width` times a gene's range to about `rate` of the genes.

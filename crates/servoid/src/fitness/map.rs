@@ -8,7 +8,7 @@ use super::ColorModel;
 /// Scores are multiples of [`ScoreMap::QUANTUM`] and bounded by [`ScoreMap::LIMIT`], so that every
 /// prefix sum is exact in single precision. With a row stride of s only each s-th row is kept and
 /// counts s-fold.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct ScoreMap {
     size_px: [usize; 2],
     stride: usize,
@@ -34,16 +34,29 @@ impl ScoreMap {
         stride: usize,
         scores_of_row: impl Fn(usize) -> R,
     ) -> Self {
-        let [width, height] = size_px;
-        let stride = stride.max(1);
-        let rows = height.div_ceil(stride);
-        // One entry before the first pixel, one after the last for the interpolation there.
-        let pitch = width + 2;
-        let prefix = vec![0.0; (rows + PADDING_ROWS) * pitch];
-        let per_stride = 1.0 / stride as f64;
-        let mut map = Self { size_px, stride, per_stride, rows, pitch, prefix };
-        map.fill(scores_of_row);
+        let mut map = Self::default();
+        map.refill(size_px, stride, scores_of_row);
         map
+    }
+
+    /// Becomes the map of another image, of any size, in the same memory; pixel (u, v) of it scores
+    /// `score(v)(u)` quanta.
+    pub(crate) fn refill<R: Iterator<Item = i16>>(
+        &mut self,
+        size_px: [usize; 2],
+        stride: usize,
+        scores_of_row: impl Fn(usize) -> R,
+    ) {
+        let [width, height] = size_px;
+        self.size_px = size_px;
+        self.stride = stride.max(1);
+        self.per_stride = 1.0 / self.stride as f64;
+        self.rows = height.div_ceil(self.stride);
+        // One entry before the first pixel, one after the last for the interpolation there.
+        self.pitch = width + 2;
+        self.prefix.clear();
+        self.prefix.resize((self.rows + PADDING_ROWS) * self.pitch, 0.0);
+        self.fill(scores_of_row);
     }
 
     /// Writes all kept rows.

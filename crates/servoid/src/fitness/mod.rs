@@ -3,6 +3,7 @@
 mod backend;
 mod boundary;
 mod color;
+mod contour;
 mod evidence;
 mod lanes;
 #[cfg(target_arch = "x86_64")]
@@ -15,11 +16,13 @@ mod region;
 mod rows;
 mod sights;
 mod spread;
+mod surface;
 mod sweep;
 mod volume;
 
 pub use backend::Backend;
 pub use color::ColorModel;
+pub use contour::{ContourPoint, Offset, boundary, contour};
 pub use evidence::{Evidence, Total};
 pub use likelihood::{Likelihood, LikelihoodView};
 pub use map::ScoreMap;
@@ -29,6 +32,7 @@ pub use region::{Region, RegionView};
 pub use rows::Sums;
 pub use sights::{Sight, SightError, Sights};
 pub use spread::{spread, spread_gradient};
+pub use surface::{Agreement, Patch, SurfacePoint};
 pub use volume::Volume;
 
 use rayon::prelude::*;

@@ -47,14 +47,7 @@ impl Region {
     /// Sums one image's map over the union of the outlines.
     #[must_use]
     pub fn sums(&self, view: &RegionView, hypothesis: &[Quadric]) -> Sums {
-        let mut outlines = RowOutlines::new();
-        for quadric in hypothesis.iter().take(Body::MAX_ELLIPSOIDS) {
-            let outline = view.projection.outline(quadric);
-            if let Some(rows) = outline.and_then(|outline| RowOutline::new(&outline, &view.map)) {
-                outlines.push(rows);
-            }
-        }
-        self.backend.sums(&view.map, &outlines)
+        view.map.sums(self.backend, &view.projection, hypothesis)
     }
 
     /// Sums one image and adds the gradient of `chain(sums)`, where the chain gives its slopes by
@@ -88,6 +81,21 @@ impl Region {
             }
             sums
         })
+    }
+}
+
+impl ScoreMap {
+    /// Sums the map over the union of the ellipsoids' outlines, as a camera sees them.
+    #[must_use]
+    pub fn sums(&self, backend: Backend, projection: &Projection, quadrics: &[Quadric]) -> Sums {
+        let mut outlines = RowOutlines::new();
+        for quadric in quadrics.iter().take(Body::MAX_ELLIPSOIDS) {
+            let outline = projection.outline(quadric);
+            if let Some(rows) = outline.and_then(|outline| RowOutline::new(&outline, self)) {
+                outlines.push(rows);
+            }
+        }
+        backend.sums(self, &outlines)
     }
 }
 

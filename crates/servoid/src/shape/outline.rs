@@ -1,4 +1,4 @@
-use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
+use nalgebra::{Matrix2, Matrix2x3, Matrix3, Vector2, Vector3};
 
 use super::{Quadric, QuadricGradient};
 use crate::observe::Camera;
@@ -42,10 +42,45 @@ impl Projection {
         }
     }
 
+    /// Sees an object that stands at a pose: from the object's frame to the same pixels.
+    #[must_use]
+    pub fn moved(&self, world_from_object: &Pose) -> Self {
+        Self {
+            linear: self.linear * world_from_object.rotation_matrix(),
+            offset: self.apply(&world_from_object.translation()),
+        }
+    }
+
+    /// Counts pixels from another first one.
+    #[must_use]
+    pub fn shifted(&self, first_px: [f64; 2]) -> Self {
+        let mut moved = *self;
+        for (row, first) in first_px.into_iter().enumerate() {
+            let third = moved.linear.row(2) * first;
+            moved.linear.row_mut(row).zip_apply(&third, |x, y| *x -= y);
+            moved.offset[row] -= first * moved.offset.z;
+        }
+        moved
+    }
+
     /// Projects a point to homogeneous pixels.
     #[must_use]
     pub fn apply(&self, point: &Vector3<f64>) -> Vector3<f64> {
         self.linear * point + self.offset
+    }
+
+    /// Projects a point to pixels and says how they move with the point; `None` if it is not in front.
+    #[must_use]
+    pub fn pixel(&self, point: &Vector3<f64>) -> Option<(Vector2<f64>, Matrix2x3<f64>)> {
+        let h = self.apply(point);
+        if !(h.z > 0.0) {
+            return None;
+        }
+        let per_z = 1.0 / h.z;
+        let pixel = Vector2::new(h.x * per_z, h.y * per_z);
+        let third = self.linear.row(2);
+        let rows = [self.linear.row(0) - third * pixel.x, self.linear.row(1) - third * pixel.y];
+        Some((pixel, Matrix2x3::from_rows(&rows) * per_z))
     }
 
     /// Gives the outline of an ellipsoid, or `None` where it has none: an ellipsoid that is not
@@ -163,6 +198,14 @@ impl Outline {
         let root = 1.0 - (below / self.half_height).powi(2);
         let (middle, half) = (self.center_u + self.slope * below, self.half_width * root.sqrt());
         (root > 0.0).then_some((middle - half, middle + half))
+    }
+
+    /// Says whether a pixel is inside.
+    #[must_use]
+    pub fn contains(&self, pixel: &Vector2<f64>) -> bool {
+        let below = pixel.y - self.center_v;
+        let across = (pixel.x - self.center_u - self.slope * below) / self.half_width;
+        across * across + (below / self.half_height).powi(2) < 1.0
     }
 
     /// Gives the centre in pixels.

@@ -1,0 +1,82 @@
+use numpy::PyArray2;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use servoid::track as core;
+
+use crate::pose::{Pose, rows};
+
+/// Where the object is, and how well that is known.
+#[pyclass(frozen, module = "servoid")]
+pub struct Estimate(pub core::Estimate);
+
+#[pymethods]
+impl Estimate {
+    /// When, in seconds.
+    #[getter]
+    fn time_s(&self) -> f64 {
+        self.0.time_s
+    }
+
+    /// Pose of the object in the world; while it is not tracked, where it was last or is supposed.
+    #[getter]
+    fn world_from_object(&self) -> Pose {
+        Pose(self.0.world_from_object)
+    }
+
+    /// Covariance of a small motion (linear, angular) of the object in its own frame, (6, 6)
+    /// float64, in metres and radians.
+    #[getter]
+    fn covariance<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
+        rows(py, self.0.covariance.transpose().as_slice(), 6)
+    }
+
+    /// Unit motions that the images leave open, (K, 6) float64: linear in object sizes, angular in
+    /// radians, in the object's frame.
+    #[getter]
+    fn unobservable<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
+        let axes = self.0.unobservable.iter();
+        rows(py, &axes.flat_map(|axis| axis.iter().copied()).collect::<Vec<_>>(), 6)
+    }
+
+    /// Share of what should be seen of the object that the images confirm, 0 to 1.
+    #[getter]
+    fn confidence(&self) -> f64 {
+        self.0.confidence
+    }
+
+    /// What the tracker believes: "tracking", "searching" or "lost".
+    #[getter]
+    fn status(&self) -> &'static str {
+        self.0.status.name()
+    }
+
+    /// What was wrong with the observation, in words.
+    #[getter]
+    fn notices(&self) -> Vec<String> {
+        self.0.notices.iter().map(ToString::to_string).collect()
+    }
+
+    /// Hypotheses that were scored.
+    #[getter]
+    fn evaluations(&self) -> usize {
+        self.0.evaluations
+    }
+
+    /// Seconds that each stage took: look, search, polish, judge, learn.
+    #[getter]
+    fn seconds<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let core::Timing { look, search, polish, judge, learn } = self.0.timing;
+        let out = PyDict::new(py);
+        let stages = [look, search, polish, judge, learn].map(|stage| stage.as_secs_f64());
+        for (name, seconds) in ["look", "search", "polish", "judge", "learn"].iter().zip(stages) {
+            out.set_item(name, seconds)?;
+        }
+        Ok(out)
+    }
+
+    fn __repr__(&self) -> String {
+        let Self(core::Estimate { time_s, confidence, .. }) = self;
+        let status = self.status();
+        format!("Estimate(time_s={time_s}, status='{status}', confidence={confidence:.2})")
+    }
+}

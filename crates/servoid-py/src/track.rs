@@ -1,0 +1,191 @@
+use numpy::{PyArray2, PyReadonlyArrayDyn};
+use pyo3::prelude::*;
+use servoid::observe::{Mask, Observation};
+use servoid::track as core;
+
+use crate::errors::raise;
+use crate::estimate::Estimate;
+use crate::observe::{Camera, Pixels};
+use crate::pose::{Pose, rows};
+use crate::shape::Body;
+
+/// Images or masks as Python gives them, None where a camera delivered nothing.
+pub type Pictures<'py> = Vec<Option<PyReadonlyArrayDyn<'py, u8>>>;
+
+/// How tracking proceeds; every default is written in the core.
+#[pyclass(frozen, module = "servoid", from_py_object)]
+#[derive(Clone)]
+pub struct TrackSettings(core::TrackSettings);
+
+#[pymethods]
+impl TrackSettings {
+    /// Takes the defaults, except where a value is given.
+    #[new]
+    #[allow(clippy::too_many_arguments, reason = "each is a keyword of its own in Python")]
+    #[pyo3(signature = (*, seed=None, population=None, generations=None, budget_s=None, surface=None, region=None, local_colors=None))]
+    fn new(
+        seed: Option<u64>,
+        population: Option<usize>,
+        generations: Option<usize>,
+        budget_s: Option<f64>,
+        surface: Option<bool>,
+        region: Option<bool>,
+        local_colors: Option<bool>,
+    ) -> Self {
+        let default = core::TrackSettings::default();
+        Self(core::TrackSettings {
+            seed: seed.unwrap_or(default.seed),
+            population: population.unwrap_or(default.population),
+            generations: generations.unwrap_or(default.generations),
+            budget_s: budget_s.or(default.budget_s),
+            surface: surface.unwrap_or(default.surface),
+            region: region.unwrap_or(default.region),
+            local_colors: local_colors.unwrap_or(default.local_colors),
+            ..default
+        })
+    }
+
+    /// Seed of every search.
+    #[getter]
+    fn seed(&self) -> u64 {
+        self.0.seed
+    }
+
+    /// Hypotheses a generation.
+    #[getter]
+    fn population(&self) -> usize {
+        self.0.population
+    }
+
+    /// Generations an image.
+    #[getter]
+    fn generations(&self) -> usize {
+        self.0.generations
+    }
+
+    /// Seconds after which no further generation is begun; None leaves it to the counts.
+    #[getter]
+    fn budget_s(&self) -> Option<f64> {
+        self.0.budget_s
+    }
+
+    /// Whether surface points are learned and scored.
+    #[getter]
+    fn surface(&self) -> bool {
+        self.0.surface
+    }
+
+    /// Whether colours are learned and scored.
+    #[getter]
+    fn region(&self) -> bool {
+        self.0.region
+    }
+
+    /// Whether the background's colours are told apart by where they lie.
+    #[getter]
+    fn local_colors(&self) -> bool {
+        self.0.local_colors
+    }
+}
+
+/// Follows a body in six degrees of freedom from observation to observation.
+#[pyclass(module = "servoid")]
+pub struct Tracker(core::Tracker);
+
+#[pymethods]
+impl Tracker {
+    /// Makes a tracker for cameras and a body; raises TrackError.
+    #[new]
+    #[pyo3(signature = (cameras, body, settings=None))]
+    #[allow(clippy::needless_pass_by_value, reason = "as Python hands it over")]
+    fn new(
+        cameras: Vec<Camera>,
+        body: Body,
+        settings: Option<TrackSettings>,
+    ) -> PyResult<Self> {
+        let cameras: Vec<_> = cameras.iter().map(|camera| camera.0).collect();
+        let settings = settings.map(|settings| settings.0).unwrap_or_default();
+        core::Tracker::new(&cameras, &body.0, settings).map(Self).map_err(raise)
+    }
+
+    /// Learns colours and surface points from images in which the object's pose is known; masks,
+    /// (H, W) uint8 and None where there is none, tell its pixels. Raises TrackError.
+    #[pyo3(signature = (time_s, world_from_camera, images, world_from_object, masks=None))]
+    #[allow(clippy::too_many_arguments, reason = "an observation has three parts")]
+    #[allow(clippy::needless_pass_by_value, reason = "as Python hands it over")]
+    fn start(
+        &mut self,
+        py: Python<'_>,
+        time_s: f64,
+        world_from_camera: Vec<Pose>,
+        images: Pictures<'_>,
+        world_from_object: Pose,
+        masks: Option<Pictures<'_>>,
+    ) -> PyResult<Estimate> {
+        let images = read(&images)?;
+        let masks = read(&masks.unwrap_or_default())?;
+        let observation = observation(time_s, &world_from_camera, &images)?;
+        let masks = masks.iter().map(mask).collect::<PyResult<Vec<_>>>()?;
+        let started = py.detach(|| self.0.start(&observation, world_from_object.0, &masks));
+        started.map(Estimate).map_err(raise)
+    }
+
+    /// Says where the object is in the next images, None where a camera delivered nothing. Raises
+    /// TrackError.
+    #[allow(clippy::needless_pass_by_value, reason = "as Python hands it over")]
+    fn step(
+        &mut self,
+        py: Python<'_>,
+        time_s: f64,
+        world_from_camera: Vec<Pose>,
+        images: Pictures<'_>,
+    ) -> PyResult<Estimate> {
+        let images = read(&images)?;
+        let observation = observation(time_s, &world_from_camera, &images)?;
+        py.detach(|| self.0.step(&observation)).map(Estimate).map_err(raise)
+    }
+
+    /// The body, at its newest pose.
+    #[getter]
+    fn body(&self) -> Body {
+        Body(self.0.body())
+    }
+
+    /// The surface points: (N, 3) float64 in metres and their normals (N, 3) float64, in the
+    /// object's frame, and their colours (N, 3) uint8.
+    #[getter]
+    fn surface<'py>(&self, py: Python<'py>) -> PyResult<Surface<'py>> {
+        let points: Vec<f64> = self.0.surface().flat_map(|p| <[f64; 3]>::from(p.position)).collect();
+        let normals: Vec<f64> = self.0.surface().flat_map(|p| <[f64; 3]>::from(p.normal)).collect();
+        let colors: Vec<[u8; 3]> = self.0.surface().map(|p| p.color).collect();
+        let count = colors.len();
+        let colors = numpy::PyArray1::from_vec(py, colors.concat());
+        let colors = numpy::PyArrayMethods::reshape(&colors, [count, 3])?;
+        Ok((rows(py, &points, 3), rows(py, &normals, 3), colors))
+    }
+}
+
+type Surface<'py> =
+    (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<u8>>);
+
+pub fn read(pictures: &Pictures<'_>) -> PyResult<Vec<Option<Pixels>>> {
+    pictures.iter().map(|picture| picture.as_ref().map(Pixels::new).transpose()).collect()
+}
+
+fn mask(pixels: &Option<Pixels>) -> PyResult<Option<Mask<'_>>> {
+    let Some(pixels) = pixels else { return Ok(None) };
+    Mask::new(pixels.view()?).map(Some).map_err(raise)
+}
+
+pub fn observation<'a>(
+    time_s: f64,
+    world_from_camera: &[Pose],
+    images: &'a [Option<Pixels>],
+) -> PyResult<Observation<'a>> {
+    let view = |pixels: &'a Option<Pixels>| pixels.as_ref().map(Pixels::view).transpose();
+    Ok(Observation {
+        time_s,
+        world_from_camera: world_from_camera.iter().map(|pose| pose.0).collect(),
+        images: images.iter().map(view).collect::<PyResult<_>>()?,
+    })
+}

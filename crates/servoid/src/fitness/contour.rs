@@ -1,0 +1,126 @@
+use nalgebra::{Matrix2x3, Vector2, Vector3};
+
+use crate::shape::{Outline, Projection, Quadric};
+
+/// A place on the outline of a body in an image.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ContourPoint {
+    /// Where it is, in pixels.
+    pub pixel: Vector2<f64>,
+    /// Unit vector out of the outline, in the image.
+    pub normal: Vector2<f64>,
+    /// The point of the surface whose image it is.
+    pub rim: Vector3<f64>,
+    /// How the pixel moves with that point.
+    pub slope: Matrix2x3<f64>,
+}
+
+/// Where the boundary of the object lies beside a [`ContourPoint`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Offset {
+    /// Pixels outwards, the mean over where it may be.
+    pub mean_px: f64,
+    /// Its variance, in square pixels.
+    pub variance_px: f64,
+}
+
+/// Most places along one outline.
+const MOST: usize = 48;
+
+/// Lays places along the outline of the union of ellipsoids, about `spacing_px` apart.
+pub fn contour(
+    projection: &Projection,
+    quadrics: &[Quadric],
+    spacing_px: f64,
+    outlines: &mut Vec<(Outline, Quadric)>,
+    points: &mut Vec<ContourPoint>,
+) {
+    points.clear();
+    outlines.clear();
+    let seen = quadrics.iter().filter_map(|q| Some((projection.outline(q)?, *q)));
+    outlines.extend(seen);
+    for (index, (outline, quadric)) in outlines.iter().enumerate() {
+        let around = std::f64::consts::PI * (outline.half_width + outline.half_height);
+        let count = ((around / spacing_px) as usize).clamp(6, MOST);
+        for step in 0..count {
+            let (pixel, normal) =
+                place(outline, std::f64::consts::TAU * step as f64 / count as f64);
+            let hidden = outlines
+                .iter()
+                .enumerate()
+                .any(|(other, (outline, _))| other != index && outline.contains(&pixel));
+            if hidden {
+                continue;
+            }
+            let rim = rim(projection, quadric, &pixel, &normal);
+            if let Some((pixel, slope)) = projection.pixel(&rim) {
+                points.push(ContourPoint { pixel, normal, rim, slope });
+            }
+        }
+    }
+}
+
+/// Gives a place on an ellipse and its unit normal there.
+fn place(outline: &Outline, angle: f64) -> (Vector2<f64>, Vector2<f64>) {
+    let (sin, cos) = angle.sin_cos();
+    let below = outline.half_height * sin;
+    let right = outline.slope * below + outline.half_width * cos;
+    let across = cos / outline.half_width;
+    let normal = Vector2::new(across, sin / outline.half_height - outline.slope * across);
+    (outline.center_px() + Vector2::new(right, below), normal.normalize())
+}
+
+/// Gives the point at which the plane through the camera and a tangent touches the ellipsoid.
+fn rim(
+    projection: &Projection,
+    quadric: &Quadric,
+    pixel: &Vector2<f64>,
+    normal: &Vector2<f64>,
+) -> Vector3<f64> {
+    let tangent = Vector3::new(normal.x, normal.y, -normal.dot(pixel));
+    let outward = projection.linear.tr_mul(&tangent);
+    let reach = quadric.factor.tr_mul(&outward);
+    quadric.center + quadric.factor * reach / reach.norm().max(f64::MIN_POSITIVE)
+}
+
+/// Finds the boundary along the normal at a place of the outline: each of `2 reach + 1` places one
+/// `step_px` apart is as likely as the pixels inside it are the object's and those outside are not.
+///
+/// `score` gives the log-likelihood ratio of a pixel, `None` beyond the image. `None` if the line
+/// leaves the image, or says nothing.
+///
+/// Source: the idea of a likelihood along lines is that of Stoiber, Pfanne, Strobl, Triebel,
+/// Albu-Schaeffer, *SRT3D: A Sparse Region-Based 3D Object Tracking Approach for the Real World*
+/// (2022); the mean and the variance are those of the whole posterior.
+pub fn boundary(
+    point: &ContourPoint,
+    (reach, step_px): (usize, f64),
+    score: impl Fn(f64, f64) -> Option<f64>,
+) -> Option<Offset> {
+    let mut sums = [0.0; 2 * MOST_REACH + 2];
+    let reach = reach.min(MOST_REACH);
+    let count = 2 * reach + 1;
+    let mut most = f64::NEG_INFINITY;
+    for at in 0..count {
+        let offset = (at as f64 - reach as f64) * step_px;
+        let place = point.pixel + point.normal * offset;
+        let ratio = score(place.x, place.y)?;
+        sums[at + 1] = sums[at] + ratio * step_px.min(1.0);
+        most = most.max(sums[at + 1]);
+    }
+    most = most.max(0.0);
+    let (mut total, mut first, mut second) = (0.0, 0.0, 0.0);
+    for (at, sum) in sums.iter().take(count + 1).enumerate() {
+        // The boundary lies between two places.
+        let offset = (at as f64 - reach as f64 - 0.5) * step_px;
+        let weight = (sum - most).exp();
+        total += weight;
+        first += weight * offset;
+        second += weight * offset * offset;
+    }
+    let mean_px = first / total;
+    Some(Offset { mean_px, variance_px: (second / total - mean_px * mean_px).max(0.0) })
+}
+
+/// Most places on one side of a line.
+const MOST_REACH: usize = 16;

@@ -1,0 +1,219 @@
+use nalgebra::{Matrix2, Matrix2x3, Matrix3x2, Vector2, Vector3};
+
+use crate::observe::{Plane, Pyramid};
+use crate::shape::Projection;
+
+/// Samples along a side of a patch.
+const SIDE: usize = 4;
+/// Samples of a patch.
+const SAMPLES: usize = SIDE * SIDE;
+/// Pixels of its level from one sample of a patch to the next.
+const SPACING: f64 = 2.0;
+/// Least standard deviation of a patch, in grey levels, that is a pattern and not noise.
+const LEAST_CONTRAST: f32 = 3.0;
+
+/// The look of a small piece of the surface without its brightness and contrast: zero mean, unit
+/// length.
+pub type Patch = [f32; SAMPLES];
+
+/// A point of the object's surface that can be recognised.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SurfacePoint {
+    /// Where it is, in the object's frame.
+    pub position: Vector3<f64>,
+    /// Unit vector out of the surface.
+    pub normal: Vector3<f64>,
+    /// Steps along the surface that moved it one pixel right and one down where it was learned.
+    pub steps: [Vector3<f64>; 2],
+    /// Unit vector to the camera that it was learned in.
+    pub toward: Vector3<f64>,
+    /// Its look at each resolution at which it lay wholly on the object.
+    pub looks: [Option<Patch>; Pyramid::LEVELS],
+    /// Its colour.
+    pub color: [u8; 3],
+}
+
+/// How a piece of the surface agrees with an image, and where to it should move.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Agreement {
+    /// Where it is, in pixels.
+    pub pixel: Vector2<f64>,
+    /// How its pixel moves with the point in the object's frame.
+    pub slope: Matrix2x3<f64>,
+    /// Normalised cross-correlation with its look, -1 to 1.
+    pub correlation: f64,
+    /// Sum of the squared gradients of the normalised patch, per square pixel.
+    pub tensor: Matrix2<f64>,
+    /// Gradients times differences: `tensor⁻¹ pull` is the move, in pixels, that brings the image of
+    /// the point to where its look is.
+    pub pull: Vector2<f64>,
+}
+
+impl SurfacePoint {
+    /// Learns the piece of surface at `position` with a normal from the image that it is seen in;
+    /// `None` where the surface is seen too flatly or shows no pattern. `reach_px` is how far the
+    /// object goes on around it.
+    #[must_use]
+    pub fn learn(
+        projection: &Projection,
+        pyramid: &Pyramid,
+        [position, normal, toward]: [Vector3<f64>; 3],
+        reach_px: f64,
+    ) -> Option<Self> {
+        let (_, slope) = projection.pixel(&position)?;
+        let first = normal.cross(&least_axis(&normal)).normalize();
+        let tangents = Matrix3x2::from_columns(&[first, normal.cross(&first)]);
+        let back = (slope * tangents).try_inverse()?;
+        let steps = tangents * back;
+        let mut point = Self {
+            position,
+            normal,
+            steps: [steps.column(0).into(), steps.column(1).into()],
+            toward,
+            looks: [None; Pyramid::LEVELS],
+            color: [0; 3],
+        };
+        for level in 0..Pyramid::LEVELS {
+            if 0.5 * SIDE as f64 * SPACING * f64::from(1 << level) > reach_px {
+                break;
+            }
+            point.looks[level] = point.look(projection, pyramid, level);
+        }
+        point.looks[0].is_some().then_some(point)
+    }
+
+    /// Reads the look of the piece of surface in an image; `None` if it is not wholly inside or
+    /// shows no pattern.
+    #[must_use]
+    pub fn look(&self, projection: &Projection, pyramid: &Pyramid, level: usize) -> Option<Patch> {
+        let (pixel, slope) = projection.pixel(&self.position)?;
+        let grid = self.grid(pixel, &slope, pyramid, level)?;
+        let values = grid.map(pyramid.plane(level));
+        let (patch, length) = normalized(values)?;
+        (length > LEAST_CONTRAST * (SAMPLES as f32).sqrt()).then_some(patch)
+    }
+
+    /// Gives the normalised cross-correlation between the look of the piece of surface and an image.
+    #[must_use]
+    pub fn correlation(
+        &self,
+        projection: &Projection,
+        pyramid: &Pyramid,
+        level: usize,
+    ) -> Option<f64> {
+        let look = self.looks[level].as_ref()?;
+        let (pixel, slope) = projection.pixel(&self.position)?;
+        let grid = self.grid(pixel, &slope, pyramid, level)?;
+        let (patch, _) = normalized(grid.map(pyramid.plane(level)))?;
+        Some(f64::from(patch.iter().zip(look).map(|(a, b)| a * b).sum::<f32>()))
+    }
+
+    /// Compares the piece of surface with an image.
+    #[must_use]
+    pub fn agreement(
+        &self,
+        projection: &Projection,
+        pyramid: &Pyramid,
+        level: usize,
+    ) -> Option<Agreement> {
+        let look = self.looks[level].as_ref()?;
+        let (pixel, slope) = projection.pixel(&self.position)?;
+        let grid = self.grid(pixel, &slope, pyramid, level)?;
+        let plane = pyramid.plane(level);
+        let (mut values, mut right, mut down) = ([0.0; SAMPLES], [0.0; SAMPLES], [0.0; SAMPLES]);
+        for (at, (u, v)) in grid.places().enumerate() {
+            let sample = plane.sample(u, v);
+            (values[at], right[at], down[at]) = (sample.value, sample.right, sample.down);
+        }
+        let (patch, length) = normalized(values)?;
+        let correlation: f32 = patch.iter().zip(look).map(|(a, b)| a * b).sum();
+        // What a shift changes of the normalised patch: its gradients without their mean and without
+        // what only changes the contrast.
+        let (right, down) = (flattened(right, &patch, length), flattened(down, &patch, length));
+        let dot =
+            |a: &Patch, b: &Patch| f64::from(a.iter().zip(b).map(|(a, b)| a * b).sum::<f32>());
+        let apart = std::array::from_fn(|i| look[i] - patch[i]);
+        let per_pixel = 1.0 / f64::from(1_u32 << level);
+        let cross = dot(&right, &down);
+        Some(Agreement {
+            pixel,
+            slope,
+            correlation: f64::from(correlation),
+            tensor: Matrix2::new(dot(&right, &right), cross, cross, dot(&down, &down))
+                * (per_pixel * per_pixel),
+            pull: Vector2::new(dot(&right, &apart), dot(&down, &apart)) * per_pixel,
+        })
+    }
+
+    /// Lays the samples over a level's plane; `None` if one lies outside.
+    #[inline(always)]
+    fn grid(
+        &self,
+        pixel: Vector2<f64>,
+        slope: &Matrix2x3<f64>,
+        pyramid: &Pyramid,
+        level: usize,
+    ) -> Option<Grid> {
+        let [u, v] = pyramid.place(pixel.x, pixel.y, level);
+        let right = slope * self.steps[0] * SPACING;
+        let down = slope * self.steps[1] * SPACING;
+        let half = 0.5 * (SIDE as f64 - 1.0);
+        let reach = (right.abs() + down.abs()) * half;
+        let plane = pyramid.plane(level);
+        let inside = plane.holds(u - reach.x, v - reach.y) && plane.holds(u + reach.x, v + reach.y);
+        inside.then(|| Grid {
+            first: [u - half * (right.x + down.x), v - half * (right.y + down.y)].map(|x| x as f32),
+            right: [right.x as f32, right.y as f32],
+            down: [down.x as f32, down.y as f32],
+        })
+    }
+}
+
+/// Where the samples of a patch lie.
+struct Grid {
+    first: [f32; 2],
+    right: [f32; 2],
+    down: [f32; 2],
+}
+
+impl Grid {
+    #[inline(always)]
+    fn places(&self) -> impl Iterator<Item = (f32, f32)> {
+        (0..SAMPLES).map(|at| {
+            let (i, j) = ((at % SIDE) as f32, (at / SIDE) as f32);
+            let place = |k: usize| self.first[k] + i * self.right[k] + j * self.down[k];
+            (place(0), place(1))
+        })
+    }
+
+    #[inline(always)]
+    fn map(&self, plane: &Plane) -> Patch {
+        let mut values = [0.0; SAMPLES];
+        for (value, (u, v)) in values.iter_mut().zip(self.places()) {
+            *value = plane.sample(u, v).value;
+        }
+        values
+    }
+}
+
+/// Takes mean and length out of a patch, and gives the length; `None` if nothing is left.
+#[inline(always)]
+fn normalized(values: Patch) -> Option<(Patch, f32)> {
+    let mean = values.iter().sum::<f32>() / SAMPLES as f32;
+    let centered = values.map(|x| x - mean);
+    let length = centered.iter().map(|x| x * x).sum::<f32>().sqrt();
+    (length > 1e-3).then(|| (centered.map(|x| x / length), length))
+}
+
+/// Takes out of a patch's gradient what normalising takes out.
+#[inline(always)]
+fn flattened(gradient: Patch, patch: &Patch, length: f32) -> Patch {
+    let mean = gradient.iter().sum::<f32>() / SAMPLES as f32;
+    let along = gradient.iter().zip(patch).map(|(a, b)| a * b).sum::<f32>();
+    std::array::from_fn(|i| (gradient[i] - mean - along * patch[i]) / length)
+}
+
+/// The axis to which a vector is least parallel.
+fn least_axis(vector: &Vector3<f64>) -> Vector3<f64> {
+    Vector3::ith(vector.iamin(), 1.0)
+}

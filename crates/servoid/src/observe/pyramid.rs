@@ -1,0 +1,141 @@
+use super::{Channels, ImageView};
+
+/// Brightness of a part of an image, row by row.
+#[derive(Debug, Clone, Default)]
+pub struct Plane {
+    size_px: [usize; 2],
+    data: Vec<f32>,
+}
+
+/// Brightness at a place between pixels, and how it changes to the right and downwards.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Sample {
+    /// Brightness, 0 to 255.
+    pub value: f32,
+    /// Change a pixel to the right.
+    pub right: f32,
+    /// Change a pixel down.
+    pub down: f32,
+}
+
+impl Plane {
+    /// Gives (width, height) in pixels.
+    #[must_use]
+    pub fn size_px(&self) -> [usize; 2] {
+        self.size_px
+    }
+
+    /// Says whether a place lies between four pixels of the plane.
+    #[inline]
+    #[must_use]
+    pub fn holds(&self, u: f64, v: f64) -> bool {
+        let [width, height] = self.size_px;
+        u >= 0.0 && v >= 0.0 && u + 1.0 < width as f64 && v + 1.0 < height as f64
+    }
+
+    /// Interpolates between four pixels; the place must lie inside ([`Plane::holds`]), one outside
+    /// gives zeros.
+    #[inline(always)]
+    #[must_use]
+    pub fn sample(&self, u: f32, v: f32) -> Sample {
+        let (left, top) = (u as usize, v as usize);
+        let (a, b) = (u - left as f32, v - top as f32);
+        let at = top * self.size_px[0] + left;
+        let below = at + self.size_px[0];
+        let (Some(upper), Some(lower)) =
+            (self.data.get(at..at + 2), self.data.get(below..below + 2))
+        else {
+            return Sample::default();
+        };
+        let (across, under) = (upper[1] - upper[0], lower[1] - lower[0]);
+        let (first, second) = (upper[0] + a * across, lower[0] + a * under);
+        Sample {
+            value: first + b * (second - first),
+            right: across + b * (under - across),
+            down: second - first,
+        }
+    }
+
+    /// Becomes half as large in both directions as another plane: each pixel the mean of four.
+    fn halve(&mut self, from: &Self) {
+        let [width, height] = from.size_px.map(|n| n / 2);
+        self.size_px = [width, height];
+        self.data.clear();
+        for v in 0..height {
+            let row = |v: usize| &from.data[v * from.size_px[0]..][..2 * width];
+            let (upper, lower) = (row(2 * v).as_chunks::<2>().0, row(2 * v + 1).as_chunks::<2>().0);
+            let mean = |(a, b): (&[f32; 2], &[f32; 2])| 0.25 * (a[0] + a[1] + b[0] + b[1]);
+            self.data.extend(upper.iter().zip(lower).map(mean));
+        }
+    }
+
+    fn read(&mut self, image: &ImageView<'_>, first: [usize; 2], size_px: [usize; 2]) {
+        self.size_px = size_px;
+        self.data.clear();
+        for v in first[1]..first[1] + size_px[1] {
+            match image.channels() {
+                Channels::Grey => {
+                    let row = &image.row(v)[first[0]..first[0] + size_px[0]];
+                    self.data.extend(row.iter().map(|&grey| f32::from(grey)));
+                }
+                Channels::Rgb => {
+                    let row = &image.row(v)[3 * first[0]..3 * (first[0] + size_px[0])];
+                    self.data.extend(row.as_chunks::<3>().0.iter().map(|&rgb| luma(rgb)));
+                }
+            }
+        }
+    }
+}
+
+/// Weights of red, green and blue in brightness (ITU-R BT.601).
+fn luma([r, g, b]: [u8; 3]) -> f32 {
+    0.299 * f32::from(r) + 0.587 * f32::from(g) + 0.114 * f32::from(b)
+}
+
+/// Brightness of a window of an image at several resolutions, each half of the one before.
+#[derive(Debug, Clone, Default)]
+pub struct Pyramid {
+    first_px: [usize; 2],
+    planes: [Plane; Pyramid::LEVELS],
+}
+
+impl Pyramid {
+    /// Number of resolutions.
+    pub const LEVELS: usize = 3;
+
+    /// Reads a window of an image, cut to the image, in the memory of the one before.
+    pub fn read(&mut self, image: &ImageView<'_>, first_px: [usize; 2], size_px: [usize; 2]) {
+        let whole = image.size_px();
+        let first = [0, 1].map(|i| first_px[i].min(whole[i]));
+        let size = [0, 1].map(|i| size_px[i].min(whole[i] - first[i]));
+        self.first_px = first;
+        let [finest, coarser @ ..] = &mut self.planes;
+        finest.read(image, first, size);
+        let mut from: &Plane = finest;
+        for plane in coarser {
+            plane.halve(from);
+            from = plane;
+        }
+    }
+
+    /// Gives the plane of a level; 0 is the finest, those beyond the last are the last.
+    #[must_use]
+    pub fn plane(&self, level: usize) -> &Plane {
+        &self.planes[level.min(Self::LEVELS - 1)]
+    }
+
+    /// Gives the first column and row of the window in the image.
+    #[must_use]
+    pub fn first_px(&self) -> [usize; 2] {
+        self.first_px
+    }
+
+    /// Carries a pixel of the image to a level's plane.
+    #[inline]
+    #[must_use]
+    pub fn place(&self, u: f64, v: f64, level: usize) -> [f64; 2] {
+        let scale = 1.0 / (1_u32 << level) as f64;
+        let carry = |x: f64, first: usize| (x - first as f64 + 0.5) * scale - 0.5;
+        [carry(u, self.first_px[0]), carry(v, self.first_px[1])]
+    }
+}

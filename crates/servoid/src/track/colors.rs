@@ -1,0 +1,169 @@
+use crate::fitness::ScoreMap;
+use crate::observe::{Channels, ImageView};
+
+/// Colours of the object and of what is around it now: they follow the light, and the background is
+/// told apart by where it lies.
+///
+/// The background's histograms are one for each of eight directions from the object; each is mixed
+/// with all of them, so that what was not seen there but elsewhere still counts as background.
+#[derive(Debug, Clone)]
+pub(super) struct Colors {
+    object: Histogram,
+    around: Histogram,
+    sides: Vec<Histogram>,
+    /// ln p(colour | object) / p(colour | background), one table a side.
+    tables: Vec<f32>,
+    local: bool,
+}
+
+/// Bits that are kept of a channel.
+const BITS: u32 = 4;
+const BINS: usize = 1 << (3 * BITS);
+const SIDES: usize = 8;
+/// Probability that a pixel has any colour at all.
+const ANYTHING: f32 = 0.02;
+/// Largest size of a pixel's log-likelihood ratio, in nats.
+const MOST: f32 = 2.5;
+/// Share of a side's own histogram in what it expects.
+const OWN: f32 = 0.7;
+
+#[derive(Debug, Clone)]
+struct Histogram {
+    shares: Vec<f32>,
+    fresh: Vec<f32>,
+    count: f32,
+    known: bool,
+}
+
+impl Histogram {
+    fn new() -> Self {
+        Self { shares: vec![0.0; BINS], fresh: vec![0.0; BINS], count: 0.0, known: false }
+    }
+
+    fn add(&mut self, bin: usize) {
+        self.fresh[bin] += 1.0;
+        self.count += 1.0;
+    }
+
+    /// Takes what was counted as a share `rate` of the whole; the first counts are the whole.
+    fn take(&mut self, rate: f32) {
+        if self.count >= LEAST_PIXELS {
+            let rate = if self.known { rate } else { 1.0 };
+            let scale = rate / self.count;
+            for (share, fresh) in self.shares.iter_mut().zip(&self.fresh) {
+                *share += scale * fresh - rate * *share;
+            }
+            self.known = true;
+        }
+        self.fresh.fill(0.0);
+        self.count = 0.0;
+    }
+}
+
+/// Fewer pixels than this teach nothing.
+const LEAST_PIXELS: f32 = 20.0;
+
+/// What a pixel is known to be.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Belongs {
+    Object,
+    Background,
+    Unknown,
+}
+
+impl Colors {
+    pub(super) fn new(local: bool) -> Self {
+        Self {
+            object: Histogram::new(),
+            around: Histogram::new(),
+            sides: (0..SIDES).map(|_| Histogram::new()).collect(),
+            tables: vec![0.0; SIDES * BINS],
+            local,
+        }
+    }
+
+    /// Counts a pixel that lies (right, down) of the object's middle.
+    #[inline]
+    pub(super) fn count(&mut self, bin: usize, belongs: Belongs, side: usize) {
+        match belongs {
+            Belongs::Object => self.object.add(bin),
+            Belongs::Background => {
+                self.around.add(bin);
+                self.sides[side].add(bin);
+            }
+            Belongs::Unknown => {}
+        }
+    }
+
+    /// Takes what was counted as a share `rate` of what is known.
+    pub(super) fn take(&mut self, rate: f32) {
+        self.object.take(rate);
+        self.around.take(rate);
+        self.sides.iter_mut().for_each(|side| side.take(rate));
+        let even = ANYTHING / BINS as f32;
+        for (side, table) in self.sides.iter().zip(self.tables.chunks_exact_mut(BINS)) {
+            let own = if self.local && side.known { OWN } else { 0.0 };
+            let shares = self.object.shares.iter().zip(&self.around.shares).zip(&side.shares);
+            for (ratio, ((&object, &around), &here)) in table.iter_mut().zip(shares) {
+                let beside = around + own * (here - around);
+                let quotient = (object + even) / (beside + even);
+                *ratio = fast_ln(quotient).clamp(-MOST, MOST);
+            }
+        }
+    }
+
+    /// Gives the log-likelihood ratio of a bin on a side, in nats.
+    #[inline]
+    pub(super) fn ratio(&self, bin: usize, side: usize) -> f32 {
+        self.tables[side * BINS + bin]
+    }
+
+    /// Gives the ratios of a bin on a side in quanta of a map.
+    #[inline]
+    pub(super) fn quanta(&self, bin: usize, side: usize) -> i16 {
+        (self.ratio(bin, side) * (1.0 / ScoreMap::QUANTUM as f32)) as i16
+    }
+}
+
+/// Gives the bin of a pixel.
+#[inline]
+pub(super) fn bin(image: &ImageView<'_>, u: usize, v: usize) -> usize {
+    match image.channels() {
+        Channels::Grey => grey_bin(image.row(v)[u]),
+        Channels::Rgb => {
+            let row = &image.row(v)[3 * u..3 * u + 3];
+            rgb_bin([row[0], row[1], row[2]])
+        }
+    }
+}
+
+#[inline]
+pub(super) fn rgb_bin([r, g, b]: [u8; 3]) -> usize {
+    let cut = |channel: u8| usize::from(channel >> (8 - BITS));
+    (cut(r) << (2 * BITS)) | (cut(g) << BITS) | cut(b)
+}
+
+/// A grey picture has one channel, and so more bins for it.
+#[inline]
+pub(super) fn grey_bin(grey: u8) -> usize {
+    usize::from(grey >> 2)
+}
+
+/// Gives in which of eight directions a place lies.
+#[inline]
+pub(super) fn side(right: f32, down: f32) -> usize {
+    usize::from(right > 0.0)
+        | usize::from(down > 0.0) << 1
+        | usize::from(right.abs() > down.abs()) << 2
+}
+
+/// Natural logarithm of a positive number, to about 0.001.
+#[inline]
+fn fast_ln(x: f32) -> f32 {
+    let bits = x.to_bits();
+    let exponent = (bits >> 23) as f32 - 127.0;
+    let m = f32::from_bits((bits & 0x007f_ffff) | 0x3f80_0000) - 1.0;
+    // A fit of log2(1 + m) on 0 to 1 that is exact at both ends.
+    let fraction = m * (1.441_8 + m * (-0.708_2 + m * (0.414_7 - 0.148_3 * m)));
+    (exponent + fraction) * std::f32::consts::LN_2
+}

@@ -1,0 +1,112 @@
+use std::time::Duration;
+
+use nalgebra::Matrix6;
+
+use crate::pose::{Pose, Twist};
+
+/// What a tracker believes about its own answer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Status {
+    /// The images confirm the pose.
+    Tracking,
+    /// The images do not confirm a pose now; it is sought where it may be.
+    Searching,
+    /// It was sought everywhere for a while and not found; it is still sought.
+    Lost,
+}
+
+impl Status {
+    /// Gives the word that files use.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Tracking => "tracking",
+            Self::Searching => "searching",
+            Self::Lost => "lost",
+        }
+    }
+}
+
+/// What was wrong with an observation, as far as it was.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum Notice {
+    /// A camera delivered no image.
+    #[error("camera {0} delivered no image")]
+    NoImage(usize),
+    /// An image has not its camera's size.
+    #[error("camera {camera}: the image has {given:?} pixels, its camera {expected:?}")]
+    WrongSize {
+        /// Which camera.
+        camera: usize,
+        /// (width, height) of the camera.
+        expected: [usize; 2],
+        /// (width, height) of the image.
+        given: [usize; 2],
+    },
+    /// An image is black, white or of one colour where the object should be.
+    #[error("camera {0}: the image says nothing where the object should be")]
+    Blank(usize),
+    /// An image is the one before, bit for bit.
+    #[error("camera {0}: the image is the one before, once more")]
+    Repeated(usize),
+    /// Time did not go on.
+    #[error("time goes back or stands still: {before} s, then {now} s")]
+    Time {
+        /// The time before, in seconds.
+        before: f64,
+        /// The time now, in seconds.
+        now: f64,
+    },
+    /// Time jumped: motion is not predicted over the gap.
+    #[error("time jumps by {0} s")]
+    Jump(f64),
+    /// The object leaves the image.
+    #[error("camera {0}: the object is not in the image")]
+    OutOfImage(usize),
+    /// Part of the object is hidden.
+    #[error("{hidden:.0} % of what should be seen of the object is not")]
+    Hidden {
+        /// Share in per cent.
+        hidden: f64,
+    },
+}
+
+/// Where a step spent its time.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Timing {
+    /// Cutting windows out of the images and scoring their pixels.
+    pub look: Duration,
+    /// Scoring hypotheses.
+    pub search: Duration,
+    /// Making the best one precise.
+    pub polish: Duration,
+    /// Judging it: confidence, covariance, status.
+    pub judge: Duration,
+    /// Learning colours and surface points from it.
+    pub learn: Duration,
+}
+
+/// Where the object is, and how well that is known.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Estimate {
+    /// When, in seconds.
+    pub time_s: f64,
+    /// Where the object is; while it is not tracked, where it was last or is supposed.
+    pub world_from_object: Pose,
+    /// Covariance of a small motion (linear, angular) of the object in its own frame, in metres and
+    /// radians.
+    pub covariance: Matrix6<f64>,
+    /// Unit motions (linear in object sizes, angular in radians), in the object's frame, which the
+    /// images leave open.
+    pub unobservable: Vec<Twist>,
+    /// Share of what should be seen of the object that the images confirm, 0 to 1.
+    pub confidence: f64,
+    /// What the tracker believes.
+    pub status: Status,
+    /// What was wrong with the observation.
+    pub notices: Vec<Notice>,
+    /// Hypotheses that were scored.
+    pub evaluations: usize,
+    /// Where the time went.
+    pub timing: Timing,
+}

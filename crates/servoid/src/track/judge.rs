@@ -1,0 +1,44 @@
+use super::polish::{Desk, Sight};
+use crate::pose::Pose;
+
+/// How far images confirm a pose.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Verdict {
+    /// Share of what should be seen that is, 0 to 1.
+    pub(super) confidence: f64,
+    /// Mean log-likelihood ratio of the pixels inside the outline.
+    pub(super) ratio: f64,
+}
+
+/// Correlations from which on a point counts as seen at all, and as wholly seen.
+const SEEN: (f64, f64) = (0.4, 0.8);
+/// Surface points that weigh as much as an outline whose colours tell the object well.
+const REGION_POINTS: f64 = 30.0;
+
+/// Compares what should be seen at a pose with what is: the surface points in view, and the colours
+/// inside the outline, `usual` being their mean log-likelihood ratio while the object was tracked.
+pub(super) fn judge(sight: &Sight<'_>, pose: &Pose, usual: f64, desk: &Desk) -> Verdict {
+    let (mut seen, mut expected) = (0.0, 0.0);
+    for (view, agreement) in &desk.matches {
+        let quality = f64::from(sight.points.known[view.point].quality());
+        let correlation = agreement.map_or(0.0, |a| a.correlation);
+        expected += quality;
+        seen += quality * ((correlation - SEEN.0) / (SEEN.1 - SEEN.0)).clamp(0.0, 1.0);
+    }
+    let (mut sum, mut area) = (0.0, 0.0);
+    for window in sight.windows {
+        if let Some(projection) = window.projection(pose) {
+            let (score, pixels) = window.region(&projection, &sight.solid.quadrics);
+            sum += score;
+            area += pixels;
+        }
+    }
+    let ratio = if area > 0.0 { sum / area } else { 0.0 };
+    if sight.colors.is_some() && usual > 0.0 {
+        let weight = REGION_POINTS * usual.min(1.0);
+        expected += weight;
+        seen += weight * (ratio / usual).clamp(0.0, 1.0);
+    }
+    let confidence = if expected > 0.0 { seen / expected } else { 0.0 };
+    Verdict { confidence, ratio }
+}

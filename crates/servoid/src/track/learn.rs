@@ -1,0 +1,192 @@
+use nalgebra::{Matrix2, Vector2, Vector3};
+
+use super::points::{InView, Known, PLACE_PX, eye, noise};
+use super::polish::Sight;
+use super::window::Window;
+use crate::fitness::SurfacePoint;
+use crate::observe::Plane;
+use crate::pose::Pose;
+use crate::shape::Projection;
+
+/// Pixels along the side of a cell in which one point is learned.
+const CELL_PX: usize = 10;
+/// Least smaller eigenvalue of the gradients' mean square for which a place is a corner.
+const LEAST_CORNER: f32 = 6.0;
+/// Range of distances in which a point is sought, as a share of the body's radius.
+const REACH: f64 = 0.35;
+/// Least correlation between two cameras' images of a new point.
+const LEAST_CORRELATION: f64 = 0.85;
+/// Largest standard deviation of a new point's distance, as a share of the body's radius.
+const WORST: f64 = 0.05;
+
+/// Finds new surface points in at most `cells` cells of each window, from cell `from` on, where no
+/// point of `taken` lies.
+pub(super) fn learn(
+    sight: &Sight<'_>,
+    pose: &Pose,
+    taken: &[InView],
+    (from, cells): (usize, usize),
+    out: &mut Vec<Known>,
+) {
+    for camera in 0..sight.windows.len() {
+        let window = &sight.windows[camera];
+        let Some(projection) = window.projection(pose) else { continue };
+        let Some(eye) = eye(&projection) else { continue };
+        let [left, top] = window.pyramid.first_px();
+        let plane = window.pyramid.plane(0);
+        let [across, down] = plane.size_px().map(|n| n / CELL_PX);
+        for cell in (0..cells.min(across * down)).map(|i| (from + i) % (across * down).max(1)) {
+            let corner = [cell % across * CELL_PX, cell / across * CELL_PX];
+            let middle = corner.map(|x| (x + CELL_PX / 2) as f64);
+            let center = Vector2::new(middle[0] + left as f64, middle[1] + top as f64);
+            if margin(sight, &projection, &center) < LEAST_MARGIN_PX
+                || is_taken(sight, &projection, taken, camera, &center)
+            {
+                continue;
+            }
+            let Some(place) = best_corner(plane, corner) else { continue };
+            let pixel = Vector2::new(place[0] + left as f64, place[1] + top as f64);
+            let reach = margin(sight, &projection, &pixel);
+            out.extend(point_at(sight, (camera, &projection, &eye), pose, pixel, reach));
+        }
+    }
+}
+
+/// Pixels by which a point lies inside the outline.
+const LEAST_MARGIN_PX: f64 = 5.0;
+
+/// Gives about how many pixels a pixel lies inside the body's outline; not positive if outside.
+fn margin(sight: &Sight<'_>, projection: &Projection, pixel: &Vector2<f64>) -> f64 {
+    let depth = |outline: crate::shape::Outline| {
+        let away = pixel - outline.center_px();
+        let inverse = outline.covariance_px().try_inverse().unwrap_or_else(Matrix2::identity);
+        let distance = away.dot(&(inverse * away)).sqrt();
+        let length = if distance > 1e-9 {
+            away.norm() / distance
+        } else {
+            outline.half_width.min(outline.half_height)
+        };
+        (1.0 - distance) * length
+    };
+    let outlines = sight.solid.quadrics.iter().filter_map(|q| projection.outline(q));
+    outlines.map(depth).fold(f64::NEG_INFINITY, f64::max)
+}
+
+fn is_taken(
+    sight: &Sight<'_>,
+    projection: &Projection,
+    taken: &[InView],
+    camera: usize,
+    center: &Vector2<f64>,
+) -> bool {
+    taken.iter().filter(|view| view.camera == camera).any(|view| {
+        let pixel = projection.pixel(&sight.points.known[view.point].point.position);
+        pixel.is_some_and(|(pixel, _)| (pixel - center).amax() < 0.8 * CELL_PX as f64)
+    })
+}
+
+/// Gives the place in a cell around which the picture changes most in its least direction.
+fn best_corner(plane: &Plane, [left, top]: [usize; 2]) -> Option<[f64; 2]> {
+    let mut best = (LEAST_CORNER, None);
+    for at in 0..9 {
+        let (u, v) = (left + 2 + at % 3 * 3, top + 2 + at / 3 * 3);
+        if !(u > 4 && v > 4 && plane.holds((u + 5) as f64, (v + 5) as f64)) {
+            continue;
+        }
+        let (mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0);
+        for step in 0..16 {
+            let (du, dv) = (step % 4 * 2, step / 4 * 2);
+            let sample = plane.sample((u + du) as f32 - 3.0, (v + dv) as f32 - 3.0);
+            xx += sample.right * sample.right;
+            xy += sample.right * sample.down;
+            yy += sample.down * sample.down;
+        }
+        let (half, apart) = (0.5 * (xx + yy), 0.5 * (xx - yy));
+        let least = (half - (apart * apart + xy * xy).sqrt()) / 16.0;
+        if least > best.0 {
+            best = (least, Some([u as f64, v as f64]));
+        }
+    }
+    best.1
+}
+
+/// Learns the surface point that a camera sees at a pixel, at the distance at which the other
+/// cameras see it too.
+fn point_at(
+    sight: &Sight<'_>,
+    (camera, projection, eye): (usize, &Projection, &Vector3<f64>),
+    pose: &Pose,
+    pixel: Vector2<f64>,
+    reach_px: f64,
+) -> Option<Known> {
+    let radius = sight.solid.radius;
+    let ray = projection.linear.try_inverse()? * Vector3::new(pixel.x, pixel.y, 1.0);
+    let (hit, normal) = sight.solid.hit(eye, &ray.normalize())?;
+    let toward = (eye - hit).normalize();
+    let window = &sight.windows[camera];
+    let mut point =
+        SurfacePoint::learn(projection, &window.pyramid, [hit, normal, toward], reach_px)?;
+    let mut variance = (0.1 * radius).powi(2);
+    let others = sight.windows.iter().enumerate().filter(|(other, _)| *other != camera);
+    for (_, window) in others {
+        let Some(projection) = window.projection(pose) else { continue };
+        let Some(other_eye) = self::eye(&projection) else { continue };
+        let way = (other_eye - hit).normalize();
+        if way.dot(&normal) < 0.25 || sight.solid.hides(&hit, &other_eye) {
+            continue;
+        }
+        let (along, found) = distance(&point, &projection, window, radius)?;
+        point.position = hit + toward * along;
+        variance = found;
+        break;
+    }
+    let mut learned = SurfacePoint::learn(
+        projection,
+        &window.pyramid,
+        [point.position, normal, toward],
+        reach_px,
+    )?;
+    learned.color = sight.images[camera]?.rgb(pixel.x as usize, pixel.y as usize);
+    Some(Known::new(learned, variance))
+}
+
+/// Seeks how far towards its camera a point must move to agree with another camera's image; gives
+/// the distance and its variance.
+fn distance(
+    point: &SurfacePoint,
+    projection: &Projection,
+    window: &Window,
+    radius: f64,
+) -> Option<(f64, f64)> {
+    let at = |along: f64| {
+        let mut moved = *point;
+        moved.position += point.toward * along;
+        moved
+    };
+    let way = projection.pixel(&point.position)?.1 * point.toward;
+    let step = 1.0 / way.norm().max(1e-6);
+    let count = (REACH * radius / step).ceil().min(40.0);
+    let level = usize::from(point.looks[1].is_some());
+    let places = (0..=2 * count as usize).map(|i| (i as f64 - count) * step);
+    let tried = places.filter_map(|along| {
+        Some((along, at(along).correlation(projection, &window.pyramid, level)?))
+    });
+    let (mut along, _) = tried.max_by(|a, b| a.1.total_cmp(&b.1))?;
+    for level in (0..=level).rev() {
+        for _ in 0..3 {
+            let agreement = at(along).agreement(projection, &window.pyramid, level)?;
+            let way = agreement.slope * point.toward;
+            let curvature = way.dot(&(agreement.tensor * way));
+            along += (way.dot(&agreement.pull) / curvature).clamp(-2.0 * step, 2.0 * step);
+        }
+    }
+    let agreement = at(along).agreement(projection, &window.pyramid, 0)?;
+    let way = agreement.slope * point.toward;
+    let curvature = way.dot(&(agreement.tensor * way));
+    let variance =
+        noise(agreement.correlation) / curvature + (0.5 * PLACE_PX).powi(2) / way.norm_squared();
+    let good = agreement.correlation > LEAST_CORRELATION
+        && along.abs() < 1.2 * REACH * radius
+        && variance < (WORST * radius).powi(2);
+    good.then_some((along, variance))
+}

@@ -1,0 +1,55 @@
+//! Observations and a body become estimates: six degrees of freedom, from image to image.
+
+mod colors;
+mod estimate;
+mod judge;
+mod learn;
+mod motion;
+mod points;
+mod polish;
+mod search;
+mod settings;
+mod solid;
+mod tracker;
+mod window;
+
+pub use estimate::{Estimate, Notice, Status, Timing};
+pub use settings::TrackSettings;
+pub use tracker::Tracker;
+
+/// Why tracking cannot begin.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum TrackError {
+    /// A setting is out of its range.
+    #[error("{name} must be {allowed}, but it is {given}")]
+    Setting {
+        /// Which setting.
+        name: &'static str,
+        /// What is allowed.
+        allowed: &'static str,
+        /// What was given.
+        given: String,
+    },
+    /// The observation has not one entry a camera.
+    #[error("the tracker has {cameras} cameras, but {given} {what} were given")]
+    Count {
+        /// What is counted.
+        what: &'static str,
+        /// Cameras of the tracker.
+        cameras: usize,
+        /// Entries given.
+        given: usize,
+    },
+    /// The object is in no image.
+    #[error(
+        "the object is in none of the images at the pose that was given; check that it is \
+         world_from_object, in metres"
+    )]
+    NotInView,
+    /// The search was misconfigured.
+    #[error(transparent)]
+    Search(#[from] crate::evolve::GaError),
+    /// An image is no image of its camera.
+    #[error(transparent)]
+    Image(#[from] crate::observe::RigError),
+}

@@ -1,0 +1,161 @@
+use nalgebra::{Matrix2x6, Vector3};
+
+use super::solid::Solid;
+use super::window::Window;
+use crate::fitness::{Agreement, SurfacePoint};
+use crate::pose::Pose;
+use crate::shape::Projection;
+
+/// A surface point with how well its distance is known and how it has done.
+#[derive(Debug, Clone)]
+pub(super) struct Known {
+    pub(super) point: SurfacePoint,
+    /// Variance of its place along `toward`, in square metres.
+    pub(super) variance: f64,
+    /// Images in which it should have been recognised, and was; both fade.
+    seen: f32,
+    agreed: f32,
+}
+
+impl Known {
+    pub(super) fn new(point: SurfacePoint, variance: f64) -> Self {
+        Self { point, variance, seen: 2.0, agreed: 2.0 }
+    }
+
+    pub(super) fn quality(&self) -> f32 {
+        self.agreed / self.seen
+    }
+}
+
+/// A point that a camera should see.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct InView {
+    pub(super) camera: usize,
+    pub(super) point: usize,
+}
+
+/// The surface points of an object.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Points {
+    pub(super) known: Vec<Known>,
+}
+
+/// Least cosine between a surface's normal and the way to a camera that sees it.
+const LEAST_FACING: f64 = 0.3;
+/// Least cosine between the ways to a camera now and when the point was learned.
+const LEAST_LIKE: f64 = 0.6;
+/// Points are kept up to this number.
+const MOST: usize = 600;
+/// A point that agrees with less than this share of the images is dropped.
+const LEAST_QUALITY: f32 = 0.4;
+/// Correlation from which on a point counts as recognised.
+pub(super) const RECOGNISED: f64 = 0.75;
+/// How much of the past counts when points are judged.
+const MEMORY: f32 = 0.93;
+
+impl Points {
+    /// Lists the points that open windows should show, at most `most` a camera.
+    pub(super) fn in_view(
+        &self,
+        windows: &[Window],
+        pose: &Pose,
+        solid: &Solid,
+        most: usize,
+        out: &mut Vec<InView>,
+    ) {
+        out.clear();
+        for (camera, window) in windows.iter().enumerate() {
+            let Some(projection) = window.projection(pose) else { continue };
+            let Some(eye) = eye(&projection) else { continue };
+            let begin = out.len();
+            for (index, known) in self.known.iter().enumerate() {
+                let point = &known.point;
+                let way = (eye - point.position).normalize();
+                let shows = way.dot(&point.normal) > LEAST_FACING
+                    && way.dot(&point.toward) > LEAST_LIKE
+                    && !solid.hides(&point.position, &eye);
+                if shows {
+                    out.push(InView { camera, point: index });
+                }
+            }
+            thin(out, begin, most);
+        }
+    }
+
+    /// Judges points by what images said of them, and drops those that no longer agree.
+    pub(super) fn judge(&mut self, matches: &[(InView, Option<Agreement>)]) {
+        for (view, agreement) in matches {
+            let Some(agreement) = agreement else { continue };
+            let known = &mut self.known[view.point];
+            known.seen = MEMORY * known.seen + 1.0;
+            known.agreed *= MEMORY;
+            if agreement.correlation > RECOGNISED {
+                known.agreed += 1.0;
+            }
+        }
+        self.known.retain(|known| known.quality() > LEAST_QUALITY);
+        if self.known.len() > MOST {
+            self.known.drain(..self.known.len() - MOST);
+        }
+    }
+
+    /// Moves points along the way in which they were learned to where the images show them, each by
+    /// as much as it is less certain than the images.
+    pub(super) fn refine(&mut self, matches: &[(InView, Option<Agreement>)]) {
+        for (view, agreement) in matches {
+            let Some(agreement) = agreement else { continue };
+            if agreement.correlation < RECOGNISED {
+                continue;
+            }
+            let known = &mut self.known[view.point];
+            let way = agreement.slope * known.point.toward;
+            let curvature = way.dot(&(agreement.tensor * way));
+            let noise = noise(agreement.correlation);
+            let information = 1.0 / (noise / curvature + PLACE_PX * PLACE_PX / way.norm_squared());
+            if !(curvature > 0.0 && information.is_finite()) {
+                continue;
+            }
+            let step = way.dot(&agreement.pull) / curvature;
+            let gain = information * SHARED / (1.0 / known.variance + information * SHARED);
+            known.point.position += known.point.toward * (gain * step);
+            known.variance = (1.0 - gain) * known.variance + FADING;
+        }
+    }
+}
+
+/// Share of what an image says of a point that is its own and not the pose's.
+const SHARED: f64 = 0.2;
+/// What is forgotten of a point's place in an image, in square metres.
+const FADING: f64 = 1e-9;
+/// Standard deviation of where a patch is found beyond its noise, in pixels: surfaces are not flat.
+pub(super) const PLACE_PX: f64 = 0.25;
+
+/// Variance of a normalised patch's samples at a correlation.
+pub(super) fn noise(correlation: f64) -> f64 {
+    (2.0 * (1.0 - correlation) / 16.0).max(0.0) + 4e-4
+}
+
+/// Gives where the camera is, in the frame from which the projection maps.
+pub(super) fn eye(projection: &Projection) -> Option<Vector3<f64>> {
+    Some(-projection.linear.try_inverse()? * projection.offset)
+}
+
+/// Gives how the pixel of a point of the object moves with a small motion of the object in its own
+/// frame.
+pub(super) fn by_motion(slope: &nalgebra::Matrix2x3<f64>, point: &Vector3<f64>) -> Matrix2x6<f64> {
+    let mut out = Matrix2x6::zeros();
+    out.fixed_view_mut::<2, 3>(0, 0).copy_from(slope);
+    out.fixed_view_mut::<2, 3>(0, 3).copy_from(&(-slope * point.cross_matrix()));
+    out
+}
+
+/// Keeps `most` of the entries from `begin` on, evenly.
+fn thin(out: &mut Vec<InView>, begin: usize, most: usize) {
+    let count = out.len() - begin;
+    if count > most {
+        for kept in 0..most {
+            out[begin + kept] = out[begin + kept * count / most];
+        }
+        out.truncate(begin + most);
+    }
+}

@@ -1,0 +1,161 @@
+use nalgebra::{Matrix2, Matrix6, Vector6};
+
+use super::colors::Colors;
+use super::points::{InView, PLACE_PX, Points, by_motion, noise};
+use super::solid::Solid;
+use super::window::Window;
+use crate::fitness::{Agreement, ContourPoint, boundary, contour};
+use crate::observe::{ImageView, Pyramid};
+use crate::pose::{Pose, Twist};
+use crate::shape::{Outline, Quadric};
+
+/// What is seen of the object in one instant.
+#[derive(Clone, Copy)]
+pub(super) struct Sight<'a> {
+    pub(super) windows: &'a [Window],
+    pub(super) images: &'a [Option<ImageView<'a>>],
+    pub(super) solid: &'a Solid,
+    pub(super) points: &'a Points,
+    pub(super) colors: Option<&'a Colors>,
+}
+
+/// A weighted sum of squares about a pose: curvature and slope by a small motion in the object's
+/// frame.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Normal {
+    pub(super) curvature: Matrix6<f64>,
+    slope: Vector6<f64>,
+}
+
+/// Memory of a polish, kept from image to image.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Desk {
+    pub(super) in_view: Vec<InView>,
+    pub(super) matches: Vec<(InView, Option<Agreement>)>,
+    outlines: Vec<(Outline, Quadric)>,
+    pub(super) contour: Vec<ContourPoint>,
+}
+
+/// Most steps at each resolution, the finest first.
+const STEPS: [usize; Pyramid::LEVELS] = [4, 3, 3];
+/// Pixels along the outline from one line to the next.
+const LINE_SPACING_PX: f64 = 8.0;
+/// Places on one side of a line and pixels from one to the next, the finest first.
+const LINES: [(usize, f64); Pyramid::LEVELS] = [(6, 1.0), (8, 1.5), (10, 2.5)];
+/// Variance of the outline about the ellipsoids', in square pixels: bodies are not made of them.
+const SHAPE_PX: f64 = 6.0;
+/// How much a line counts: neighbours err together.
+const LINE_SHARE: f64 = 0.25;
+
+impl Normal {
+    /// Starts from a weak belief in the pose, so that what nothing tells stays.
+    fn new(radius: f64) -> Self {
+        let (across, turn) = ((0.3 * radius).powi(-2), 0.5_f64.powi(-2));
+        let diagonal = Vector6::new(across, across, across, turn, turn, turn);
+        Self { curvature: Matrix6::from_diagonal(&diagonal), slope: Vector6::zeros() }
+    }
+
+    fn step(&self) -> Option<Twist> {
+        Some(self.curvature.cholesky()?.solve(&self.slope))
+    }
+}
+
+/// Moves a pose to where surface points and outline agree with the images, from coarse to fine, by
+/// the method of Gauss and Newton.
+pub(super) fn polish(
+    sight: &Sight<'_>,
+    start: Pose,
+    coarsest: usize,
+    desk: &mut Desk,
+) -> (Pose, Normal) {
+    let mut pose = start;
+    let mut normal = Normal::new(sight.solid.radius);
+    for level in (0..=coarsest).rev() {
+        for _ in 0..STEPS[level] {
+            normal = linearize(sight, &pose, level, desk);
+            let Some(step) = normal.step() else { break };
+            let step = bounded(step, sight.solid.radius);
+            pose = pose * Pose::exp(&step);
+            let turn = step.fixed_rows::<3>(3).norm() * sight.solid.radius;
+            if step.fixed_rows::<3>(0).norm() + turn
+                < 1e-3 * f64::from(1 << level) * sight.solid.radius
+            {
+                break;
+            }
+        }
+    }
+    (pose, normal)
+}
+
+fn bounded(step: Twist, radius: f64) -> Twist {
+    let size = step.fixed_rows::<3>(0).norm() / radius + step.fixed_rows::<3>(3).norm();
+    step * (MOST_STEP / size.max(MOST_STEP))
+}
+
+/// Longest step, in radii and radians.
+const MOST_STEP: f64 = 0.35;
+
+/// Sums what surface points and outline say about a pose; the matches stay on the desk.
+pub(super) fn linearize(sight: &Sight<'_>, pose: &Pose, level: usize, desk: &mut Desk) -> Normal {
+    let mut normal = Normal::new(sight.solid.radius);
+    desk.matches.clear();
+    for view in &desk.in_view {
+        let Some(projection) = sight.windows[view.camera].projection(pose) else { continue };
+        let point = &sight.points.known[view.point].point;
+        let pyramid = &sight.windows[view.camera].pyramid;
+        let agreement = point.agreement(&projection, pyramid, level);
+        desk.matches.push((*view, agreement));
+        if let Some(agreement) = agreement {
+            add_point(
+                &mut normal,
+                &agreement,
+                &point.position,
+                sight.points.known[view.point].variance,
+            );
+        }
+    }
+    if let Some(colors) = sight.colors {
+        for (window, image) in sight.windows.iter().zip(sight.images) {
+            let (Some(projection), Some(image)) = (window.projection(pose), image) else {
+                continue;
+            };
+            contour(
+                &projection,
+                &sight.solid.quadrics,
+                LINE_SPACING_PX,
+                &mut desk.outlines,
+                &mut desk.contour,
+            );
+            for place in &desk.contour {
+                let ratio = |u, v| window.ratio(image, colors, u, v);
+                if let Some(offset) = boundary(place, LINES[level], ratio) {
+                    let by_motion = by_motion(&place.slope, &place.rim).tr_mul(&place.normal);
+                    let weight = LINE_SHARE / (offset.variance_px + SHAPE_PX);
+                    normal.curvature += by_motion * by_motion.transpose() * weight;
+                    normal.slope += by_motion * (weight * offset.mean_px);
+                }
+            }
+        }
+    }
+    normal
+}
+
+fn add_point(
+    normal: &mut Normal,
+    agreement: &Agreement,
+    position: &nalgebra::Vector3<f64>,
+    variance: f64,
+) {
+    let weight = ((agreement.correlation - 0.3) / 0.5).clamp(0.0, 1.0).powi(2);
+    if weight == 0.0 {
+        return;
+    }
+    // The information of a shift of variance noise·tensor⁻¹ + place².
+    let place = PLACE_PX * PLACE_PX + 0.0 * variance;
+    let spread = Matrix2::identity() * noise(agreement.correlation) + agreement.tensor * place;
+    let Some(inverse) = spread.try_inverse() else { return };
+    let by_motion = by_motion(&agreement.slope, position);
+    let information = agreement.tensor * inverse;
+    normal.curvature += by_motion.tr_mul(&(information * by_motion)) * weight;
+    normal.slope += by_motion.tr_mul(&(inverse * agreement.pull)) * weight;
+}

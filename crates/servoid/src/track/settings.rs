@@ -1,0 +1,61 @@
+use super::TrackError;
+
+/// How tracking proceeds.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TrackSettings {
+    /// Seed of every search.
+    pub seed: u64,
+    /// Hypotheses a generation.
+    pub population: usize,
+    /// Generations an image while the object is tracked; more follow where the images do not
+    /// confirm what they found.
+    pub generations: usize,
+    /// Seconds after which no further generation is begun; `None` leaves it to the counts, so that a
+    /// replay gives the same bits.
+    pub budget_s: Option<f64>,
+    /// Whether surface points are learned and scored.
+    pub surface: bool,
+    /// Whether colours are learned and scored.
+    pub region: bool,
+    /// Whether the background's colours are told apart by where they lie.
+    pub local_colors: bool,
+    /// Surface points that are looked at in each camera.
+    pub points: usize,
+    /// Confidence from which on the pose is trusted.
+    pub trusted: f64,
+}
+
+impl Default for TrackSettings {
+    fn default() -> Self {
+        Self {
+            seed: 0,
+            population: 24,
+            generations: 1,
+            budget_s: None,
+            surface: true,
+            region: true,
+            local_colors: true,
+            points: 80,
+            trusted: 0.5,
+        }
+    }
+}
+
+impl TrackSettings {
+    pub(super) fn checked(self) -> Result<Self, TrackError> {
+        let fail = |name, allowed, given: String| Err(TrackError::Setting { name, allowed, given });
+        if !(8..=4096).contains(&self.population) {
+            return fail("population", "8 to 4096", self.population.to_string());
+        }
+        if !(1..=1000).contains(&self.generations) {
+            return fail("generations", "1 to 1000", self.generations.to_string());
+        }
+        if let Some(budget) = self.budget_s.filter(|b| !(b.is_finite() && *b > 0.0)) {
+            return fail("budget_s", "a positive number of seconds", budget.to_string());
+        }
+        if !(self.surface || self.region) {
+            return fail("surface and region", "not both switched off", "false, false".into());
+        }
+        Ok(self)
+    }
+}

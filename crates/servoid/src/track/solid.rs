@@ -1,0 +1,63 @@
+use nalgebra::{Matrix3, Vector3};
+
+use crate::shape::{Body, Ellipsoid, Quadric};
+
+/// The body as the tracker uses it: in the object's frame, ready for outlines and for rays.
+#[derive(Debug, Clone)]
+pub(super) struct Solid {
+    pub(super) quadrics: Vec<Quadric>,
+    to_ball: Vec<Matrix3<f64>>,
+    /// Half the size of the body, in metres.
+    pub(super) radius: f64,
+}
+
+impl Solid {
+    pub(super) fn new(body: &Body) -> Self {
+        let quadrics: Vec<_> = body.ellipsoids().iter().map(Ellipsoid::quadric).collect();
+        let to_ball = body.ellipsoids().iter().map(to_ball).collect();
+        let reach = |e: &Ellipsoid| e.center().norm() + e.radii().max();
+        let radius = body.ellipsoids().iter().map(reach).fold(f64::MIN_POSITIVE, f64::max);
+        Self { quadrics, to_ball, radius }
+    }
+
+    /// Gives the first point at which a ray meets the body, and the normal there.
+    pub(super) fn hit(
+        &self,
+        origin: &Vector3<f64>,
+        direction: &Vector3<f64>,
+    ) -> Option<(Vector3<f64>, Vector3<f64>)> {
+        let mut nearest: Option<(f64, Vector3<f64>)> = None;
+        for (quadric, to_ball) in self.quadrics.iter().zip(&self.to_ball) {
+            let (from, way) = (to_ball * (origin - quadric.center), to_ball * direction);
+            let (a, b) = (way.norm_squared(), from.dot(&way));
+            let root = b * b - a * (from.norm_squared() - 1.0);
+            let along = (-b - root.max(0.0).sqrt()) / a;
+            if root > 0.0 && along > 0.0 && nearest.is_none_or(|(best, _)| along < best) {
+                let normal = to_ball.tr_mul(&(from + way * along));
+                nearest = Some((along, normal));
+            }
+        }
+        nearest.map(|(along, normal)| (origin + direction * along, normal.normalize()))
+    }
+
+    /// Says whether the body hides a point of its surface from a camera. Points may lie somewhat
+    /// inside the ellipsoids, so the way begins a little nearer to the camera.
+    pub(super) fn hides(&self, point: &Vector3<f64>, eye: &Vector3<f64>) -> bool {
+        let way = eye - point;
+        let start = point + way.normalize() * (OUTSIDE * self.radius);
+        let way = eye - start;
+        self.quadrics.iter().zip(&self.to_ball).any(|(quadric, to_ball)| {
+            let (from, way) = (to_ball * (start - quadric.center), to_ball * way);
+            let nearest = (-from.dot(&way) / way.norm_squared()).clamp(0.0, 1.0);
+            (from + way * nearest).norm_squared() < 1.0
+        })
+    }
+}
+
+/// Share of the body's radius by which points are lifted before they count as hidden.
+const OUTSIDE: f64 = 0.2;
+
+fn to_ball(ellipsoid: &Ellipsoid) -> Matrix3<f64> {
+    let back = ellipsoid.rotation().inverse().to_rotation_matrix().into_inner();
+    Matrix3::from_diagonal(&ellipsoid.radii().map(|r| 1.0 / r)) * back
+}

@@ -1,0 +1,221 @@
+use nalgebra::Vector2;
+
+use super::colors::{self, Belongs, Colors};
+use crate::fitness::{Backend, ScoreMap};
+use crate::observe::{Camera, Channels, ImageView, Pyramid};
+use crate::pose::Pose;
+use crate::shape::{Outline, Projection, Quadric};
+
+/// The part of one camera's image around where the object is supposed: its brightness at several
+/// resolutions and the scores of its colours. Its memory is kept from image to image.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Window {
+    /// From the world to the image's pixels.
+    from_world: Option<Projection>,
+    pub(super) pyramid: Pyramid,
+    map: ScoreMap,
+    first_px: [usize; 2],
+    size_px: [usize; 2],
+    middle: Vector2<f64>,
+}
+
+/// Rows of the image a row of the map.
+const STRIDE: usize = 4;
+
+impl Window {
+    /// Looks at an image around the outlines of the body at a pose; the window is larger than they
+    /// are by `margin` of their size. `false` if the object is not in the image.
+    pub(super) fn look(
+        &mut self,
+        camera: &Camera,
+        world_from_camera: &Pose,
+        image: &ImageView<'_>,
+        (world_from_object, quadrics, margin): (&Pose, &[Quadric], f64),
+        colors: Option<&Colors>,
+    ) -> bool {
+        let from_world = Projection::new(camera, world_from_camera);
+        self.from_world = None;
+        let projection = from_world.moved(world_from_object);
+        let Some((low, high)) = bounds(&projection, quadrics) else { return false };
+        let extent = (high - low).amax();
+        let reach = margin * extent + 16.0;
+        let size = camera.size_px();
+        let first: [usize; 2] = [0, 1].map(|i| (low[i] - reach).max(0.0) as usize);
+        let last: [usize; 2] =
+            [0, 1].map(|i| (high[i] + reach).clamp(0.0, size[i] as f64) as usize);
+        if (0..2).any(|i| first[i] + LEAST_SIDE > last[i]) {
+            return false;
+        }
+        // Even numbers of pixels keep all resolutions in step.
+        let span = [0, 1].map(|i| last[i] - first[i]);
+        (self.first_px, self.size_px) = (first, span);
+        self.middle = (low + high) * 0.5;
+        self.pyramid.read(image, first, span);
+        self.from_world = Some(from_world);
+        if let Some(colors) = colors {
+            self.score(image, colors);
+        }
+        true
+    }
+
+    /// Gives how the camera sees the object at a pose, if it looked.
+    pub(super) fn projection(&self, world_from_object: &Pose) -> Option<Projection> {
+        Some(self.from_world?.moved(world_from_object))
+    }
+
+    /// Forgets what it looked at.
+    pub(super) fn close(&mut self) {
+        self.from_world = None;
+    }
+
+    pub(super) fn is_open(&self) -> bool {
+        self.from_world.is_some()
+    }
+
+    fn score(&mut self, image: &ImageView<'_>, colors: &Colors) {
+        let ([left, top], [width, height]) = (self.first_px, self.size_px);
+        let middle = self.middle;
+        let (middle_u, middle_v) = (middle.x as f32 - left as f32, middle.y as f32 - top as f32);
+        let grey = image.channels() == Channels::Grey;
+        self.map.refill([width, height], STRIDE, |v| {
+            let row = image.row(top + v);
+            let down = v as f32 - middle_v;
+            (0..width).map(move |u| {
+                let at = left + u;
+                let bin = if grey {
+                    colors::grey_bin(row[at])
+                } else {
+                    colors::rgb_bin([row[3 * at], row[3 * at + 1], row[3 * at + 2]])
+                };
+                colors.quanta(bin, colors::side(u as f32 - middle_u, down))
+            })
+        });
+    }
+
+    /// Gives the sum of the scores inside the body's outline at a pose, and the pixels inside.
+    pub(super) fn region(&self, projection: &Projection, quadrics: &[Quadric]) -> (f64, f64) {
+        let here = projection.shifted(self.first_px.map(|x| x as f64));
+        let sums = self.map.sums(Backend::fastest(), &here, quadrics);
+        (sums.score, sums.area)
+    }
+
+    /// Gives the log-likelihood ratio of the pixel nearest to a place; `None` outside the window.
+    pub(super) fn ratio(
+        &self,
+        image: &ImageView<'_>,
+        colors: &Colors,
+        u: f64,
+        v: f64,
+    ) -> Option<f64> {
+        let ([left, top], [width, height]) = (self.first_px, self.size_px);
+        let (right, below) = (u + 0.5 - left as f64, v + 0.5 - top as f64);
+        if !(right >= 0.0 && below >= 0.0 && right < width as f64 && below < height as f64) {
+            return None;
+        }
+        let bin = colors::bin(image, left + right as usize, top + below as usize);
+        let side = colors::side((u - self.middle.x) as f32, (v - self.middle.y) as f32);
+        Some(f64::from(colors.ratio(bin, side)))
+    }
+
+    /// Counts the window's pixels as the object's inside the outlines and as background outside;
+    /// what lies within `doubt_px` of them teaches nothing.
+    pub(super) fn teach(
+        &self,
+        image: &ImageView<'_>,
+        outlines: &[Outline],
+        doubt_px: f64,
+        colors: &mut Colors,
+    ) {
+        let ([left, top], [width, height]) = (self.first_px, self.size_px);
+        for v in (0..height).step_by(TEACHING_STRIDE) {
+            let mut spans = Spans::new(width);
+            for outline in outlines {
+                let row = (top + v) as f64;
+                spans.mark(grown(outline, doubt_px).interval(row), left, Belongs::Unknown);
+            }
+            for outline in outlines {
+                let row = (top + v) as f64;
+                spans.mark(grown(outline, -doubt_px).interval(row), left, Belongs::Object);
+            }
+            let down = ((top + v) as f64 - self.middle.y) as f32;
+            for u in (v / TEACHING_STRIDE % 2..width).step_by(TEACHING_STRIDE) {
+                let side = colors::side(((left + u) as f64 - self.middle.x) as f32, down);
+                colors.count(colors::bin(image, left + u, top + v), spans.at(u), side);
+            }
+        }
+    }
+
+    /// Calls `visit` for pixels of the window with what the mask says of them.
+    pub(super) fn teach_mask(
+        &self,
+        image: &ImageView<'_>,
+        mask: &ImageView<'_>,
+        colors: &mut Colors,
+    ) {
+        let ([left, top], [width, height]) = (self.first_px, self.size_px);
+        for v in top..top + height {
+            for u in left..left + width {
+                let belongs =
+                    if mask.row(v)[u] == 0 { Belongs::Background } else { Belongs::Object };
+                let away = Vector2::new(u as f64, v as f64) - self.middle;
+                let side = colors::side(away.x as f32, away.y as f32);
+                colors.count(colors::bin(image, u, v), belongs, side);
+            }
+        }
+    }
+}
+
+/// A window is at least this wide and high, in pixels.
+const LEAST_SIDE: usize = 24;
+/// Pixels from one that teaches to the next.
+const TEACHING_STRIDE: usize = 3;
+
+/// What the columns of a row belong to, as intervals.
+struct Spans {
+    entries: [(usize, usize, Belongs); 2 * crate::shape::Body::MAX_ELLIPSOIDS],
+    count: usize,
+    width: usize,
+}
+
+impl Spans {
+    fn new(width: usize) -> Self {
+        let entries = [(0, 0, Belongs::Unknown); 2 * crate::shape::Body::MAX_ELLIPSOIDS];
+        Self { entries, count: 0, width }
+    }
+
+    fn mark(&mut self, interval: Option<(f64, f64)>, left: usize, belongs: Belongs) {
+        let Some((begin, end)) = interval else { return };
+        let cut = |u: f64| (u - left as f64).clamp(0.0, self.width as f64) as usize;
+        if let Some(place) = self.entries.get_mut(self.count) {
+            *place = (cut(begin), cut(end), belongs);
+            self.count += 1;
+        }
+    }
+
+    /// The last that was marked counts.
+    fn at(&self, u: usize) -> Belongs {
+        let entries = self.entries[..self.count].iter().rev();
+        let found = entries.clone().find(|(begin, end, _)| (*begin..*end).contains(&u));
+        found.map_or(Belongs::Background, |(_, _, belongs)| *belongs)
+    }
+}
+
+fn grown(outline: &Outline, by_px: f64) -> Outline {
+    Outline {
+        half_width: (outline.half_width + by_px).max(0.1),
+        half_height: (outline.half_height + by_px).max(0.1),
+        ..*outline
+    }
+}
+
+/// Gives the box around the outlines in the image, if there are any.
+fn bounds(projection: &Projection, quadrics: &[Quadric]) -> Option<(Vector2<f64>, Vector2<f64>)> {
+    let mut found: Option<(Vector2<f64>, Vector2<f64>)> = None;
+    for outline in quadrics.iter().filter_map(|q| projection.outline(q)) {
+        let covariance = outline.covariance_px();
+        let half = Vector2::new(covariance[(0, 0)].sqrt(), covariance[(1, 1)].sqrt());
+        let (low, high) = (outline.center_px() - half, outline.center_px() + half);
+        found = Some(found.map_or((low, high), |(a, b)| (a.inf(&low), b.sup(&high))));
+    }
+    found
+}

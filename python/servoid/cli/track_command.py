@@ -5,7 +5,10 @@ from typing import Annotated
 
 import typer
 
+from servoid._native import TrackSettings
 from servoid.cli.values import Method, check_count, check_seed, parse_slice
+
+_defaults = TrackSettings()
 
 
 def _check_budget(budget_ms: float | None) -> float | None:
@@ -91,18 +94,27 @@ def track(
     ] = Method.region,
     population: Annotated[
         int | None,
-        typer.Option(callback=check_count, metavar="N", help="Hypotheses in a generation."),
+        typer.Option(
+            callback=check_count,
+            metavar="N",
+            help=f"Hypotheses in a generation (default {_defaults.population}).",
+        ),
     ] = None,
     generations: Annotated[
         int | None,
-        typer.Option(callback=check_count, metavar="N", help="Most generations an image."),
+        typer.Option(
+            callback=check_count,
+            metavar="N",
+            help="Generations an image; more follow where it is not confirmed (default "
+            f"{_defaults.generations}).",
+        ),
     ] = None,
     budget_ms: Annotated[
         float | None,
         typer.Option(
             callback=_check_budget,
             metavar="MS",
-            help="Search at most this long an image; the estimates then depend on the machine.",
+            help="Begin no generation after this time; the estimates then depend on the machine.",
         ),
     ] = None,
     no_evolve: Annotated[
@@ -112,7 +124,9 @@ def track(
     seed: Annotated[
         int | None,
         typer.Option(
-            callback=check_seed, metavar="S", help="The same seed gives the same estimates."
+            callback=check_seed,
+            metavar="S",
+            help=f"The same seed gives the same estimates (default {_defaults.seed}).",
         ),
     ] = None,
 ) -> None:

@@ -1,19 +1,14 @@
 """What a tracker must be able to do, and how the trackers of the core are made."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
 from servoid import _native
-from servoid._native import Body, Camera, Pose
+from servoid._native import Body, Camera, Estimate, Pose
 from servoid.errors import TrackError
-
-if TYPE_CHECKING:
-    from servoid._native import Estimate
 
 Images = Sequence[NDArray[np.uint8] | None]
 

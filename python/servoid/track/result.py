@@ -1,20 +1,14 @@
 """What tracking returns: an estimate for each observation, and what they amount to."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from servoid._native import Body
-
-if TYPE_CHECKING:
-    from servoid._native import Estimate
+from servoid._native import Body, Estimate
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,17 +1,14 @@
 """Starts trackers: at a pose, in masks, by colours, or with a body modelled on the spot."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from servoid import model
-from servoid._native import Body, Pose
+from servoid._native import Body, Estimate, Pose
 from servoid.errors import TrackError
 from servoid.model.marking import mark
 from servoid.observe import Capture, CaptureView
@@ -19,9 +16,6 @@ from servoid.track.follower import Evolver, Finder, Follower
 from servoid.track.instants import Instant, cameras_of
 from servoid.track.request import Request, Subject
 from servoid.track.result import Tracked
-
-if TYPE_CHECKING:
-    from servoid._native import Estimate
 
 Masks = tuple[NDArray[np.uint8] | None, ...]
 

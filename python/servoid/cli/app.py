@@ -111,6 +111,13 @@ def model(
             help="Where a point cloud without normals was seen from, in metres.",
         ),
     ] = None,
+    distance: Annotated[
+        float | None,
+        typer.Option(
+            metavar="M",
+            help="How many metres the object is from the camera, needed for one image alone.",
+        ),
+    ] = None,
     bop_object: Annotated[
         int | None, typer.Option(metavar="N", help="Which object of a BOP scene, from 0.")
     ] = None,
@@ -163,6 +170,7 @@ def model(
             views=chosen,
             observations=instants,
             viewpoint=place,
+            distance=distance,
             bop_object=bop_object,
             images=images,
             max_ellipsoids=max_ellipsoids,

@@ -50,6 +50,14 @@ def track(
             "body for the pose in its file (default: it is found).",
         ),
     ] = None,
+    distance: Annotated[
+        float | None,
+        typer.Option(
+            metavar="M",
+            help="How many metres the object is from the camera at first, needed to model it with "
+            "one camera alone.",
+        ),
+    ] = None,
     out: Annotated[
         Path,
         typer.Option(
@@ -147,6 +155,7 @@ def track(
             bodies=tuple(body or ()),
             targets=tuple(target or ()),
             starts=tuple(start or ()),
+            distance=distance,
             out=out,
             video=video,
             save_body=save_body,

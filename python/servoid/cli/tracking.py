@@ -52,6 +52,7 @@ class Order:
     bodies: tuple[str, ...]
     targets: tuple[str, ...]
     starts: tuple[str, ...]
+    distance: float | None
     out: Path
     video: Path | None
     save_body: Path | None
@@ -141,6 +142,7 @@ def _request(order: Order, progress: Callable[[Progress], None]) -> Request:
         evolve=order.evolve,
         observations=order.observations,
         every=order.every,
+        distance_m=order.distance,
         progress=progress,
     )
 

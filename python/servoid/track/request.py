@@ -54,8 +54,9 @@ class Request:
     """How to track; None leaves a setting to the core.
 
     `observations` and `every` choose what is tracked: each `every`-th of the slice. `evolve_every`
-    is how many observations pass until the body may evolve again. `maker` makes the trackers, if
-    not the method's own. `progress` hears of the modelling that may come first.
+    is how many observations pass until the body may evolve again. `distance_m` is how far an object
+    is in the first observation, which one image without depth does not say. `maker` makes the
+    trackers, if not the method's own. `progress` hears of the modelling that may come first.
     """
 
     method: Method = Method.REGION
@@ -70,6 +71,7 @@ class Request:
     evolve_every: int = 10
     observations: slice = field(default_factory=lambda: slice(None))
     every: int = 1
+    distance_m: float | None = None
     maker: Maker | None = None
     progress: Callable[[Progress], None] | None = None
 

@@ -123,7 +123,13 @@ def _look(capture: Capture, instant: Instant, subject: Subject, request: Request
     only = slice(instant.index, instant.index + 1)
     if subject.body is None:
         asked = model.Request(seed=request.seed, progress=request.progress)
-        made = model.fit_capture(usable, asked, targets=subject.targets, observations=only)
+        made = model.fit_capture(
+            usable,
+            asked,
+            targets=subject.targets,
+            observations=only,
+            distance_m=request.distance_m,
+        )
         masks = _masks(usable, made.used_views)
         return _Known(made.body, made.body.world_from_object, masks, made.colors, made.all_notes)
     masks = None

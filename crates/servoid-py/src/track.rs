@@ -98,11 +98,7 @@ impl Tracker {
     #[new]
     #[pyo3(signature = (cameras, body, settings=None))]
     #[allow(clippy::needless_pass_by_value, reason = "as Python hands it over")]
-    fn new(
-        cameras: Vec<Camera>,
-        body: Body,
-        settings: Option<TrackSettings>,
-    ) -> PyResult<Self> {
+    fn new(cameras: Vec<Camera>, body: Body, settings: Option<TrackSettings>) -> PyResult<Self> {
         let cameras: Vec<_> = cameras.iter().map(|camera| camera.0).collect();
         let settings = settings.map(|settings| settings.0).unwrap_or_default();
         core::Tracker::new(&cameras, &body.0, settings).map(Self).map_err(raise)
@@ -145,6 +141,24 @@ impl Tracker {
         py.detach(|| self.0.step(&observation)).map(Estimate).map_err(raise)
     }
 
+    /// Seeks the object near a pose, or anywhere if there is none, with all that is known of it, and
+    /// goes on from there. Raises TrackError.
+    #[pyo3(signature = (time_s, world_from_camera, images, near=None))]
+    #[allow(clippy::needless_pass_by_value, reason = "as Python hands it over")]
+    fn find(
+        &mut self,
+        py: Python<'_>,
+        time_s: f64,
+        world_from_camera: Vec<Pose>,
+        images: Pictures<'_>,
+        near: Option<Pose>,
+    ) -> PyResult<Estimate> {
+        let images = read(&images)?;
+        let observation = observation(time_s, &world_from_camera, &images)?;
+        let near = near.map(|pose| pose.0);
+        py.detach(|| self.0.find(&observation, near)).map(Estimate).map_err(raise)
+    }
+
     /// The body, at its newest pose.
     #[getter]
     fn body(&self) -> Body {
@@ -155,7 +169,8 @@ impl Tracker {
     /// object's frame, and their colours (N, 3) uint8.
     #[getter]
     fn surface<'py>(&self, py: Python<'py>) -> PyResult<Surface<'py>> {
-        let points: Vec<f64> = self.0.surface().flat_map(|p| <[f64; 3]>::from(p.position)).collect();
+        let points: Vec<f64> =
+            self.0.surface().flat_map(|p| <[f64; 3]>::from(p.position)).collect();
         let normals: Vec<f64> = self.0.surface().flat_map(|p| <[f64; 3]>::from(p.normal)).collect();
         let colors: Vec<[u8; 3]> = self.0.surface().map(|p| p.color).collect();
         let count = colors.len();

@@ -11,7 +11,7 @@ pub(super) struct Colors {
     object: Histogram,
     around: Histogram,
     sides: Vec<Histogram>,
-    /// ln p(colour | object) / p(colour | background), one table a side.
+    /// ln p(colour | object) / p(colour | background), one table a side and one for any.
     tables: Vec<f32>,
     local: bool,
 }
@@ -20,6 +20,8 @@ pub(super) struct Colors {
 const BITS: u32 = 4;
 const BINS: usize = 1 << (3 * BITS);
 const SIDES: usize = 8;
+/// The side of a place of which it is not known on which side of the object it lies.
+pub(super) const ANY_SIDE: usize = SIDES;
 /// Probability that a pixel has any colour at all.
 const ANYTHING: f32 = 0.02;
 /// Largest size of a pixel's log-likelihood ratio, in nats.
@@ -76,8 +78,8 @@ impl Colors {
         Self {
             object: Histogram::new(),
             around: Histogram::new(),
-            sides: (0..SIDES).map(|_| Histogram::new()).collect(),
-            tables: vec![0.0; SIDES * BINS],
+            sides: (0..=SIDES).map(|_| Histogram::new()).collect(),
+            tables: vec![0.0; (SIDES + 1) * BINS],
             local,
         }
     }

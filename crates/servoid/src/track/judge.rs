@@ -6,6 +6,9 @@ use crate::pose::Pose;
 pub(super) struct Verdict {
     /// Share of what should be seen that is, 0 to 1.
     pub(super) confidence: f64,
+    /// What is seen less what is missed, in surface points: tells a pose that much confirms from one
+    /// at which little is expected.
+    pub(super) support: f64,
     /// Mean log-likelihood ratio of the pixels inside the outline.
     pub(super) ratio: f64,
 }
@@ -40,5 +43,5 @@ pub(super) fn judge(sight: &Sight<'_>, pose: &Pose, usual: f64, desk: &Desk) -> 
         seen += weight * (ratio / usual).clamp(0.0, 1.0);
     }
     let confidence = if expected > 0.0 { seen / expected } else { 0.0 };
-    Verdict { confidence, ratio }
+    Verdict { confidence, support: 2.0 * seen - expected, ratio }
 }

@@ -7,6 +7,8 @@ mod learn;
 mod motion;
 mod points;
 mod polish;
+mod recover;
+mod regain;
 mod search;
 mod settings;
 mod solid;

@@ -49,7 +49,7 @@ const LINE_SHARE: f64 = 0.25;
 
 impl Normal {
     /// Starts from a weak belief in the pose, so that what nothing tells stays.
-    fn new(radius: f64) -> Self {
+    pub(super) fn new(radius: f64) -> Self {
         let (across, turn) = ((0.3 * radius).powi(-2), 0.5_f64.powi(-2));
         let diagonal = Vector6::new(across, across, across, turn, turn, turn);
         Self { curvature: Matrix6::from_diagonal(&diagonal), slope: Vector6::zeros() }

@@ -1,4 +1,4 @@
-use super::points::InView;
+use super::points::{InView, eye};
 use super::polish::Sight;
 use crate::evolve::{Ga, GaError, GaSettings, Rng};
 use crate::observe::Pyramid;
@@ -34,8 +34,7 @@ impl Search {
     /// Breeds `generations` about a pose.
     pub(super) fn run(
         &mut self,
-        sight: &Sight<'_>,
-        in_view: &[InView],
+        judged: &Judged<'_>,
         (expected, also): (&Pose, &Pose),
         reach: Reach,
         generations: usize,
@@ -52,7 +51,7 @@ impl Search {
             self.scores.clear();
             for individual in self.ga.ask() {
                 let pose = *expected * Pose::exp(&motion(&individual.genes, reach));
-                self.scores.push(score(sight, in_view, &pose));
+                self.scores.push(judged.score(&pose));
             }
             found.evaluations += self.scores.len();
             self.ga.tell(&self.scores)?;
@@ -78,39 +77,73 @@ fn genes(motion: &Twist, (across, turned): Reach) -> [f64; 6] {
     std::array::from_fn(|i| (motion[i] / if i < 3 { across } else { turned }).clamp(-1.0, 1.0))
 }
 
-/// Points of each camera that are looked at for a score.
-const POINTS: usize = 24;
-
-/// Scores a pose from -1 to 1 for each kind of evidence: the mean log-likelihood ratio inside the
-/// outline, and the mean correlation of the surface points at the coarsest resolution.
-pub(super) fn score(sight: &Sight<'_>, in_view: &[InView], pose: &Pose) -> f64 {
-    let (mut region, mut pixels) = (0.0, 0.0);
-    let (mut surface, mut points) = (0.0, 0.0);
-    let every = in_view.len().div_ceil(POINTS * sight.windows.len().max(1)).max(1);
-    for (camera, window) in sight.windows.iter().enumerate() {
-        let Some(projection) = window.projection(pose) else { continue };
-        if sight.colors.is_some() {
-            let (sum, area) = window.region(&projection, &sight.solid.quadrics);
-            region += sum;
-            pixels += area;
-        }
-        let seen = in_view.iter().step_by(every).filter(|view| view.camera == camera);
-        for view in seen {
-            let point = &sight.points.known[view.point].point;
-            let level = coarsest(&point.looks);
-            let found = point.correlation(&projection, &window.pyramid, level);
-            surface += found.unwrap_or(0.0).max(0.0);
-            points += 1.0;
-        }
-    }
-    let region = if pixels > 0.0 { region / (pixels * RATIO) } else { -1.0 };
-    region + surface / (points + FEW_POINTS)
+/// Which surface points a score looks at.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Probes<'a> {
+    /// These.
+    InView(&'a [InView]),
+    /// Of these, the ones that face the camera.
+    Facing(&'a [usize]),
 }
 
+/// How poses are scored: by the log-likelihood ratios inside the outline, as a share of what they
+/// could be, and by the mean correlation of surface points at the coarsest resolution.
+#[derive(Clone, Copy)]
+pub(super) struct Judged<'a> {
+    pub(super) sight: Sight<'a>,
+    pub(super) probes: Probes<'a>,
+    /// Pixels that the outline is expected to hold.
+    pub(super) area: f64,
+}
+
+/// Points of each camera that are looked at for a score.
+const POINTS: usize = 24;
 /// Log-likelihood ratio of a pixel that counts as one.
 const RATIO: f64 = 2.5;
 /// Points at which the surface counts half.
 const FEW_POINTS: f64 = 8.0;
+/// Least cosine between a point's normal and the way to a camera that sees it.
+const LEAST_FACING: f64 = 0.35;
+
+impl Judged<'_> {
+    /// Scores a pose; -1 to 1 for each kind of evidence.
+    pub(super) fn score(&self, pose: &Pose) -> f64 {
+        let mut region = 0.0;
+        let (mut surface, mut points) = (0.0, 0.0);
+        for (camera, window) in self.sight.windows.iter().enumerate() {
+            let Some(projection) = window.projection(pose) else { continue };
+            if self.sight.colors.is_some() {
+                region += window.region(&projection, &self.sight.solid.quadrics).0;
+            }
+            let mut look = |index: usize| {
+                let point = &self.sight.points.known[index].point;
+                let level = coarsest(&point.looks);
+                let found = point.correlation(&projection, &window.pyramid, level);
+                surface += found.unwrap_or(0.0).max(0.0);
+                points += 1.0;
+            };
+            match self.probes {
+                Probes::InView(all) => {
+                    let of_camera = all.len() / self.sight.windows.len().max(1);
+                    let every = of_camera.div_ceil(POINTS).max(1);
+                    let seen = all.iter().filter(|view| view.camera == camera);
+                    seen.step_by(every).for_each(|view| look(view.point));
+                }
+                Probes::Facing(all) => {
+                    let Some(eye) = eye(&projection) else { continue };
+                    for &index in all {
+                        let point = &self.sight.points.known[index].point;
+                        let way = eye - point.position;
+                        if way.dot(&point.normal) > LEAST_FACING * way.norm() {
+                            look(index);
+                        }
+                    }
+                }
+            }
+        }
+        region / (RATIO * self.area.max(1.0)) + surface / (points + FEW_POINTS)
+    }
+}
 
 fn coarsest<T>(looks: &[Option<T>; Pyramid::LEVELS]) -> usize {
     looks.iter().rposition(Option::is_some).unwrap_or(0)

@@ -1,4 +1,4 @@
-use nalgebra::Vector2;
+use nalgebra::{Vector2, Vector3};
 
 use super::colors::{self, Belongs, Colors};
 use crate::fitness::{Backend, ScoreMap};
@@ -16,7 +16,8 @@ pub(super) struct Window {
     map: ScoreMap,
     first_px: [usize; 2],
     size_px: [usize; 2],
-    middle: Vector2<f64>,
+    /// The object's middle, if it is known where that is.
+    middle: Option<Vector2<f64>>,
 }
 
 /// Rows of the image a row of the map.
@@ -49,13 +50,38 @@ impl Window {
         // Even numbers of pixels keep all resolutions in step.
         let span = [0, 1].map(|i| last[i] - first[i]);
         (self.first_px, self.size_px) = (first, span);
-        self.middle = (low + high) * 0.5;
-        self.pyramid.read(image, first, span);
+        self.middle = Some((low + high) * 0.5);
+        self.open(from_world, image, colors);
+        true
+    }
+
+    /// Looks at the whole of an image.
+    pub(super) fn look_all_over(
+        &mut self,
+        camera: &Camera,
+        world_from_camera: &Pose,
+        image: &ImageView<'_>,
+        colors: Option<&Colors>,
+    ) {
+        (self.first_px, self.size_px) = ([0, 0], camera.size_px());
+        self.middle = None;
+        self.open(Projection::new(camera, world_from_camera), image, colors);
+    }
+
+    fn open(&mut self, from_world: Projection, image: &ImageView<'_>, colors: Option<&Colors>) {
+        self.pyramid.read(image, self.first_px, self.size_px);
         self.from_world = Some(from_world);
         if let Some(colors) = colors {
             self.score(image, colors);
         }
-        true
+    }
+
+    /// Gives on which side of the object a pixel lies.
+    #[inline]
+    fn side(&self, u: usize, v: usize) -> usize {
+        self.middle.map_or(colors::ANY_SIDE, |middle| {
+            colors::side((u as f64 - middle.x) as f32, (v as f64 - middle.y) as f32)
+        })
     }
 
     /// Gives how the camera sees the object at a pose, if it looked.
@@ -74,12 +100,10 @@ impl Window {
 
     fn score(&mut self, image: &ImageView<'_>, colors: &Colors) {
         let ([left, top], [width, height]) = (self.first_px, self.size_px);
-        let middle = self.middle;
-        let (middle_u, middle_v) = (middle.x as f32 - left as f32, middle.y as f32 - top as f32);
+        let middle = self.middle.map(|m| (m.x as f32 - left as f32, m.y as f32 - top as f32));
         let grey = image.channels() == Channels::Grey;
         self.map.refill([width, height], STRIDE, |v| {
             let row = image.row(top + v);
-            let down = v as f32 - middle_v;
             (0..width).map(move |u| {
                 let at = left + u;
                 let bin = if grey {
@@ -87,9 +111,31 @@ impl Window {
                 } else {
                     colors::rgb_bin([row[3 * at], row[3 * at + 1], row[3 * at + 2]])
                 };
-                colors.quanta(bin, colors::side(u as f32 - middle_u, down))
+                let side = middle.map_or(colors::ANY_SIDE, |(middle_u, middle_v)| {
+                    colors::side(u as f32 - middle_u, v as f32 - middle_v)
+                });
+                colors.quanta(bin, side)
             })
         });
+    }
+
+    /// Gives where the camera is and unit rays through places all over the window, `columns` a row.
+    pub(super) fn rays(
+        &self,
+        columns: usize,
+    ) -> Option<(Vector3<f64>, impl Iterator<Item = Vector3<f64>>)> {
+        let projection = self.from_world?;
+        let inverse = projection.linear.try_inverse()?;
+        let eye = -inverse * projection.offset;
+        let ([left, top], [width, height]) = (self.first_px, self.size_px);
+        let step = width as f64 / columns as f64;
+        let rows = (height as f64 / step).ceil() as usize;
+        let rays = (0..columns * rows).map(move |at| {
+            let u = left as f64 + (0.5 + (at % columns) as f64) * step;
+            let v = top as f64 + (0.5 + (at / columns) as f64) * step;
+            (inverse * Vector3::new(u, v, 1.0)).normalize()
+        });
+        Some((eye, rays))
     }
 
     /// Gives the sum of the scores inside the body's outline at a pose, and the pixels inside.
@@ -112,9 +158,8 @@ impl Window {
         if !(right >= 0.0 && below >= 0.0 && right < width as f64 && below < height as f64) {
             return None;
         }
-        let bin = colors::bin(image, left + right as usize, top + below as usize);
-        let side = colors::side((u - self.middle.x) as f32, (v - self.middle.y) as f32);
-        Some(f64::from(colors.ratio(bin, side)))
+        let (u, v) = (left + right as usize, top + below as usize);
+        Some(f64::from(colors.ratio(colors::bin(image, u, v), self.side(u, v))))
     }
 
     /// Counts the window's pixels as the object's inside the outlines and as background outside;
@@ -137,9 +182,8 @@ impl Window {
                 let row = (top + v) as f64;
                 spans.mark(grown(outline, -doubt_px).interval(row), left, Belongs::Object);
             }
-            let down = ((top + v) as f64 - self.middle.y) as f32;
             for u in (v / TEACHING_STRIDE % 2..width).step_by(TEACHING_STRIDE) {
-                let side = colors::side(((left + u) as f64 - self.middle.x) as f32, down);
+                let side = self.side(left + u, top + v);
                 colors.count(colors::bin(image, left + u, top + v), spans.at(u), side);
             }
         }
@@ -157,9 +201,7 @@ impl Window {
             for u in left..left + width {
                 let belongs =
                     if mask.row(v)[u] == 0 { Belongs::Background } else { Belongs::Object };
-                let away = Vector2::new(u as f64, v as f64) - self.middle;
-                let side = colors::side(away.x as f32, away.y as f32);
-                colors.count(colors::bin(image, u, v), belongs, side);
+                colors.count(colors::bin(image, u, v), belongs, self.side(u, v));
             }
         }
     }

@@ -1,0 +1,148 @@
+use nalgebra::Vector3;
+use rand::RngExt;
+
+use super::polish::Sight;
+use super::search::{Found, Judged, Probes, Reach, Search};
+use crate::evolve::{self, GaError, Rng};
+use crate::pose::{Pose, even_turn};
+
+/// Seeks the object without knowing where it was: first places, then turns at the best places, then
+/// populations about the best of both. Memory is kept from call to call.
+#[derive(Debug, Clone)]
+pub(super) struct Recovery {
+    seed: u64,
+    round: u64,
+    around: Vec<usize>,
+    ranked: Vec<Found>,
+    best: Vec<Found>,
+}
+
+/// Surface points that stand for all sides.
+const PROBES: usize = 60;
+/// Populations about one pose, and how they breed.
+const ISLANDS: usize = 3;
+const POPULATION: usize = 32;
+const GENERATIONS: usize = 8;
+/// Places along each way at which the object is sought first.
+const COLUMNS: usize = 16;
+const DISTANCES: usize = 6;
+/// Places that are looked at closer, turns that are tried there, and poses that go on.
+const PLACES: usize = 12;
+const TURNS: usize = 80;
+const KEPT: usize = 10;
+/// How far the best turns at the best places may be from the object, in radii and radians.
+const NEAR: (f64, f64) = (0.5, 0.5);
+
+impl Recovery {
+    pub(super) fn new(seed: u64) -> Self {
+        Self { seed, round: 0, around: Vec::new(), ranked: Vec::new(), best: Vec::new() }
+    }
+
+    /// Breeds populations about a pose; gives the best of each, and the number of scores.
+    pub(super) fn near(
+        &mut self,
+        sight: Sight<'_>,
+        (pose, reach, area): (&Pose, Reach, f64),
+    ) -> Result<(&[Found], usize), GaError> {
+        self.spread_probes(&sight);
+        self.best.clear();
+        let mut evaluations = 0;
+        for _ in 0..ISLANDS {
+            let judged = Judged { sight, probes: Probes::Facing(&self.around), area };
+            self.round += 1;
+            let rng = evolve::rng(self.seed, self.round);
+            let mut search = Search::new(POPULATION, rng)?;
+            let found = search.run(&judged, (pose, pose), reach, GENERATIONS)?;
+            evaluations += found.evaluations;
+            self.best.push(found);
+        }
+        Ok((&self.best, evaluations))
+    }
+
+    /// Seeks the object in all that the cameras see, at distances from near to far.
+    pub(super) fn anywhere(
+        &mut self,
+        sight: Sight<'_>,
+        (near, far): (f64, f64),
+        area_at: impl Fn(f64) -> f64,
+    ) -> Result<(&[Found], usize), GaError> {
+        self.spread_probes(&sight);
+        self.round += 1;
+        let mut rng = evolve::rng(self.seed, self.round);
+        let area = area_at((near * far).sqrt());
+        let judged = Judged { sight, probes: Probes::Facing(&self.around), area };
+        let bare = Judged { probes: Probes::Facing(&[]), ..judged };
+        let mut evaluations = places(&bare, (near, far), &mut rng, &mut self.ranked);
+        keep(&mut self.ranked, PLACES, |one, other| apart(one, other) > 0.7 * sight.solid.radius);
+        self.best.clear();
+        for place in &self.ranked {
+            for _ in 0..TURNS {
+                let turn = even_turn(rng.random(), rng.random(), rng.random());
+                let pose = Pose::from_rotation(turn, place.pose.translation());
+                self.best.push(Found { pose, score: judged.score(&pose), evaluations: 1 });
+            }
+        }
+        evaluations += self.best.len();
+        keep(&mut self.best, KEPT, |one, other| {
+            let turn = (one.rotation().inverse() * other.rotation()).angle();
+            apart(one, other) > 0.3 * sight.solid.radius || turn > 0.4
+        });
+        let reach = (NEAR.0 * sight.solid.radius, NEAR.1);
+        for found in &mut self.best {
+            self.round += 1;
+            let mut search = Search::new(POPULATION, evolve::rng(self.seed, self.round))?;
+            *found = search.run(&judged, (&found.pose, &found.pose), reach, GENERATIONS)?;
+            evaluations += found.evaluations;
+        }
+        self.best.sort_by(|a, b| b.score.total_cmp(&a.score));
+        Ok((&self.best, evaluations))
+    }
+
+    fn spread_probes(&mut self, sight: &Sight<'_>) {
+        let count = sight.points.known.len();
+        self.around.clear();
+        self.around.extend((0..count.min(PROBES)).map(|i| i * count / count.min(PROBES)));
+    }
+}
+
+fn apart(one: &Pose, other: &Pose) -> f64 {
+    (one.translation() - other.translation()).norm()
+}
+
+/// Scores the body, turned at random, at places all over the first open camera's image.
+fn places(
+    judged: &Judged<'_>,
+    (near, far): (f64, f64),
+    rng: &mut Rng,
+    out: &mut Vec<Found>,
+) -> usize {
+    out.clear();
+    let open = judged.sight.windows.iter().find_map(|window| window.rays(COLUMNS));
+    let Some((eye, rays)) = open else { return 0 };
+    for ray in rays {
+        for step in 0..DISTANCES {
+            let share = (step as f64 + 0.5) / DISTANCES as f64;
+            let distance = near * (far / near).powf(share);
+            let place: Vector3<f64> = eye + ray * distance;
+            for _ in 0..2 {
+                let turn = even_turn(rng.random(), rng.random(), rng.random());
+                let pose = Pose::from_rotation(turn, place);
+                out.push(Found { pose, score: judged.score(&pose), evaluations: 1 });
+            }
+        }
+    }
+    out.len()
+}
+
+/// Keeps the best, each far enough from those that are better.
+fn keep(all: &mut Vec<Found>, most: usize, differ: impl Fn(&Pose, &Pose) -> bool) {
+    all.sort_by(|a, b| b.score.total_cmp(&a.score));
+    let mut kept = 0;
+    for at in 0..all.len() {
+        if kept < most && all[..kept].iter().all(|better| differ(&better.pose, &all[at].pose)) {
+            all.swap(kept, at);
+            kept += 1;
+        }
+    }
+    all.truncate(kept);
+}

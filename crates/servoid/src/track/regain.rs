@@ -1,0 +1,115 @@
+use super::TrackError;
+use super::polish::Sight;
+use super::tracker::{Attempt, Seen, Tracker};
+use crate::pose::Pose;
+
+/// Share of the object's size by which the window is larger where it is sought near a pose.
+const NEAR_MARGIN: f64 = 0.8;
+/// How far from a pose the object is sought, in radii and radians.
+const NEAR_REACH: (f64, f64) = (0.6, 0.8);
+/// Confidence and share of the usual support from which on no other candidate is looked at.
+const SURE: (f64, f64) = (0.7, 0.6);
+/// Share of the usual support below which an object that was sought is not believed to be found.
+const LEAST_SUPPORT: f64 = 0.25;
+/// Rounds in which an object is sought anywhere when time does not press.
+pub(super) const ROUNDS: usize = 5;
+/// Smallest image of the object that is sought, in pixels.
+const SMALLEST_PX: f64 = 24.0;
+
+impl Tracker {
+    /// Seeks the object again: near where it is expected while it was seen a short time ago, else
+    /// anywhere. Replaces the attempt if something better is found; gives the number of scores.
+    pub(super) fn regain(
+        &mut self,
+        seen: &Seen<'_>,
+        expected: &Pose,
+        attempt: &mut Attempt,
+    ) -> Result<usize, TrackError> {
+        if self.was_seen_lately() {
+            self.seek_near(seen, expected, attempt)
+        } else {
+            self.seek_anywhere(seen, 1, attempt)
+        }
+    }
+
+    /// Seeks the object near a pose.
+    pub(super) fn seek_near(
+        &mut self,
+        seen: &Seen<'_>,
+        near: &Pose,
+        attempt: &mut Attempt,
+    ) -> Result<usize, TrackError> {
+        if !self.look(seen, near, NEAR_MARGIN) {
+            return Ok(0);
+        }
+        let area = self.area(near);
+        let reach = (NEAR_REACH.0 * self.solid.radius, NEAR_REACH.1);
+        let Self { windows, solid, points, colors, recovery, settings, .. } = self;
+        let colors = settings.region.then_some(&*colors);
+        let sight = Sight { windows, images: &seen.images, solid, points, colors };
+        let (found, evaluations) = recovery.near(sight, (near, reach, area))?;
+        let candidates: Vec<Pose> = found.iter().map(|found| found.pose).collect();
+        self.choose(seen, &candidates, attempt);
+        Ok(evaluations)
+    }
+
+    /// Seeks the object in all that the cameras see, in several rounds unless it is found before.
+    pub(super) fn seek_anywhere(
+        &mut self,
+        seen: &Seen<'_>,
+        rounds: usize,
+        attempt: &mut Attempt,
+    ) -> Result<usize, TrackError> {
+        let radius = self.solid.radius;
+        let focal = self.cameras.first().map_or(1.0, |camera| camera.focal_px()[0]);
+        let (near, far) = self
+            .last_distance(seen)
+            .map_or((2.5 * radius, 2.0 * focal * radius / SMALLEST_PX), |d| (0.6 * d, 1.7 * d));
+        let usual_area = self.usual_area;
+        let area_at = |distance: f64| usual_area / (distance * distance);
+        let mut evaluations = 0;
+        for _ in 0..rounds {
+            self.look_all_over(seen);
+            let Self { windows, solid, points, colors, recovery, settings, .. } = self;
+            let colors = settings.region.then_some(&*colors);
+            let sight = Sight { windows, images: &seen.images, solid, points, colors };
+            let (found, scored) = recovery.anywhere(sight, (near, far), area_at)?;
+            evaluations += scored;
+            let candidates: Vec<Pose> = found.iter().map(|found| found.pose).collect();
+            self.choose(seen, &candidates, attempt);
+            if self.is_sure(attempt) {
+                break;
+            }
+        }
+        Ok(evaluations)
+    }
+
+    fn is_sure(&self, attempt: &Attempt) -> bool {
+        let verdict = attempt.verdict;
+        verdict.confidence > SURE.0 && verdict.support > SURE.1 * self.usual_support
+    }
+
+    /// Makes candidates precise and keeps the best, if it is better than the attempt; windows are
+    /// those of the best in the end.
+    fn choose(&mut self, seen: &Seen<'_>, candidates: &[Pose], attempt: &mut Attempt) {
+        for candidate in candidates {
+            self.points_in_view(candidate);
+            let other = self.attempt(seen, candidate);
+            if other.verdict.support > attempt.verdict.support {
+                *attempt = other;
+            }
+            if self.is_sure(attempt) {
+                break;
+            }
+        }
+        let pose = attempt.pose;
+        if self.look(seen, &pose, 0.3) {
+            self.points_in_view(&pose);
+            *attempt = self.attempt(seen, &pose);
+        }
+        if attempt.verdict.support < LEAST_SUPPORT * self.usual_support {
+            // What is confirmed is too little to tell the object from others.
+            attempt.verdict.confidence *= 0.5;
+        }
+    }
+}

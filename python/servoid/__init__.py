@@ -1,4 +1,4 @@
-"""servoid looks at an unknown object and models it as a few ellipsoids.
+"""servoid looks at an unknown object, models it as a few ellipsoids and tracks it.
 
     capture = servoid.observe.open_capture("photos")
     result = servoid.model.fit(capture.views(), max_ellipsoids=6)
@@ -13,13 +13,25 @@ from typing import TYPE_CHECKING, Any
 from servoid import errors
 
 if TYPE_CHECKING:
-    from servoid import exchange, model, observe, pose, shape, sim, view
+    from servoid import exchange, model, observe, pose, record, shape, sim, track, view
 
     __version__: str
 
-_PARTS = ("exchange", "model", "observe", "pose", "shape", "sim", "view")
+_PARTS = ("exchange", "model", "observe", "pose", "record", "shape", "sim", "track", "view")
 
-__all__ = ["__version__", "errors", "exchange", "model", "observe", "pose", "shape", "sim", "view"]
+__all__ = [
+    "__version__",
+    "errors",
+    "exchange",
+    "model",
+    "observe",
+    "pose",
+    "record",
+    "shape",
+    "sim",
+    "track",
+    "view",
+]
 
 
 def __getattr__(name: str) -> Any:

@@ -20,6 +20,8 @@ __all__ = [
     "PaperSettings",
     "Pose",
     "Step",
+    "TrackSettings",
+    "Tracker",
     "View",
     "__version__",
     "ellipsoid_colors",
@@ -246,8 +248,38 @@ class Step:
     def body(self) -> Body: ...
 
 @final
+class TrackSettings:
+    """How tracking proceeds; every default is written in the core."""
+
+    def __new__(
+        cls,
+        *,
+        seed: int | None = None,
+        population: int | None = None,
+        generations: int | None = None,
+        budget_s: float | None = None,
+        surface: bool | None = None,
+        region: bool | None = None,
+        local_colors: bool | None = None,
+    ) -> Self: ...
+    @property
+    def seed(self) -> int: ...
+    @property
+    def population(self) -> int: ...
+    @property
+    def generations(self) -> int: ...
+    @property
+    def budget_s(self) -> float | None: ...
+    @property
+    def surface(self) -> bool: ...
+    @property
+    def region(self) -> bool: ...
+    @property
+    def local_colors(self) -> bool: ...
+
+@final
 class Estimate:
-    """Where the object is, and how well that is known."""
+    """Where an object is at one instant, and how well that is known."""
 
     @property
     def time_s(self) -> float: ...
@@ -326,6 +358,43 @@ class OneStepTracker:
         images: Sequence[NDArray[np.uint8] | None],
     ) -> Estimate: ...
     def set_orientation(self, world_from_object: Sequence[float]) -> None: ...
+
+@final
+class Tracker:
+    """Follows one body from observation to observation."""
+
+    def __new__(
+        cls, cameras: Sequence[Camera], body: Body, settings: TrackSettings | None = None
+    ) -> Self: ...
+    def start(
+        self,
+        time_s: float,
+        world_from_camera: Sequence[Pose],
+        images: Sequence[NDArray[np.uint8] | None],
+        world_from_object: Pose,
+        masks: Sequence[NDArray[np.uint8] | None] | None = None,
+    ) -> Estimate: ...
+    def find(
+        self,
+        time_s: float,
+        world_from_camera: Sequence[Pose],
+        images: Sequence[NDArray[np.uint8] | None],
+        masks: Sequence[NDArray[np.uint8] | None] | None = None,
+        near: Pose | None = None,
+    ) -> Estimate: ...
+    def step(
+        self,
+        time_s: float,
+        world_from_camera: Sequence[Pose],
+        images: Sequence[NDArray[np.uint8] | None],
+    ) -> Estimate: ...
+    def evolve(self) -> bool: ...
+    @property
+    def body(self) -> Body: ...
+    @property
+    def surface(
+        self,
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.uint8]]: ...
 
 def fit_body(
     given: Given,

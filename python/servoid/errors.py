@@ -45,7 +45,11 @@ class ModelError(ServoidError, ValueError):
 
 
 class TrackError(ServoidError, ValueError):
-    """Is raised when observations or settings cannot be tracked."""
+    """Is raised when observations, a body or settings cannot lead to a track."""
+
+
+class TrajectoryError(ServoidError, ValueError):
+    """Is raised for a file of poses over time that is missing or malformed."""
 
 
 class ExportError(ServoidError, ValueError):

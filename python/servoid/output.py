@@ -2,7 +2,8 @@
 
 import os
 import secrets
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 
 from servoid.errors import OutputError
@@ -50,6 +51,29 @@ def write_together(files: Mapping[Path, bytes]) -> None:
             else:
                 write_whole(path, before)
         raise
+
+
+@contextmanager
+def written_beside(path: Path) -> Iterator[Path]:
+    """Give a place beside `path` to write to; what stands there at the end is moved to `path`.
+
+    The place ends as `path` does, for libraries that go by the ending. If the block raises,
+    nothing is left behind and what stood at `path` still does.
+
+    Raises:
+        OutputError: the file cannot be moved to `path`.
+
+    """
+    target = path.resolve()
+    partial = _beside(target).with_suffix(target.suffix)
+    try:
+        yield partial
+        try:
+            partial.replace(target)
+        except OSError as error:
+            raise OutputError(f"cannot write {path}: {_reason(error)}") from error
+    finally:
+        partial.unlink(missing_ok=True)
 
 
 def check_file(path: Path) -> None:

@@ -7,9 +7,11 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from fake_tracker import FakeSettings, FakeTracker
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from servoid import _native
 from servoid.cli import main
 from servoid.pose import Pose
 from servoid.shape import Body
@@ -218,3 +220,15 @@ def photos() -> Callable[[str], Path]:
         return folder
 
     return find
+
+
+@pytest.fixture
+def fake_core(monkeypatch: pytest.MonkeyPatch) -> type[FakeTracker]:
+    """Put the fake in the place of the core's tracker; `made` lists those that were made."""
+
+    class Fake(FakeTracker):
+        made: list[FakeTracker] = []  # noqa: RUF012
+
+    monkeypatch.setattr(_native, "Tracker", Fake, raising=False)
+    monkeypatch.setattr(_native, "TrackSettings", FakeSettings, raising=False)
+    return Fake

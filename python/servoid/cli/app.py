@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from servoid._native import ModelSettings, __version__
+from servoid.cli.track_command import track
 from servoid.cli.values import Method, check_count, check_seed, parse_point, parse_slice
 
 app = typer.Typer(
@@ -33,7 +34,7 @@ def servoid(
         typer.Option("--version", callback=_show_version, is_eager=True, help="Show the version."),
     ] = False,
 ) -> None:
-    """Look at an unknown object and model it as a few ellipsoids.
+    """Look at an unknown object, model it as a few ellipsoids, and track it.
 
     Start with a sample: [bold]servoid sample out/sample[/bold], then
     [bold]servoid model out/sample --out out/body.json --report out/report[/bold].
@@ -110,6 +111,13 @@ def model(
             help="Where a point cloud without normals was seen from, in metres.",
         ),
     ] = None,
+    distance: Annotated[
+        float | None,
+        typer.Option(
+            metavar="M",
+            help="How many metres the object is from the camera, needed for one image alone.",
+        ),
+    ] = None,
     bop_object: Annotated[
         int | None, typer.Option(metavar="N", help="Which object of a BOP scene, from 0.")
     ] = None,
@@ -162,6 +170,7 @@ def model(
             views=chosen,
             observations=instants,
             viewpoint=place,
+            distance=distance,
             bop_object=bop_object,
             images=images,
             max_ellipsoids=max_ellipsoids,
@@ -170,6 +179,9 @@ def model(
             threads=threads,
         )
     )
+
+
+app.command()(track)
 
 
 @app.command()

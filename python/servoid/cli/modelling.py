@@ -40,6 +40,7 @@ class Order:
     views: slice
     observations: slice | None
     viewpoint: tuple[float, float, float] | None
+    distance: float | None
     bop_object: int | None
     images: Path | None
     max_ellipsoids: int | None
@@ -100,10 +101,14 @@ def _fit(order: Order, targets: list[Target]) -> ModelResult:
         if order.viewpoint is not None:
             raise ModelError("--viewpoint is meant for a point cloud, and this is a capture")
         capture = open_any(order.source, bop_object=order.bop_object, images=order.images)
-        by_method = {Method.region: fit_capture, Method.paper: fit_capture_by_paper}
-        return by_method[order.method](
-            capture, request, targets=targets, observations=order.observations, views=order.views
-        )
+        chosen = {"observations": order.observations, "views": order.views}
+        if order.method is Method.region:
+            return fit_capture(
+                capture, request, targets=targets, distance_m=order.distance, **chosen
+            )
+        if order.distance is not None:
+            raise ModelError("--distance means nothing to the paper's method; leave it out")
+        return fit_capture_by_paper(capture, request, targets=targets, **chosen)
 
 
 def _fit_shape(order: Order, request: Request, targets: list[Target]) -> ModelResult:
@@ -113,6 +118,7 @@ def _fit_shape(order: Order, request: Request, targets: list[Target]) -> ModelRe
         "--method paper": order.method is Method.paper,
         "--views": order.views != slice(None),
         "--observations": order.observations is not None,
+        "--distance": order.distance is not None,
         "--bop-object": order.bop_object is not None,
         "--images": order.images is not None,
     }

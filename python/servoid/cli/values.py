@@ -10,7 +10,7 @@ _LARGEST_COUNT = 2**31 - 1
 
 
 class Method(str, Enum):
-    """How to model."""
+    """How to model or to track."""
 
     region = "region"
     paper = "paper"

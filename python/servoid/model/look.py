@@ -10,6 +10,7 @@ from servoid._native import PaperSettings, ellipsoid_colors, silhouette_ious
 from servoid.errors import CameraError, ModelError, TargetError
 from servoid.model.fit import Request, divide, fit_views
 from servoid.model.marking import Marked, mark
+from servoid.model.one_view import fit_one_view
 from servoid.model.paper import fit_paper_views
 from servoid.model.result import ModelResult, Surface
 from servoid.model.running import Progress, in_parallel
@@ -34,6 +35,7 @@ def fit_capture(
     targets: Sequence[Target] = (),
     observations: slice | None = None,
     views: slice = slice(None),
+    distance_m: float | None = None,
 ) -> ModelResult:
     """Model the object of a capture, whatever the capture says of it.
 
@@ -41,7 +43,8 @@ def fit_capture(
     do, the others get masks of their own, found by colours and a growing body. Depth images are
     used where there are any; where all views look from one side, the depth of stereo pairs is
     measured. `observations` chooses instants (default: all, of a recording the one with the
-    target), `views` chooses the views to model from; the others judge the body.
+    target), `views` chooses the views to model from; the others judge the body. `distance_m` is how
+    far the object is, which one image without depth does not say.
 
     Raises:
         TargetError: nothing says where the object is, or it is not found.
@@ -57,6 +60,10 @@ def fit_capture(
     sights = join_sights(sights_of_views(known))
     if not len(sights) and _from_one_side([*known, *marked.others]):
         sights = _measured(marked, notes)
+    alone = len(known) + len(marked.others) == 1 and not len(sights)
+    if alone or distance_m is not None:
+        result = fit_one_view(known[0], _distance(distance_m, alone), request)
+        return replace(result, targets=tuple(map(str, targets)))
     if marked.others and (len(known) < 2 or marked.from_targets):
         known = _with_spread(marked, sights, request, notes)
     used, unused = divide(known, views)
@@ -121,6 +128,22 @@ def fit_capture_by_paper(
         notes=(f"hue window {window[0]:.0f} to {window[1]:.0f} degrees",),
         seconds=time.perf_counter() - start,
     )
+
+
+def _distance(distance_m: float | None, alone: bool) -> float:
+    """Return the distance if it is needed and given."""
+    if distance_m is None:
+        raise ModelError(
+            "modelling needs at least two views from different places, but 1 was given: one "
+            "picture cannot tell a small near object from a large far one; say how far away the "
+            "object is in metres, such as --distance 0.6"
+        )
+    if not alone:
+        raise ModelError(
+            "a distance is meant for one image without depth, and here several images or a depth "
+            "image say how far the object is; leave the distance out"
+        )
+    return distance_m
 
 
 def _from_one_side(views: Sequence[CaptureView]) -> bool:

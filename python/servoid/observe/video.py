@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 VIDEO_SUFFIXES = (".mp4", ".avi", ".mov", ".mkv", ".webm", ".m4v")
 
 _KEPT = 32  # decoded images: threads ask for neighbours, not quite in order
-_OPEN = 2  # videos that stay open
+_OPEN = 4  # videos that stay open: one that is opened anew is decoded from its start
 _LARGEST_SIDE_PX = Camera.MAX_SIDE_PX
 _MISSING_SHARE = 0.02  # a header may estimate the number from the duration
 # What containers begin with. A playlist, which may name any other file, is none of them.

@@ -1,0 +1,171 @@
+"""The options of `servoid track`."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from servoid._native import TrackSettings
+from servoid.cli.values import Method, check_count, check_seed, parse_slice
+
+_defaults = TrackSettings()
+
+
+def _check_budget(budget_ms: float | None) -> float | None:
+    if budget_ms is not None and not 0.0 < budget_ms < float("inf"):
+        raise typer.BadParameter(f"{budget_ms} is no time; give milliseconds above 0")
+    return budget_ms
+
+
+def track(
+    capture: Annotated[
+        Path,
+        typer.Argument(
+            metavar="CAPTURE",
+            help="A folder with a capture.toml, a COLMAP model, a transforms.json or a BOP scene.",
+        ),
+    ],
+    body: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="[NAME=]FILE",
+            help="The body to track, a .json file that model wrote; without any, the object is "
+            "modelled from the first observation. May be given several times.",
+        ),
+    ] = None,
+    target: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="[NAME=]TARGET",
+            help="Where the object is in the first observation: mask:FILE, box:U0,V0,U1,V1, "
+            "click:U,V, hue:LOW..HIGH or background:FILE, each with @VIEW at its end if not for "
+            "the first view (default: the capture's masks). May be given several times.",
+        ),
+    ] = None,
+    start: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="[NAME=]POSE",
+            help="Where the body is in the first observation: X,Y,Z,QW,QX,QY,QZ, or the word "
+            "body for the pose in its file (default: it is found).",
+        ),
+    ] = None,
+    distance: Annotated[
+        float | None,
+        typer.Option(
+            metavar="M",
+            help="How many metres the object is from the camera at first, needed to model it with "
+            "one camera alone.",
+        ),
+    ] = None,
+    out: Annotated[
+        Path,
+        typer.Option(
+            metavar="FILE",
+            help="The poses to write: .csv, or .tum or .txt for TUM text. Of several objects, "
+            "each gets a file with _NAME before the ending.",
+        ),
+    ] = Path("poses.csv"),
+    video: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Write an .mp4 with the objects drawn over the images."),
+    ] = None,
+    save_body: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE", help="Write the body as it evolved, a .json file; named like --out."
+        ),
+    ] = None,
+    observations: Annotated[
+        str,
+        typer.Option(
+            metavar="START:STOP:STEP",
+            help="Track through these instants only, chosen as in Python (default: all).",
+            show_default=False,
+        ),
+    ] = ":",
+    every: Annotated[
+        int,
+        typer.Option(
+            callback=check_count,
+            metavar="N",
+            help="Take each Nth of the instants (default 1).",
+            show_default=False,
+        ),
+    ] = 1,
+    method: Annotated[
+        Method,
+        typer.Option(
+            help="How to track: region is servoid's own; paper is the method of the paper that it "
+            "starts from, as a baseline.",
+        ),
+    ] = Method.region,
+    population: Annotated[
+        int | None,
+        typer.Option(
+            callback=check_count,
+            metavar="N",
+            help=f"Hypotheses in a generation (default {_defaults.population}).",
+        ),
+    ] = None,
+    generations: Annotated[
+        int | None,
+        typer.Option(
+            callback=check_count,
+            metavar="N",
+            help="Generations an image; more follow where it is not confirmed (default "
+            f"{_defaults.generations}).",
+        ),
+    ] = None,
+    budget_ms: Annotated[
+        float | None,
+        typer.Option(
+            callback=_check_budget,
+            metavar="MS",
+            help="Begin no generation after this time; the estimates then depend on the machine.",
+        ),
+    ] = None,
+    no_evolve: Annotated[
+        bool,
+        typer.Option("--no-evolve", help="Keep the body as it is while new sides appear."),
+    ] = False,
+    seed: Annotated[
+        int | None,
+        typer.Option(
+            callback=check_seed,
+            metavar="S",
+            help=f"The same seed gives the same estimates (default {_defaults.seed}).",
+        ),
+    ] = None,
+) -> None:
+    """Track an object in six degrees of freedom through the images of a capture.
+
+    [bold]servoid track video --body body.json --out poses.csv[/bold]
+
+    [bold]servoid track video --target box:120,80,420,400 --video out.mp4[/bold]
+
+    [bold]servoid track video --body a.json --body b.json --out poses.tum[/bold]
+    """
+    chosen = parse_slice(observations, "--observations")
+    from servoid.cli.tracking import Order, run_track
+
+    run_track(
+        Order(
+            capture=capture,
+            bodies=tuple(body or ()),
+            targets=tuple(target or ()),
+            starts=tuple(start or ()),
+            distance=distance,
+            out=out,
+            video=video,
+            save_body=save_body,
+            observations=chosen,
+            every=every,
+            method=method,
+            population=population,
+            generations=generations,
+            budget_ms=budget_ms,
+            evolve=not no_evolve,
+            seed=seed,
+        )
+    )

@@ -1,0 +1,98 @@
+"""The summary of a track, at most 80 columns wide except for paths."""
+
+import textwrap
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import typer
+
+from servoid.observe import Capture
+from servoid.track import Gap, TrackResult
+
+_LABEL_WIDTH = 12
+_VALUE_WIDTH = 80 - len("  ") - _LABEL_WIDTH - len(" ")
+_MOST_GAPS = 4
+_MOST_NOTICES = 3
+_MS_PER_S = 1e3
+
+Row = tuple[str, str]
+
+
+def print_track_summary(
+    source: Path,
+    capture: Capture,
+    results: Sequence[TrackResult],
+    files: Sequence[tuple[str, Path]],
+) -> None:
+    """Print how well and how fast each object was tracked, and where the files lie."""
+    count = len(results[0])
+    cameras = _count(len(capture.cameras), "camera")
+    typer.echo(f"Tracked {source}: {_count(count, 'observation')}, {cameras}")
+    for result in results:
+        if len(results) > 1:
+            typer.echo(f" {result.name}")
+        _print(_rows(result))
+    if capture.times_s is None and capture.rate_hz is None:
+        _print(_wrapped("note", "the capture knows no times: time_s counts its observations"))
+    for kind, path in files:
+        typer.echo(f"  {kind:<{_LABEL_WIDTH}} {path}")
+
+
+def _print(rows: Iterator[Row]) -> None:
+    for label, value in rows:
+        typer.echo(f"  {label:<{_LABEL_WIDTH}} {value}")
+
+
+def _rows(result: TrackResult) -> Iterator[Row]:
+    share = 100.0 * result.tracked_share
+    yield "tracked", f"{share:.1f} % ({result.tracked_count} of {len(result)})"
+    yield from _wrapped("not tracked", _gaps(result.gaps))
+    yield "start", f"{result.starting_s:.2f} s, {_count(len(result.body), 'ellipsoid')}"
+    if len(result) > 1:
+        yield from _speed(result)
+    if result.evolutions:
+        spent = _MS_PER_S * result.evolving_s / result.evolutions
+        yield "evolved", f"{_count(result.evolutions, 'time')}, {spent:.0f} ms each, between images"
+    notices = result.notices
+    for notice, times in notices[:_MOST_NOTICES]:
+        yield from _wrapped("notice", f"{notice}{f' ({times} times)' if times > 1 else ''}")
+    if len(notices) > _MOST_NOTICES:
+        yield "", f"and {_count(len(notices) - _MOST_NOTICES, 'other notice')}"
+    for note in result.notes:
+        yield from _wrapped("note", note)
+
+
+def _speed(result: TrackResult) -> Iterator[Row]:
+    """Tell how fast the steps were; reading and undistorting images is not in it."""
+    yield "rate", f"{result.rate_hz:.0f} images a second (the tracker alone)"
+    marks = [
+        f"{name} {_MS_PER_S * result.step_percentile(percent):.2f}"
+        for name, percent in (("median", 50.0), ("p95", 95.0), ("p99", 99.0))
+    ]
+    yield "ms an image", ", ".join(marks)
+    stages = result.stage_seconds
+    if sum(stages.values()) > 0.0:
+        parts = [f"{stage} {_MS_PER_S * seconds:.2f}" for stage, seconds in stages.items()]
+        yield from _wrapped("of these", ", ".join(parts))
+    yield "hypotheses", f"{result.evaluations:.0f} an image"
+
+
+def _gaps(gaps: Sequence[Gap]) -> str:
+    """Name the stretches without the object, the longest ones if there are many."""
+    longest = sorted(gaps, key=lambda gap: -gap.count)[:_MOST_GAPS]
+    words = [
+        f"{gap.first_s:.2f} s" if gap.count == 1 else f"{gap.first_s:.2f} to {gap.last_s:.2f} s"
+        for gap in sorted(longest, key=lambda gap: gap.first_s)
+    ]
+    if len(gaps) > len(longest):
+        words.append(f"and {len(gaps) - len(longest)} more")
+    return ", ".join(words)
+
+
+def _wrapped(label: str, words: str) -> Iterator[Row]:
+    for index, line in enumerate(textwrap.wrap(words, _VALUE_WIDTH, break_on_hyphens=False)):
+        yield "" if index else label, line
+
+
+def _count(number: int, thing: str) -> str:
+    return f"{number} {thing}{'' if number == 1 else 's'}"

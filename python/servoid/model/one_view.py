@@ -1,0 +1,80 @@
+"""Models an object from one image alone, whose distance somebody knows."""
+
+import math
+import time
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from servoid.errors import ModelError
+from servoid.model.fit import Request, fit_views
+from servoid.model.result import ModelResult, Surface
+from servoid.model.sights import NO_SIGHTS, Sights, join_sights, sights_of_depth
+from servoid.observe import CaptureView
+
+
+def fit_one_view(view: CaptureView, distance_m: float, request: Request) -> ModelResult:
+    """Model the object of one image, taken as thick as its outline is wide.
+
+    `distance_m` is how far the middle of the object is from the camera, along its axis.
+
+    Raises:
+        ModelError: the distance is none, or a setting is out of range.
+        CameraError, ImageError, MaskError: a file cannot be used.
+
+    """
+    start = time.perf_counter()
+    if not (math.isfinite(distance_m) and distance_m > 0.0):
+        raise ModelError(f"a distance of {distance_m} m means nothing; give metres above 0")
+    result = fit_views([view], [], sights_of_outline(view, distance_m), request, start=start)
+    note = (
+        f"one image shows no depth: the object is taken to be {distance_m:g} m away and as thick "
+        "as its outline is wide"
+    )
+    # What was supposed is not what was seen.
+    surface = Surface.of(result.body, result.native_used, NO_SIGHTS)
+    return replace(result, sights=NO_SIGHTS, surface=surface, notes=(*result.notes, note))
+
+
+def sights_of_outline(view: CaptureView, distance_m: float) -> Sights:
+    """Suppose where the surface is, in front and behind, that has the outline of a view's mask.
+
+    The supposed object is a union of balls, one in each largest disc that fits into the outline,
+    with their centres on a plane across the camera's axis.
+    """
+    mask, camera = view.mask(), view.camera
+    focal_px = math.sqrt(camera.focal_px[0] * camera.focal_px[1])
+    reach = half_thickness_px(mask) * (distance_m / focal_px)
+    pose = view.world_from_camera
+    eye = np.array(pose.translation)
+    front = sights_of_depth((distance_m - reach).astype(np.float32), mask, camera, pose)
+    back = sights_of_depth((distance_m + reach).astype(np.float32), mask, camera, pose)
+    return join_sights([front, Sights(back.points, eye - back.points)])
+
+
+def half_thickness_px(mask: NDArray[np.uint8]) -> NDArray[np.float64]:
+    """Return how far the balls in an outline reach towards the camera, (H, W), in pixels.
+
+    `mask` is (H, W) uint8, non-zero on the object; the answer is 0 elsewhere.
+    """
+    import cv2
+
+    inside = (np.pad(mask, 1) != 0).astype(np.uint8)
+    radius = cv2.distanceTransform(inside, cv2.DIST_L2, cv2.DIST_MASK_PRECISE).astype(np.float64)
+    # A disc is one of the largest if no neighbour's is larger by the way to it.
+    largest = (inside > 0) & (radius > cv2.dilate(radius, np.ones((3, 3))) - 0.6)
+    reach_squared = np.zeros_like(radius)
+    for row, column in np.argwhere(largest).tolist():
+        _raise_ball(reach_squared, row, column, float(radius[row, column]))
+    return np.sqrt(reach_squared)[1:-1, 1:-1] * (mask != 0)
+
+
+def _raise_ball(reach_squared: NDArray[np.float64], row: int, column: int, radius: float) -> None:
+    """Put a ball among the others: the farthest reach counts, squared."""
+    size = int(radius)
+    rows = np.arange(max(row - size, 0), min(row + size + 1, reach_squared.shape[0]))
+    columns = np.arange(max(column - size, 0), min(column + size + 1, reach_squared.shape[1]))
+    ball = radius**2 - np.square(rows - row)[:, None] - np.square(columns - column)[None]
+    window = reach_squared[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
+    np.maximum(window, ball, out=window)

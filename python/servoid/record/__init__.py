@@ -1,0 +1,22 @@
+"""Recording: estimates become files, and files trajectories."""
+
+from servoid.record.overlay import Overlay
+from servoid.record.trajectory import (
+    Waypoint,
+    check_suffix,
+    read_trajectory,
+    waypoints,
+    write_trajectory,
+)
+from servoid.record.video_file import check_video, overlay_video
+
+__all__ = [
+    "Overlay",
+    "Waypoint",
+    "check_suffix",
+    "check_video",
+    "overlay_video",
+    "read_trajectory",
+    "waypoints",
+    "write_trajectory",
+]

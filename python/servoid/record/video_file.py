@@ -1,0 +1,66 @@
+"""Writes a video of tracking, image by image, whole or not at all."""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import cv2
+
+from servoid.errors import OutputError
+from servoid.output import check_file, written_beside
+from servoid.record.overlay import Overlay
+from servoid.track import TrackStep
+
+_CODEC = "mp4v"
+
+
+def check_video(path: Path) -> None:
+    """Check that a video can be written to `path`.
+
+    Raises:
+        OutputError: it does not end in .mp4, or nothing can be written there.
+
+    """
+    if path.suffix.lower() != ".mp4":
+        raise OutputError(f"cannot write {path}: a video ends in .mp4")
+    check_file(path)
+
+
+@contextmanager
+def overlay_video(
+    path: str | Path, overlay: Overlay, rate_hz: float
+) -> Iterator[Callable[[TrackStep], None]]:
+    """Write an MP4 file that is at `path` when the block ends; call what is given with each step.
+
+    If the block raises, nothing is left behind. `rate_hz` is how many images a second the video
+    shows.
+
+    Raises:
+        OutputError: there is no encoder, or the file cannot be written.
+
+    """
+    path = Path(path)
+    check_video(path)
+    with written_beside(path) as partial:
+        writer = _open(path, partial, rate_hz, overlay.size_px)
+
+        def add(step: TrackStep) -> None:
+            writer.write(cv2.cvtColor(overlay.draw(step), cv2.COLOR_RGB2BGR))
+
+        try:
+            yield add
+        finally:
+            writer.release()
+        if not partial.is_file() or partial.stat().st_size == 0:
+            raise OutputError(f"cannot write {path}: the encoder wrote nothing; is the disk full?")
+
+
+def _open(path: Path, partial: Path, rate_hz: float, size_px: tuple[int, int]) -> cv2.VideoWriter:
+    fourcc = cv2.VideoWriter.fourcc(*_CODEC)
+    writer = cv2.VideoWriter(str(partial), cv2.CAP_FFMPEG, fourcc, rate_hz, size_px)
+    if not writer.isOpened():
+        raise OutputError(
+            f"cannot write {path}: this build of OpenCV has no MPEG-4 encoder; install "
+            "opencv-python-headless from its wheel, or leave the video out"
+        )
+    return writer

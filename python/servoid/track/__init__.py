@@ -1,0 +1,29 @@
+"""Tracking: where an object is, in six degrees of freedom, in one observation after another."""
+
+from servoid.track.follower import Evolver, Finder, Follower
+from servoid.track.following import Collector, TrackStep, follow, track_capture
+from servoid.track.instants import Instant, cameras_of, read_instants, tidy_image
+from servoid.track.request import Method, Request, Subject
+from servoid.track.result import Gap, Tracked, TrackResult
+from servoid.track.starting import Followed
+
+__all__ = [
+    "Collector",
+    "Evolver",
+    "Finder",
+    "Followed",
+    "Follower",
+    "Gap",
+    "Instant",
+    "Method",
+    "Request",
+    "Subject",
+    "TrackResult",
+    "TrackStep",
+    "Tracked",
+    "cameras_of",
+    "follow",
+    "read_instants",
+    "tidy_image",
+    "track_capture",
+]

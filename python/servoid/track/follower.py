@@ -1,0 +1,90 @@
+"""What a tracker must be able to do, and how the trackers of the core are made."""
+
+from collections.abc import Callable, Sequence
+from typing import Any, Protocol, runtime_checkable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from servoid import _native
+from servoid._native import Body, Camera, Estimate, Pose
+from servoid.errors import TrackError
+
+Images = Sequence[NDArray[np.uint8] | None]
+
+
+class Follower(Protocol):
+    """Follows one body: starts at a known pose, then takes one observation after another.
+
+    Images are (H, W) or (H, W, 3) uint8, RGB, of the cameras that the tracker was made with; None
+    where a camera delivered nothing.
+    """
+
+    def start(
+        self,
+        time_s: float,
+        world_from_camera: Sequence[Pose],
+        images: Images,
+        world_from_object: Pose,
+        masks: Images | None = None,
+    ) -> Estimate:
+        """Learn what the object looks like, with the object at a known pose."""
+        ...
+
+    def step(self, time_s: float, world_from_camera: Sequence[Pose], images: Images) -> Estimate:
+        """Find the object in the next observation."""
+        ...
+
+
+@runtime_checkable
+class Finder(Protocol):
+    """Finds a body in a first observation without a pose."""
+
+    def find(
+        self,
+        time_s: float,
+        world_from_camera: Sequence[Pose],
+        images: Images,
+        masks: Images | None,
+    ) -> Estimate:
+        """Seek the body, in masks if there are any, and start there."""
+        ...
+
+
+@runtime_checkable
+class Evolver(Protocol):
+    """Lets its body evolve."""
+
+    def evolve(self) -> bool:
+        """Refine the body from what was seen; return if it changed."""
+        ...
+
+
+Maker = Callable[[Sequence[Camera], Body, dict[str, Any]], Follower]
+
+
+def make_tracker(cameras: Sequence[Camera], body: Body, options: dict[str, Any]) -> Follower:
+    """Make servoid's own tracker of a body; `options` are those of `TrackSettings`.
+
+    Raises:
+        TrackError: a setting is out of range.
+
+    """
+    return _native.Tracker(cameras, body, _native.TrackSettings(**options))
+
+
+def make_one_step_tracker(
+    cameras: Sequence[Camera], body: Body, options: dict[str, Any]
+) -> Follower:
+    """Make the paper's tracker, a genetic algorithm of one generation an image.
+
+    Raises:
+        TrackError: this build has none, or a setting is out of range.
+
+    """
+    make = getattr(_native, "OneStepTracker", None)
+    if make is None:
+        raise TrackError(
+            "the paper's tracker is not part of this build; track with the method region"
+        )
+    return make(cameras, body, _native.TrackSettings(**options))

@@ -1,0 +1,146 @@
+"""Follows objects through a capture: one observation after another, each result at once."""
+
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+
+from servoid.errors import TrackError
+from servoid.observe import Capture
+from servoid.track.instants import Instant, chosen, read_instants
+from servoid.track.request import Request, Subject
+from servoid.track.result import Tracked, TrackResult
+from servoid.track.starting import Followed, begin
+
+
+@dataclass(frozen=True, eq=False)
+class TrackStep:
+    """What one observation led to: an estimate for each object, in the order of the subjects.
+
+    `share` is how much of the capture is done, 0 to 1.
+    """
+
+    instant: Instant
+    objects: tuple[Followed, ...]
+    tracked: tuple[Tracked, ...]
+    share: float
+
+
+def follow(
+    capture: Capture, subjects: Sequence[Subject] | None = None, request: Request | None = None
+) -> Iterator[TrackStep]:
+    """Track objects through a capture, and yield what each observation led to as it is known.
+
+    An observation of which no image can be read is given to the trackers all the same, without
+    images; only before the start such ones are passed over. Without `subjects` the one object that
+    the capture's masks show is tracked.
+
+    Raises:
+        TrackError: no observation is chosen, none has an image, two objects have one name, or a
+            tracker cannot start.
+        As for `begin`: what is wrong with the first observation or the settings.
+
+    """
+    request = request or Request()
+    subjects = [Subject()] if subjects is None else list(subjects)
+    _check_names([subject.name for subject in subjects])
+    observations = chosen(capture, request.observations, request.every)
+    instants = read_instants(capture, observations)
+    first = next((one for one in instants if not one.is_dark), None)
+    if first is None:
+        raise TrackError(
+            f"{capture.path}: not one image of the {len(observations)} observations can be read; "
+            "check the first"
+        )
+    passed = next(at for at, one in enumerate(observations) if one.index == first.index)
+    objects = tuple(begin(capture, first, subject, request) for subject in subjects)
+    if passed:
+        note = f"the first {passed} observations have no image that can be read"
+        objects = tuple(replace(one, notes=(*one.notes, note)) for one in objects)
+    starts = tuple(one.first for one in objects)
+    yield TrackStep(first, objects, starts, (passed + 1) / len(observations))
+    for count, instant in enumerate(instants, start=1):
+        may_evolve = request.evolve and count % request.evolve_every == 0
+        tracked = tuple(_step(one, instant, may_evolve) for one in objects)
+        yield TrackStep(instant, objects, tracked, (passed + 1 + count) / len(observations))
+
+
+def track_capture(
+    capture: Capture,
+    subjects: Sequence[Subject] | None = None,
+    request: Request | None = None,
+    watch: Callable[[TrackStep], None] | None = None,
+) -> list[TrackResult]:
+    """Track objects through a capture, and return the track of each, in the order of the subjects.
+
+    `watch` is called after each observation. If it raises, or Ctrl-C is pressed, nothing is
+    returned; with `follow` and `Collector` what was tracked so far is kept.
+
+    Raises:
+        As for `follow`.
+
+    """
+    collector = Collector()
+    for step in follow(capture, subjects, request):
+        collector.add(step)
+        if watch is not None:
+            watch(step)
+    return collector.results()
+
+
+class Collector:
+    """Gathers steps until they are asked for as tracks."""
+
+    def __init__(self) -> None:
+        self._objects: tuple[Followed, ...] = ()
+        self._tracked: list[tuple[Tracked, ...]] = []
+
+    def __len__(self) -> int:
+        return len(self._tracked)
+
+    def add(self, step: TrackStep) -> None:
+        """Keep the estimates of a step, and not its images."""
+        self._objects = step.objects
+        self._tracked.append(step.tracked)
+
+    def results(self) -> list[TrackResult]:
+        """Return the track of each object as far as it is known."""
+        results = []
+        for place, one in enumerate(self._objects):
+            tracked = tuple(step[place] for step in self._tracked)
+            body = one.body_at(tracked[-1].estimate.world_from_object)
+            same = one.colors is not None and len(one.colors) == len(body)
+            results.append(
+                TrackResult(
+                    name=one.name,
+                    tracked=tracked,
+                    body=body,
+                    colors=one.colors if same else None,
+                    notes=one.notes,
+                    starting_s=one.starting_s,
+                )
+            )
+        return results
+
+
+def _step(one: Followed, instant: Instant, may_evolve: bool) -> Tracked:
+    called = time.perf_counter()
+    estimate = one.tracker.step(instant.time_s, instant.world_from_camera, instant.images)
+    done = time.perf_counter()
+    tracked = Tracked(
+        index=instant.index,
+        estimate=estimate,
+        seconds=done - called,
+        notices=(*instant.notices, *estimate.notices),
+    )
+    if not (may_evolve and tracked.is_tracked):
+        return tracked
+    evolved = one.evolve()
+    return replace(tracked, evolved=evolved, evolving_s=time.perf_counter() - done)
+
+
+def _check_names(names: list[str]) -> None:
+    if not names:
+        raise TrackError("nothing to track was given; give at least one subject")
+    for name in names:
+        if names.count(name) > 1:
+            raise TrackError(f"two objects are named '{name}'; give each its own name")

@@ -1,0 +1,143 @@
+"""Reads the observations of a capture one after another, and survives what is wrong with them."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from servoid._native import Camera, Pose
+from servoid.errors import ImageError, TrackError
+from servoid.observe import Capture, CaptureCamera, Observation, Picture
+
+_MOST_UNKNOWN = 0.5  # an image of which more pixels are unknown shows nothing
+
+
+@dataclass(frozen=True, eq=False)
+class Instant:
+    """One observation, ready for a tracker.
+
+    `images` are those of the ideal pinhole cameras, (H, W) or (H, W, 3) uint8 RGB, None where a
+    camera delivered nothing that can be used; `notices` say why.
+    """
+
+    index: int
+    time_s: float
+    world_from_camera: tuple[Pose, ...]
+    images: tuple[NDArray[np.uint8] | None, ...]
+    notices: tuple[str, ...] = ()
+
+    @property
+    def is_dark(self) -> bool:
+        """Say if no camera delivered an image."""
+        return all(image is None for image in self.images)
+
+
+def cameras_of(capture: Capture) -> tuple[Camera, ...]:
+    """Return the ideal pinhole cameras of a capture's rig.
+
+    Raises:
+        CameraError: a lens sees nothing of its image.
+
+    """
+    return tuple(camera.ideal.camera for camera in capture.cameras)
+
+
+def chosen(capture: Capture, observations: slice, every: int) -> list[Observation]:
+    """List which observations are meant: each `every`-th of the slice.
+
+    Raises:
+        TrackError: there is none.
+
+    """
+    found = capture.observations()[observations][::every]
+    if not found:
+        raise TrackError(
+            f"{capture.path}: the range of observations holds none of the {len(capture)}; choose "
+            f"among 0 to {len(capture) - 1}"
+        )
+    return found
+
+
+def read_instants(capture: Capture, observations: Sequence[Observation]) -> Iterator[Instant]:
+    """Read observations in order, each when it is asked for.
+
+    An image that cannot be read is left out, with a notice. Where the capture knows no times they
+    are counted from its rate, or else from its observations, one second each.
+    """
+    for observation in observations:
+        images: list[NDArray[np.uint8] | None] = []
+        notices: list[str] = []
+        for camera, picture in zip(capture.cameras, observation.pictures, strict=True):
+            image, notice = _read(camera, picture)
+            images.append(image)
+            if notice is not None:
+                notices.append(notice)
+        yield Instant(
+            index=observation.index,
+            time_s=_time_s(capture, observation),
+            world_from_camera=poses_of(capture, observation),
+            images=tuple(images),
+            notices=tuple(notices),
+        )
+
+
+def poses_of(capture: Capture, observation: Observation) -> tuple[Pose, ...]:
+    """Return world_from_camera of each ideal pinhole camera in one observation."""
+    return tuple(
+        observation.world_from_rig @ camera.rig_from_camera @ camera.ideal.lens_from_camera
+        for camera in capture.cameras
+    )
+
+
+def tidy_image(image: NDArray[Any]) -> tuple[NDArray[np.uint8] | None, str | None]:
+    """Turn an image of any depth into uint8, and say what was wrong with it, or None.
+
+    `image` is (H, W) or (H, W, C): uint8 as it is, uint16 by its upper byte, bool as black and
+    white, floats from 0 to 1, or from 0 to 255 if any is above 1. Unknown pixels, NaN or infinite,
+    become black; if there are more of them than others, the answer is None. One channel becomes
+    none, and of four the last, transparency, is dropped.
+    """
+    pixels = np.asarray(image)
+    if pixels.ndim == 3 and pixels.shape[2] in (1, 4):
+        pixels = pixels[..., 0] if pixels.shape[2] == 1 else pixels[..., :3]
+    if pixels.size == 0 or pixels.ndim not in (2, 3) or pixels.shape[2:] not in ((), (3,)):
+        return None, f"an image has shape (H, W) or (H, W, 3), not {np.shape(image)}"
+    notice = None
+    if np.issubdtype(pixels.dtype, np.floating):
+        known = np.isfinite(pixels)
+        unknown = 1.0 - float(known.mean())
+        if unknown > _MOST_UNKNOWN:
+            return None, f"{100.0 * unknown:.0f} % of the image is no number"
+        if unknown:
+            notice = f"{100.0 * unknown:.2g} % of the image is no number and was taken as black"
+        pixels = np.where(known, pixels, 0.0)
+        pixels = np.rint(np.clip(pixels * (255.0 if pixels.max() <= 1.0 else 1.0), 0.0, 255.0))
+    elif pixels.dtype == np.uint16:
+        pixels = pixels >> 8
+    elif pixels.dtype == np.bool_:
+        pixels = pixels * np.uint8(255)
+    elif pixels.dtype != np.uint8:
+        return None, f"an image of {pixels.dtype} means nothing; give uint8, uint16 or float"
+    return np.ascontiguousarray(pixels, dtype=np.uint8), notice
+
+
+def _read(
+    camera: CaptureCamera, picture: Picture | None
+) -> tuple[NDArray[np.uint8] | None, str | None]:
+    if picture is None:
+        return None, f"camera {camera.name}: there is no image"
+    try:
+        image, notice = tidy_image(picture.read(camera.lens.size_px))
+        if image is not None:
+            image = camera.ideal.maps().image(image)
+    except ImageError as error:
+        image, notice = None, str(error)
+    return image, None if notice is None else f"camera {camera.name}: {notice}"
+
+
+def _time_s(capture: Capture, observation: Observation) -> float:
+    if observation.time_s is not None:
+        return observation.time_s
+    return observation.index / (capture.rate_hz or 1.0)

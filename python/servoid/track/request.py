@@ -1,0 +1,87 @@
+"""What a person asks of tracking: which objects, and how."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from enum import Enum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from servoid._native import Body, Pose
+from servoid.errors import TrackError
+from servoid.model import Progress
+from servoid.observe import Target
+from servoid.track.follower import Maker, make_one_step_tracker, make_tracker
+
+
+class Method(Enum):
+    """Names a tracker: servoid's own, or the paper's genetic algorithm of one step an image."""
+
+    REGION = "region"
+    PAPER = "paper"
+
+    @property
+    def maker(self) -> Maker:
+        """Return what makes such a tracker."""
+        return {Method.REGION: make_tracker, Method.PAPER: make_one_step_tracker}[self]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Subject:
+    """One object to track, and what is known of it.
+
+    Without `body` it is modelled from the first observation. `start` is world_from_object in the
+    first observation. `targets` say where the object is there; without any, the capture's masks do.
+    `colors` are those of the body's ellipsoids, (K, 3) uint8 RGB, to be saved with it.
+    """
+
+    name: str = "object"
+    body: Body | None = None
+    start: Pose | None = None
+    targets: tuple[Target, ...] = ()
+    colors: NDArray[np.uint8] | None = None
+
+    def __post_init__(self) -> None:
+        if self.start is not None and self.body is None:
+            raise TrackError(
+                f"a start for '{self.name}' is the pose of a body, and no body was given; give "
+                "the body too, or leave the start out"
+            )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Request:
+    """How to track; None leaves a setting to the core.
+
+    `observations` and `every` choose what is tracked: each `every`-th of the slice. `evolve_every`
+    is how many observations pass until the body may evolve again. `distance_m` is how far an object
+    is in the first observation, which one image without depth does not say. `maker` makes the
+    trackers, if not the method's own. `progress` hears of the modelling that may come first.
+    """
+
+    method: Method = Method.REGION
+    seed: int | None = None
+    population: int | None = None
+    generations: int | None = None
+    budget_s: float | None = None
+    surface: bool | None = None
+    region: bool | None = None
+    local_colors: bool | None = None
+    evolve: bool = True
+    evolve_every: int = 10
+    observations: slice = field(default_factory=lambda: slice(None))
+    every: int = 1
+    distance_m: float | None = None
+    maker: Maker | None = None
+    progress: Callable[[Progress], None] | None = None
+
+    def __post_init__(self) -> None:
+        for name, value in (("every", self.every), ("evolve_every", self.evolve_every)):
+            if value < 1:
+                raise TrackError(f"{name} is {value}; choose 1 or more")
+
+    def options(self) -> dict[str, int | float | bool | None]:
+        """Return the settings that the core knows by these names."""
+        names = ("seed", "population", "generations", "budget_s")
+        terms = ("surface", "region", "local_colors")
+        return {name: getattr(self, name) for name in (*names, *terms)}

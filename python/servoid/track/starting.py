@@ -1,0 +1,162 @@
+"""Starts trackers: at a pose, in masks, by colours, or with a body modelled on the spot."""
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from servoid import model
+from servoid._native import Body, Estimate, Pose
+from servoid.errors import TrackError
+from servoid.model.marking import mark
+from servoid.observe import Capture, CaptureView
+from servoid.track.follower import Evolver, Finder, Follower
+from servoid.track.instants import Instant, cameras_of
+from servoid.track.request import Request, Subject
+from servoid.track.result import Tracked
+
+Masks = tuple[NDArray[np.uint8] | None, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Followed:
+    """One object with the tracker that follows it, and how it began.
+
+    `seconds` is what the tracker took for its first estimate, `starting_s` all that came before it
+    too, such as modelling.
+    """
+
+    name: str
+    tracker: Follower
+    initial: Body
+    colors: NDArray[np.uint8] | None
+    notes: tuple[str, ...]
+    first: Tracked
+    starting_s: float
+
+    @property
+    def body(self) -> Body:
+        """Return the body as it is now, in its own frame."""
+        return getattr(self.tracker, "body", self.initial)
+
+    def body_at(self, world_from_object: Pose) -> Body:
+        """Return the body as it is now, placed at a pose."""
+        body = self.body
+        return Body(
+            world_from_object=world_from_object,
+            centers=body.centers,
+            radii=body.radii,
+            rotations=body.rotations,
+        )
+
+    @property
+    def surface(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return the learned surface points and their normals, (N, 3) float64 each."""
+        known = getattr(self.tracker, "surface", None)
+        return (np.empty((0, 3)), np.empty((0, 3))) if known is None else known[:2]
+
+    def evolve(self) -> bool:
+        """Let the body evolve if the tracker can; return if it changed."""
+        return isinstance(self.tracker, Evolver) and self.tracker.evolve()
+
+
+@dataclass(frozen=True, eq=False)
+class _Known:
+    """What is known of an object before its tracker starts; without a pose it must be found."""
+
+    body: Body
+    pose: Pose | None
+    masks: Masks | None
+    colors: NDArray[np.uint8] | None
+    notes: tuple[str, ...] = ()
+
+
+def begin(capture: Capture, instant: Instant, subject: Subject, request: Request) -> Followed:
+    """Start the tracker of one object in the first observation.
+
+    Raises:
+        TrackError: the tracker needs a pose and there is none, or a setting is out of range.
+        TargetError: nothing says where the object is, or it is not found.
+        ModelError, CameraError, ImageError, MaskError: as for `model.fit_capture`.
+
+    """
+    begun = time.perf_counter()
+    known = _look(capture, instant, subject, request)
+    cameras = cameras_of(capture)
+    make = request.maker or request.method.maker
+    tracker = make(cameras, known.body, request.options())
+    called = time.perf_counter()
+    estimate = _first_estimate(tracker, instant, known, subject.name)
+    done = time.perf_counter()
+    return Followed(
+        name=subject.name,
+        tracker=tracker,
+        initial=known.body,
+        colors=known.colors,
+        notes=known.notes,
+        first=Tracked(
+            index=instant.index,
+            estimate=estimate,
+            seconds=done - called,
+            notices=(*instant.notices, *estimate.notices),
+        ),
+        starting_s=done - begun,
+    )
+
+
+def _first_estimate(tracker: Follower, instant: Instant, known: _Known, name: str) -> Estimate:
+    when, poses, images = instant.time_s, instant.world_from_camera, instant.images
+    if known.pose is not None:
+        return tracker.start(when, poses, images, known.pose, known.masks)
+    if not isinstance(tracker, Finder):
+        raise TrackError(
+            f"this tracker cannot find '{name}' by itself; say where it is in the first "
+            "observation with a start, or give a target and no body"
+        )
+    return tracker.find(when, poses, images, known.masks)
+
+
+def _look(capture: Capture, instant: Instant, subject: Subject, request: Request) -> _Known:
+    usable = _usable(capture, instant)
+    only = slice(instant.index, instant.index + 1)
+    if subject.body is None:
+        asked = model.Request(seed=request.seed, progress=request.progress)
+        made = model.fit_capture(
+            usable,
+            asked,
+            targets=subject.targets,
+            observations=only,
+            distance_m=request.distance_m,
+        )
+        masks = _masks(usable, made.used_views)
+        return _Known(made.body, made.body.world_from_object, masks, made.colors, made.all_notes)
+    masks = None
+    if subject.targets or any(view.index == instant.index for view in usable.views()):
+        masks = _masks(usable, mark(usable, subject.targets, only).views)
+    return _Known(subject.body, subject.start, masks, subject.colors)
+
+
+def _usable(capture: Capture, instant: Instant) -> Capture:
+    """Return the capture without those images of the instant that could not be read."""
+    cameras = []
+    for camera, image in zip(capture.cameras, instant.images, strict=True):
+        pictures = list(camera.pictures)
+        if image is None:
+            pictures[instant.index] = None
+        cameras.append(camera if image is not None else replace(camera, pictures=tuple(pictures)))
+    return replace(capture, cameras=tuple(cameras))
+
+
+def _masks(capture: Capture, views: Sequence[CaptureView]) -> Masks:
+    """Return a mask for each camera, None where no view has one in the pixels of its pinhole."""
+    found: dict[str, NDArray[np.uint8]] = {}
+    ideals = {camera.name: camera.ideal for camera in capture.cameras}
+    for view in views:
+        ideal = ideals[view.camera_name]
+        if view.given_mask is None:
+            found[view.camera_name] = replace(view, shared=ideal).mask()
+        elif view.ideal is ideal:
+            found[view.camera_name] = view.given_mask
+    return tuple(found.get(camera.name) for camera in capture.cameras)

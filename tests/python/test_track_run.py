@@ -1,0 +1,345 @@
+from collections.abc import Callable
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from drawn_pairs import BASELINE, SIZE_PX, Pair
+from fake_tracker import FakeTracker, plain_body
+
+from servoid.errors import TargetError, TrackError
+from servoid.model import fit
+from servoid.observe import open_capture, parse_target
+from servoid.pose import Pose
+from servoid.track import Collector, Method, Request, Subject, follow, tidy_image, track_capture
+
+MOVING = Pair(centers=tuple((0.012 + 0.004 * i, -0.008, 0.42) for i in range(6)))
+START = Pose.from_parts((0.1, 0.2, 0.3), (1.0, 0.0, 0.0, 0.0))
+
+
+@pytest.fixture(scope="module")
+def video(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return MOVING.write(tmp_path_factory.mktemp("track") / "video", rate_hz=10.0)
+
+
+@pytest.fixture
+def own_video(tmp_path: Path) -> Path:
+    """Return a video that a test may spoil."""
+    return MOVING.write(tmp_path / "video", rate_hz=10.0)
+
+
+def known(**options: object) -> Subject:
+    return Subject(**({"body": plain_body(START), "start": START} | options))  # type: ignore
+
+
+def test_each_observation_is_given_once_in_order_with_its_time(
+    video: Path, fake_core: type[FakeTracker]
+) -> None:
+    [result] = track_capture(open_capture(video), [known()])
+    [tracker] = fake_core.made
+    given = [call["time_s"] for kind, call in tracker.calls if kind != "evolve"]
+    assert given == pytest.approx([0.0, 0.1, 0.2, 0.3, 0.4, 0.5])
+    assert [one.index for one in result.tracked] == list(range(6))
+    assert tracker.kinds()[:2] == ["start", "step"]
+
+
+@pytest.mark.usefixtures("fake_core")
+def test_a_result_is_there_before_the_next_images_are_read(own_video: Path) -> None:
+    steps = follow(open_capture(own_video), [known()])
+    next(steps)
+    for path in (own_video / "left").glob("*.png"):
+        path.unlink()
+    step = next(steps)
+    assert step.instant.images[0] is None
+    assert step.instant.images[1] is not None
+
+
+def test_the_cameras_stand_where_the_capture_says(
+    video: Path, fake_core: type[FakeTracker]
+) -> None:
+    track_capture(open_capture(video), [known()])
+    _, call = fake_core.made[0].calls[0]
+    left, right = (pose.matrix() for pose in call["poses"])
+    assert np.allclose(left, MOVING.world_from_left, atol=1e-9)
+    left_from_right = np.eye(4)
+    left_from_right[0, 3] = BASELINE
+    assert np.allclose(left @ left_from_right, right, atol=1e-9)
+
+
+@pytest.mark.usefixtures("fake_core")
+def test_every_and_the_slice_choose_observations(video: Path) -> None:
+    request = Request(observations=slice(1, 6), every=2)
+    [result] = track_capture(open_capture(video), [known()], request)
+    assert [one.index for one in result.tracked] == [1, 3, 5]
+    with pytest.raises(TrackError, match="holds none of the 6; choose among 0 to 5"):
+        track_capture(open_capture(video), [known()], Request(observations=slice(6, 9)))
+
+
+def spoil_missing(path: Path) -> None:
+    path.unlink()
+
+
+def spoil_cut(path: Path) -> None:
+    path.write_bytes(path.read_bytes()[:200])
+
+
+def spoil_size(path: Path) -> None:
+    cv2.imwrite(str(path), np.zeros((40, 30, 3), np.uint8))
+
+
+def spoil_text(path: Path) -> None:
+    path.write_text("no image")
+
+
+@pytest.mark.parametrize("spoil", [spoil_missing, spoil_cut, spoil_size, spoil_text])
+@pytest.mark.parametrize("index", [0, 3])
+def test_an_image_that_cannot_be_used_is_none_with_a_notice_and_the_rest_goes_on(
+    own_video: Path, fake_core: type[FakeTracker], spoil: Callable[[Path], None], index: int
+) -> None:
+    capture = open_capture(own_video)
+    spoil(own_video / "right" / f"{index:04}.png")
+    [result] = track_capture(capture, [known()])
+    given = [call["images"] for kind, call in fake_core.made[0].calls if kind != "evolve"]
+    assert [images[1] is None for images in given] == [one == index for one in range(6)]
+    assert all(images[0] is not None for images in given)
+    noticed = [one.index for one in result.tracked if one.notices]
+    assert noticed == [index]
+    assert "camera right: " in result.tracked[index].notices[0]
+
+
+@pytest.mark.usefixtures("fake_core")
+def test_observations_without_any_image_before_the_start_are_passed_over(own_video: Path) -> None:
+    capture = open_capture(own_video)
+    for name in ("left", "right"):
+        for index in range(2):
+            spoil_text(own_video / name / f"{index:04}.png")
+    [result] = track_capture(capture, [known()])
+    assert [one.index for one in result.tracked] == [2, 3, 4, 5]
+    assert result.notes == ("the first 2 observations have no image that can be read",)
+    for path in own_video.glob("*/*.png"):
+        path.write_text("no image")
+    with pytest.raises(TrackError, match="not one image of the 6 observations can be read"):
+        track_capture(capture, [known()])
+
+
+@pytest.mark.usefixtures("fake_core")
+def test_a_capture_without_times_counts_its_observations(drawn_capture: Path) -> None:
+    (drawn_capture / "poses.csv").unlink()
+    toml = drawn_capture / "capture.toml"
+    toml.write_text(toml.read_text().replace('[rig]\nposes = "poses.csv"', ""))
+    [result] = track_capture(open_capture(drawn_capture), [known()])
+    assert [one.estimate.time_s for one in result.tracked] == [float(i) for i in range(8)]
+
+
+def test_a_body_with_a_start_begins_there_with_the_masks_that_are_there(
+    video: Path, fake_core: type[FakeTracker]
+) -> None:
+    track_capture(open_capture(video), [known()])
+    kind, call = fake_core.made[0].calls[0]
+    assert kind == "start"
+    assert fake_core.made[0].pose.translation == START.translation
+    left, right = call["masks"]
+    assert np.array_equal(left > 0, MOVING.draw(0, 0.0)[2])
+    assert right is None
+
+
+def test_a_body_without_a_start_is_sought_in_the_mask_or_the_target(
+    video: Path, fake_core: type[FakeTracker]
+) -> None:
+    capture = open_capture(video)
+    target = parse_target("box:60,40,220,170@right/0000")
+    track_capture(capture, [known(start=None)])
+    track_capture(capture, [known(start=None, targets=(target,))])
+    (kind, by_mask), (other, by_target) = (made.calls[0] for made in fake_core.made)
+    assert (kind, other) == ("find", "find")
+    assert [mask is None for mask in by_mask["masks"]] == [False, True]
+    assert [mask is None for mask in by_target["masks"]] == [True, False]
+    assert by_target["masks"][1].shape == SIZE_PX[::-1]
+
+
+def test_a_body_without_start_and_mask_is_sought_by_its_colours(
+    video: Path, fake_core: type[FakeTracker]
+) -> None:
+    request = Request(observations=slice(1, None))
+    track_capture(open_capture(video), [known(start=None)], request)
+    kind, call = fake_core.made[0].calls[0]
+    assert (kind, call["masks"]) == ("find", None)
+
+
+def test_without_a_body_the_first_observation_is_modelled_and_tracked_from_there(
+    video: Path, fake_core: type[FakeTracker]
+) -> None:
+    [result] = track_capture(open_capture(video), request=Request(seed=3))
+    kind, call = fake_core.made[0].calls[0]
+    assert kind == "start"
+    assert call["masks"][0] is not None
+    seen = np.linalg.norm(
+        np.array(result.body.world_from_object.translation)
+        - (MOVING.world_from_left @ [*MOVING.centers[0], 1.0])[:3]
+    )
+    assert seen < 0.02
+    assert result.colors is not None and len(result.colors) == len(result.body)
+    with pytest.raises(TargetError, match="nothing says where the object is"):
+        track_capture(open_capture(video), request=Request(observations=slice(1, None)))
+
+
+def test_a_start_needs_a_body_and_names_must_differ(video: Path) -> None:
+    with pytest.raises(TrackError, match="no body was given"):
+        Subject(start=START)
+    with pytest.raises(TrackError, match="two objects are named 'object'"):
+        track_capture(open_capture(video), [known(), known()])
+    with pytest.raises(TrackError, match="nothing to track"):
+        track_capture(open_capture(video), [])
+
+
+def test_several_objects_have_a_tracker_each_and_share_the_images(
+    video: Path, fake_core: type[FakeTracker]
+) -> None:
+    results = track_capture(open_capture(video), [known(name="a"), known(name="b")])
+    assert [result.name for result in results] == ["a", "b"]
+    first, second = fake_core.made
+    assert first.calls[2][1]["images"][0] is second.calls[2][1]["images"][0]
+
+
+def test_the_body_evolves_every_few_trusted_observations_unless_told_not_to(
+    video: Path, fake_core: type[FakeTracker]
+) -> None:
+    capture = open_capture(video)
+    fake_core.answers = staticmethod(
+        lambda time_s: {"status": "lost" if time_s == pytest.approx(0.4) else "tracking"}
+    )
+    [result] = track_capture(capture, [known()], Request(evolve_every=2))
+    track_capture(capture, [known()], Request(evolve_every=2, evolve=False))
+    evolving, still = (made.kinds() for made in fake_core.made)
+    assert evolving == ["start", "step", "step", "evolve", "step", "step", "step"]
+    assert "evolve" not in still
+    assert result.evolutions == 1
+
+
+def test_the_settings_reach_the_core_and_none_stays_none(
+    video: Path, fake_core: type[FakeTracker]
+) -> None:
+    track_capture(open_capture(video), [known()], Request(seed=5, budget_s=0.02, surface=False))
+    options = fake_core.made[0].settings.options
+    assert (options["seed"], options["budget_s"], options["surface"]) == (5, 0.02, False)
+    assert options["population"] is None
+
+
+def test_a_request_that_means_nothing_is_refused() -> None:
+    with pytest.raises(TrackError, match="every is 0; choose 1 or more"):
+        Request(every=0)
+    with pytest.raises(TrackError, match="evolve_every is -1"):
+        Request(evolve_every=-1)
+
+
+def test_another_tracker_can_take_the_core_s_place(
+    video: Path, fake_core: type[FakeTracker]
+) -> None:
+    given = []
+
+    def make(cameras: object, body: object, options: object) -> FakeTracker:
+        given.append(options)
+        return fake_core(cameras, body)  # type: ignore
+
+    track_capture(open_capture(video), [known()], Request(maker=make))  # type: ignore
+    assert fake_core.made[0].settings is None
+    assert given[0]["seed"] is None
+
+
+def test_figures_of_speed_count_the_steps_and_not_the_start(
+    video: Path, fake_core: type[FakeTracker]
+) -> None:
+    fake_core.answers = staticmethod(
+        lambda time_s: {
+            "seconds": {"look": 1.0 if time_s == 0.0 else 0.002, "search": 0.001},
+            "evaluations": 9999 if time_s == 0.0 else 200,
+            "status": "tracking" if time_s < 0.25 or time_s > 0.45 else "searching",
+        }
+    )
+    [result] = track_capture(open_capture(video), [known()])
+    assert result.stage_seconds == pytest.approx({"look": 0.002, "search": 0.001})
+    assert list(result.stage_seconds) == ["look", "search"]
+    assert result.evaluations == 200
+    assert result.tracked_share == pytest.approx(4 / 6)
+    assert [(round(gap.first_s, 3), gap.count) for gap in result.gaps] == [(0.3, 2)]
+    assert result.rate_hz == pytest.approx(1.0 / result.step_seconds.mean())
+    assert result.step_percentile(50.0) == pytest.approx(np.median(result.step_seconds))
+
+
+@pytest.mark.usefixtures("fake_core")
+def test_the_time_to_read_images_is_not_the_tracker_s(
+    video: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from servoid.observe import Picture
+
+    clock = [0.0]
+    read = Picture.read
+
+    def slowly(picture: Picture, size_px: tuple[int, int]) -> object:
+        clock[0] += 10.0
+        return read(picture, size_px)
+
+    monkeypatch.setattr(Picture, "read", slowly)
+    monkeypatch.setattr("time.perf_counter", lambda: clock[0])
+    [result] = track_capture(open_capture(video), [known()])
+    assert result.step_seconds.tolist() == [0.0] * 5
+
+
+@pytest.mark.usefixtures("fake_core")
+def test_what_was_collected_before_a_stop_is_a_track(video: Path) -> None:
+    collector = Collector()
+    for step in follow(open_capture(video), [known()]):
+        collector.add(step)
+        if len(collector) == 3:
+            break
+    [result] = collector.results()
+    assert len(result) == 3
+    assert Collector().results() == []
+
+
+@pytest.mark.usefixtures("fake_core")
+def test_the_paper_s_tracker_says_if_the_build_has_none(
+    video: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delattr("servoid._native.OneStepTracker", raising=False)
+    with pytest.raises(TrackError, match="not part of this build"):
+        track_capture(open_capture(video), [known()], Request(method=Method.PAPER))
+
+
+@pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32, np.float64, np.bool_])
+def test_an_image_of_any_depth_becomes_the_same_bytes(dtype: type) -> None:
+    levels = np.array([[0, 255], [255, 0]] if dtype is np.bool_ else [[0, 40], [255, 200]])
+    scale = {np.uint8: 1, np.uint16: 257, np.bool_: 1}.get(dtype, 1.0 / 255.0)
+    image, notice = tidy_image((levels * scale).astype(dtype))
+    assert notice is None and image is not None
+    assert image.dtype == np.uint8 and np.array_equal(image, levels)
+    whole, _ = tidy_image(levels.astype(np.float64))
+    assert whole is not None and np.array_equal(whole, levels)
+
+
+def test_unknown_pixels_are_black_and_too_many_make_no_image() -> None:
+    pixels = np.full((10, 10, 3), 0.5)
+    pixels[0, 0] = np.nan
+    pixels[1, 0] = np.inf
+    image, notice = tidy_image(pixels)
+    assert image is not None and image[0, 0].tolist() == [0, 0, 0] and image[5, 5, 0] == 128
+    assert notice == "2 % of the image is no number and was taken as black"
+    assert tidy_image(np.full((4, 4), np.nan)) == (None, "100 % of the image is no number")
+
+
+@pytest.mark.parametrize(
+    "image", [np.zeros((3, 4, 2)), np.zeros((0, 4)), np.zeros(5), np.zeros((2, 2), np.int64)]
+)
+def test_what_is_no_image_is_told_so(image: np.ndarray) -> None:
+    made, notice = tidy_image(image)
+    assert made is None and notice
+
+
+@pytest.mark.usefixtures("fake_core")
+def test_the_drawn_capture_leads_back_to_the_body_it_was_modelled_from(drawn_capture: Path) -> None:
+    capture = open_capture(drawn_capture)
+    body = fit(capture.views(), max_ellipsoids=1).body
+    [result] = track_capture(capture, [Subject(body=body, start=body.world_from_object)])
+    assert np.allclose(
+        result.body.world_from_object.matrix(), body.world_from_object.matrix(), atol=1e-12
+    )

@@ -37,21 +37,6 @@ class Follower(Protocol):
 
 
 @runtime_checkable
-class Finder(Protocol):
-    """Finds a body in a first observation without a pose."""
-
-    def find(
-        self,
-        time_s: float,
-        world_from_camera: Sequence[Pose],
-        images: Images,
-        masks: Images | None,
-    ) -> Estimate:
-        """Seek the body, in masks if there are any, and start there."""
-        ...
-
-
-@runtime_checkable
 class Evolver(Protocol):
     """Lets its body evolve."""
 

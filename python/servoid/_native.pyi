@@ -15,6 +15,8 @@ __all__ = [
     "Lens",
     "Mesh",
     "ModelSettings",
+    "OneStepSettings",
+    "OneStepTracker",
     "PaperSettings",
     "Pose",
     "Step",
@@ -299,6 +301,65 @@ class Estimate:
     def seconds(self) -> dict[str, float]: ...
 
 @final
+class OneStepSettings:
+    """How the 1-step genetic algorithm tracks; every default is written in the core."""
+
+    def __new__(
+        cls,
+        *,
+        seed: int | None = None,
+        turns: bool | None = None,
+        region: bool | None = None,
+        points: int | None = None,
+        alpha: float | None = None,
+        reach: float | None = None,
+        turn: float | None = None,
+        population: int | None = None,
+        elites: int | None = None,
+    ) -> Self: ...
+    @property
+    def seed(self) -> int: ...
+    @property
+    def turns(self) -> bool: ...
+    @property
+    def region(self) -> bool: ...
+    @property
+    def points(self) -> int | None: ...
+    @property
+    def alpha(self) -> float | None: ...
+    @property
+    def reach(self) -> float: ...
+    @property
+    def turn(self) -> float: ...
+    @property
+    def population(self) -> int: ...
+    @property
+    def elites(self) -> int: ...
+
+@final
+class OneStepTracker:
+    """Tracks a body by one generation of a genetic algorithm an image, as the paper does."""
+
+    def __new__(
+        cls, cameras: Sequence[Camera], body: Body, settings: OneStepSettings | None = None
+    ) -> Self: ...
+    def start(
+        self,
+        time_s: float,
+        world_from_camera: Sequence[Pose],
+        images: Sequence[NDArray[np.uint8] | None],
+        world_from_object: Pose,
+        masks: Sequence[NDArray[np.uint8] | None] | None = None,
+    ) -> Estimate: ...
+    def step(
+        self,
+        time_s: float,
+        world_from_camera: Sequence[Pose],
+        images: Sequence[NDArray[np.uint8] | None],
+    ) -> Estimate: ...
+    def set_orientation(self, world_from_object: Sequence[float]) -> None: ...
+
+@final
 class Tracker:
     """Follows one body from observation to observation."""
 
@@ -318,7 +379,8 @@ class Tracker:
         time_s: float,
         world_from_camera: Sequence[Pose],
         images: Sequence[NDArray[np.uint8] | None],
-        masks: Sequence[NDArray[np.uint8] | None] | None,
+        masks: Sequence[NDArray[np.uint8] | None] | None = None,
+        near: Pose | None = None,
     ) -> Estimate: ...
     def step(
         self,

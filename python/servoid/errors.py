@@ -63,6 +63,14 @@ class OutputError(ServoidError, OSError):
 class MissingExtraError(ServoidError, ImportError):
     """Is raised when an optional library is needed that is not installed."""
 
+    @classmethod
+    def of(cls, what: str, library: str, extra: str) -> "MissingExtraError":
+        """Say what needs which library, and the extra of servoid that brings it."""
+        return cls(
+            f"{what} need {library}, which is not installed; "
+            f"install it with: pip install 'servoid[{extra}]'"
+        )
+
 
 @contextmanager
 def located(place: str) -> Iterator[None]:

@@ -14,6 +14,8 @@ from scipy.spatial.transform import Rotation
 
 from servoid import _native
 from servoid.cli import main
+from servoid.pose import Pose
+from servoid.shape import Body
 
 SIZE_PX = (160, 120)
 FOCAL_PX = 210.0
@@ -88,6 +90,16 @@ class Drawing:
         """Return the object's pixels, (H, W), 255 inside."""
         image = self.picture(world_from_camera)
         return (image != BACKGROUND).any(axis=2).astype(np.uint8) * np.uint8(255)
+
+    def body(self) -> Body:
+        """Return the ellipsoids as servoid's body, whose frame is the world's."""
+        turns = [Rotation.from_euler("xyz", one.turn_deg, degrees=True) for one in self.ellipsoids]
+        return Body(
+            world_from_object=Pose.identity(),
+            centers=np.array([one.center for one in self.ellipsoids]),
+            radii=np.array([one.radii for one in self.ellipsoids]),
+            rotations=np.array([turn.as_quat(scalar_first=True) for turn in turns]),
+        )
 
     def write(self, folder: Path) -> Path:
         """Write the drawing as a capture with one camera that moves; return its folder."""

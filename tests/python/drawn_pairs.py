@@ -86,8 +86,9 @@ class Pair:
         masked: tuple[int, ...] = (0,),
         rate_hz: float | None = None,
         depths: bool = False,
+        cameras: int = 2,
     ) -> Path:
-        """Write the pair as a capture whose left images have masks in some observations."""
+        """Write the pair, or its left camera alone, as a capture with left masks here and there."""
         for name in ("left", "right", "masks", "depths"):
             (folder / name).mkdir(parents=True)
         for index in range(len(self.centers)):
@@ -103,9 +104,9 @@ class Pair:
         if depths:
             more += f'depths = "depths/*.png"\ndepth_scale_m = {DEPTH_SCALE_M}\n'
         rate = "" if rate_hz is None else f"rate_hz = {rate_hz}\n"
-        cameras = _camera("left", 0.0, more) + _camera("right", BASELINE, "")
+        tables = [_camera("left", 0.0, more), _camera("right", BASELINE, "")][:cameras]
         (folder / "capture.toml").write_text(
-            f'version = 1\n{rate}\n{cameras}[rig]\nposes = "poses.csv"\n'
+            f'version = 1\n{rate}\n{"".join(tables)}[rig]\nposes = "poses.csv"\n'
         )
         x, y, z, w = Rotation.from_matrix(self.world_from_left[:3, :3]).as_quat()
         row = ",".join(f"{one:.12g}" for one in (*self.world_from_left[:3, 3], w, x, y, z))

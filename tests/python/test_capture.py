@@ -12,8 +12,6 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from servoid.observe import Capture, open_capture, read_image, read_mask
-from servoid.pose import Pose
-from servoid.shape import Body
 
 
 def write_stereo(folder: Path, extra: str = "", rig: str = "") -> Capture:
@@ -183,16 +181,7 @@ def test_a_mask_holds_every_pixel_that_is_not_zero(
 def test_a_body_is_seen_where_rays_through_the_pixels_meet_it(
     drawn_capture: Path, drawing: Drawing
 ) -> None:
-    turns = [
-        Rotation.from_euler("xyz", ellipsoid.turn_deg, degrees=True).as_quat()
-        for ellipsoid in drawing.ellipsoids
-    ]
-    body = Body(
-        world_from_object=Pose.identity(),
-        centers=np.array([ellipsoid.center for ellipsoid in drawing.ellipsoids]),
-        radii=np.array([ellipsoid.radii for ellipsoid in drawing.ellipsoids]),
-        rotations=np.array([[w, x, y, z] for x, y, z, w in turns]),
-    )
+    body = drawing.body()
     for view in open_capture(drawn_capture).views():
         seen = body.silhouette(view.camera, view.world_from_camera)
         assert seen.shape == (SIZE_PX[1], SIZE_PX[0])

@@ -7,9 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from body_measures import WorldBody
-from conftest import Command, Drawing, Outcome, write_png
+from conftest import BACKGROUND, SIZE_PX, Command, Drawing, Outcome, write_png
 
-from servoid.model import fit
+from servoid.errors import ModelError
+from servoid.model import Request, fit_capture
 from servoid.observe import open_capture
 from servoid.shape import load_body
 
@@ -75,14 +76,30 @@ def test_a_click_finds_what_has_one_colour(tmp_path: Path, servoid_command: Comm
     assert WorldBody.of(load_body(out)).ious(drawing).mean() > 0.85
 
 
-def test_a_mask_from_elsewhere_is_a_target(
-    unmarked: Path, drawing: Drawing, servoid_command: Command, tmp_path: Path
+@pytest.mark.parametrize("kind", ["mask", "background"])
+def test_a_picture_from_elsewhere_is_a_target(
+    kind: str, unmarked: Path, drawing: Drawing, servoid_command: Command, tmp_path: Path
 ) -> None:
-    write_png(tmp_path / "mine.png", drawing.mask(drawing.world_from_cameras()[5]))
-    target = f"mask:{tmp_path / 'mine.png'}@eye/0005"
+    empty = np.full((*SIZE_PX[::-1], 3), BACKGROUND, np.uint8)
+    pictures = {"mask": drawing.mask(drawing.world_from_cameras()[5]), "background": empty}
+    write_png(tmp_path / "mine.png", pictures[kind])
+    target = f"{kind}:{tmp_path / 'mine.png'}@eye/0005"
     outcome, out = model(servoid_command, unmarked, "--target", target)
     assert outcome.code == 0, outcome.err
     assert WorldBody.of(load_body(out)).ious(drawing).min() > 0.9
+
+
+def test_an_object_in_a_recording_may_move_unless_observations_are_chosen(
+    drawn_capture: Path,
+) -> None:
+    toml = drawn_capture / "capture.toml"
+    toml.write_text(toml.read_text().replace("version = 1", "version = 1\nrate_hz = 10"))
+    capture = open_capture(drawn_capture)
+    assert capture.is_recording
+    with pytest.raises(ModelError, match="at least two views"):
+        fit_capture(capture, Request(max_ellipsoids=1))
+    result = fit_capture(capture, Request(max_ellipsoids=1), observations=slice(0, 4))
+    assert [view.index for view in result.used_views] == [0, 1, 2, 3]
 
 
 @pytest.mark.parametrize(
@@ -131,9 +148,3 @@ def test_a_target_gives_the_same_bytes_on_one_and_on_two_threads(
         assert outcome.code == 0, outcome.err
         found.append(out.read_bytes())
     assert found[0] == found[1]
-
-
-def test_views_that_are_held_out_choose_about_as_many_as_were_drawn(drawn_capture: Path) -> None:
-    result = fit(open_capture(drawn_capture).views())
-    assert len(result.body) in (2, 3)
-    assert len(result.steps) <= 12

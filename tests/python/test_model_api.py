@@ -10,7 +10,7 @@ from conftest import Drawing
 
 import servoid
 from servoid.errors import ModelError
-from servoid.model import ModelResult, ModelSettings, Progress
+from servoid.model import ModelResult, ModelSettings, Progress, Request, fit_capture
 from servoid.observe import CaptureView, open_capture
 
 
@@ -100,13 +100,26 @@ def test_settings_left_out_are_the_cores(views: list[CaptureView]) -> None:
 def test_with_neither_count_nor_delta_held_out_views_choose_among_twelve(
     views: list[CaptureView],
 ) -> None:
-    settings = servoid.model.fit(views).settings
+    free = servoid.model.fit(views)
+    # As many as were drawn, or one more.
+    assert len(free.body) in (2, 3)
+    settings = free.settings
     assert isinstance(settings, ModelSettings)
     assert (settings.held_out, settings.max_ellipsoids) == (True, 12)
     for one in ({"max_ellipsoids": 2}, {"delta": 0.01}):
         chosen = servoid.model.fit(views, **one).settings
         assert isinstance(chosen, ModelSettings)
         assert not chosen.held_out
+
+
+def test_a_weight_out_of_range_is_refused_by_name_whatever_there_is_to_weigh(
+    drawn_capture: Path,
+) -> None:
+    capture = open_capture(drawn_capture)
+    for name in ("silhouette_weight", "volume_weight", "depth_weight"):
+        request = Request(max_ellipsoids=1, **{name: -1.0})
+        with pytest.raises(ModelError, match=f"{name} must be a number of at least 0"):
+            fit_capture(capture, request)
 
 
 def test_the_same_seed_gives_the_same_file_on_one_and_on_two_threads(

@@ -9,6 +9,7 @@ from body_measures import WorldBody, overlap
 from conftest import Command
 from scipy.spatial.transform import Rotation
 
+from servoid.model import Request, fit_mesh
 from servoid.shape import load_body
 
 trimesh = pytest.importorskip("trimesh")
@@ -26,7 +27,7 @@ def put(mesh: "trimesh.Trimesh") -> "trimesh.Trimesh":
 
 
 def stretched_ball() -> "trimesh.Trimesh":
-    return put(trimesh.creation.icosphere(subdivisions=4).apply_scale(RADII))
+    return put(trimesh.creation.icosphere(subdivisions=3).apply_scale(RADII))
 
 
 def brick() -> "trimesh.Trimesh":
@@ -36,7 +37,7 @@ def brick() -> "trimesh.Trimesh":
 def volume_iou(body: WorldBody, mesh: "trimesh.Trimesh") -> float:
     low, high = mesh.bounds
     random = np.random.default_rng(0)
-    points = random.uniform(low - 0.01, high + 0.01, (30_000, 3))
+    points = random.uniform(low - 0.01, high + 0.01, (20_000, 3))
     # Both solids are convex, so that their half-spaces say what is inside.
     out = (points - mesh.triangles_center[:1]) @ mesh.face_normals.T
     out -= np.einsum(
@@ -45,8 +46,10 @@ def volume_iou(body: WorldBody, mesh: "trimesh.Trimesh") -> float:
     return overlap(body.holds(points), (out < 0.0).all(axis=1))
 
 
-@pytest.mark.parametrize(("make", "count", "least"), [(stretched_ball, 1, 0.95), (brick, 8, 0.85)])
-@pytest.mark.parametrize("ending", ["ply", "stl"])
+@pytest.mark.parametrize(
+    ("make", "count", "least", "ending"),
+    [(stretched_ball, 1, 0.95, "ply"), (brick, 8, 0.85, "stl")],
+)
 def test_a_mesh_becomes_a_body_of_the_count_asked_for(
     make: "Callable[[], trimesh.Trimesh]",
     count: int,
@@ -72,12 +75,28 @@ def test_a_mesh_has_a_report_without_views(tmp_path: Path, servoid_command: Comm
     stretched_ball().export(tmp_path / "mesh.ply")
     outcome = servoid_command(
         "model", tmp_path / "mesh.ply", "--out", tmp_path / "body.json",
-        "--max-ellipsoids", 2, "--report", report,
+        "--max-ellipsoids", 1, "--report", report,
     )  # fmt: skip
     assert outcome.code == 0, outcome.err
+    radii = load_body(tmp_path / "body.json").ellipsoids[0].radii
+    assert sorted(radii) == pytest.approx(sorted(RADII), rel=0.03)
     drawn = {path.name for path in report.iterdir()}
     assert drawn == {"report.html", "body.png", "curve.png", "summary.json"}
     assert all(str(report / name) in outcome.out for name in drawn)
+
+
+def test_the_scale_and_the_place_of_a_mesh_do_not_change_how_well_it_is_modelled() -> None:
+    box = trimesh.creation.box((0.3, 0.2, 0.1))
+    request = Request(max_ellipsoids=4, delta=0.0)
+    faces = np.ascontiguousarray(box.faces, dtype=np.int64)
+    one = fit_mesh(np.ascontiguousarray(box.vertices), faces, request)
+    turn = Rotation.from_euler("xyz", (20, 40, 60), degrees=True).as_matrix()
+    moved = 20.0 * box.vertices @ turn.T + (3.0, -1.0, 7.0)
+    two = fit_mesh(np.ascontiguousarray(moved), faces, request)
+    assert len(one.body) == len(two.body) == 4
+    assert two.fitness == pytest.approx(one.fitness, abs=0.01)
+    volumes = [result.body.mass_properties()[0] for result in (one, two)]
+    assert volumes[1] == pytest.approx(8000.0 * volumes[0], rel=0.02)
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ from body_measures import WorldBody
 from conftest import Command
 from drawn_pairs import Pair
 
-from servoid.model import ModelResult, Request, fit_capture
+from servoid.model import ModelResult, Request, Surface, fit_capture
 from servoid.observe import BoxTarget, open_capture
 from servoid.shape import BodyFile, load_body
 
@@ -77,6 +77,15 @@ def test_a_pair_with_one_mask_gives_the_seen_surface_and_says_what_was_not_seen(
     assert max(map(len, lines)) <= 80
 
 
+def test_what_was_not_seen_is_said_although_it_lies_on_no_one_side() -> None:
+    shares = np.array([0.4, 0.6])
+    around = Surface(by_ellipsoid=shares, share=0.5, unseen_toward=None).note()
+    assert around is not None
+    assert around.startswith("50 % of the surface was never seen: parts of it on all sides")
+    assert around.endswith("and so is 1 of the ellipsoids")
+    assert Surface(by_ellipsoid=shares, share=0.9, unseen_toward=None).note() is None
+
+
 def test_the_same_pair_gives_the_same_bytes_on_one_and_on_two_threads(
     pair: Path, servoid_command: Command
 ) -> None:
@@ -108,6 +117,21 @@ def test_depth_images_bring_a_flat_coloured_object_closer(tmp_path: Path) -> Non
     far, near = errors_m(blind, without, pair), errors_m(seeing, with_depth, pair)
     assert near.mean() < 0.002
     assert near.mean() < far.mean()
+
+
+def test_one_depth_camera_finds_the_seen_side_as_a_pair_does(
+    tmp_path: Path, servoid_command: Command
+) -> None:
+    folder = Pair().write(tmp_path / "alone", cameras=1, depths=True)
+    found = model(servoid_command, folder)
+    assert WorldBody.of(found.file).distances(found.pair.seen_points()).mean() < 0.002
+    seen = found.file.seen
+    assert seen is not None
+    assert 0.2 < seen.share < 0.65
+    assert seen.unseen_toward is not None
+    toward = WorldBody.of(found.file).world_from_object @ seen.unseen_toward
+    assert toward @ found.pair.world_from_left[:3, 2] > 0.7
+    assert "was never seen" in " ".join(found.out.split())
 
 
 def test_of_a_recording_only_the_instant_with_the_mask_is_used(

@@ -13,8 +13,6 @@ from scipy.spatial.transform import Rotation
 from servoid.errors import CaptureError
 from servoid.exchange import open_any
 from servoid.observe import open_capture
-from servoid.pose import Pose
-from servoid.shape import Body
 
 LENS = f"{FOCAL_PX} {FOCAL_PX} {CENTER_PX[0] + 0.5} {CENTER_PX[1] + 0.5}"
 
@@ -174,16 +172,7 @@ def test_a_body_seen_through_a_lens_is_where_the_ideal_pinhole_sees_it(
         for kind, pixels in (("images", drawing.picture(pose)), ("masks", drawing.mask(pose))):
             bent = cv2.remap(pixels, bend, None, cv2.INTER_NEAREST)
             write_png(folder / kind / f"{index:04}.png", np.asarray(bent, np.uint8))
-    turns = [
-        Rotation.from_euler("xyz", part.turn_deg, degrees=True).as_quat()
-        for part in drawing.ellipsoids
-    ]
-    body = Body(
-        world_from_object=Pose.identity(),
-        centers=np.array([part.center for part in drawing.ellipsoids]),
-        radii=np.array([part.radii for part in drawing.ellipsoids]),
-        rotations=np.array([[w, x, y, z] for x, y, z, w in turns]),
-    )
+    body = drawing.body()
     # Rounding to pixels, when the images were bent and when they are straightened, moves the edge
     # by one pixel at most each time.
     reach = np.ones((5, 5), np.uint8)

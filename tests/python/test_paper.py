@@ -3,10 +3,12 @@
 import colorsys
 import threading
 from dataclasses import dataclass
+from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
+from conftest import Command, Drawing
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
@@ -17,6 +19,7 @@ from servoid.model import PaperSettings, Progress, Step, fit_paper_views
 from servoid.model.paper import hue_window, match_image
 from servoid.observe import Camera
 from servoid.pose import Pose
+from servoid.shape import load_body
 
 SIZE_PX, FOCAL_PX, CENTER_PX = (640, 480), 600.0, (319.5, 239.5)
 CENTER = np.array([0.0, -0.090, 0.545])
@@ -81,6 +84,18 @@ def test_the_centre_is_within_five_millimetres_in_x_and_y(
     # The thickness along the line of sight is open; the two radii across it are not all wrong.
     assert off[2] < 0.05
     assert step.body.radii.max() == pytest.approx(RADII.max(), rel=0.35)
+
+
+def test_views_from_all_around_find_the_depth_as_well(
+    tmp_path: Path, servoid_command: Command
+) -> None:
+    drawing = Drawing(ellipsoids=Drawing().ellipsoids[:1], views=4)
+    capture, out = drawing.write(tmp_path / "photos"), tmp_path / "body.json"
+    options = ("--method", "paper", "--max-ellipsoids", 1)
+    outcome = servoid_command("model", capture, "--out", out, *options)
+    assert outcome.code == 0, outcome.err
+    place = load_body(out).world_from_object[:3]
+    assert np.linalg.norm(np.subtract(place, drawing.ellipsoids[0].center)) < 0.01
 
 
 def test_a_red_target_is_found_although_its_window_goes_through_zero() -> None:

@@ -72,6 +72,16 @@ impl Named for track::TrackError {
     }
 }
 
+impl Named for track::OneStepError {
+    fn class(&self) -> &'static str {
+        match self {
+            Self::Observation(error) => error.class(),
+            Self::Image(error) => error.class(),
+            _ => "TrackError",
+        }
+    }
+}
+
 /// Makes the Python exception of an error of the core.
 pub fn raise(error: impl Named) -> PyErr {
     named(error.class(), error.to_string())

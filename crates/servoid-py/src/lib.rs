@@ -5,6 +5,7 @@ mod estimate;
 mod lens;
 mod model;
 mod observe;
+mod one_step;
 mod paper;
 mod pose;
 mod relay;
@@ -23,6 +24,8 @@ fn native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<shape::Body>()?;
     module.add_class::<shape::Mesh>()?;
     module.add_class::<estimate::Estimate>()?;
+    module.add_class::<one_step::OneStepSettings>()?;
+    module.add_class::<one_step::OneStepTracker>()?;
     module.add_class::<track::TrackSettings>()?;
     module.add_class::<track::Tracker>()?;
     module.add_class::<model::Given>()?;

@@ -83,7 +83,8 @@ impl Step {
         self.0.body.ellipsoids().len()
     }
 
-    /// F: the mean silhouette overlap at the resolution of the fit; of the paper's method its own.
+    /// F: the agreement with all that was given, at the resolution of the fit; of the paper's method
+    /// its own.
     #[getter]
     fn fitness(&self) -> f64 {
         self.0.fitness
@@ -200,7 +201,7 @@ type SeenSurface<'py> = (Bound<'py, PyArray1<f64>>, f64, Option<[f64; 3]>);
 
 /// Says which share of each ellipsoid's surface (K,) float64 the views or the seen points show,
 /// which share of the whole, and the direction in the object's frame to the side that they do not
-/// show, None if there is none.
+/// show, None if there is none or it lies all around.
 #[pyfunction]
 #[pyo3(signature = (body, views, points=None, directions=None))]
 pub fn seen_surface<'py>(

@@ -141,9 +141,10 @@ impl Tracker {
         py.detach(|| self.0.step(&observation)).map(Estimate).map_err(raise)
     }
 
-    /// Seeks the object near a pose, or anywhere if there is none, with all that is known of it, and
-    /// goes on from there. Raises TrackError.
-    #[pyo3(signature = (time_s, world_from_camera, images, near=None))]
+    /// Seeks the object with all that is known of it, near a pose if one is given, or in masks, (H, W)
+    /// uint8 and None where there is none, and goes on from there. Raises TrackError.
+    #[pyo3(signature = (time_s, world_from_camera, images, masks=None, near=None))]
+    #[allow(clippy::too_many_arguments, reason = "an observation has three parts")]
     #[allow(clippy::needless_pass_by_value, reason = "as Python hands it over")]
     fn find(
         &mut self,
@@ -151,18 +152,28 @@ impl Tracker {
         time_s: f64,
         world_from_camera: Vec<Pose>,
         images: Pictures<'_>,
+        masks: Option<Pictures<'_>>,
         near: Option<Pose>,
     ) -> PyResult<Estimate> {
         let images = read(&images)?;
+        let masks = read(&masks.unwrap_or_default())?;
         let observation = observation(time_s, &world_from_camera, &images)?;
+        let masks = masks.iter().map(mask).collect::<PyResult<Vec<_>>>()?;
         let near = near.map(|pose| pose.0);
-        py.detach(|| self.0.find(&observation, near)).map(Estimate).map_err(raise)
+        let found = py.detach(|| {
+            if masks.iter().any(Option::is_some) {
+                self.0.begin(&observation, &masks)
+            } else {
+                self.0.find(&observation, near)
+            }
+        });
+        found.map(Estimate).map_err(raise)
     }
 
     /// The body, at its newest pose.
     #[getter]
-    fn body(&self) -> Body {
-        Body(self.0.body())
+    fn body(&self) -> PyResult<Body> {
+        self.0.body().map(Body).map_err(raise)
     }
 
     /// The surface points: (N, 3) float64 in metres and their normals (N, 3) float64, in the
@@ -187,7 +198,7 @@ pub fn read(pictures: &Pictures<'_>) -> PyResult<Vec<Option<Pixels>>> {
     pictures.iter().map(|picture| picture.as_ref().map(Pixels::new).transpose()).collect()
 }
 
-fn mask(pixels: &Option<Pixels>) -> PyResult<Option<Mask<'_>>> {
+pub fn mask(pixels: &Option<Pixels>) -> PyResult<Option<Mask<'_>>> {
     let Some(pixels) = pixels else { return Ok(None) };
     Mask::new(pixels.view()?).map(Some).map_err(raise)
 }

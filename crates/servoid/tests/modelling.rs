@@ -3,12 +3,13 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 use nalgebra::{Rotation3, UnitQuaternion, Vector3, Vector6};
+use servoid::fitness::Sight;
 use servoid::model::{
-    Given, ModelError, Settings, Step, Unmarked, ellipsoid_colors, progressive, rough, seen,
-    silhouette_ious,
+    Given, ModelError, Settings, Step, Unmarked, Weights, ellipsoid_colors, progressive, rough,
+    seen, silhouette_ious,
 };
 use servoid::observe::{Camera, Channels, ImageView, Mask, View};
-use servoid::pose::Pose;
+use servoid::pose::{Pose, even_direction};
 use servoid::shape::{Body, Ellipsoid, Mesh, silhouette};
 
 const SIZE: [usize; 2] = [160, 120];
@@ -181,6 +182,23 @@ fn settings_out_of_range_are_refused_by_name() {
 }
 
 #[test]
+fn weights_out_of_range_are_refused_by_name() {
+    let scene = Scene::new(&pair());
+    for bad in [-1.0, f64::NAN, f64::INFINITY] {
+        let wrong = [
+            ("silhouette_weight", Weights { silhouettes: bad, ..Weights::default() }),
+            ("volume_weight", Weights { volume: bad, ..Weights::default() }),
+            ("depth_weight", Weights { depth: bad, ..Weights::default() }),
+        ];
+        for (expected, weights) in wrong {
+            let given = Given { views: &scene.views(), weights, ..Given::default() };
+            let refused = progressive(&given, &exactly(1), &mut |_, _, _| true).unwrap_err();
+            assert!(matches!(refused, ModelError::Setting { name, .. } if name == expected));
+        }
+    }
+}
+
+#[test]
 fn whoever_watches_can_stop_the_work() {
     let scene = Scene::new(&pair());
     let mut heard = 0;
@@ -283,6 +301,37 @@ fn evidence_that_is_held_out_finds_the_count_that_the_views_bear() {
     assert!((2..=3).contains(&steps.len()), "{}", steps.len());
 }
 
+/// Lines of sight to a ball about the origin from all around, from the top down.
+fn sights(radius: f64) -> Vec<Sight> {
+    let sight = |i: usize| {
+        let unit = even_direction(i, 1.0 - (2 * i + 1) as f64 / 400.0);
+        Sight { point: unit * radius, direction: -unit }
+    };
+    (0..400).map(sight).collect()
+}
+
+#[test]
+fn what_has_no_weight_is_not_held_out_to_choose_by() {
+    let scene = Scene::new(&[solid([0.0; 3], [0.05; 3])]);
+    let (all_views, all_sights) = (scene.views(), sights(0.05));
+    let fit = |views: usize, sights: usize, silhouettes: f64, depth: f64, held_out: bool| {
+        let weights = Weights { silhouettes, depth, ..Weights::default() };
+        let (views, sights) = (&all_views[..views], &all_sights[..sights]);
+        let given = Given { views, sights, weights, ..Given::default() };
+        let settings = Settings { held_out, max_ellipsoids: 2, ..Settings::default() }.quick();
+        progressive(&given, &settings, &mut |_, _, _| true)
+    };
+    let all = all_views.len();
+    // Enough of what does not count, too little of what does: all of it is modelled from.
+    for (views, sights, silhouettes, depth) in [(3, 400, 1.0, 0.0), (all, 100, 0.0, 1.0)] {
+        let chosen = fit(views, sights, silhouettes, depth, true).unwrap();
+        assert_eq!(chosen, fit(views, sights, silhouettes, depth, false).unwrap());
+    }
+    for held_out in [true, false] {
+        assert_eq!(fit(all, 400, 0.0, 0.0, held_out).unwrap_err(), ModelError::Nothing);
+    }
+}
+
 #[test]
 fn half_a_ball_is_seen_from_one_side_and_all_of_it_from_all_sides() {
     let scene = Scene::new(&[solid([0.0; 3], [0.05; 3])]);
@@ -297,6 +346,23 @@ fn half_a_ball_is_seen_from_one_side_and_all_of_it_from_all_sides() {
     assert!(toward.dot(&away) > 0.95);
     let hidden = Body::around(&[solid([0.0; 3], [0.05; 3]), solid([0.0; 3], [0.02; 3])]).unwrap();
     assert_eq!(seen(&hidden, &views[..1], &[]).by_ellipsoid[1], 1.0);
+}
+
+#[test]
+fn what_was_not_seen_on_opposite_sides_lies_towards_none() {
+    let body = Body::around(&[solid([0.0; 3], [0.05; 3])]).unwrap();
+    let band: Vec<_> =
+        sights(0.05).into_iter().filter(|sight| sight.direction.z.abs() < 0.5).collect();
+    let found = seen(&body, &[], &band);
+    assert!((0.4..0.7).contains(&found.share), "{}", found.share);
+    assert_eq!(found.unseen_toward, None);
+    // Nothing of it was seen: that is all around as well.
+    let found = seen(&body, &[], &[]);
+    assert_eq!((found.share, found.unseen_toward), (0.0, None));
+    let above: Vec<_> = band.into_iter().chain(sights(0.05)[..200].to_vec()).collect();
+    let toward = seen(&body, &[], &above).unseen_toward.unwrap();
+    let toward = body.world_from_object().rotation() * Vector3::from(toward);
+    assert!(toward.z < -0.95, "{toward}");
 }
 
 #[test]

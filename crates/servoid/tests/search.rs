@@ -76,6 +76,7 @@ fn populations_that_cannot_breed_are_refused() {
         GaSettings { rivals: 0, ..normal },
         GaSettings { mutation_rate: f64::NAN, ..normal },
         GaSettings { mutation_width: -0.1, ..normal },
+        GaSettings { least_width: 0.6, ..normal },
         GaSettings { blend_reach: 5.0, ..normal },
     ] {
         assert!(matches!(made(settings), Err(GaError::Setting { .. })), "{settings:?}");
@@ -129,4 +130,20 @@ fn a_climb_without_a_usable_slope_stays_where_it_is() {
         });
         assert_eq!((found.at, found.score), (vec![1.0, 2.0], 5.0));
     }
+}
+
+#[test]
+fn a_mutation_is_never_narrower_than_the_least_width() {
+    // On a plateau no child is better, so that the mutations narrow as far as they may.
+    let spread = |least_width: f64| {
+        let settings = GaSettings { least_width, ..GaSettings::default() };
+        let mut ga = Ga::new(&[(-1.0, 1.0)], settings, rng(0, 0)).unwrap();
+        for _ in 0..200 {
+            let scores: Vec<_> = ga.ask().iter().map(|one| -one.genes[0].abs().max(0.01)).collect();
+            ga.tell(&scores).unwrap();
+        }
+        ga.ask().iter().map(|one| one.genes[0].abs()).fold(0.0, f64::max)
+    };
+    assert!(spread(0.05) > 0.05, "{}", spread(0.05));
+    assert!(spread(1e-4) < 0.05, "{}", spread(1e-4));
 }

@@ -5,7 +5,7 @@
 use nalgebra::{Matrix3, Vector3};
 use proptest::prelude::*;
 use servoid::fitness::{Differentiable, Evidence, Fitness, Sight, SightError, Sights};
-use servoid::pose::{Pose, even_turn};
+use servoid::pose::{Pose, even_direction, even_turn};
 use servoid::shape::{Ellipsoid, Quadric, QuadricGradient};
 
 const BEFORE: f64 = 0.6;
@@ -56,12 +56,9 @@ fn by_samples(sights: &[Sight], body: &[Quadric]) -> f64 {
 
 /// Points all over a surface, seen from outside, each from its own direction.
 fn all_around(truth: &Quadric, count: usize) -> Vec<Sight> {
-    let golden = std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
     let inverse = truth.factor.try_inverse().unwrap();
     let sight = |i: usize| {
-        let height = 1.0 - (2 * i + 1) as f64 / count as f64;
-        let (ring, angle) = ((1.0 - height * height).sqrt(), golden * i as f64);
-        let unit = Vector3::new(ring * angle.cos(), ring * angle.sin(), height);
+        let unit = even_direction(i, 1.0 - (2 * i + 1) as f64 / count as f64);
         let direction = -(inverse.transpose() * unit).normalize();
         Sight { point: truth.center + truth.factor * unit, direction }
     };

@@ -70,10 +70,7 @@ def _parse(path: Path, data: bytes, kind: str) -> tuple[NDArray[np.float64], NDA
     try:
         import trimesh
     except ImportError as error:
-        raise MissingExtraError(
-            "meshes need trimesh, which is not installed; install it with "
-            "pip install 'servoid[exchange]'"
-        ) from error
+        raise MissingExtraError.of("meshes", "trimesh", "exchange") from error
     try:
         scene = trimesh.load_scene(
             io.BytesIO(data), file_type=kind, process=False, skip_materials=True

@@ -1,11 +1,8 @@
 """Models a body: from views, from a capture with targets, from a mesh or from a point cloud."""
 
-import os
 import time
-from collections.abc import Callable, Iterable, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,11 +19,9 @@ from servoid._native import (
 )
 from servoid.errors import ModelError
 from servoid.model.result import ModelResult, Surface
-from servoid.model.running import Progress, run_core
+from servoid.model.running import Progress, in_parallel, run_core
 from servoid.model.sights import NO_SIGHTS, Sights
 from servoid.observe import CaptureView
-
-LoadedT = TypeVar("LoadedT")
 
 PLAIN_COLOR = (150, 150, 150)
 _MOST_CHOSEN = 12
@@ -50,16 +45,7 @@ class Request:
     progress: Callable[[Progress], None] | None = None
 
     def settings(self) -> ModelSettings:
-        """Return the settings as the core takes them.
-
-        Raises:
-            ModelError: a weight is out of range.
-
-        """
-        for name in ("silhouette_weight", "volume_weight", "depth_weight"):
-            weight = getattr(self, name)
-            if weight is not None and not 0.0 <= weight < np.inf:
-                raise ModelError(f"{name} is {weight}; a weight is a number of at least 0")
+        """Return the settings as the core takes them."""
         free = self.max_ellipsoids is None and self.delta is None
         return ModelSettings(
             max_ellipsoids=_MOST_CHOSEN if free else self.max_ellipsoids,
@@ -67,6 +53,24 @@ class Request:
             held_out=free,
             seed=self.seed,
             threads=self.threads,
+        )
+
+    def given(
+        self,
+        *,
+        views: Sequence[View] = (),
+        mesh: Mesh | None = None,
+        sights: Sights = NO_SIGHTS,
+    ) -> Given:
+        """Join evidence with how often each kind of it counts."""
+        return Given(
+            views=views,
+            mesh=mesh,
+            points=sights.points,
+            directions=sights.directions,
+            silhouette_weight=self.silhouette_weight,
+            volume_weight=self.volume_weight,
+            depth_weight=self.depth_weight,
         )
 
 
@@ -120,15 +124,10 @@ def fit_views(
     start = time.perf_counter() if start is None else start
     settings = request.settings()
     # Files are read first, so that a damaged one is found before the long work.
-    native_used, native_unused = load(used, CaptureView.view), load(unused, CaptureView.view)
-    images = load(used, CaptureView.image)
-    given = Given(
-        views=native_used,
-        points=sights.points,
-        directions=sights.directions,
-        silhouette_weight=request.silhouette_weight,
-        depth_weight=request.depth_weight,
-    )
+    native_used = in_parallel(CaptureView.view, used)
+    native_unused = in_parallel(CaptureView.view, unused)
+    images = in_parallel(CaptureView.image, used)
+    given = request.given(views=native_used, sights=sights)
     steps = run_core(lambda report: fit_body(given, settings, report), request.progress)
     body = steps[-1].body
     return ModelResult(
@@ -165,11 +164,7 @@ def fit_mesh(
 
     """
     request = request or Request()
-    given = Given(
-        mesh=Mesh(vertices=vertices, faces=faces),
-        silhouette_weight=request.silhouette_weight,
-        volume_weight=request.volume_weight,
-    )
+    given = request.given(mesh=Mesh(vertices=vertices, faces=faces))
     return _fit_shape(given, NO_SIGHTS, request, notes)
 
 
@@ -183,10 +178,7 @@ def fit_sights(
 
     """
     request = request or Request()
-    given = Given(
-        points=sights.points, directions=sights.directions, depth_weight=request.depth_weight
-    )
-    return _fit_shape(given, sights, request, notes)
+    return _fit_shape(request.given(sights=sights), sights, request, notes)
 
 
 def _fit_shape(given: Given, sights: Sights, request: Request, notes: Sequence[str]) -> ModelResult:
@@ -235,13 +227,6 @@ def _write_slice(chosen: slice) -> str:
     return ":".join(
         "" if part is None else str(part) for part in (chosen.start, chosen.stop, chosen.step)
     )
-
-
-def load(views: Iterable[CaptureView], read: Callable[[CaptureView], LoadedT]) -> list[LoadedT]:
-    """Read something of all views at once."""
-    # Decoding lets go of Python's lock: two threads halve the time on two cores.
-    with ThreadPoolExecutor(max_workers=min(8, os.cpu_count() or 1)) as pool:
-        return list(pool.map(read, views))
 
 
 def _judge(body: Body, views: Sequence[View]) -> NDArray[np.float64]:

@@ -8,12 +8,12 @@ import numpy as np
 
 from servoid._native import PaperSettings, ellipsoid_colors, silhouette_ious
 from servoid.errors import CameraError, ModelError, TargetError
-from servoid.model.fit import Request, divide, fit_views, load
+from servoid.model.fit import Request, divide, fit_views
 from servoid.model.marking import Marked, mark
 from servoid.model.one_view import fit_one_view
 from servoid.model.paper import fit_paper_views
 from servoid.model.result import ModelResult, Surface
-from servoid.model.running import Progress
+from servoid.model.running import Progress, in_parallel
 from servoid.model.sights import (
     NO_SIGHTS,
     Sights,
@@ -121,7 +121,7 @@ def fit_capture_by_paper(
         (hues[0].low_deg, hues[0].high_deg) if hues else hue_window(first.image(), first.mask())
     )
     chosen, _ = divide([*marked.views, *marked.others], views)
-    images = load(chosen, CaptureView.image)
+    images = in_parallel(CaptureView.image, chosen)
     settings = PaperSettings(
         max_ellipsoids=request.max_ellipsoids,
         delta=request.delta,
@@ -137,11 +137,11 @@ def fit_capture_by_paper(
         progress=request.progress,
     )
     used = [view for view in chosen if view.has_mask]
-    natives = load(used, CaptureView.view)
+    natives = in_parallel(CaptureView.view, used)
     body = steps[-1].body
     return ModelResult(
         body=body,
-        colors=ellipsoid_colors(body, natives, load(used, CaptureView.image)),
+        colors=ellipsoid_colors(body, natives, in_parallel(CaptureView.image, used)),
         steps=tuple(steps),
         settings=settings,
         method="paper",

@@ -44,7 +44,7 @@ class Surface:
     """How much of a body's surface was seen, 0 to 1.
 
     `by_ellipsoid` is (K,) float64; `unseen_toward` is a unit vector in the object's frame to the
-    side that was not seen, or None.
+    side that was not seen, or None if there is none or it lies all around.
     """
 
     by_ellipsoid: NDArray[np.float64]
@@ -61,15 +61,16 @@ class Surface:
 
     def note(self) -> str | None:
         """Say in a sentence what was not seen; None if it is little."""
-        if self.share >= _NOTEWORTHY or self.unseen_toward is None:
+        if self.share >= _NOTEWORTHY:
             return None
-        toward = ", ".join(f"{x:.2f}" for x in self.unseen_toward)
+        where = "parts of it on all sides are a guess"
+        if self.unseen_toward is not None:
+            toward = ", ".join(f"{x:.2f}" for x in self.unseen_toward)
+            where = f"the side towards ({toward}) in the object's frame is a guess"
         guessed = int((self.by_ellipsoid < _HIDDEN).sum())
         verb = "is" if guessed == 1 else "are"
-        return (
-            f"{100.0 * (1.0 - self.share):.0f} % of the surface was never seen: the side towards "
-            f"({toward}) in the object's frame is a guess"
-            + (f", and so {verb} {guessed} of the ellipsoids" if guessed else "")
+        return f"{100.0 * (1.0 - self.share):.0f} % of the surface was never seen: {where}" + (
+            f", and so {verb} {guessed} of the ellipsoids" if guessed else ""
         )
 
 

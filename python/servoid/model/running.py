@@ -1,12 +1,17 @@
-"""Runs the core beside the caller, so that the caller hears of progress and can stop it."""
+"""Runs the core beside the caller, who hears of progress and can stop it; reads files at once."""
 
-from collections.abc import Callable
+import os
+from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from queue import SimpleQueue
 from threading import Event
+from typing import TypeVar
 
 from servoid._native import Step
+
+ItemT = TypeVar("ItemT")
+MadeT = TypeVar("MadeT")
 
 
 @dataclass(frozen=True)
@@ -56,3 +61,10 @@ def run_core(
             stop.set()
             raise
     return steps.result()
+
+
+def in_parallel(work: Callable[[ItemT], MadeT], items: Iterable[ItemT]) -> list[MadeT]:
+    """Do the same work for several items at once; return what it gives, in their order."""
+    # Decoding and GrabCut let go of Python's lock: two threads halve the time on two cores.
+    with ThreadPoolExecutor(max_workers=min(8, os.cpu_count() or 1)) as pool:
+        return list(pool.map(work, items))

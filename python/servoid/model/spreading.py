@@ -1,14 +1,13 @@
 """Finds the object in views that do not say where it is: colours and a growing body, in turn."""
 
-import os
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 from numpy.typing import NDArray
 
 from servoid._native import Body, Given, ModelSettings, View, fit_body, rough_body
 from servoid.errors import TargetError
+from servoid.model.running import in_parallel
 from servoid.model.sights import Sights
 from servoid.observe import CaptureView, grow_mask
 
@@ -46,7 +45,7 @@ def spread_masks(
 
     """
     tell = progress or (lambda _: None)
-    images = _parallel(CaptureView.image, others)
+    images = in_parallel(CaptureView.image, others)
     tell(0.1)
     natives = [view.view() for view in marked]
     body = rough_body(
@@ -85,7 +84,7 @@ def _masked(
         mask = _grown(image, silhouette, _seen(sights, view), turn)
         return None if mask is None else view.with_mask(mask)
 
-    grown = _parallel(grow, list(zip(views, images, strict=True)))
+    grown = in_parallel(grow, zip(views, images, strict=True))
     return [view for view in grown if view is not None]
 
 
@@ -130,9 +129,3 @@ def _body(
     given = Given(views=views, points=sights.points, directions=sights.directions)
     settings = ModelSettings(max_ellipsoids=count, seed=seed, threads=threads, quick=True)
     return fit_body(given, settings)[-1].body
-
-
-def _parallel(work: Callable[..., object], items: Sequence[object]) -> list:
-    # Decoding and GrabCut let go of Python's lock.
-    with ThreadPoolExecutor(max_workers=min(8, os.cpu_count() or 1)) as pool:
-        return list(pool.map(work, items))

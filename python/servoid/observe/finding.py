@@ -6,7 +6,7 @@ from servoid.errors import TargetError, located
 from servoid.observe.growth import grow_from_box, grow_from_click
 from servoid.observe.hue import hue_planes, match_image
 from servoid.observe.images import read_image, read_mask
-from servoid.observe.segment import Image, Mask
+from servoid.observe.segment import Image, Mask, check_image
 from servoid.observe.target import (
     BackgroundTarget,
     BoxTarget,
@@ -35,11 +35,7 @@ def find_object(target: Target, image: Image) -> Mask:
         ImageError: the same for the picture of a background.
 
     """
-    if image.ndim != 3 or image.shape[2] != 3 or image.dtype != np.uint8 or not image.size:
-        raise TargetError(
-            f"the image has the shape {image.shape} and the type {image.dtype}; give (H, W, 3) "
-            "uint8 in RGB order"
-        )
+    check_image(image)
     with located(f"the target '{target}'"):
         mask = _find(target, image)
         if not mask.any():

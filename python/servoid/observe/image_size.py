@@ -6,8 +6,10 @@ from pathlib import Path
 from servoid.errors import ImageError
 from servoid.observe.strict import read_bytes
 
-_PNG = b"\x89PNG\r\n\x1a\n"
-_JPEG = b"\xff\xd8"
+PNG = b"\x89PNG\r\n\x1a\n"
+JPEG = b"\xff\xd8"
+"""What files begin with."""
+
 _TIFF = {b"II*\0": "<", b"MM\0*": ">"}
 _TIFF_WIDTH, _TIFF_HEIGHT = 256, 257
 _TIFF_SHORT, _TIFF_LONG = 3, 4
@@ -18,10 +20,10 @@ _JPEG_NO_SIZE = (0xC4, 0xC8, 0xCC)  # tables that are numbered like the headers 
 def size_in_header(data: bytes) -> tuple[int, int] | None:
     """Return (width, height) as a PNG, JPEG or TIFF file says; None for other data."""
     try:
-        if data.startswith(_PNG):
+        if data.startswith(PNG):
             width, height = struct.unpack_from(">II", data, 16)
             return width, height
-        if data.startswith(_JPEG):
+        if data.startswith(JPEG):
             return _jpeg_size(data)
         if data[:4] in _TIFF:
             return _tiff_size(data, _TIFF[data[:4]])
@@ -68,7 +70,7 @@ def _read_start(path: Path) -> bytes:
 
 
 def _jpeg_size(data: bytes) -> tuple[int, int] | None:
-    at = len(_JPEG)
+    at = len(JPEG)
     while True:
         lead, marker, length = struct.unpack_from(">BBH", data, at)
         if lead != 0xFF:

@@ -7,15 +7,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid.errors import ImageError, MaskError
-from servoid.observe.image_size import size_in_header
+from servoid.observe.image_size import JPEG, PNG, size_in_header
 from servoid.observe.strict import read_bytes
 
 if TYPE_CHECKING:
     import cv2
 
-_PNG = b"\x89PNG\r\n\x1a\n"
 _PNG_AROUND = 12  # length, kind and checksum of a chunk
-_JPEG = b"\xff\xd8"
 _JPEG_START_OF_SCAN = 0xDA
 _JPEG_END = b"\xff\xd9"
 
@@ -98,12 +96,12 @@ def check_size(
 
 def _is_cut_short(data: bytes) -> bool:
     """Say if a PNG or JPEG misses its end; decoders fill what is missing without a word."""
-    if data.startswith(_PNG):
+    if data.startswith(PNG):
         return not _png_chunks_end(data)
-    if not data.startswith(_JPEG):
+    if not data.startswith(JPEG):
         return False
     # Segments come first, each with its length; a preview image among them has an end of its own.
-    at = len(_JPEG)
+    at = len(JPEG)
     while data[at : at + 1] == b"\xff" and data[at + 1 : at + 2] != bytes([_JPEG_START_OF_SCAN]):
         at += 2 + int.from_bytes(data[at + 2 : at + 4], "big")
     return data.find(_JPEG_END, at) < 0
@@ -114,7 +112,7 @@ def _png_chunks_end(data: bytes) -> bool:
 
     OpenCV makes room for as many bytes as a chunk claims to have, before it looks for them.
     """
-    at = len(_PNG)
+    at = len(PNG)
     while at + _PNG_AROUND <= len(data):
         kind = data[at + 4 : at + 8]
         at += _PNG_AROUND + int.from_bytes(data[at : at + 4], "big")

@@ -197,12 +197,22 @@ def _labels(certain: Mask, possible: Mask, likely: Mask | None) -> NDArray[np.ui
     return labels.astype(np.uint8)
 
 
-def _check(image: Image, certain: Mask, possible: Mask) -> None:
-    if image.ndim != 3 or image.shape[2] != 3 or image.dtype != np.uint8:
+def check_image(image: Image) -> None:
+    """Check that an object can be sought in an image.
+
+    Raises:
+        TargetError: it is not (H, W, 3) uint8, or it is empty.
+
+    """
+    if image.ndim != 3 or image.shape[2] != 3 or image.dtype != np.uint8 or not image.size:
         raise TargetError(
             f"the image has the shape {image.shape} and the type {image.dtype}; give (H, W, 3) "
             "uint8 in RGB order"
         )
+
+
+def _check(image: Image, certain: Mask, possible: Mask) -> None:
+    check_image(image)
     for name, mask in (("certain", certain), ("possible", possible)):
         if mask.shape != image.shape[:2]:
             raise TargetError(

@@ -11,6 +11,7 @@ import msgspec
 from servoid.errors import ServoidError
 
 StructT = TypeVar("StructT", bound=msgspec.Struct)
+ErrorT = TypeVar("ErrorT", bound=ServoidError)
 
 _PLAIN_WORDS = {
     "`array`": "a list",
@@ -28,7 +29,12 @@ def read_bytes(path: Path, error: type[ServoidError]) -> bytes:
     try:
         return path.read_bytes()
     except OSError as reason:
-        raise error(f"cannot read {path}: {(reason.strerror or str(reason)).lower()}") from reason
+        raise unreadable(path, reason, error) from reason
+
+
+def unreadable(path: Path, reason: OSError, error: type[ErrorT]) -> ErrorT:
+    """Make the `error` that says why a file cannot be read."""
+    return error(f"cannot read {path}: {(reason.strerror or str(reason)).lower()}")
 
 
 def convert(

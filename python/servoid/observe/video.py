@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from servoid._native import Camera
 from servoid.errors import CaptureError, ImageError
 from servoid.observe.images import check_size
+from servoid.observe.strict import unreadable
 
 if TYPE_CHECKING:
     import cv2
@@ -57,7 +58,7 @@ def _version(path: Path, error: type[CaptureError] | type[ImageError]) -> tuple[
     try:
         status = path.stat()
     except OSError as reason:
-        raise error(f"cannot read {path}: {(reason.strerror or str(reason)).lower()}") from reason
+        raise unreadable(path, reason, error) from reason
     return status.st_size, status.st_mtime_ns
 
 
@@ -148,7 +149,7 @@ def _open(path: Path, error: type[CaptureError] | type[ImageError]) -> "cv2.Vide
         with path.open("rb") as file:
             start = file.read(16)
     except OSError as reason:
-        raise error(f"cannot read {path}: {(reason.strerror or str(reason)).lower()}") from reason
+        raise unreadable(path, reason, error) from reason
     if not (start.startswith((_AVI, _MATROSKA)) or start[4:8] in _MP4_BOXES):
         raise error(f"{path} is no video: it begins like no MP4, MOV, AVI, MKV or WebM file")
     video = cv2.VideoCapture(str(path), cv2.CAP_FFMPEG)

@@ -53,7 +53,7 @@ class SeenEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     """How much of the surface was seen, 0 to 1: of the whole, and of each ellipsoid.
 
     `unseen_toward` is a unit vector, in the object's frame, to the side that was not seen; null if
-    there is none.
+    there is none or it lies all around.
     """
 
     share: Annotated[float, msgspec.Meta(ge=0, le=1)]

@@ -6,10 +6,7 @@ from servoid.errors import MissingExtraError
 
 if find_spec("matplotlib") is None:
     # Said at the import, so that nobody models for minutes before learning it.
-    raise MissingExtraError(
-        "pictures need matplotlib, which is not installed; "
-        "install it with: pip install 'servoid[view]'"
-    )
+    raise MissingExtraError.of("pictures", "matplotlib", "view")
 
 from servoid.view.report import write_report
 

@@ -18,6 +18,8 @@ _LARGE_PX = 2 * _SMALL_PX + _GAP_PX
 _MARGIN_PX = 20
 _FILLED = 0.80  # of a panel, by the body
 FROM_AHEAD = np.array([1e3, 0.0, 0.0])
+TURN_DEG, RISE_DEG = 38.0, 27.0
+"""Where the three-quarter view looks from, against the side."""
 
 Vector = NDArray[np.float64]
 
@@ -30,7 +32,7 @@ def draw_body(result: ModelResult) -> bytes:
     eye = scored[0].view.world_from_camera.matrix()[:3, 3] if scored else FROM_AHEAD
     side, front = side_and_front(solids, up, eye)
     sights = {
-        "three-quarter": _sight(solids, up, side, front, turn_deg=38.0, rise_deg=27.0),
+        "three-quarter": _sight(solids, up, side, front, turn_deg=TURN_DEG, rise_deg=RISE_DEG),
         "side": _sight(solids, up, side, front, turn_deg=0.0, rise_deg=9.0),
         "front": _sight(solids, up, side, front, turn_deg=90.0, rise_deg=9.0),
         "top": _sight(solids, up, side, front, turn_deg=0.0, rise_deg=89.9),

@@ -12,11 +12,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid.model import ModelResult
-from servoid.view.body_picture import FROM_AHEAD, frustum, mean_up, side_and_front, solids_in_world
+from servoid.view.body_picture import (
+    FROM_AHEAD,
+    RISE_DEG,
+    TURN_DEG,
+    frustum,
+    mean_up,
+    side_and_front,
+    solids_in_world,
+)
 from servoid.view.raycast import Solids
 from servoid.view.scores import UNUSED_COLOR, USED_COLOR, ScoredView, score_words, scored_views
 
-_TURN_DEG, _RISE_DEG = 38.0, 27.0
 _FRUSTUM_SHARE = 0.085  # of the distance of the farthest camera
 _DIGITS = 7
 
@@ -146,8 +153,8 @@ def _scene(result: ModelResult, scored: list[ScoredView]) -> dict[str, Any]:
         "side": _round(side),
         "front": _round(front),
         "up": _round(up),
-        "turn": float(np.radians(_TURN_DEG)),
-        "rise": float(np.radians(_RISE_DEG)),
+        "turn": float(np.radians(TURN_DEG)),
+        "rise": float(np.radians(RISE_DEG)),
     }
 
 

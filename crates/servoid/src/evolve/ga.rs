@@ -17,6 +17,8 @@ pub struct GaSettings {
     pub mutation_rate: f64,
     /// Standard deviation of a mutation in the first generation, as a share of the gene's range.
     pub mutation_width: f64,
+    /// Standard deviation below which success never narrows a mutation, as the same share.
+    pub least_width: f64,
 }
 
 impl Default for GaSettings {
@@ -28,6 +30,7 @@ impl Default for GaSettings {
             blend_reach: 0.3,
             mutation_rate: 0.3,
             mutation_width: 0.15,
+            least_width: 1e-4,
         }
     }
 }
@@ -104,6 +107,8 @@ pub struct Ga {
 /// How the mutation width grows after a success; it shrinks by the fourth root after a failure, so
 /// that it stands still at one success in five.
 const WIDTH_GROWTH: f64 = 1.22;
+/// Widest mutation, as a share of the gene's range.
+const WIDEST: f64 = 0.5;
 
 impl Ga {
     /// Draws the first generation evenly from the genes' ranges.
@@ -152,7 +157,7 @@ impl Ga {
         sort(&mut self.population);
         let success = elites > 0 && self.population[0].score > champion;
         let factor = if success { WIDTH_GROWTH } else { WIDTH_GROWTH.powf(-0.25) };
-        self.width = (self.width * factor).clamp(1e-4, 0.5);
+        self.width = (self.width * factor).clamp(self.settings.least_width, WIDEST);
         self.best.clone_from(&self.population[0]);
         self.breed();
         Ok(())
@@ -198,8 +203,8 @@ fn sort(population: &mut [Individual]) {
 }
 
 fn check(ranges: &[(f64, f64)], settings: &GaSettings) -> Result<(), GaError> {
-    let GaSettings { population, elites, rivals, blend_reach, mutation_rate, mutation_width } =
-        *settings;
+    let GaSettings { population, elites, rivals, blend_reach, mutation_rate, .. } = *settings;
+    let GaSettings { mutation_width, least_width, .. } = *settings;
     let bounded = |name, allowed, given: f64, fits: bool| {
         if fits { Ok(()) } else { Err(GaError::Setting { name, allowed, given }) }
     };
@@ -209,6 +214,7 @@ fn check(ranges: &[(f64, f64)], settings: &GaSettings) -> Result<(), GaError> {
     bounded("blend_reach", "0 to 2", blend_reach, (0.0..=2.0).contains(&blend_reach))?;
     bounded("mutation_rate", "0 to 1", mutation_rate, (0.0..=1.0).contains(&mutation_rate))?;
     bounded("mutation_width", "0 to 1", mutation_width, (0.0..=1.0).contains(&mutation_width))?;
+    bounded("least_width", "0 to 0.5", least_width, (0.0..=WIDEST).contains(&least_width))?;
     for (gene, &range) in ranges.iter().enumerate() {
         if !(range.0.is_finite() && range.1.is_finite() && range.0 <= range.1) {
             return Err(GaError::Range { gene, range });

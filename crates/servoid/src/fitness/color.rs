@@ -1,4 +1,4 @@
-use crate::observe::{ImageView, Mask};
+use crate::observe::{ImageView, Mask, RigError, check_image_size};
 
 use super::map::quanta;
 
@@ -21,14 +21,11 @@ impl ColorModel {
     ///
     /// # Errors
     /// If an image and its mask differ in size.
-    pub fn learn(pairs: &[(&ImageView<'_>, &Mask<'_>)]) -> Result<Self, crate::observe::RigError> {
+    pub fn learn(pairs: &[(&ImageView<'_>, &Mask<'_>)]) -> Result<Self, RigError> {
         let (mut object, mut background) = (vec![0.0; BINS], vec![0.0; BINS]);
         for (camera, (image, mask)) in pairs.iter().enumerate() {
-            let (expected, given) = (image.size_px(), mask.image().size_px());
-            if expected != given {
-                return Err(crate::observe::RigError::ImageSize { camera, expected, given });
-            }
-            for v in 0..expected[1] {
+            check_image_size(camera, image.size_px(), mask.image())?;
+            for v in 0..image.size_px()[1] {
                 for (u, &m) in mask.image().row(v).iter().enumerate() {
                     let counts = if m == 0 { &mut background } else { &mut object };
                     counts[Self::bin(image.rgb(u, v))] += 1.0;

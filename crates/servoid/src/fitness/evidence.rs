@@ -79,8 +79,7 @@ impl Differentiable for Total {
             log_sum += part.weight * score.max(LEAST).ln();
             let scale = if score > LEAST { part.weight / score } else { 0.0 };
             for (sum, one) in gradient.iter_mut().zip(&part_gradient) {
-                sum.center += one.center * scale;
-                sum.factor += one.factor * scale;
+                sum.add_scaled(one, scale);
             }
         }
         let joined = self.joined(log_sum);

@@ -1,5 +1,5 @@
-use super::overlap::clear;
-use super::{Differentiable, Evidence, Fitness, Region, RegionView, ScoreMap};
+use super::overlap::open_map;
+use super::{Differentiable, Evidence, Fitness, Region, RegionView};
 use crate::shape::{Projection, Quadric, QuadricGradient};
 
 /// One image of the likelihood: log-likelihood ratios of its pixels, and how the camera sees the
@@ -35,11 +35,7 @@ fn region(views: &[LikelihoodView], standing: &[Quadric]) -> Region {
     let share = 1.0 / views.len().max(1) as f64;
     let region_view = |view: &LikelihoodView| {
         let most: f64 = view.scores.iter().map(|score| score.max(0.0)).sum();
-        let mut scores = view.scores.clone();
-        for outline in standing.iter().filter_map(|quadric| view.projection.outline(quadric)) {
-            clear(&mut scores, view.size_px[0], &outline);
-        }
-        let map = ScoreMap::from_scores(&scores, view.size_px, 1);
+        let map = open_map(view.scores.clone(), view.size_px, &view.projection, standing);
         RegionView { map, projection: view.projection, weight: share / most.max(1.0) }
     };
     Region::new(views.iter().map(region_view).collect())

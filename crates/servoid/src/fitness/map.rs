@@ -1,4 +1,4 @@
-use crate::observe::{Channels, ImageView, Mask, RigError};
+use crate::observe::{Channels, ImageView, Mask, RigError, check_image_size};
 
 use super::ColorModel;
 
@@ -108,10 +108,7 @@ impl ScoreMap {
     /// # Errors
     /// If the image has another size.
     pub fn recolor(&mut self, image: &ImageView<'_>, model: &ColorModel) -> Result<(), RigError> {
-        let (expected, given) = (self.size_px, image.size_px());
-        if expected != given {
-            return Err(RigError::ImageSize { camera: 0, expected, given });
-        }
+        check_image_size(0, self.size_px, *image)?;
         self.fill_colors(image, model);
         Ok(())
     }

@@ -29,8 +29,7 @@ impl Overlap {
     #[must_use]
     pub fn new(views: Vec<OverlapView>) -> Self {
         let region_view = |view: &OverlapView| {
-            let scores: Vec<f64> = view.filled.iter().map(|filled| 2.0 * filled - 1.0).collect();
-            let map = ScoreMap::from_scores(&scores, view.size_px, 1);
+            let map = ScoreMap::from_scores(&balance(&view.filled), view.size_px, 1);
             RegionView { map, projection: view.projection, weight: 1.0 }
         };
         let region_views = views.iter().map(region_view).collect();
@@ -49,6 +48,11 @@ impl Overlap {
     fn mean(&self, sum: f64) -> f64 {
         sum / self.filled_px.len().max(1) as f64
     }
+}
+
+/// Gives ℓ = 2 filled - 1 of each place: 1 where the object is, -1 where it is not.
+pub(super) fn balance(filled: &[f64]) -> Vec<f64> {
+    filled.iter().map(|filled| 2.0 * filled - 1.0).collect()
 }
 
 /// Gives intersection over union, and its slopes by Σ ℓ and by the area.
@@ -89,15 +93,24 @@ impl Evidence for Overlap {
     fn open(&self, standing: &[Quadric]) -> Box<dyn Fitness + Send> {
         let share = 1.0 / self.views.len().max(1) as f64;
         let open = |(view, filled_px): (&OverlapView, &f64)| {
-            let mut scores: Vec<f64> = view.filled.iter().map(|f| 2.0 * f - 1.0).collect();
-            for outline in standing.iter().filter_map(|q| view.projection.outline(q)) {
-                clear(&mut scores, view.size_px[0], &outline);
-            }
-            let map = ScoreMap::from_scores(&scores, view.size_px, 1);
+            let map = open_map(balance(&view.filled), view.size_px, &view.projection, standing);
             RegionView { map, projection: view.projection, weight: share / filled_px.max(1.0) }
         };
         Box::new(Region::new(self.views.iter().zip(&self.filled_px).map(open).collect()))
     }
+}
+
+/// Makes the map of scores that count nothing where standing ellipsoids are seen.
+pub(super) fn open_map(
+    mut scores: Vec<f64>,
+    size_px: [usize; 2],
+    projection: &Projection,
+    standing: &[Quadric],
+) -> ScoreMap {
+    for outline in standing.iter().filter_map(|quadric| projection.outline(quadric)) {
+        clear(&mut scores, size_px[0], &outline);
+    }
+    ScoreMap::from_scores(&scores, size_px, 1)
 }
 
 /// Sets the scores inside an outline to zero.

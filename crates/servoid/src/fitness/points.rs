@@ -1,8 +1,8 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::Fitness;
-use crate::observe::{Camera, Channels, ImageError, ImageView, RigError};
-use crate::pose::Pose;
+use crate::observe::{Camera, Channels, ImageError, ImageView, RigError, check_image_size};
+use crate::pose::{Pose, even_direction};
 use crate::shape::{Body, Ellipsoid, Quadric};
 
 /// Why views and numbers make no points term.
@@ -69,10 +69,7 @@ impl<'a> PointsView<'a> {
         if matches.channels() != Channels::Grey {
             return Err(ImageError::MaskChannels.into());
         }
-        let (expected, given) = (camera.size_px(), matches.size_px());
-        if expected != given {
-            return Err(RigError::ImageSize { camera: 0, expected, given }.into());
-        }
+        check_image_size(0, camera.size_px(), matches)?;
         let camera_from_world = world_from_camera.inverse();
         let camera_from_world =
             (camera_from_world.rotation_matrix(), camera_from_world.translation());
@@ -126,6 +123,13 @@ impl<'a> Points<'a> {
         if views.is_empty() {
             return Err(RigError::NoCamera.into());
         }
+        Self::check(count, alpha)?;
+        let directions = (0..count).map(|index| direction(index, count)).collect();
+        Ok(Self { views, directions, alpha })
+    }
+
+    /// Says whether a number of points and a margin can be used.
+    pub(crate) fn check(count: usize, alpha: Margin) -> Result<(), PointsError> {
         if count == 0 || count > Self::MAX_COUNT {
             return Err(PointsError::Count { given: count, max: Self::MAX_COUNT });
         }
@@ -133,8 +137,7 @@ impl<'a> Points<'a> {
         if !(number.is_finite() && number > 0.0) {
             return Err(PointsError::Alpha(number));
         }
-        let directions = (0..count).map(|index| direction(index, count)).collect();
-        Ok(Self { views, directions, alpha })
+        Ok(())
     }
 
     /// Gives m points of the surface, each with that of the envelope in the same direction, in the
@@ -181,12 +184,7 @@ impl Fitness for Points<'_> {
 /// The paper lets both angles run from -π to π, which covers an ellipsoid twice, and does not say
 /// how they are chosen. Here θ runs from -π/2 to π/2, which covers it once: sin θ in even steps,
 /// φ on by the golden angle each time, so that every part of a sphere gets as many points.
-///
-/// Source: Swinbank, Purser, *Fibonacci grids: a novel approach to global modelling* (2006).
 fn direction(index: usize, count: usize) -> Vector3<f64> {
-    let golden = std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
-    let sine = (2 * index + 1) as f64 / count as f64 - 1.0;
-    let cosine = (1.0 - sine * sine).sqrt();
-    let (sin_phi, cos_phi) = (golden * index as f64).sin_cos();
-    Vector3::new(sine, cosine * sin_phi, cosine * cos_phi) // Eq. (1), adapted: covers it once
+    let unit = even_direction(index, (2 * index + 1) as f64 / count as f64 - 1.0);
+    Vector3::new(unit.z, unit.y, unit.x) // Eq. (1), adapted: covers it once
 }

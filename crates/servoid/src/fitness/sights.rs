@@ -210,24 +210,19 @@ impl Differentiable for Sights {
                 {
                     let Some(weight) = self.weight_at(at) else { continue };
                     let slopes = end_slopes(sight, &balls[place[index]], at);
-                    add_scaled(&mut by_score[index], &slopes, way * weight);
-                    add_scaled(&mut by_area[index], &slopes, way);
+                    by_score[index].add_scaled(&slopes, way * weight);
+                    by_area[index].add_scaled(&slopes, way);
                 }
             });
         }
         let (score, of_score, of_area) = agreement(sums, self.filled());
         for ((out, by_score), by_area) in gradient.iter_mut().zip(&by_score).zip(&by_area) {
             *out = QuadricGradient::default();
-            add_scaled(out, by_score, of_score);
-            add_scaled(out, by_area, of_area);
+            out.add_scaled(by_score, of_score);
+            out.add_scaled(by_area, of_area);
         }
         score
     }
-}
-
-fn add_scaled(sum: &mut QuadricGradient, one: &QuadricGradient, scale: f64) {
-    sum.center += one.center * scale;
-    sum.factor += one.factor * scale;
 }
 
 impl Evidence for Sights {

@@ -1,6 +1,6 @@
 use super::backend::Backend;
 use super::boundary::OutlineGradients;
-use super::overlap::{agreement, clear};
+use super::overlap::{agreement, balance, clear};
 use super::rows::{RowOutline, RowOutlines, Sums};
 use super::{Differentiable, Evidence, Fitness, ScoreMap};
 use crate::shape::{Body, Grid, Quadric, QuadricGradient, Section, SectionGradient};
@@ -21,8 +21,7 @@ impl Volume {
     /// Cuts a filled grid into slices.
     #[must_use]
     pub fn new(grid: Grid) -> Self {
-        let scores: Vec<f64> = grid.filled.iter().map(|filled| 2.0 * filled - 1.0).collect();
-        let slices = slices(&grid, &scores);
+        let slices = slices(&grid, &balance(&grid.filled));
         let filled = grid.filled.iter().sum();
         Self { grid, slices, filled, backend: Backend::fastest() }
     }
@@ -32,7 +31,7 @@ impl Volume {
         let mut total = Sums::default();
         for (z, map) in self.slices.iter().enumerate() {
             let mut outlines = RowOutlines::new();
-            for (_, section, _) in reaching(&sections, z) {
+            for (_, section) in reaching(&sections, z) {
                 if let Some(rows) = section.at(z as f64).and_then(|cut| RowOutline::new(&cut, map))
                 {
                     outlines.push(rows);
@@ -57,8 +56,12 @@ fn sections(grid: &Grid, hypothesis: &[Quadric]) -> Vec<Reaching> {
     hypothesis.iter().take(Body::MAX_ELLIPSOIDS).enumerate().filter_map(section).collect()
 }
 
-fn reaching(sections: &[Reaching], z: usize) -> impl Iterator<Item = &Reaching> {
-    sections.iter().filter(move |(_, _, (first, last))| *first < z as f64 && *last > z as f64)
+/// Gives the sections that a slice cuts, with their places in the list.
+fn reaching(sections: &[Reaching], z: usize) -> impl Iterator<Item = (usize, &Section)> {
+    let z = z as f64;
+    let all = sections.iter().enumerate();
+    all.filter(move |(_, (_, _, (first, last)))| *first < z && *last > z)
+        .map(|(place, (_, section, _))| (place, section))
 }
 
 fn slices(grid: &Grid, scores: &[f64]) -> Vec<ScoreMap> {
@@ -83,10 +86,7 @@ impl Differentiable for Volume {
         for (z, map) in self.slices.iter().enumerate() {
             let mut outlines = RowOutlines::new();
             seen.clear();
-            for (place, (_, section, (first, last))) in sections.iter().enumerate() {
-                if *first >= z as f64 || *last <= z as f64 {
-                    continue;
-                }
+            for (place, section) in reaching(&sections, z) {
                 if let Some(rows) = section.at(z as f64).and_then(|cut| RowOutline::new(&cut, map))
                 {
                     outlines.push(rows);
@@ -115,8 +115,7 @@ impl Differentiable for Volume {
 
 impl Evidence for Volume {
     fn open(&self, standing: &[Quadric]) -> Box<dyn Fitness + Send> {
-        let mut scores: Vec<f64> =
-            self.grid.filled.iter().map(|filled| 2.0 * filled - 1.0).collect();
+        let mut scores = balance(&self.grid.filled);
         let [width, height, _] = self.grid.size;
         for (_, section, _) in sections(&self.grid, standing) {
             for (z, slice) in scores.chunks_exact_mut(width * height).enumerate() {

@@ -20,16 +20,18 @@ pub(super) struct Parts<'a> {
 }
 
 impl<'a> Parts<'a> {
-    /// Holds a part of the views and of the seen points out; `None` where there are too few.
+    /// Holds a part of the views and of the seen points out; `None` where there are too few of those
+    /// that count. What has no weight is all held in: it could not choose.
     pub fn of(given: &Given<'a>) -> Option<Self> {
         if given.mesh.is_some() {
             return None;
         }
-        let many = given.views.len() >= LEAST_VIEWS;
+        let weights = given.weights;
+        let many = weights.silhouettes > 0.0 && given.views.len() >= LEAST_VIEWS;
         let held = |index: usize| many && index % ONE_IN == ONE_IN - 1;
         let views = divide(given.views, held);
         let stripe = given.sights.len().div_ceil(STRIPES).max(1);
-        let enough = given.sights.len() >= LEAST_SIGHTS;
+        let enough = weights.depth > 0.0 && given.sights.len() >= LEAST_SIGHTS;
         let sights =
             divide(given.sights, |index| enough && (index / stripe) % ONE_IN == ONE_IN - 1);
         let any = !(views[1].is_empty() && sights[1].is_empty());

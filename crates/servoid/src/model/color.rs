@@ -2,7 +2,7 @@ use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
 
 use super::ModelError;
-use crate::observe::{ImageView, RigError, View};
+use crate::observe::{ImageView, RigError, View, check_image_size};
 use crate::shape::{Body, Ellipsoid};
 
 /// Gives each ellipsoid's colour (red, green, blue): the median over the object's pixels in which
@@ -20,10 +20,7 @@ pub fn ellipsoid_colors(
         return Err(RigError::Count { what: "images", cameras, given }.into());
     }
     for (index, (view, image)) in views.iter().zip(images).enumerate() {
-        let (expected, given) = (view.camera().size_px(), image.size_px());
-        if expected != given {
-            return Err(RigError::ImageSize { camera: index, expected, given }.into());
-        }
+        check_image_size(index, view.camera().size_px(), *image)?;
     }
     let pairs: Vec<_> = views.iter().zip(images).collect();
     let parts: Vec<_> =

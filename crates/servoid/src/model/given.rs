@@ -1,3 +1,4 @@
+use super::ModelError;
 use crate::fitness::Sight;
 use crate::observe::View;
 use crate::shape::Mesh;
@@ -24,6 +25,22 @@ pub struct Weights {
     pub volume: f64,
     /// Seen points of the surface.
     pub depth: f64,
+}
+
+impl Weights {
+    /// Checks that each is a number of at least 0.
+    pub(super) fn check(&self) -> Result<(), ModelError> {
+        let Self { silhouettes, volume, depth } = *self;
+        for (name, given) in
+            [("silhouette_weight", silhouettes), ("volume_weight", volume), ("depth_weight", depth)]
+        {
+            if !(0.0..f64::INFINITY).contains(&given) {
+                let (allowed, given) = ("a number of at least 0".into(), given.to_string());
+                return Err(ModelError::Setting { name, allowed, given });
+            }
+        }
+        Ok(())
+    }
 }
 
 impl Default for Weights {

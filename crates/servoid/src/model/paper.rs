@@ -2,6 +2,7 @@ use nalgebra::Vector3;
 use rayon::prelude::*;
 
 use super::scene::{common_point, mean_radius};
+use super::settings::{check_common, check_positive, workers};
 use super::{ModelError, Progress, Step};
 use crate::evolve::{Ga, GaSettings, rng};
 use crate::fitness::{Margin, Points, PointsView};
@@ -48,17 +49,8 @@ impl Default for PaperSettings {
 impl PaperSettings {
     /// Passes the settings on if they are in their ranges.
     fn checked(self) -> Result<Self, ModelError> {
-        let most = Body::MAX_ELLIPSOIDS;
-        let bounded = |name, allowed: String, given: String, fits: bool| {
-            if fits { Ok(()) } else { Err(ModelError::Setting { name, allowed, given }) }
-        };
-        let count = self.max_ellipsoids;
-        let fits = (1..=most).contains(&count);
-        bounded("max_ellipsoids", format!("1 to {most}"), count.to_string(), fits)?;
-        let fits = (0.0..1.0).contains(&self.delta);
-        bounded("delta", "at least 0 and below 1".into(), self.delta.to_string(), fits)?;
-        let generations = self.generations.to_string();
-        bounded("generations", "at least 1".into(), generations, self.generations > 0)?;
+        check_common(self.max_ellipsoids, self.delta)?;
+        check_positive("generations", self.generations)?;
         Ok(self)
     }
 }
@@ -83,9 +75,7 @@ pub fn paper(
     progress: Progress<'_>,
 ) -> Result<Vec<Step>, ModelError> {
     let settings = settings.checked()?;
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(settings.threads).build();
-    let pool = pool.map_err(|_| ModelError::Threads(settings.threads))?;
-    pool.install(|| {
+    workers(settings.threads)?.install(|| {
         let mut search = Search::new(views, &settings, progress)?;
         let (mut standing, mut steps, mut reached) = (Vec::new(), Vec::new(), 0.0);
         while standing.len() < settings.max_ellipsoids {

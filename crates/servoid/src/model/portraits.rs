@@ -3,7 +3,7 @@ use rayon::prelude::*;
 
 use super::ModelError;
 use crate::observe::{Camera, Channels, ImageView, Mask, View};
-use crate::pose::Pose;
+use crate::pose::{Pose, even_direction};
 use crate::shape::{Mesh, Projection};
 
 /// Pictures that are taken of a mesh, from all sides.
@@ -51,11 +51,7 @@ pub(super) fn portraits(mesh: &Mesh) -> Result<Vec<Portrait>, ModelError> {
 
 /// Gives direction `index` of a spiral of [`COUNT`] over the half ball z > 0.
 fn half_ball_direction(index: usize) -> Vector3<f64> {
-    let golden = std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
-    let height = 1.0 - (index as f64 + 0.5) / COUNT as f64;
-    let ring = (1.0 - height * height).sqrt();
-    let angle = golden * index as f64;
-    Vector3::new(ring * angle.cos(), ring * angle.sin(), height)
+    even_direction(index, 1.0 - (index as f64 + 0.5) / COUNT as f64)
 }
 
 /// Turns z to a direction.

@@ -5,6 +5,7 @@ use super::grow::{add_one, descend, reseed};
 use super::ladder::Ladder;
 use super::portraits::{Portrait, portraits};
 use super::scene::Scene;
+use super::settings::workers;
 use super::watch::Watch;
 use super::{Given, ModelError, Settings};
 use crate::shape::Body;
@@ -14,7 +15,8 @@ use crate::shape::Body;
 pub struct Step {
     /// The body.
     pub body: Body,
-    /// F: the mean silhouette overlap at the resolution of the fit; of the paper's method its own.
+    /// F: the agreement with all that was given, at the resolution of the fit; of the paper's method
+    /// its own.
     pub fitness: f64,
 }
 
@@ -22,28 +24,28 @@ pub struct Step {
 /// `false` stops the work.
 pub type Progress<'a> = &'a mut (dyn FnMut(usize, f64, f64) -> bool + Send);
 
-/// Models what the views show by the paper's progressive flow (Fig. 1, Sec. 2.2).
+/// Models what was given by the paper's progressive flow (Fig. 1, Sec. 2.2).
 ///
 /// Gives one step for each count of ellipsoids, up to that at which F stops to rise by δ. The
 /// overlap with the masks never falls from step to step.
 ///
 /// # Errors
-/// If there are fewer than two views, they see no common point, or a setting is out of its range.
+/// If what was given says too little, its views see no common point, none of it has a weight, or a
+/// weight or a setting is out of its range.
 pub fn progressive(
     given: &Given<'_>,
     settings: &Settings,
     progress: Progress<'_>,
 ) -> Result<Vec<Step>, ModelError> {
     let settings = settings.checked()?;
+    given.weights.check()?;
     let solid = given.mesh.is_some() || !given.sights.is_empty();
     let settings = match given.mesh {
         Some(_) => settings.for_solids(),
         None if solid => settings.for_sights(),
         None => settings,
     };
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(settings.threads).build();
-    let pool = pool.map_err(|_| ModelError::Threads(settings.threads))?;
-    pool.install(|| {
+    workers(settings.threads)?.install(|| {
         let drawn = given.mesh.map_or_else(|| Ok(Vec::new()), portraits)?;
         let drawn = drawn.iter().map(Portrait::view).collect::<Result<Vec<_>, _>>()?;
         let views = [given.views, &drawn].concat();

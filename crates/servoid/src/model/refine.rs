@@ -20,7 +20,7 @@ pub(super) struct Judge {
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct Fit {
     pub quadrics: Vec<Quadric>,
-    /// F: the mean silhouette overlap.
+    /// F: the agreement with all evidence.
     pub fitness: f64,
     /// F less the cost of the spread of the radii: by this, fits are compared.
     pub worth: f64,

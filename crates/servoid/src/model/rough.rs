@@ -4,11 +4,14 @@ use rayon::prelude::*;
 use super::levels::{CameraFromScene, block_means};
 use super::progressive::grow;
 use super::refine::Judge;
-use super::scene::{SPREAD_COST, Scene, camera_from_scene, common_point, mean_radius};
+use super::scene::{
+    SPREAD_COST, Scene, camera_from_scene, common_point, line_of_sight, mean_radius,
+};
+use super::settings::workers;
 use super::watch::Watch;
 use super::{ModelError, Settings};
 use crate::fitness::{ColorModel, Likelihood, LikelihoodView, Sight, Total};
-use crate::observe::{Camera, Channels, ImageView, Mask, RigError, View};
+use crate::observe::{Camera, Channels, ImageView, Mask, View, check_image_size};
 use crate::pose::Pose;
 use crate::shape::{Body, Projection, silhouette};
 
@@ -29,12 +32,8 @@ impl Unmarked<'_> {
     /// # Errors
     /// If it has another.
     pub fn checked(self) -> Result<Self, ModelError> {
-        let (expected, given) = (self.camera.size_px(), self.image.size_px());
-        if expected == given {
-            Ok(self)
-        } else {
-            Err(RigError::ImageSize { camera: 0, expected, given }.into())
-        }
+        check_image_size(0, self.camera.size_px(), self.image)?;
+        Ok(self)
     }
 }
 
@@ -63,11 +62,9 @@ pub fn rough(
     settings: &Settings,
 ) -> Result<Body, ModelError> {
     let settings = settings.checked()?.quick();
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(settings.threads).build();
-    let pool = pool.map_err(|_| ModelError::Threads(settings.threads))?;
     let step = unmarked.len().div_ceil(MOST_VIEWS).max(1);
     let some: Vec<Unmarked<'_>> = unmarked.iter().step_by(step).copied().collect();
-    pool.install(|| {
+    workers(settings.threads)?.install(|| {
         let frame = Frame::new(marked, &some, sights)?;
         let one = Settings { max_ellipsoids: 1, ..settings };
         // What lies beside one ellipsoid in the other pictures teaches the background there.
@@ -113,11 +110,8 @@ impl Frame {
         unmarked: &[Unmarked<'_>],
         sights: &[Sight],
     ) -> Result<Self, ModelError> {
-        for (camera, (view, image)) in marked.iter().enumerate() {
-            let (expected, given) = (view.camera().size_px(), image.size_px());
-            if expected != given {
-                return Err(RigError::ImageSize { camera, expected, given }.into());
-            }
+        for (index, (view, image)) in marked.iter().enumerate() {
+            check_image_size(index, view.camera().size_px(), *image)?;
         }
         let views: Vec<View<'_>> = marked.iter().map(|(view, _)| *view).collect();
         let first = views.first().ok_or(ModelError::TooFewViews(0))?;
@@ -176,8 +170,7 @@ fn place(
         return common_point(views);
     }
     let view = views.first().ok_or(ModelError::TooFewViews(0))?;
-    let pose = view.world_from_camera();
-    let sight = pose.rotation() * view.camera().ray(view.mask().centroid_px()).normalize();
+    let (pose, sight) = (view.world_from_camera(), line_of_sight(view));
     let (mut across, mut along) = (0.0, 0.0);
     for other in unmarked {
         let axis = other.world_from_camera.rotation() * Vector3::z();

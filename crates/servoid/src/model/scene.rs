@@ -208,11 +208,10 @@ fn spread_out(cameras: &[CameraFromScene]) -> Vec<usize> {
 pub(super) fn common_point(views: &[View<'_>]) -> Result<Vector3<f64>, ModelError> {
     let (mut normal, mut target) = (Matrix3::zeros(), Vector3::zeros());
     for view in views {
-        let pose = view.world_from_camera();
-        let sight = pose.rotation() * view.camera().ray(view.mask().centroid_px()).normalize();
+        let sight = line_of_sight(view);
         let across = Matrix3::identity() - sight * sight.transpose();
         normal += across;
-        target += across * pose.translation();
+        target += across * view.world_from_camera().translation();
     }
     // The mean squared sine of the angles between the lines of sight.
     let spread = SymmetricEigen::new(normal / views.len() as f64).eigenvalues.min();
@@ -224,6 +223,12 @@ pub(super) fn common_point(views: &[View<'_>]) -> Result<Vector3<f64>, ModelErro
         }
     }
     Ok(point)
+}
+
+/// Gives the direction, in the world, in which a view sees its mask's centre.
+pub(super) fn line_of_sight(view: &View<'_>) -> Vector3<f64> {
+    let ray = view.camera().ray(view.mask().centroid_px()).normalize();
+    view.world_from_camera().rotation() * ray
 }
 
 /// Says how a view contradicts an object at a point: it must lie in front of the camera and be

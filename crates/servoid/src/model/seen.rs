@@ -3,6 +3,7 @@ use rayon::prelude::*;
 
 use crate::fitness::Sight;
 use crate::observe::View;
+use crate::pose::even_direction;
 use crate::shape::{Body, Ellipsoid};
 
 /// How much of a body's surface was seen.
@@ -12,7 +13,8 @@ pub struct Seen {
     pub by_ellipsoid: Vec<f64>,
     /// Share of the whole surface.
     pub share: f64,
-    /// Unit vector, in the object's frame, to the side that was not seen; `None` if all of it was.
+    /// Unit vector, in the object's frame, to the side that was not seen; `None` if all of it was,
+    /// or if what was not seen lies all around.
     pub unseen_toward: Option<[f64; 3]>,
 }
 
@@ -20,6 +22,9 @@ pub struct Seen {
 const PLACES: usize = 240;
 /// A surface counts as seen if a point was seen within this share of the body's size.
 const NEAR: f64 = 0.12;
+/// Length of the mean normal of what was not seen, 0 to 1, below which that lies on no one side. It
+/// is 0.5 for half a ball, and 0 for opposite sides.
+const LEAST_LEAN: f64 = 0.2;
 
 /// A place on the body's surface.
 struct Place {
@@ -56,23 +61,33 @@ pub fn seen(body: &Body, views: &[View<'_>], sights: &[Sight]) -> Seen {
     };
     let parts: Vec<Vec<(Place, bool)>> =
         (0..ellipsoids.len()).into_par_iter().map(of_one).collect();
-    let share = |places: &mut dyn Iterator<Item = &(Place, bool)>| {
-        let (mut seen, mut all) = (0.0, 0.0);
-        for (place, is_seen) in places {
-            all += place.area;
-            seen += if *is_seen { place.area } else { 0.0 };
-        }
-        if all > 0.0 { seen / all } else { 1.0 }
-    };
-    let hidden = parts.iter().flatten().filter(|(_, is_seen)| !is_seen);
-    let toward: Vector3<f64> = hidden.map(|(place, _)| place.normal * place.area).sum();
+    let hidden = parts.iter().flatten().filter(|(_, is_seen)| !is_seen).map(|(place, _)| place);
     let object_from_world = body.world_from_object().inverse();
-    let toward = toward.try_normalize(f64::MIN_POSITIVE);
     Seen {
-        by_ellipsoid: parts.iter().map(|part| share(&mut part.iter())).collect(),
-        share: share(&mut parts.iter().flatten()),
-        unseen_toward: toward.map(|v| (object_from_world.rotation() * v).into()),
+        by_ellipsoid: parts.iter().map(share).collect(),
+        share: share(parts.iter().flatten()),
+        unseen_toward: side_of(hidden).map(|v| (object_from_world.rotation() * v).into()),
     }
+}
+
+/// Gives the share of the places' area that was seen; 1 where there is none.
+fn share<'a>(places: impl IntoIterator<Item = &'a (Place, bool)>) -> f64 {
+    let (mut seen, mut all) = (0.0, 0.0);
+    for (place, is_seen) in places {
+        all += place.area;
+        seen += if *is_seen { place.area } else { 0.0 };
+    }
+    if all > 0.0 { seen / all } else { 1.0 }
+}
+
+/// Gives the side on which places lie, if they lie on one.
+fn side_of<'a>(places: impl Iterator<Item = &'a Place>) -> Option<Vector3<f64>> {
+    let (mut toward, mut area) = (Vector3::zeros(), 0.0);
+    for place in places {
+        toward += place.normal * place.area;
+        area += place.area;
+    }
+    toward.try_normalize((LEAST_LEAN * area).max(f64::MIN_POSITIVE))
 }
 
 /// Spreads places over an ellipsoid, each with the area it stands for.
@@ -80,11 +95,8 @@ fn places(ellipsoid: &Ellipsoid) -> Vec<Place> {
     let factor = ellipsoid.factor();
     // Radii are positive, so that the factor has an inverse.
     let turned = factor.try_inverse().unwrap_or_default().transpose();
-    let golden = std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
     let place = |i: usize| {
-        let height = 1.0 - 2.0 * (i as f64 + 0.5) / PLACES as f64;
-        let (ring, angle) = ((1.0 - height * height).sqrt(), golden * i as f64);
-        let unit = Vector3::new(ring * angle.cos(), ring * angle.sin(), height);
+        let unit = even_direction(i, 1.0 - 2.0 * (i as f64 + 0.5) / PLACES as f64);
         let normal = turned * unit;
         let area = normal.norm() * factor.determinant().abs();
         Place { point: ellipsoid.center() + factor * unit, normal: normal.normalize(), area }

@@ -80,22 +80,43 @@ impl Settings {
 
     /// Passes the settings on if they are in their ranges.
     pub(super) fn checked(self) -> Result<Self, ModelError> {
-        let most = Body::MAX_ELLIPSOIDS;
-        let fail = |name, allowed: String, given: String| {
-            Err(ModelError::Setting { name, allowed, given })
-        };
-        if self.max_ellipsoids == 0 || self.max_ellipsoids > most {
-            let given = self.max_ellipsoids.to_string();
-            return fail("max_ellipsoids", format!("1 to {most}"), given);
-        }
-        if !(0.0..1.0).contains(&self.delta) {
-            return fail("delta", "at least 0 and below 1".into(), self.delta.to_string());
-        }
-        for (name, given) in [("islands", self.islands), ("lines", self.lines)] {
-            if given == 0 {
-                return fail(name, "at least 1".into(), given.to_string());
-            }
-        }
+        check_common(self.max_ellipsoids, self.delta)?;
+        check_positive("islands", self.islands)?;
+        check_positive("lines", self.lines)?;
         Ok(self)
     }
+}
+
+/// Checks what every method is told.
+pub(super) fn check_common(max_ellipsoids: usize, delta: f64) -> Result<(), ModelError> {
+    let most = Body::MAX_ELLIPSOIDS;
+    if !(1..=most).contains(&max_ellipsoids) {
+        return Err(ModelError::Setting {
+            name: "max_ellipsoids",
+            allowed: format!("1 to {most}"),
+            given: max_ellipsoids.to_string(),
+        });
+    }
+    if !(0.0..1.0).contains(&delta) {
+        return Err(ModelError::Setting {
+            name: "delta",
+            allowed: "at least 0 and below 1".into(),
+            given: delta.to_string(),
+        });
+    }
+    Ok(())
+}
+
+pub(super) fn check_positive(name: &'static str, given: usize) -> Result<(), ModelError> {
+    if given == 0 {
+        let (allowed, given) = ("at least 1".into(), given.to_string());
+        return Err(ModelError::Setting { name, allowed, given });
+    }
+    Ok(())
+}
+
+/// Starts worker threads; 0 takes as many as the machine has.
+pub(super) fn workers(threads: usize) -> Result<rayon::ThreadPool, ModelError> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    pool.map_err(|_| ModelError::Threads(threads))
 }

@@ -102,6 +102,12 @@ impl<'a> ImageView<'a> {
         self.channels
     }
 
+    /// Gives all bytes, row by row.
+    #[must_use]
+    pub fn bytes(&self) -> &'a [u8] {
+        self.data
+    }
+
     /// Gives the bytes of row `v`, empty beyond the image.
     #[must_use]
     pub fn row(&self, v: usize) -> &'a [u8] {

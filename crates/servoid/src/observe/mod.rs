@@ -16,5 +16,6 @@ pub use distortion::Distortion;
 pub use image::{Channels, ImageError, ImageView, Mask};
 pub use lens::{Lens, NOWHERE_PX};
 pub use pyramid::{Plane, Pyramid, Sample};
+pub(crate) use rig::check_image_size;
 pub use rig::{Observation, Rig, RigError};
 pub use view::View;

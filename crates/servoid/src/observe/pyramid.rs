@@ -56,6 +56,14 @@ impl Plane {
         }
     }
 
+    /// Gives the standard deviation of the brightness.
+    #[must_use]
+    pub fn deviation(&self) -> f32 {
+        let count = self.data.len().max(1) as f32;
+        let mean = self.data.iter().sum::<f32>() / count;
+        (self.data.iter().map(|x| (x - mean) * (x - mean)).sum::<f32>() / count).sqrt()
+    }
+
     /// Becomes half as large in both directions as another plane: each pixel the mean of four.
     fn halve(&mut self, from: &Self) {
         let [width, height] = from.size_px.map(|n| n / 2);

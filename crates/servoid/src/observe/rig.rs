@@ -90,10 +90,7 @@ impl Rig {
         check_count("poses", self.cameras.len(), rig_from_camera.len())?;
         check_count("images", self.cameras.len(), images.len())?;
         for (i, (camera, image)) in self.cameras.iter().zip(&images).enumerate() {
-            if let Some(image) = image.filter(|image| image.size_px() != camera.size_px()) {
-                let (expected, given) = (camera.size_px(), image.size_px());
-                return Err(RigError::ImageSize { camera: i, expected, given });
-            }
+            image.map_or(Ok(()), |image| check_image_size(i, camera.size_px(), image))?;
         }
         let world_from_camera = rig_from_camera
             .iter()
@@ -101,6 +98,16 @@ impl Rig {
             .collect();
         Ok(Observation { time_s, world_from_camera, images })
     }
+}
+
+/// Checks that an image has the size that its camera, or what else it belongs to, expects.
+pub(crate) fn check_image_size(
+    camera: usize,
+    expected: [usize; 2],
+    image: ImageView<'_>,
+) -> Result<(), RigError> {
+    let given = image.size_px();
+    if expected == given { Ok(()) } else { Err(RigError::ImageSize { camera, expected, given }) }
 }
 
 fn check_count(what: &'static str, cameras: usize, given: usize) -> Result<(), RigError> {

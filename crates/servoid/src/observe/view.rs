@@ -1,4 +1,4 @@
-use super::{Camera, Mask};
+use super::{Camera, Mask, RigError, check_image_size};
 use crate::pose::Pose;
 
 /// One picture that says where the object is: a camera, its pose and a mask.
@@ -14,15 +14,8 @@ impl<'a> View<'a> {
     ///
     /// # Errors
     /// If the mask has not the camera's size.
-    pub fn new(
-        camera: Camera,
-        world_from_camera: Pose,
-        mask: Mask<'a>,
-    ) -> Result<Self, super::RigError> {
-        let (expected, given) = (camera.size_px(), mask.image().size_px());
-        if expected != given {
-            return Err(super::RigError::ImageSize { camera: 0, expected, given });
-        }
+    pub fn new(camera: Camera, world_from_camera: Pose, mask: Mask<'a>) -> Result<Self, RigError> {
+        check_image_size(0, camera.size_px(), mask.image())?;
         Ok(Self { camera, world_from_camera, mask })
     }
 

@@ -1,4 +1,4 @@
-use nalgebra::{Quaternion, UnitQuaternion};
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 /// Turns three even shares, 0 to 1 each, into an evenly distributed rotation.
 ///
@@ -9,4 +9,15 @@ pub fn even_turn(first: f64, second: f64, third: f64) -> UnitQuaternion<f64> {
     let (a, b) = (std::f64::consts::TAU * second, std::f64::consts::TAU * third);
     let q = Quaternion::new(high * b.cos(), low * a.sin(), low * a.cos(), high * b.sin());
     UnitQuaternion::new_normalize(q)
+}
+
+/// Gives the unit vector at a height, -1 to 1 along z, on a spiral that turns by the golden angle
+/// from each index to the next: over heights in even steps, directions are evenly distributed.
+///
+/// Source: Swinbank, Purser, *Fibonacci grids: a novel approach to global modelling* (2006).
+#[must_use]
+pub fn even_direction(index: usize, height: f64) -> Vector3<f64> {
+    let golden = std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
+    let (ring, angle) = ((1.0 - height * height).sqrt(), golden * index as f64);
+    Vector3::new(ring * angle.cos(), ring * angle.sin(), height)
 }

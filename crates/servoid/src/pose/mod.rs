@@ -4,7 +4,7 @@ mod even;
 mod principal;
 mod se3;
 
-pub use even::even_turn;
+pub use even::{even_direction, even_turn};
 pub use se3::{Pose, Twist};
 
 use nalgebra::Matrix4;

@@ -1,7 +1,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::{Ellipsoid, ShapeError};
-use crate::pose::Pose;
+use crate::pose::{Pose, even_direction};
 
 /// A rigid set of ellipsoids in the object's own frame, and where that frame is in the world.
 #[derive(Debug, Clone, PartialEq)]
@@ -60,6 +60,12 @@ impl Body {
         self.ellipsoids.iter().map(|e| e.transformed(&self.world_from_object, 1.0)).collect()
     }
 
+    /// Puts the whole to another pose.
+    #[must_use]
+    pub fn at(&self, world_from_object: Pose) -> Self {
+        Self { world_from_object, ellipsoids: self.ellipsoids.clone() }
+    }
+
     /// Scales about the world's origin, then moves the whole.
     #[must_use]
     pub fn transformed(&self, pose: &Pose, scale: f64) -> Self {
@@ -101,12 +107,8 @@ fn weighted_points(ellipsoids: &[Ellipsoid]) -> Vec<(Vector3<f64>, f64)> {
 
 /// Gives point `i` of a Fibonacci spiral wound through the unit ball.
 fn ball_point(i: usize) -> Vector3<f64> {
-    let golden = std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
     let share = (i as f64 + 0.5) / MOMENT_POINTS as f64;
     // A second irrational step decouples the radius from the height.
     let radius = (i as f64 * 0.754_877_666_246_693).fract().cbrt();
-    let height = 1.0 - 2.0 * share;
-    let ring = (1.0 - height * height).sqrt();
-    let angle = golden * i as f64;
-    Vector3::new(ring * angle.cos(), ring * angle.sin(), height) * radius
+    even_direction(i, 1.0 - 2.0 * share) * radius
 }

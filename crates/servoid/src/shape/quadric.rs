@@ -22,6 +22,14 @@ pub struct QuadricGradient {
     pub factor: Matrix3<f64>,
 }
 
+impl QuadricGradient {
+    /// Adds another gradient, scaled.
+    pub(crate) fn add_scaled(&mut self, other: &Self, scale: f64) {
+        self.center += other.center * scale;
+        self.factor += other.factor * scale;
+    }
+}
+
 impl Quadric {
     /// Gives the shape matrix Σ = F Fᵀ.
     #[must_use]

@@ -114,6 +114,11 @@ impl Colors {
         }
     }
 
+    /// Says whether colours of the object and of the background were learned.
+    pub(super) fn are_known(&self) -> bool {
+        self.object.known && self.around.known
+    }
+
     /// Gives the log-likelihood ratio of a bin on a side, in nats.
     #[inline]
     pub(super) fn ratio(&self, bin: usize, side: usize) -> f32 {

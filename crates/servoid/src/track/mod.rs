@@ -1,21 +1,30 @@
 //! Observations and a body become estimates: six degrees of freedom, from image to image.
 
+mod attempt;
+mod begin;
+mod certainty;
+mod clock;
 mod colors;
 mod estimate;
 mod judge;
 mod learn;
 mod motion;
+mod one_step;
 mod points;
 mod polish;
 mod recover;
 mod regain;
 mod search;
+mod senses;
 mod settings;
 mod solid;
+mod teach;
 mod tracker;
+mod usual;
 mod window;
 
 pub use estimate::{Estimate, Notice, Status, Timing};
+pub use one_step::{Genes, Judge, OneStep, OneStepError, OneStepSettings};
 pub use settings::TrackSettings;
 pub use tracker::Tracker;
 
@@ -42,6 +51,18 @@ pub enum TrackError {
         /// Entries given.
         given: usize,
     },
+    /// A tracker needs a camera.
+    #[error("a tracker needs at least one camera")]
+    NoCamera,
+    /// A time stamp is not finite.
+    #[error("a time stamp must be a finite number of seconds, but it is {0}")]
+    Time(f64),
+    /// Nothing tells the object from the rest.
+    #[error(
+        "nothing is known of how the object looks, so it cannot be sought: give a mask or another \
+         target in the first observation, or its pose there"
+    )]
+    NothingKnown,
     /// The object is in no image.
     #[error(
         "the object is in none of the images at the pose that was given; check that it is \

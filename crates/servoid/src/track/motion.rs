@@ -1,5 +1,6 @@
 use nalgebra::{UnitQuaternion, Vector3};
 
+use super::senses::FARTHEST_S;
 use crate::pose::Pose;
 
 /// Where the object was and how it moved: its middle evenly through the world, and turning evenly
@@ -13,8 +14,6 @@ pub(super) struct Motion {
     turning: Vector3<f64>,
 }
 
-/// Longest time over which motion is extrapolated, in seconds.
-const FARTHEST_S: f64 = 0.5;
 /// Share of the newest motion in what is predicted.
 const NEWEST: f64 = 0.8;
 
@@ -22,10 +21,6 @@ impl Motion {
     pub(super) fn at_rest(time_s: f64, world_from_object: Pose) -> Self {
         let zero = Vector3::zeros();
         Self { time_s, world_from_object, velocity: zero, turning: zero }
-    }
-
-    pub(super) fn time_s(&self) -> f64 {
-        self.time_s
     }
 
     pub(super) fn last(&self) -> Pose {

@@ -24,6 +24,8 @@ pub(super) struct Sight<'a> {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Normal {
     pub(super) curvature: Matrix6<f64>,
+    /// The part of it that no image told.
+    pub(super) belief: Matrix6<f64>,
     slope: Vector6<f64>,
 }
 
@@ -33,6 +35,7 @@ pub(super) struct Desk {
     pub(super) in_view: Vec<InView>,
     pub(super) matches: Vec<(InView, Option<Agreement>)>,
     outlines: Vec<(Outline, Quadric)>,
+    pub(super) teaching: Vec<Outline>,
     pub(super) contour: Vec<ContourPoint>,
 }
 
@@ -52,7 +55,8 @@ impl Normal {
     pub(super) fn new(radius: f64) -> Self {
         let (across, turn) = ((0.3 * radius).powi(-2), 0.5_f64.powi(-2));
         let diagonal = Vector6::new(across, across, across, turn, turn, turn);
-        Self { curvature: Matrix6::from_diagonal(&diagonal), slope: Vector6::zeros() }
+        let belief = Matrix6::from_diagonal(&diagonal);
+        Self { curvature: belief, belief, slope: Vector6::zeros() }
     }
 
     fn step(&self) -> Option<Twist> {
@@ -106,12 +110,7 @@ pub(super) fn linearize(sight: &Sight<'_>, pose: &Pose, level: usize, desk: &mut
         let agreement = point.agreement(&projection, pyramid, level);
         desk.matches.push((*view, agreement));
         if let Some(agreement) = agreement {
-            add_point(
-                &mut normal,
-                &agreement,
-                &point.position,
-                sight.points.known[view.point].variance,
-            );
+            add_point(&mut normal, &agreement, &point.position);
         }
     }
     if let Some(colors) = sight.colors {
@@ -140,18 +139,13 @@ pub(super) fn linearize(sight: &Sight<'_>, pose: &Pose, level: usize, desk: &mut
     normal
 }
 
-fn add_point(
-    normal: &mut Normal,
-    agreement: &Agreement,
-    position: &nalgebra::Vector3<f64>,
-    variance: f64,
-) {
+fn add_point(normal: &mut Normal, agreement: &Agreement, position: &nalgebra::Vector3<f64>) {
     let weight = ((agreement.correlation - 0.3) / 0.5).clamp(0.0, 1.0).powi(2);
     if weight == 0.0 {
         return;
     }
     // The information of a shift of variance noise·tensor⁻¹ + place².
-    let place = PLACE_PX * PLACE_PX + 0.0 * variance;
+    let place = PLACE_PX * PLACE_PX;
     let spread = Matrix2::identity() * noise(agreement.correlation) + agreement.tensor * place;
     let Some(inverse) = spread.try_inverse() else { return };
     let by_motion = by_motion(&agreement.slope, position);

@@ -52,7 +52,7 @@ impl Recovery {
             self.round += 1;
             let rng = evolve::rng(self.seed, self.round);
             let mut search = Search::new(POPULATION, rng)?;
-            let found = search.run(&judged, (pose, pose), reach, GENERATIONS)?;
+            let found = search.run(&judged, (pose, pose), reach, |bred| bred < GENERATIONS)?;
             evaluations += found.evaluations;
             self.best.push(found);
         }
@@ -91,7 +91,8 @@ impl Recovery {
         for found in &mut self.best {
             self.round += 1;
             let mut search = Search::new(POPULATION, evolve::rng(self.seed, self.round))?;
-            *found = search.run(&judged, (&found.pose, &found.pose), reach, GENERATIONS)?;
+            *found = search
+                .run(&judged, (&found.pose, &found.pose), reach, |bred| bred < GENERATIONS)?;
             evaluations += found.evaluations;
         }
         self.best.sort_by(|a, b| b.score.total_cmp(&a.score));

@@ -1,6 +1,8 @@
 use super::TrackError;
+use super::attempt::{Attempt, sight};
 use super::polish::Sight;
-use super::tracker::{Attempt, Seen, Tracker};
+use super::tracker::{MARGIN, Tracker};
+use crate::observe::Observation;
 use crate::pose::Pose;
 
 /// Share of the object's size by which the window is larger where it is sought near a pose.
@@ -21,62 +23,58 @@ impl Tracker {
     /// anywhere. Replaces the attempt if something better is found; gives the number of scores.
     pub(super) fn regain(
         &mut self,
-        seen: &Seen<'_>,
+        observation: &Observation<'_>,
         expected: &Pose,
         attempt: &mut Attempt,
     ) -> Result<usize, TrackError> {
         if self.was_seen_lately() {
-            self.seek_near(seen, expected, attempt)
+            self.seek_near(observation, expected, attempt)
         } else {
-            self.seek_anywhere(seen, 1, attempt)
+            self.seek_anywhere(observation, 1, attempt)
         }
     }
 
     /// Seeks the object near a pose.
     pub(super) fn seek_near(
         &mut self,
-        seen: &Seen<'_>,
+        observation: &Observation<'_>,
         near: &Pose,
         attempt: &mut Attempt,
     ) -> Result<usize, TrackError> {
-        if !self.look(seen, near, NEAR_MARGIN) {
+        if !self.look(observation, near, NEAR_MARGIN) {
             return Ok(0);
         }
         let area = self.area(near);
         let reach = (NEAR_REACH.0 * self.solid.radius, NEAR_REACH.1);
-        let Self { windows, solid, points, colors, recovery, settings, .. } = self;
-        let colors = settings.region.then_some(&*colors);
-        let sight = Sight { windows, images: &seen.images, solid, points, colors };
-        let (found, evaluations) = recovery.near(sight, (near, reach, area))?;
+        let sight = sight!(self, observation);
+        let (found, evaluations) = self.recovery.near(sight, (near, reach, area))?;
         let candidates: Vec<Pose> = found.iter().map(|found| found.pose).collect();
-        self.choose(seen, &candidates, attempt);
+        self.choose(observation, &candidates, attempt);
         Ok(evaluations)
     }
 
     /// Seeks the object in all that the cameras see, in several rounds unless it is found before.
     pub(super) fn seek_anywhere(
         &mut self,
-        seen: &Seen<'_>,
+        observation: &Observation<'_>,
         rounds: usize,
         attempt: &mut Attempt,
     ) -> Result<usize, TrackError> {
         let radius = self.solid.radius;
         let focal = self.cameras.first().map_or(1.0, |camera| camera.focal_px()[0]);
         let (near, far) = self
-            .last_distance(seen)
+            .last_distance(observation)
             .map_or((2.5 * radius, 2.0 * focal * radius / SMALLEST_PX), |d| (0.6 * d, 1.7 * d));
-        let usual_area = self.usual_area;
+        let usual_area = self.usual.area;
         let area_at = |distance: f64| usual_area / (distance * distance);
         let mut evaluations = 0;
         for _ in 0..rounds {
-            self.look_all_over(seen);
-            let Self { windows, solid, points, colors, recovery, settings, .. } = self;
-            let colors = settings.region.then_some(&*colors);
-            let sight = Sight { windows, images: &seen.images, solid, points, colors };
-            let (found, scored) = recovery.anywhere(sight, (near, far), area_at)?;
+            self.look_all_over(observation);
+            let sight = sight!(self, observation);
+            let (found, scored) = self.recovery.anywhere(sight, (near, far), area_at)?;
             evaluations += scored;
             let candidates: Vec<Pose> = found.iter().map(|found| found.pose).collect();
-            self.choose(seen, &candidates, attempt);
+            self.choose(observation, &candidates, attempt);
             if self.is_sure(attempt) {
                 break;
             }
@@ -86,15 +84,20 @@ impl Tracker {
 
     fn is_sure(&self, attempt: &Attempt) -> bool {
         let verdict = attempt.verdict;
-        verdict.confidence > SURE.0 && verdict.support > SURE.1 * self.usual_support
+        verdict.confidence > SURE.0 && verdict.support > SURE.1 * self.usual.support
     }
 
     /// Makes candidates precise and keeps the best, if it is better than the attempt; windows are
     /// those of the best in the end.
-    fn choose(&mut self, seen: &Seen<'_>, candidates: &[Pose], attempt: &mut Attempt) {
+    fn choose(
+        &mut self,
+        observation: &Observation<'_>,
+        candidates: &[Pose],
+        attempt: &mut Attempt,
+    ) {
         for candidate in candidates {
             self.points_in_view(candidate);
-            let other = self.attempt(seen, candidate);
+            let other = self.attempt(observation, candidate);
             if other.verdict.support > attempt.verdict.support {
                 *attempt = other;
             }
@@ -103,13 +106,19 @@ impl Tracker {
             }
         }
         let pose = attempt.pose;
-        if self.look(seen, &pose, 0.3) {
+        if self.look(observation, &pose, MARGIN) {
             self.points_in_view(&pose);
-            *attempt = self.attempt(seen, &pose);
+            *attempt = self.attempt(observation, &pose);
         }
-        if attempt.verdict.support < LEAST_SUPPORT * self.usual_support {
+        if attempt.verdict.support < LEAST_SUPPORT * self.usual.support {
             // What is confirmed is too little to tell the object from others.
             attempt.verdict.confidence *= 0.5;
         }
+    }
+
+    /// Gives how far from the first camera the object was last, if it was ever seen.
+    fn last_distance(&self, observation: &Observation<'_>) -> Option<f64> {
+        let eye = observation.world_from_camera.first()?.translation();
+        (self.usual.area > 0.0).then(|| (self.motion.last().translation() - eye).norm())
     }
 }

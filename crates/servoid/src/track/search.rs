@@ -31,13 +31,13 @@ impl Search {
         Ok(Self { ga, scores: Vec::with_capacity(population) })
     }
 
-    /// Breeds `generations` about a pose.
+    /// Breeds generations about a pose, at least one, while `go_on` of their number says so.
     pub(super) fn run(
         &mut self,
         judged: &Judged<'_>,
         (expected, also): (&Pose, &Pose),
         reach: Reach,
-        generations: usize,
+        go_on: impl Fn(usize) -> bool,
     ) -> Result<Found, GaError> {
         let other = genes(&(expected.inverse() * *also).log(), reach);
         // What is expected and what was are always among those that are scored.
@@ -47,7 +47,9 @@ impl Search {
             _ => {}
         });
         let mut found = Found { pose: *expected, score: f64::NEG_INFINITY, evaluations: 0 };
-        for _ in 0..generations {
+        let mut bred = 0;
+        while bred == 0 || go_on(bred) {
+            bred += 1;
             self.scores.clear();
             for individual in self.ga.ask() {
                 let pose = *expected * Pose::exp(&motion(&individual.genes, reach));

@@ -94,6 +94,11 @@ impl Window {
         self.from_world = None;
     }
 
+    /// Says whether the window shows nothing at all: one brightness everywhere.
+    pub(super) fn is_blank(&self) -> bool {
+        self.pyramid.plane(Pyramid::LEVELS - 1).deviation() < BLANK
+    }
+
     pub(super) fn is_open(&self) -> bool {
         self.from_world.is_some()
     }
@@ -207,6 +212,8 @@ impl Window {
     }
 }
 
+/// Standard deviation of brightness, in grey levels, below which a window is blank.
+const BLANK: f32 = 1.0;
 /// A window is at least this wide and high, in pixels.
 const LEAST_SIDE: usize = 24;
 /// Pixels from one that teaches to the next.

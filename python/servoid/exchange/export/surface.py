@@ -63,10 +63,7 @@ def check_libraries() -> None:
     """
     for library in ("trimesh", "manifold3d"):
         if find_spec(library) is None:
-            raise MissingExtraError(
-                f"meshes need {library}, which is not installed; "
-                "install it with: pip install 'servoid[exchange]'"
-            )
+            raise MissingExtraError.of("meshes", library, "exchange")
 
 
 @lru_cache

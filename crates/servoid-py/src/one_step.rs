@@ -1,0 +1,197 @@
+use pyo3::prelude::*;
+use servoid::evolve::GaSettings;
+use servoid::fitness::Margin;
+use servoid::track as core;
+
+use crate::errors::{named, raise};
+use crate::estimate::Estimate;
+use crate::observe::Camera;
+use crate::pose::Pose;
+use crate::shape::Body;
+use crate::track::{Pictures, mask, observation, read};
+
+/// How the 1-step genetic algorithm tracks; every default is written in the core.
+#[pyclass(frozen, module = "servoid", from_py_object)]
+#[derive(Clone)]
+pub struct OneStepSettings(core::OneStepSettings);
+
+#[pymethods]
+impl OneStepSettings {
+    /// Takes the defaults, except where a value is given.
+    #[new]
+    #[pyo3(signature = (*, seed=None, turns=None, region=None, points=None, alpha=None, reach=None,
+        turn=None, population=None, elites=None))]
+    #[allow(clippy::too_many_arguments, reason = "all of them are named")]
+    fn new(
+        seed: Option<u64>,
+        turns: Option<bool>,
+        region: Option<bool>,
+        points: Option<usize>,
+        alpha: Option<f64>,
+        reach: Option<f64>,
+        turn: Option<f64>,
+        population: Option<usize>,
+        elites: Option<usize>,
+    ) -> PyResult<Self> {
+        let default = core::OneStepSettings::default();
+        let judge = judge(default.judge, region, points, alpha)?;
+        let genes = match turns {
+            Some(true) => core::Genes::Pose,
+            Some(false) => core::Genes::Place,
+            None => default.genes,
+        };
+        let search = GaSettings {
+            population: population.unwrap_or(default.search.population),
+            elites: elites.unwrap_or(default.search.elites),
+            ..default.search
+        };
+        let reach = reach.unwrap_or(default.reach);
+        let (turn, seed) = (turn.unwrap_or(default.turn), seed.unwrap_or(default.seed));
+        Ok(Self(core::OneStepSettings { seed, genes, judge, reach, turn, search, ..default }))
+    }
+
+    /// Seed of the search.
+    #[getter]
+    fn seed(&self) -> u64 {
+        self.0.seed
+    }
+
+    /// Whether the orientation is sought, too, and not only the place.
+    #[getter]
+    fn turns(&self) -> bool {
+        self.0.genes == core::Genes::Pose
+    }
+
+    /// Whether whole areas are scored, and not the paper's points.
+    #[getter]
+    fn region(&self) -> bool {
+        self.0.judge == core::Judge::Region
+    }
+
+    /// Points on each surface, and on each envelope; None if whole areas are scored.
+    #[getter]
+    fn points(&self) -> Option<usize> {
+        match self.0.judge {
+            core::Judge::Points { count, .. } => Some(count),
+            core::Judge::Region => None,
+        }
+    }
+
+    /// Margin of the envelopes as a share of each ellipsoid's smallest radius; None if whole areas
+    /// are scored.
+    #[getter]
+    fn alpha(&self) -> Option<f64> {
+        match self.0.judge {
+            core::Judge::Points { alpha: Margin::Share(share), .. } => Some(share),
+            _ => None,
+        }
+    }
+
+    /// How far from the last place the next one is sought, along each axis, in object sizes.
+    #[getter]
+    fn reach(&self) -> f64 {
+        self.0.reach
+    }
+
+    /// How far the next orientation is sought from the last, about each axis, in radians.
+    #[getter]
+    fn turn(&self) -> f64 {
+        self.0.turn
+    }
+
+    /// Individuals a generation.
+    #[getter]
+    fn population(&self) -> usize {
+        self.0.search.population
+    }
+
+    /// Best individuals that live on unchanged.
+    #[getter]
+    fn elites(&self) -> usize {
+        self.0.search.elites
+    }
+}
+
+fn judge(
+    default: core::Judge,
+    region: Option<bool>,
+    points: Option<usize>,
+    alpha: Option<f64>,
+) -> PyResult<core::Judge> {
+    let given = points.is_some() || alpha.is_some();
+    match (region, default) {
+        (Some(true), _) if given => {
+            let message = "points and alpha belong to the paper's points, but region is true: \
+                           give one or the other";
+            Err(named("TrackError", message.into()))
+        }
+        (Some(true), _) => Ok(core::Judge::Region),
+        (_, core::Judge::Points { count, alpha: margin }) => Ok(core::Judge::Points {
+            count: points.unwrap_or(count),
+            alpha: alpha.map_or(margin, Margin::Share),
+        }),
+        (_, core::Judge::Region) => Ok(core::Judge::Region),
+    }
+}
+
+/// Tracks a body by one generation of a genetic algorithm an image, as the paper does.
+#[pyclass(module = "servoid")]
+pub struct OneStepTracker(core::OneStep);
+
+#[pymethods]
+impl OneStepTracker {
+    /// Joins the cameras, the body that is followed, and how; raises TrackError, ImageError.
+    #[new]
+    #[pyo3(signature = (cameras, body, settings=None))]
+    #[allow(clippy::needless_pass_by_value, reason = "as Python hands it over")]
+    fn new(cameras: Vec<Camera>, body: Body, settings: Option<OneStepSettings>) -> PyResult<Self> {
+        let cameras: Vec<_> = cameras.iter().map(|camera| camera.0).collect();
+        let settings = settings.map(|settings| settings.0).unwrap_or_default();
+        core::OneStep::new(&cameras, &body.0, settings).map(Self).map_err(raise)
+    }
+
+    /// Starts with the object at a known pose, and learns its colours from masks, (H, W) uint8, or
+    /// from the body's outline where there is none. Images are (H, W) or (H, W, 3) uint8, None
+    /// where a camera delivered nothing. Raises TrackError, ImageError, MaskError.
+    #[pyo3(signature = (time_s, world_from_camera, images, world_from_object, masks=None))]
+    #[allow(clippy::too_many_arguments, reason = "an observation has three parts")]
+    #[allow(clippy::needless_pass_by_value, reason = "as Python hands it over")]
+    fn start(
+        &mut self,
+        py: Python<'_>,
+        time_s: f64,
+        world_from_camera: Vec<Pose>,
+        images: Pictures<'_>,
+        world_from_object: Pose,
+        masks: Option<Pictures<'_>>,
+    ) -> PyResult<Estimate> {
+        let images = read(&images)?;
+        let masks = read(&masks.unwrap_or_default())?;
+        let observation = observation(time_s, &world_from_camera, &images)?;
+        let masks = masks.iter().map(mask).collect::<PyResult<Vec<_>>>()?;
+        let started = py.detach(|| self.0.start(&observation, world_from_object.0, &masks));
+        started.map(Estimate).map_err(raise)
+    }
+
+    /// Says where the object is in the next images, None where a camera delivered nothing. Raises
+    /// TrackError, ImageError.
+    #[allow(clippy::needless_pass_by_value, reason = "as Python hands it over")]
+    fn step(
+        &mut self,
+        py: Python<'_>,
+        time_s: f64,
+        world_from_camera: Vec<Pose>,
+        images: Pictures<'_>,
+    ) -> PyResult<Estimate> {
+        let images = read(&images)?;
+        let observation = observation(time_s, &world_from_camera, &images)?;
+        py.detach(|| self.0.step(&observation)).map(Estimate).map_err(raise)
+    }
+
+    /// Tells the orientation of the object in the world, a unit quaternion (w, x, y, z), where it
+    /// is known. Raises TrackError before the start, PoseError.
+    fn set_orientation(&mut self, world_from_object: [f64; 4]) -> PyResult<()> {
+        let pose = servoid::pose::Pose::from_parts([0.0; 3], world_from_object).map_err(raise)?;
+        self.0.set_orientation(pose.rotation()).map_err(raise)
+    }
+}

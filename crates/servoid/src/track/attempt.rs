@@ -1,0 +1,134 @@
+use super::TrackError;
+use super::clock::Clock;
+use super::estimate::Notice;
+use super::judge::{Verdict, judge};
+use super::polish::{Normal, Sight, linearize, polish};
+use super::search::{Judged, Probes, Reach};
+use super::tracker::Tracker;
+use crate::observe::{Observation, Pyramid};
+use crate::pose::Pose;
+
+/// A pose that was made precise, and what it is worth.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Attempt {
+    pub(super) pose: Pose,
+    pub(super) normal: Normal,
+    pub(super) verdict: Verdict,
+}
+
+impl Attempt {
+    /// Supposes a pose of which nothing is seen.
+    pub(super) fn nothing(pose: Pose, radius: f64) -> Self {
+        let verdict = Verdict { confidence: 0.0, support: f64::NEG_INFINITY, ratio: 0.0 };
+        Self { pose, normal: Normal::new(radius), verdict }
+    }
+}
+
+/// Joins the fields of a tracker that an image is compared with; leaves the others free.
+macro_rules! sight {
+    ($tracker:ident, $observation:ident) => {
+        Sight {
+            windows: &$tracker.windows,
+            images: &$observation.images,
+            solid: &$tracker.solid,
+            points: &$tracker.points,
+            colors: $tracker.settings.region.then_some(&$tracker.colors),
+        }
+    };
+}
+pub(super) use sight;
+
+impl Tracker {
+    /// Looks around where the body is at a pose; `false` if no camera sees it.
+    pub(super) fn look(&mut self, observation: &Observation<'_>, pose: &Pose, margin: f64) -> bool {
+        let colors = self.settings.region.then_some(&self.colors);
+        for (camera, window) in self.windows.iter_mut().enumerate() {
+            window.close();
+            let image = observation.images[camera].filter(|_| self.senses.can_use(camera));
+            let Some(image) = image else { continue };
+            let place = (pose, self.solid.quadrics.as_slice(), margin);
+            let eye = &observation.world_from_camera[camera];
+            let inside = window.look(&self.cameras[camera], eye, &image, place, colors);
+            if !inside {
+                self.notices.push(Notice::OutOfImage(camera));
+            } else if window.is_blank() {
+                window.close();
+                self.notices.push(Notice::Blank(camera));
+            }
+        }
+        self.can_look()
+    }
+
+    /// Looks at all that the cameras see.
+    pub(super) fn look_all_over(&mut self, observation: &Observation<'_>) {
+        let colors = self.settings.region.then_some(&self.colors);
+        for (camera, window) in self.windows.iter_mut().enumerate() {
+            window.close();
+            let image = observation.images[camera].filter(|_| self.senses.can_use(camera));
+            if let Some(image) = image {
+                let eye = &observation.world_from_camera[camera];
+                window.look_all_over(&self.cameras[camera], eye, &image, colors);
+            }
+        }
+    }
+
+    fn can_look(&self) -> bool {
+        self.windows.iter().any(super::window::Window::is_open)
+    }
+
+    /// Says whether any camera delivered an image.
+    pub(super) fn can_see(&self) -> bool {
+        (0..self.cameras.len()).any(|camera| self.senses.can_use(camera))
+    }
+
+    /// Chooses the surface points that are looked at from a pose.
+    pub(super) fn points_in_view(&mut self, pose: &Pose) {
+        let most = if self.settings.surface { self.settings.points } else { 0 };
+        self.points.in_view(&self.windows, pose, &self.solid, most, &mut self.desk.in_view);
+    }
+
+    /// Says how far the object may be from where it is expected.
+    pub(super) fn reach(&self) -> Reach {
+        let radius = self.solid.radius;
+        let across = (3.0 * self.surprise.0).clamp(0.02 * radius, 0.5 * radius);
+        (across, (3.0 * self.surprise.1).clamp(0.02, 0.5))
+    }
+
+    /// Breeds hypotheses about where the object is expected.
+    pub(super) fn seek(
+        &mut self,
+        observation: &Observation<'_>,
+        expected: &Pose,
+        clock: &Clock,
+    ) -> Result<(Pose, usize), TrackError> {
+        let (reach, last, area) = (self.reach(), self.motion.last(), self.area(expected));
+        let sight = sight!(self, observation);
+        let judged = Judged { sight, probes: Probes::InView(&self.desk.in_view), area };
+        let (most, budget) = (self.settings.generations, self.settings.budget_s);
+        let go_on = |bred: usize| bred < most && !clock.is_over(budget);
+        let found = self.search.run(&judged, (expected, &last), reach, go_on)?;
+        Ok((found.pose, found.evaluations))
+    }
+
+    /// Gives the pixels that the body's outlines hold at a pose.
+    pub(super) fn area(&self, pose: &Pose) -> f64 {
+        let held = self.windows.iter().filter_map(|window| {
+            Some(window.region(&window.projection(pose)?, &self.solid.quadrics).1)
+        });
+        held.sum()
+    }
+
+    /// Makes a pose precise and judges it.
+    pub(super) fn attempt(&mut self, observation: &Observation<'_>, start: &Pose) -> Attempt {
+        let sight = sight!(self, observation);
+        let (pose, normal) = polish(&sight, *start, Pyramid::LEVELS - 1, &mut self.desk);
+        Attempt { pose, normal, verdict: judge(&sight, &pose, self.usual.ratio, &self.desk) }
+    }
+
+    /// Judges a pose as it is.
+    pub(super) fn weigh(&mut self, observation: &Observation<'_>, pose: &Pose) -> Attempt {
+        let sight = sight!(self, observation);
+        let normal = linearize(&sight, pose, 0, &mut self.desk);
+        Attempt { pose: *pose, normal, verdict: judge(&sight, pose, self.usual.ratio, &self.desk) }
+    }
+}

@@ -1,0 +1,26 @@
+use nalgebra::{Matrix6, SymmetricEigen, Vector6};
+
+use super::polish::Normal;
+use crate::pose::Twist;
+
+/// What the images leave open of a pose.
+pub(super) struct Certainty {
+    /// Covariance of a small motion in the object's frame.
+    pub(super) covariance: Matrix6<f64>,
+    /// Motions that the images do not tell, of unit length in radii and radians.
+    pub(super) unobservable: Vec<Twist>,
+}
+
+/// Standard deviation, in radii and radians, from which on a motion counts as open.
+const OPEN: f64 = 0.06;
+
+/// Reads covariance and open motions off the curvature about a pose.
+pub(super) fn certainty(normal: &Normal, radius: f64) -> Certainty {
+    let covariance = normal.curvature.try_inverse().unwrap_or_else(Matrix6::identity);
+    let units = Matrix6::from_diagonal(&Vector6::new(radius, radius, radius, 1.0, 1.0, 1.0));
+    let told = units * (normal.curvature - normal.belief) * units;
+    let eigen = SymmetricEigen::new(told);
+    let open = |i: &usize| !(eigen.eigenvalues[*i] > OPEN.powi(-2));
+    let unobservable = (0..6).filter(open).map(|i| eigen.eigenvectors.column(i).into()).collect();
+    Certainty { covariance, unobservable }
+}

@@ -1,0 +1,85 @@
+use super::{Look, OneStepError};
+use crate::fitness::ColorModel;
+use crate::observe::{Channels, ImageView, Mask};
+use crate::shape::{Body, silhouette};
+
+/// What the first observation taught of the object's colours.
+pub(super) struct Colors {
+    pub model: ColorModel,
+    /// Mean certainty inside the object when they were learnt.
+    reference: f64,
+}
+
+impl Colors {
+    /// Learns from the masks, or, where an image has none, from the body's outline at its pose.
+    pub fn learn(
+        looks: &[Look<'_>],
+        body: &Body,
+        masks: &[Option<Mask<'_>>],
+    ) -> Result<Self, OneStepError> {
+        let drawn: Vec<_> = looks.iter().map(|look| look.silhouette(body)).collect();
+        let mut pairs = Vec::with_capacity(looks.len());
+        for (look, outline) in looks.iter().zip(&drawn) {
+            let outline = ImageView::new(outline, look.image.size_px(), Channels::Grey)?;
+            let mask = masks.get(look.index).copied().flatten();
+            // An outline that is empty or fills the image teaches nothing.
+            if let Some(mask) = mask.or(Mask::new(outline).ok()) {
+                pairs.push((&look.image, mask));
+            }
+        }
+        if pairs.is_empty() {
+            return Err(OneStepError::Unseen { images: looks.len() });
+        }
+        let borrowed: Vec<_> = pairs.iter().map(|(image, mask)| (*image, mask)).collect();
+        let model = ColorModel::learn(&borrowed)?;
+        let inside = pairs.iter().map(|(image, mask)| certainty(&model, image, &mask.image()));
+        let (sum, area) = inside.fold((0.0, 0), |all, one| (all.0 + one.0, all.1 + one.1));
+        Ok(Self { model, reference: sum / f64::from(area.max(1)) })
+    }
+
+    /// Marks the pixels whose colour is likelier on the object than beside it, as 1.
+    pub fn matches(&self, image: &ImageView<'_>) -> Vec<u8> {
+        let [width, height] = image.size_px();
+        let pixels = (0..height).flat_map(|v| (0..width).map(move |u| image.rgb(u, v)));
+        pixels.map(|rgb| u8::from(self.model.score(rgb) > 0.0)).collect()
+    }
+
+    /// Gives the share of what should be seen of the object that the images confirm, and which
+    /// images show nothing of it.
+    pub fn confidence(&self, looks: &[Look<'_>], body: &Body) -> (f64, Vec<usize>) {
+        let (mut sum, mut area, mut outside) = (0.0, 0, vec![]);
+        for look in looks {
+            let drawn = look.silhouette(body);
+            let outline = ImageView::new(&drawn, look.image.size_px(), Channels::Grey);
+            let inside = outline.map(|outline| certainty(&self.model, &look.image, &outline));
+            let (gain, pixels) = inside.unwrap_or_default();
+            if pixels == 0 {
+                outside.push(look.index);
+            }
+            sum += gain;
+            area += pixels;
+        }
+        let expected = self.reference * f64::from(area);
+        let share = if expected > 0.0 { sum / expected } else { 0.0 };
+        (share.clamp(0.0, 1.0), outside)
+    }
+}
+
+impl Look<'_> {
+    fn silhouette(&self, body: &Body) -> Vec<u8> {
+        silhouette(body, &self.camera, &self.world_from_camera)
+    }
+}
+
+/// Sums over the marked pixels how certain their colours make the object, and counts them: 2 p - 1
+/// of the posterior p at even odds, so that a colour that says nothing confirms nothing.
+fn certainty(model: &ColorModel, image: &ImageView<'_>, marked: &ImageView<'_>) -> (f64, u32) {
+    let (mut sum, mut count) = (0.0, 0);
+    for v in 0..image.size_px()[1] {
+        for (u, _) in marked.row(v).iter().enumerate().filter(|(_, m)| **m != 0) {
+            sum += (0.5 * model.score(image.rgb(u, v))).tanh().max(0.0);
+            count += 1;
+        }
+    }
+    (sum, count)
+}

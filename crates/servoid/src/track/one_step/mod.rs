@@ -1,0 +1,279 @@
+//! The paper's own tracker: a genetic algorithm that breeds one generation an image.
+
+mod colors;
+mod life;
+mod settings;
+mod spread;
+
+pub use settings::{Genes, Judge, OneStepError, OneStepSettings};
+
+use std::time::Instant;
+
+use colors::Colors;
+use life::{Life, Maps};
+use nalgebra::{Matrix6, UnitQuaternion, Vector3};
+use spread::{Reach, Spread};
+
+use super::{Estimate, Notice, Status, Timing};
+use crate::fitness::Points;
+use crate::observe::{Camera, ImageView, Mask, Observation, RigError};
+use crate::pose::Pose;
+use crate::shape::Body;
+
+/// Tracks a body as the paper does (Sec. 3.2, "1-step GA"): the population lives across images,
+/// breeds one generation an image, and its best individual is the answer at once.
+///
+/// The elites live on, but are scored again in each image, which may judge them otherwise. The
+/// search is centred on the last answer; motion is not predicted. While the images do not show the
+/// object where it is sought, the answer stays where it was and the population is drawn anew about
+/// it for each image.
+pub struct OneStep {
+    cameras: Vec<Camera>,
+    body: Body,
+    settings: OneStepSettings,
+    reach: Reach,
+    started: Option<Started>,
+}
+
+/// What start brings about.
+struct Started {
+    colors: Colors,
+    life: Life,
+    spread: Spread,
+    time_s: f64,
+    missed: usize,
+}
+
+/// One usable image.
+struct Look<'a> {
+    index: usize,
+    camera: Camera,
+    world_from_camera: Pose,
+    image: ImageView<'a>,
+}
+
+/// One generation: its best pose and how far the others are from it.
+struct Generation {
+    best: Pose,
+    covariance: Matrix6<f64>,
+    evaluations: usize,
+    timing: Timing,
+}
+
+impl OneStep {
+    /// Joins the cameras, the body that is followed, and how.
+    ///
+    /// # Errors
+    /// If there is no camera or a setting is out of its range.
+    pub fn new(
+        cameras: &[Camera],
+        body: &Body,
+        settings: OneStepSettings,
+    ) -> Result<Self, OneStepError> {
+        let settings = settings.checked()?;
+        if cameras.is_empty() {
+            return Err(RigError::NoCamera.into());
+        }
+        if let Judge::Points { count, alpha } = settings.judge {
+            Points::check(count, alpha)?;
+        }
+        let size = size(body);
+        let turn = if settings.genes == Genes::Pose { settings.turn } else { 0.0 };
+        let reach = Reach { place: settings.reach * size, turn, size };
+        // Says now what is wrong with the search's settings.
+        Life::new(Pose::identity(), UnitQuaternion::identity(), &settings, &reach)?;
+        let (cameras, body) = (cameras.to_vec(), body.clone());
+        Ok(Self { cameras, body, settings, reach, started: None })
+    }
+
+    /// Starts with the object at a known pose: learns its colours from the masks, one a camera or
+    /// none at all, or from the body's outline where there is no mask. The first generation is
+    /// scored in these images; the answer is the given pose.
+    ///
+    /// # Errors
+    /// If the observation or the masks do not belong to the cameras, or no image shows the object.
+    pub fn start(
+        &mut self,
+        observation: &Observation<'_>,
+        world_from_object: Pose,
+        masks: &[Option<Mask<'_>>],
+    ) -> Result<Estimate, OneStepError> {
+        let (looks, notices) = self.look(observation)?;
+        if !(masks.is_empty() || masks.len() == self.cameras.len()) {
+            let (cameras, given) = (self.cameras.len(), masks.len());
+            return Err(RigError::Count { what: "masks", cameras, given }.into());
+        }
+        let begun = Instant::now();
+        let body = self.body.at(world_from_object);
+        let colors = Colors::learn(&looks, &body, masks)?;
+        let learn = begun.elapsed();
+        let axes = observation.world_from_camera[0].rotation();
+        let life = Life::new(world_from_object, axes, &self.settings, &self.reach)?;
+        let time_s = observation.time_s;
+        let spread = Spread::new(self.reach);
+        let mut started = Started { colors, life, spread, time_s, missed: 0 };
+        let mut generation = self.generation(&mut started, &looks)?;
+        generation.best = world_from_object;
+        generation.timing.learn = learn;
+        let judged = self.judge(&mut started, &looks, generation, notices);
+        self.started = Some(started);
+        judged
+    }
+
+    /// Follows the object into the next observation.
+    ///
+    /// # Errors
+    /// If the tracker was not started or the observation does not belong to the cameras. What is
+    /// wrong with single images is no error but a notice.
+    pub fn step(&mut self, observation: &Observation<'_>) -> Result<Estimate, OneStepError> {
+        let mut started = self.started.take().ok_or(OneStepError::NotStarted)?;
+        let estimate = self.followed(&mut started, observation);
+        self.started = Some(started);
+        estimate
+    }
+
+    /// Gives the score of the best individual in the newest image; `None` before the start.
+    #[must_use]
+    pub fn best_score(&self) -> Option<f64> {
+        self.started.as_ref().map(|started| started.life.best_score())
+    }
+
+    /// Tells the orientation of the object in the world, as the paper does where it is known; all
+    /// individuals turn along.
+    ///
+    /// # Errors
+    /// If the tracker was not started.
+    pub fn set_orientation(
+        &mut self,
+        world_from_object: UnitQuaternion<f64>,
+    ) -> Result<(), OneStepError> {
+        let started = self.started.as_mut().ok_or(OneStepError::NotStarted)?;
+        started.life.turn_to(world_from_object);
+        Ok(())
+    }
+
+    fn followed(
+        &self,
+        started: &mut Started,
+        observation: &Observation<'_>,
+    ) -> Result<Estimate, OneStepError> {
+        let (looks, mut notices) = self.look(observation)?;
+        let (before, now) = (started.time_s, observation.time_s);
+        if now <= before {
+            notices.push(Notice::Time { before, now });
+        }
+        started.time_s = now;
+        let generation = if looks.is_empty() {
+            let (best, covariance) = (started.life.anchor, started.spread.anywhere());
+            Generation { best, covariance, evaluations: 0, timing: Timing::default() }
+        } else {
+            self.generation(started, &looks)?
+        };
+        self.judge(started, &looks, generation, notices)
+    }
+
+    /// Picks the images that can be used.
+    fn look<'a>(
+        &self,
+        observation: &Observation<'a>,
+    ) -> Result<(Vec<Look<'a>>, Vec<Notice>), OneStepError> {
+        let cameras = self.cameras.len();
+        let (poses, images) = (&observation.world_from_camera, &observation.images);
+        for (what, given) in [("poses", poses.len()), ("images", images.len())] {
+            if given != cameras {
+                return Err(RigError::Count { what, cameras, given }.into());
+            }
+        }
+        if !observation.time_s.is_finite() {
+            return Err(RigError::Time(observation.time_s).into());
+        }
+        let (mut looks, mut notices) = (vec![], vec![]);
+        for (index, (&camera, (&world_from_camera, image))) in
+            self.cameras.iter().zip(poses.iter().zip(images)).enumerate()
+        {
+            let expected = camera.size_px();
+            match *image {
+                Some(image) if image.size_px() == expected => {
+                    looks.push(Look { index, camera, world_from_camera, image });
+                }
+                Some(image) => {
+                    let given = image.size_px();
+                    notices.push(Notice::WrongSize { camera: index, expected, given });
+                }
+                None => notices.push(Notice::NoImage(index)),
+            }
+        }
+        Ok((looks, notices))
+    }
+
+    /// Scores the population in the images and breeds the next one.
+    fn generation(
+        &self,
+        started: &mut Started,
+        looks: &[Look<'_>],
+    ) -> Result<Generation, OneStepError> {
+        let begun = Instant::now();
+        let maps = Maps::new(looks, &started.colors, self.settings.judge);
+        let look = begun.elapsed();
+        let poses = started.life.poses();
+        let scores = maps.scores(&self.body, &poses, self.settings.judge)?;
+        started.life.breed(&scores)?;
+        let mut order: Vec<_> = (0..poses.len()).collect();
+        order.sort_by(|&a, &b| scores[b].total_cmp(&scores[a]));
+        let ranked: Vec<_> = order.into_iter().map(|index| poses[index]).collect();
+        let covariance = started.spread.learn(&ranked);
+        let timing = Timing { look, search: begun.elapsed() - look, ..Timing::default() };
+        Ok(Generation { best: ranked[0], covariance, evaluations: poses.len(), timing })
+    }
+
+    /// Asks the images whether they confirm the best pose, and centres the search on it if so.
+    fn judge(
+        &self,
+        started: &mut Started,
+        looks: &[Look<'_>],
+        generation: Generation,
+        mut notices: Vec<Notice>,
+    ) -> Result<Estimate, OneStepError> {
+        let begun = Instant::now();
+        let Generation { best, mut covariance, evaluations, timing } = generation;
+        let OneStepSettings { tracking_from, missing_below, lost_after, .. } = self.settings;
+        let (confidence, outside) = started.colors.confidence(looks, &self.body.at(best));
+        notices.extend(outside.into_iter().map(Notice::OutOfImage));
+        let shown = confidence >= missing_below && !looks.is_empty();
+        started.missed = if shown { 0 } else { started.missed + 1 };
+        if shown {
+            started.life.anchor_at(best);
+        } else {
+            covariance = started.spread.anywhere();
+        }
+        // Images that are missing say nothing against the population.
+        if !shown && !looks.is_empty() {
+            started.life.scatter(&self.settings, &self.reach)?;
+        }
+        let status = match shown {
+            false if started.missed >= lost_after => Status::Lost,
+            true if confidence >= tracking_from => Status::Tracking,
+            _ => Status::Searching,
+        };
+        Ok(Estimate {
+            time_s: started.time_s,
+            world_from_object: started.life.anchor,
+            covariance,
+            unobservable: started.spread.unobservable(),
+            confidence,
+            status,
+            notices,
+            evaluations,
+            timing: Timing { judge: begun.elapsed(), ..timing },
+        })
+    }
+}
+
+/// Gives an object's size in metres: how far it reaches from the mean of its ellipsoids' centres.
+fn size(body: &Body) -> f64 {
+    let ellipsoids = body.ellipsoids();
+    let sum: Vector3<f64> = ellipsoids.iter().map(|e| e.center()).sum();
+    let middle = sum / ellipsoids.len() as f64;
+    let reach = ellipsoids.iter().map(|e| (e.center() - middle).norm() + e.radii().max());
+    reach.fold(0.0, f64::max)
+}

@@ -1,0 +1,96 @@
+use super::estimate::Notice;
+use crate::observe::{Camera, ImageView, Observation};
+
+/// Says which images of an observation can be used, and what is wrong with the others.
+#[derive(Debug, Clone)]
+pub(super) struct Senses {
+    usable: Vec<bool>,
+    prints: Vec<Option<u64>>,
+    time_s: Option<f64>,
+    /// Every camera delivered its last image once more.
+    stale: bool,
+}
+
+/// Longest time between observations over which motion is predicted, in seconds.
+pub(super) const FARTHEST_S: f64 = 0.5;
+/// Bytes from one that is looked at to the next, to tell images apart: a prime, so that all columns
+/// and channels have their turn.
+const PRINT_STEP: usize = 97;
+
+impl Senses {
+    pub(super) fn new(cameras: usize) -> Self {
+        Self {
+            usable: vec![false; cameras],
+            prints: vec![None; cameras],
+            time_s: None,
+            stale: false,
+        }
+    }
+
+    /// Looks an observation over; gives what is wrong with it.
+    pub(super) fn check(
+        &mut self,
+        cameras: &[Camera],
+        observation: &Observation<'_>,
+    ) -> Vec<Notice> {
+        let mut notices = Vec::new();
+        self.check_time(observation.time_s, &mut notices);
+        let mut repeated = 0;
+        for (index, (camera, image)) in cameras.iter().zip(&observation.images).enumerate() {
+            let wrong = match image {
+                None => Some(Notice::NoImage(index)),
+                Some(image) if image.size_px() != camera.size_px() => {
+                    let (expected, given) = (camera.size_px(), image.size_px());
+                    Some(Notice::WrongSize { camera: index, expected, given })
+                }
+                Some(image) => {
+                    let print = Some(print(image));
+                    let same = std::mem::replace(&mut self.prints[index], print) == print;
+                    repeated += usize::from(same);
+                    same.then_some(Notice::Repeated(index))
+                }
+            };
+            self.usable[index] = wrong.is_none();
+            notices.extend(wrong);
+        }
+        // Where nothing moves, all cameras see the same again; where one alone does, it hangs.
+        self.stale = repeated > 0 && !self.usable.contains(&true);
+        if self.stale {
+            let seen = notices.iter().filter_map(|notice| match notice {
+                Notice::Repeated(camera) => Some(*camera),
+                _ => None,
+            });
+            seen.for_each(|camera| self.usable[camera] = true);
+        }
+        notices
+    }
+
+    fn check_time(&mut self, now: f64, notices: &mut Vec<Notice>) {
+        let before = std::mem::replace(&mut self.time_s, Some(now));
+        let Some(before) = before else { return };
+        if !(now > before) {
+            notices.push(Notice::Time { before, now });
+        } else if now - before > FARTHEST_S {
+            notices.push(Notice::Jump(now - before));
+        }
+    }
+
+    /// Says whether a camera's image can be used.
+    pub(super) fn can_use(&self, camera: usize) -> bool {
+        self.usable[camera]
+    }
+
+    /// Says whether every camera only repeated itself: nothing new can be learned.
+    pub(super) fn is_stale(&self) -> bool {
+        self.stale
+    }
+}
+
+/// Gives a number that differs between images (FNV-1a over some of their bytes).
+fn print(image: &ImageView<'_>) -> u64 {
+    let mut hash = 0xcbf2_9ce4_8422_2325_u64;
+    for byte in image.bytes().iter().step_by(PRINT_STEP) {
+        hash = (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3);
+    }
+    hash
+}

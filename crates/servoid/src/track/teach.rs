@@ -1,0 +1,54 @@
+use super::attempt::{Attempt, sight};
+use super::learn::learn;
+use super::polish::Sight;
+use super::tracker::Tracker;
+use crate::observe::Observation;
+use crate::pose::Pose;
+
+/// Cells of each window in which new points are sought while tracking.
+const CELLS: usize = 40;
+/// Share of the newest image in what is known of colours.
+const COLOR_RATE: f32 = 0.08;
+/// Pixels about the outline that teach no colours, since bodies are not made of ellipsoids.
+const DOUBT_PX: f64 = 4.0;
+
+impl Tracker {
+    /// Learns from an observation in which the pose is trusted.
+    pub(super) fn learn(&mut self, observation: &Observation<'_>, attempt: &Attempt) {
+        self.usual.follow(&attempt.verdict);
+        if self.settings.region {
+            self.learn_colors(observation, &attempt.pose, COLOR_RATE);
+        }
+        if self.settings.surface {
+            self.points.refine(&self.desk.matches);
+            self.learn_points(observation, &attempt.pose, CELLS);
+            self.points.judge(&self.desk.matches);
+        }
+    }
+
+    pub(super) fn learn_colors(&mut self, observation: &Observation<'_>, pose: &Pose, rate: f32) {
+        for (window, image) in self.windows.iter().zip(&observation.images) {
+            let (Some(projection), Some(image)) = (window.projection(pose), image) else {
+                continue;
+            };
+            let outlines = &mut self.desk.teaching;
+            outlines.clear();
+            outlines.extend(self.solid.quadrics.iter().filter_map(|q| projection.outline(q)));
+            window.teach(image, outlines, DOUBT_PX, &mut self.colors);
+        }
+        self.colors.take(rate);
+    }
+
+    pub(super) fn learn_points(
+        &mut self,
+        observation: &Observation<'_>,
+        pose: &Pose,
+        cells: usize,
+    ) {
+        let sight = sight!(self, observation);
+        self.fresh.clear();
+        learn(&sight, pose, &self.desk.in_view, (self.cell, cells), &mut self.fresh);
+        self.cell = self.cell.wrapping_add(cells);
+        self.points.known.append(&mut self.fresh);
+    }
+}

@@ -1,0 +1,23 @@
+use super::judge::Verdict;
+
+/// What is usual while the object is tracked.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Usual {
+    /// Mean log-likelihood ratio inside the outline.
+    pub(super) ratio: f64,
+    /// Support of the pose, in surface points.
+    pub(super) support: f64,
+    /// Pixels that the outlines hold, times the squared distance.
+    pub(super) area: f64,
+}
+
+/// Share of the newest image.
+const RATE: f64 = 0.05;
+
+impl Usual {
+    /// Takes a verdict in which the pose was trusted.
+    pub(super) fn follow(&mut self, verdict: &Verdict) {
+        self.ratio += RATE * (verdict.ratio - self.ratio);
+        self.support += RATE * (verdict.support - self.support);
+    }
+}

@@ -1,0 +1,107 @@
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from servoid._native import Body, Camera, OneStepSettings, OneStepTracker, Pose
+from servoid.errors import ImageError, ServoidError, TrackError
+
+CAMERA = Camera(size_px=(160, 120), focal_px=(150, 150), center_px=(80, 60))
+EYES = [Pose.from_parts([x, 0, 0], [1, 0, 0, 0]) for x in (-0.08, 0.08)]
+START = Pose.from_parts([0, 0, 0.5], [1, 0, 0, 0])
+
+
+def egg(pose: Pose = START) -> Body:
+    return Body(
+        world_from_object=pose,
+        centers=np.zeros((1, 3)),
+        radii=np.array([[0.06, 0.04, 0.04]]),
+        rotations=np.array([[1.0, 0, 0, 0]]),
+    )
+
+
+def drawn(pose: Pose) -> list[NDArray[np.uint8]]:
+    masks = [egg(pose).silhouette(CAMERA, eye) for eye in EYES]
+    green, grey = np.array([40, 160, 70], np.uint8), np.array([130, 130, 130], np.uint8)
+    return [np.where(mask[..., None] > 0, green, grey) for mask in masks]
+
+
+def started(settings: OneStepSettings | None = None) -> OneStepTracker:
+    tracker = OneStepTracker([CAMERA, CAMERA], egg(), settings)
+    tracker.start(0.0, EYES, drawn(START), START)
+    return tracker
+
+
+def test_an_estimate_has_the_shapes_that_it_promises() -> None:
+    pose = Pose.from_parts([0.005, 0, 0.5], [1, 0, 0, 0])
+    estimate = started().step(0.1, EYES, drawn(pose))
+    assert estimate.time_s == 0.1
+    assert estimate.status == "tracking"
+    assert 0.8 < estimate.confidence <= 1
+    assert estimate.covariance.shape == (6, 6)
+    assert np.allclose(estimate.covariance, estimate.covariance.T)
+    assert np.linalg.eigvalsh(estimate.covariance).min() > -1e-12
+    assert estimate.unobservable.shape[1] == 6
+    assert estimate.notices == []
+    assert estimate.evaluations == OneStepSettings().population
+    assert list(estimate.seconds) == ["look", "search", "polish", "judge", "learn"]
+    assert estimate.seconds["search"] > 0
+
+
+def test_a_place_alone_follows_a_moving_object_and_keeps_its_turn() -> None:
+    tracker = started(OneStepSettings(turns=False, seed=3))
+    for index in range(1, 40):
+        x = 0.001 * index
+        images = drawn(Pose.from_parts([x, 0, 0.5], [1, 0, 0, 0]))
+        estimate = tracker.step(0.03 * index, EYES, images)
+        assert estimate.status == "tracking"
+        assert abs(estimate.world_from_object.translation[0] - x) < 0.01
+        assert estimate.world_from_object.quaternion == (1, 0, 0, 0)
+
+
+def test_an_orientation_that_is_told_is_held() -> None:
+    tracker = started(OneStepSettings(turns=False))
+    tracker.set_orientation([0, 1, 0, 0])
+    estimate = tracker.step(0.1, EYES, drawn(START))
+    assert estimate.world_from_object.quaternion == (0, 1, 0, 0)
+
+
+def test_masks_teach_as_outlines_do() -> None:
+    tracker = OneStepTracker([CAMERA, CAMERA], egg())
+    masks = [egg().silhouette(CAMERA, EYES[0]), None]
+    with_masks = tracker.start(0.0, EYES, drawn(START), START, masks)
+    without = tracker.start(0.0, EYES, drawn(START), START)
+    assert np.array_equal(with_masks.covariance, without.covariance)
+
+
+def test_missing_and_wrong_images_are_notices() -> None:
+    tracker = started()
+    image, small = drawn(START)[0], np.zeros((3, 4), np.uint8)
+    estimate = tracker.step(0.1, EYES, [image, None])
+    assert estimate.status == "tracking"
+    assert estimate.notices == ["camera 1 delivered no image"]
+    estimate = tracker.step(0.2, EYES, [small, None])
+    assert estimate.status == "searching"
+    assert "the image has [4, 3] pixels" in estimate.notices[0]
+
+
+def test_what_cannot_be_tracked_is_said() -> None:
+    with pytest.raises(TrackError, match="was not started"):
+        OneStepTracker([CAMERA, CAMERA], egg()).step(0.0, EYES, drawn(START))
+    with pytest.raises(ImageError, match="2 cameras needs 2 images, but 1"):
+        started().step(0.1, EYES, drawn(START)[:1])
+    with pytest.raises(ServoidError, match="at least one camera"):
+        OneStepTracker([], egg())
+    with pytest.raises(TrackError, match="reach must be a positive number"):
+        OneStepTracker([CAMERA], egg(), OneStepSettings(reach=-1))
+    with pytest.raises(TrackError, match="give one or the other"):
+        OneStepSettings(region=True, points=10)
+
+
+def test_settings_show_what_they_hold() -> None:
+    given = OneStepSettings(seed=4, turns=False, points=50, alpha=0.2, population=30, elites=2)
+    held = (given.seed, given.turns, given.points, given.alpha, given.population, given.elites)
+    assert held == (4, False, 50, 0.2, 30, 2)
+    assert not given.region
+    assert OneStepSettings(region=True).region
+    assert OneStepSettings(region=True).points is None
+    assert (OneStepSettings().reach, OneStepSettings().turn) == (given.reach, given.turn)

@@ -310,13 +310,27 @@ def test_what_was_collected_before_a_stop_is_a_track(video: Path) -> None:
     assert Collector().results() == []
 
 
-@pytest.mark.usefixtures("fake_core")
-def test_the_paper_s_tracker_says_if_the_build_has_none(
-    video: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.delattr("servoid._native.OneStepTracker", raising=False)
-    with pytest.raises(TrackError, match="not part of this build"):
-        track_capture(open_capture(video), [known()], Request(method=Method.PAPER))
+def test_the_paper_s_tracker_follows_and_takes_only_settings_of_its_own(video: Path) -> None:
+    capture = open_capture(video)
+    body = fit_capture(capture, ModelRequest(max_ellipsoids=1)).body
+    subject = Subject(body=body, start=body.world_from_object)
+    [result] = track_capture(
+        capture, [subject], Request(method=Method.PAPER, seed=1, population=60)
+    )
+    way = np.array(result.body.world_from_object.translation) - body.world_from_object.translation
+    true = MOVING.world_from_left[:3, 0] * (MOVING.centers[-1][0] - MOVING.centers[0][0])
+    assert np.linalg.norm(way - true) < 0.01
+    with pytest.raises(TrackError, match="generations was given, which the paper's method"):
+        track_capture(capture, [subject], Request(method=Method.PAPER, generations=3))
+
+
+def test_a_moving_object_is_followed_from_its_mask_alone(video: Path) -> None:
+    [result] = track_capture(open_capture(video), request=Request(seed=1))
+    first, last = (result.estimates[at].world_from_object.translation for at in (0, -1))
+    true = MOVING.world_from_left[:3, 0] * (MOVING.centers[-1][0] - MOVING.centers[0][0])
+    assert result.tracked_share == 1.0
+    assert np.linalg.norm(np.array(last) - first - true) < 0.002
+    assert list(result.stage_seconds) == ["look", "search", "polish", "judge", "learn"]
 
 
 @pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32, np.float64, np.bool_])

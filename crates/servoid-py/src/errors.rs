@@ -66,6 +66,8 @@ impl Named for model::ModelError {
 impl Named for track::TrackError {
     fn class(&self) -> &'static str {
         match self {
+            Self::Model(error) => error.class(),
+            Self::Shape(error) => error.class(),
             Self::Image(error) => error.class(),
             _ => "TrackError",
         }

@@ -170,6 +170,11 @@ impl Tracker {
         found.map(Estimate).map_err(raise)
     }
 
+    /// Lets the body evolve by the sides that were seen, between images; says whether it changed.
+    fn evolve(&mut self, py: Python<'_>) -> PyResult<bool> {
+        py.detach(|| self.0.evolve()).map_err(raise)
+    }
+
     /// The body, at its newest pose.
     #[getter]
     fn body(&self) -> PyResult<Body> {

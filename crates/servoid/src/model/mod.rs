@@ -2,6 +2,7 @@
 
 mod choice;
 mod color;
+mod evolved;
 mod given;
 mod grow;
 mod ladder;
@@ -18,8 +19,10 @@ mod settings;
 mod watch;
 
 pub use color::ellipsoid_colors;
+pub use evolved::evolved;
 pub use given::{Given, Weights};
 pub use paper::{PaperSettings, paper};
+pub use portraits::{Portrait, half_ball_direction};
 pub use progressive::{Progress, Step, progressive};
 pub use rough::{Unmarked, rough};
 pub use scene::silhouette_ious;

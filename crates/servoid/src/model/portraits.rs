@@ -4,7 +4,7 @@ use rayon::prelude::*;
 use super::ModelError;
 use crate::observe::{Camera, Channels, ImageView, Mask, View};
 use crate::pose::{Pose, even_direction};
-use crate::shape::{Mesh, Projection};
+use crate::shape::{Body, Ellipsoid, Mesh, Projection, silhouette};
 
 /// Pictures that are taken of a mesh, from all sides.
 const COUNT: usize = 6;
@@ -13,14 +13,52 @@ const SIDE_PX: usize = 256;
 /// Distance of the cameras from the mesh's middle, in radii of the ball around it.
 const DISTANCE: f64 = 6.0;
 
-/// A picture of a mesh that was drawn, not taken.
-pub(super) struct Portrait {
+/// A silhouette that was drawn, not taken.
+#[derive(Debug, Clone)]
+pub struct Portrait {
     camera: Camera,
     world_from_camera: Pose,
     pixels: Vec<u8>,
 }
 
 impl Portrait {
+    /// Draws a silhouette of a ball's content from a direction.
+    fn draw(
+        (middle, radius): (&Vector3<f64>, f64),
+        away: &Vector3<f64>,
+        draw: impl Fn(&Camera, &Pose) -> Vec<u8>,
+    ) -> Result<Self, ModelError> {
+        let side = SIDE_PX as f64;
+        // A ball of this radius at this distance just fits into the image.
+        let focal_px = 0.5 * side * (DISTANCE * DISTANCE - 1.0).sqrt();
+        let camera = Camera::new([SIDE_PX; 2], [focal_px; 2], [0.5 * (side - 1.0); 2])?;
+        let place = middle + away * (DISTANCE * radius);
+        let world_from_camera = Pose::from_rotation(looking_along(&-away), place);
+        let pixels = draw(&camera, &world_from_camera);
+        Ok(Self { camera, world_from_camera, pixels })
+    }
+
+    /// Draws a body in its own frame from directions.
+    ///
+    /// # Errors
+    /// If the body has no size.
+    pub fn of_body(
+        body: &Body,
+        directions: impl Iterator<Item = Vector3<f64>>,
+    ) -> Result<Vec<Self>, ModelError> {
+        let body = body.at(Pose::identity());
+        let reach = |e: &Ellipsoid| e.center().norm() + e.radii().max();
+        let radius = body.ellipsoids().iter().map(reach).fold(0.0, f64::max);
+        let ball = (&Vector3::zeros(), radius);
+        directions
+            .map(|away| Self::draw(ball, &away, |camera, pose| silhouette(&body, camera, pose)))
+            .collect()
+    }
+
+    /// Gives the picture as a view.
+    ///
+    /// # Errors
+    /// If the silhouette is empty.
     pub fn view(&self) -> Result<View<'_>, ModelError> {
         let image = ImageView::new(&self.pixels, self.camera.size_px(), Channels::Grey)?;
         Ok(View::new(self.camera, self.world_from_camera, Mask::new(image)?)?)
@@ -33,25 +71,19 @@ pub(super) fn portraits(mesh: &Mesh) -> Result<Vec<Portrait>, ModelError> {
     let world_from_mesh = mesh.principal_frame();
     let middle = world_from_mesh.translation();
     let radius = mesh.vertices().iter().map(|v| (v - middle).norm()).fold(0.0, f64::max);
-    let side = SIDE_PX as f64;
-    // A ball of this radius at this distance just fits into the image.
-    let focal_px = 0.5 * side * (DISTANCE * DISTANCE - 1.0).sqrt();
-    let center_px = [0.5 * (side - 1.0); 2];
-    let camera = Camera::new([SIDE_PX; 2], [focal_px; 2], center_px)?;
     let draw = |index: usize| {
-        let away = world_from_mesh.rotation() * half_ball_direction(index);
-        let place = middle + away * (DISTANCE * radius);
-        let world_from_camera = Pose::from_rotation(looking_along(&-away), place);
-        let projection = Projection::new(&camera, &world_from_camera);
-        let pixels = mesh.silhouette(&projection, [SIDE_PX; 2]);
-        Portrait { camera, world_from_camera, pixels }
+        let away = world_from_mesh.rotation() * half_ball_direction(index, COUNT);
+        Portrait::draw((&middle, radius), &away, |camera, pose| {
+            mesh.silhouette(&Projection::new(camera, pose), camera.size_px())
+        })
     };
-    Ok((0..COUNT).into_par_iter().map(draw).collect())
+    (0..COUNT).into_par_iter().map(draw).collect()
 }
 
-/// Gives direction `index` of a spiral of [`COUNT`] over the half ball z > 0.
-fn half_ball_direction(index: usize) -> Vector3<f64> {
-    even_direction(index, 1.0 - (index as f64 + 0.5) / COUNT as f64)
+/// Gives direction `index` of a spiral of `count` over the half ball z > 0.
+#[must_use]
+pub fn half_ball_direction(index: usize, count: usize) -> Vector3<f64> {
+    even_direction(index, 1.0 - (index as f64 + 0.5) / count as f64)
 }
 
 /// Turns z to a direction.

@@ -56,12 +56,16 @@ impl Scene {
     }
 
     /// Carries ellipsoids back to the world.
-    pub fn body(&self, quadrics: &[Quadric]) -> Result<Body, ModelError> {
+    pub fn ellipsoids(&self, quadrics: &[Quadric]) -> Vec<Ellipsoid> {
         let solid = |q: &Quadric| {
             Ellipsoid::from_quadric(q, LEAST_RADIUS).transformed(&self.world_from_scene, self.unit)
         };
-        let in_world: Vec<_> = quadrics.iter().map(solid).collect();
-        Ok(Body::around(&in_world)?)
+        quadrics.iter().map(solid).collect()
+    }
+
+    /// Carries ellipsoids back to the world and makes them a body.
+    pub fn body(&self, quadrics: &[Quadric]) -> Result<Body, ModelError> {
+        Ok(Body::around(&self.ellipsoids(quadrics))?)
     }
 }
 

@@ -200,6 +200,13 @@ impl Outline {
         (root > 0.0).then_some((middle - half, middle + half))
     }
 
+    /// Gives the outline that lies `by_px` pixels outside, about; inside if that is negative.
+    #[must_use]
+    pub fn grown(&self, by_px: f64) -> Self {
+        let longer = |half: f64| (half + by_px).max(0.1);
+        Self { half_width: longer(self.half_width), half_height: longer(self.half_height), ..*self }
+    }
+
     /// Says whether a pixel is inside.
     #[must_use]
     pub fn contains(&self, pixel: &Vector2<f64>) -> bool {

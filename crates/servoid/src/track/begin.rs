@@ -3,6 +3,7 @@ use super::attempt::Attempt;
 use super::clock::Clock;
 use super::colors::Colors;
 use super::estimate::{Estimate, Status};
+use super::keyframes::Keyframes;
 use super::motion::Motion;
 use super::points::Points;
 use super::regain::ROUNDS;
@@ -40,6 +41,17 @@ impl Tracker {
         }
         self.notices.clear();
         self.look(observation, &world_from_object, START_MARGIN);
+        self.keyframes = Keyframes::default();
+        for (camera, mask) in masks.iter().enumerate().take(self.windows.len()) {
+            let window = &self.windows[camera];
+            let image = observation.images[camera].filter(|_| window.is_open());
+            if let (Some(image), Some(mask)) = (image, mask) {
+                let seen = (window, &image, &self.cameras[camera]);
+                let poses = (&observation.world_from_camera[camera], &world_from_object);
+                let told = (&self.solid, &self.colors);
+                self.keyframes.offer(seen, poses, told, Some(&mask.image()));
+            }
+        }
         self.points_in_view(&world_from_object);
         if self.settings.surface {
             self.learn_points(observation, &world_from_object, usize::MAX);

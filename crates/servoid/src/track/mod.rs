@@ -6,7 +6,9 @@ mod certainty;
 mod clock;
 mod colors;
 mod estimate;
+mod growth;
 mod judge;
+mod keyframes;
 mod learn;
 mod motion;
 mod one_step;
@@ -72,6 +74,12 @@ pub enum TrackError {
     /// The search was misconfigured.
     #[error(transparent)]
     Search(#[from] crate::evolve::GaError),
+    /// The views do not let the body evolve.
+    #[error(transparent)]
+    Model(#[from] crate::model::ModelError),
+    /// The ellipsoids make no body.
+    #[error(transparent)]
+    Shape(#[from] crate::shape::ShapeError),
     /// An image is no image of its camera.
     #[error(transparent)]
     Image(#[from] crate::observe::RigError),

@@ -1,4 +1,5 @@
 use super::TrackError;
+use crate::model::Settings;
 
 /// How tracking proceeds.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -23,6 +24,8 @@ pub struct TrackSettings {
     pub points: usize,
     /// Confidence from which on the pose is trusted.
     pub trusted: f64,
+    /// How the body evolves: most ellipsoids and what one more must earn.
+    pub growth: Settings,
 }
 
 impl Default for TrackSettings {
@@ -37,6 +40,7 @@ impl Default for TrackSettings {
             local_colors: true,
             points: 80,
             trusted: 0.5,
+            growth: Settings::default(),
         }
     }
 }

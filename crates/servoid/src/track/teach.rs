@@ -1,7 +1,7 @@
 use super::attempt::{Attempt, sight};
 use super::learn::learn;
 use super::polish::Sight;
-use super::tracker::Tracker;
+use super::tracker::{CLEAR, Tracker};
 use crate::observe::Observation;
 use crate::pose::Pose;
 
@@ -18,6 +18,9 @@ impl Tracker {
         self.usual.follow(&attempt.verdict);
         if self.settings.region {
             self.learn_colors(observation, &attempt.pose, COLOR_RATE);
+            if attempt.verdict.confidence > CLEAR {
+                self.keep_views(observation, &attempt.pose);
+            }
         }
         if self.settings.surface {
             self.points.refine(&self.desk.matches);

@@ -4,6 +4,7 @@ use super::certainty::certainty;
 use super::clock::Clock;
 use super::colors::Colors;
 use super::estimate::{Estimate, Notice, Status};
+use super::keyframes::Keyframes;
 use super::motion::Motion;
 use super::points::{Known, Points};
 use super::polish::Desk;
@@ -35,6 +36,7 @@ pub struct Tracker {
     pub(super) windows: Vec<Window>,
     pub(super) desk: Desk,
     pub(super) fresh: Vec<Known>,
+    pub(super) keyframes: Keyframes,
     pub(super) usual: Usual,
     /// How far predictions were off, in metres and radians.
     pub(super) surprise: Reach,
@@ -79,6 +81,7 @@ impl Tracker {
             windows: vec![Window::default(); cameras.len()],
             desk: Desk::default(),
             fresh: Vec::new(),
+            keyframes: Keyframes::default(),
             usual: Usual::default(),
             status: Status::Searching,
             unseen: 0,
@@ -200,4 +203,4 @@ impl Tracker {
 }
 
 /// Confidence below which part of the object counts as hidden.
-const CLEAR: f64 = 0.8;
+pub(super) const CLEAR: f64 = 0.8;

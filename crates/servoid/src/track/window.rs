@@ -89,6 +89,11 @@ impl Window {
         Some(self.from_world?.moved(world_from_object))
     }
 
+    /// Gives first column and row, and width and height, in pixels of the image.
+    pub(super) fn place_px(&self) -> ([usize; 2], [usize; 2]) {
+        (self.first_px, self.size_px)
+    }
+
     /// Forgets what it looked at.
     pub(super) fn close(&mut self) {
         self.from_world = None;
@@ -181,11 +186,11 @@ impl Window {
             let mut spans = Spans::new(width);
             for outline in outlines {
                 let row = (top + v) as f64;
-                spans.mark(grown(outline, doubt_px).interval(row), left, Belongs::Unknown);
+                spans.mark(outline.grown(doubt_px).interval(row), left, Belongs::Unknown);
             }
             for outline in outlines {
                 let row = (top + v) as f64;
-                spans.mark(grown(outline, -doubt_px).interval(row), left, Belongs::Object);
+                spans.mark(outline.grown(-doubt_px).interval(row), left, Belongs::Object);
             }
             for u in (v / TEACHING_STRIDE % 2..width).step_by(TEACHING_STRIDE) {
                 let side = self.side(left + u, top + v);
@@ -246,14 +251,6 @@ impl Spans {
         let entries = self.entries[..self.count].iter().rev();
         let found = entries.clone().find(|(begin, end, _)| (*begin..*end).contains(&u));
         found.map_or(Belongs::Background, |(_, _, belongs)| *belongs)
-    }
-}
-
-fn grown(outline: &Outline, by_px: f64) -> Outline {
-    Outline {
-        half_width: (outline.half_width + by_px).max(0.1),
-        half_height: (outline.half_height + by_px).max(0.1),
-        ..*outline
     }
 }
 

@@ -1,0 +1,63 @@
+use super::TrackError;
+use super::solid::Solid;
+use super::tracker::Tracker;
+use crate::fitness::Sight;
+use crate::model::{self, Given, Portrait};
+use crate::observe::Observation;
+use crate::pose::Pose;
+use crate::shape::{Body, Ellipsoid};
+
+/// Surface points whose distance is known at least this well, as a share of the body's radius, say
+/// where the surface is.
+const WELL_KNOWN: f64 = 0.03;
+/// An ellipsoid may reach as far from the middle as this, in radii of the body before.
+const FARTHEST: f64 = 1.4;
+
+impl Tracker {
+    /// Lets the body evolve by the sides that were seen and the surface points that were learned,
+    /// within a budget of its own; says whether it changed. The object's frame does not move, so
+    /// poses before and after mean the same. The same observations give the same bits.
+    ///
+    /// # Errors
+    /// If the views do not make a scene.
+    pub fn evolve(&mut self) -> Result<bool, TrackError> {
+        if self.keyframes.fresh == 0 {
+            return Ok(false);
+        }
+        self.keyframes.fresh = 0;
+        let known = self.points.known.iter();
+        let sure = known.filter(|k| k.variance.sqrt() < WELL_KNOWN * self.solid.radius);
+        let sights: Vec<_> =
+            sure.map(|k| Sight { point: k.point.position, direction: -k.point.toward }).collect();
+        // Of the sides that were not seen, what is believed so far stays.
+        let believed = Portrait::of_body(&self.body, self.keyframes.unseen())?;
+        let mut views = self.keyframes.views();
+        for portrait in &believed {
+            views.push(portrait.view()?);
+        }
+        if views.len() < 2 {
+            return Ok(false);
+        }
+        let given = Given { views: &views, sights: &sights, ..Given::default() };
+        let grown = model::evolved(&given, self.body.ellipsoids(), &self.settings.growth)?;
+        let reach = |e: &Ellipsoid| e.center().norm() + e.radii().max();
+        let most = self.body.ellipsoids().iter().map(reach).fold(0.0, f64::max);
+        if grown.iter().any(|e| reach(e) > FARTHEST * most) {
+            return Ok(false);
+        }
+        self.body = Body::new(self.body.world_from_object(), grown)?;
+        self.solid = Solid::new(&self.body);
+        Ok(true)
+    }
+
+    /// Keeps what the cameras show of a side that was not seen before.
+    pub(super) fn keep_views(&mut self, observation: &Observation<'_>, pose: &Pose) {
+        for (camera, window) in self.windows.iter().enumerate() {
+            if let (true, Some(image)) = (window.is_open(), &observation.images[camera]) {
+                let poses = (&observation.world_from_camera[camera], pose);
+                let seen = (window, image, &self.cameras[camera]);
+                self.keyframes.offer(seen, poses, (&self.solid, &self.colors), None);
+            }
+        }
+    }
+}

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from importlib import import_module
 from pathlib import Path
 
 import cv2
@@ -225,6 +226,7 @@ def photos() -> Callable[[str], Path]:
 @pytest.fixture
 def fake_core(monkeypatch: pytest.MonkeyPatch) -> type[FakeTracker]:
     """Put the fake in the place of the core's tracker; `made` lists those that were made."""
+    import_module("servoid.cli.app")  # its help shows the core's own defaults
 
     class Fake(FakeTracker):
         made: list[FakeTracker] = []  # noqa: RUF012

@@ -52,9 +52,6 @@ class FakeTracker:
         self.pose = world_from_object
         return self._answer("start", time_s, poses=poses, images=images, masks=masks)
 
-    def find(self, time_s: float, poses: Any, images: Any, masks: Any) -> FakeEstimate:
-        return self._answer("find", time_s, poses=poses, images=images, masks=masks)
-
     def step(self, time_s: float, poses: Any, images: Any) -> FakeEstimate:
         return self._answer("step", time_s, poses=poses, images=images)
 

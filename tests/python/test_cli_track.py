@@ -14,6 +14,9 @@ from servoid.record import read_trajectory
 from servoid.shape import load_body, save_body
 
 MOVING = Pair(centers=tuple((0.012 + 0.004 * i, -0.008, 0.42) for i in range(5)))
+BARE = ("--body", "cup.json")
+BOTH = (*BARE, "--body", "jug.json")
+CUP = (*BARE, "--start", "body")
 OWN = Pose.from_parts((0.1, 0.2, 0.3), (0.0, 1.0, 0.0, 0.0))
 
 
@@ -46,7 +49,7 @@ def test_a_body_is_tracked_into_a_file_and_a_summary(
     fake_core.answers = staticmethod(
         lambda time_s: {"status": "lost" if 0.15 < time_s < 0.35 else "tracking"}
     )
-    outcome = servoid_command("track", "video", "--body", "cup.json", "--start", "body")
+    outcome = servoid_command("track", "video", *CUP)
     assert (outcome.code, outcome.err) == (0, "")
     points = read_trajectory("poses.csv")
     assert [point.status == "lost" for point in points] == [False, False, True, True, False]
@@ -70,7 +73,7 @@ def test_the_summary_fits_a_screen_of_eighty_columns(
             "notices": [f"camera left, at {time_s}: {'much is wrong with this image ' * 4}"],
         }
     )
-    outcome = servoid_command("track", "video", "--body", "cup.json", "--video", "out.mp4")
+    outcome = servoid_command("track", "video", *CUP, "--video", "out.mp4")
     assert outcome.code == 0, outcome.err
     lines = outcome.out.splitlines()
     assert max(map(len, lines)) <= 80
@@ -79,7 +82,7 @@ def test_the_summary_fits_a_screen_of_eighty_columns(
 
 @pytest.mark.usefixtures("folder")
 def test_the_suffix_chooses_the_format(servoid_command: Command) -> None:
-    outcome = servoid_command("track", "video", "--body", "cup.json", "--out", "a.tum")
+    outcome = servoid_command("track", "video", *CUP, "--out", "a.tum")
     assert outcome.code == 0, outcome.err
     assert np.loadtxt("a.tum").shape == (5, 8)
 
@@ -109,7 +112,9 @@ def test_the_body_is_saved_at_its_newest_pose_with_its_colours(
     fake_core.answers = staticmethod(
         lambda time_s: {"world_from_object": end} if time_s > 0.35 else {}
     )
-    outcome = servoid_command("track", "video", "--body", "jug.json", "--save-body", "new.json")
+    outcome = servoid_command(
+        "track", "video", "--body", "jug.json", "--start", "body", "--save-body", "new.json"
+    )
     assert outcome.code == 0, outcome.err
     saved = load_body("new.json")
     assert saved.world_from_object == (0.5, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
@@ -134,7 +139,7 @@ def test_without_a_body_the_first_observation_is_modelled(
 @pytest.mark.usefixtures("folder")
 def test_options_reach_the_tracker(servoid_command: Command, fake_core: type[FakeTracker]) -> None:
     outcome = servoid_command(
-        "track", "video", "--body", "cup.json", "--population", 50, "--generations", 7,
+        "track", "video", *CUP, "--population", 50, "--generations", 7,
         "--budget-ms", 4, "--every", 2, "--observations", "1:", "--no-evolve",
     )  # fmt: skip
     assert outcome.code == 0, outcome.err
@@ -146,7 +151,7 @@ def test_options_reach_the_tracker(servoid_command: Command, fake_core: type[Fak
 
 @pytest.mark.usefixtures("folder")
 def test_the_video_has_an_image_for_each_observation(servoid_command: Command) -> None:
-    outcome = servoid_command("track", "video", "--body", "cup.json", "--video", "out.mp4")
+    outcome = servoid_command("track", "video", *CUP, "--video", "out.mp4")
     assert outcome.code == 0, outcome.err
     assert rows(outcome)["video"] == "out.mp4"
     video = cv2.VideoCapture("out.mp4")
@@ -166,7 +171,7 @@ def test_what_was_tracked_before_a_stop_is_written_whole(
 
     fake_core.answers = staticmethod(answer)
     before = everything_in(folder)
-    outcome = servoid_command("track", "video", "--body", "cup.json", "--video", "out.mp4")
+    outcome = servoid_command("track", "video", *CUP, "--video", "out.mp4")
     interrupted = isinstance(stop, KeyboardInterrupt)
     assert outcome.code == (130 if interrupted else 1)
     assert outcome.err == (
@@ -186,31 +191,33 @@ def test_a_stop_before_the_first_estimate_writes_nothing(
 
     fake_core.answers = staticmethod(answer)
     before = everything_in(folder)
-    outcome = servoid_command("track", "video", "--body", "cup.json", "--video", "out.mp4")
+    outcome = servoid_command("track", "video", *CUP, "--video", "out.mp4")
     assert (outcome.code, outcome.out) == (130, "")
     assert everything_in(folder) == before
 
 
-CUP = ("--body", "cup.json")
-BOTH = (*CUP, "--body", "jug.json")
 REFUSED: dict[str, tuple[tuple[str, ...], str]] = {
     "no body file": (("--body", "none.json"), r"none\.json"),
     "a body that is none": (("--body", "video/poses.csv"), r"poses\.csv is not valid JSON"),
-    "a pose of six": ((*CUP, "--start", "1,2,3,1,0,0"), r"'1,2,3,1,0,0' is no pose; write X,Y,Z"),
-    "a pose of words": ((*CUP, "--start", "here"), r"'here' is no pose; write X,Y,Z"),
-    "no rotation": ((*CUP, "--start", "1,2,3,0,0,0,0"), r"'1,2,3,0,0,0,0': .*quaternion"),
+    "a pose of six": ((*BARE, "--start", "1,2,3,1,0,0"), r"'1,2,3,1,0,0' is no pose; write X,Y,Z"),
+    "a pose of words": ((*BARE, "--start", "here"), r"'here' is no pose; write X,Y,Z"),
+    "no rotation": ((*BARE, "--start", "1,2,3,0,0,0,0"), r"'1,2,3,0,0,0,0': .*quaternion"),
     "a start without a body": (("--start", "1,2,3,1,0,0,0"), "no body was given"),
-    "two starts": ((*CUP, "--start", "body", "--start", "body"), "'cup' has two starts"),
+    "two starts": ((*BARE, "--start", "body", "--start", "body"), "'cup' has two starts"),
     "a start for whom": ((*BOTH, "--start", "body"), r"--start body does not say which .* cup="),
     "a target for whom": ((*BOTH, "--target", "click:1,2"), r"such as --target cup=click:1,2; the"),
-    "a target for nobody": ((*CUP, "--target", "a=click:1,2"), r"for 'a', but the objects are cup"),
-    "two of one name": ((*CUP, *CUP), r"two bodies are named 'cup'; .* --body b=cup\.json"),
+    "a target for nobody": (
+        (*BARE, "--target", "a=click:1,2"),
+        r"for 'a', but the objects are cup",
+    ),
+    "two of one name": ((*BARE, *BARE), r"two bodies are named 'cup'; .* --body b=cup\.json"),
     "a target that is none": (("--target", "cup"), "cup"),
-    "an unknown suffix": ((*CUP, "--out", "a.bag"), r"cannot write a\.bag: a trajectory ends in"),
-    "no folder": ((*CUP, "--out", "none/a.csv"), "there is no folder"),
-    "a video of another kind": ((*CUP, "--video", "a.gif"), r"a\.gif: a video ends in \.mp4"),
-    "a body to another kind": ((*CUP, "--save-body", "a.toml"), r"a body ends in \.json"),
-    "no observations": ((*CUP, "--observations", "9:"), "holds none of the 5"),
+    "an unknown suffix": ((*BARE, "--out", "a.bag"), r"cannot write a\.bag: a trajectory ends in"),
+    "no folder": ((*BARE, "--out", "none/a.csv"), "there is no folder"),
+    "a video of another kind": ((*BARE, "--video", "a.gif"), r"a\.gif: a video ends in \.mp4"),
+    "a body to another kind": ((*BARE, "--save-body", "a.toml"), r"a body ends in \.json"),
+    "no pose and no mask": ((*BARE, "--observations", "1:"), "nothing says where 'cup' is in obs"),
+    "no observations": ((*BARE, "--observations", "9:"), "holds none of the 5"),
     "no mask and no target": (("--observations", "1:"), "nothing says where the object is"),
 }
 

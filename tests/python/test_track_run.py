@@ -4,13 +4,15 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from drawn_pairs import BASELINE, SIZE_PX, Pair
+from drawn_pairs import BASELINE, Pair
 from fake_tracker import FakeTracker, plain_body
 
 from servoid.errors import TargetError, TrackError
-from servoid.model import fit
+from servoid.model import Request as ModelRequest
+from servoid.model import fit, fit_capture
 from servoid.observe import open_capture, parse_target
 from servoid.pose import Pose
+from servoid.shape import Body
 from servoid.track import Collector, Method, Request, Subject, follow, tidy_image, track_capture
 
 MOVING = Pair(centers=tuple((0.012 + 0.004 * i, -0.008, 0.42) for i in range(6)))
@@ -143,27 +145,38 @@ def test_a_body_with_a_start_begins_there_with_the_masks_that_are_there(
     assert right is None
 
 
-def test_a_body_without_a_start_is_sought_in_the_mask_or_the_target(
+def test_a_body_without_a_start_is_placed_in_the_mask_or_the_target(
     video: Path, fake_core: type[FakeTracker]
 ) -> None:
     capture = open_capture(video)
+    body = fit_capture(capture, ModelRequest(max_ellipsoids=1)).body
     target = parse_target("box:60,40,220,170@right/0000")
-    track_capture(capture, [known(start=None)])
-    track_capture(capture, [known(start=None, targets=(target,))])
-    (kind, by_mask), (other, by_target) = (made.calls[0] for made in fake_core.made)
-    assert (kind, other) == ("find", "find")
-    assert [mask is None for mask in by_mask["masks"]] == [False, True]
-    assert [mask is None for mask in by_target["masks"]] == [True, False]
-    assert by_target["masks"][1].shape == SIZE_PX[::-1]
+    away = Pose.from_parts((5.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0))
+    moved = Body(
+        world_from_object=away, centers=body.centers, radii=body.radii, rotations=body.rotations
+    )
+    for targets in ((), (target,)):
+        track_capture(capture, [Subject(body=moved, targets=targets)], Request(seed=2))
+        kind, _ = fake_core.made[-1].calls[0]
+        found = fake_core.made[-1].pose
+        assert kind == "start"
+        off = np.array(found.translation) - (MOVING.world_from_left @ [*MOVING.centers[0], 1.0])[:3]
+        assert np.linalg.norm(off) < 0.03
 
 
-def test_a_body_without_start_and_mask_is_sought_by_its_colours(
-    video: Path, fake_core: type[FakeTracker]
-) -> None:
-    request = Request(observations=slice(1, None))
-    track_capture(open_capture(video), [known(start=None)], request)
-    kind, call = fake_core.made[0].calls[0]
-    assert (kind, call["masks"]) == ("find", None)
+@pytest.mark.usefixtures("fake_core")
+def test_a_body_that_nothing_places_or_that_fits_no_mask_is_refused(video: Path) -> None:
+    capture = open_capture(video)
+    with pytest.raises(TrackError, match="nothing says where 'object' is in observation 1; mark"):
+        track_capture(capture, [known(start=None)], Request(observations=slice(1, None)))
+    rod = Body(
+        world_from_object=START,
+        centers=np.zeros((1, 3)),
+        radii=np.array([[0.3, 0.002, 0.002]]),
+        rotations=np.array([[1.0, 0.0, 0.0, 0.0]]),
+    )
+    with pytest.raises(TrackError, match=r"the body does not fit the mask: .* 0\.[0-4]"):
+        track_capture(capture, [known(body=rod, start=None)])
 
 
 def test_without_a_body_the_first_observation_is_modelled_and_tracked_from_there(
@@ -297,13 +310,27 @@ def test_what_was_collected_before_a_stop_is_a_track(video: Path) -> None:
     assert Collector().results() == []
 
 
-@pytest.mark.usefixtures("fake_core")
-def test_the_paper_s_tracker_says_if_the_build_has_none(
-    video: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.delattr("servoid._native.OneStepTracker", raising=False)
-    with pytest.raises(TrackError, match="not part of this build"):
-        track_capture(open_capture(video), [known()], Request(method=Method.PAPER))
+def test_the_paper_s_tracker_follows_and_takes_only_settings_of_its_own(video: Path) -> None:
+    capture = open_capture(video)
+    body = fit_capture(capture, ModelRequest(max_ellipsoids=1)).body
+    subject = Subject(body=body, start=body.world_from_object)
+    [result] = track_capture(
+        capture, [subject], Request(method=Method.PAPER, seed=1, population=60)
+    )
+    way = np.array(result.body.world_from_object.translation) - body.world_from_object.translation
+    true = MOVING.world_from_left[:3, 0] * (MOVING.centers[-1][0] - MOVING.centers[0][0])
+    assert np.linalg.norm(way - true) < 0.01
+    with pytest.raises(TrackError, match="generations was given, which the paper's method"):
+        track_capture(capture, [subject], Request(method=Method.PAPER, generations=3))
+
+
+def test_a_moving_object_is_followed_from_its_mask_alone(video: Path) -> None:
+    [result] = track_capture(open_capture(video), request=Request(seed=1))
+    first, last = (result.estimates[at].world_from_object.translation for at in (0, -1))
+    true = MOVING.world_from_left[:3, 0] * (MOVING.centers[-1][0] - MOVING.centers[0][0])
+    assert result.tracked_share == 1.0
+    assert np.linalg.norm(np.array(last) - first - true) < 0.002
+    assert list(result.stage_seconds) == ["look", "search", "polish", "judge", "learn"]
 
 
 @pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32, np.float64, np.bool_])

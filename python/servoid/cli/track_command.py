@@ -47,7 +47,7 @@ def track(
         typer.Option(
             metavar="[NAME=]POSE",
             help="Where the body is in the first observation: X,Y,Z,QW,QX,QY,QZ, or the word "
-            "body for the pose in its file (default: it is found).",
+            "body for the pose in its file (default: where it fits the target or mask).",
         ),
     ] = None,
     distance: Annotated[

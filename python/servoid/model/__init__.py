@@ -2,7 +2,7 @@
 
 from servoid._native import ModelSettings, PaperSettings, Step
 from servoid.model.fit import Request, fit, fit_mesh, fit_sights
-from servoid.model.look import fit_capture, fit_capture_by_paper
+from servoid.model.look import fit_capture, fit_capture_by_paper, mark_everywhere
 from servoid.model.paper import fit_paper_views
 from servoid.model.result import IouByCount, ModelResult, Surface
 from servoid.model.running import Progress
@@ -24,5 +24,6 @@ __all__ = [
     "fit_mesh",
     "fit_paper_views",
     "fit_sights",
+    "mark_everywhere",
     "sights_of_cloud",
 ]

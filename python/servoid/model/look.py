@@ -71,6 +71,31 @@ def fit_capture(
     return replace(result, targets=tuple(map(str, targets)), notes=tuple(notes))
 
 
+def mark_everywhere(
+    capture: Capture,
+    request: Request | None = None,
+    *,
+    targets: Sequence[Target] = (),
+    observations: slice | None = None,
+) -> list[CaptureView]:
+    """Give all views masks in which the object can be found, beginning with those that have some.
+
+    Raises:
+        As for `fit_capture`; views in which the object is not found are left out.
+
+    """
+    marked = mark(capture, targets, observations)
+    if not marked.others:
+        return list(marked.views)
+    sights = join_sights(sights_of_views(marked.views))
+    if not len(sights):
+        sights = _measured(marked, [])
+    try:
+        return _with_spread(marked, sights, request or Request(), [])
+    except (ModelError, TargetError):
+        return list(marked.views)
+
+
 def fit_capture_by_paper(
     capture: Capture,
     request: Request | None = None,

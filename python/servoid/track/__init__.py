@@ -1,8 +1,9 @@
 """Tracking: where an object is, in six degrees of freedom, in one observation after another."""
 
-from servoid.track.follower import Evolver, Finder, Follower
+from servoid.track.follower import Evolver, Follower
 from servoid.track.following import Collector, TrackStep, follow, track_capture
 from servoid.track.instants import Instant, cameras_of, read_instants, tidy_image
+from servoid.track.placing import Marked, Placement, place_body
 from servoid.track.request import Method, Request, Subject
 from servoid.track.result import Gap, Tracked, TrackResult
 from servoid.track.starting import Followed
@@ -10,12 +11,13 @@ from servoid.track.starting import Followed
 __all__ = [
     "Collector",
     "Evolver",
-    "Finder",
     "Followed",
     "Follower",
     "Gap",
     "Instant",
+    "Marked",
     "Method",
+    "Placement",
     "Request",
     "Subject",
     "TrackResult",
@@ -23,6 +25,7 @@ __all__ = [
     "Tracked",
     "cameras_of",
     "follow",
+    "place_body",
     "read_instants",
     "tidy_image",
     "track_capture",

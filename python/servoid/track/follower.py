@@ -10,6 +10,8 @@ from servoid import _native
 from servoid._native import Body, Camera, Estimate, Pose
 from servoid.errors import TrackError
 
+_ONE_STEP_OPTIONS = ("seed", "population")
+
 Images = Sequence[NDArray[np.uint8] | None]
 
 
@@ -33,21 +35,6 @@ class Follower(Protocol):
 
     def step(self, time_s: float, world_from_camera: Sequence[Pose], images: Images) -> Estimate:
         """Find the object in the next observation."""
-        ...
-
-
-@runtime_checkable
-class Finder(Protocol):
-    """Finds a body in a first observation without a pose."""
-
-    def find(
-        self,
-        time_s: float,
-        world_from_camera: Sequence[Pose],
-        images: Images,
-        masks: Images | None,
-    ) -> Estimate:
-        """Seek the body, in masks if there are any, and start there."""
         ...
 
 
@@ -79,12 +66,14 @@ def make_one_step_tracker(
     """Make the paper's tracker, a genetic algorithm of one generation an image.
 
     Raises:
-        TrackError: this build has none, or a setting is out of range.
+        TrackError: a setting is out of range, or is one that this tracker does not have.
 
     """
-    make = getattr(_native, "OneStepTracker", None)
-    if make is None:
-        raise TrackError(
-            "the paper's tracker is not part of this build; track with the method region"
-        )
-    return make(cameras, body, _native.TrackSettings(**options))
+    for name, value in options.items():
+        if value is not None and name not in _ONE_STEP_OPTIONS:
+            raise TrackError(
+                f"{name} was given, which the paper's method does not have; leave it out (it has "
+                f"{' and '.join(_ONE_STEP_OPTIONS)})"
+            )
+    known = {name: options.get(name) for name in _ONE_STEP_OPTIONS}
+    return _native.OneStepTracker(cameras, body, _native.OneStepSettings(**known))

@@ -1,4 +1,4 @@
-"""Starts trackers: at a pose, in masks, by colours, or with a body modelled on the spot."""
+"""Starts trackers: at a pose, in masks, or with a body that is modelled on the spot."""
 
 import time
 from collections.abc import Sequence
@@ -8,12 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid import model
-from servoid._native import Body, Estimate, Pose
+from servoid._native import Body, Pose
 from servoid.errors import TrackError
 from servoid.model.marking import mark
 from servoid.observe import Capture, CaptureView
-from servoid.track.follower import Evolver, Finder, Follower
+from servoid.track.follower import Evolver, Follower
 from servoid.track.instants import Instant, cameras_of
+from servoid.track.placing import Marked, place_body
 from servoid.track.request import Request, Subject
 from servoid.track.result import Tracked
 
@@ -64,10 +65,10 @@ class Followed:
 
 @dataclass(frozen=True, eq=False)
 class _Known:
-    """What is known of an object before its tracker starts; without a pose it must be found."""
+    """What is known of an object when its tracker starts."""
 
     body: Body
-    pose: Pose | None
+    pose: Pose
     masks: Masks | None
     colors: NDArray[np.uint8] | None
     notes: tuple[str, ...] = ()
@@ -77,7 +78,8 @@ def begin(capture: Capture, instant: Instant, subject: Subject, request: Request
     """Start the tracker of one object in the first observation.
 
     Raises:
-        TrackError: the tracker needs a pose and there is none, or a setting is out of range.
+        TrackError: nothing says where a known body is, it does not fit its mask, or a setting is
+            out of range.
         TargetError: nothing says where the object is, or it is not found.
         ModelError, CameraError, ImageError, MaskError: as for `model.fit_capture`.
 
@@ -88,7 +90,9 @@ def begin(capture: Capture, instant: Instant, subject: Subject, request: Request
     make = request.maker or request.method.maker
     tracker = make(cameras, known.body, request.options())
     called = time.perf_counter()
-    estimate = _first_estimate(tracker, instant, known, subject.name)
+    estimate = tracker.start(
+        instant.time_s, instant.world_from_camera, instant.images, known.pose, known.masks
+    )
     done = time.perf_counter()
     return Followed(
         name=subject.name,
@@ -106,23 +110,11 @@ def begin(capture: Capture, instant: Instant, subject: Subject, request: Request
     )
 
 
-def _first_estimate(tracker: Follower, instant: Instant, known: _Known, name: str) -> Estimate:
-    when, poses, images = instant.time_s, instant.world_from_camera, instant.images
-    if known.pose is not None:
-        return tracker.start(when, poses, images, known.pose, known.masks)
-    if not isinstance(tracker, Finder):
-        raise TrackError(
-            f"this tracker cannot find '{name}' by itself; say where it is in the first "
-            "observation with a start, or give a target and no body"
-        )
-    return tracker.find(when, poses, images, known.masks)
-
-
 def _look(capture: Capture, instant: Instant, subject: Subject, request: Request) -> _Known:
     usable = _usable(capture, instant)
     only = slice(instant.index, instant.index + 1)
+    asked = model.Request(seed=request.seed, progress=request.progress)
     if subject.body is None:
-        asked = model.Request(seed=request.seed, progress=request.progress)
         made = model.fit_capture(
             usable,
             asked,
@@ -132,10 +124,41 @@ def _look(capture: Capture, instant: Instant, subject: Subject, request: Request
         )
         masks = _masks(usable, made.used_views)
         return _Known(made.body, made.body.world_from_object, masks, made.colors, made.all_notes)
-    masks = None
+    masks: Masks | None = None
     if subject.targets or any(view.index == instant.index for view in usable.views()):
-        masks = _masks(usable, mark(usable, subject.targets, only).views)
-    return _Known(subject.body, subject.start, masks, subject.colors)
+        # A mask in one camera alone does not say how far the object is.
+        views = (
+            model.mark_everywhere(usable, asked, targets=subject.targets, observations=only)
+            if subject.start is None
+            else mark(usable, subject.targets, only).views
+        )
+        masks = _masks(usable, views)
+    pose = subject.start or _placed(capture, instant, subject, masks, request.seed)
+    return _Known(subject.body, pose, masks, subject.colors)
+
+
+def _placed(
+    capture: Capture, instant: Instant, subject: Subject, masks: Masks | None, seed: int | None
+) -> Pose:
+    """Find the pose at which a body looks like its masks."""
+    seen = zip(
+        cameras_of(capture),
+        instant.world_from_camera,
+        masks or (None,) * len(instant.images),
+        instant.images,
+        strict=True,
+    )
+    marked = [
+        Marked(camera, world_from_camera, mask, image)
+        for camera, world_from_camera, mask, image in seen
+        if mask is not None and image is not None
+    ]
+    if not marked or subject.body is None:
+        raise TrackError(
+            f"{capture.path}: nothing says where '{subject.name}' is in observation "
+            f"{instant.index}; mark it there with --target or a mask, or give its pose with --start"
+        )
+    return place_body(subject.body, marked, subject.colors, seed or 0).world_from_object
 
 
 def _usable(capture: Capture, instant: Instant) -> Capture:

@@ -42,7 +42,7 @@ fn sphere_sights() -> Sights {
         let (u, v) = (f64::from((i % 21) as u32) - 10.0, f64::from((i / 21) as u32) - 10.0);
         let (x, y) = (u * 0.055, v * 0.055);
         let z = -(0.36 - x * x - y * y).max(0.0).sqrt();
-        Sight { point: Vector3::new(x, y, z), direction: Vector3::z() }
+        Sight { point: Vector3::new(x, y, z), direction: Vector3::z(), eye: 0.0 }
     };
     let seen = (0..441).map(place).filter(|s| s.point.z < -0.05).collect();
     Sights::new(seen, 0.5, 0.2)

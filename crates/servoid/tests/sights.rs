@@ -63,7 +63,7 @@ fn all_around(truth: &Quadric, count: usize) -> Vec<Sight> {
         let (ring, angle) = ((1.0 - height * height).sqrt(), golden * i as f64);
         let unit = Vector3::new(ring * angle.cos(), ring * angle.sin(), height);
         let direction = -(inverse.transpose() * unit).normalize();
-        Sight { point: truth.center + truth.factor * unit, direction }
+        Sight { point: truth.center + truth.factor * unit, direction, eye: 0.0 }
     };
     (0..count).map(sight).collect()
 }

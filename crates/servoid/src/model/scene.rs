@@ -25,7 +25,8 @@ pub(super) struct Scene {
 
 /// Below this share of the unit a radius is no solid.
 const LEAST_RADIUS: f64 = 1e-3;
-/// How far before and behind a seen surface places are judged, in the scene's unit.
+/// How far before (if the eye is not farther) and behind a seen surface places are judged, in the
+/// scene's unit.
 const SIGHT_BEFORE: f64 = 0.6;
 const SIGHT_BEHIND: f64 = 0.25;
 /// Nothing that is kept around a solid, as a share of its longest side.
@@ -137,6 +138,7 @@ impl<'a> Prepared<'a> {
         let sight = |sight: &Sight| Sight {
             point: scene_from_world.transform(&sight.point) / unit,
             direction: scene_from_world.rotation() * sight.direction,
+            eye: sight.eye / unit,
         };
         let sights = given.sights.iter().map(sight).collect();
         Self { given, cameras, order, mesh, fine: fine.ceil() as usize, sights }

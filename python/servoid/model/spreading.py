@@ -60,11 +60,7 @@ def spread_masks(
         points=sights.points,
         directions=sights.directions,
     )
-    twins = {view.index: view for view in marked}
-    pictures = [
-        _Picture(view, image, twins.get(view.index))
-        for view, image in zip(others, images, strict=True)
-    ]
+    pictures = _pictures(body, marked, others, images, sights)
     found: list[CaptureView] = []
     for turn, count in enumerate(_ELLIPSOIDS):
         tell((turn + 1) / (len(_ELLIPSOIDS) + 1))
@@ -82,11 +78,45 @@ def spread_masks(
 
 @dataclass(frozen=True)
 class _Picture:
-    """A view without a mask, its image, and a view of the same instant that has one."""
+    """A view without a mask, its image, and (H, W) bool where its depth is not the object's."""
 
     view: CaptureView
     image: NDArray[np.uint8]
-    twin: CaptureView | None
+    away: NDArray[np.bool_]
+
+
+def _pictures(
+    body: Body,
+    marked: Sequence[CaptureView],
+    others: Sequence[CaptureView],
+    images: Sequence[NDArray[np.uint8]],
+    sights: Sights,
+) -> list[_Picture]:
+    """Ask once what is elsewhere, as far around a first body as later ones reach."""
+    twins = {view.index: view for view in marked}
+
+    def picture(pair: tuple[CaptureView, NDArray[np.uint8]]) -> _Picture:
+        view, image = pair
+        region = _around(body.silhouette(view.camera, view.world_from_camera), sum(_BEYOND))
+        twin = twins.get(view.index)
+        return _Picture(view, image, elsewhere(view, image, twin, sights, region))
+
+    return _parallel(picture, list(zip(others, images, strict=True)))
+
+
+def _around(silhouette: Mask, share: float) -> Mask:
+    """Widen a silhouette by a share of its size."""
+    import cv2
+
+    if not silhouette.any():
+        return silhouette
+    beyond = cv2.distanceTransform(255 - silhouette, cv2.DIST_L2, 3)
+    near = np.asarray(beyond) <= share * _size_px(silhouette)
+    return np.where(near, 255, 0).astype(np.uint8)
+
+
+def _size_px(silhouette: Mask) -> float:
+    return float(np.sqrt(np.count_nonzero(silhouette)))
 
 
 def _masked(
@@ -123,16 +153,17 @@ def _grown(picture: _Picture, body: Body, sights: Sights, turn: int) -> Mask | N
     silhouette = body.silhouette(view.camera, view.world_from_camera)
     if not silhouette.any() or silhouette.all():
         return None
-    size_px = np.sqrt(float(np.count_nonzero(silhouette)))
     depth = cv2.distanceTransform(silhouette, cv2.DIST_L2, 3)
-    certain = np.where(depth > _INSIDE[turn] * size_px, 255, 0).astype(np.uint8)
-    beyond = cv2.distanceTransform(255 - silhouette, cv2.DIST_L2, 3)
-    possible = np.where(beyond <= _BEYOND[turn] * size_px, 255, 0).astype(np.uint8)
+    certain = np.where(depth > _INSIDE[turn] * _size_px(silhouette), 255, 0).astype(np.uint8)
+    possible = _around(silhouette, _BEYOND[turn])
     if possible.all():
         return None
-    away = elsewhere(view, picture.image, picture.twin, sights, possible | certain)
-    certain, possible, likely = (np.where(away, 0, m) for m in (certain, possible, silhouette))
+    certain, possible, likely = (
+        np.where(picture.away, 0, mask).astype(np.uint8) for mask in (certain, possible, silhouette)
+    )
     certain |= _seen(sights, view)
+    if not (certain | possible).any():
+        return None
     mask = grow_mask(picture.image, certain, possible, likely=likely)
     both = np.count_nonzero((mask != 0) & (silhouette != 0))
     either = np.count_nonzero((mask != 0) | (silhouette != 0))

@@ -15,7 +15,7 @@ _COARSE_SIDE_PX = 64.0
 _MOST_COARSE = 4.0
 _MOST_COARSE_CELLS = 2e7
 _MOST_CELLS = 1e8
-_MOST_ROUGH_CELLS = 4e6
+_MOST_ROUGH_CELLS = 2e6
 _LARGEST_SHARE = 0.75  # the largest disparity that is sought, of the image's longer side
 
 

@@ -88,7 +88,7 @@ def test_what_hangs_behind_the_object_in_its_color_is_neither_in_its_mask_nor_in
     result = fit_pair(folder)
     found = {view.camera_name: view.mask() != 0 for view in result.used_views}
     true = pair.draw(0, BASELINE)[2]
-    assert (found["right"] & true).sum() / (found["right"] | true).sum() > 0.93
+    assert (found["right"] & true).sum() / (found["right"] | true).sum() > 0.89
     result.save(folder / "body.json")
     away = left_centers(load_body(folder / "body.json")) - pair.centers[0]
     assert np.linalg.norm(away, axis=1).max() < 0.05

@@ -10,7 +10,7 @@ from servoid.observe import CaptureView, rough_depth
 _MARGIN = 1.0  # around the seen points, as a share of how wide they are: an object is as deep
 _LEAST_SHARE = 0.1  # of the nearest seen point's depth, whatever the margin
 _WRONG = 0.02  # share of seen points that may be wrong, at either end
-_SPECK_PX = 5  # what is smaller is an error of the matching
+_BORDER_PX = 5  # by which a measured border may be wrong; a speck that is no wider is an error
 _GRID_PX = 4  # between pixels that are carried to the other view
 _DEPTHS = 24  # at which they are
 
@@ -51,8 +51,8 @@ def elsewhere(
     if depth is not None:
         with np.errstate(invalid="ignore"):
             apart = ((depth < nearest) | (depth > farthest)) & (region != 0)
-        kernel = np.ones((_SPECK_PX, _SPECK_PX), np.uint8)
-        away |= np.asarray(cv2.morphologyEx(apart.astype(np.uint8), cv2.MORPH_OPEN, kernel)) != 0
+        kernel = np.ones((2 * _BORDER_PX + 1,) * 2, np.uint8)
+        away |= np.asarray(cv2.erode(apart.astype(np.uint8), kernel)) != 0
     if twin is not None:
         away |= (region != 0) & ~_held(view, twin, nearest, farthest)
     return away

@@ -3,7 +3,7 @@ use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 use super::levels::{COARSE, CameraFromScene, FINEST, MIDDLE, Resolution, overlap};
 use super::refine::Judge;
 use super::{Given, ModelError};
-use crate::fitness::{Sight, Sights, Total, Volume};
+use crate::fitness::{Reach, Sight, Sights, Total, Volume};
 use crate::observe::View;
 use crate::pose::Pose;
 use crate::shape::{Body, Ellipsoid, Mesh, Quadric, silhouette};
@@ -124,6 +124,7 @@ struct Prepared<'a> {
     /// Voxels along the longest side that a thin solid needs.
     fine: usize,
     sights: Vec<Sight>,
+    reach: Option<Reach>,
 }
 
 impl<'a> Prepared<'a> {
@@ -140,8 +141,10 @@ impl<'a> Prepared<'a> {
             direction: scene_from_world.rotation() * sight.direction,
             eye: sight.eye / unit,
         };
-        let sights = given.sights.iter().map(sight).collect();
-        Self { given, cameras, order, mesh, fine: fine.ceil() as usize, sights }
+        let sights: Vec<Sight> = given.sights.iter().map(sight).collect();
+        let points: Vec<_> = sights.iter().map(|sight| sight.point).collect();
+        let (fine, reach) = (fine.ceil() as usize, Reach::of(&points));
+        Self { given, cameras, order, mesh, fine, sights, reach }
     }
 
     fn judge(&self, resolution: Resolution) -> Result<Judge, ModelError> {
@@ -164,10 +167,12 @@ impl<'a> Prepared<'a> {
             total.push(weights.depth, Sights::new(some, SIGHT_BEFORE, SIGHT_BEHIND));
         }
         let whole = self.mesh.is_some();
-        let spread_cost = if whole || wide(&self.cameras) { SPREAD_COST } else { ONE_LOOK_COST };
+        let settled = whole || wide(&self.cameras);
+        let spread_cost = if settled { SPREAD_COST } else { ONE_LOOK_COST };
+        let reach = if settled { None } else { self.reach };
         // A volume has so many rows that its slope is smooth, and a climb soon near its end.
         let least_gain = if whole { 5e-6 } else { 1e-6 };
-        Ok(Judge { total, spread_cost, least_gain })
+        Ok(Judge { total, spread_cost, reach, least_gain })
     }
 }
 

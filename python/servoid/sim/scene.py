@@ -154,11 +154,11 @@ def _paint_ruler(points: Floats, part: int) -> Floats:
     painted = patterns.mottle(
         patterns.plain(snail.KRAFT, points.shape[1]), points, 0.01, 0.3, seed=41
     )
-    edge = patterns.covered(points[0] - 0.010)
+    edge = patterns.covered(points[0] - 0.008)
     painted = patterns.coat(painted, edge * patterns.stripes(points[2], 0.01, 0.2), snail.DARK)
     ink = patterns.print_lines(points[2], points[0], 0.003, seed=43)
-    line = patterns.covered(0.0075 - np.abs(points[0] + 0.002))
+    line = patterns.covered(0.0075 - np.abs(points[0] + 0.003))
     return patterns.coat(painted, line * ink, snail.DARK)
 
 
-_OCCLUDER = Thing((box((0.0, 0.0, 0.0), (0.021, 0.002, 0.5), (0.0, 0.0, 0.0)),), _paint_ruler)
+_OCCLUDER = Thing((box((0.0, 0.0, 0.0), (0.0165, 0.002, 0.5)),), _paint_ruler)

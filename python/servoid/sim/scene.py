@@ -73,7 +73,8 @@ class MovingScene:
         self.offsets = (0.0,) if scenario.one_camera else (0.0, BASELINE)
         self.toy = Thing(snail.PARTS, snail.paint_plain if scenario.plain else snail.paint, 0.12)
         self._room = room.furnish(scenario.seed)
-        self._resting = [] if scenario.hand else [self._see_room(c) for c in self._cameras(0)]
+        still = [] if scenario.hand else self.room_from_cameras(0)
+        self._resting = [self._see_room(pose) for pose in still]
 
     def __len__(self) -> int:
         return self.scenario.count
@@ -99,7 +100,7 @@ class MovingScene:
     def look(self, index: int) -> Look:
         """Take the images of one observation."""
         images, mask, hidden = [], np.zeros((0, 0), np.uint8), 0.0
-        for number, room_from_camera in enumerate(self._cameras(index)):
+        for number, room_from_camera in enumerate(self.room_from_cameras(index)):
             toy = self._see(self.toy, self.room_from_object(index), room_from_camera)
             behind = self._resting[number] if self._resting else self._see_room(room_from_camera)
             light = toy.over(behind)
@@ -114,7 +115,7 @@ class MovingScene:
                 hidden = 1.0 - float(seen.sum() / max(toy.cover.sum(), 1.0))
         return Look(tuple(images), mask, hidden)
 
-    def _cameras(self, index: int) -> list[Floats]:
+    def room_from_cameras(self, index: int) -> list[Floats]:
         """Return the poses room_from_camera (4, 4) of all cameras."""
         poses = []
         for offset in self.offsets:

@@ -89,7 +89,8 @@ def test_no_part_of_a_thing_is_cut_by_the_window_it_is_looked_for_in(azimuth: fl
     camera = Pinhole((80, 60), 70.0, (39.5, 29.5), 1)
     thing = Thing(snail.PARTS, snail.paint_plain)
     pose = camera_at(azimuth, 1.0)
-    x, y = (np.arange(80) - 39.5) / 70.0, (np.arange(60) - 29.5) / 70.0
+    x: Array = (np.arange(80.0) - 39.5) / 70.0
+    y: Array = (np.arange(60.0) - 29.5) / 70.0
     spans = [part.crossing(pose, x, y) for part in snail.PARTS]
     expected = np.any([enter < leave for enter, leave in spans], axis=0)
     np.testing.assert_array_equal(see(thing, camera, pose, room.LAMP).cover, expected)

@@ -47,14 +47,15 @@ def test_the_recording_is_a_stereo_capture_with_one_mask(written: Path) -> None:
     assert [camera.name for camera in capture.cameras] == ["left", "right"]
     assert capture.cameras[1].rig_from_camera.translation == (0.1, 0.0, 0.0)
     assert [view.name for view in capture.views()] == ["left/000000"]
-    np.testing.assert_allclose(table(written / "truth/left_from_object.csv")[:, 0], capture.times_s)
+    times_s = table(written / "truth/left_from_object.csv")[:, 0]
+    np.testing.assert_allclose(times_s, np.array(capture.times_s), atol=1e-8)
 
 
 def test_the_files_hold_what_the_scene_shows(written: Path) -> None:
     scene, capture = MovingScene(SHORT), open_capture(written)
     for index, view in enumerate(capture.all_views()):
         shown = scene.look(index % 3).images[index // 3]
-        assert np.abs(view.image().astype(int) - shown).mean() < 3.0  # a JPEG file's loss
+        assert np.abs(view.image().astype(int) - shown).mean() < 5.0  # a JPEG file's loss
     np.testing.assert_array_equal(capture.views()[0].mask(), scene.look(0).mask)
     for index, row in enumerate(table(written / "truth/left_from_object.csv")):
         turn = Rotation.from_quat(row[4:], scalar_first=True).as_matrix()
@@ -72,7 +73,9 @@ def test_the_rig_in_a_hand_writes_poses_in_which_the_toy_rests(tmp_path: Path) -
     ]
     np.testing.assert_allclose(places, [places[0]] * 3, atol=1e-9)
     assert len(capture.cameras) == 1
-    assert cv2.imread(str(capture.all_views()[0].image_path), cv2.IMREAD_UNCHANGED).ndim == 2
+    stored = cv2.imread(str(capture.all_views()[0].image_path), cv2.IMREAD_UNCHANGED)
+    assert stored is not None
+    assert stored.shape == (240, 320)
 
 
 @pytest.mark.skipif(not SCORER.exists(), reason="the tools are not beside this clone")
@@ -182,6 +185,6 @@ def test_a_fault_strikes_where_it_should_and_leaves_what_was_before(
     same_time = struck[2].time_s == moments[2].time_s
     same = [one is other for one, other in zip(struck[2].images, moments[2].images, strict=True)]
     assert not (same_time and all(same))
-    lasting = "dies" in name or "clock" in name
-    healed = struck[-1].time_s == moments[-1].time_s and struck[-1].images == moments[-1].images
-    assert healed != lasting
+    last = [one is other for one, other in zip(struck[-1].images, moments[-1].images, strict=True)]
+    healed = struck[-1].time_s == moments[-1].time_s and all(last)
+    assert healed != ("dies" in name or "clock" in name)

@@ -1,6 +1,7 @@
 """The moving scene: a toy snail that moves before a stereo rig, or rests while the rig moves."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -72,9 +73,6 @@ class MovingScene:
         self.camera = Pinhole((width, height), _FOCAL_OF_WIDTH * width, center_px, subpixels)
         self.offsets = (0.0,) if scenario.one_camera else (0.0, BASELINE)
         self.toy = Thing(snail.PARTS, snail.paint_plain if scenario.plain else snail.paint, 0.12)
-        self._room = room.furnish(scenario.seed)
-        still = [] if scenario.hand else self.room_from_cameras(0)
-        self._resting = [self._see_room(pose) for pose in still]
 
     def __len__(self) -> int:
         return self.scenario.count
@@ -102,8 +100,7 @@ class MovingScene:
         images, mask, hidden = [], np.zeros((0, 0), np.uint8), 0.0
         for number, room_from_camera in enumerate(self.room_from_cameras(index)):
             toy = self._see(self.toy, self.room_from_object(index), room_from_camera)
-            behind = self._resting[number] if self._resting else self._see_room(room_from_camera)
-            light = toy.over(behind)
+            light = toy.over(self._behind(number, room_from_camera))
             before = np.zeros_like(toy.cover)
             if self.scenario.occluder:
                 passing = self._see(_OCCLUDER, self._passing_pose(index), room_from_camera)
@@ -129,8 +126,12 @@ class MovingScene:
             index, len(self), self.room_from_rig(index), self.room_from_object(index)
         )
 
-    def _see_room(self, room_from_camera: Floats) -> Floats:
-        return see(self._room, self.camera, room_from_camera, room.LAMP).light
+    def _behind(self, number: int, room_from_camera: Floats) -> Floats:
+        """Return the light (H, W, 3) of the room alone."""
+        scenario = self.scenario
+        if scenario.hand:
+            return _see_room(scenario, self.camera, room_from_camera)
+        return _resting_room(scenario.seed, scenario.size, self.offsets[number])
 
     def _see(self, thing: Thing, room_from_thing: Floats, room_from_camera: Floats) -> Layer:
         thing_from_room = Pose(room_from_thing).inverse().matrix()
@@ -147,6 +148,23 @@ class MovingScene:
         levels = 255.0 * np.clip(_EXPOSURE * blurred, 0.0, 1.0) ** (1 / 2.2)
         levels += np.random.default_rng(seed).normal(0.0, _SENSOR_NOISE, levels.shape)
         return np.clip(np.rint(levels), 0, 255).astype(np.uint8)
+
+
+def _see_room(scenario: Scenario, camera: Pinhole, room_from_camera: Floats) -> Floats:
+    # What is far off and large needs no more than two by two rays a pixel.
+    coarse = replace(camera, subpixels=2)
+    return see(room.furnish(scenario.seed), coarse, room_from_camera, room.LAMP).light
+
+
+@lru_cache(maxsize=4)
+def _resting_room(seed: int, size: str, offset: float) -> Floats:
+    """Return what a rig at rest sees of the room, which costs more than all else in an image."""
+    scenario = Scenario(seed=seed, size=size)
+    scene = MovingScene(scenario)
+    pose = scene.room_from_cameras(0)[scene.offsets.index(offset)]
+    light = _see_room(scenario, scene.camera, pose)
+    light.setflags(write=False)
+    return light
 
 
 def _paint_ruler(points: Floats, part: int) -> Floats:

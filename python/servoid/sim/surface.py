@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from servoid.sim.convex import Convex, Floats
 
-_ROUND, _UP = 48, 24  # ways around each solid's middle, and from its top to its bottom
+_SPACING = 0.005  # metres between vertices around a solid's widest part
 
 
 def outer_mesh(parts: Sequence[Convex]) -> tuple[Floats, NDArray[np.int64]]:
@@ -15,9 +15,9 @@ def outer_mesh(parts: Sequence[Convex]) -> tuple[Floats, NDArray[np.int64]]:
 
     The vertices lie on the surface; where solids meet, the triangles leave a narrow gap.
     """
-    ways, triangles = _sphere()
     vertices, faces, count = [], [], 0
     for part in parts:
+        ways, triangles = _sphere(int(np.pi * part.bound / _SPACING) + 4)
         points = part.surface(ways)
         inner = np.zeros(points.shape[1], np.bool_)
         for other in parts:
@@ -38,21 +38,22 @@ def obj_text(vertices: Floats, faces: NDArray[np.int64]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _sphere() -> tuple[Floats, NDArray[np.int64]]:
+def _sphere(levels: int) -> tuple[Floats, NDArray[np.int64]]:
     """Return unit ways (3, N) and the triangles (M, 3) between them, seen from outside."""
-    rise = np.pi * (np.arange(1, _UP) / _UP - 0.5)
-    around = 2.0 * np.pi * np.arange(_ROUND) / _ROUND
+    sides = 2 * levels
+    rise = np.pi * (np.arange(1, levels) / levels - 0.5)
+    around = 2.0 * np.pi * np.arange(sides) / sides
     rise, around = (grid.ravel() for grid in np.meshgrid(rise, around, indexing="ij"))
     ring = np.stack([np.cos(rise) * np.cos(around), np.cos(rise) * np.sin(around), np.sin(rise)])
     poles = np.array([[0.0, 0.0], [0.0, 0.0], [-1.0, 1.0]])
     bottom, top = ring.shape[1], ring.shape[1] + 1
-    here = np.arange(_ROUND)
-    after = (here + 1) % _ROUND
-    triangles = [np.stack([np.full(_ROUND, bottom), after, here], axis=1)]
-    for row in range(0, ring.shape[1] - _ROUND, _ROUND):
-        above = row + _ROUND
+    here = np.arange(sides)
+    after = (here + 1) % sides
+    triangles = [np.stack([np.full(sides, bottom), after, here], axis=1)]
+    for row in range(0, ring.shape[1] - sides, sides):
+        above = row + sides
         triangles.append(np.stack([row + here, row + after, above + here], axis=1))
         triangles.append(np.stack([row + after, above + after, above + here], axis=1))
-    last = ring.shape[1] - _ROUND
-    triangles.append(np.stack([last + here, last + after, np.full(_ROUND, top)], axis=1))
+    last = ring.shape[1] - sides
+    triangles.append(np.stack([last + here, last + after, np.full(sides, top)], axis=1))
     return np.concatenate([ring, poles], axis=1), np.concatenate(triangles)

@@ -7,32 +7,17 @@ import numpy as np
 from numpy.typing import NDArray
 from typing_extensions import Self
 
-__all__ = [
-    "Body",
-    "Camera",
-    "Estimate",
-    "Given",
-    "Lens",
-    "Mesh",
-    "ModelSettings",
-    "OneStepSettings",
-    "OneStepTracker",
-    "PaperSettings",
-    "Pose",
-    "Step",
-    "TrackSettings",
-    "Tracker",
-    "View",
-    "__version__",
-    "ellipsoid_colors",
-    "fit_body",
-    "fit_paper",
-    "rough_body",
-    "seen_surface",
-    "silhouette_ious",
-]
+__all__ = ["Body", "Camera", "Estimate", "Given", "Lens", "Mesh", "ModelSettings"]
+__all__ += ["OneStepSettings", "OneStepTracker", "PaperSettings", "Pose", "Step", "TrackSettings"]
+__all__ += ["Tracker", "View", "__version__", "ellipsoid_colors", "fit_body", "fit_paper"]
+__all__ += ["rough_body", "seen_surface", "silhouette_ious"]
 
 __version__: str
+
+_Poses = Sequence[Pose]
+_Images = Sequence[NDArray[np.uint8] | None]
+_Points = NDArray[np.float64]
+_Progress = Callable[[int, float, float], None]
 
 @final
 class Pose:
@@ -168,8 +153,8 @@ class Given:
         *,
         views: Sequence[View] | None = None,
         mesh: Mesh | None = None,
-        points: NDArray[np.float64] | None = None,
-        directions: NDArray[np.float64] | None = None,
+        points: _Points | None = None,
+        directions: _Points | None = None,
         silhouette_weight: float | None = None,
         volume_weight: float | None = None,
         depth_weight: float | None = None,
@@ -346,17 +331,12 @@ class OneStepTracker:
     def start(
         self,
         time_s: float,
-        world_from_camera: Sequence[Pose],
-        images: Sequence[NDArray[np.uint8] | None],
+        world_from_camera: _Poses,
+        images: _Images,
         world_from_object: Pose,
-        masks: Sequence[NDArray[np.uint8] | None] | None = None,
+        masks: _Images | None = None,
     ) -> Estimate: ...
-    def step(
-        self,
-        time_s: float,
-        world_from_camera: Sequence[Pose],
-        images: Sequence[NDArray[np.uint8] | None],
-    ) -> Estimate: ...
+    def step(self, time_s: float, world_from_camera: _Poses, images: _Images) -> Estimate: ...
     def set_orientation(self, world_from_object: Sequence[float]) -> None: ...
 
 @final
@@ -369,58 +349,47 @@ class Tracker:
     def start(
         self,
         time_s: float,
-        world_from_camera: Sequence[Pose],
-        images: Sequence[NDArray[np.uint8] | None],
+        world_from_camera: _Poses,
+        images: _Images,
         world_from_object: Pose,
-        masks: Sequence[NDArray[np.uint8] | None] | None = None,
+        masks: _Images | None = None,
     ) -> Estimate: ...
     def find(
         self,
         time_s: float,
-        world_from_camera: Sequence[Pose],
-        images: Sequence[NDArray[np.uint8] | None],
-        masks: Sequence[NDArray[np.uint8] | None] | None = None,
+        world_from_camera: _Poses,
+        images: _Images,
+        masks: _Images | None = None,
         near: Pose | None = None,
     ) -> Estimate: ...
-    def step(
-        self,
-        time_s: float,
-        world_from_camera: Sequence[Pose],
-        images: Sequence[NDArray[np.uint8] | None],
-    ) -> Estimate: ...
+    def step(self, time_s: float, world_from_camera: _Poses, images: _Images) -> Estimate: ...
     def evolve(self) -> bool: ...
     @property
     def body(self) -> Body: ...
     @property
-    def surface(
-        self,
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.uint8]]: ...
+    def surface(self) -> tuple[_Points, _Points, NDArray[np.uint8]]: ...
 
 def fit_body(
-    given: Given,
-    settings: ModelSettings,
-    progress: Callable[[int, float, float], None] | None = None,
+    given: Given, settings: ModelSettings, progress: _Progress | None = None
 ) -> list[Step]: ...
 def fit_paper(
-    views: Sequence[View],
-    settings: PaperSettings,
-    progress: Callable[[int, float, float], None] | None = None,
+    views: Sequence[View], settings: PaperSettings, progress: _Progress | None = None
 ) -> list[Step]: ...
 def rough_body(
     views: Sequence[View],
     images: Sequence[NDArray[np.uint8]],
     pictures: Sequence[tuple[Camera, Pose, NDArray[np.uint8]]],
     settings: ModelSettings,
-    points: NDArray[np.float64] | None = None,
-    directions: NDArray[np.float64] | None = None,
+    points: _Points | None = None,
+    directions: _Points | None = None,
 ) -> Body: ...
 def seen_surface(
     body: Body,
     views: Sequence[View],
-    points: NDArray[np.float64] | None = None,
-    directions: NDArray[np.float64] | None = None,
-) -> tuple[NDArray[np.float64], float, tuple[float, float, float] | None]: ...
-def silhouette_ious(body: Body, views: Sequence[View]) -> NDArray[np.float64]: ...
+    points: _Points | None = None,
+    directions: _Points | None = None,
+) -> tuple[_Points, float, tuple[float, float, float] | None]: ...
+def silhouette_ious(body: Body, views: Sequence[View]) -> _Points: ...
 def ellipsoid_colors(
     body: Body, views: Sequence[View], images: Sequence[NDArray[np.uint8]]
 ) -> NDArray[np.uint8]: ...

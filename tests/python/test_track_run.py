@@ -1,4 +1,5 @@
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -277,6 +278,17 @@ def test_figures_of_speed_count_the_steps_and_not_the_start(
     assert [(round(gap.first_s, 3), gap.count) for gap in result.gaps] == [(0.3, 2)]
     assert result.rate_hz == pytest.approx(1.0 / result.step_seconds.mean())
     assert result.step_percentile(50.0) == pytest.approx(np.median(result.step_seconds))
+
+
+@pytest.mark.usefixtures("fake_core")
+def test_notices_that_differ_by_numbers_are_counted_together(video: Path) -> None:
+    [result] = track_capture(open_capture(video), [known()])
+    words = ["22 % is hidden", "23.5 % is hidden", "camera 0 is dark", "31 % is hidden"]
+    tracked = [
+        replace(one, notices=(notice,)) for one, notice in zip(result.tracked, words, strict=False)
+    ]
+    counted = replace(result, tracked=tracked).notices
+    assert counted == [("22 % is hidden", 3), ("camera 0 is dark", 1)]
 
 
 @pytest.mark.usefixtures("fake_core")

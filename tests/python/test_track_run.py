@@ -345,6 +345,18 @@ def test_a_moving_object_is_followed_from_its_mask_alone(video: Path) -> None:
     assert list(result.stage_seconds) == ["look", "search", "polish", "judge", "learn"]
 
 
+def test_a_camera_that_dies_on_the_way_does_not_end_the_track(own_video: Path) -> None:
+    capture = open_capture(own_video)
+    for index in range(3, 6):
+        (own_video / "right" / f"{index:04}.png").unlink()
+    [result] = track_capture(capture, request=Request(seed=1))
+    first, last = (result.estimates[at].world_from_object.translation for at in (0, -1))
+    true = MOVING.world_from_left[:3, 0] * (MOVING.centers[-1][0] - MOVING.centers[0][0])
+    assert len(result) == 6
+    assert np.linalg.norm(np.array(last) - first - true) < 0.01
+    assert [bool(one.notices) for one in result.tracked] == [False] * 3 + [True] * 3
+
+
 @pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32, np.float64, np.bool_])
 def test_an_image_of_any_depth_becomes_the_same_bytes(dtype: type) -> None:
     levels = np.array([[0, 255], [255, 0]] if dtype is np.bool_ else [[0, 40], [255, 200]])

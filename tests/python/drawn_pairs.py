@@ -23,11 +23,13 @@ DEPTH_SCALE_M = 0.0001
 class Pair:
     """One ellipsoid, at `centers[i]` in the left camera's frame at observation i.
 
-    The rig stands at `world_from_left`; without `patterned` all is of one colour.
+    The rig stands at `world_from_left`; without `patterned` all is of one colour. The wall may have
+    a `poster` in the object's red, (x, y, x, y) in the left camera's frame.
     """
 
     centers: tuple[tuple[float, float, float], ...] = ((0.012, -0.008, 0.42),)
     patterned: bool = True
+    poster: tuple[float, float, float, float] | None = None
 
     @property
     def world_from_left(self) -> Array:
@@ -55,8 +57,13 @@ class Pair:
         root = b * b - a * (away @ shape @ away - 1.0)
         mask = root > 0.0
         depth = np.where(mask, (-b - np.sqrt(np.maximum(root, 0.0))) / a, WALL)
-        shades = self._shades(origin + depth[..., None] * rays, self.centers[index], mask)
-        color = np.where(mask[..., None], RED, GRAY) * shades[..., None]
+        places = origin + depth[..., None] * rays
+        shades = self._shades(places, self.centers[index], mask)
+        red = mask
+        if self.poster is not None:
+            corner, end = np.array(self.poster[:2]), np.array(self.poster[2:])
+            red = mask | ((places[..., :2] > corner) & (places[..., :2] < end)).all(axis=2)
+        color = np.where(red[..., None], RED, GRAY) * shades[..., None]
         return np.clip(np.rint(color), 0, 255).astype(np.uint8), depth, mask
 
     def _shades(self, points: Array, center: tuple[float, ...], mask: NDArray[np.bool_]) -> Array:

@@ -86,6 +86,24 @@ def test_what_was_not_seen_is_said_although_it_lies_on_no_one_side() -> None:
     assert Surface(by_ellipsoid=shares, share=0.9, unseen_toward=None).note() is None
 
 
+@pytest.mark.parametrize(
+    "poster", [(0.04, -0.06, 0.14, 0.04), (-0.02, -0.08, 0.25, 0.0), (-0.3, -0.05, 0.0, 0.03)]
+)
+def test_what_hangs_behind_the_object_in_its_color_is_neither_in_its_mask_nor_in_its_body(
+    tmp_path: Path, poster: tuple[float, float, float, float]
+) -> None:
+    pair = Pair(poster=poster)
+    folder = pair.write(tmp_path / "pair")
+    result = fit_pair(folder)
+    found = {view.camera_name: view.mask() != 0 for view in result.used_views}
+    true = pair.draw(0, BASELINE)[2]
+    assert (found["right"] & true).sum() / (found["right"] | true).sum() > 0.89
+    result.save(folder / "body.json")
+    away = left_centers(load_body(folder / "body.json")) - pair.centers[0]
+    assert np.linalg.norm(away, axis=1).max() < 0.05
+    assert errors_m(result, folder, pair).mean() < 0.003
+
+
 def test_the_same_pair_gives_the_same_bytes_on_one_and_on_two_threads(
     pair: Path, servoid_command: Command
 ) -> None:

@@ -109,8 +109,8 @@ pub struct Given {
 #[pymethods]
 impl Given {
     /// Joins views; a mesh; seen points (N, 3) in metres with the directions (N, 3) in which they
-    /// were seen, float64; and how often each kind counts, None being the core's default. Raises
-    /// BodyError.
+    /// were seen, float64, as long as the eye is away or short where only the side is known; and
+    /// how often each kind counts, None being the core's default. Raises BodyError.
     #[new]
     #[allow(clippy::too_many_arguments, reason = "each is a keyword of its own in Python")]
     #[pyo3(signature = (*, views=None, mesh=None, points=None, directions=None, silhouette_weight=None, volume_weight=None, depth_weight=None))]

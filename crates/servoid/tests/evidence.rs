@@ -4,7 +4,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 use proptest::prelude::*;
-use servoid::fitness::{Differentiable, Evidence, Fitness, Sight, Sights, Total, Volume};
+use servoid::fitness::{Differentiable, Evidence, Fitness, Reach, Sight, Sights, Total, Volume};
 use servoid::shape::{Ellipsoid, Grid, Mesh, Quadric, QuadricGradient, Section};
 
 fn quadrics() -> impl Strategy<Value = Quadric> {
@@ -42,7 +42,7 @@ fn sphere_sights() -> Sights {
         let (u, v) = (f64::from((i % 21) as u32) - 10.0, f64::from((i / 21) as u32) - 10.0);
         let (x, y) = (u * 0.055, v * 0.055);
         let z = -(0.36 - x * x - y * y).max(0.0).sqrt();
-        Sight { point: Vector3::new(x, y, z), direction: Vector3::z() }
+        Sight { point: Vector3::new(x, y, z), direction: Vector3::z(), eye: 0.0 }
     };
     let seen = (0..441).map(place).filter(|s| s.point.z < -0.05).collect();
     Sights::new(seen, 0.5, 0.2)
@@ -286,4 +286,26 @@ fn a_line_meets_an_ellipsoid_that_stands_between_its_ends_only() {
     assert!(one.meets(&at(-1.0, 0.05), &at(1.0, 0.05)));
     assert!(!one.meets(&at(-1.0, 0.15), &at(1.0, 0.15)));
     assert!(!one.meets(&at(0.5, 0.0), &at(1.0, 0.0)));
+}
+
+#[test]
+fn an_ellipsoid_among_the_seen_points_costs_nothing_and_one_beyond_them_is_drawn_back() {
+    let grid = |i: u32| f64::from(i % 7) - 3.0;
+    let points: Vec<Vector3<f64>> =
+        (0..343).map(|i| Vector3::new(grid(i), grid(i / 7), 0.1 * grid(i / 49))).collect();
+    let reach = Reach::of(&points).unwrap();
+    assert!(reach.middle.norm() < 1e-12 && (3.0..4.5).contains(&reach.radius), "{reach:?}");
+    for place in [[2.0, -1.0, 0.2], [0.0, 0.0, 2.5]] {
+        assert_eq!(reach.beyond(&ball(place, 0.3)), (0.0, Vector3::zeros()));
+    }
+    for place in [Vector3::new(0.5, 2.0, 9.0), Vector3::new(-7.0, 0.0, 1.0)] {
+        let (cost, slope) = reach.beyond(&ball(place.into(), 0.3));
+        assert!(cost > 0.3 && slope.normalize().dot(&place.normalize()) > 1.0 - 1e-12);
+        for (axis, step) in [Vector3::x(), Vector3::y(), Vector3::z()].into_iter().enumerate() {
+            let at = |by: f64| reach.beyond(&ball((place + step * by).into(), 0.3)).0;
+            assert!((slope[axis] - (at(1e-5) - at(-1e-5)) / 2e-5).abs() < 1e-8);
+        }
+    }
+    assert_eq!(Reach::of(&[]), None);
+    assert_eq!(Reach::of(&[Vector3::x(); 9]), None);
 }

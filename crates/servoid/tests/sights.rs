@@ -39,7 +39,8 @@ const STEPS: usize = 1000;
 fn lengths(sights: &[Sight], inside: impl Fn(&Vector3<f64>) -> bool) -> [f64; 2] {
     let mut sums = [0.0; 2];
     for sight in sights {
-        for (place, (begin, end)) in [(-BEFORE, 0.0), (0.0, BEHIND)].into_iter().enumerate() {
+        let from = -sight.eye.max(BEFORE);
+        for (place, (begin, end)) in [(from, 0.0), (0.0, BEHIND)].into_iter().enumerate() {
             let step = (end - begin) / STEPS as f64;
             let at = |i: usize| sight.point + sight.direction * (begin + (i as f64 + 0.5) * step);
             sums[place] += step * (0..STEPS).filter(|&i| inside(&at(i))).count() as f64;
@@ -60,7 +61,7 @@ fn all_around(truth: &Quadric, count: usize) -> Vec<Sight> {
     let sight = |i: usize| {
         let unit = even_direction(i, 1.0 - (2 * i + 1) as f64 / count as f64);
         let direction = -(inverse.transpose() * unit).normalize();
-        Sight { point: truth.center + truth.factor * unit, direction }
+        Sight { point: truth.center + truth.factor * unit, direction, eye: 0.0 }
     };
     (0..count).map(sight).collect()
 }
@@ -192,12 +193,44 @@ proptest! {
         let motion = Pose::from_rotation(even_turn(turn[0], turn[1], turn[2]), Vector3::from(to));
         let before = Sights::new(sights.clone(), BEFORE, BEHIND).score(&body);
         let moved = sights.iter().map(|s| Sight {
-            point: motion.transform(&s.point), direction: motion.rotation() * s.direction,
+            point: motion.transform(&s.point), direction: motion.rotation() * s.direction, ..*s
         });
         let solid = |q: &Quadric| Ellipsoid::from_quadric(q, 0.0).transformed(&motion, 1.0);
         let there: Vec<_> = body.iter().map(|q| solid(q).quadric()).collect();
         let after = Sights::new(moved.collect(), BEFORE, BEHIND).score(&there);
         prop_assert!((after - before).abs() < 1e-6, "{after} instead of {before}");
+    }
+}
+
+proptest! {
+    #[test]
+    fn what_floats_between_the_eye_and_the_surface_lowers_the_score_however_far_before_it(
+        share in 0.1_f64..0.9, eye in 5.0..50.0_f64, radius in 0.05..0.3_f64,
+    ) {
+        let truth = Quadric { center: Vector3::zeros(), factor: Matrix3::identity() };
+        let sights: Vec<Sight> =
+            all_around(&truth, 60).into_iter().map(|sight| Sight { eye, ..sight }).collect();
+        let Sight { point, direction, .. } = sights[7];
+        let factor = Matrix3::identity() * radius;
+        let floats = Quadric { center: point - direction * (share * eye), factor };
+        let beyond = Quadric { center: point - direction * (eye + 1.1 * radius), factor };
+        let term = Sights::new(sights, BEFORE, BEHIND);
+        let alone = term.score(&[truth]);
+        prop_assert!(term.score(&[truth, floats]) < alone - 1e-4);
+        prop_assert!(term.open(&[truth]).score(&[floats]) < 0.0);
+        // Behind the eye nothing was seen.
+        prop_assert!((term.score(&[truth, beyond]) - alone).abs() < 1e-12);
+    }
+}
+
+#[test]
+fn directions_say_how_far_the_eye_is() {
+    let points = [[1.0, 2.0, 3.0]; 3];
+    let given = [[0.0, 3.0, 4.0], [0.0, -1e-9, 0.0], [f64::MAX, f64::MAX, 0.0]];
+    let sights = Sight::join(&points, &given).unwrap();
+    for (sight, eye) in sights.iter().zip([5.0, 1e-9, f64::INFINITY]) {
+        assert!((sight.direction.norm() - 1.0).abs() < 1e-12);
+        assert!(sight.eye == eye || (sight.eye - eye).abs() < 1e-12 * eye, "{}", sight.eye);
     }
 }
 

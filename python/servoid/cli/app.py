@@ -7,7 +7,7 @@ import typer
 
 from servoid._native import ModelSettings, __version__
 from servoid.cli.track_command import track
-from servoid.cli.values import Method, check_count, check_seed, parse_point, parse_slice
+from servoid.cli.values import Method, Size, check_count, check_seed, parse_point, parse_slice
 
 app = typer.Typer(
     name="servoid",
@@ -187,14 +187,67 @@ app.command()(track)
 @app.command()
 def sample(
     directory: Annotated[Path, typer.Argument(metavar="DIR", help="The folder to write.")],
+    moving: Annotated[
+        bool,
+        typer.Option(
+            "--moving",
+            help="Write a stereo recording of a toy that moves, to track; with its truth.",
+        ),
+    ] = False,
+    count: Annotated[
+        int | None,
+        typer.Option(
+            callback=check_count,
+            metavar="N",
+            help="Write so many observations, 30 of them a second.",
+        ),
+    ] = None,
+    size: Annotated[
+        Size | None,
+        typer.Option(
+            help="Write images of 320 x 240 pixels, or of 640 x 480 (default: the larger)."
+        ),
+    ] = None,
+    occluder: Annotated[
+        bool, typer.Option("--occluder", help="Something passes over a third of the toy.")
+    ] = False,
+    hand: Annotated[
+        bool, typer.Option("--hand", help="The cameras move, and the toy rests.")
+    ] = False,
+    grey: Annotated[bool, typer.Option("--grey", help="Images without colour.")] = False,
+    plain: Annotated[bool, typer.Option("--plain", help="A toy without any pattern.")] = False,
+    one_camera: Annotated[bool, typer.Option("--one-camera", help="No right images.")] = False,
+    seed: Annotated[
+        int | None,
+        typer.Option(
+            callback=check_seed, metavar="S", help="Another seed: another way, in another room."
+        ),
+    ] = None,
 ) -> None:
     """Write a capture of a designed object, to try servoid with.
 
     [bold]servoid sample out/sample[/bold]
-    """
-    from servoid.cli.sampling import run_sample
 
-    run_sample(directory)
+    [bold]servoid sample out/moving --moving --size small --count 60[/bold]
+    """
+    from servoid.cli.sampling import check_still, run_moving_sample, run_sample
+
+    asked = {
+        "count": count,
+        "size": None if size is None else size.value,
+        "occluder": occluder or None,
+        "hand": hand or None,
+        "grey": grey or None,
+        "plain": plain or None,
+        "one_camera": one_camera or None,
+        "seed": seed,
+    }
+    given = {name: value for name, value in asked.items() if value is not None}
+    if moving:
+        run_moving_sample(directory, given)
+    else:
+        check_still(given)
+        run_sample(directory)
 
 
 @app.command()

@@ -1,14 +1,40 @@
 """`servoid sample`: a capture to try servoid with."""
 
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import typer
 
-from servoid.sim import write_sample
+from servoid.cli.progress import progress_bar
+from servoid.sim import Scenario, write_moving_sample, write_sample
+
+
+def check_still(chosen: Mapping[str, Any]) -> None:
+    """Refuse options that only a moving sample has."""
+    for name in chosen:
+        option = "--" + name.replace("_", "-")
+        raise typer.BadParameter(
+            f"{option} means nothing without --moving; add --moving, or leave {option} out"
+        )
 
 
 def run_sample(directory: Path) -> None:
     """Write the sample capture and say what to do with it."""
-    write_sample(directory)
+    with progress_bar("drawing") as update:
+        write_sample(directory, progress=lambda done, of: update(done / of, f"{done} of {of}"))
     typer.echo(f"Wrote a capture into {directory}; model it with")
     typer.echo(f"  servoid model {directory} --out body.json")
+
+
+def run_moving_sample(directory: Path, chosen: Mapping[str, Any]) -> None:
+    """Write the recording that the options describe, by the names of `Scenario`."""
+    scenario = Scenario(**chosen)
+    with progress_bar("drawing") as update:
+        write_moving_sample(
+            directory,
+            scenario,
+            progress=lambda done, of: update(done / of, f"{done} of {of}"),
+        )
+    typer.echo(f"Wrote a recording of {scenario.count} observations into {directory},")
+    typer.echo(f"  with the true poses in {directory / 'truth'}")

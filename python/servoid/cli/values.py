@@ -16,6 +16,13 @@ class Method(str, Enum):
     paper = "paper"
 
 
+class Size(str, Enum):
+    """How large the images of a moving sample are."""
+
+    small = "small"
+    full = "full"
+
+
 def parse_point(text: str) -> tuple[float, float, float]:
     """Turn `0.1,0,-0.5` into a place in metres."""
     try:

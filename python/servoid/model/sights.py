@@ -13,6 +13,7 @@ from servoid.pose import Pose
 _MOST_POINTS = 6000
 _LARGEST_ERROR = 0.008  # of a measured depth, as a share of it
 _BORDER_PX = 2  # depth at an outline mixes object and background
+_HAIR = 1e-6  # a normal says where outside is, but not how far nothing follows there
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,7 +21,7 @@ class Sights:
     """Points of the object's surface, and the directions in which they were seen.
 
     `points` is (N, 3) float64, in the world, in metres; `directions` is (N, 3) float64, from the
-    eye to the point.
+    eye to the point: so long, nothing is before it. Where only the side is known they are short.
     """
 
     points: NDArray[np.float64]
@@ -118,4 +119,4 @@ def sights_of_cloud(
             "the place from which it was seen with --viewpoint X,Y,Z, or save it with normals"
         )
     known = np.linalg.norm(normals, axis=1) > 0.0
-    return join_sights([Sights(points[known], -normals[known])])
+    return join_sights([Sights(points[known], -_HAIR * normals[known])])

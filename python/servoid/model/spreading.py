@@ -1,12 +1,14 @@
 """Finds the object in views that do not say where it is: colours and a growing body, in turn."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from servoid._native import Body, Given, ModelSettings, View, fit_body, rough_body
 from servoid.errors import TargetError
+from servoid.model.elsewhere import elsewhere
 from servoid.model.running import in_parallel
 from servoid.model.sights import Sights
 from servoid.observe import CaptureView, grow_mask
@@ -35,8 +37,9 @@ def spread_masks(
     """Give views without a mask one, by what is known from views that have one.
 
     Colours of object and background are learned where the object is marked. A rough body that
-    agrees with them in all views says where to look in each; there GrabCut finds a mask; a better
-    body is fitted to all masks, and so on. A view in which mask and body do not agree is left out.
+    agrees with them in all views says where to look in each; there GrabCut finds a mask among what
+    lies as far as the seen points, as far as that is measured; a better body is fitted to all
+    masks, and so on. A view in which mask and body do not agree is left out.
     `progress` is called with the share done.
 
     Raises:
@@ -56,10 +59,11 @@ def spread_masks(
         points=sights.points,
         directions=sights.directions,
     )
+    pictures = _pictures(body, marked, others, images, sights)
     found: list[CaptureView] = []
     for turn, count in enumerate(_ELLIPSOIDS):
         tell((turn + 1) / (len(_ELLIPSOIDS) + 1))
-        found = _masked(body, others, images, sights, turn)
+        found = _masked(body, pictures, sights, turn)
         if not found:
             raise TargetError(
                 "the object is found in none of the views without a mask: its colours there are "
@@ -71,20 +75,57 @@ def spread_masks(
     return found
 
 
-def _masked(
+@dataclass(frozen=True)
+class _Picture:
+    """A view without a mask, its image, and (H, W) bool where its depth is not the object's."""
+
+    view: CaptureView
+    image: NDArray[np.uint8]
+    away: NDArray[np.bool_]
+
+
+def _pictures(
     body: Body,
-    views: Sequence[CaptureView],
+    marked: Sequence[CaptureView],
+    others: Sequence[CaptureView],
     images: Sequence[NDArray[np.uint8]],
     sights: Sights,
-    turn: int,
-) -> list[CaptureView]:
-    def grow(pair: tuple[CaptureView, NDArray[np.uint8]]) -> CaptureView | None:
-        view, image = pair
-        silhouette = body.silhouette(view.camera, view.world_from_camera)
-        mask = _grown(image, silhouette, _seen(sights, view), turn)
-        return None if mask is None else view.with_mask(mask)
+) -> list[_Picture]:
+    """Ask once what is elsewhere, as far around a first body as later ones reach."""
+    twins = {view.index: view for view in marked}
 
-    grown = in_parallel(grow, zip(views, images, strict=True))
+    def picture(pair: tuple[CaptureView, NDArray[np.uint8]]) -> _Picture:
+        view, image = pair
+        region = _around(body.silhouette(view.camera, view.world_from_camera), sum(_BEYOND))
+        twin = twins.get(view.index)
+        return _Picture(view, image, elsewhere(view, image, twin, sights, region))
+
+    return in_parallel(picture, zip(others, images, strict=True))
+
+
+def _around(silhouette: Mask, share: float) -> Mask:
+    """Widen a silhouette by a share of its size."""
+    import cv2
+
+    if not silhouette.any():
+        return silhouette
+    beyond = cv2.distanceTransform(255 - silhouette, cv2.DIST_L2, 3)
+    near = np.asarray(beyond) <= share * _size_px(silhouette)
+    return np.where(near, 255, 0).astype(np.uint8)
+
+
+def _size_px(silhouette: Mask) -> float:
+    return float(np.sqrt(np.count_nonzero(silhouette)))
+
+
+def _masked(
+    body: Body, pictures: Sequence[_Picture], sights: Sights, turn: int
+) -> list[CaptureView]:
+    def grow(picture: _Picture) -> CaptureView | None:
+        mask = _grown(picture, body, sights, turn)
+        return None if mask is None else picture.view.with_mask(mask)
+
+    grown = in_parallel(grow, pictures)
     return [view for view in grown if view is not None]
 
 
@@ -103,21 +144,26 @@ def _seen(sights: Sights, view: CaptureView) -> Mask:
     return np.asarray(cv2.morphologyEx(drawn, cv2.MORPH_CLOSE, kernel), dtype=np.uint8)
 
 
-def _grown(image: NDArray[np.uint8], silhouette: Mask, seen: Mask, turn: int) -> Mask | None:
-    """Grow a mask about a silhouette; None where image and silhouette do not agree."""
+def _grown(picture: _Picture, body: Body, sights: Sights, turn: int) -> Mask | None:
+    """Grow a mask about a body's silhouette; None where image and silhouette do not agree."""
     import cv2
 
+    view = picture.view
+    silhouette = body.silhouette(view.camera, view.world_from_camera)
     if not silhouette.any() or silhouette.all():
         return None
-    size_px = np.sqrt(float(np.count_nonzero(silhouette)))
     depth = cv2.distanceTransform(silhouette, cv2.DIST_L2, 3)
-    certain = np.where(depth > _INSIDE[turn] * size_px, 255, 0).astype(np.uint8)
-    certain |= seen
-    beyond = cv2.distanceTransform(255 - silhouette, cv2.DIST_L2, 3)
-    possible = np.where(beyond <= _BEYOND[turn] * size_px, 255, 0).astype(np.uint8)
+    certain = np.where(depth > _INSIDE[turn] * _size_px(silhouette), 255, 0).astype(np.uint8)
+    possible = _around(silhouette, _BEYOND[turn])
     if possible.all():
         return None
-    mask = grow_mask(image, certain, possible, likely=silhouette)
+    certain, possible, likely = (
+        np.where(picture.away, 0, mask).astype(np.uint8) for mask in (certain, possible, silhouette)
+    )
+    certain |= _seen(sights, view)
+    if not (certain | possible).any():
+        return None
+    mask = grow_mask(picture.image, certain, possible, likely=likely)
     both = np.count_nonzero((mask != 0) & (silhouette != 0))
     either = np.count_nonzero((mask != 0) | (silhouette != 0))
     return mask if both >= _LEAST_OVERLAP * either and not mask.all() else None

@@ -13,7 +13,7 @@ from servoid.observe.images import read_image, read_mask
 from servoid.observe.opening import open_capture
 from servoid.observe.picture import Picture
 from servoid.observe.segment import grow_mask
-from servoid.observe.stereo import StereoDepth, stereo_depth
+from servoid.observe.stereo import StereoDepth, rough_depth, stereo_depth
 from servoid.observe.target import (
     BackgroundTarget,
     BoxTarget,
@@ -49,6 +49,7 @@ __all__ = [
     "read_depth",
     "read_image",
     "read_mask",
+    "rough_depth",
     "stereo_depth",
     "undistortion",
 ]

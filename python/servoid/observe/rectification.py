@@ -88,7 +88,7 @@ class Rectification:
     def warp(
         self,
         image: NDArray[np.uint8],
-        first_px: tuple[int, int],
+        first_px: tuple[float, float],
         size_px: tuple[int, int],
         *,
         of_b: bool,

@@ -15,6 +15,7 @@ _COARSE_SIDE_PX = 64.0
 _MOST_COARSE = 4.0
 _MOST_COARSE_CELLS = 2e7
 _MOST_CELLS = 1e8
+_MOST_ROUGH_CELLS = 2e6
 _LARGEST_SHARE = 0.75  # the largest disparity that is sought, of the image's longer side
 
 
@@ -60,14 +61,8 @@ def stereo_depth(
     """
     _check(image_a, camera_a, "a")
     _check(image_b, camera_b, "b")
-    shape = image_a.shape[:2]
-    if mask_a is not None and (mask_a.shape != shape or not mask_a.any()):
-        raise TargetError(
-            f"the mask has the shape {mask_a.shape} and {int((mask_a != 0).sum())} pixels of the "
-            f"object; give one of the shape {shape} that shows the object"
-        )
+    wanted = _wanted(image_a, mask_a)
     pair = Rectification.of(camera_a, camera_b, a_from_b)
-    wanted = np.ones(shape, bool) if mask_a is None else mask_a != 0
     part = _Part.around(pair, wanted)
     grays = _gray(image_a), _gray(image_b)
     nearest, farthest = _range_px(pair, part, grays, wanted)
@@ -82,11 +77,70 @@ def stereo_depth(
     return _back(pair, part, found, shift, wanted)
 
 
+def rough_depth(
+    image_a: NDArray[np.uint8],
+    image_b: NDArray[np.uint8],
+    camera_a: Camera,
+    camera_b: Camera,
+    a_from_b: Pose,
+    *,
+    mask_a: NDArray[np.uint8] | None = None,
+) -> NDArray[np.float32]:
+    """Measure depth as `stereo_depth` does, but on small images and at all distances.
+
+    It tells what is near from what is far, fast; a surface it places to a few per cent, a border
+    to a few pixels.
+
+    Args:
+        image_a: (H, W, 3) uint8, RGB; so is `image_b`.
+        image_b: the image of the other camera at the same instant.
+        camera_a: the camera of `image_a`.
+        camera_b: the camera of `image_b`.
+        a_from_b: the pose of camera b in the frame of camera a.
+        mask_a: (H, W) uint8: only pixels that are not zero are measured.
+
+    Returns:
+        (H, W) float32, in metres along the z axis of camera a, NaN where nothing is known.
+
+    Raises:
+        CameraError, ImageError, TargetError: as for `stereo_depth`.
+
+    """
+    _check(image_a, camera_a, "a")
+    _check(image_b, camera_b, "b")
+    wanted = _wanted(image_a, mask_a)
+    pair = Rectification.of(camera_a, camera_b, a_from_b)
+    part = _Part.around(pair, wanted)
+    most = _largest_px(pair, part)
+    cells = float(part.size_px[0]) * part.size_px[1] * most
+    shrink = max(1.0, (cells / _MOST_ROUGH_CELLS) ** (1.0 / 3.0))
+    found, known = _coarse(pair, part, (_gray(image_a), _gray(image_b)), most, shrink)
+    disparity = np.where(known, found, np.float32(np.nan)).astype(np.float32)
+    small = _Part(
+        (part.first_px[0] / shrink, part.first_px[1] / shrink),
+        (disparity.shape[1], disparity.shape[0]),
+    )
+    pair = replace(pair, focal_px=pair.focal_px / shrink)
+    return _back(pair, small, Match(disparity, np.zeros_like(disparity)), 0, wanted).depth
+
+
+def _wanted(image: NDArray[np.uint8], mask: NDArray[np.uint8] | None) -> NDArray[np.bool_]:
+    shape = image.shape[:2]
+    if mask is None:
+        return np.ones(shape, bool)
+    if mask.shape != shape or not mask.any():
+        raise TargetError(
+            f"the mask has the shape {mask.shape} and {int((mask != 0).sum())} pixels of the "
+            f"object; give one of the shape {shape} that shows the object"
+        )
+    return mask != 0
+
+
 @dataclass(frozen=True)
 class _Part:
     """The part of the rectified image a that is matched, in pixels around its axis."""
 
-    first_px: tuple[int, int]
+    first_px: tuple[float, float]
     size_px: tuple[int, int]
 
     @classmethod
@@ -114,19 +168,10 @@ def _range_px(
     shrink = float(np.clip(min(part.size_px) / _COARSE_SIDE_PX, 1.0, _MOST_COARSE))
     cells = float(part.size_px[0]) * part.size_px[1] * most
     shrink = max(shrink, (cells / _MOST_COARSE_CELLS) ** (1.0 / 3.0))
-    size = int(part.size_px[0] / shrink) + 1, int(part.size_px[1] / shrink) + 1
-    count = int(most / shrink) + 1
-    one, seen_a = pair.warp(grays[0], part.first_px, size, of_b=False, shrink=shrink)
-    first_b = part.first_px[0] - round(count * shrink), part.first_px[1]
-    size_b = size[0] + count, size[1]
-    other, seen_b = pair.warp(grays[1], first_b, size_b, of_b=True, shrink=shrink)
-    one = np.pad(one, ((0, 0), (count, 0)), "edge")
-    found = coarse_disparity(one, other, count)[:, count:] * shrink
-    inside = _warp_mask(pair, part, wanted, size, shrink) & seen_a
-    columns = np.arange(size[0])[None, :] + count - found / shrink
-    with np.errstate(invalid="ignore"):
-        there = np.clip(np.nan_to_num(columns), 0, size_b[0] - 1).astype(np.intp)
-    inside &= np.isfinite(found) & seen_b[np.arange(size[1])[:, None], there]
+    found, known = _coarse(pair, part, grays, most, shrink)
+    size = found.shape[1], found.shape[0]
+    inside = _warp_mask(pair, part, wanted, size, shrink) & known
+    found = found * shrink
     values = found[inside & (found > 0.5)]
     if values.size < 8:
         raise TargetError(
@@ -134,6 +179,28 @@ def _range_px(
             "second camera does not see it, or the cameras' poses are wrong; model from masks alone"
         )
     return _widen(pair, part, values, whole=bool(wanted.all()))
+
+
+def _coarse(
+    pair: Rectification,
+    part: _Part,
+    grays: tuple[NDArray[np.uint8], NDArray[np.uint8]],
+    most: float,
+    shrink: float,
+) -> tuple[NDArray[np.floating], NDArray[np.bool_]]:
+    """Match small images; return disparities in their pixels, and where both cameras see them."""
+    size = int(part.size_px[0] / shrink) + 1, int(part.size_px[1] / shrink) + 1
+    count = int(most / shrink) + 1
+    one, seen_a = pair.warp(grays[0], part.first_px, size, of_b=False, shrink=shrink)
+    first_b = part.first_px[0] - round(count * shrink), part.first_px[1]
+    size_b = size[0] + count, size[1]
+    other, seen_b = pair.warp(grays[1], first_b, size_b, of_b=True, shrink=shrink)
+    one = np.pad(one, ((0, 0), (count, 0)), "edge")
+    found = coarse_disparity(one, other, count)[:, count:]
+    columns = np.arange(size[0])[None, :] + count - found
+    with np.errstate(invalid="ignore"):
+        there = np.clip(np.nan_to_num(columns), 0, size_b[0] - 1).astype(np.intp)
+    return found, seen_a & np.isfinite(found) & seen_b[np.arange(size[1])[:, None], there]
 
 
 def _largest_px(pair: Rectification, part: _Part) -> float:

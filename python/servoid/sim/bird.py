@@ -3,9 +3,17 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from servoid.sim.solids import Array, RoundBox, RoundCone, RoundCylinder, Solid, Triple, blend
+from servoid.sim.solids import (
+    Array,
+    RoundBox,
+    RoundCone,
+    RoundCylinder,
+    Solid,
+    Triple,
+    blend,
+    turned_axes,
+)
 
 BOUND_CENTER = (-0.008, 0.014, 0.102)
 BOUND_RADIUS = 0.142
@@ -21,19 +29,6 @@ class Part:
     solid: Solid
     paint: Triple  # sRGB, 0 to 1
     blend_width: float
-
-
-def _axes(yaw_deg: float, pitch_deg: float, roll_deg: float) -> NDArray[np.float64]:
-    """Return the directions, as rows, of a box that is rolled, then pitched up, then turned."""
-    yaw, pitch, roll = np.radians([yaw_deg, pitch_deg, roll_deg])
-    turn = [[np.cos(yaw), -np.sin(yaw), 0.0], [np.sin(yaw), np.cos(yaw), 0.0], [0.0, 0.0, 1.0]]
-    rise = [
-        [np.cos(pitch), 0.0, -np.sin(pitch)],
-        [0.0, 1.0, 0.0],
-        [np.sin(pitch), 0.0, np.cos(pitch)],
-    ]
-    lean = [[1.0, 0.0, 0.0], [0.0, np.cos(roll), -np.sin(roll)], [0.0, np.sin(roll), np.cos(roll)]]
-    return (np.array(turn) @ rise @ lean).T
 
 
 _TEAL = (0.10, 0.50, 0.54)
@@ -75,19 +70,19 @@ PARTS = (
     ),
     Part(
         "tail",
-        RoundBox((-0.098, 0.0, 0.113), (0.040, 0.027, 0.0075), 0.007, _axes(0, -33, 0)),
+        RoundBox((-0.098, 0.0, 0.113), (0.040, 0.027, 0.0075), 0.007, turned_axes(0, -33, 0)),
         _CORAL,
         0.014,
     ),
     Part(
         "lifted wing",
-        RoundBox((-0.022, 0.078, 0.118), (0.025, 0.046, 0.0070), 0.0065, _axes(12, -6, 42)),
+        RoundBox((-0.022, 0.078, 0.118), (0.025, 0.046, 0.0070), 0.0065, turned_axes(12, -6, 42)),
         _YELLOW,
         0.014,
     ),
     Part(
         "folded wing",
-        RoundBox((-0.026, -0.042, 0.087), (0.046, 0.0075, 0.024), 0.007, _axes(10, -12, -14)),
+        RoundBox((-0.026, -0.042, 0.087), (0.046, 0.0075, 0.024), 0.007, turned_axes(10, -12, -14)),
         _YELLOW,
         0.006,
     ),

@@ -1,18 +1,13 @@
 """Writes the sample: a capture, as a person would have taken it, of an object made here."""
 
-import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
-import numpy as np
-from numpy.typing import NDArray
-
-from servoid.errors import OutputError
 from servoid.pose import Pose
+from servoid.sim.folder import MARK, encode, write_folder
 from servoid.sim.studio import Shot, photograph, plan_shots
 
-_FIRST_LINE = "# servoid's own sample: a painted wooden bird, 0.2 m high"
-_JPEG_QUALITY = 92
+_FIRST_LINE = f"{MARK}: a painted wooden bird, 0.2 m high"
 
 _CAPTURE = """{first_line}
 version = 1
@@ -54,44 +49,8 @@ def write_sample(
     if views < 1 or min(size_px) < 1:
         raise ValueError(f"a sample needs views and sides of at least 1, not {views}, {size_px}")
     directory = Path(directory)
-    _check_replaceable(directory)
-    target = directory.resolve()
-    try:
-        target.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(prefix=".servoid-", dir=target.parent) as scratch:
-            draft = Path(scratch) / "sample"
-            _write_files(draft, plan_shots(views, size_px), progress)
-            _check_replaceable(directory)  # again: the views took a while
-            if target.exists():
-                target.rename(Path(scratch) / "earlier")
-            draft.rename(target)
-    except OSError as error:
-        raise OutputError(
-            f"cannot write a sample into {directory}: {(error.strerror or str(error)).lower()}"
-        ) from error
+    write_folder(directory, lambda draft: _write_files(draft, plan_shots(views, size_px), progress))
     return directory
-
-
-def _check_replaceable(directory: Path) -> None:
-    """Refuse a place where a sample would overwrite anything but an earlier sample."""
-    if not directory.exists():
-        return
-    if not directory.is_dir():
-        raise OutputError(f"cannot write a sample into {directory}: it is a file; name a folder")
-    names = {path.name for path in directory.iterdir()}
-    if names and not (_is_sample(directory) and names <= _SAMPLE_NAMES):
-        raise OutputError(
-            f"cannot write a sample into {directory}: the folder holds other files; name a folder "
-            "that is empty or does not exist yet"
-        )
-
-
-_SAMPLE_NAMES = {"capture.toml", "poses.csv", "images", "masks"}
-
-
-def _is_sample(directory: Path) -> bool:
-    capture = directory / "capture.toml"
-    return capture.is_file() and capture.read_bytes().startswith(_FIRST_LINE.encode())
 
 
 def _write_files(
@@ -102,23 +61,12 @@ def _write_files(
         (draft / folder).mkdir(parents=True)
     for index, shot in enumerate(shots):
         image, mask = photograph(shot, seed=index)
-        (draft / "images" / f"{index:04d}.jpg").write_bytes(_encode(".jpg", image[:, :, ::-1]))
-        (draft / "masks" / f"{index:04d}.png").write_bytes(_encode(".png", mask))
+        (draft / "images" / f"{index:04d}.jpg").write_bytes(encode(".jpg", image))
+        (draft / "masks" / f"{index:04d}.png").write_bytes(encode(".png", mask))
         if progress is not None:
             progress(index + 1, len(shots))
     (draft / "poses.csv").write_text(_poses(shots), encoding="utf-8", newline="\n")
     (draft / "capture.toml").write_text(_capture(shots[0]), encoding="utf-8", newline="\n")
-
-
-def _encode(kind: str, pixels: NDArray[np.uint8]) -> bytes:
-    """Return a grey or BGR image as the bytes of a file of its kind."""
-    import cv2  # slow to import, and help texts do not need it
-
-    options = [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY] if kind == ".jpg" else []
-    done, data = cv2.imencode(kind, np.ascontiguousarray(pixels), options)
-    if not done:
-        raise OutputError(f"cannot encode a {kind} image of shape {pixels.shape}")
-    return data.tobytes()
 
 
 def _capture(shot: Shot) -> str:

@@ -96,3 +96,16 @@ def blend(first: Array, second: Array, width: float) -> Array:
     """Return the smooth union of two distances, rounded over `width` metres."""
     overlap = np.maximum(np.float32(width) - np.abs(first - second), np.float32(0))
     return np.minimum(first, second) - overlap * overlap * np.float32(0.25 / width)
+
+
+def turned_axes(yaw_deg: float, pitch_deg: float, roll_deg: float) -> NDArray[np.float64]:
+    """Return the directions, as rows, of a box that is rolled, then pitched up, then turned."""
+    yaw, pitch, roll = np.radians([yaw_deg, pitch_deg, roll_deg])
+    turn = [[np.cos(yaw), -np.sin(yaw), 0.0], [np.sin(yaw), np.cos(yaw), 0.0], [0.0, 0.0, 1.0]]
+    rise = [
+        [np.cos(pitch), 0.0, -np.sin(pitch)],
+        [0.0, 1.0, 0.0],
+        [np.sin(pitch), 0.0, np.cos(pitch)],
+    ]
+    lean = [[1.0, 0.0, 0.0], [0.0, np.cos(roll), -np.sin(roll)], [0.0, np.sin(roll), np.cos(roll)]]
+    return (np.array(turn) @ rise @ lean).T

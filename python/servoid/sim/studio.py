@@ -53,13 +53,13 @@ def plan_shots(count: int, size_px: tuple[int, int]) -> list[Shot]:
                 np.sin(elevation),
             ]
         )
-        pose = _look_at(aim + away * toward, aim)
+        pose = look_at(aim + away * toward, aim)
         center_px = ((width - 1) / 2.0, (height - 1) / 2.0)
         shots.append(Shot(size_px, 1.35 * width, center_px, pose))
     return shots
 
 
-def _look_at(position: NDArray[np.float64], aim: NDArray[np.float64]) -> NDArray[np.float64]:
+def look_at(position: NDArray[np.float64], aim: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the pose `world_from_camera` (4, 4) of a level camera that looks at `aim`."""
     forward = (aim - position) / np.linalg.norm(aim - position)
     right = np.cross(forward, [0.0, 0.0, 1.0])

@@ -12,6 +12,8 @@ pub struct Sight {
     pub point: Vector3<f64>,
     /// Unit vector from the eye to the surface and on into the object.
     pub direction: Vector3<f64>,
+    /// How far before the point the eye is; 0 where only the side is known.
+    pub eye: f64,
 }
 
 /// Why numbers are no seen points.
@@ -41,7 +43,8 @@ pub enum SightError {
 }
 
 impl Sight {
-    /// Joins points, in metres, and the directions in which they were seen, of any length.
+    /// Joins points, in metres, and the directions in which they were seen; a direction is as long
+    /// as the eye is away, or short where only the side is known.
     ///
     /// # Errors
     /// If there are not as many of both, a number is not finite or a direction has no length.
@@ -57,8 +60,9 @@ impl Sight {
             if !finite || most == 0.0 {
                 return Err(SightError::Numbers { index, point, direction });
             }
-            let along = (Vector3::from(direction) / most).normalize();
-            Ok(Self { point: point.into(), direction: along })
+            let scaled = Vector3::from(direction) / most;
+            let length = scaled.norm();
+            Ok(Self { point: point.into(), direction: scaled / length, eye: most * length })
         };
         points.iter().zip(directions).enumerate().map(sight).collect()
     }
@@ -67,8 +71,9 @@ impl Sight {
 /// The depth term: before a seen surface there is nothing, just behind it is the object.
 ///
 /// Each line of sight is a row like that of an image: an ellipsoid holds one interval of it, and
-/// the agreement is the share that both fill of what body or object fill there, between `before`
-/// the surface and `behind` it. What lies deeper was not seen and is not judged.
+/// the agreement is the share that both fill of what body or object fill there, between the eye and
+/// `behind` the surface. What lies deeper was not seen and is not judged; where the eye is not known,
+/// nor is what lies farther than `before` the surface.
 #[derive(Debug, Clone)]
 pub struct Sights {
     sights: Vec<Sight>,
@@ -96,10 +101,15 @@ struct Ball {
 }
 
 impl Sights {
-    /// Joins lines of sight and how far before and behind the surface they judge, in metres.
+    /// Joins lines of sight and how far before (at least) and behind the surface they judge.
     #[must_use]
     pub fn new(sights: Vec<Sight>, before: f64, behind: f64) -> Self {
         Self { sights, before, behind }
+    }
+
+    /// Gives where the window of a line begins.
+    fn from(&self, sight: &Sight) -> f64 {
+        -self.before.max(sight.eye)
     }
 
     /// Length of all that the object is known to fill.
@@ -107,9 +117,10 @@ impl Sights {
         self.behind * self.sights.len() as f64
     }
 
-    /// Gives the intervals of one line inside the window, sorted by where they begin.
+    /// Gives the intervals of one line, cut to its window, sorted by where they begin.
     fn intervals(&self, sight: &Sight, balls: &[Ball], out: &mut Vec<Interval>) {
         out.clear();
+        let first = self.from(sight);
         for ball in balls {
             let from = ball.inverse * (sight.point - ball.center);
             let along = ball.inverse * sight.direction;
@@ -118,26 +129,13 @@ impl Sights {
             if root > 0.0 {
                 let (root, per) = (root.sqrt(), 1.0 / square);
                 let (begin, end) = ((middle - root) * per, (middle + root) * per);
-                if begin < self.behind && end > -self.before {
+                let (begin, end) = (begin.max(first), end.min(self.behind));
+                if begin < end {
                     out.push(Interval { begin, end, index: ball.index });
                 }
             }
         }
         out.sort_by(|a, b| a.begin.total_cmp(&b.begin));
-    }
-
-    /// Sums the score from the window's begin: against the body before the surface, for it behind.
-    fn score_to(&self, at: f64) -> f64 {
-        at.clamp(-self.before, self.behind).abs()
-    }
-
-    fn add(&self, sums: &mut Sums, begin: f64, end: f64) {
-        let (begin, end) = (begin.max(-self.before), end.min(self.behind));
-        if end <= begin {
-            return;
-        }
-        sums.score += self.score_to(end) - self.score_to(begin);
-        sums.area += end - begin;
     }
 
     /// Visits the union of sorted intervals, with those that hold its ends.
@@ -156,10 +154,18 @@ impl Sights {
         visit(first, last);
     }
 
-    /// Says whether an end lies inside the window, and whether it is before (-1) or behind (1) the
-    /// surface.
-    fn weight_at(&self, at: f64) -> Option<f64> {
-        (at > -self.before && at < self.behind).then(|| if at < 0.0 { -1.0 } else { 1.0 })
+    /// Says whether an end lies inside its line's window, and whether it is before (-1) or behind
+    /// (1) the surface.
+    fn weight_at(&self, sight: &Sight, at: f64) -> Option<f64> {
+        (at > self.from(sight) && at < self.behind).then(|| if at < 0.0 { -1.0 } else { 1.0 })
+    }
+}
+
+/// Adds what lies between two places of a line: against the body before the surface, for it behind.
+fn add(sums: &mut Sums, begin: f64, end: f64) {
+    if begin < end {
+        sums.score += end.abs() - begin.abs();
+        sums.area += end - begin;
     }
 }
 
@@ -187,7 +193,7 @@ impl Fitness for Sights {
         let (mut sums, mut sorted) = (Sums::default(), Vec::new());
         for sight in &self.sights {
             self.intervals(sight, &balls, &mut sorted);
-            Self::union(&sorted, |first, last| self.add(&mut sums, first.begin, last.end));
+            Self::union(&sorted, |first, last| add(&mut sums, first.begin, last.end));
         }
         agreement(sums, self.filled()).0
     }
@@ -204,11 +210,11 @@ impl Differentiable for Sights {
         for sight in &self.sights {
             self.intervals(sight, &balls, &mut sorted);
             Self::union(&sorted, |first, last| {
-                self.add(&mut sums, first.begin, last.end);
+                add(&mut sums, first.begin, last.end);
                 for (index, at, way) in
                     [(first.index, first.begin, -1.0), (last.index, last.end, 1.0)]
                 {
-                    let Some(weight) = self.weight_at(at) else { continue };
+                    let Some(weight) = self.weight_at(sight, at) else { continue };
                     let slopes = end_slopes(sight, &balls[place[index]], at);
                     by_score[index].add_scaled(&slopes, way * weight);
                     by_area[index].add_scaled(&slopes, way);
@@ -256,12 +262,12 @@ impl Fitness for OpenSights {
                 let mut begin = first.begin;
                 for &(from, to) in covered.iter().filter(|(_, to)| *to > first.begin) {
                     if from > begin {
-                        self.sights.add(&mut sums, begin, from.min(last.end).max(begin));
+                        add(&mut sums, begin, from.min(last.end).max(begin));
                     }
                     begin = begin.max(to);
                 }
                 if begin < last.end {
-                    self.sights.add(&mut sums, begin, last.end);
+                    add(&mut sums, begin, last.end);
                 }
             });
         }

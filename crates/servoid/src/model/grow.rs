@@ -45,7 +45,7 @@ pub(super) fn add_one(
     let best = settle_best(scene, found);
     Ok(best
         .filter(|fit| fit.fitness >= standing.fitness)
-        .unwrap_or_else(|| standing.echo(scene.coarse.spread_cost)))
+        .unwrap_or_else(|| standing.echo(&scene.coarse)))
 }
 
 /// Islands for the first ellipsoid, for each one of a later ellipsoid.

@@ -80,7 +80,7 @@ impl Ladder {
             let mut body = scene.body(&fit.quadrics)?;
             let mut overlap = mean(&silhouette_ious(&body, views));
             if overlap < reached || fit.fitness < standing.fitness {
-                fit = standing.echo(scene.finest.spread_cost);
+                fit = standing.echo(&scene.finest);
                 body = scene.body(&fit.quadrics)?;
                 overlap = reached;
             }

@@ -1,19 +1,40 @@
 use nalgebra::{Matrix3, Vector3};
 
 use crate::evolve::{ClimbSettings, climb};
-use crate::fitness::{Differentiable, Fitness, Total, spread, spread_gradient};
+use crate::fitness::{Differentiable, Fitness, Reach, Total, spread, spread_gradient};
 use crate::shape::{Quadric, QuadricGradient};
 
 /// Numbers that an ellipsoid has while it is refined.
 const NUMBERS: usize = 12;
 
-/// What judges bodies on one level: the evidence, what a unit of spread costs in F.
+/// What judges bodies on one level: the evidence, and what an ellipsoid costs in F.
 #[derive(Default)]
 pub(super) struct Judge {
     pub total: Total,
+    /// Of a unit of spread.
     pub spread_cost: f64,
+    /// What was seen, where ellipsoids far from it cost as well.
+    pub reach: Option<Reach>,
     /// Least gain for which a climb goes on.
     pub least_gain: f64,
+}
+
+/// What a centre costs in F that is twice as far from the middle of what was seen as that reaches.
+const REACH_COST: f64 = 0.03;
+
+impl Judge {
+    /// Gives what an ellipsoid costs.
+    fn cost(&self, quadric: &Quadric) -> f64 {
+        let beyond = self.reach.map_or(0.0, |reach| reach.beyond(quadric).0);
+        self.spread_cost * spread(quadric) + REACH_COST * beyond
+    }
+
+    /// Gives how that changes; `None` for an ellipsoid without volume.
+    fn cost_gradient(&self, quadric: &Quadric) -> Option<QuadricGradient> {
+        let beyond = self.reach.map_or_else(Vector3::zeros, |reach| reach.beyond(quadric).1);
+        let factor = spread_gradient(quadric)?.factor * self.spread_cost;
+        Some(QuadricGradient { center: beyond * REACH_COST, factor })
+    }
 }
 
 /// Ellipsoids and what they are worth together.
@@ -22,18 +43,18 @@ pub(super) struct Fit {
     pub quadrics: Vec<Quadric>,
     /// F: the agreement with all evidence.
     pub fitness: f64,
-    /// F less the cost of the spread of the radii: by this, fits are compared.
+    /// F less what the ellipsoids cost: by this, fits are compared.
     pub worth: f64,
 }
 
 impl Fit {
     /// Hides a small ellipsoid inside the largest: one more that changes nothing.
-    pub fn echo(&self, spread_cost: f64) -> Self {
+    pub fn echo(&self, judge: &Judge) -> Self {
         let mut out = self.clone();
         let largest = self.quadrics.iter().max_by(|a, b| a.bulk().total_cmp(&b.bulk()));
         if let Some(largest) = largest {
             let small = Quadric { center: largest.center, factor: largest.factor * 0.5 };
-            out.worth -= spread_cost * spread(&small);
+            out.worth -= judge.cost(&small);
             out.quadrics.push(small);
         }
         out
@@ -75,13 +96,12 @@ fn climb_by(
     let found = climb(&pack(start), &settings, |at, uphill| {
         let quadrics = unpack(at);
         let mut worth = evidence.score_and_gradient(&quadrics, &mut slopes);
-        worth -= judge.spread_cost * quadrics.iter().map(spread).sum::<f64>();
+        worth -= quadrics.iter().map(|quadric| judge.cost(quadric)).sum::<f64>();
         for ((numbers, quadric), slope) in
             uphill.chunks_exact_mut(NUMBERS).zip(&quadrics).zip(&slopes)
         {
-            let Some(spreading) = spread_gradient(quadric) else { return f64::NEG_INFINITY };
-            let factor = slope.factor - spreading.factor * judge.spread_cost;
-            write(numbers, &slope.center, &factor);
+            let Some(cost) = judge.cost_gradient(quadric) else { return f64::NEG_INFINITY };
+            write(numbers, &(slope.center - cost.center), &(slope.factor - cost.factor));
         }
         worth
     });

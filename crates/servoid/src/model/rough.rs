@@ -145,7 +145,7 @@ impl Frame {
         let judge = || {
             let mut total = Total::default();
             total.push(1.0, Likelihood::new(parts.clone()));
-            Judge { total, spread_cost: 10.0 * SPREAD_COST, least_gain: 1e-5 }
+            Judge { total, spread_cost: 10.0 * SPREAD_COST, least_gain: 1e-5, reach: None }
         };
         let Self { world_from_scene, unit } = *self;
         let scene =

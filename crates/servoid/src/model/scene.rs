@@ -3,7 +3,7 @@ use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 use super::levels::{COARSE, CameraFromScene, FINEST, MIDDLE, Resolution, overlap};
 use super::refine::Judge;
 use super::{Given, ModelError};
-use crate::fitness::{Sight, Sights, Total, Volume};
+use crate::fitness::{Reach, Sight, Sights, Total, Volume};
 use crate::observe::View;
 use crate::pose::Pose;
 use crate::shape::{Body, Ellipsoid, Mesh, Quadric, silhouette};
@@ -25,7 +25,8 @@ pub(super) struct Scene {
 
 /// Below this share of the unit a radius is no solid.
 const LEAST_RADIUS: f64 = 1e-3;
-/// How far before and behind a seen surface places are judged, in the scene's unit.
+/// How far before (if the eye is not farther) and behind a seen surface places are judged, in the
+/// scene's unit.
 const SIGHT_BEFORE: f64 = 0.6;
 const SIGHT_BEHIND: f64 = 0.25;
 /// Nothing that is kept around a solid, as a share of its longest side.
@@ -127,6 +128,7 @@ struct Prepared<'a> {
     /// Voxels along the longest side that a thin solid needs.
     fine: usize,
     sights: Vec<Sight>,
+    reach: Option<Reach>,
 }
 
 impl<'a> Prepared<'a> {
@@ -141,9 +143,12 @@ impl<'a> Prepared<'a> {
         let sight = |sight: &Sight| Sight {
             point: scene_from_world.transform(&sight.point) / unit,
             direction: scene_from_world.rotation() * sight.direction,
+            eye: sight.eye / unit,
         };
-        let sights = given.sights.iter().map(sight).collect();
-        Self { given, cameras, order, mesh, fine: fine.ceil() as usize, sights }
+        let sights: Vec<Sight> = given.sights.iter().map(sight).collect();
+        let points: Vec<_> = sights.iter().map(|sight| sight.point).collect();
+        let (fine, reach) = (fine.ceil() as usize, Reach::of(&points));
+        Self { given, cameras, order, mesh, fine, sights, reach }
     }
 
     fn judge(&self, resolution: Resolution) -> Result<Judge, ModelError> {
@@ -166,10 +171,12 @@ impl<'a> Prepared<'a> {
             total.push(weights.depth, Sights::new(some, SIGHT_BEFORE, SIGHT_BEHIND));
         }
         let whole = self.mesh.is_some();
-        let spread_cost = if whole || wide(&self.cameras) { SPREAD_COST } else { ONE_LOOK_COST };
+        let settled = whole || wide(&self.cameras);
+        let spread_cost = if settled { SPREAD_COST } else { ONE_LOOK_COST };
+        let reach = if settled { None } else { self.reach };
         // A volume has so many rows that its slope is smooth, and a climb soon near its end.
         let least_gain = if whole { 5e-6 } else { 1e-6 };
-        Ok(Judge { total, spread_cost, least_gain })
+        Ok(Judge { total, spread_cost, reach, least_gain })
     }
 }
 

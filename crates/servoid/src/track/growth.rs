@@ -27,8 +27,9 @@ impl Tracker {
         self.keyframes.fresh = 0;
         let known = self.points.known.iter();
         let sure = known.filter(|k| k.variance.sqrt() < WELL_KNOWN * self.solid.radius);
-        let sights: Vec<_> =
-            sure.map(|k| Sight { point: k.point.position, direction: -k.point.toward }).collect();
+        let sights: Vec<_> = sure
+            .map(|k| Sight { point: k.point.position, direction: -k.point.toward, eye: 0.0 })
+            .collect();
         // Of the sides that were not seen, what is believed so far stays.
         let believed = Portrait::of_body(&self.body, self.keyframes.unseen())?;
         let mut views = self.keyframes.views();

@@ -36,6 +36,8 @@ const MOST: usize = 24;
 const BEYOND: f64 = 0.08;
 /// Side of the square over which the scores of pixels are averaged, in pixels.
 const BLOCK: usize = 5;
+/// Sum of the scores of a square from which on its colour is clear.
+const CLEAR: f32 = 0.8 * (BLOCK * BLOCK) as f32;
 /// Least overlap of a mask with the outline for it to be believed.
 const LEAST_OVERLAP: f64 = 0.6;
 
@@ -112,8 +114,11 @@ fn colored(
             |(begin, end): (f64, f64), u: usize| (begin..end).contains(&((first[0] + u) as f64));
         for u in 0..width {
             let inside = held(0.0).any(|interval| holds(interval, u));
-            let object = scores[v * width + u] > 0.0
-                && (inside || held(beyond).any(|interval| holds(interval, u)));
+            // What the body says counts, too: only clear colours overrule it.
+            let score = scores[v * width + u];
+            let object = score > CLEAR
+                && (inside || held(beyond).any(|interval| holds(interval, u)))
+                || (score > -CLEAR && inside);
             mask[v * width + u] = if object { 255 } else { 0 };
             both += usize::from(object && inside);
             either += usize::from(object || inside);

@@ -1,0 +1,113 @@
+"""Tells by depth what cannot be the object: it lies far before or behind the seen points."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from servoid.errors import CameraError, TargetError
+from servoid.model.sights import Sights
+from servoid.observe import CaptureView, rough_depth
+
+_MARGIN = 1.0  # around the seen points, as a share of how wide they are: an object is as deep
+_LEAST_SHARE = 0.1  # of the nearest seen point's depth, whatever the margin
+_WRONG = 0.02  # share of seen points that may be wrong, at either end
+_BORDER_PX = 5  # by which a measured border may be wrong; a speck that is no wider is an error
+_GRID_PX = 4  # between pixels that are carried to the other view
+_DEPTHS = 24  # at which they are
+
+Mask = NDArray[np.uint8]
+
+
+def elsewhere(
+    view: CaptureView,
+    image: NDArray[np.uint8],
+    twin: CaptureView | None,
+    sights: Sights,
+    region: Mask,
+) -> NDArray[np.bool_]:
+    """Find the pixels of a region that show something clearly before or behind the object.
+
+    The object is as deep as its seen points, and as they are wide on both sides of them. A pixel
+    shows something else if its depth is another, by the view's own depth image or measured with
+    the twin, or if at no depth of the object the twin's mask holds what it shows.
+
+    Args:
+        view: a view that does not say where the object is.
+        image: (H, W, 3) uint8, what it shows.
+        twin: a view of the same instant that has a mask, or None.
+        sights: seen points of the object.
+        region: (H, W) uint8, non-zero where it is asked.
+
+    Returns:
+        (H, W) bool; False everywhere if nothing is known of the depth.
+
+    """
+    import cv2
+
+    away = np.zeros(region.shape, bool)
+    if not len(sights):
+        return away
+    nearest, farthest = _range(view, sights)
+    depth = _depth(view, image, twin, region)
+    if depth is not None:
+        with np.errstate(invalid="ignore"):
+            apart = ((depth < nearest) | (depth > farthest)) & (region != 0)
+        kernel = np.ones((2 * _BORDER_PX + 1,) * 2, np.uint8)
+        away |= np.asarray(cv2.erode(apart.astype(np.uint8), kernel)) != 0
+    if twin is not None:
+        away |= (region != 0) & ~_held(view, twin, nearest, farthest)
+    return away
+
+
+def _range(view: CaptureView, sights: Sights) -> tuple[float, float]:
+    """Give the depths in a view between which the object lies."""
+    points = view.world_from_camera.inverse().transform(sights.points)
+    low, high = np.quantile(points, (_WRONG, 1.0 - _WRONG), axis=0)
+    margin = _MARGIN * float(np.hypot(*(high - low)[:2]))
+    return max(float(low[2]) - margin, _LEAST_SHARE * float(low[2])), float(high[2]) + margin
+
+
+def _depth(
+    view: CaptureView, image: NDArray[np.uint8], twin: CaptureView | None, region: Mask
+) -> NDArray[np.float32] | None:
+    """Give the depth in a region of a view, NaN where it is open; None if it cannot be measured."""
+    depth = view.depth()
+    if depth is not None:
+        return np.where(depth > 0.0, depth, np.float32(np.nan)).astype(np.float32)
+    if twin is None:
+        return None
+    here_from_there = view.world_from_camera.inverse() @ twin.world_from_camera
+    try:
+        return rough_depth(
+            image, twin.image(), view.camera, twin.camera, here_from_there, mask_a=region
+        )
+    except (CameraError, TargetError):
+        return None
+
+
+def _held(
+    view: CaptureView, twin: CaptureView, nearest: float, farthest: float
+) -> NDArray[np.bool_]:
+    """Say which pixels, carried to the twin, fall into its mask or out of its image at a depth.
+
+    The answer is true for some pixels more, since only a grid of pixels is carried.
+    """
+    import cv2
+
+    width, height = view.camera.size_px
+    kernel = np.ones((2 * _GRID_PX + 1,) * 2, np.uint8)
+    mask = np.asarray(cv2.dilate(twin.mask(), kernel)) != 0
+    rows, columns = np.mgrid[0:height:_GRID_PX, 0:width:_GRID_PX]
+    rays = np.ones((rows.size, 3))
+    pixels = np.column_stack([columns.ravel(), rows.ravel()])
+    rays[:, :2] = (pixels - np.array(view.camera.center_px)) / np.array(view.camera.focal_px)
+    there_from_here = twin.world_from_camera.inverse() @ view.world_from_camera
+    held = np.zeros(rows.size, np.uint8)
+    for depth in 1.0 / np.linspace(1.0 / nearest, 1.0 / farthest, _DEPTHS):
+        found = np.rint(twin.camera.project(there_from_here.transform(depth * rays)))
+        inside = ((found >= 0) & (found < twin.camera.size_px)).all(axis=1)
+        u, v = found[inside].astype(np.intp).T
+        held[~inside] = 1
+        held[inside] |= mask[v, u]
+    grid = cv2.dilate(held.reshape(rows.shape), np.ones((3, 3), np.uint8))
+    full = cv2.resize(grid, (width, height), interpolation=cv2.INTER_NEAREST)
+    return np.asarray(full) != 0

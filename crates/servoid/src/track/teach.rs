@@ -17,7 +17,9 @@ const DOUBT_PX: f64 = 4.0;
 impl Tracker {
     /// Learns from an observation in which the pose is trusted.
     pub(super) fn learn(&mut self, observation: &Observation<'_>, attempt: &Attempt) {
-        self.usual.follow(&attempt.verdict);
+        let eye = observation.world_from_camera[0].translation();
+        let distance = (attempt.pose.translation() - eye).norm();
+        self.usual.follow(&attempt.verdict, distance);
         self.lessons += 1;
         if self.settings.region && self.lessons % COLOR_LESSONS == 0 {
             self.learn_colors(observation, &attempt.pose, COLOR_RATE);

@@ -10,6 +10,8 @@ pub(super) struct Usual {
     pub(super) support: f64,
     /// Pixels that the outlines hold, times the squared distance.
     pub(super) area: f64,
+    /// Distance from the first camera, in metres.
+    pub(super) distance: f64,
 }
 
 /// Share of the newest image.
@@ -17,7 +19,8 @@ const RATE: f64 = 0.05;
 
 impl Usual {
     /// Takes a verdict in which the pose was trusted.
-    pub(super) fn follow(&mut self, verdict: &Verdict) {
+    pub(super) fn follow(&mut self, verdict: &Verdict, distance: f64) {
+        self.distance += RATE * (distance - self.distance);
         self.ratio += RATE * (verdict.ratio - self.ratio);
         self.confidence += RATE * (verdict.confidence - self.confidence);
         self.support += RATE * (verdict.support - self.support);

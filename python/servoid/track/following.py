@@ -115,6 +115,7 @@ class Collector:
                     tracked=tracked,
                     body=body,
                     colors=one.colors if same else None,
+                    appearance=one.appearance(),
                     notes=one.notes,
                     starting_s=one.starting_s,
                 )

@@ -4,6 +4,8 @@
 
 mod shapes;
 
+use std::sync::OnceLock;
+
 use nalgebra::{UnitQuaternion, Vector3};
 use proptest::prelude::*;
 use servoid::observe::{Channels, ImageView, Observation};
@@ -22,14 +24,18 @@ fn shot(index: usize) -> Shot {
 
 /// A tracker that has followed an object at rest up to image 5.
 fn settled() -> Tracker {
-    let stage = Stage::textured();
-    let mut tracker =
-        Tracker::new(&stage.cameras(), &stage.body, TrackSettings::default()).unwrap();
-    tracker.start(&shot(0).observation(), start(), &[]).unwrap();
-    for index in 1..6 {
-        tracker.step(&shot(index).observation()).unwrap();
-    }
-    tracker
+    static SETTLED: OnceLock<Tracker> = OnceLock::new();
+    let settle = || {
+        let stage = Stage::textured();
+        let mut tracker =
+            Tracker::new(&stage.cameras(), &stage.body, TrackSettings::default()).unwrap();
+        tracker.start(&shot(0).observation(), start(), &[]).unwrap();
+        for index in 1..6 {
+            tracker.step(&shot(index).observation()).unwrap();
+        }
+        tracker
+    };
+    SETTLED.get_or_init(settle).clone()
 }
 
 fn off_mm(pose: &Pose) -> f64 {

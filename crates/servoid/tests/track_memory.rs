@@ -63,7 +63,7 @@ fn a_step_takes_no_memory_once_all_sides_in_view_are_known() {
         Tracker::new(&stage.cameras(), &stage.body, TrackSettings::default()).unwrap();
     let shot = |index: usize| stage.shot(index, &eyes(), Some(&swinging(index)));
     tracker.start(&shot(0).observation(), swinging(0), &[]).unwrap();
-    for index in 1..90 {
+    for index in 1..40 {
         let shot = shot(index);
         let observation = shot.observation();
         TAKEN.set((0, 0));
@@ -73,9 +73,6 @@ fn a_step_takes_no_memory_once_all_sides_in_view_are_known() {
         let found = found.unwrap();
         assert_eq!(found.status, Status::Tracking);
         assert!(found.notices.is_empty(), "{:?}", found.notices);
-        if std::env::var("SHOW").is_ok() && TAKEN.get().0 > 0 {
-            println!("{index}: {:?} points {}", TAKEN.get(), tracker.surface().count());
-        }
-        assert!(index < 60 || TAKEN.get() == (0, 0), "image {index}: {:?}", TAKEN.get());
+        assert!(index < 15 || TAKEN.get() == (0, 0), "image {index}: {:?}", TAKEN.get());
     }
 }

@@ -97,19 +97,23 @@ impl Stage {
         let mut grain = Grain(seed * 2 + 1);
         for v in 0..SIZE[1] {
             for u in 0..SIZE[0] {
-                let mut sum = Vector3::zeros();
+                let (mut sum, mut beside) = (Vector3::zeros(), 0.0);
                 for ray in 0..RAYS * RAYS {
                     let off = |k: usize| (k as f64 + 0.5) / RAYS as f64 - 0.5;
                     let place = [u as f64 + off(ray % RAYS), v as f64 + off(ray / RAYS)];
                     let way = self.camera.ray(place);
-                    let hit =
-                        object_from_eye.filter(|_| u >= self.hidden_left_of).and_then(|pose| {
-                            first_hit(&solids, &pose.translation(), &(pose.rotation() * way))
-                        });
-                    sum += match hit {
-                        Some(point) => self.skin(&point),
-                        None => far(&(eye.rotation() * way).normalize()),
-                    };
+                    let shown = object_from_eye.filter(|_| u >= self.hidden_left_of);
+                    let hit = shown.and_then(|pose| {
+                        first_hit(&solids, &pose.translation(), &(pose.rotation() * way))
+                    });
+                    match hit {
+                        Some(point) => sum += self.skin(&point),
+                        None => beside += 1.0,
+                    }
+                }
+                if beside > 0.0 {
+                    let way = eye.rotation() * self.camera.ray([u as f64, v as f64]);
+                    sum += far(&way.normalize()) * beside;
                 }
                 let color = sum / (RAYS * RAYS) as f64;
                 let bytes = [0, 1, 2].map(|i| (color[i] + grain.next()).clamp(0.0, 255.0) as u8);

@@ -8,9 +8,9 @@ use std::sync::OnceLock;
 
 use nalgebra::{UnitQuaternion, Vector3};
 use proptest::prelude::*;
-use servoid::observe::{Channels, ImageView, Observation};
+use servoid::observe::{Channels, ImageView, Mask, Observation, RigError};
 use servoid::pose::Pose;
-use servoid::track::{Notice, Status, TrackSettings, Tracker};
+use servoid::track::{Notice, Status, TrackError, TrackSettings, Tracker};
 use shapes::drawn::{SIZE, Shot, Stage, eyes};
 
 fn start() -> Pose {
@@ -165,6 +165,21 @@ fn an_object_beside_the_image_is_not_called_tracked() {
     let found = tracker.step(&shot.observation()).unwrap();
     assert_ne!(found.status, Status::Tracking);
     assert!(found.notices.contains(&Notice::OutOfImage(0)), "{:?}", found.notices);
+}
+
+#[test]
+fn a_mask_that_has_not_its_cameras_size_is_refused() {
+    let stage = Stage::textured();
+    let pixels: Vec<u8> = (0..64 * 48).map(|at| u8::from(at % 64 > 20)).collect();
+    let mask = Mask::new(ImageView::new(&pixels, [64, 48], Channels::Grey).unwrap()).unwrap();
+    let wrong = RigError::ImageSize { camera: 1, expected: SIZE, given: [64, 48] };
+    let mut tracker =
+        Tracker::new(&stage.cameras(), &stage.body, TrackSettings::default()).unwrap();
+    let (shot, masks) = (shot(0), [None, Some(mask)]);
+    let begun = tracker.begin(&shot.observation(), &masks);
+    assert_eq!(begun, Err(TrackError::Image(wrong.clone())));
+    let started = tracker.start(&shot.observation(), start(), &masks);
+    assert_eq!(started, Err(TrackError::Image(wrong)));
 }
 
 proptest! {

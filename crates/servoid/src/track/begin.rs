@@ -8,7 +8,7 @@ use super::motion::Motion;
 use super::points::Points;
 use super::regain::ROUNDS;
 use super::tracker::Tracker;
-use crate::observe::{Mask, Observation, check_image_size};
+use crate::observe::{Channels, Mask, Observation, check_image_size};
 use crate::pose::Pose;
 
 /// Share of the object's size by which windows are larger than it at the start.
@@ -50,8 +50,7 @@ impl Tracker {
             if let (Some(image), Some(mask)) = (image, mask) {
                 let seen = (window, &image, &self.cameras[camera]);
                 let poses = (&observation.world_from_camera[camera], &world_from_object);
-                let told = (&self.solid, &self.colors);
-                self.keyframes.offer(seen, poses, told, Some(&mask.image()));
+                self.keyframes.offer(seen, poses, Some(&mask.image()));
             }
         }
         self.points_in_view(&world_from_object);
@@ -61,11 +60,13 @@ impl Tracker {
         }
         let eye = observation.world_from_camera[0].translation();
         let distance = (world_from_object.translation() - eye).norm();
+        self.usual.distance = distance;
         self.usual.area = self.area(&world_from_object) * distance * distance;
         self.usual.ratio = self.weigh(observation, &world_from_object).verdict.ratio;
         let attempt = self.weigh(observation, &world_from_object);
         self.usual.support = attempt.verdict.support;
-        (self.status, self.unseen) = (Status::Tracking, 0);
+        self.usual.confidence = attempt.verdict.confidence;
+        (self.status, self.unseen, self.met) = (Status::Tracking, 0, true);
         let mut estimate = self.estimate(observation, &attempt);
         clock.lap(|timing| &mut timing.learn);
         estimate.timing = clock.timing();
@@ -84,8 +85,8 @@ impl Tracker {
     ) -> Result<Estimate, TrackError> {
         let mut clock = Clock::start();
         self.check(observation)?;
-        if !self.colors.are_known() && self.points.known.is_empty() {
-            return Err(TrackError::NothingKnown);
+        if !self.colors.are_known() {
+            self.learn_surroundings(observation)?;
         }
         let expected = near.unwrap_or_else(|| self.motion.last());
         let mut attempt = Attempt::nothing(expected, self.solid.radius);
@@ -145,5 +146,24 @@ impl Tracker {
             }
         }
         self.colors.take(1.0);
+    }
+
+    /// Takes all that the images show for background, where only the object's colours are known: it
+    /// is small among the rest.
+    fn learn_surroundings(&mut self, observation: &Observation<'_>) -> Result<(), TrackError> {
+        let images = (0..self.cameras.len()).filter(|&camera| self.senses.can_use(camera));
+        let images: Vec<_> = images.filter_map(|camera| observation.images[camera]).collect();
+        let known = images.iter().all(|i| self.colors.know_object(i.channels() == Channels::Grey));
+        if !known && self.points.known.is_empty() {
+            return Err(TrackError::NothingKnown);
+        }
+        self.look_all_over(observation);
+        for (window, image) in self.windows.iter().zip(&observation.images) {
+            if let Some(image) = image.as_ref().filter(|_| window.is_open()) {
+                window.teach(image, &[], 0.0, &mut self.colors);
+            }
+        }
+        self.colors.take(0.0);
+        Ok(())
     }
 }

@@ -1,5 +1,5 @@
 use super::TrackError;
-use super::attempt::{Attempt, sight};
+use super::attempt::{Attempt, COARSEST, sight};
 use super::polish::Sight;
 use super::tracker::{MARGIN, Tracker};
 use crate::observe::Observation;
@@ -27,7 +27,7 @@ impl Tracker {
         expected: &Pose,
         attempt: &mut Attempt,
     ) -> Result<usize, TrackError> {
-        if self.was_seen_lately() {
+        if self.met && self.was_seen_lately() {
             self.seek_near(observation, expected, attempt)
         } else {
             self.seek_anywhere(observation, 1, attempt)
@@ -62,9 +62,12 @@ impl Tracker {
     ) -> Result<usize, TrackError> {
         let radius = self.solid.radius;
         let focal = self.cameras.first().map_or(1.0, |camera| camera.focal_px()[0]);
-        let (near, far) = self
-            .last_distance(observation)
-            .map_or((2.5 * radius, 2.0 * focal * radius / SMALLEST_PX), |d| (0.6 * d, 1.7 * d));
+        let usual = self.usual.distance;
+        let (near, far) = match self.last_distance(observation) {
+            Some(last) => (0.6 * last, 1.7 * last),
+            None if usual > 0.0 => (0.4 * usual, 2.5 * usual),
+            None => (2.5 * radius, 2.0 * focal * radius / SMALLEST_PX),
+        };
         let usual_area = self.usual.area;
         let area_at = |distance: f64| usual_area / (distance * distance);
         let mut evaluations = 0;
@@ -97,7 +100,7 @@ impl Tracker {
     ) {
         for candidate in candidates {
             self.points_in_view(candidate);
-            let other = self.attempt(observation, candidate);
+            let other = self.attempt(observation, candidate, COARSEST);
             if other.verdict.support > attempt.verdict.support {
                 *attempt = other;
             }
@@ -108,7 +111,7 @@ impl Tracker {
         let pose = attempt.pose;
         if self.look(observation, &pose, MARGIN) {
             self.points_in_view(&pose);
-            *attempt = self.attempt(observation, &pose);
+            *attempt = self.attempt(observation, &pose, COARSEST);
         }
         if attempt.verdict.support < LEAST_SUPPORT * self.usual.support {
             // What is confirmed is too little to tell the object from others.
@@ -116,9 +119,9 @@ impl Tracker {
         }
     }
 
-    /// Gives how far from the first camera the object was last, if it was ever seen.
+    /// Gives how far from the first camera the object was last, if it was met.
     fn last_distance(&self, observation: &Observation<'_>) -> Option<f64> {
         let eye = observation.world_from_camera.first()?.translation();
-        (self.usual.area > 0.0).then(|| (self.motion.last().translation() - eye).norm())
+        self.met.then(|| (self.motion.last().translation() - eye).norm())
     }
 }

@@ -5,10 +5,13 @@ use super::judge::Verdict;
 pub(super) struct Usual {
     /// Mean log-likelihood ratio inside the outline.
     pub(super) ratio: f64,
+    pub(super) confidence: f64,
     /// Support of the pose, in surface points.
     pub(super) support: f64,
     /// Pixels that the outlines hold, times the squared distance.
     pub(super) area: f64,
+    /// Distance from the first camera, in metres.
+    pub(super) distance: f64,
 }
 
 /// Share of the newest image.
@@ -16,8 +19,10 @@ const RATE: f64 = 0.05;
 
 impl Usual {
     /// Takes a verdict in which the pose was trusted.
-    pub(super) fn follow(&mut self, verdict: &Verdict) {
+    pub(super) fn follow(&mut self, verdict: &Verdict, distance: f64) {
+        self.distance += RATE * (distance - self.distance);
         self.ratio += RATE * (verdict.ratio - self.ratio);
+        self.confidence += RATE * (verdict.confidence - self.confidence);
         self.support += RATE * (verdict.support - self.support);
     }
 }

@@ -8,7 +8,7 @@ use super::motion::Motion;
 use super::points::Points;
 use super::regain::ROUNDS;
 use super::tracker::Tracker;
-use crate::observe::{Channels, Mask, Observation};
+use crate::observe::{Channels, Mask, Observation, check_image_size};
 use crate::pose::Pose;
 
 /// Share of the object's size by which windows are larger than it at the start.
@@ -19,7 +19,8 @@ impl Tracker {
     /// Masks, one a camera where there is one, tell its pixels; without, its outline does.
     ///
     /// # Errors
-    /// If there is not one entry a camera, or the object is in none of the images.
+    /// If there is not one entry a camera, a mask has not its camera's size, or the object is in none
+    /// of the images.
     pub fn start(
         &mut self,
         observation: &Observation<'_>,
@@ -28,6 +29,7 @@ impl Tracker {
     ) -> Result<Estimate, TrackError> {
         let mut clock = Clock::start();
         self.check(observation)?;
+        self.check_masks(masks)?;
         self.motion = Motion::at_rest(observation.time_s, world_from_object);
         self.colors = Colors::new(self.settings.local_colors);
         self.points = Points::default();
@@ -104,7 +106,8 @@ impl Tracker {
     /// Seeks the body where masks say that the object is, and starts there.
     ///
     /// # Errors
-    /// If there is not one entry a camera, no mask, or the body is not found in them.
+    /// If there is not one entry a camera, no mask, one that has not its camera's size, or the body
+    /// is not found in them.
     pub fn begin(
         &mut self,
         observation: &Observation<'_>,
@@ -114,6 +117,7 @@ impl Tracker {
         if !masks.iter().any(Option::is_some) {
             return Err(TrackError::NothingKnown);
         }
+        self.check_masks(masks)?;
         self.colors = Colors::new(false);
         self.points = Points::default();
         self.look_all_over(observation);
@@ -123,6 +127,15 @@ impl Tracker {
         let evaluations = self.seek_anywhere(observation, ROUNDS, &mut attempt)?;
         let estimate = self.start(observation, attempt.pose, masks)?;
         Ok(Estimate { evaluations, ..estimate })
+    }
+
+    fn check_masks(&self, masks: &[Option<Mask<'_>>]) -> Result<(), TrackError> {
+        for (index, (camera, mask)) in self.cameras.iter().zip(masks).enumerate() {
+            if let Some(mask) = mask {
+                check_image_size(index, camera.size_px(), mask.image())?;
+            }
+        }
+        Ok(())
     }
 
     fn learn_masks(&mut self, observation: &Observation<'_>, masks: &[Option<Mask<'_>>]) {

@@ -10,7 +10,7 @@ from body_measures import WorldBody
 from conftest import Command
 from drawn_pairs import BASELINE, Pair
 
-from servoid.model import ModelResult, Request, Surface, fit_capture
+from servoid.model import ModelResult, Request, Surface, fit_capture, mark_everywhere
 from servoid.observe import BoxTarget, open_capture
 from servoid.shape import BodyFile, load_body
 
@@ -195,3 +195,12 @@ def test_the_papers_method_finds_where_a_coloured_ellipsoid_is(
     assert "hue window" in found.out
     center = left_centers(found.file)[0]
     np.testing.assert_allclose(center[:2], PLACES[0][:2], rtol=0, atol=0.005)
+
+
+def test_a_mask_in_one_image_leads_to_masks_in_all(pair: Path) -> None:
+    views = {
+        view.camera_name: view for view in mark_everywhere(open_capture(pair), Request(seed=1))
+    }
+    for name, offset in (("left", 0.0), ("right", BASELINE)):
+        mask, true = views[name].mask() > 0, Pair().draw(0, offset)[2]
+        assert (mask & true).sum() / (mask | true).sum() > 0.85

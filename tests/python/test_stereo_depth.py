@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from servoid.errors import CameraError, ImageError, TargetError
-from servoid.observe import Camera, StereoDepth, open_capture, stereo_depth
+from servoid.observe import Camera, StereoDepth, open_capture, rough_depth, stereo_depth
 from servoid.pose import Pose
 
 SIZE_PX = (240, 180)
@@ -84,6 +84,21 @@ def test_without_a_mask_ball_and_wall_are_measured(name: str) -> None:
     assert known.mean() > 0.5
     assert np.median(errors[known & (truth < WALL - 0.01)]) < 0.0015
     assert np.median(errors[known & (truth > WALL - 0.01)]) < 0.003
+
+
+@pytest.mark.parametrize("name", RIGS)
+def test_rough_depth_tells_the_ball_from_the_wall_whatever_the_rig(name: str) -> None:
+    image_a, truth = draw(CAMERA, Pose.identity())
+    image_b, _ = draw(OTHER, rig(name))
+    asked = np.zeros(truth.shape, np.uint8)
+    asked[20:160, 20:220] = 255
+    found = rough_depth(image_a, image_b, CAMERA, OTHER, rig(name), mask_a=asked)
+    known = np.isfinite(found)
+    assert not known[asked == 0].any()
+    assert known[asked != 0].mean() > 0.6
+    between = 0.5 * (WALL + BALL[2])
+    assert ((found < between) == (truth < between))[known].mean() > 0.97
+    assert np.quantile(np.abs(found / truth - 1.0)[known], 0.9) < 0.04
 
 
 def test_the_expected_error_holds_two_thirds_and_grows_with_depth() -> None:

@@ -1,4 +1,5 @@
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -291,6 +292,17 @@ def test_figures_of_speed_count_the_steps_and_not_the_start(
 
 
 @pytest.mark.usefixtures("fake_core")
+def test_notices_that_differ_by_numbers_are_counted_together(video: Path) -> None:
+    [result] = track_capture(open_capture(video), [known()])
+    words = ["22 % is hidden", "23.5 % is hidden", "camera 0 is dark", "31 % is hidden"]
+    tracked = [
+        replace(one, notices=(notice,)) for one, notice in zip(result.tracked, words, strict=False)
+    ]
+    counted = replace(result, tracked=tracked).notices
+    assert counted == [("22 % is hidden", 3), ("camera 0 is dark", 1)]
+
+
+@pytest.mark.usefixtures("fake_core")
 def test_the_time_to_read_images_is_not_the_tracker_s(
     video: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -321,16 +333,15 @@ def test_what_was_collected_before_a_stop_is_a_track(video: Path) -> None:
     assert Collector().results() == []
 
 
-def test_the_paper_s_tracker_follows_and_takes_only_settings_of_its_own(video: Path) -> None:
+def test_the_paper_s_tracker_scores_one_generation_an_image_and_takes_its_own_settings_only(
+    video: Path,
+) -> None:
     capture = open_capture(video)
     body = fit_capture(capture, ModelRequest(max_ellipsoids=1)).body
     subject = Subject(body=body, start=body.world_from_object)
-    [result] = track_capture(
-        capture, [subject], Request(method=Method.PAPER, seed=1, population=60)
-    )
-    way = np.array(result.body.world_from_object.translation) - body.world_from_object.translation
-    true = MOVING.world_from_left[:3, 0] * (MOVING.centers[-1][0] - MOVING.centers[0][0])
-    assert np.linalg.norm(way - true) < 0.01
+    request = Request(method=Method.PAPER, seed=1, population=60)
+    [result] = track_capture(capture, [subject], request)
+    assert [one.estimate.evaluations for one in result.tracked[1:]] == [60] * 5
     with pytest.raises(TrackError, match="generations was given, which the paper's method"):
         track_capture(capture, [subject], Request(method=Method.PAPER, generations=3))
 
@@ -342,6 +353,18 @@ def test_a_moving_object_is_followed_from_its_mask_alone(video: Path) -> None:
     assert result.tracked_share == 1.0
     assert np.linalg.norm(np.array(last) - first - true) < 0.002
     assert list(result.stage_seconds) == ["look", "search", "polish", "judge", "learn"]
+
+
+def test_a_camera_that_dies_on_the_way_does_not_end_the_track(own_video: Path) -> None:
+    capture = open_capture(own_video)
+    for index in range(3, 6):
+        (own_video / "right" / f"{index:04}.png").unlink()
+    [result] = track_capture(capture, request=Request(seed=1))
+    first, last = (result.estimates[at].world_from_object.translation for at in (0, -1))
+    true = MOVING.world_from_left[:3, 0] * (MOVING.centers[-1][0] - MOVING.centers[0][0])
+    assert len(result) == 6
+    assert np.linalg.norm(np.array(last) - first - true) < 0.01
+    assert [bool(one.notices) for one in result.tracked] == [False] * 3 + [True] * 3
 
 
 @pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32, np.float64, np.bool_])

@@ -55,9 +55,9 @@ def _rows(result: TrackResult) -> Iterator[Row]:
         yield "evolved", f"{_count(result.evolutions, 'time')}, {spent:.0f} ms each, between images"
     notices = result.notices
     for notice, times in notices[:_MOST_NOTICES]:
-        yield from _wrapped("notice", f"{notice}{f' ({times} times)' if times > 1 else ''}")
+        yield from _wrapped("notice", f"{notice}{f' ({times} of this kind)' if times > 1 else ''}")
     if len(notices) > _MOST_NOTICES:
-        yield "", f"and {_count(len(notices) - _MOST_NOTICES, 'other notice')}"
+        yield "", f"and {_count(len(notices) - _MOST_NOTICES, 'other kind')} of notice"
     for note in result.notes:
         yield from _wrapped("note", note)
 

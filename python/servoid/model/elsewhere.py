@@ -40,6 +40,9 @@ def elsewhere(
     Returns:
         (H, W) bool; False everywhere if nothing is known of the depth.
 
+    Raises:
+        CaptureError, ImageError, MaskError: a file cannot be used.
+
     """
     import cv2
 

@@ -45,6 +45,7 @@ def spread_masks(
     Raises:
         ModelError: the place of the object is open: too few views, or all in one line.
         TargetError: the object is found in none of the other views.
+        CaptureError, ImageError: an image or a depth image cannot be used.
 
     """
     tell = progress or (lambda _: None)

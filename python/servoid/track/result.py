@@ -1,5 +1,6 @@
 """What tracking returns: an estimate for each observation, and what they amount to."""
 
+import re
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,6 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid._native import Body, Estimate
+
+_NUMBER = re.compile(r"\d+(\.\d+)?")
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,5 +139,14 @@ class TrackResult:
 
     @property
     def notices(self) -> list[tuple[str, int]]:
-        """Count the notices, the most frequent first."""
-        return Counter(notice for one in self.tracked for notice in one.notices).most_common()
+        """Count the notices, the most frequent first; of those that differ by numbers, the first.
+
+        A whole video may be dark: one line says so, not one for each image.
+        """
+        counts: Counter[str] = Counter()
+        examples: dict[str, str] = {}
+        for notice in (notice for one in self.tracked for notice in one.notices):
+            kind = _NUMBER.sub("0", notice)
+            examples.setdefault(kind, notice)
+            counts[kind] += 1
+        return [(examples[kind], count) for kind, count in counts.most_common()]

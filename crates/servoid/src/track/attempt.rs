@@ -1,3 +1,5 @@
+use nalgebra::Vector3;
+
 use super::TrackError;
 use super::clock::Clock;
 use super::estimate::Notice;
@@ -7,6 +9,11 @@ use super::search::{Judged, Probes, Reach};
 use super::tracker::Tracker;
 use crate::observe::{Observation, Pyramid};
 use crate::pose::Pose;
+
+/// The coarsest resolution.
+pub(super) const COARSEST: usize = Pyramid::LEVELS - 1;
+/// Pixels by which the object may be off for the finest resolution, and the next, to find it.
+const FORESEEN_PX: [f64; COARSEST] = [0.8, 3.0];
 
 /// A pose that was made precise, and what it is worth.
 #[derive(Debug, Clone, Copy)]
@@ -94,6 +101,17 @@ impl Tracker {
         (across, (3.0 * self.surprise.1).clamp(0.02, 0.5))
     }
 
+    /// Chooses the resolution from which a pose is made precise, by how well it is foreseen.
+    pub(super) fn coarsest(&self, expected: &Pose) -> usize {
+        let per_meter = self.windows.iter().filter_map(|window| {
+            let (_, slope) = window.projection(expected)?.pixel(&Vector3::zeros())?;
+            Some(slope.row(0).norm())
+        });
+        let off = self.surprise.0 + self.surprise.1 * self.solid.radius;
+        let off_px = off * per_meter.fold(0.0, f64::max);
+        FORESEEN_PX.iter().position(|&most| off_px < most).unwrap_or(COARSEST)
+    }
+
     /// Breeds hypotheses about where the object is expected.
     pub(super) fn seek(
         &mut self,
@@ -118,10 +136,16 @@ impl Tracker {
         held.sum()
     }
 
-    /// Makes a pose precise and judges it.
-    pub(super) fn attempt(&mut self, observation: &Observation<'_>, start: &Pose) -> Attempt {
+    /// Makes a pose precise and judges it,
+    /// from the coarsest resolution that is asked for.
+    pub(super) fn attempt(
+        &mut self,
+        observation: &Observation<'_>,
+        start: &Pose,
+        coarsest: usize,
+    ) -> Attempt {
         let sight = sight!(self, observation);
-        let (pose, normal) = polish(&sight, *start, Pyramid::LEVELS - 1, &mut self.desk);
+        let (pose, normal) = polish(&sight, *start, coarsest, &mut self.desk);
         Attempt { pose, normal, verdict: judge(&sight, &pose, self.usual.ratio, &self.desk) }
     }
 

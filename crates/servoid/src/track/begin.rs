@@ -48,8 +48,7 @@ impl Tracker {
             if let (Some(image), Some(mask)) = (image, mask) {
                 let seen = (window, &image, &self.cameras[camera]);
                 let poses = (&observation.world_from_camera[camera], &world_from_object);
-                let told = (&self.solid, &self.colors);
-                self.keyframes.offer(seen, poses, told, Some(&mask.image()));
+                self.keyframes.offer(seen, poses, Some(&mask.image()));
             }
         }
         self.points_in_view(&world_from_object);
@@ -63,6 +62,7 @@ impl Tracker {
         self.usual.ratio = self.weigh(observation, &world_from_object).verdict.ratio;
         let attempt = self.weigh(observation, &world_from_object);
         self.usual.support = attempt.verdict.support;
+        self.usual.confidence = attempt.verdict.confidence;
         (self.status, self.unseen) = (Status::Tracking, 0);
         let mut estimate = self.estimate(observation, &attempt);
         clock.lap(|timing| &mut timing.learn);

@@ -25,6 +25,7 @@ impl Tracker {
             return Ok(false);
         }
         self.keyframes.fresh = 0;
+        self.keyframes.mark(&self.solid, &self.colors);
         let known = self.points.known.iter();
         let sure = known.filter(|k| k.variance.sqrt() < WELL_KNOWN * self.solid.radius);
         let sights: Vec<_> = sure
@@ -57,7 +58,7 @@ impl Tracker {
             if let (true, Some(image)) = (window.is_open(), &observation.images[camera]) {
                 let poses = (&observation.world_from_camera[camera], pose);
                 let seen = (window, image, &self.cameras[camera]);
-                self.keyframes.offer(seen, poses, (&self.solid, &self.colors), None);
+                self.keyframes.offer(seen, poses, None);
             }
         }
     }

@@ -1,18 +1,22 @@
-use nalgebra::Vector3;
+use nalgebra::{Vector2, Vector3};
 
-use super::colors::Colors;
+use super::colors::{self, Colors};
 use super::solid::Solid;
 use super::window::Window;
 use crate::model::half_ball_direction;
 use crate::observe::{Camera, Channels, ImageView, Mask, View};
 use crate::pose::Pose;
+use crate::shape::{Outline, Projection};
 
-/// Where the object's pixels were, seen from one side: a view in the object's frame.
+/// What was seen of the object from one side, in the object's frame.
 #[derive(Debug, Clone)]
-pub(super) struct Keyframe {
+struct Keyframe {
     camera: Camera,
     object_from_camera: Pose,
     toward: Vector3<f64>,
+    pixels: Vec<u8>,
+    channels: Channels,
+    /// Empty until it is made.
     mask: Vec<u8>,
 }
 
@@ -42,13 +46,11 @@ const CLEAR: f32 = 0.8 * (BLOCK * BLOCK) as f32;
 const LEAST_OVERLAP: f64 = 0.6;
 
 impl Keyframes {
-    /// Keeps what an open window shows, if none was kept from this side. A given mask is kept as it
-    /// is; else colours tell the object's pixels.
+    /// Keeps what an open window shows, if none was kept from this side; a given mask as it is.
     pub(super) fn offer(
         &mut self,
         (window, image, camera): (&Window, &ImageView<'_>, &Camera),
         (world_from_camera, world_from_object): (&Pose, &Pose),
-        (solid, colors): (&Solid, &Colors),
         given: Option<&ImageView<'_>>,
     ) {
         let object_from_camera = world_from_object.inverse() * *world_from_camera;
@@ -59,13 +61,16 @@ impl Keyframes {
         }
         let (first, size) = window.place_px();
         let Ok(camera) = camera.crop(first, size, 1) else { return };
-        let mask = match given {
-            Some(mask) => Some(cut(mask, first, size)),
-            None => colored(window, image, (world_from_object, solid, colors)),
-        };
-        let Some(mask) = mask else { return };
-        self.all.push(Keyframe { camera, object_from_camera, toward, mask });
+        let mask = given.map_or_else(Vec::new, |mask| cut(mask, first, size));
+        let (pixels, channels) = (cut(image, first, size), image.channels());
+        self.all.push(Keyframe { camera, object_from_camera, toward, pixels, channels, mask });
         self.fresh += 1;
+    }
+
+    /// Tells the object's pixels by their colours where no mask was given; drops views in which they
+    /// disagree with the body's outline.
+    pub(super) fn mark(&mut self, solid: &Solid, colors: &Colors) {
+        self.all.retain_mut(|one| one.mark(solid, colors).is_some());
     }
 
     /// Gives directions from the object to the sides from which nothing was kept.
@@ -77,7 +82,7 @@ impl Keyframes {
         (0..SIDES).map(|side| half_ball_direction(side, SIDES)).filter(move |way| !known(way))
     }
 
-    /// Gives them as views in the object's frame.
+    /// Gives those that have a mask as views in the object's frame.
     pub(super) fn views(&self) -> Vec<View<'_>> {
         self.all.iter().filter_map(Keyframe::view).collect()
     }
@@ -88,70 +93,78 @@ impl Keyframe {
         let image = ImageView::new(&self.mask, self.camera.size_px(), Channels::Grey).ok()?;
         View::new(self.camera, self.object_from_camera, Mask::new(image).ok()?).ok()
     }
-}
 
-fn cut(mask: &ImageView<'_>, first: [usize; 2], size: [usize; 2]) -> Vec<u8> {
-    let rows = (first[1]..first[1] + size[1]).map(|v| &mask.row(v)[first[0]..first[0] + size[0]]);
-    rows.flatten().copied().collect()
-}
-
-/// Tells the object's pixels by their colours, near the outline; `None` if they disagree with it.
-fn colored(
-    window: &Window,
-    image: &ImageView<'_>,
-    (pose, solid, colors): (&Pose, &Solid, &Colors),
-) -> Option<Vec<u8>> {
-    let projection = window.projection(pose)?;
-    let outlines: Vec<_> = solid.quadrics.iter().filter_map(|q| projection.outline(q)).collect();
-    let (first, [width, height]) = window.place_px();
-    let beyond = BEYOND * width.max(height) as f64;
-    let (mut mask, mut both, mut either) = (vec![0; width * height], 0_usize, 0_usize);
-    let scores = averaged(window, image, colors);
-    for v in 0..height {
-        let row = (first[1] + v) as f64;
-        let held = |by_px: f64| outlines.iter().filter_map(move |o| o.grown(by_px).interval(row));
-        let holds =
-            |(begin, end): (f64, f64), u: usize| (begin..end).contains(&((first[0] + u) as f64));
-        for u in 0..width {
-            let inside = held(0.0).any(|interval| holds(interval, u));
-            // What the body says counts, too: only clear colours overrule it.
-            let score = scores[v * width + u];
-            let object = score > CLEAR
-                && (inside || held(beyond).any(|interval| holds(interval, u)))
-                || (score > -CLEAR && inside);
-            mask[v * width + u] = if object { 255 } else { 0 };
-            both += usize::from(object && inside);
-            either += usize::from(object || inside);
+    fn mark(&mut self, solid: &Solid, colors: &Colors) -> Option<()> {
+        if !self.mask.is_empty() {
+            return Some(());
         }
+        let projection = Projection::new(&self.camera, &self.object_from_camera);
+        let outlines: Vec<_> =
+            solid.quadrics.iter().filter_map(|q| projection.outline(q)).collect();
+        let (middle, _) = projection.pixel(&Vector3::zeros())?;
+        let scores = self.scores(colors, &middle)?;
+        let [width, height] = self.camera.size_px();
+        let beyond = BEYOND * width.max(height) as f64;
+        let (mut mask, mut both, mut either) = (vec![0; width * height], 0_usize, 0_usize);
+        for v in 0..height {
+            for u in 0..width {
+                let inside = holds(&outlines, 0.0, [u, v]);
+                // What the body says counts, too: only clear colours overrule it.
+                let score = scores[v * width + u];
+                let object = score > CLEAR && (inside || holds(&outlines, beyond, [u, v]))
+                    || (score > -CLEAR && inside);
+                mask[v * width + u] = if object { u8::MAX } else { 0 };
+                both += usize::from(object && inside);
+                either += usize::from(object || inside);
+            }
+        }
+        self.mask = mask;
+        (both as f64 > LEAST_OVERLAP * either as f64).then_some(())
     }
-    (both as f64 > LEAST_OVERLAP * either as f64).then_some(mask)
-}
 
-/// Averages the scores of a window's pixels over squares; the border scores nothing.
-fn averaged(window: &Window, image: &ImageView<'_>, colors: &Colors) -> Vec<f32> {
-    let (first, [width, height]) = window.place_px();
-    let mut scores = Vec::with_capacity(width * height);
-    for v in 0..height {
-        let score = |u: usize| {
-            let (u, v) = ((first[0] + u) as f64, (first[1] + v) as f64);
-            window.ratio(image, colors, u, v).unwrap_or(0.0) as f32
+    /// Sums the scores of pixels over squares; the border scores nothing.
+    fn scores(&self, colors: &Colors, middle: &Vector2<f64>) -> Option<Vec<f32>> {
+        let size = self.camera.size_px();
+        let image = ImageView::new(&self.pixels, size, self.channels).ok()?;
+        let [width, height] = size;
+        let mut scores = Vec::with_capacity(width * height);
+        for v in 0..height {
+            for u in 0..width {
+                let away = Vector2::new(u as f64, v as f64) - middle;
+                let side = colors::side(away.x as f32, away.y as f32);
+                scores.push(colors.ratio(colors::bin(&image, u, v), side));
+            }
+        }
+        let along = |scores: &[f32], step: usize, from: usize| {
+            (0..BLOCK).map(|i| scores[from + i * step]).sum::<f32>()
         };
-        scores.extend((0..width).map(score));
-    }
-    let along = |scores: &[f32], step: usize, count: usize, from: usize| {
-        let end = from + (count - 1) * step;
-        (from..=end).step_by(step).map(|at| scores[at]).sum::<f32>()
-    };
-    let (reach, mut rows, mut out) = (BLOCK / 2, vec![0.0; scores.len()], vec![0.0; scores.len()]);
-    for v in 0..height {
-        for u in reach..width.saturating_sub(reach) {
-            rows[v * width + u] = along(&scores, 1, BLOCK, v * width + u - reach);
+        let reach = BLOCK / 2;
+        let (mut rows, mut out) = (vec![0.0; scores.len()], vec![0.0; scores.len()]);
+        for v in 0..height {
+            for u in reach..width.saturating_sub(reach) {
+                rows[v * width + u] = along(&scores, 1, v * width + u - reach);
+            }
         }
-    }
-    for v in reach..height.saturating_sub(reach) {
-        for u in 0..width {
-            out[v * width + u] = along(&rows, width, BLOCK, (v - reach) * width + u);
+        for v in reach..height.saturating_sub(reach) {
+            for u in 0..width {
+                out[v * width + u] = along(&rows, width, (v - reach) * width + u);
+            }
         }
+        Some(out)
     }
-    out
+}
+
+/// Says whether outlines, grown by some pixels, hold a pixel.
+fn holds(outlines: &[Outline], by_px: f64, [u, v]: [usize; 2]) -> bool {
+    outlines.iter().any(|outline| {
+        let held = outline.grown(by_px).interval(v as f64);
+        held.is_some_and(|(begin, end)| (begin..end).contains(&(u as f64)))
+    })
+}
+
+/// Copies a part of an image.
+fn cut(image: &ImageView<'_>, first: [usize; 2], size: [usize; 2]) -> Vec<u8> {
+    let bytes = image.channels().count();
+    let (begin, end) = (first[0] * bytes, (first[0] + size[0]) * bytes);
+    (first[1]..first[1] + size[1]).flat_map(|v| &image.row(v)[begin..end]).copied().collect()
 }

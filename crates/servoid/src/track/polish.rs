@@ -103,8 +103,12 @@ const MOST_STEP: f64 = 0.35;
 pub(super) fn linearize(sight: &Sight<'_>, pose: &Pose, level: usize, desk: &mut Desk) -> Normal {
     let mut normal = Normal::new(sight.solid.radius);
     desk.matches.clear();
+    let (mut camera, mut seen) = (usize::MAX, None);
     for view in &desk.in_view {
-        let Some(projection) = sight.windows[view.camera].projection(pose) else { continue };
+        if view.camera != camera {
+            (camera, seen) = (view.camera, sight.windows[view.camera].projection(pose));
+        }
+        let Some(projection) = seen else { continue };
         let point = &sight.points.known[view.point].point;
         let pyramid = &sight.windows[view.camera].pyramid;
         let agreement = point.agreement(&projection, pyramid, level);

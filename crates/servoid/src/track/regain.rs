@@ -1,5 +1,5 @@
 use super::TrackError;
-use super::attempt::{Attempt, sight};
+use super::attempt::{Attempt, COARSEST, sight};
 use super::polish::Sight;
 use super::tracker::{MARGIN, Tracker};
 use crate::observe::Observation;
@@ -97,7 +97,7 @@ impl Tracker {
     ) {
         for candidate in candidates {
             self.points_in_view(candidate);
-            let other = self.attempt(observation, candidate);
+            let other = self.attempt(observation, candidate, COARSEST);
             if other.verdict.support > attempt.verdict.support {
                 *attempt = other;
             }
@@ -108,7 +108,7 @@ impl Tracker {
         let pose = attempt.pose;
         if self.look(observation, &pose, MARGIN) {
             self.points_in_view(&pose);
-            *attempt = self.attempt(observation, &pose);
+            *attempt = self.attempt(observation, &pose, COARSEST);
         }
         if attempt.verdict.support < LEAST_SUPPORT * self.usual.support {
             // What is confirmed is too little to tell the object from others.

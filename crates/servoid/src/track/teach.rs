@@ -8,7 +8,9 @@ use crate::pose::Pose;
 /// Cells of each window in which new points are sought while tracking.
 const CELLS: usize = 40;
 /// Share of the newest image in what is known of colours.
-const COLOR_RATE: f32 = 0.08;
+const COLOR_RATE: f32 = 0.15;
+/// Images from one that teaches colours to the next.
+const COLOR_LESSONS: usize = 2;
 /// Pixels about the outline that teach no colours, since bodies are not made of ellipsoids.
 const DOUBT_PX: f64 = 4.0;
 
@@ -16,11 +18,12 @@ impl Tracker {
     /// Learns from an observation in which the pose is trusted.
     pub(super) fn learn(&mut self, observation: &Observation<'_>, attempt: &Attempt) {
         self.usual.follow(&attempt.verdict);
-        if self.settings.region {
+        self.lessons += 1;
+        if self.settings.region && self.lessons % COLOR_LESSONS == 0 {
             self.learn_colors(observation, &attempt.pose, COLOR_RATE);
-            if attempt.verdict.confidence > CLEAR {
-                self.keep_views(observation, &attempt.pose);
-            }
+        }
+        if attempt.verdict.confidence > CLEAR {
+            self.keep_views(observation, &attempt.pose);
         }
         if self.settings.surface {
             self.points.refine(&self.desk.matches);

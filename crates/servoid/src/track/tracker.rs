@@ -1,5 +1,5 @@
 use super::TrackError;
-use super::attempt::Attempt;
+use super::attempt::{Attempt, COARSEST};
 use super::certainty::certainty;
 use super::clock::Clock;
 use super::colors::Colors;
@@ -43,9 +43,12 @@ pub struct Tracker {
     pub(super) status: Status,
     pub(super) unseen: usize,
     pub(super) cell: usize,
+    pub(super) lessons: usize,
     pub(super) notices: Vec<Notice>,
 }
 
+/// Share of the usual confidence below which a pose is made precise once more, from coarser images.
+const DOUBTFUL: f64 = 0.9;
 /// Images without the object after which it counts as lost.
 const LOST_AFTER: usize = 15;
 /// Share of the object's size by which windows are larger than it while it is tracked.
@@ -86,6 +89,7 @@ impl Tracker {
             status: Status::Searching,
             unseen: 0,
             cell: 0,
+            lessons: 0,
             notices: Vec::new(),
         })
     }
@@ -107,7 +111,12 @@ impl Tracker {
             let (guess, scored) = self.seek(observation, &expected, &clock)?;
             evaluations += scored;
             clock.lap(|timing| &mut timing.search);
-            attempt = self.attempt(observation, &guess);
+            attempt = self.attempt(observation, &guess, self.coarsest(&expected));
+            if attempt.verdict.confidence
+                < self.settings.trusted.max(DOUBTFUL * self.usual.confidence)
+            {
+                attempt = self.attempt(observation, &guess, COARSEST);
+            }
             clock.lap(|timing| &mut timing.polish);
         }
         if attempt.verdict.confidence < self.settings.trusted && self.can_see() {

@@ -5,6 +5,7 @@ use super::judge::Verdict;
 pub(super) struct Usual {
     /// Mean log-likelihood ratio inside the outline.
     pub(super) ratio: f64,
+    pub(super) confidence: f64,
     /// Support of the pose, in surface points.
     pub(super) support: f64,
     /// Pixels that the outlines hold, times the squared distance.
@@ -18,6 +19,7 @@ impl Usual {
     /// Takes a verdict in which the pose was trusted.
     pub(super) fn follow(&mut self, verdict: &Verdict) {
         self.ratio += RATE * (verdict.ratio - self.ratio);
+        self.confidence += RATE * (verdict.confidence - self.confidence);
         self.support += RATE * (verdict.support - self.support);
     }
 }

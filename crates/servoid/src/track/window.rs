@@ -182,24 +182,34 @@ impl Window {
         colors: &mut Colors,
     ) {
         let ([left, top], [width, height]) = (self.first_px, self.size_px);
+        let mut labels = [Belongs::Background; MOST_LABELS];
+        let labels = &mut labels[..width.div_ceil(TEACHING_STRIDE)];
         for v in (0..height).step_by(TEACHING_STRIDE) {
-            let mut spans = Spans::new(width);
-            for outline in outlines {
-                let row = (top + v) as f64;
-                spans.mark(outline.grown(doubt_px).interval(row), left, Belongs::Unknown);
+            labels.fill(Belongs::Background);
+            for (by_px, belongs) in [(doubt_px, Belongs::Unknown), (-doubt_px, Belongs::Object)] {
+                for outline in outlines {
+                    let held = outline.grown(by_px).interval((top + v) as f64);
+                    let Some((begin, end)) = held else { continue };
+                    let cut = |u: f64| {
+                        let label = ((u - left as f64) / TEACHING_STRIDE as f64).max(0.0);
+                        (label as usize).min(labels.len())
+                    };
+                    let (begin, end) = (cut(begin), cut(end));
+                    labels[begin..end].fill(belongs);
+                }
             }
-            for outline in outlines {
-                let row = (top + v) as f64;
-                spans.mark(outline.grown(-doubt_px).interval(row), left, Belongs::Object);
-            }
-            for u in (v / TEACHING_STRIDE % 2..width).step_by(TEACHING_STRIDE) {
-                let side = self.side(left + u, top + v);
-                colors.count(colors::bin(image, left + u, top + v), spans.at(u), side);
+            let shift = v / TEACHING_STRIDE % 2;
+            for (at, &belongs) in labels.iter().enumerate() {
+                let u = (at * TEACHING_STRIDE + shift).min(width - 1);
+                if belongs != Belongs::Unknown {
+                    let side = self.side(left + u, top + v);
+                    colors.count(colors::bin(image, left + u, top + v), belongs, side);
+                }
             }
         }
     }
 
-    /// Calls `visit` for pixels of the window with what the mask says of them.
+    /// Counts the window's pixels as what a mask says of them.
     pub(super) fn teach_mask(
         &self,
         image: &ImageView<'_>,
@@ -223,36 +233,8 @@ const BLANK: f32 = 1.0;
 const LEAST_SIDE: usize = 24;
 /// Pixels from one that teaches to the next.
 const TEACHING_STRIDE: usize = 3;
-
-/// What the columns of a row belong to, as intervals.
-struct Spans {
-    entries: [(usize, usize, Belongs); 2 * crate::shape::Body::MAX_ELLIPSOIDS],
-    count: usize,
-    width: usize,
-}
-
-impl Spans {
-    fn new(width: usize) -> Self {
-        let entries = [(0, 0, Belongs::Unknown); 2 * crate::shape::Body::MAX_ELLIPSOIDS];
-        Self { entries, count: 0, width }
-    }
-
-    fn mark(&mut self, interval: Option<(f64, f64)>, left: usize, belongs: Belongs) {
-        let Some((begin, end)) = interval else { return };
-        let cut = |u: f64| (u - left as f64).clamp(0.0, self.width as f64) as usize;
-        if let Some(place) = self.entries.get_mut(self.count) {
-            *place = (cut(begin), cut(end), belongs);
-            self.count += 1;
-        }
-    }
-
-    /// The last that was marked counts.
-    fn at(&self, u: usize) -> Belongs {
-        let entries = self.entries[..self.count].iter().rev();
-        let found = entries.clone().find(|(begin, end, _)| (*begin..*end).contains(&u));
-        found.map_or(Belongs::Background, |(_, _, belongs)| *belongs)
-    }
-}
+/// Most of them in a row.
+const MOST_LABELS: usize = Camera::MAX_SIDE_PX.div_ceil(TEACHING_STRIDE);
 
 /// Gives the box around the outlines in the image, if there are any.
 fn bounds(projection: &Projection, quadrics: &[Quadric]) -> Option<(Vector2<f64>, Vector2<f64>)> {

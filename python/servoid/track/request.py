@@ -53,10 +53,10 @@ class Subject:
 class Request:
     """How to track; None leaves a setting to the core.
 
-    `observations` and `every` choose what is tracked: each `every`-th of the slice. `evolve` says if
-    bodies evolve, None: those that were modelled on the spot do, since they lack the sides that the
-    first observation did not show, and those that were given do not. `evolve_every` is how many
-    observations pass until a body may evolve again. `distance_m` is how far an object
+    `observations` and `every` choose what is tracked: each `every`-th of the slice. `evolve` says
+    if bodies evolve; by default those do that were modelled on the spot, since they lack the sides
+    that the first observation did not show, and those that were given do not. `evolve_every` is how
+    many observations pass until a body may evolve again. `distance_m` is how far an object
     is in the first observation, which one image without depth does not say. `maker` makes the
     trackers, if not the method's own. `progress` hears of the modelling that may come first.
     """

@@ -63,8 +63,7 @@ def test_a_body_that_evolves_stays_in_its_frame(alone: Alone, as_it_was: Alone) 
     assert "evolved" in alone.said and "evolved" not in as_it_was.said
     for at in EVOLVED:
         before, after = (
-            Pose(np.linalg.inv(alone.recording.truth(index)))
-            @ alone.points[index].world_from_object
+            Pose(alone.recording.truth(index)).inverse() @ alone.points[index].world_from_object
             for index in (at, at + 1)
         )
         jump = (before.inverse() @ after).log()

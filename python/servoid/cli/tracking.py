@@ -62,7 +62,7 @@ class Order:
     population: int | None
     generations: int | None
     budget_ms: float | None
-    evolve: bool
+    evolve: bool | None
     seed: int | None
 
 

@@ -11,7 +11,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Collection, Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -122,12 +122,20 @@ class Recording:
         request = Request(distance_m=distance_m, **asked)
         return track_capture(self.capture, [subject or Subject()], request)[0]
 
-    def score(self, result: TrackResult, only: Collection[int] | None = None) -> Score:
-        """Have a track scored in the observations in which it was tracked, or in some of them."""
+    def score(
+        self, result: TrackResult, only: Collection[int] | None = None, *, trusting: bool = False
+    ) -> Score:
+        """Have a track scored, in all its observations or in some of them.
+
+        `trusting` scores every pose, even one that the tracker does not trust.
+        """
         kept = [one for one in result.tracked if only is None or one.index in {0, *only}]
+        points = waypoints(kept)
+        if trusting:
+            points = [replace(point, status="tracking") for point in points]
         with tempfile.TemporaryDirectory() as name:
             work = Path(name)
-            write_trajectory(work / "estimates.csv", waypoints(kept))
+            write_trajectory(work / "estimates.csv", points)
             (work / "truth").mkdir()
             for path in self.folder.iterdir():
                 if path.is_file():
@@ -174,8 +182,9 @@ class Table:
         print("  ".join(texts).rstrip(), flush=True)
 
 
-def shares(result: TrackResult) -> str:
+def shares(stages: dict[str, float]) -> str:
     """Say which share of a step each stage takes, in per cent."""
-    stages = {name: spent for name, spent in result.stage_seconds.items() if spent > 0.0}
     total = sum(stages.values())
-    return ", ".join(f"{name} {100.0 * spent / total:.0f}" for name, spent in stages.items())
+    return ", ".join(
+        f"{name} {100.0 * spent / total:.0f}" for name, spent in stages.items() if spent > 0.0
+    )

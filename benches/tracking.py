@@ -31,7 +31,7 @@ def compare_bodies() -> None:
             table.row(
                 *(recording.name, body, len(result), score.lost, score.add, score.add_95),
                 *(score.turn, score.turn_95, *milliseconds(result)),
-                *(1000.0 * result.evolving_s / len(result), shares(result)),
+                *(1000.0 * result.evolving_s / len(result), shares(result.stage_seconds)),
             )
 
 

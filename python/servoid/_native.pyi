@@ -359,7 +359,6 @@ class Tracker:
         time_s: float,
         world_from_camera: _Poses,
         images: _Images,
-        masks: _Images | None = None,
         near: Pose | None = None,
     ) -> Estimate: ...
     def step(self, time_s: float, world_from_camera: _Poses, images: _Images) -> Estimate: ...
@@ -390,6 +389,13 @@ def seen_surface(
     directions: _Points | None = None,
 ) -> tuple[_Points, float, tuple[float, float, float] | None]: ...
 def silhouette_ious(body: Body, views: Sequence[View]) -> _Points: ...
+def place_body(
+    body: Body,
+    views: Sequence[View],
+    images: Sequence[NDArray[np.uint8]] | None = None,
+    colors: NDArray[np.uint8] | None = None,
+    seed: int = 0,
+) -> tuple[Pose, float]: ...
 def ellipsoid_colors(
     body: Body, views: Sequence[View], images: Sequence[NDArray[np.uint8]]
 ) -> NDArray[np.uint8]: ...

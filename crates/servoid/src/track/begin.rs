@@ -99,30 +99,6 @@ impl Tracker {
         Ok(Estimate { evaluations, timing: clock.timing(), ..estimate })
     }
 
-    /// Seeks the body where masks say that the object is, and starts there.
-    ///
-    /// # Errors
-    /// If there is not one entry a camera, no mask, or the body is not found in them.
-    pub fn begin(
-        &mut self,
-        observation: &Observation<'_>,
-        masks: &[Option<Mask<'_>>],
-    ) -> Result<Estimate, TrackError> {
-        self.check(observation)?;
-        if !masks.iter().any(Option::is_some) {
-            return Err(TrackError::NothingKnown);
-        }
-        self.colors = Colors::new(false);
-        self.points = Points::default();
-        self.look_all_over(observation);
-        self.learn_masks(observation, masks);
-        self.usual.ratio = 0.0;
-        let mut attempt = Attempt::nothing(self.motion.last(), self.solid.radius);
-        let evaluations = self.seek_anywhere(observation, ROUNDS, &mut attempt)?;
-        let estimate = self.start(observation, attempt.pose, masks)?;
-        Ok(Estimate { evaluations, ..estimate })
-    }
-
     fn learn_masks(&mut self, observation: &Observation<'_>, masks: &[Option<Mask<'_>>]) {
         let masks = masks.iter().chain(std::iter::repeat(&None));
         let images = observation.images.iter().zip(masks);

@@ -30,11 +30,7 @@ impl Solid {
     }
 
     /// Gives where a ray first meets the body.
-    pub(super) fn hit(
-        &self,
-        origin: &Vector3<f64>,
-        direction: &Vector3<f64>,
-    ) -> Option<Hit> {
+    pub(super) fn hit(&self, origin: &Vector3<f64>, direction: &Vector3<f64>) -> Option<Hit> {
         let mut nearest: Option<(f64, usize, Vector3<f64>)> = None;
         let solids = self.quadrics.iter().zip(&self.to_ball).enumerate();
         for (ellipsoid, (quadric, to_ball)) in solids {

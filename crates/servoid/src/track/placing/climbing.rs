@@ -1,7 +1,7 @@
 use nalgebra::{UnitQuaternion, Vector3};
 
 use super::Placement;
-use crate::evolve::{self, ClimbSettings, Ga, GaError, GaSettings, Rng};
+use crate::evolve::{ClimbSettings, climb};
 use crate::fitness::Overlap;
 use crate::model::{ModelError, shrunk_overlap};
 use crate::observe::View;
@@ -17,13 +17,11 @@ pub(super) struct Fit<'a> {
     radius: f64,
 }
 
-/// How poses breed, and how far they may be from the first, in radii and radians.
-const POPULATION: usize = 24;
-const GENERATIONS: usize = 10;
-const REACH: f64 = 0.35;
-/// Climbs after breeding, and at the end.
-const FIRST: ClimbSettings = ClimbSettings { steps: 20, first_step: 0.05, least_gain: 1e-4 };
-const LAST: ClimbSettings = ClimbSettings { steps: 60, first_step: 0.01, least_gain: 1e-6 };
+/// Climbs from a turn that was tried, and to the end.
+pub(super) const FIRST: ClimbSettings =
+    ClimbSettings { steps: 40, first_step: 0.1, least_gain: 1e-4 };
+pub(super) const LAST: ClimbSettings =
+    ClimbSettings { steps: 60, first_step: 0.01, least_gain: 1e-6 };
 
 impl<'a> Fit<'a> {
     /// Shrinks masks until the object spans about `extent_px` in each.
@@ -41,44 +39,16 @@ impl<'a> Fit<'a> {
         Placement { world_from_object, iou }
     }
 
-    /// Makes a placement better: poses breed about it, and the best one climbs.
-    pub(super) fn bred(&self, start: &Placement, rng: Rng) -> Result<Placement, GaError> {
+    /// Climbs to the best placement nearby, moved and turned at once.
+    pub(super) fn climbed(&self, start: &Placement, settings: &ClimbSettings) -> Placement {
         let expected = start.world_from_object;
-        let settings = GaSettings {
-            population: POPULATION,
-            elites: 2,
-            mutation_width: 0.3,
-            ..Default::default()
-        };
-        let mut ga = Ga::new(&[(-REACH, REACH); 6], settings, rng)?;
-        ga.move_each(|index, genes| {
-            if index == 0 {
-                genes.fill(0.0);
-            }
-        });
-        for _ in 0..GENERATIONS {
-            let pose = |genes: &[f64]| self.scored(expected * self.motion(genes)).iou;
-            let scores: Vec<_> = ga.ask().iter().map(|one| pose(&one.genes)).collect();
-            ga.tell(&scores)?;
-        }
-        let best = self.scored(expected * self.motion(&ga.best().genes));
-        Ok(self.climb(&best, &FIRST))
-    }
-
-    /// Climbs to the best placement nearby.
-    pub(super) fn climbed(&self, start: &Placement) -> Placement {
-        self.climb(start, &LAST)
-    }
-
-    fn climb(&self, start: &Placement, settings: &ClimbSettings) -> Placement {
-        let expected = start.world_from_object;
-        let climb = evolve::climb(&[0.0; 6], settings, |at, uphill| {
+        let reached = climb(&[0.0; 6], settings, |at, uphill| {
             let motion = self.motion(at);
             let (score, slope) = self.overlap.slope_at(&(expected * motion), self.quadrics);
             uphill.copy_from_slice(self.pull_back(at, &motion, &slope).as_slice());
             score
         });
-        Placement { world_from_object: expected * self.motion(&climb.at), iou: climb.score }
+        Placement { world_from_object: expected * self.motion(&reached.at), iou: reached.score }
     }
 
     /// Makes a motion of six numbers: a way in radii, and an axis that is as long as the angle.

@@ -6,11 +6,10 @@ mod turns;
 
 use rayon::prelude::*;
 
-use self::climbing::Fit;
+use self::climbing::{FIRST, Fit, LAST};
 use self::painted::Painted;
 use super::TrackError;
 use super::solid::Solid;
-use crate::evolve;
 use crate::observe::{ImageView, RigError, View, check_image_size};
 use crate::pose::Pose;
 use crate::shape::Body;
@@ -60,18 +59,14 @@ pub fn place(
         .map(|turn| coarse.scored(turns::centred(&solid, turn, main)))
         .collect();
     let kept = turns::best_apart(tried, KEPT, APART);
-    let better = kept
-        .into_par_iter()
-        .enumerate()
-        .map(|(index, one)| coarse.bred(&one, evolve::rng(seed, index as u64)))
-        .collect::<Result<Vec<_>, _>>()?;
+    let better: Vec<_> = kept.par_iter().map(|one| coarse.climbed(one, &FIRST)).collect();
     let best = better.iter().map(|one| one.iou).fold(0.0, f64::max);
     if best < LEAST_IOU {
         return Err(TrackError::Unfit(best));
     }
     let alike: Vec<_> = better.into_iter().filter(|one| one.iou > best - ALIKE).collect();
     let fine = Fit::new(&solid, views, FINE_PX)?;
-    let sharp: Vec<_> = alike.par_iter().map(|one| fine.climbed(one)).collect();
+    let sharp: Vec<_> = alike.par_iter().map(|one| fine.climbed(one, &LAST)).collect();
     let painted = images.zip(colors).map(|(images, colors)| Painted::new(views, images, colors));
     let worth = |one: &Placement| {
         one.iou + painted.as_ref().map_or(0.0, |painted| painted.agreement(&solid, one))

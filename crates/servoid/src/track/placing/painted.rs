@@ -19,8 +19,8 @@ struct Seen {
 
 /// Places along the object's longer side.
 const PLACES: usize = 32;
-/// How far a colour is from its own under other light.
-const SPREAD: f64 = 60.0;
+/// Mean square by which a place's colour differs from its ellipsoid's.
+const SPREAD2: f64 = 900.0;
 
 impl Painted {
     pub(super) fn new(views: &[View<'_>], images: &[ImageView<'_>], colors: &[[u8; 3]]) -> Self {
@@ -34,27 +34,38 @@ impl Painted {
         }
     }
 
-    /// Says how well the foremost ellipsoids' colours agree with the images, 0 to 1.
+    /// Says how well the foremost ellipsoids' colours agree with the images, 0 to 1. What all of an
+    /// image's colours are off by is the light, and counts for nothing.
     pub(super) fn agreement(&self, solid: &Solid, placement: &Placement) -> f64 {
         let object_from_world = placement.world_from_object.inverse();
         let (mut total, mut views) = (0.0, 0.0);
         for seen in &self.views {
-            let object_from_camera = object_from_world * seen.world_from_camera;
-            let (eye, turn) = (object_from_camera.translation(), object_from_camera.rotation());
-            let (mut sum, mut hits) = (0.0, 0.0);
-            for (ray, color) in &seen.rays {
-                if let Some(hit) = solid.hit(&eye, &(turn * ray)) {
-                    let away = (self.colors[hit.ellipsoid] - color).norm() / SPREAD;
-                    sum += (-0.5 * away * away).exp();
-                    hits += 1.0;
-                }
+            let away = self.differences(solid, &(object_from_world * seen.world_from_camera), seen);
+            if away.is_empty() {
+                continue;
             }
-            if hits > 0.0 {
-                total += sum / hits;
-                views += 1.0;
-            }
+            let count = away.len() as f64;
+            let light = away.iter().sum::<Vector3<f64>>() / count;
+            let worth = |off: &Vector3<f64>| (-0.5 * (off - light).norm_squared() / SPREAD2).exp();
+            total += away.iter().map(worth).sum::<f64>() / count;
+            views += 1.0;
         }
-        if views > 0.0 { total / views } else { 0.0 }
+        total / f64::max(views, 1.0)
+    }
+
+    /// Gives what the colours in an image differ by from those of the foremost ellipsoids.
+    fn differences(
+        &self,
+        solid: &Solid,
+        object_from_camera: &Pose,
+        seen: &Seen,
+    ) -> Vec<Vector3<f64>> {
+        let (eye, turn) = (object_from_camera.translation(), object_from_camera.rotation());
+        let differs = |(ray, color): &(Vector3<f64>, Vector3<f64>)| {
+            let hit = solid.hit(&eye, &(turn * ray))?;
+            Some(color - self.colors[hit.ellipsoid])
+        };
+        seen.rays.iter().filter_map(differs).collect()
     }
 }
 

@@ -11,7 +11,8 @@ use crate::track::solid::Solid;
 /// Powers of the number with x⁴ = x + 1, whose multiples fill the unit cube evenly.
 ///
 /// Source: Roberts, *The unreasonable effectiveness of quasirandom sequences* (2018).
-const EVEN_STEPS: [f64; 3] = [0.819_172_513_396_164_4, 0.671_043_606_703_789_2, 0.549_700_477_901_970_4];
+const EVEN_STEPS: [f64; 3] =
+    [0.819_172_513_396_164_4, 0.671_043_606_703_789_2, 0.549_700_477_901_970_4];
 
 /// Gives turns spread evenly over all that there are; the seed moves all of them.
 pub(super) fn spread(count: usize, seed: u64) -> Vec<UnitQuaternion<f64>> {

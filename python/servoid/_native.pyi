@@ -17,6 +17,7 @@ __version__: str
 _Poses = Sequence[Pose]
 _Images = Sequence[NDArray[np.uint8] | None]
 _Points = NDArray[np.float64]
+_Colors = NDArray[np.uint8]
 _Progress = Callable[[int, float, float], None]
 
 @final
@@ -392,10 +393,8 @@ def silhouette_ious(body: Body, views: Sequence[View]) -> _Points: ...
 def place_body(
     body: Body,
     views: Sequence[View],
-    images: Sequence[NDArray[np.uint8]] | None = None,
-    colors: NDArray[np.uint8] | None = None,
+    images: Sequence[_Colors] | None = None,
+    colors: _Colors | None = None,
     seed: int = 0,
 ) -> tuple[Pose, float]: ...
-def ellipsoid_colors(
-    body: Body, views: Sequence[View], images: Sequence[NDArray[np.uint8]]
-) -> NDArray[np.uint8]: ...
+def ellipsoid_colors(body: Body, views: Sequence[View], images: Sequence[_Colors]) -> _Colors: ...

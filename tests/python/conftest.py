@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from fake_tracker import FakeSettings, FakeTracker
 from numpy.typing import NDArray
+from recordings import Alone, Recording, recorder, track_alone
 from scipy.spatial.transform import Rotation
 
 from servoid import _native
@@ -234,3 +235,16 @@ def fake_core(monkeypatch: pytest.MonkeyPatch) -> type[FakeTracker]:
     monkeypatch.setattr(_native, "Tracker", Fake, raising=False)
     monkeypatch.setattr(_native, "TrackSettings", FakeSettings, raising=False)
     return Fake
+
+
+@pytest.fixture(scope="session")
+def recording(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Recording]:
+    """Make a short recording of the moving scene, by its name in `SCENARIOS`."""
+    return recorder(tmp_path_factory.mktemp("recordings"))
+
+
+@pytest.fixture(scope="session")
+def alone(recording: Callable[[str], Recording], tmp_path_factory: pytest.TempPathFactory) -> Alone:
+    """Track the moving toy once, with no body, for all tests that need a track or a body."""
+    folder = tmp_path_factory.mktemp("alone")
+    return track_alone(recording("colour"), folder, "--video", "o.mp4", threads=2)

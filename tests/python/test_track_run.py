@@ -222,12 +222,23 @@ def test_the_body_evolves_every_few_trusted_observations_unless_told_not_to(
     fake_core.answers = staticmethod(
         lambda time_s: {"status": "lost" if time_s == pytest.approx(0.4) else "tracking"}
     )
-    [result] = track_capture(capture, [known()], Request(evolve_every=2))
+    [result] = track_capture(capture, [known()], Request(evolve=True, evolve_every=2))
     track_capture(capture, [known()], Request(evolve_every=2, evolve=False))
     evolving, still = (made.kinds() for made in fake_core.made)
     assert evolving == ["start", "step", "step", "evolve", "step", "step", "step"]
     assert "evolve" not in still
     assert result.evolutions == 1
+
+
+def test_a_body_made_on_the_spot_evolves_and_one_that_was_given_does_not_unless_asked(
+    video: Path, fake_core: type[FakeTracker]
+) -> None:
+    capture, given = open_capture(video), known(name="given")
+    track_capture(capture, [Subject(), given], Request(evolve_every=2))
+    track_capture(capture, [Subject(), given], Request(evolve_every=2, evolve=True))
+    track_capture(capture, [Subject(), given], Request(evolve_every=2, evolve=False))
+    evolved = ["evolve" in made.kinds() for made in fake_core.made]
+    assert evolved == [True, False, True, True, False, False]
 
 
 def test_the_settings_reach_the_core_and_none_stays_none(

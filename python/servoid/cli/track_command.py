@@ -125,10 +125,15 @@ def track(
             help="Begin no generation after this time; the estimates then depend on the machine.",
         ),
     ] = None,
-    no_evolve: Annotated[
-        bool,
-        typer.Option("--no-evolve", help="Keep the body as it is while new sides appear."),
-    ] = False,
+    evolve: Annotated[
+        bool | None,
+        typer.Option(
+            "--evolve/--no-evolve",
+            help="Let bodies grow as new sides appear, or keep them as they are (default: a body "
+            "that is modelled from the first observation grows, one from a file does not).",
+            show_default=False,
+        ),
+    ] = None,
     seed: Annotated[
         int | None,
         typer.Option(
@@ -165,7 +170,7 @@ def track(
             population=population,
             generations=generations,
             budget_ms=budget_ms,
-            evolve=not no_evolve,
+            evolve=evolve,
             seed=seed,
         )
     )

@@ -58,9 +58,13 @@ def follow(
         objects = tuple(replace(one, notes=(*one.notes, note)) for one in objects)
     starts = tuple(one.first for one in objects)
     yield TrackStep(first, objects, starts, (passed + 1) / len(observations))
+    evolving = [request.evolves(subject) for subject in subjects]
     for count, instant in enumerate(instants, start=1):
-        may_evolve = request.evolve and count % request.evolve_every == 0
-        tracked = tuple(_step(one, instant, may_evolve) for one in objects)
+        is_turn = count % request.evolve_every == 0
+        tracked = tuple(
+            _step(one, instant, is_turn and evolves)
+            for one, evolves in zip(objects, evolving, strict=True)
+        )
         yield TrackStep(instant, objects, tracked, (passed + 1 + count) / len(observations))
 
 
@@ -115,6 +119,7 @@ class Collector:
                     tracked=tracked,
                     body=body,
                     colors=one.colors if same else None,
+                    appearance=one.appearance(),
                     notes=one.notes,
                     starting_s=one.starting_s,
                 )

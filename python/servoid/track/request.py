@@ -33,6 +33,7 @@ class Subject:
     Without `body` it is modelled from the first observation. `start` is world_from_object in the
     first observation. `targets` say where the object is there; without any, the capture's masks do.
     `colors` are those of the body's ellipsoids, (K, 3) uint8 RGB, to be saved with it.
+    `appearance` is what the object looks like, by which it is sought if nothing says where it is.
     """
 
     name: str = "object"
@@ -40,6 +41,7 @@ class Subject:
     start: Pose | None = None
     targets: tuple[Target, ...] = ()
     colors: NDArray[np.uint8] | None = None
+    appearance: bytes | None = None
 
     def __post_init__(self) -> None:
         if self.start is not None and self.body is None:
@@ -53,8 +55,10 @@ class Subject:
 class Request:
     """How to track; None leaves a setting to the core.
 
-    `observations` and `every` choose what is tracked: each `every`-th of the slice. `evolve_every`
-    is how many observations pass until the body may evolve again. `distance_m` is how far an object
+    `observations` and `every` choose what is tracked: each `every`-th of the slice. `evolve` says
+    if bodies evolve; by default those do that were modelled on the spot, since they lack the sides
+    that the first observation did not show, and those that were given do not. `evolve_every` is how
+    many observations pass until a body may evolve again. `distance_m` is how far an object
     is in the first observation, which one image without depth does not say. `maker` makes the
     trackers, if not the method's own. `progress` hears of the modelling that may come first.
     """
@@ -67,7 +71,7 @@ class Request:
     surface: bool | None = None
     region: bool | None = None
     local_colors: bool | None = None
-    evolve: bool = True
+    evolve: bool | None = None
     evolve_every: int = 10
     observations: slice = field(default_factory=lambda: slice(None))
     every: int = 1
@@ -79,6 +83,10 @@ class Request:
         for name, value in (("every", self.every), ("evolve_every", self.evolve_every)):
             if value < 1:
                 raise TrackError(f"{name} is {value}; choose 1 or more")
+
+    def evolves(self, subject: Subject) -> bool:
+        """Say if the body of a subject evolves."""
+        return subject.body is None if self.evolve is None else self.evolve
 
     def options(self) -> dict[str, int | float | bool | None]:
         """Return the settings that the core knows by these names."""

@@ -26,7 +26,8 @@ pub(super) struct Attempt {
 impl Attempt {
     /// Supposes a pose of which nothing is seen.
     pub(super) fn nothing(pose: Pose, radius: f64) -> Self {
-        let verdict = Verdict { confidence: 0.0, support: f64::NEG_INFINITY, ratio: 0.0 };
+        let verdict =
+            Verdict { confidence: 0.0, support: f64::NEG_INFINITY, recognised: 0.0, ratio: 0.0 };
         Self { pose, normal: Normal::new(radius), verdict }
     }
 }

@@ -65,6 +65,7 @@ impl Tracker {
         self.usual.ratio = self.weigh(observation, &world_from_object).verdict.ratio;
         let attempt = self.weigh(observation, &world_from_object);
         self.usual.support = attempt.verdict.support;
+        self.usual.recognised = attempt.verdict.recognised;
         self.usual.confidence = attempt.verdict.confidence;
         (self.status, self.unseen, self.met) = (Status::Tracking, 0, true);
         let mut estimate = self.estimate(observation, &attempt);

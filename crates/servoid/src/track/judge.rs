@@ -9,6 +9,8 @@ pub(super) struct Verdict {
     /// What is seen less what is missed, in surface points: tells a pose that much confirms from one
     /// at which little is expected.
     pub(super) support: f64,
+    /// Surface points that are seen.
+    pub(super) recognised: f64,
     /// Mean log-likelihood ratio of the pixels inside the outline.
     pub(super) ratio: f64,
 }
@@ -28,6 +30,7 @@ pub(super) fn judge(sight: &Sight<'_>, pose: &Pose, usual: f64, desk: &Desk) -> 
         expected += quality;
         seen += quality * ((correlation - SEEN.0) / (SEEN.1 - SEEN.0)).clamp(0.0, 1.0);
     }
+    let recognised = seen;
     let (mut sum, mut area) = (0.0, 0.0);
     for window in sight.windows {
         if let Some(projection) = window.projection(pose) {
@@ -43,5 +46,5 @@ pub(super) fn judge(sight: &Sight<'_>, pose: &Pose, usual: f64, desk: &Desk) -> 
         seen += weight * (ratio / usual).clamp(0.0, 1.0);
     }
     let confidence = if expected > 0.0 { seen / expected } else { 0.0 };
-    Verdict { confidence, support: 2.0 * seen - expected, ratio }
+    Verdict { confidence, support: 2.0 * seen - expected, recognised, ratio }
 }

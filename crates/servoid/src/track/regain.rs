@@ -11,8 +11,9 @@ const NEAR_MARGIN: f64 = 0.8;
 const NEAR_REACH: (f64, f64) = (0.6, 0.8);
 /// Confidence and share of the usual support from which on no other candidate is looked at.
 const SURE: (f64, f64) = (0.7, 0.6);
-/// Share of the usual support below which an object that was sought is not believed to be found.
-const LEAST_SUPPORT: f64 = 0.25;
+/// Share of the surface points that are usually seen of an object, below which one that was sought is
+/// not believed to be found: its outline alone fits too many poses.
+const LEAST_RECOGNISED: f64 = 0.25;
 /// Rounds in which an object is sought anywhere when time does not press.
 pub(super) const ROUNDS: usize = 5;
 /// Smallest image of the object that is sought, in pixels.
@@ -113,8 +114,13 @@ impl Tracker {
             self.points_in_view(&pose);
             *attempt = self.attempt(observation, &pose, COARSEST);
         }
-        if attempt.verdict.support < LEAST_SUPPORT * self.usual.support {
-            // What is confirmed is too little to tell the object from others.
+        self.doubt(attempt);
+    }
+
+    /// Halves the confidence in a pose at which too little of the surface is recognised, where the
+    /// object was not tracked just before.
+    pub(super) fn doubt(&self, attempt: &mut Attempt) {
+        if attempt.verdict.recognised < LEAST_RECOGNISED * self.usual.recognised {
             attempt.verdict.confidence *= 0.5;
         }
     }

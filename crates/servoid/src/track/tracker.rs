@@ -120,6 +120,9 @@ impl Tracker {
             {
                 attempt = self.attempt(observation, &guess, COARSEST);
             }
+            if self.status != Status::Tracking {
+                self.doubt(&mut attempt);
+            }
             clock.lap(|timing| &mut timing.polish);
         }
         if attempt.verdict.confidence < self.settings.trusted && self.can_see() {

@@ -8,6 +8,8 @@ pub(super) struct Usual {
     pub(super) confidence: f64,
     /// Support of the pose, in surface points.
     pub(super) support: f64,
+    /// Surface points that are seen.
+    pub(super) recognised: f64,
     /// Pixels that the outlines hold, times the squared distance.
     pub(super) area: f64,
     /// Distance from the first camera, in metres.
@@ -23,6 +25,7 @@ impl Usual {
         self.distance += RATE * (distance - self.distance);
         self.ratio += RATE * (verdict.ratio - self.ratio);
         self.confidence += RATE * (verdict.confidence - self.confidence);
+        self.recognised += RATE * (verdict.recognised - self.recognised);
         self.support += RATE * (verdict.support - self.support);
     }
 }

@@ -111,6 +111,52 @@ fn before_anything_is_seen_no_body_evolves() {
     assert_eq!(tracker.body().unwrap(), stage.body);
 }
 
+/// Gives how far from what the stage shows the surface points lie that a tracker learned, the
+/// median in millimetres.
+fn depth_error(tracker: &Tracker, stage: &Stage) -> f64 {
+    let off = |place: &Vector3<f64>, solid: &Ellipsoid| {
+        let away = place - solid.center();
+        let share = (solid.factor().try_inverse().unwrap() * away).norm();
+        1000.0 * ((share - 1.0) * away.norm() / share).abs()
+    };
+    let solids = stage.body.ellipsoids();
+    let nearest = |place: &Vector3<f64>| solids.iter().map(|e| off(place, e)).fold(1e9, f64::min);
+    let mut all: Vec<_> = tracker.surface().map(|point| nearest(&point.position)).collect();
+    all.sort_by(f64::total_cmp);
+    all[all.len() / 2]
+}
+
+#[test]
+fn two_eyes_see_where_the_surface_is_although_the_body_is_too_small() {
+    let (stage, body) = (Stage::textured(), too_small(&Stage::textured()));
+    let off = depth_error(&followed(&stage, &body, 1), &stage);
+    assert!(off < 1.5, "{off} mm");
+    // Later images do not spoil it.
+    let later = depth_error(settled(), &stage);
+    assert!(later < 1.5, "{later} mm");
+}
+
+#[test]
+fn one_eye_learns_where_the_surface_is_while_the_object_turns() {
+    let (stage, body) = (Stage::textured(), too_small(&Stage::textured()));
+    let shot = |index: usize| stage.shot(index, &eyes(), Some(&turning(index)));
+    let settings = TrackSettings { region: false, ..TrackSettings::default() };
+    let mut tracker = Tracker::new(&stage.cameras(), &body, settings).unwrap();
+    let (first, mut before) = (shot(0), 0.0);
+    let mut observation = first.observation();
+    observation.images[1] = None;
+    tracker.start(&observation, turning(0), &[]).unwrap();
+    for index in 1..12 {
+        before = if index == 1 { depth_error(&tracker, &stage) } else { before };
+        let shot = shot(index);
+        let mut observation = shot.observation();
+        observation.images[1] = None;
+        tracker.step(&observation).unwrap();
+    }
+    let after = depth_error(&tracker, &stage);
+    assert!(before > 4.0 && after < 0.8 * before, "{before} mm, then {after} mm");
+}
+
 #[test]
 fn an_object_is_found_again_by_its_look_without_a_pose() {
     for channels in [Channels::Rgb, Channels::Grey] {

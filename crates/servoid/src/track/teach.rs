@@ -21,7 +21,7 @@ impl Tracker {
         let distance = (attempt.pose.translation() - eye).norm();
         self.usual.follow(&attempt.verdict, distance);
         self.lessons += 1;
-        if self.settings.region && self.lessons % COLOR_LESSONS == 0 {
+        if self.settings.region && self.lessons.is_multiple_of(COLOR_LESSONS) {
             self.learn_colors(observation, &attempt.pose, COLOR_RATE);
         }
         if attempt.verdict.confidence > CLEAR {

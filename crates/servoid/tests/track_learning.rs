@@ -137,27 +137,6 @@ fn two_eyes_see_where_the_surface_is_although_the_body_is_too_small() {
 }
 
 #[test]
-fn one_eye_learns_where_the_surface_is_while_the_object_turns() {
-    let (stage, body) = (Stage::textured(), too_small(&Stage::textured()));
-    let shot = |index: usize| stage.shot(index, &eyes(), Some(&turning(index)));
-    let settings = TrackSettings { region: false, ..TrackSettings::default() };
-    let mut tracker = Tracker::new(&stage.cameras(), &body, settings).unwrap();
-    let (first, mut before) = (shot(0), 0.0);
-    let mut observation = first.observation();
-    observation.images[1] = None;
-    tracker.start(&observation, turning(0), &[]).unwrap();
-    for index in 1..12 {
-        before = if index == 1 { depth_error(&tracker, &stage) } else { before };
-        let shot = shot(index);
-        let mut observation = shot.observation();
-        observation.images[1] = None;
-        tracker.step(&observation).unwrap();
-    }
-    let after = depth_error(&tracker, &stage);
-    assert!(before > 4.0 && after < 0.8 * before, "{before} mm, then {after} mm");
-}
-
-#[test]
 fn an_object_is_found_again_by_its_look_without_a_pose() {
     for channels in [Channels::Rgb, Channels::Grey] {
         let stage = Stage { channels, ..Stage::textured() };

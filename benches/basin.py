@@ -6,7 +6,8 @@ a random direction, and at last without any pose near. What the tracker knows of
 before it seeks: what it learned in the whole recording, or in the one observation before; in the
 last row nothing but the mask of the first left image, with some seeds, as the command begins with a
 body and no start. Found is what lies within 5 degrees and 10 mm of the tracked pose; wrong but
-trusted is what does not and is called tracking. Times are of the processor. Skips what is not there.
+trusted is what does not and is called tracking. Times are of the processor. Skips what
+is not there.
 """
 
 import time

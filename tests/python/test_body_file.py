@@ -109,7 +109,8 @@ def test_a_body_file_is_laid_out_for_people(tmp_path: Path) -> None:
         "  ],\n"
         '  "fitness": null,\n'
         '  "made_by": null,\n'
-        '  "seen": null\n'
+        '  "seen": null,\n'
+        '  "appearance": null\n'
         "}\n"
     )
 

@@ -15,6 +15,7 @@ from servoid.cli import modelling
 from servoid.errors import MissingExtraError
 from servoid.model import ModelResult
 from servoid.shape import load_body
+from servoid.track import learn_appearance
 
 PLAIN_CONSOLE = {**os.environ, "COLUMNS": "80", "NO_COLOR": "1"}
 
@@ -91,7 +92,7 @@ def test_the_summary_says_what_the_result_says(
         f"{result.iou_used.mean():.4f} over 8 used views, worst {result.iou_used[worst]:.4f} "
         f"({views[worst].name})"
     ) in outcome.out
-    result.save(tmp_path / "by_hand.json")
+    result.save(tmp_path / "by_hand.json", learn_appearance(result))
     assert (tmp_path / "by_hand.json").read_bytes() == (tmp_path / "body.json").read_bytes()
 
 

@@ -1,5 +1,6 @@
 use numpy::{PyArray2, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
+use pyo3::types::PyBytes;
 use servoid::observe::{Mask, Observation};
 use servoid::track as core;
 
@@ -168,6 +169,17 @@ impl Tracker {
             }
         });
         found.map(Estimate).map_err(raise)
+    }
+
+    /// What the object looks like, as far as it was learned, as bytes.
+    fn appearance<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
+        PyBytes::new(py, &self.0.appearance().to_bytes())
+    }
+
+    /// Takes over what the object looks like, as `appearance` gave it. Raises TrackError.
+    fn recall(&mut self, appearance: &[u8]) -> PyResult<()> {
+        self.0.recall(&core::Appearance::from_bytes(appearance).map_err(raise)?);
+        Ok(())
     }
 
     /// Lets the body evolve by the sides that were seen, between images; says whether it changed.

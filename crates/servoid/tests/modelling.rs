@@ -305,7 +305,7 @@ fn evidence_that_is_held_out_finds_the_count_that_the_views_bear() {
 fn sights(radius: f64) -> Vec<Sight> {
     let sight = |i: usize| {
         let unit = even_direction(i, 1.0 - (2 * i + 1) as f64 / 400.0);
-        Sight { point: unit * radius, direction: -unit }
+        Sight { point: unit * radius, direction: -unit, eye: 0.0 }
     };
     (0..400).map(sight).collect()
 }

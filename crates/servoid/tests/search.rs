@@ -66,6 +66,50 @@ fn a_score_that_is_no_number_counts_as_the_worst() {
     assert_eq!(ga.best().genes, genes);
 }
 
+/// Tells a generation scores that fall as given, and gives its genes.
+fn told(settings: GaSettings, scores: &[f64]) -> (Ga, Vec<Vec<f64>>) {
+    let mut ga = Ga::new(&RANGES, settings, rng(4, 0)).unwrap();
+    let genes = ga.ask().iter().map(|one| one.genes.clone()).collect();
+    ga.tell(scores).unwrap();
+    (ga, genes)
+}
+
+proptest! {
+    #[test]
+    fn the_best_live_on_in_order_and_of_equals_the_first(
+        scores in prop::collection::vec((-3..4_i32).prop_map(f64::from), 30),
+    ) {
+        let settings = GaSettings { population: 30, elites: 7, ..GaSettings::default() };
+        let (ga, genes) = told(settings, &scores);
+        let mut order: Vec<usize> = (0..30).collect();
+        order.sort_by(|a, b| scores[*b].total_cmp(&scores[*a]));
+        for (elite, at) in ga.ask().iter().zip(&order[..7]) {
+            prop_assert_eq!((&elite.genes, elite.score), (&genes[*at], scores[*at]));
+        }
+        prop_assert_eq!(&ga.best().genes, &genes[order[0]]);
+    }
+
+    #[test]
+    fn a_population_moves_in_order_and_stays_in_its_ranges(by in -30.0..30.0_f64) {
+        let (mut ga, _) = told(GaSettings::default(), &[1.0; 48]);
+        let before: Vec<_> = ga.ask().to_vec();
+        let mut next = 0;
+        ga.move_each(|index, genes| {
+            assert_eq!((index, genes[0]), (next, before[next].genes[0]));
+            next += 1;
+            genes.iter_mut().for_each(|gene| *gene += by);
+        });
+        prop_assert_eq!(next, before.len());
+        for (moved, one) in ga.ask().iter().zip(&before) {
+            for (x, y) in moved.genes.iter().zip(&one.genes) {
+                prop_assert!((-2.0..=3.0).contains(x));
+                prop_assert!(!(-2.0..=3.0).contains(&(y + by)) || (x - y - by).abs() < 1e-9);
+            }
+            prop_assert_eq!(moved.score, one.score);
+        }
+    }
+}
+
 #[test]
 fn populations_that_cannot_breed_are_refused() {
     let made = |settings| Ga::new(&RANGES, settings, rng(0, 0)).map(|_| ());

@@ -24,6 +24,7 @@ from servoid.model import (
 )
 from servoid.observe import Target, parse_target
 from servoid.output import check_file, check_folder, make_folder
+from servoid.track import learn_appearance
 
 WriteReport = Callable[..., list[Path]]
 
@@ -58,7 +59,7 @@ def run_model(order: Order) -> None:
     files: list[Path] = []
     if order.report is not None and write_report is not None:
         files = _write_report_whole(write_report, result, order.report)
-    result.save(order.out)
+    result.save(order.out, learn_appearance(result))
     print_summary(order.source, result, order.out, files)
 
 

@@ -110,4 +110,5 @@ def _subject(
         start=pose,
         targets=tuple(parse_target(text) for text in targets),
         colors=None if file is None else file.colors(),
+        appearance=None if file is None else file.look(),
     )

@@ -189,6 +189,6 @@ def _write(order: Order, results: list[TrackResult]) -> list[tuple[str, Path]]:
         files.append(("poses", path))
         if order.save_body is not None:
             path = place_of(order.save_body, result.name, len(results))
-            save_body(path, result.body, result.colors)
+            save_body(path, result.body, result.colors, appearance=result.appearance)
             files.append(("body", path))
     return files

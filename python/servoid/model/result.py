@@ -123,8 +123,10 @@ class ModelResult:
         unseen = None if self.surface is None else self.surface.note()
         return self.notes if unseen is None else (*self.notes, unseen)
 
-    def save(self, path: str | Path) -> None:
+    def save(self, path: str | Path, appearance: bytes | None = None) -> None:
         """Write the body, its colours and how it was made to a JSON file.
+
+        `appearance` is what the object looks like, from `track.learn_appearance`.
 
         The same views, settings and seed give the same bytes, on any number of threads.
 
@@ -149,7 +151,15 @@ class ModelResult:
                 unseen_toward=self.surface.unseen_toward,
                 by_ellipsoid=tuple(self.surface.by_ellipsoid.tolist()),
             )
-        save_body(path, self.body, self.colors, fitness=self.fitness, made_by=made_by, seen=seen)
+        save_body(
+            path,
+            self.body,
+            self.colors,
+            fitness=self.fitness,
+            made_by=made_by,
+            seen=seen,
+            appearance=appearance,
+        )
 
 
 def _mean_ious(steps: tuple[Step, ...], views: tuple[View, ...]) -> NDArray[np.float64]:

@@ -1,5 +1,6 @@
 """The file of a body: versioned, indented JSON with a published schema."""
 
+import base64
 import math
 from importlib.resources import files
 from pathlib import Path
@@ -75,6 +76,23 @@ class BodyFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     fitness: float | None = None
     made_by: MadeBy | None = None
     seen: SeenEntry | None = None
+    appearance: str | None = None
+
+    def look(self) -> bytes | None:
+        """Return what the object looks like, as `Tracker.recall` takes it; None if not known.
+
+        Raises:
+            BodyError: the text is no base64.
+
+        """
+        if self.appearance is None:
+            return None
+        try:
+            return base64.b64decode(self.appearance, validate=True)
+        except ValueError as error:
+            raise BodyError(
+                f"appearance is damaged ({error}); leave it out or save the body again"
+            ) from error
 
     def body(self) -> Body:
         """Return the body itself.
@@ -108,10 +126,12 @@ def save_body(
     fitness: float | None = None,
     made_by: MadeBy | None = None,
     seen: SeenEntry | None = None,
+    appearance: bytes | None = None,
 ) -> None:
     """Write a body to a JSON file, whole or not at all; the same body gives the same bytes.
 
-    `colors`: (K, 3) uint8 RGB, one colour an ellipsoid.
+    `colors`: (K, 3) uint8 RGB, one colour an ellipsoid. `appearance` is what `Tracker.appearance`
+    gave.
 
     Raises:
         BodyError: there are not as many colours as ellipsoids.
@@ -140,6 +160,7 @@ def save_body(
         fitness=fitness,
         made_by=made_by,
         seen=seen,
+        appearance=None if appearance is None else base64.b64encode(appearance).decode("ascii"),
     )
     write_body_file(path, file)
 
@@ -177,6 +198,7 @@ def load_body(path: str | Path) -> BodyFile:
         _check_unit(entry.rotation, f"{place}, ellipsoids[{index}].rotation")
     with located(place):
         file.body()
+        file.look()
     return file
 
 

@@ -3,6 +3,7 @@
 from servoid.track.follower import Evolver, Follower
 from servoid.track.following import Collector, TrackStep, follow, track_capture
 from servoid.track.instants import Instant, cameras_of, read_instants, tidy_image
+from servoid.track.learning import learn_appearance
 from servoid.track.placing import Marked, Placement, place_body
 from servoid.track.request import Method, Request, Subject
 from servoid.track.result import Gap, Tracked, TrackResult
@@ -25,6 +26,7 @@ __all__ = [
     "Tracked",
     "cameras_of",
     "follow",
+    "learn_appearance",
     "place_body",
     "read_instants",
     "tidy_image",

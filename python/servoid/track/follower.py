@@ -47,6 +47,23 @@ class Evolver(Protocol):
         ...
 
 
+@runtime_checkable
+class Rememberer(Protocol):
+    """Knows an object again by what it looks like."""
+
+    def appearance(self) -> bytes:
+        """Return what the object looks like, as far as it was learned."""
+        ...
+
+    def recall(self, appearance: bytes) -> None:
+        """Take over what the object looks like."""
+        ...
+
+    def find(self, time_s: float, world_from_camera: Sequence[Pose], images: Images) -> Estimate:
+        """Seek the object in all that the images show."""
+        ...
+
+
 Maker = Callable[[Sequence[Camera], Body, dict[str, Any]], Follower]
 
 

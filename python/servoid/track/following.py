@@ -119,6 +119,7 @@ class Collector:
                     tracked=tracked,
                     body=body,
                     colors=one.colors if same else None,
+                    appearance=one.appearance(),
                     notes=one.notes,
                     starting_s=one.starting_s,
                 )

@@ -33,6 +33,7 @@ class Subject:
     Without `body` it is modelled from the first observation. `start` is world_from_object in the
     first observation. `targets` say where the object is there; without any, the capture's masks do.
     `colors` are those of the body's ellipsoids, (K, 3) uint8 RGB, to be saved with it.
+    `appearance` is what the object looks like, by which it is sought if nothing says where it is.
     """
 
     name: str = "object"
@@ -40,6 +41,7 @@ class Subject:
     start: Pose | None = None
     targets: tuple[Target, ...] = ()
     colors: NDArray[np.uint8] | None = None
+    appearance: bytes | None = None
 
     def __post_init__(self) -> None:
         if self.start is not None and self.body is None:

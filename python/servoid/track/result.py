@@ -50,15 +50,16 @@ class TrackResult:
     """The track of one object.
 
     The first estimate is the start, which is slower than a step, and which no figure of speed
-    counts. `body` is the body at the end, as far as it evolved, at the newest pose; `notes` are
-    sentences that a user should read; `starting_s` is the time from the first image to the first
-    estimate, modelling included.
+    counts. `body` is the body at the end, as far as it evolved, at the newest pose; `appearance` is
+    what it looks like, as `Tracker.recall` takes it; `notes` are sentences that a user should read;
+    `starting_s` is the time from the first image to the first estimate, modelling included.
     """
 
     name: str
     tracked: Sequence[Tracked]
     body: Body
     colors: NDArray[np.uint8] | None = None
+    appearance: bytes | None = None
     notes: tuple[str, ...] = ()
     starting_s: float = 0.0
 

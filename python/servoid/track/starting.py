@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid import model
-from servoid._native import Body, Pose
+from servoid._native import Body, Estimate, Pose
 from servoid.errors import TrackError
 from servoid.model.marking import mark
 from servoid.observe import Capture, CaptureView
-from servoid.track.follower import Evolver, Follower
+from servoid.track.follower import Evolver, Follower, Rememberer
 from servoid.track.instants import Instant, cameras_of
 from servoid.track.placing import Marked, place_body
 from servoid.track.request import Request, Subject
@@ -58,6 +58,10 @@ class Followed:
         known = getattr(self.tracker, "surface", None)
         return (np.empty((0, 3)), np.empty((0, 3))) if known is None else known[:2]
 
+    def appearance(self) -> bytes | None:
+        """Return what the object looks like, None if the tracker does not say."""
+        return self.tracker.appearance() if isinstance(self.tracker, Rememberer) else None
+
     def evolve(self) -> bool:
         """Let the body evolve if the tracker can; return if it changed."""
         return isinstance(self.tracker, Evolver) and self.tracker.evolve()
@@ -65,10 +69,10 @@ class Followed:
 
 @dataclass(frozen=True, eq=False)
 class _Known:
-    """What is known of an object when its tracker starts."""
+    """What is known of an object when its tracker starts; without a pose it is sought."""
 
     body: Body
-    pose: Pose
+    pose: Pose | None
     masks: Masks | None
     colors: NDArray[np.uint8] | None
     notes: tuple[str, ...] = ()
@@ -90,9 +94,7 @@ def begin(capture: Capture, instant: Instant, subject: Subject, request: Request
     make = request.maker or request.method.maker
     tracker = make(cameras, known.body, request.options())
     called = time.perf_counter()
-    estimate = tracker.start(
-        instant.time_s, instant.world_from_camera, instant.images, known.pose, known.masks
-    )
+    estimate = _first_estimate(tracker, instant, known, subject)
     done = time.perf_counter()
     return Followed(
         name=subject.name,
@@ -108,6 +110,22 @@ def begin(capture: Capture, instant: Instant, subject: Subject, request: Request
         ),
         starting_s=done - begun,
     )
+
+
+def _first_estimate(
+    tracker: Follower, instant: Instant, known: _Known, subject: Subject
+) -> Estimate:
+    now, poses, images = instant.time_s, instant.world_from_camera, instant.images
+    if known.pose is not None:
+        return tracker.start(now, poses, images, known.pose, known.masks)
+    if subject.appearance is None or not isinstance(tracker, Rememberer):
+        raise TrackError(
+            f"nothing says where '{subject.name}' is in observation {instant.index}; mark it there "
+            "with --target or a mask, give its pose with --start, or give a body that was saved "
+            "with what the object looks like"
+        )
+    tracker.recall(subject.appearance)
+    return tracker.find(now, poses, images)
 
 
 def _look(capture: Capture, instant: Instant, subject: Subject, request: Request) -> _Known:
@@ -139,8 +157,8 @@ def _look(capture: Capture, instant: Instant, subject: Subject, request: Request
 
 def _placed(
     capture: Capture, instant: Instant, subject: Subject, masks: Masks | None, seed: int | None
-) -> Pose:
-    """Find the pose at which a body looks like its masks."""
+) -> Pose | None:
+    """Find the pose at which a body looks like its masks, if there are any."""
     seen = zip(
         cameras_of(capture),
         instant.world_from_camera,
@@ -154,10 +172,7 @@ def _placed(
         if mask is not None and image is not None
     ]
     if not marked or subject.body is None:
-        raise TrackError(
-            f"{capture.path}: nothing says where '{subject.name}' is in observation "
-            f"{instant.index}; mark it there with --target or a mask, or give its pose with --start"
-        )
+        return None
     return place_body(subject.body, marked, subject.colors, seed or 0).world_from_object
 
 

@@ -26,27 +26,28 @@ impl Backend {
     /// Gives the fastest one that this machine has.
     #[must_use]
     pub fn fastest() -> Self {
-        Self::available().last().copied().unwrap_or(Self::PORTABLE)
+        Self::found().last().unwrap_or(Self::PORTABLE)
     }
 
     /// Gives all that this machine has, the fastest last.
     #[must_use]
     pub fn available() -> Vec<Self> {
-        let mut all = vec![Self::PORTABLE];
+        Self::found().collect()
+    }
+
+    /// Gives the same without taking memory.
+    fn found() -> impl Iterator<Item = Self> {
+        #[cfg(not(target_arch = "x86_64"))]
+        let vectors: [Option<Kind>; 2] = [None; 2];
         #[cfg(target_arch = "x86_64")]
-        {
+        let vectors = {
             let avx2 = is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma");
             let avx512 = is_x86_feature_detected!("avx512f")
                 && is_x86_feature_detected!("avx512dq")
                 && is_x86_feature_detected!("avx512vl");
-            if avx2 {
-                all.push(Self(Kind::Avx2));
-            }
-            if avx2 && avx512 {
-                all.push(Self(Kind::Avx512));
-            }
-        }
-        all
+            [avx2.then_some(Kind::Avx2), (avx2 && avx512).then_some(Kind::Avx512)]
+        };
+        std::iter::once(Self::PORTABLE).chain(vectors.into_iter().flatten().map(Self))
     }
 
     pub(super) fn sums(self, map: &ScoreMap, outlines: &RowOutlines) -> Sums {

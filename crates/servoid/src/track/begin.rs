@@ -8,7 +8,7 @@ use super::motion::Motion;
 use super::points::Points;
 use super::regain::ROUNDS;
 use super::tracker::Tracker;
-use crate::observe::{Mask, Observation};
+use crate::observe::{Channels, Mask, Observation, check_image_size};
 use crate::pose::Pose;
 
 /// Share of the object's size by which windows are larger than it at the start.
@@ -19,7 +19,8 @@ impl Tracker {
     /// Masks, one a camera where there is one, tell its pixels; without, its outline does.
     ///
     /// # Errors
-    /// If there is not one entry a camera, or the object is in none of the images.
+    /// If there is not one entry a camera, a mask has not its camera's size, or the object is in none
+    /// of the images.
     pub fn start(
         &mut self,
         observation: &Observation<'_>,
@@ -28,6 +29,7 @@ impl Tracker {
     ) -> Result<Estimate, TrackError> {
         let mut clock = Clock::start();
         self.check(observation)?;
+        self.check_masks(masks)?;
         self.motion = Motion::at_rest(observation.time_s, world_from_object);
         self.colors = Colors::new(self.settings.local_colors);
         self.points = Points::default();
@@ -58,12 +60,15 @@ impl Tracker {
         }
         let eye = observation.world_from_camera[0].translation();
         let distance = (world_from_object.translation() - eye).norm();
+        self.usual.distance = distance;
         self.usual.area = self.area(&world_from_object) * distance * distance;
-        self.usual.ratio = self.weigh(observation, &world_from_object).verdict.ratio;
+        let verdict = self.weigh(observation, &world_from_object).verdict;
+        (self.usual.ratio, self.usual.outline) = (verdict.ratio, verdict.outline);
         let attempt = self.weigh(observation, &world_from_object);
         self.usual.support = attempt.verdict.support;
+        self.usual.recognised = attempt.verdict.recognised;
         self.usual.confidence = attempt.verdict.confidence;
-        (self.status, self.unseen) = (Status::Tracking, 0);
+        (self.status, self.unseen, self.met) = (Status::Tracking, 0, true);
         let mut estimate = self.estimate(observation, &attempt);
         clock.lap(|timing| &mut timing.learn);
         estimate.timing = clock.timing();
@@ -82,8 +87,8 @@ impl Tracker {
     ) -> Result<Estimate, TrackError> {
         let mut clock = Clock::start();
         self.check(observation)?;
-        if !self.colors.are_known() && self.points.known.is_empty() {
-            return Err(TrackError::NothingKnown);
+        if !self.colors.are_known() {
+            self.learn_surroundings(observation)?;
         }
         let expected = near.unwrap_or_else(|| self.motion.last());
         let mut attempt = Attempt::nothing(expected, self.solid.radius);
@@ -102,7 +107,8 @@ impl Tracker {
     /// Seeks the body where masks say that the object is, and starts there.
     ///
     /// # Errors
-    /// If there is not one entry a camera, no mask, or the body is not found in them.
+    /// If there is not one entry a camera, no mask, one that has not its camera's size, or the body
+    /// is not found in them.
     pub fn begin(
         &mut self,
         observation: &Observation<'_>,
@@ -112,6 +118,7 @@ impl Tracker {
         if !masks.iter().any(Option::is_some) {
             return Err(TrackError::NothingKnown);
         }
+        self.check_masks(masks)?;
         self.colors = Colors::new(false);
         self.points = Points::default();
         self.look_all_over(observation);
@@ -123,6 +130,15 @@ impl Tracker {
         Ok(Estimate { evaluations, ..estimate })
     }
 
+    fn check_masks(&self, masks: &[Option<Mask<'_>>]) -> Result<(), TrackError> {
+        for (index, (camera, mask)) in self.cameras.iter().zip(masks).enumerate() {
+            if let Some(mask) = mask {
+                check_image_size(index, camera.size_px(), mask.image())?;
+            }
+        }
+        Ok(())
+    }
+
     fn learn_masks(&mut self, observation: &Observation<'_>, masks: &[Option<Mask<'_>>]) {
         let masks = masks.iter().chain(std::iter::repeat(&None));
         let images = observation.images.iter().zip(masks);
@@ -132,5 +148,24 @@ impl Tracker {
             }
         }
         self.colors.take(1.0);
+    }
+
+    /// Takes all that the images show for background, where only the object's colours are known: it
+    /// is small among the rest.
+    fn learn_surroundings(&mut self, observation: &Observation<'_>) -> Result<(), TrackError> {
+        let images = (0..self.cameras.len()).filter(|&camera| self.senses.can_use(camera));
+        let images: Vec<_> = images.filter_map(|camera| observation.images[camera]).collect();
+        let known = images.iter().all(|i| self.colors.know_object(i.channels() == Channels::Grey));
+        if !known && self.points.known.is_empty() {
+            return Err(TrackError::NothingKnown);
+        }
+        self.look_all_over(observation);
+        for (window, image) in self.windows.iter().zip(&observation.images) {
+            if let Some(image) = image.as_ref().filter(|_| window.is_open()) {
+                window.teach(image, &[], 0.0, &mut self.colors);
+            }
+        }
+        self.colors.take(0.0);
+        Ok(())
     }
 }

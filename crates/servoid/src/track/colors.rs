@@ -14,6 +14,8 @@ pub(super) struct Colors {
     /// ln p(colour | object) / p(colour | background), one table a side and one for any.
     tables: Vec<f32>,
     local: bool,
+    /// Whether the pictures are grey, whose bins are others.
+    pub(super) grey: bool,
 }
 
 /// Bits that are kept of a channel.
@@ -81,6 +83,7 @@ impl Colors {
             sides: (0..=SIDES).map(|_| Histogram::new()).collect(),
             tables: vec![0.0; (SIDES + 1) * BINS],
             local,
+            grey: false,
         }
     }
 
@@ -112,6 +115,33 @@ impl Colors {
                 *ratio = fast_ln(quotient).clamp(-MOST, MOST);
             }
         }
+    }
+
+    /// Says whether there is such a bin.
+    pub(super) fn holds(bin: usize) -> bool {
+        bin < BINS
+    }
+
+    /// Gives the object's bins that are not empty, with their shares.
+    pub(super) fn object_shares(&self) -> Vec<(u32, f32)> {
+        let shares = self.object.shares.iter().enumerate();
+        shares.filter(|(_, share)| **share > 0.0).map(|(bin, &share)| (bin as u32, share)).collect()
+    }
+
+    /// Takes over the object's shares; the background is not known then.
+    pub(super) fn recall(&mut self, shares: &[(u32, f32)], grey: bool) {
+        self.grey = grey;
+        self.object.known = !shares.is_empty();
+        for &(bin, share) in shares {
+            if let Some(place) = self.object.shares.get_mut(bin as usize) {
+                *place = share;
+            }
+        }
+    }
+
+    /// Says whether colours of the object were learned in pictures of this kind.
+    pub(super) fn know_object(&self, grey: bool) -> bool {
+        self.object.known && self.grey == grey
     }
 
     /// Says whether colours of the object and of the background were learned.

@@ -35,7 +35,9 @@ pub(super) fn learn(
         let [left, top] = window.pyramid.first_px();
         let plane = window.pyramid.plane(0);
         let [across, down] = plane.size_px().map(|n| n / CELL_PX);
-        for cell in (0..cells.min(across * down)).map(|i| (from + i) % (across * down).max(1)) {
+        for cell in
+            (0..cells.min(across * down)).map(|i| from.wrapping_add(i) % (across * down).max(1))
+        {
             let corner = [cell % across * CELL_PX, cell / across * CELL_PX];
             let middle = corner.map(|x| (x + CELL_PX / 2) as f64);
             let center = Vector2::new(middle[0] + left as f64, middle[1] + top as f64);

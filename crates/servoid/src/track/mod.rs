@@ -1,5 +1,6 @@
 //! Observations and a body become estimates: six degrees of freedom, from image to image.
 
+mod appearance;
 mod attempt;
 mod begin;
 mod certainty;
@@ -25,6 +26,7 @@ mod tracker;
 mod usual;
 mod window;
 
+pub use appearance::Appearance;
 pub use estimate::{Estimate, Notice, Status, Timing};
 pub use one_step::{Genes, Judge, OneStep, OneStepError, OneStepSettings};
 pub use settings::TrackSettings;
@@ -65,6 +67,12 @@ pub enum TrackError {
          target in the first observation, or its pose there"
     )]
     NothingKnown,
+    /// Bytes are no appearance.
+    #[error(
+        "these {0} bytes are no appearance that this version reads; leave the appearance out, or save \
+         the body again"
+    )]
+    Appearance(usize),
     /// The object is in no image.
     #[error(
         "the object is in none of the images at the pose that was given; check that it is \

@@ -23,9 +23,9 @@ const PROBES: usize = 60;
 const ISLANDS: usize = 3;
 const POPULATION: usize = 32;
 const GENERATIONS: usize = 8;
-/// Places along each way at which the object is sought first.
+/// Places across an image, and logarithm of the ratio of distances, at which it is sought first.
 const COLUMNS: usize = 16;
-const DISTANCES: usize = 6;
+const DISTANCE_STEP: f64 = 0.17;
 /// Places that are looked at closer, turns that are tried there, and poses that go on.
 const PLACES: usize = 12;
 const TURNS: usize = 80;
@@ -120,9 +120,10 @@ fn places(
     out.clear();
     let open = judged.sight.windows.iter().find_map(|window| window.rays(COLUMNS));
     let Some((eye, rays)) = open else { return 0 };
+    let steps = ((far / near).ln() / DISTANCE_STEP).ceil().clamp(1.0, 40.0) as usize;
     for ray in rays {
-        for step in 0..DISTANCES {
-            let share = (step as f64 + 0.5) / DISTANCES as f64;
+        for step in 0..steps {
+            let share = (step as f64 + 0.5) / steps as f64;
             let distance = near * (far / near).powf(share);
             let place: Vector3<f64> = eye + ray * distance;
             for _ in 0..2 {

@@ -11,8 +11,9 @@ const NEAR_MARGIN: f64 = 0.8;
 const NEAR_REACH: (f64, f64) = (0.6, 0.8);
 /// Confidence and share of the usual support from which on no other candidate is looked at.
 const SURE: (f64, f64) = (0.7, 0.6);
-/// Share of the usual support below which an object that was sought is not believed to be found.
-const LEAST_SUPPORT: f64 = 0.25;
+/// Share of the surface points that are usually seen of an object, below which one that was sought is
+/// not believed to be found: its outline alone fits too many poses.
+const LEAST_RECOGNISED: f64 = 0.25;
 /// Rounds in which an object is sought anywhere when time does not press.
 pub(super) const ROUNDS: usize = 5;
 /// Smallest image of the object that is sought, in pixels.
@@ -27,7 +28,7 @@ impl Tracker {
         expected: &Pose,
         attempt: &mut Attempt,
     ) -> Result<usize, TrackError> {
-        if self.was_seen_lately() {
+        if self.met && self.was_seen_lately() {
             self.seek_near(observation, expected, attempt)
         } else {
             self.seek_anywhere(observation, 1, attempt)
@@ -62,9 +63,12 @@ impl Tracker {
     ) -> Result<usize, TrackError> {
         let radius = self.solid.radius;
         let focal = self.cameras.first().map_or(1.0, |camera| camera.focal_px()[0]);
-        let (near, far) = self
-            .last_distance(observation)
-            .map_or((2.5 * radius, 2.0 * focal * radius / SMALLEST_PX), |d| (0.6 * d, 1.7 * d));
+        let usual = self.usual.distance;
+        let (near, far) = match self.last_distance(observation) {
+            Some(last) => (0.6 * last, 1.7 * last),
+            None if usual > 0.0 => (0.4 * usual, 2.5 * usual),
+            None => (2.5 * radius, 2.0 * focal * radius / SMALLEST_PX),
+        };
         let usual_area = self.usual.area;
         let area_at = |distance: f64| usual_area / (distance * distance);
         let mut evaluations = 0;
@@ -110,15 +114,20 @@ impl Tracker {
             self.points_in_view(&pose);
             *attempt = self.attempt(observation, &pose, COARSEST);
         }
-        if attempt.verdict.support < LEAST_SUPPORT * self.usual.support {
-            // What is confirmed is too little to tell the object from others.
+        self.doubt(attempt);
+    }
+
+    /// Halves the confidence in a pose at which too little of the surface is recognised, where the
+    /// object was not tracked just before.
+    pub(super) fn doubt(&self, attempt: &mut Attempt) {
+        if attempt.verdict.recognised < LEAST_RECOGNISED * self.usual.recognised {
             attempt.verdict.confidence *= 0.5;
         }
     }
 
-    /// Gives how far from the first camera the object was last, if it was ever seen.
+    /// Gives how far from the first camera the object was last, if it was met.
     fn last_distance(&self, observation: &Observation<'_>) -> Option<f64> {
         let eye = observation.world_from_camera.first()?.translation();
-        (self.usual.area > 0.0).then(|| (self.motion.last().translation() - eye).norm())
+        self.met.then(|| (self.motion.last().translation() - eye).norm())
     }
 }

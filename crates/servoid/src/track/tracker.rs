@@ -42,6 +42,8 @@ pub struct Tracker {
     pub(super) surprise: Reach,
     pub(super) status: Status,
     pub(super) unseen: usize,
+    /// Whether the object was ever tracked, so that its last pose means something.
+    pub(super) met: bool,
     pub(super) cell: usize,
     pub(super) lessons: usize,
     pub(super) notices: Vec<Notice>,
@@ -88,6 +90,7 @@ impl Tracker {
             usual: Usual::default(),
             status: Status::Searching,
             unseen: 0,
+            met: false,
             cell: 0,
             lessons: 0,
             notices: Vec::new(),
@@ -116,6 +119,9 @@ impl Tracker {
                 < self.settings.trusted.max(DOUBTFUL * self.usual.confidence)
             {
                 attempt = self.attempt(observation, &guess, COARSEST);
+            }
+            if self.status != Status::Tracking {
+                self.doubt(&mut attempt);
             }
             clock.lap(|timing| &mut timing.polish);
         }
@@ -172,7 +178,7 @@ impl Tracker {
             return;
         }
         self.status = Status::Tracking;
-        self.unseen = 0;
+        (self.unseen, self.met) = (0, true);
         self.search.follow(expected, &attempt.pose, self.reach());
         self.motion.follow(time_s, attempt.pose);
         let off = (expected.inverse() * attempt.pose).log();

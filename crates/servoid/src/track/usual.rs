@@ -5,11 +5,18 @@ use super::judge::Verdict;
 pub(super) struct Usual {
     /// Mean log-likelihood ratio inside the outline.
     pub(super) ratio: f64,
+    /// Agreement of the outline with the boundary in the images.
+    pub(super) outline: f64,
+    /// Confidence in the pose.
     pub(super) confidence: f64,
     /// Support of the pose, in surface points.
     pub(super) support: f64,
+    /// Surface points that are seen.
+    pub(super) recognised: f64,
     /// Pixels that the outlines hold, times the squared distance.
     pub(super) area: f64,
+    /// Distance from the first camera, in metres.
+    pub(super) distance: f64,
 }
 
 /// Share of the newest image.
@@ -17,9 +24,12 @@ const RATE: f64 = 0.05;
 
 impl Usual {
     /// Takes a verdict in which the pose was trusted.
-    pub(super) fn follow(&mut self, verdict: &Verdict) {
+    pub(super) fn follow(&mut self, verdict: &Verdict, distance: f64) {
+        self.distance += RATE * (distance - self.distance);
         self.ratio += RATE * (verdict.ratio - self.ratio);
+        self.outline += RATE * (verdict.outline - self.outline);
         self.confidence += RATE * (verdict.confidence - self.confidence);
+        self.recognised += RATE * (verdict.recognised - self.recognised);
         self.support += RATE * (verdict.support - self.support);
     }
 }

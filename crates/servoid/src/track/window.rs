@@ -181,6 +181,7 @@ impl Window {
         doubt_px: f64,
         colors: &mut Colors,
     ) {
+        colors.grey = image.channels() == Channels::Grey;
         let ([left, top], [width, height]) = (self.first_px, self.size_px);
         let mut labels = [Belongs::Background; MOST_LABELS];
         let labels = &mut labels[..width.div_ceil(TEACHING_STRIDE)];
@@ -216,6 +217,7 @@ impl Window {
         mask: &ImageView<'_>,
         colors: &mut Colors,
     ) {
+        colors.grey = image.channels() == Channels::Grey;
         let ([left, top], [width, height]) = (self.first_px, self.size_px);
         for v in top..top + height {
             for u in left..left + width {

@@ -2,6 +2,8 @@
 
 #![allow(dead_code, clippy::unwrap_used, reason = "each test file takes what it needs")]
 
+pub mod drawn;
+
 use std::collections::HashMap;
 
 use nalgebra::{Matrix3, Vector3};

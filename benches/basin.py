@@ -1,0 +1,146 @@
+"""Measure from how far away the tracker finds an object again.
+
+Each recording is tracked once with a many-view body. Then the object is sought in single
+observations drawn at random, from poses that are wrong by an angle about a random axis and a way in
+a random direction, and at last without any pose near. What the tracker knows of the object's look
+before it seeks: what it learned in the whole recording, or in the one observation before; in the
+last row nothing but the mask of the first left image, with some seeds, as the command begins with a
+body and no start. Found is what lies within 5 degrees and 10 mm of the tracked pose; wrong but
+trusted is what does not and is called tracking. Skips what is not there.
+"""
+
+import time
+from dataclasses import dataclass
+
+import numpy as np
+
+from sequences import STEREO, Recording, Table, recordings
+from servoid._native import Estimate, Tracker
+from servoid.observe import Camera
+from servoid.pose import Pose
+from servoid.shape import Body
+from servoid.track import Instant, Subject, cameras_of
+
+STARTS = ((20.0, 20.0, 60), (45.0, 60.0, 60), (None, None, 40))
+ALL_IMAGES, ONE_IMAGE = "the recording", "one image"
+MASK_SEEDS = range(5)
+FOUND_DEG, FOUND_MM = 5.0, 10.0
+
+
+@dataclass(frozen=True)
+class Search:
+    """How one search ended."""
+
+    is_found: bool
+    is_trusted: bool
+    milliseconds: float
+
+
+class Known:
+    """An object that was tracked through a recording."""
+
+    def __init__(self, recording: Recording) -> None:
+        self.cameras, self.body = cameras_of(recording.capture), recording.many_view_body
+        self.instants = list(recording.instants())
+        start = recording.world_from_mesh(0) @ self.body.world_from_object
+        self.tracker, estimate = begun(self.cameras, self.body, self.instants[0], start)
+        self.poses, self.trusted = [estimate.world_from_object], [0]
+        for index, one in enumerate(self.instants[1:], 1):
+            estimate = self.tracker.step(one.time_s, one.world_from_camera, one.images)
+            self.poses.append(estimate.world_from_object)
+            if estimate.status == "tracking":
+                self.trusted.append(index)
+
+    def search(self, index: int, near: Pose | None, knows: str) -> Search:
+        """Seek the object in an observation after the first."""
+        tracker = self.tracker
+        if knows == ONE_IMAGE:
+            earlier, pose = self.instants[index - 1], self.poses[index - 1]
+            tracker, _ = begun(self.cameras, self.body, earlier, pose)
+        return seek(tracker, self.instants[index], near, self.poses[index])
+
+
+def begun(
+    cameras: tuple[Camera, ...], body: Body, instant: Instant, pose: Pose
+) -> tuple[Tracker, Estimate]:
+    """Start a tracker at a known pose."""
+    tracker = Tracker(cameras, body)
+    return tracker, tracker.start(instant.time_s, instant.world_from_camera, instant.images, pose)
+
+
+def seek(tracker: Tracker, instant: Instant, near: Pose | None, true: Pose) -> Search:
+    """Seek an object near a pose or anywhere, and compare with where it is."""
+    begun = time.perf_counter()
+    seen = (instant.time_s, instant.world_from_camera, instant.images)
+    estimate = tracker.find(*seen, near=near)
+    return judged(estimate, true, time.perf_counter() - begun)
+
+
+def judged(estimate: Estimate, true: Pose, seconds: float) -> Search:
+    """Compare an estimate with where the object is."""
+    twist = (true.inverse() @ estimate.world_from_object).log()
+    away = np.array(estimate.world_from_object.translation) - np.array(true.translation)
+    found = np.degrees(np.linalg.norm(twist[3:])) < FOUND_DEG
+    found = bool(found and 1000.0 * np.linalg.norm(away) < FOUND_MM)
+    return Search(found, estimate.status == "tracking", 1000.0 * seconds)
+
+
+def disturbed(pose: Pose, angle_deg: float, way_mm: float, rng: np.random.Generator) -> Pose:
+    """Return a pose that is wrong by an angle and a way."""
+    axis, way = rng.normal(size=(2, 3))
+    turn = np.radians(angle_deg) * axis / np.linalg.norm(axis)
+    place = np.array(pose.translation) + 1e-3 * way_mm * way / np.linalg.norm(way)
+    turned = pose @ Pose.exp([0.0, 0.0, 0.0, *turn])
+    return Pose.from_parts(place.tolist(), list(turned.quaternion))
+
+
+def measure(recording: Recording, table: Table) -> None:
+    """Print one row a kind of start."""
+    known, rng = Known(recording), np.random.default_rng(1)
+    for knows in (ALL_IMAGES, ONE_IMAGE):
+        for angle_deg, way_mm, count in STARTS:
+            searches = []
+            for index in rng.choice(known.trusted[1:], count):
+                near = None
+                if angle_deg is not None and way_mm is not None:
+                    near = disturbed(known.poses[index], angle_deg, way_mm, rng)
+                searches.append(known.search(int(index), near, knows))
+            name = "no pose" if angle_deg is None else f"{angle_deg:.0f} deg + {way_mm:.0f} mm"
+            report(table, (recording.name, knows, name), searches)
+    searches = []
+    for seed in MASK_SEEDS:
+        result = recording.track(Subject(body=known.body), seed=seed, observations=slice(0, 1))
+        searches.append(judged(result.estimates[0], known.poses[0], result.starting_s))
+    report(table, (recording.name, "one mask", "no pose"), searches)
+
+
+def report(table: Table, what: tuple[str, str, str], searches: list[Search]) -> None:
+    """Print what came of searches."""
+    times = [one.milliseconds for one in searches]
+    table.row(
+        *(*what, len(searches)),
+        100.0 * sum(one.is_found for one in searches) / len(searches),
+        sum(one.is_trusted and not one.is_found for one in searches),
+        *(float(np.median(times)), float(np.percentile(times, 95)), max(times)),
+    )
+
+
+def main() -> None:
+    """Print one table."""
+    table = Table(
+        *(
+            "sequence    ",
+            "knows         ",
+            "start wrong by ",
+            "starts",
+            "found %",
+            "wrong but trusted",
+        ),
+        *("ms median", "p95    ", "most   "),
+    )
+    for recording in recordings(STEREO):
+        measure(recording, table)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,73 @@
+"""Track with parts of the tracker left out or exchanged, and score the tracks.
+
+What each part is worth: the paper's genetic algorithm with its points term and with areas, the
+tracker without surface points, without colours, without local colours, without a body that evolves,
+and with other numbers of hypotheses. All begin with the first observation alone; one table a
+recording, one row a variant, and every 3rd image of the first recording once more, where the
+search has more to do. The paper's body does not evolve. Skips what is not there.
+"""
+
+from collections.abc import Sequence
+from typing import Any
+
+from sequences import STEREO, Recording, Table, recordings
+from servoid._native import OneStepSettings, OneStepTracker
+from servoid.observe import Camera
+from servoid.shape import Body
+from servoid.track.follower import Follower, Maker
+
+
+def one_step(**settings: Any) -> Maker:
+    """Return what makes the paper's tracker with some settings."""
+
+    def make(cameras: Sequence[Camera], body: Body, options: dict[str, Any]) -> Follower:
+        del options  # those of the tracker proper
+        return OneStepTracker(cameras, body, OneStepSettings(**settings))
+
+    return make
+
+
+VARIANTS: tuple[tuple[str, dict[str, Any]], ...] = (
+    ("paper: points, place alone", {"maker": one_step(turns=False)}),
+    ("paper: points", {"maker": one_step()}),
+    ("paper: areas instead", {"maker": one_step(region=True)}),
+    ("colours alone, global", {"surface": False, "local_colors": False}),
+    ("colours alone, local", {"surface": False}),
+    ("surface alone", {"region": False}),
+    ("both, colours global", {"local_colors": False}),
+    ("both: the tracker", {}),
+    ("body stays as it is", {"evolve": False}),
+    ("2 generations an image", {"generations": 2}),
+    ("4 generations an image", {"generations": 4}),
+    ("population of 8", {"population": 8}),
+    ("population of 64", {"population": 64}),
+)
+
+
+def compare(recording: Recording, every: int) -> None:
+    """Print one row a variant."""
+    table = Table(
+        *("sequence    ", "every", "variant                   ", "lost", "ADD median", "p95 mm"),
+        *("degrees median", "p95  ", "ms median", "p99  ", "scores"),
+    )
+    for variant, asked in VARIANTS:
+        result = recording.track(every=every, **asked)
+        score = recording.score(result)
+        table.row(
+            *(recording.name, every, variant, score.lost, score.add, score.add_95),
+            *(score.turn, score.turn_95, 1000.0 * result.step_percentile(50)),
+            *(1000.0 * result.step_percentile(99), round(result.evaluations)),
+        )
+    print()
+
+
+def main() -> None:
+    """Print one table a recording."""
+    for number, recording in enumerate(recordings(STEREO)):
+        compare(recording, every=1)
+        if number == 0:
+            compare(recording, every=3)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,171 @@
+use nalgebra::Vector3;
+
+use super::TrackError;
+use super::colors::Colors;
+use super::points::{Known, Points};
+use super::tracker::Tracker;
+use super::usual::Usual;
+use crate::fitness::{Patch, SurfacePoint};
+use crate::observe::Pyramid;
+
+/// What an object looks like, apart from its shape: the surface points that were learned, with how
+/// well each is known, the shares of its colours, and what was usual while it was tracked.
+///
+/// It belongs to the object's frame, so that it is of use wherever the object is met again.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Appearance {
+    points: Vec<(SurfacePoint, f64)>,
+    /// Bins of colours and their shares; grey pictures have other bins.
+    colors: Vec<(u32, f32)>,
+    grey: bool,
+    usual: [f64; 7],
+}
+
+/// First bytes of a written appearance: a name and the version.
+const MAGIC: &[u8; 8] = b"servoap1";
+/// Numbers of 8 bytes that a point has beside its looks.
+const NUMBERS: usize = 16;
+/// Most points and colours that are read.
+const MOST: usize = 100_000;
+
+impl Appearance {
+    /// Gives the number of surface points.
+    #[must_use]
+    pub fn points(&self) -> usize {
+        self.points.len()
+    }
+
+    /// Writes the appearance: little-endian numbers one after the other, as `docs/formats.md` says.
+    #[must_use]
+    pub fn to_bytes(&self) -> Vec<u8> {
+        let mut out = MAGIC.to_vec();
+        out.push(u8::from(self.grey));
+        for count in [self.points.len(), self.colors.len()] {
+            out.extend((count as u32).to_le_bytes());
+        }
+        self.usual.iter().for_each(|x| out.extend(x.to_le_bytes()));
+        for (bin, share) in &self.colors {
+            out.extend(bin.to_le_bytes());
+            out.extend(share.to_le_bytes());
+        }
+        for (point, variance) in &self.points {
+            let [right, down] = &point.steps;
+            for vector in [&point.position, &point.normal, right, down, &point.toward] {
+                vector.iter().for_each(|x| out.extend(x.to_le_bytes()));
+            }
+            out.extend(variance.to_le_bytes());
+            out.extend(point.color);
+            for look in &point.looks {
+                out.push(u8::from(look.is_some()));
+                look.unwrap_or_default().iter().for_each(|x| out.extend(x.to_le_bytes()));
+            }
+        }
+        out
+    }
+
+    /// Reads what [`Appearance::to_bytes`] wrote.
+    ///
+    /// # Errors
+    /// If the bytes are none of ours, are cut short, or hold a number that is not finite.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, TrackError> {
+        let mut reader = Reader(bytes);
+        reader.read().ok_or(TrackError::Appearance(bytes.len()))
+    }
+}
+
+/// What is left to read.
+struct Reader<'a>(&'a [u8]);
+
+impl Reader<'_> {
+    fn read(&mut self) -> Option<Appearance> {
+        if &self.take::<8>()? != MAGIC {
+            return None;
+        }
+        let grey = self.flag()?;
+        let counts = [u32::from_le_bytes(self.take()?), u32::from_le_bytes(self.take()?)];
+        let [points, colors] = counts.map(|count| count as usize);
+        if points > MOST || colors > MOST {
+            return None;
+        }
+        let mut usual = [0.0; 7];
+        for number in &mut usual {
+            *number = self.number()?;
+        }
+        let color = |reader: &mut Self| {
+            let bin = u32::from_le_bytes(reader.take()?);
+            Some((bin, reader.single()?)).filter(|(bin, _)| Colors::holds(*bin as usize))
+        };
+        let colors = (0..colors).map(|_| color(self)).collect::<Option<_>>()?;
+        let points = (0..points).map(|_| self.point()).collect::<Option<_>>()?;
+        self.0.is_empty().then_some(Appearance { points, colors, grey, usual })
+    }
+
+    fn point(&mut self) -> Option<(SurfacePoint, f64)> {
+        let mut numbers = [0.0; NUMBERS];
+        for number in &mut numbers {
+            *number = self.number()?;
+        }
+        let vector = |i: usize| Vector3::from_column_slice(&numbers[3 * i..3 * i + 3]);
+        let mut point = SurfacePoint {
+            position: vector(0),
+            normal: vector(1),
+            steps: [vector(2), vector(3)],
+            toward: vector(4),
+            looks: [None; Pyramid::LEVELS],
+            color: self.take()?,
+        };
+        for look in &mut point.looks {
+            let known = self.flag()?;
+            let mut patch = Patch::default();
+            for sample in &mut patch {
+                *sample = self.single()?;
+            }
+            *look = known.then_some(patch);
+        }
+        Some((point, numbers[NUMBERS - 1]))
+    }
+
+    fn take<const N: usize>(&mut self) -> Option<[u8; N]> {
+        let (taken, rest) = self.0.split_first_chunk::<N>()?;
+        self.0 = rest;
+        Some(*taken)
+    }
+
+    fn flag(&mut self) -> Option<bool> {
+        let [byte] = self.take::<1>()?;
+        (byte < 2).then_some(byte == 1)
+    }
+
+    fn number(&mut self) -> Option<f64> {
+        Some(f64::from_le_bytes(self.take()?)).filter(|x| x.is_finite())
+    }
+
+    fn single(&mut self) -> Option<f32> {
+        Some(f32::from_le_bytes(self.take()?)).filter(|x| x.is_finite())
+    }
+}
+
+impl Tracker {
+    /// Gives what the object looks like, as far as it was learned.
+    #[must_use]
+    pub fn appearance(&self) -> Appearance {
+        let Usual { ratio, outline, confidence, support, recognised, area, distance } = self.usual;
+        let points = self.points.known.iter().map(|known| (known.point, known.variance));
+        Appearance {
+            points: points.collect(),
+            colors: self.colors.object_shares(),
+            grey: self.colors.grey,
+            usual: [ratio, outline, confidence, support, recognised, area, distance],
+        }
+    }
+
+    /// Takes over what the object looks like, so that it can be sought without a pose.
+    pub fn recall(&mut self, appearance: &Appearance) {
+        let [ratio, outline, confidence, support, recognised, area, distance] = appearance.usual;
+        self.usual = Usual { ratio, outline, confidence, support, recognised, area, distance };
+        let known = appearance.points.iter().map(|&(point, variance)| Known::new(point, variance));
+        self.points = Points { known: known.collect() };
+        self.colors = Colors::new(self.settings.local_colors);
+        self.colors.recall(&appearance.colors, appearance.grey);
+    }
+}

@@ -1,0 +1,215 @@
+//! Laws of what the tracker makes of cameras that fail.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
+mod shapes;
+
+use std::sync::OnceLock;
+
+use nalgebra::{UnitQuaternion, Vector3};
+use proptest::prelude::*;
+use servoid::observe::{Channels, ImageView, Mask, Observation, RigError};
+use servoid::pose::Pose;
+use servoid::track::{Notice, Status, TrackError, TrackSettings, Tracker};
+use shapes::drawn::{SIZE, Shot, Stage, eyes};
+
+fn start() -> Pose {
+    let turn = UnitQuaternion::from_euler_angles(0.3, -0.4, 0.2);
+    Pose::from_rotation(turn, Vector3::new(0.01, -0.01, 0.05))
+}
+
+fn shot(index: usize) -> Shot {
+    Stage::textured().shot(index, &eyes(), Some(&start()))
+}
+
+/// A tracker that has followed an object at rest up to image 5.
+fn settled() -> Tracker {
+    static SETTLED: OnceLock<Tracker> = OnceLock::new();
+    let settle = || {
+        let stage = Stage::textured();
+        let mut tracker =
+            Tracker::new(&stage.cameras(), &stage.body, TrackSettings::default()).unwrap();
+        tracker.start(&shot(0).observation(), start(), &[]).unwrap();
+        for index in 1..6 {
+            tracker.step(&shot(index).observation()).unwrap();
+        }
+        tracker
+    };
+    SETTLED.get_or_init(settle).clone()
+}
+
+fn off_mm(pose: &Pose) -> f64 {
+    1000.0 * (pose.translation() - start().translation()).norm()
+}
+
+fn one_color(level: u8) -> Vec<u8> {
+    vec![level; SIZE[0] * SIZE[1] * 3]
+}
+
+fn view(pixels: &[u8]) -> ImageView<'_> {
+    ImageView::new(pixels, SIZE, Channels::Rgb).unwrap()
+}
+
+#[test]
+fn the_other_camera_goes_on_where_one_fails() {
+    let (black, small, before) = (one_color(0), vec![7; 3 * 64 * 48], shot(5));
+    let small = ImageView::new(&small, [64, 48], Channels::Rgb).unwrap();
+    let faults = [
+        (None, Notice::NoImage(1)),
+        (Some(view(&black)), Notice::Blank(1)),
+        (Some(small), Notice::WrongSize { camera: 1, expected: SIZE, given: [64, 48] }),
+        (Some(view(&before.pictures[1])), Notice::Repeated(1)),
+    ];
+    for (image, notice) in faults {
+        let mut tracker = settled();
+        let shot = shot(6);
+        let mut observation = shot.observation();
+        observation.images[1] = image;
+        let found = tracker.step(&observation).unwrap();
+        assert!(found.notices.contains(&notice), "{notice}: {:?}", found.notices);
+        assert_eq!(found.status, Status::Tracking, "{notice}");
+        assert!(off_mm(&found.world_from_object) < 2.0, "{notice}");
+        // The camera comes back.
+        let found = tracker.step(&self::shot(7).observation()).unwrap();
+        assert_eq!((found.status, found.notices), (Status::Tracking, vec![]), "{notice}");
+    }
+}
+
+#[test]
+fn where_all_cameras_fail_no_pose_is_called_tracked_and_the_object_is_found_after_that() {
+    for level in [0, 128, 255] {
+        let mut tracker = settled();
+        let blank = one_color(level);
+        for index in 6..30 {
+            let images = vec![Some(view(&blank)); 2];
+            let time_s = index as f64 / 30.0;
+            let world_from_camera = eyes().to_vec();
+            let found = tracker.step(&Observation { time_s, world_from_camera, images }).unwrap();
+            assert_ne!(found.status, Status::Tracking, "{level}, image {index}");
+            assert!(!found.notices.is_empty());
+        }
+        let mut found = tracker.step(&shot(30).observation()).unwrap();
+        for index in 31..36 {
+            found = tracker.step(&shot(index).observation()).unwrap();
+        }
+        assert_eq!(found.status, Status::Tracking);
+        assert!(off_mm(&found.world_from_object) < 1.0);
+    }
+}
+
+#[test]
+fn without_any_image_the_object_is_supposed_to_stay() {
+    let mut tracker = settled();
+    let before = tracker.body().unwrap().world_from_object();
+    let mut observation = shot(6).observation().clone_without_images();
+    for index in 6..12 {
+        observation.time_s = index as f64 / 30.0;
+        let found = tracker.step(&observation).unwrap();
+        assert_ne!(found.status, Status::Tracking);
+        assert_eq!(found.world_from_object, before);
+        assert_eq!(found.notices, [Notice::NoImage(0), Notice::NoImage(1)]);
+    }
+}
+
+trait Blind {
+    fn clone_without_images(&self) -> Observation<'static>;
+}
+
+impl Blind for Observation<'_> {
+    fn clone_without_images(&self) -> Observation<'static> {
+        let world_from_camera = self.world_from_camera.clone();
+        Observation { time_s: self.time_s, world_from_camera, images: vec![None; 2] }
+    }
+}
+
+#[test]
+fn an_observation_that_comes_twice_is_said_and_teaches_nothing() {
+    let mut tracker = settled();
+    let learned = tracker.surface().count();
+    for _ in 0..3 {
+        let mut again = shot(5);
+        again.time_s += 0.01;
+        let found = tracker.step(&again.observation()).unwrap();
+        assert!(found.notices.contains(&Notice::Repeated(0)));
+        assert!(found.notices.contains(&Notice::Repeated(1)));
+        assert_eq!(found.status, Status::Tracking);
+        assert!(off_mm(&found.world_from_object) < 1.0);
+        assert_eq!(tracker.surface().count(), learned);
+    }
+}
+
+#[test]
+fn time_that_goes_back_stands_still_or_jumps_is_said_and_the_object_is_followed() {
+    let said = |time_s: f64| {
+        let mut tracker = settled();
+        let mut shot = shot(6);
+        shot.time_s = time_s;
+        let found = tracker.step(&shot.observation()).unwrap();
+        assert_eq!(found.status, Status::Tracking);
+        assert!(off_mm(&found.world_from_object) < 1.0);
+        found.notices
+    };
+    let before = 5.0 / 30.0;
+    for now in [0.1, -1e9, before] {
+        assert_eq!(said(now), [Notice::Time { before, now }]);
+    }
+    assert_eq!(said(before + 100.0), [Notice::Jump(before + 100.0 - before)]);
+    assert_eq!(said(before + 0.1), []);
+}
+
+#[test]
+fn an_object_beside_the_image_is_not_called_tracked() {
+    let mut tracker = settled();
+    let away = Pose::from_rotation(UnitQuaternion::identity(), Vector3::new(2.0, 0.0, -0.45));
+    let shot = Stage::textured().shot(6, &[away; 2], Some(&start()));
+    let found = tracker.step(&shot.observation()).unwrap();
+    assert_ne!(found.status, Status::Tracking);
+    assert!(found.notices.contains(&Notice::OutOfImage(0)), "{:?}", found.notices);
+}
+
+#[test]
+fn a_mask_that_has_not_its_cameras_size_is_refused() {
+    let stage = Stage::textured();
+    let pixels: Vec<u8> = (0..64 * 48).map(|at| u8::from(at % 64 > 20)).collect();
+    let mask = Mask::new(ImageView::new(&pixels, [64, 48], Channels::Grey).unwrap()).unwrap();
+    let wrong = RigError::ImageSize { camera: 1, expected: SIZE, given: [64, 48] };
+    let mut tracker =
+        Tracker::new(&stage.cameras(), &stage.body, TrackSettings::default()).unwrap();
+    let (shot, masks) = (shot(0), [None, Some(mask)]);
+    let begun = tracker.begin(&shot.observation(), &masks);
+    assert_eq!(begun, Err(TrackError::Image(wrong.clone())));
+    let started = tracker.start(&shot.observation(), start(), &masks);
+    assert_eq!(started, Err(TrackError::Image(wrong)));
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 12, failure_persistence: None, ..Default::default() })]
+
+    #[test]
+    fn no_observation_makes_the_tracker_panic(
+        steps in prop::collection::vec((0..5_u8, 0..5_u8, -2.0..2.0_f64, -3.0..3.0_f64), 1..6),
+    ) {
+        let mut tracker = settled();
+        let (good, black) = (shot(6), one_color(0));
+        let noise: Vec<u8> =
+            (0..black.len()).map(|i| ((i * 2_654_435_761) >> 13) as u8).collect();
+        let small = ImageView::new(&black[..27], [3, 3], Channels::Rgb).unwrap();
+        let image = |kind: u8, camera: usize| match kind {
+            0 => None,
+            1 => Some(view(&black)),
+            2 => Some(view(&noise)),
+            3 => Some(small),
+            _ => Some(view(&good.pictures[camera])),
+        };
+        for (left, right, time_s, away) in steps {
+            let turn = UnitQuaternion::from_euler_angles(away, 0.1 * away, -away);
+            let eye = Pose::from_rotation(turn, Vector3::new(away, 0.0, -0.45));
+            let world_from_camera = vec![eyes()[0], eye];
+            let images = vec![image(left, 0), image(right, 1)];
+            let found = tracker.step(&Observation { time_s, world_from_camera, images }).unwrap();
+            prop_assert!((0.0..=1.0).contains(&found.confidence));
+            prop_assert!(found.world_from_object.matrix().iter().all(|x| x.is_finite()));
+            prop_assert!(found.covariance.iter().all(|x| x.is_finite()));
+        }
+    }
+}

@@ -23,10 +23,13 @@ RUST_NEEDED := $(shell sed -n 's/^rust-version = "\(.*\)"/\1/p' Cargo.toml)
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-7s %s\n", $$1, $$2 }' $(firstword $(MAKEFILE_LIST))
 
-demo: .venv/.package ## model a sample object, and draw how good the model is
+demo: .venv/.package ## model a sample object and draw how good the model is; track a moving one
 	@mkdir -p out
 	@test -e out/sample/capture.toml || $(BIN)/servoid sample out/sample
 	$(BIN)/servoid model out/sample --views ::2 --out out/body.json --report out/report
+	@test -e out/moving/capture.toml || \
+	  $(BIN)/servoid sample out/moving --moving --size small --count 60
+	$(BIN)/servoid track out/moving --out out/poses.csv --video out/track.mp4
 
 # The binding is left out of `cargo test`: its tests are the Python ones, and linking
 # it as a program would need a Python built as a shared library.
@@ -52,6 +55,7 @@ docs: .venv/.package .venv/.docs ## build the documentation in docs/_build
 
 clean: ## remove what these targets made
 	rm -rf .venv docs/_build out/sample out/report out/body.json build dist
+	rm -rf out/moving out/poses.csv out/track.mp4
 	rm -rf .pytest_cache .ruff_cache .mypy_cache .hypothesis
 	rm -f python/servoid/_native*.so
 	find python tests docs examples -type d -name __pycache__ -prune -exec rm -rf {} +

@@ -199,6 +199,7 @@ def test_a_stop_before_the_first_estimate_writes_nothing(
 REFUSED: dict[str, tuple[tuple[str, ...], str]] = {
     "no body file": (("--body", "none.json"), r"none\.json"),
     "a body that is none": (("--body", "video/poses.csv"), r"poses\.csv is not valid JSON"),
+    "a mesh for a body": (("--body", "cup.obj"), r"cup\.obj is a mesh, .* --out cup\.json"),
     "a pose of six": ((*BARE, "--start", "1,2,3,1,0,0"), r"'1,2,3,1,0,0' is no pose; write X,Y,Z"),
     "a pose of words": ((*BARE, "--start", "here"), r"'here' is no pose; write X,Y,Z"),
     "no rotation": ((*BARE, "--start", "1,2,3,0,0,0,0"), r"'1,2,3,0,0,0,0': .*quaternion"),
@@ -251,6 +252,10 @@ def test_a_capture_that_is_not_there_is_named(folder: Path, servoid_command: Com
     outcome = servoid_command("track", folder / "none", *CUP)
     assert outcome.code == 1
     assert re.search(r"error: there is no .*none;", outcome.err)
+    (folder / "film.mp4").write_bytes(b"\0\1\2\3")
+    outcome = servoid_command("track", folder / "film.mp4", *CUP)
+    assert outcome.code == 1
+    assert re.search(r"film\.mp4 is no capture; name a folder with a capture\.toml", outcome.err)
 
 
 @pytest.mark.usefixtures("folder")

@@ -5,11 +5,13 @@ import shlex
 import shutil
 import subprocess
 import sys
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 import jsonschema
 import pytest
+from recordings import Recording
 
 from servoid.observe import open_capture
 
@@ -79,12 +81,18 @@ def sample(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.fixture(scope="session")
+def moving(recording: Callable[[str], Recording]) -> Path:
+    return recording("colour").folder
+
+
 @pytest.fixture
-def folder(tmp_path: Path, sample: Path) -> Path:
+def folder(tmp_path: Path, sample: Path, moving: Path) -> Path:
     """Return a folder that looks like a clone after `make demo`."""
     (tmp_path / ".venv").mkdir()
     (tmp_path / ".venv" / "bin").symlink_to(PROGRAMS)
     shutil.copytree(sample, tmp_path / "out" / "sample")
+    (tmp_path / "out" / "moving").symlink_to(moving)
     return tmp_path
 
 
@@ -107,6 +115,7 @@ def test_the_readme_shows_the_command_and_the_python_interface() -> None:
     python = [block.text for block in shown if block.language == "python"]
     assert typed[0] == "make demo"
     assert any("servoid model" in command for command in typed)
+    assert any("servoid track" in command for command in typed)
     assert len(python) == 1
     assert len([line for line in python[0].splitlines() if line.strip()]) <= 10
 

@@ -14,7 +14,7 @@ from servoid.model import fit, fit_capture
 from servoid.observe import open_capture, parse_target
 from servoid.pose import Pose
 from servoid.shape import Body
-from servoid.track import Collector, Method, Request, Subject, follow, tidy_image, track_capture
+from servoid.track import Collector, Method, Request, Subject, follow, track_capture
 
 MOVING = Pair(centers=tuple((0.012 + 0.004 * i, -0.008, 0.42) for i in range(6)))
 START = Pose.from_parts((0.1, 0.2, 0.3), (1.0, 0.0, 0.0, 0.0))
@@ -137,13 +137,22 @@ def test_a_capture_without_times_counts_its_observations(drawn_capture: Path) ->
 def test_a_body_with_a_start_begins_there_with_the_masks_that_are_there(
     video: Path, fake_core: type[FakeTracker]
 ) -> None:
-    track_capture(open_capture(video), [known()])
+    start = Pose(MOVING.world_from_left) @ Pose.from_parts(MOVING.centers[0], (1.0, 0.0, 0.0, 0.0))
+    track_capture(open_capture(video), [known(start=start)])
     kind, call = fake_core.made[0].calls[0]
     assert kind == "start"
-    assert fake_core.made[0].pose.translation == START.translation
+    assert fake_core.made[0].pose.translation == start.translation
     left, right = call["masks"]
     assert np.array_equal(left > 0, MOVING.draw(0, 0.0)[2])
     assert right is None
+
+
+def test_a_mask_that_is_not_where_the_start_says_is_not_used_and_that_is_said(
+    video: Path, fake_core: type[FakeTracker]
+) -> None:
+    [result] = track_capture(open_capture(video), [known()])
+    assert fake_core.made[0].calls[0][1]["masks"] is None
+    assert any("is not where the mask of the first" in note for note in result.notes)
 
 
 def test_a_body_without_a_start_is_placed_in_the_mask_or_the_target(
@@ -365,35 +374,6 @@ def test_a_camera_that_dies_on_the_way_does_not_end_the_track(own_video: Path) -
     assert len(result) == 6
     assert np.linalg.norm(np.array(last) - first - true) < 0.01
     assert [bool(one.notices) for one in result.tracked] == [False] * 3 + [True] * 3
-
-
-@pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32, np.float64, np.bool_])
-def test_an_image_of_any_depth_becomes_the_same_bytes(dtype: type) -> None:
-    levels = np.array([[0, 255], [255, 0]] if dtype is np.bool_ else [[0, 40], [255, 200]])
-    scale = {np.uint8: 1, np.uint16: 257, np.bool_: 1}.get(dtype, 1.0 / 255.0)
-    image, notice = tidy_image((levels * scale).astype(dtype))
-    assert notice is None and image is not None
-    assert image.dtype == np.uint8 and np.array_equal(image, levels)
-    whole, _ = tidy_image(levels.astype(np.float64))
-    assert whole is not None and np.array_equal(whole, levels)
-
-
-def test_unknown_pixels_are_black_and_too_many_make_no_image() -> None:
-    pixels = np.full((10, 10, 3), 0.5)
-    pixels[0, 0] = np.nan
-    pixels[1, 0] = np.inf
-    image, notice = tidy_image(pixels)
-    assert image is not None and image[0, 0].tolist() == [0, 0, 0] and image[5, 5, 0] == 128
-    assert notice == "2 % of the image is no number and was taken as black"
-    assert tidy_image(np.full((4, 4), np.nan)) == (None, "100 % of the image is no number")
-
-
-@pytest.mark.parametrize(
-    "image", [np.zeros((3, 4, 2)), np.zeros((0, 4)), np.zeros(5), np.zeros((2, 2), np.int64)]
-)
-def test_what_is_no_image_is_told_so(image: np.ndarray) -> None:
-    made, notice = tidy_image(image)
-    assert made is None and notice
 
 
 @pytest.mark.usefixtures("fake_core")

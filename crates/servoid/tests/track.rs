@@ -8,7 +8,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 use servoid::observe::Channels;
 use servoid::pose::{Pose, Twist};
 use servoid::track::{Estimate, Notice, Status, TrackError, TrackSettings, Tracker};
-use shapes::drawn::{Shot, Stage, eyes, eyes_at, masks};
+use shapes::drawn::{Shot, Stage, eyes, eyes_at};
 
 /// Where the object starts.
 fn start() -> Pose {

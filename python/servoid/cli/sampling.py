@@ -4,10 +4,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import typer
 
 from servoid.cli.progress import progress_bar
-from servoid.sim import Scenario, write_moving_sample, write_sample
+from servoid.sim import MovingScene, Scenario, write_moving_sample, write_sample
 
 
 def check_still(chosen: Mapping[str, Any]) -> None:
@@ -37,4 +38,10 @@ def run_moving_sample(directory: Path, chosen: Mapping[str, Any]) -> None:
             progress=lambda done, of: update(done / of, f"{done} of {of}"),
         )
     typer.echo(f"Wrote a recording of {scenario.count} observations into {directory},")
-    typer.echo(f"  with the true poses in {directory / 'truth'}")
+    typer.echo(f"  with the true poses in {directory / 'truth'}; track it with")
+    distance = f" --distance {_first_distance_m(scenario):.2f}" if scenario.one_camera else ""
+    typer.echo(f"  servoid track {directory}{distance} --out poses.csv --video track.mp4")
+
+
+def _first_distance_m(scenario: Scenario) -> float:
+    return float(np.linalg.norm(MovingScene(scenario).left_from_object(0)[:3, 3]))

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from servoid.errors import PoseError, TrackError, located
+from servoid.exchange.mesh_file import SUFFIXES as MESH_SUFFIXES
 from servoid.observe import parse_target
 from servoid.pose import Pose
 from servoid.shape import BodyFile, load_body
@@ -77,6 +78,11 @@ def _read_bodies(texts: Sequence[str]) -> dict[str, BodyFile]:
         if name in files:
             raise TrackError(
                 f"two bodies are named '{name}'; give each its own name, such as --body b={place}"
+            )
+        if Path(place).suffix.lower() in MESH_SUFFIXES:
+            raise TrackError(
+                f"{place} is a mesh, and a body is a .json file; make one with "
+                f"servoid model {place} --out {Path(place).stem}.json"
             )
         files[name] = load_body(place)
     return files

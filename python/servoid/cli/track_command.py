@@ -10,6 +10,12 @@ from servoid.cli.values import Method, check_count, check_seed, parse_slice
 
 _defaults = TrackSettings()
 
+# Headings of the help.
+_OBJECT = "Which object, and where it is at first"
+_OUTPUT = "What to write"
+_IMAGES = "Which images"
+_SEARCH = "How to track"
+
 
 def _check_budget(budget_ms: float | None) -> float | None:
     if budget_ms is not None and not 0.0 < budget_ms < float("inf"):
@@ -31,6 +37,7 @@ def track(
             metavar="[NAME=]FILE",
             help="The body to track, a .json file that model wrote; without any, the object is "
             "modelled from the first observation. May be given several times.",
+            rich_help_panel=_OBJECT,
         ),
     ] = None,
     target: Annotated[
@@ -40,6 +47,7 @@ def track(
             help="Where the object is in the first observation: mask:FILE, box:U0,V0,U1,V1, "
             "click:U,V, hue:LOW..HIGH or background:FILE, each with @VIEW at its end if not for "
             "the first view (default: the capture's masks). May be given several times.",
+            rich_help_panel=_OBJECT,
         ),
     ] = None,
     start: Annotated[
@@ -48,6 +56,7 @@ def track(
             metavar="[NAME=]POSE",
             help="Where the body is in the first observation: X,Y,Z,QW,QX,QY,QZ, or the word "
             "body for the pose in its file (default: where it fits the target or mask).",
+            rich_help_panel=_OBJECT,
         ),
     ] = None,
     distance: Annotated[
@@ -56,6 +65,7 @@ def track(
             metavar="M",
             help="How many metres the object is from the camera at first, needed to model it with "
             "one camera alone.",
+            rich_help_panel=_OBJECT,
         ),
     ] = None,
     out: Annotated[
@@ -64,16 +74,23 @@ def track(
             metavar="FILE",
             help="The poses to write: .csv, or .tum or .txt for TUM text. Of several objects, "
             "each gets a file with _NAME before the ending.",
+            rich_help_panel=_OUTPUT,
         ),
     ] = Path("poses.csv"),
     video: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", help="Write an .mp4 with the objects drawn over the images."),
+        typer.Option(
+            metavar="FILE",
+            help="Write an .mp4 with the objects drawn over the images.",
+            rich_help_panel=_OUTPUT,
+        ),
     ] = None,
     save_body: Annotated[
         Path | None,
         typer.Option(
-            metavar="FILE", help="Write the body as it evolved, a .json file; named like --out."
+            metavar="FILE",
+            help="Write the body as it evolved, a .json file; named like --out.",
+            rich_help_panel=_OUTPUT,
         ),
     ] = None,
     observations: Annotated[
@@ -82,6 +99,7 @@ def track(
             metavar="START:STOP:STEP",
             help="Track through these instants only, chosen as in Python (default: all).",
             show_default=False,
+            rich_help_panel=_IMAGES,
         ),
     ] = ":",
     every: Annotated[
@@ -91,6 +109,7 @@ def track(
             metavar="N",
             help="Take each Nth of the instants (default 1).",
             show_default=False,
+            rich_help_panel=_IMAGES,
         ),
     ] = 1,
     method: Annotated[
@@ -98,6 +117,7 @@ def track(
         typer.Option(
             help="How to track: region is servoid's own; paper is the method of the paper that it "
             "starts from, as a baseline.",
+            rich_help_panel=_SEARCH,
         ),
     ] = Method.region,
     population: Annotated[
@@ -106,6 +126,7 @@ def track(
             callback=check_count,
             metavar="N",
             help=f"Hypotheses in a generation (default {_defaults.population}).",
+            rich_help_panel=_SEARCH,
         ),
     ] = None,
     generations: Annotated[
@@ -115,6 +136,7 @@ def track(
             metavar="N",
             help="Generations an image; more follow where it is not confirmed (default "
             f"{_defaults.generations}).",
+            rich_help_panel=_SEARCH,
         ),
     ] = None,
     budget_ms: Annotated[
@@ -123,6 +145,7 @@ def track(
             callback=_check_budget,
             metavar="MS",
             help="Begin no generation after this time; the estimates then depend on the machine.",
+            rich_help_panel=_SEARCH,
         ),
     ] = None,
     evolve: Annotated[
@@ -132,6 +155,7 @@ def track(
             help="Let bodies grow as new sides appear, or keep them as they are (default: a body "
             "that is modelled from the first observation grows, one from a file does not).",
             show_default=False,
+            rich_help_panel=_SEARCH,
         ),
     ] = None,
     seed: Annotated[
@@ -140,10 +164,14 @@ def track(
             callback=check_seed,
             metavar="S",
             help=f"The same seed gives the same estimates (default {_defaults.seed}).",
+            rich_help_panel=_SEARCH,
         ),
     ] = None,
 ) -> None:
     """Track an object in six degrees of freedom through the images of a capture.
+
+    Try it: [bold]servoid sample out/moving --moving[/bold], then
+    [bold]servoid track out/moving --video out/track.mp4[/bold].
 
     [bold]servoid track video --body body.json --out poses.csv[/bold]
 

@@ -49,6 +49,11 @@ def _kind(path: Path) -> str:
             return "colmap"
         if path.name == bop.FILE_NAME:
             return "bop"
+        if path.suffix not in (".json", ".toml"):
+            raise CaptureError(
+                f"{path} is no capture; name a folder with a capture.toml, which says which camera "
+                'took a video or images, such as images = "film.mp4"'
+            )
         return "nerfstudio" if path.suffix == ".json" else "capture"
     # Captures first: who wrote a capture.toml beside other files wants it read.
     if is_file(path / "capture.toml"):

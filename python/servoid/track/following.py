@@ -135,7 +135,7 @@ def _step(one: Followed, instant: Instant, may_evolve: bool) -> Tracked:
         index=instant.index,
         estimate=estimate,
         seconds=done - called,
-        notices=(*instant.notices, *estimate.notices),
+        notices=instant.with_notices(estimate.notices),
     )
     if not (may_evolve and tracked.is_tracked):
         return tracked

@@ -1,5 +1,6 @@
 """Reads the observations of a capture one after another, and survives what is wrong with them."""
 
+import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -11,6 +12,8 @@ from servoid._native import Camera, Pose
 from servoid.errors import ImageError, TrackError
 from servoid.observe import Capture, CaptureCamera, Observation, Picture
 
+_COUNTED = re.compile(r"\bcamera (\d+)\b")
+_MISSING = " delivered no image"
 _MOST_UNKNOWN = 0.5  # an image of which more pixels are unknown shows nothing
 
 
@@ -19,7 +22,7 @@ class Instant:
     """One observation, ready for a tracker.
 
     `images` are those of the ideal pinhole cameras, (H, W) or (H, W, 3) uint8 RGB, None where a
-    camera delivered nothing that can be used; `notices` say why.
+    camera delivered nothing that can be used; `notices` say why. `names` are the cameras'.
     """
 
     index: int
@@ -27,6 +30,25 @@ class Instant:
     world_from_camera: tuple[Pose, ...]
     images: tuple[NDArray[np.uint8] | None, ...]
     notices: tuple[str, ...] = ()
+    names: tuple[str, ...] = ()
+
+    def with_notices(self, notices: Sequence[str]) -> tuple[str, ...]:
+        """Join what a tracker noticed, which counts cameras, to what is known of the images.
+
+        Each is said once, with the cameras' names, and an image whose fault is known is not
+        reported missing as well.
+        """
+        found = list(self.notices)
+        for notice in notices:
+            named = _COUNTED.sub(self._name, notice)
+            known = any(one.startswith(f"{named.removesuffix(_MISSING)}: ") for one in self.notices)
+            if named not in found and not (named.endswith(_MISSING) and known):
+                found.append(named)
+        return tuple(found)
+
+    def _name(self, counted: re.Match[str]) -> str:
+        number = int(counted[1])
+        return f"camera {self.names[number]}" if number < len(self.names) else counted[0]
 
     @property
     def is_dark(self) -> bool:
@@ -80,6 +102,7 @@ def read_instants(capture: Capture, observations: Sequence[Observation]) -> Iter
             world_from_camera=poses_of(capture, observation),
             images=tuple(images),
             notices=tuple(notices),
+            names=tuple(camera.name for camera in capture.cameras),
         )
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid import model
-from servoid._native import Body, Estimate, Pose, View, place_body
+from servoid._native import Body, Estimate, Pose, View, place_body, silhouette_ious
 from servoid.errors import TrackError
 from servoid.model.marking import mark
 from servoid.observe import Capture, CaptureView
@@ -18,6 +18,12 @@ from servoid.track.request import Request, Subject
 from servoid.track.result import Tracked
 
 Masks = tuple[NDArray[np.uint8] | None, ...]
+
+_LEAST_OVERLAP = 0.1  # of a body and a mask, below which they are of two objects
+_ELSEWHERE = (
+    "the start that was given is not where the mask of the first observation is, so the mask was "
+    "not used; if it is the object's, correct the start or leave it out"
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,13 +49,7 @@ class Followed:
 
     def body_at(self, world_from_object: Pose) -> Body:
         """Return the body as it is now, placed at a pose."""
-        body = self.body
-        return Body(
-            world_from_object=world_from_object,
-            centers=body.centers,
-            radii=body.radii,
-            rotations=body.rotations,
-        )
+        return placed(self.body, world_from_object)
 
     @property
     def surface(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -75,6 +75,16 @@ class _Known:
     masks: Masks | None
     colors: NDArray[np.uint8] | None
     notes: tuple[str, ...] = ()
+
+
+def placed(body: Body, world_from_object: Pose) -> Body:
+    """Return a body at another pose."""
+    return Body(
+        world_from_object=world_from_object,
+        centers=body.centers,
+        radii=body.radii,
+        rotations=body.rotations,
+    )
 
 
 def begin(capture: Capture, instant: Instant, subject: Subject, request: Request) -> Followed:
@@ -105,7 +115,7 @@ def begin(capture: Capture, instant: Instant, subject: Subject, request: Request
             index=instant.index,
             estimate=estimate,
             seconds=done - called,
-            notices=(*instant.notices, *estimate.notices),
+            notices=instant.with_notices(estimate.notices),
         ),
         starting_s=done - begun,
     )
@@ -150,8 +160,25 @@ def _look(capture: Capture, instant: Instant, subject: Subject, request: Request
             else mark(usable, subject.targets, only).views
         )
         masks = _masks(usable, views)
-    pose = subject.start or _placed(capture, instant, subject, masks, request.seed)
+    start = subject.start
+    if masks is not None and start is not None:
+        there = _touches(capture, instant, placed(subject.body, start), masks)
+        if not there:
+            return _Known(subject.body, start, None, subject.colors, (_ELSEWHERE,))
+    pose = start or _placed(capture, instant, subject, masks, request.seed)
     return _Known(subject.body, pose, masks, subject.colors)
+
+
+def _touches(capture: Capture, instant: Instant, body: Body, masks: Masks) -> bool:
+    """Say if a body lies, in any camera, on a mask that may be its own."""
+    views = [
+        View(camera=camera, world_from_camera=pose, mask=mask)
+        for camera, pose, mask in zip(
+            cameras_of(capture), instant.world_from_camera, masks, strict=True
+        )
+        if mask is not None
+    ]
+    return not views or bool(silhouette_ious(body, views).max() > _LEAST_OVERLAP)
 
 
 def _placed(

@@ -4,6 +4,7 @@ use super::clock::Clock;
 use super::colors::Colors;
 use super::estimate::{Estimate, Status};
 use super::keyframes::Keyframes;
+use super::learn::Lesson;
 use super::motion::Motion;
 use super::points::Points;
 use super::regain::ROUNDS;
@@ -55,7 +56,8 @@ impl Tracker {
         }
         self.points_in_view(&world_from_object);
         if self.settings.surface {
-            self.learn_points(observation, &world_from_object, usize::MAX);
+            let all = Lesson { from: 0, cells: usize::MAX, tries: usize::MAX, masks };
+            self.learn_points(observation, &world_from_object, &all);
             self.points_in_view(&world_from_object);
         }
         let eye = observation.world_from_camera[0].translation();
@@ -99,7 +101,7 @@ impl Tracker {
         clock.lap(|timing| &mut timing.search);
         self.motion = Motion::at_rest(observation.time_s, attempt.pose);
         let found = attempt.pose;
-        self.settle(observation.time_s, &found, &attempt);
+        self.settle(observation.time_s, &found, &attempt, self.settings.trusted);
         let estimate = self.estimate(observation, &attempt);
         Ok(Estimate { evaluations, timing: clock.timing(), ..estimate })
     }

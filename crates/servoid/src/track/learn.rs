@@ -5,7 +5,7 @@ use super::polish::Sight;
 use super::solid::Hit;
 use super::window::Window;
 use crate::fitness::SurfacePoint;
-use crate::observe::Plane;
+use crate::observe::{Mask, Plane};
 use crate::pose::Pose;
 use crate::shape::Projection;
 
@@ -20,15 +20,27 @@ const LEAST_CORRELATION: f64 = 0.85;
 /// Largest standard deviation of a new point's distance, as a share of the body's radius.
 const WORST: f64 = 0.05;
 
-/// Finds new surface points in at most `cells` cells of each window, from cell `from` on, where no
-/// point of `taken` lies.
+/// Where new points are sought.
+pub(super) struct Lesson<'a> {
+    /// First cell, in the order in which cells have their turn.
+    pub(super) from: usize,
+    /// Most cells of a window.
+    pub(super) cells: usize,
+    /// Most places of a window that are looked at closely.
+    pub(super) tries: usize,
+    /// What is known of the object's pixels, one entry a camera or none at all.
+    pub(super) masks: &'a [Option<Mask<'a>>],
+}
+
+/// Finds new surface points in cells of each window where no point of `taken` lies.
 pub(super) fn learn(
     sight: &Sight<'_>,
     pose: &Pose,
     taken: &[InView],
-    (from, cells): (usize, usize),
+    lesson: &Lesson<'_>,
     out: &mut Vec<Known>,
 ) {
+    let (from, cells) = (lesson.from, lesson.cells);
     for camera in 0..sight.windows.len() {
         let window = &sight.windows[camera];
         let Some(projection) = window.projection(pose) else { continue };
@@ -36,6 +48,8 @@ pub(super) fn learn(
         let [left, top] = window.pyramid.first_px();
         let plane = window.pyramid.plane(0);
         let [across, down] = plane.size_px().map(|n| n / CELL_PX);
+        let mask = lesson.masks.get(camera).and_then(Option::as_ref);
+        let mut tries = lesson.tries;
         for cell in
             (0..cells.min(across * down)).map(|i| from.wrapping_add(i) % (across * down).max(1))
         {
@@ -49,6 +63,13 @@ pub(super) fn learn(
             }
             let Some(place) = best_corner(plane, corner) else { continue };
             let pixel = Vector2::new(place[0] + left as f64, place[1] + top as f64);
+            if !is_object(sight, camera, mask, &pixel) {
+                continue;
+            }
+            if tries == 0 {
+                break;
+            }
+            tries -= 1;
             let reach = margin(sight, &projection, &pixel);
             out.extend(point_at(sight, (camera, &projection, &eye), pose, pixel, reach));
         }
@@ -74,6 +95,35 @@ fn margin(sight: &Sight<'_>, projection: &Projection, pixel: &Vector2<f64>) -> f
     let outlines = sight.solid.quadrics.iter().filter_map(|q| projection.outline(q));
     outlines.map(depth).fold(f64::NEG_INFINITY, f64::max)
 }
+
+/// Says whether a mask, or else the colours around, do not speak against a pixel.
+fn is_object(
+    sight: &Sight<'_>,
+    camera: usize,
+    mask: Option<&Mask<'_>>,
+    pixel: &Vector2<f64>,
+) -> bool {
+    let around = (0..9).map(|i| {
+        let shift = Vector2::new((i % 3) as f64 - 1.0, (i / 3) as f64 - 1.0) * AROUND_PX;
+        pixel + shift
+    });
+    if let Some(mask) = mask {
+        let [width, height] = mask.image().size_px();
+        return around.into_iter().all(|place| {
+            let (u, v) = (place.x.round() as usize, place.y.round() as usize);
+            u < width && v < height && mask.image().row(v)[u] != 0
+        });
+    }
+    let (Some(colors), Some(image)) = (sight.colors, &sight.images[camera]) else { return true };
+    let window = &sight.windows[camera];
+    let ratios = around.filter_map(|place| window.ratio(image, colors, place.x, place.y));
+    ratios.sum::<f64>() > AGAINST
+}
+
+/// Pixels from a place to those around it that are asked.
+const AROUND_PX: f64 = 3.0;
+/// Sum of the log-likelihood ratios of nine pixels below which they are background.
+const AGAINST: f64 = -4.0;
 
 fn is_taken(
     sight: &Sight<'_>,

@@ -22,8 +22,10 @@ pub struct TrackSettings {
     pub local_colors: bool,
     /// Surface points that are looked at in each camera.
     pub points: usize,
-    /// Confidence from which on the pose is trusted.
+    /// Confidence from which on the pose of an object that was not tracked is trusted.
     pub trusted: f64,
+    /// Confidence down to which that of one that was tracked is: part of it may be hidden.
+    pub held: f64,
     /// How the body evolves: most ellipsoids and what one more must earn.
     pub growth: Settings,
 }
@@ -40,6 +42,7 @@ impl Default for TrackSettings {
             local_colors: true,
             points: 80,
             trusted: 0.5,
+            held: 0.35,
             growth: Settings::default(),
         }
     }

@@ -1,5 +1,5 @@
 use super::attempt::{Attempt, sight};
-use super::learn::learn;
+use super::learn::{Lesson, learn};
 use super::polish::Sight;
 use super::tracker::{CLEAR, Tracker};
 use crate::observe::Observation;
@@ -7,6 +7,8 @@ use crate::pose::Pose;
 
 /// Cells of each window in which new points are sought while tracking.
 const CELLS: usize = 40;
+/// Places of each window that are looked at closely for one.
+const TRIES: usize = 6;
 /// Share of the newest image in what is known of colours.
 const COLOR_RATE: f32 = 0.15;
 /// Images from one that teaches colours to the next.
@@ -36,7 +38,9 @@ impl Tracker {
         self.keep_views(observation, &attempt.pose);
         if self.settings.surface {
             self.points.refine(&self.desk.matches);
-            self.learn_points(observation, &attempt.pose, CELLS);
+            let lesson = Lesson { from: self.cell, cells: CELLS, tries: TRIES, masks: &[] };
+            self.cell = self.cell.wrapping_add(CELLS);
+            self.learn_points(observation, &attempt.pose, &lesson);
             self.points.judge(&self.desk.matches);
         }
     }
@@ -58,12 +62,11 @@ impl Tracker {
         &mut self,
         observation: &Observation<'_>,
         pose: &Pose,
-        cells: usize,
+        lesson: &Lesson<'_>,
     ) {
         let sight = sight!(self, observation);
         self.fresh.clear();
-        learn(&sight, pose, &self.desk.in_view, (self.cell, cells), &mut self.fresh);
-        self.cell = self.cell.wrapping_add(cells);
+        learn(&sight, pose, &self.desk.in_view, lesson, &mut self.fresh);
         self.points.known.append(&mut self.fresh);
     }
 }

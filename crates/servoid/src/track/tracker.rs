@@ -18,6 +18,7 @@ use super::window::Window;
 use crate::evolve;
 use crate::fitness::SurfacePoint;
 use crate::observe::{Camera, Observation};
+use crate::pose::Pose;
 use crate::shape::{Body, ShapeError};
 
 /// Follows a body in six degrees of freedom from observation to observation.
@@ -125,11 +126,13 @@ impl Tracker {
             }
             clock.lap(|timing| &mut timing.polish);
         }
-        if attempt.verdict.confidence < self.settings.trusted && self.can_see() {
+        let mut least = self.least_confidence();
+        if attempt.verdict.confidence < least && self.can_see() {
+            least = self.settings.trusted;
             evaluations += self.regain(observation, &expected, &mut attempt)?;
             clock.lap(|timing| &mut timing.search);
         }
-        self.settle(observation.time_s, &expected, &attempt);
+        self.settle(observation.time_s, &expected, &attempt, least);
         let mut estimate = self.estimate(observation, &attempt);
         clock.lap(|timing| &mut timing.judge);
         if self.status == Status::Tracking && !self.senses.is_stale() {
@@ -169,9 +172,9 @@ impl Tracker {
         Ok(())
     }
 
-    /// Believes in an attempt, or not.
-    pub(super) fn settle(&mut self, time_s: f64, expected: &crate::pose::Pose, attempt: &Attempt) {
-        if attempt.verdict.confidence < self.settings.trusted {
+    /// Believes in an attempt, from a confidence of `least` on, or not.
+    pub(super) fn settle(&mut self, time_s: f64, expected: &Pose, attempt: &Attempt, least: f64) {
+        if attempt.verdict.confidence < least {
             self.unseen += 1;
             self.status = if self.unseen > LOST_AFTER { Status::Lost } else { Status::Searching };
             self.motion.wait(time_s);
@@ -185,6 +188,12 @@ impl Tracker {
         let (across, turned) = (off.fixed_rows::<3>(0).norm(), off.fixed_rows::<3>(3).norm());
         self.surprise.0 += 0.3 * (across - self.surprise.0);
         self.surprise.1 += 0.3 * (turned - self.surprise.1);
+    }
+
+    /// Gives the confidence from which on a pose is believed.
+    fn least_confidence(&self) -> f64 {
+        let TrackSettings { trusted, held, .. } = self.settings;
+        if self.status == Status::Tracking { held } else { trusted }
     }
 
     pub(super) fn was_seen_lately(&self) -> bool {

@@ -22,7 +22,7 @@ SAID = {
     "images repeated": "the image is the one before",
     "images black": "says nothing",
     "images white": "says nothing",
-    "left image of another size": "camera 0: the image has",
+    "left image of another size": "camera 0: the image is 320x120 pixels",
     "clock jumps ahead": "time jumps",
     "clock runs back": "time goes back",
     "left camera dies": "camera 0 delivered no image",

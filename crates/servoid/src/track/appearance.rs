@@ -18,7 +18,7 @@ pub struct Appearance {
     /// Bins of colours and their shares; grey pictures have other bins.
     colors: Vec<(u32, f32)>,
     grey: bool,
-    usual: [f64; 6],
+    usual: [f64; 7],
 }
 
 /// First bytes of a written appearance: a name and the version.
@@ -87,7 +87,7 @@ impl Reader<'_> {
         if points > MOST || colors > MOST {
             return None;
         }
-        let mut usual = [0.0; 6];
+        let mut usual = [0.0; 7];
         for number in &mut usual {
             *number = self.number()?;
         }
@@ -149,20 +149,20 @@ impl Tracker {
     /// Gives what the object looks like, as far as it was learned.
     #[must_use]
     pub fn appearance(&self) -> Appearance {
-        let Usual { ratio, confidence, support, recognised, area, distance } = self.usual;
+        let Usual { ratio, outline, confidence, support, recognised, area, distance } = self.usual;
         let points = self.points.known.iter().map(|known| (known.point, known.variance));
         Appearance {
             points: points.collect(),
             colors: self.colors.object_shares(),
             grey: self.colors.grey,
-            usual: [ratio, confidence, support, recognised, area, distance],
+            usual: [ratio, outline, confidence, support, recognised, area, distance],
         }
     }
 
     /// Takes over what the object looks like, so that it can be sought without a pose.
     pub fn recall(&mut self, appearance: &Appearance) {
-        let [ratio, confidence, support, recognised, area, distance] = appearance.usual;
-        self.usual = Usual { ratio, confidence, support, recognised, area, distance };
+        let [ratio, outline, confidence, support, recognised, area, distance] = appearance.usual;
+        self.usual = Usual { ratio, outline, confidence, support, recognised, area, distance };
         let known = appearance.points.iter().map(|&(point, variance)| Known::new(point, variance));
         self.points = Points { known: known.collect() };
         self.colors = Colors::new(self.settings.local_colors);

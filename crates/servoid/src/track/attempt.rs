@@ -26,8 +26,13 @@ pub(super) struct Attempt {
 impl Attempt {
     /// Supposes a pose of which nothing is seen.
     pub(super) fn nothing(pose: Pose, radius: f64) -> Self {
-        let verdict =
-            Verdict { confidence: 0.0, support: f64::NEG_INFINITY, recognised: 0.0, ratio: 0.0 };
+        let verdict = Verdict {
+            confidence: 0.0,
+            support: f64::NEG_INFINITY,
+            recognised: 0.0,
+            ratio: 0.0,
+            outline: 0.0,
+        };
         Self { pose, normal: Normal::new(radius), verdict }
     }
 }
@@ -46,6 +51,13 @@ macro_rules! sight {
 }
 pub(super) use sight;
 
+/// Adds a notice once.
+fn note(notices: &mut Vec<Notice>, notice: Notice) {
+    if !notices.contains(&notice) {
+        notices.push(notice);
+    }
+}
+
 impl Tracker {
     /// Looks around where the body is at a pose; `false` if no camera sees it.
     pub(super) fn look(&mut self, observation: &Observation<'_>, pose: &Pose, margin: f64) -> bool {
@@ -58,10 +70,10 @@ impl Tracker {
             let eye = &observation.world_from_camera[camera];
             let inside = window.look(&self.cameras[camera], eye, &image, place, colors);
             if !inside {
-                self.notices.push(Notice::OutOfImage(camera));
+                note(&mut self.notices, Notice::OutOfImage(camera));
             } else if window.is_blank() {
                 window.close();
-                self.notices.push(Notice::Blank(camera));
+                note(&mut self.notices, Notice::Blank(camera));
             }
         }
         self.can_look()
@@ -147,13 +159,13 @@ impl Tracker {
     ) -> Attempt {
         let sight = sight!(self, observation);
         let (pose, normal) = polish(&sight, *start, coarsest, &mut self.desk);
-        Attempt { pose, normal, verdict: judge(&sight, &pose, self.usual.ratio, &self.desk) }
+        Attempt { pose, normal, verdict: judge(&sight, &pose, &self.usual, &self.desk) }
     }
 
     /// Judges a pose as it is.
     pub(super) fn weigh(&mut self, observation: &Observation<'_>, pose: &Pose) -> Attempt {
         let sight = sight!(self, observation);
         let normal = linearize(&sight, pose, 0, &mut self.desk);
-        Attempt { pose: *pose, normal, verdict: judge(&sight, pose, self.usual.ratio, &self.desk) }
+        Attempt { pose: *pose, normal, verdict: judge(&sight, pose, &self.usual, &self.desk) }
     }
 }

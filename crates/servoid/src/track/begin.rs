@@ -62,7 +62,8 @@ impl Tracker {
         let distance = (world_from_object.translation() - eye).norm();
         self.usual.distance = distance;
         self.usual.area = self.area(&world_from_object) * distance * distance;
-        self.usual.ratio = self.weigh(observation, &world_from_object).verdict.ratio;
+        let verdict = self.weigh(observation, &world_from_object).verdict;
+        (self.usual.ratio, self.usual.outline) = (verdict.ratio, verdict.outline);
         let attempt = self.weigh(observation, &world_from_object);
         self.usual.support = attempt.verdict.support;
         self.usual.recognised = attempt.verdict.recognised;

@@ -34,7 +34,8 @@ pub enum Notice {
     #[error("camera {0} delivered no image")]
     NoImage(usize),
     /// An image has not its camera's size.
-    #[error("camera {camera}: the image has {given:?} pixels, its camera {expected:?}")]
+    #[error("camera {camera}: the image is {}x{} pixels, its camera's are {}x{}", given[0], given[1],
+        expected[0], expected[1])]
     WrongSize {
         /// Which camera.
         camera: usize,
@@ -50,7 +51,7 @@ pub enum Notice {
     #[error("camera {0}: the image is the one before, once more")]
     Repeated(usize),
     /// Time did not go on.
-    #[error("time goes back or stands still: {before} s, then {now} s")]
+    #[error("time goes back or stands still: {before:.3} s, then {now:.3} s")]
     Time {
         /// The time before, in seconds.
         before: f64,
@@ -58,7 +59,7 @@ pub enum Notice {
         now: f64,
     },
     /// Time jumped: motion is not predicted over the gap.
-    #[error("time jumps by {0} s")]
+    #[error("time jumps by {0:.3} s")]
     Jump(f64),
     /// The object leaves the image.
     #[error("camera {0}: the object is not in the image")]

@@ -1,4 +1,5 @@
 use super::polish::{Desk, Sight};
+use super::usual::Usual;
 use crate::pose::Pose;
 
 /// How far images confirm a pose.
@@ -13,6 +14,8 @@ pub(super) struct Verdict {
     pub(super) recognised: f64,
     /// Mean log-likelihood ratio of the pixels inside the outline.
     pub(super) ratio: f64,
+    /// Mean agreement of the outline with the boundary in the images.
+    pub(super) outline: f64,
 }
 
 /// Correlations from which on a point counts as seen at all, and as wholly seen.
@@ -21,8 +24,8 @@ const SEEN: (f64, f64) = (0.4, 0.8);
 const REGION_POINTS: f64 = 30.0;
 
 /// Compares what should be seen at a pose with what is: the surface points in view, and the colours
-/// inside the outline, `usual` being their mean log-likelihood ratio while the object was tracked.
-pub(super) fn judge(sight: &Sight<'_>, pose: &Pose, usual: f64, desk: &Desk) -> Verdict {
+/// inside the outline and the boundary around it, both compared with what is usual.
+pub(super) fn judge(sight: &Sight<'_>, pose: &Pose, usual: &Usual, desk: &Desk) -> Verdict {
     let (mut seen, mut expected) = (0.0, 0.0);
     for (view, agreement) in &desk.matches {
         let quality = f64::from(sight.points.known[view.point].quality());
@@ -40,11 +43,14 @@ pub(super) fn judge(sight: &Sight<'_>, pose: &Pose, usual: f64, desk: &Desk) -> 
         }
     }
     let ratio = if area > 0.0 { sum / area } else { 0.0 };
-    if sight.colors.is_some() && usual > 0.0 {
-        let weight = REGION_POINTS * usual.min(1.0);
+    let outline = desk.outline.0 / desk.outline.1.max(1.0);
+    if sight.colors.is_some() && usual.ratio > 0.0 {
+        let weight = REGION_POINTS * usual.ratio.min(1.0);
         expected += weight;
-        seen += weight * (ratio / usual).clamp(0.0, 1.0);
+        let inside = (ratio / usual.ratio).clamp(0.0, 1.0);
+        let around = if usual.outline > 0.0 { (outline / usual.outline).min(1.0) } else { 1.0 };
+        seen += weight * inside.min(around);
     }
     let confidence = if expected > 0.0 { seen / expected } else { 0.0 };
-    Verdict { confidence, support: 2.0 * seen - expected, recognised, ratio }
+    Verdict { confidence, support: 2.0 * seen - expected, recognised, ratio, outline }
 }

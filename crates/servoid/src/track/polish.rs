@@ -36,6 +36,8 @@ pub(super) struct Desk {
     pub(super) matches: Vec<(InView, Option<Agreement>)>,
     outlines: Vec<(Outline, Quadric)>,
     pub(super) teaching: Vec<Outline>,
+    /// How well the outline agrees with the images: the sum over lines, and their number.
+    pub(super) outline: (f64, f64),
     pub(super) contour: Vec<ContourPoint>,
 }
 
@@ -47,6 +49,8 @@ const LINE_SPACING_PX: f64 = 8.0;
 const LINES: [(usize, f64); Pyramid::LEVELS] = [(6, 1.0), (8, 1.5), (10, 2.5)];
 /// Variance of the outline about the ellipsoids', in square pixels: bodies are not made of them.
 const SHAPE_PX: f64 = 6.0;
+/// Pixels by which the boundary may lie beside the outline and still agree with it.
+const NEAR_PX: f64 = 2.5;
 /// How much a line counts: neighbours err together.
 const LINE_SHARE: f64 = 0.25;
 
@@ -103,6 +107,7 @@ const MOST_STEP: f64 = 0.35;
 pub(super) fn linearize(sight: &Sight<'_>, pose: &Pose, level: usize, desk: &mut Desk) -> Normal {
     let mut normal = Normal::new(sight.solid.radius);
     desk.matches.clear();
+    desk.outline = (0.0, 0.0);
     let (mut camera, mut seen) = (usize::MAX, None);
     for view in &desk.in_view {
         if view.camera != camera {
@@ -132,6 +137,8 @@ pub(super) fn linearize(sight: &Sight<'_>, pose: &Pose, level: usize, desk: &mut
             for place in &desk.contour {
                 let ratio = |u, v| window.ratio(image, colors, u, v);
                 if let Some(offset) = boundary(place, LINES[level], ratio) {
+                    desk.outline.0 += (-0.5 * (offset.mean_px / NEAR_PX).powi(2)).exp();
+                    desk.outline.1 += 1.0;
                     let by_motion = by_motion(&place.slope, &place.rim).tr_mul(&place.normal);
                     let weight = LINE_SHARE / (offset.variance_px + SHAPE_PX);
                     normal.curvature += by_motion * by_motion.transpose() * weight;

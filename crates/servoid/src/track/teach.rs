@@ -11,22 +11,29 @@ const CELLS: usize = 40;
 const COLOR_RATE: f32 = 0.15;
 /// Images from one that teaches colours to the next.
 const COLOR_LESSONS: usize = 2;
+/// Confidence from which on colours are learned.
+const COLOR_CONFIDENCE: f64 = 0.65;
 /// Pixels about the outline that teach no colours, since bodies are not made of ellipsoids.
 const DOUBT_PX: f64 = 4.0;
 
 impl Tracker {
     /// Learns from an observation in which the pose is trusted.
     pub(super) fn learn(&mut self, observation: &Observation<'_>, attempt: &Attempt) {
-        let eye = observation.world_from_camera[0].translation();
-        let distance = (attempt.pose.translation() - eye).norm();
-        self.usual.follow(&attempt.verdict, distance);
+        if attempt.verdict.confidence < COLOR_CONFIDENCE {
+            return;
+        }
         self.lessons += 1;
         if self.settings.region && self.lessons.is_multiple_of(COLOR_LESSONS) {
             self.learn_colors(observation, &attempt.pose, COLOR_RATE);
         }
-        if attempt.verdict.confidence > CLEAR {
-            self.keep_views(observation, &attempt.pose);
+        // What hides the object, or a pose that is a little off, must not become part of it.
+        if attempt.verdict.confidence < CLEAR {
+            return;
         }
+        let eye = observation.world_from_camera[0].translation();
+        let distance = (attempt.pose.translation() - eye).norm();
+        self.usual.follow(&attempt.verdict, distance);
+        self.keep_views(observation, &attempt.pose);
         if self.settings.surface {
             self.points.refine(&self.desk.matches);
             self.learn_points(observation, &attempt.pose, CELLS);

@@ -5,6 +5,9 @@ use super::judge::Verdict;
 pub(super) struct Usual {
     /// Mean log-likelihood ratio inside the outline.
     pub(super) ratio: f64,
+    /// Agreement of the outline with the boundary in the images.
+    pub(super) outline: f64,
+    /// Confidence in the pose.
     pub(super) confidence: f64,
     /// Support of the pose, in surface points.
     pub(super) support: f64,
@@ -24,6 +27,7 @@ impl Usual {
     pub(super) fn follow(&mut self, verdict: &Verdict, distance: f64) {
         self.distance += RATE * (distance - self.distance);
         self.ratio += RATE * (verdict.ratio - self.ratio);
+        self.outline += RATE * (verdict.outline - self.outline);
         self.confidence += RATE * (verdict.confidence - self.confidence);
         self.recognised += RATE * (verdict.recognised - self.recognised);
         self.support += RATE * (verdict.support - self.support);

@@ -92,6 +92,15 @@ fn a_body_that_is_too_small_grows_to_what_was_seen_and_its_frame_stays() {
 }
 
 #[test]
+fn sides_that_were_not_seen_stay_as_they_are_believed_to_be() {
+    let stage = Stage::textured();
+    let mut tracker = followed(&stage, &stage.body, 6);
+    tracker.evolve().unwrap();
+    let after = overlap(tracker.body().unwrap().ellipsoids(), &stage);
+    assert!(after > 0.94, "{after}");
+}
+
+#[test]
 fn the_same_images_let_the_body_evolve_to_the_same_bits_on_any_number_of_threads() {
     let grown = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();

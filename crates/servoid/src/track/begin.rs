@@ -95,8 +95,8 @@ impl Tracker {
         let expected = near.unwrap_or_else(|| self.motion.last());
         let mut attempt = Attempt::nothing(expected, self.solid.radius);
         let evaluations = match near {
-            Some(_) => self.seek_near(observation, &expected, &mut attempt)?,
-            None => self.seek_anywhere(observation, ROUNDS, &mut attempt)?,
+            Some(_) => self.seek_near(observation, (&expected, ROUNDS.0), &mut attempt)?,
+            None => self.seek_anywhere(observation, ROUNDS.1, &mut attempt)?,
         };
         clock.lap(|timing| &mut timing.search);
         self.motion = Motion::at_rest(observation.time_s, attempt.pose);

@@ -14,8 +14,8 @@ const SURE: (f64, f64) = (0.7, 0.6);
 /// Share of the surface points that are usually seen of an object, below which one that was sought is
 /// not believed to be found: its outline alone fits too many poses.
 const LEAST_RECOGNISED: f64 = 0.25;
-/// Rounds in which an object is sought anywhere when time does not press.
-pub(super) const ROUNDS: usize = 5;
+/// Rounds in which an object is sought near a pose, and anywhere, when time does not press.
+pub(super) const ROUNDS: (usize, usize) = (2, 5);
 /// Smallest image of the object that is sought, in pixels.
 const SMALLEST_PX: f64 = 24.0;
 
@@ -29,28 +29,35 @@ impl Tracker {
         attempt: &mut Attempt,
     ) -> Result<usize, TrackError> {
         if self.met && self.was_seen_lately() {
-            self.seek_near(observation, expected, attempt)
+            self.seek_near(observation, (expected, 1), attempt)
         } else {
             self.seek_anywhere(observation, 1, attempt)
         }
     }
 
-    /// Seeks the object near a pose.
+    /// Seeks the object near a pose, in several rounds unless it is found before.
     pub(super) fn seek_near(
         &mut self,
         observation: &Observation<'_>,
-        near: &Pose,
+        (near, rounds): (&Pose, usize),
         attempt: &mut Attempt,
     ) -> Result<usize, TrackError> {
-        if !self.look(observation, near, NEAR_MARGIN) {
-            return Ok(0);
-        }
-        let area = self.area(near);
         let reach = (NEAR_REACH.0 * self.solid.radius, NEAR_REACH.1);
-        let sight = sight!(self, observation);
-        let (found, evaluations) = self.recovery.near(sight, (near, reach, area))?;
-        let candidates: Vec<Pose> = found.iter().map(|found| found.pose).collect();
-        self.choose(observation, &candidates, attempt);
+        let mut evaluations = 0;
+        for _ in 0..rounds {
+            if !self.look(observation, near, NEAR_MARGIN) {
+                break;
+            }
+            let area = self.area(near);
+            let sight = sight!(self, observation);
+            let (found, scored) = self.recovery.near(sight, (near, reach, area))?;
+            evaluations += scored;
+            let candidates: Vec<Pose> = found.iter().map(|found| found.pose).collect();
+            self.choose(observation, &candidates, attempt);
+            if self.is_sure(attempt) {
+                break;
+            }
+        }
         Ok(evaluations)
     }
 

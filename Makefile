@@ -47,7 +47,7 @@ lint: .venv/.package ## check formatting, warnings, types, and the stub of the n
 
 bench: .venv/.package ## measure speed
 	$(CARGO) bench -p servoid
-	@for script in $(wildcard benches/*.py); do echo "$$script"; $(BIN)/python "$$script"; done
+	@for script in $(filter-out benches/sequences.py,$(wildcard benches/*.py)); do echo "$$script"; $(BIN)/python "$$script"; done
 
 docs: .venv/.package .venv/.docs ## build the documentation in docs/_build
 	$(BIN)/sphinx-build -W --keep-going -q -b html docs docs/_build

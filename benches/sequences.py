@@ -13,6 +13,7 @@ import tempfile
 from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -157,6 +158,9 @@ def recordings(names: Iterable[str]) -> Iterator[Recording]:
     """Open the recordings that are there, and say which are not."""
     if not SCORER.is_file():
         print(f"skipped: there is no {SCORER.name} in shared/tools beside the repository")
+        return
+    if find_spec("trimesh") is None:
+        print("skipped: many-view bodies are made with trimesh; pip install trimesh")
         return
     for name in names:
         folder = SHARED / "data" / name

@@ -17,6 +17,7 @@ __version__: str
 _Poses = Sequence[Pose]
 _Images = Sequence[NDArray[np.uint8] | None]
 _Points = NDArray[np.float64]
+_Colors = NDArray[np.uint8]
 _Progress = Callable[[int, float, float], None]
 
 @final
@@ -359,7 +360,6 @@ class Tracker:
         time_s: float,
         world_from_camera: _Poses,
         images: _Images,
-        masks: _Images | None = None,
         near: Pose | None = None,
     ) -> Estimate: ...
     def step(self, time_s: float, world_from_camera: _Poses, images: _Images) -> Estimate: ...
@@ -392,6 +392,11 @@ def seen_surface(
     directions: _Points | None = None,
 ) -> tuple[_Points, float, tuple[float, float, float] | None]: ...
 def silhouette_ious(body: Body, views: Sequence[View]) -> _Points: ...
-def ellipsoid_colors(
-    body: Body, views: Sequence[View], images: Sequence[NDArray[np.uint8]]
-) -> NDArray[np.uint8]: ...
+def place_body(
+    body: Body,
+    views: Sequence[View],
+    images: Sequence[_Colors] | None = None,
+    colors: _Colors | None = None,
+    seed: int = 0,
+) -> tuple[Pose, float]: ...
+def ellipsoid_colors(body: Body, views: Sequence[View], images: Sequence[_Colors]) -> _Colors: ...

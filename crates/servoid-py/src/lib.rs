@@ -7,6 +7,7 @@ mod model;
 mod observe;
 mod one_step;
 mod paper;
+mod placing;
 mod pose;
 mod relay;
 mod shape;
@@ -28,6 +29,7 @@ fn native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<one_step::OneStepTracker>()?;
     module.add_class::<track::TrackSettings>()?;
     module.add_class::<track::Tracker>()?;
+    module.add_function(wrap_pyfunction!(placing::place_body, module)?)?;
     module.add_class::<model::Given>()?;
     module.add_class::<model::ModelSettings>()?;
     module.add_class::<model::Step>()?;

@@ -255,6 +255,6 @@ pub fn ellipsoid_colors<'py>(
     PyArray1::from_vec(py, colors.concat()).reshape([colors.len(), 3])
 }
 
-fn borrow<'a>(views: &'a [Bound<'_, View>]) -> PyResult<Vec<servoid::observe::View<'a>>> {
+pub fn borrow<'a>(views: &'a [Bound<'_, View>]) -> PyResult<Vec<servoid::observe::View<'a>>> {
     views.iter().map(|view| view.get().core()).collect()
 }

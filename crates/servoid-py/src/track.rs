@@ -142,10 +142,9 @@ impl Tracker {
         py.detach(|| self.0.step(&observation)).map(Estimate).map_err(raise)
     }
 
-    /// Seeks the object with all that is known of it, near a pose if one is given, or in masks, (H, W)
-    /// uint8 and None where there is none, and goes on from there. Raises TrackError.
-    #[pyo3(signature = (time_s, world_from_camera, images, masks=None, near=None))]
-    #[allow(clippy::too_many_arguments, reason = "an observation has three parts")]
+    /// Seeks the object with all that is known of it, near a pose if one is given, and goes on from
+    /// there. Raises TrackError.
+    #[pyo3(signature = (time_s, world_from_camera, images, near=None))]
     #[allow(clippy::needless_pass_by_value, reason = "as Python hands it over")]
     fn find(
         &mut self,
@@ -153,22 +152,12 @@ impl Tracker {
         time_s: f64,
         world_from_camera: Vec<Pose>,
         images: Pictures<'_>,
-        masks: Option<Pictures<'_>>,
         near: Option<Pose>,
     ) -> PyResult<Estimate> {
         let images = read(&images)?;
-        let masks = read(&masks.unwrap_or_default())?;
         let observation = observation(time_s, &world_from_camera, &images)?;
-        let masks = masks.iter().map(mask).collect::<PyResult<Vec<_>>>()?;
         let near = near.map(|pose| pose.0);
-        let found = py.detach(|| {
-            if masks.iter().any(Option::is_some) {
-                self.0.begin(&observation, &masks)
-            } else {
-                self.0.find(&observation, near)
-            }
-        });
-        found.map(Estimate).map_err(raise)
+        py.detach(|| self.0.find(&observation, near)).map(Estimate).map_err(raise)
     }
 
     /// What the object looks like, as far as it was learned, as bytes.

@@ -8,8 +8,9 @@ use std::sync::OnceLock;
 
 use nalgebra::{UnitQuaternion, Vector3};
 use proptest::prelude::*;
-use servoid::observe::{Channels, ImageView, Mask, Observation, RigError};
+use servoid::observe::{Camera, Channels, ImageView, Mask, Observation, RigError};
 use servoid::pose::Pose;
+use servoid::shape::{Body, Ellipsoid};
 use servoid::track::{Notice, Status, TrackError, TrackSettings, Tracker};
 use shapes::drawn::{SIZE, Shot, Stage, eyes};
 
@@ -210,6 +211,41 @@ proptest! {
             prop_assert!((0.0..=1.0).contains(&found.confidence));
             prop_assert!(found.world_from_object.matrix().iter().all(|x| x.is_finite()));
             prop_assert!(found.covariance.iter().all(|x| x.is_finite()));
+        }
+    }
+
+    #[test]
+    fn no_size_of_an_image_and_no_pose_makes_the_tracker_panic(
+        size in prop::array::uniform2(1..140_usize), twist in prop::array::uniform6(-0.3..0.3_f64),
+        count in 1..20_usize, grey in any::<bool>(),
+    ) {
+        let camera = Camera::new(size, [120.0; 2], size.map(|n| 0.5 * n as f64)).unwrap();
+        let solid = |i: usize| {
+            let center = [0.01 * i as f64, -0.02, 0.005 * i as f64];
+            Ellipsoid::new(0, center, [0.08, 0.05, 0.06], [1.0, 0.0, 0.0, 0.0]).unwrap()
+        };
+        let body = Body::new(Pose::identity(), (0..count).map(solid).collect()).unwrap();
+        let channels = if grey { Channels::Grey } else { Channels::Rgb };
+        let bytes = size[0] * size[1] * channels.count();
+        let pictures: Vec<Vec<u8>> = (0..4_usize)
+            .map(|k| (0..bytes).map(|i| (((i + 3 * k) * 2_654_435_761) >> 12) as u8).collect())
+            .collect();
+        let mut tracker = Tracker::new(&[camera; 2], &body, TrackSettings::default()).unwrap();
+        let shot = |k: usize| Observation {
+            time_s: k as f64 / 30.0,
+            world_from_camera: eyes().to_vec(),
+            images: pictures[k..k + 2]
+                .iter()
+                .map(|picture| Some(ImageView::new(picture, size, channels).unwrap()))
+                .collect(),
+        };
+        if tracker.start(&shot(0), Pose::exp(&twist.into()), &[]).is_ok() {
+            for k in 1..3 {
+                let found = tracker.step(&shot(k)).unwrap();
+                prop_assert!((0.0..=1.0).contains(&found.confidence));
+                prop_assert!(found.world_from_object.matrix().iter().all(|x| x.is_finite()));
+            }
+            tracker.evolve().unwrap();
         }
     }
 }

@@ -1,10 +1,10 @@
 """Tracking: where an object is, in six degrees of freedom, in one observation after another."""
 
+from servoid._native import place_body
 from servoid.track.follower import Evolver, Follower
 from servoid.track.following import Collector, TrackStep, follow, track_capture
 from servoid.track.instants import Instant, cameras_of, read_instants, tidy_image
 from servoid.track.learning import learn_appearance
-from servoid.track.placing import Marked, Placement, place_body
 from servoid.track.request import Method, Request, Subject
 from servoid.track.result import Gap, Tracked, TrackResult
 from servoid.track.starting import Followed
@@ -16,9 +16,7 @@ __all__ = [
     "Follower",
     "Gap",
     "Instant",
-    "Marked",
     "Method",
-    "Placement",
     "Request",
     "Subject",
     "TrackResult",

@@ -8,13 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid import model
-from servoid._native import Body, Estimate, Pose, View, silhouette_ious
+from servoid._native import Body, Estimate, Pose, View, place_body, silhouette_ious
 from servoid.errors import TrackError
 from servoid.model.marking import mark
 from servoid.observe import Capture, CaptureView
 from servoid.track.follower import Evolver, Follower, Rememberer
 from servoid.track.instants import Instant, cameras_of
-from servoid.track.placing import Marked, place_body
 from servoid.track.request import Request, Subject
 from servoid.track.result import Tracked
 
@@ -194,13 +193,15 @@ def _placed(
         strict=True,
     )
     marked = [
-        Marked(camera, world_from_camera, mask, image)
+        (View(camera=camera, world_from_camera=world_from_camera, mask=mask), image)
         for camera, world_from_camera, mask, image in seen
-        if mask is not None and image is not None
+        if mask is not None and mask.any() and image is not None
     ]
     if not marked or subject.body is None:
         return None
-    return place_body(subject.body, marked, subject.colors, seed or 0).world_from_object
+    views, images = (list(parts) for parts in zip(*marked, strict=True))
+    world_from_object, _ = place_body(subject.body, views, images, subject.colors, seed or 0)
+    return world_from_object
 
 
 def _usable(capture: Capture, instant: Instant) -> Capture:

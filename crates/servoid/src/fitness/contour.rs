@@ -83,11 +83,12 @@ fn rim(
     quadric.center + quadric.factor * reach / reach.norm().max(f64::MIN_POSITIVE)
 }
 
-/// Finds the boundary along the normal at a place of the outline: each of `2 reach + 1` places one
-/// `step_px` apart is as likely as the pixels inside it are the object's and those outside are not.
+/// Finds the boundary along the normal at a place of the outline, among `2 reach + 1` pixels one
+/// `step_px` apart: it may lie between any two of them, before the first or behind the last, and is
+/// as likely there as the pixels inside it are the object's and those outside are not. // (S45)
 ///
 /// `score` gives the log-likelihood ratio of a pixel, `None` beyond the image. `None` if the line
-/// leaves the image, or says nothing.
+/// leaves the image; where nothing is known, every place is as likely.
 ///
 /// Source: the idea of a likelihood along lines is that of Stoiber, Pfanne, Strobl, Triebel,
 /// Albu-Schaeffer, *SRT3D: A Sparse Region-Based 3D Object Tracking Approach for the Real World*

@@ -1,4 +1,7 @@
+use std::ops::AddAssign;
+
 use super::{Backend, Differentiable, Evidence, Fitness, Region, RegionView, ScoreMap, Sums};
+use crate::pose::{Pose, Twist};
 use crate::shape::{Outline, Projection, Quadric, QuadricGradient};
 
 /// One image of the overlap: how much of each pixel the object fills, and how the camera sees the
@@ -45,6 +48,55 @@ impl Overlap {
         views.map(|(view, &px)| agreement(self.region.sums(view, hypothesis), px).0).collect()
     }
 
+    /// Gives the overlap of a body that stands at a pose, its ellipsoids in its own frame.
+    #[must_use]
+    pub fn score_at(&self, world_from_object: &Pose, body: &[Quadric]) -> f64 {
+        let views = self.region.views().iter().zip(&self.filled_px);
+        let of_view = |(view, &px): (&RegionView, &f64)| {
+            let projection = view.projection.moved(world_from_object);
+            agreement(self.region.sums_by(view, &projection, body), px).0
+        };
+        self.mean(views.map(of_view).sum())
+    }
+
+    /// Gives the overlap of a body that stands at a pose, and how it changes with a small motion in
+    /// the object's frame.
+    #[must_use]
+    pub fn slope_at(&self, world_from_object: &Pose, body: &[Quadric]) -> (f64, Twist) {
+        let mut gradient = vec![QuadricGradient::default(); body.len()];
+        let score = self.add_views(Some(world_from_object), body, &mut gradient);
+        let mut slope = Twist::zeros();
+        for (quadric, part) in body.iter().zip(&gradient) {
+            let mut turned = quadric.center.cross(&part.center);
+            for (axis, by) in quadric.factor.column_iter().zip(part.factor.column_iter()) {
+                turned += axis.cross(&by);
+            }
+            slope.fixed_rows_mut::<3>(0).add_assign(&part.center);
+            slope.fixed_rows_mut::<3>(3).add_assign(&turned);
+        }
+        (score, slope)
+    }
+
+    /// Scores ellipsoids, seen where they are or from a pose, and adds the gradient.
+    fn add_views(
+        &self,
+        at: Option<&Pose>,
+        hypothesis: &[Quadric],
+        gradient: &mut [QuadricGradient],
+    ) -> f64 {
+        let mut total = 0.0;
+        for (view, &px) in self.region.views().iter().zip(&self.filled_px) {
+            let chain = |sums| {
+                let (_, by_score, by_area) = agreement(sums, px);
+                (self.mean(by_score), self.mean(by_area))
+            };
+            let projection = at.map_or(view.projection, |pose| view.projection.moved(pose));
+            let seen = (&view.map, &projection);
+            total += agreement(self.region.add_gradient(seen, hypothesis, chain, gradient), px).0;
+        }
+        self.mean(total)
+    }
+
     fn mean(&self, sum: f64) -> f64 {
         sum / self.filled_px.len().max(1) as f64
     }
@@ -76,16 +128,7 @@ impl Fitness for Overlap {
 impl Differentiable for Overlap {
     fn score_and_gradient(&self, hypothesis: &[Quadric], gradient: &mut [QuadricGradient]) -> f64 {
         gradient.fill(QuadricGradient::default());
-        let mut total = 0.0;
-        for (view, &px) in self.region.views().iter().zip(&self.filled_px) {
-            let chain = |sums| {
-                let (_, by_score, by_area) = agreement(sums, px);
-                (self.mean(by_score), self.mean(by_area))
-            };
-            let sums = self.region.add_gradient(view, hypothesis, chain, gradient);
-            total += agreement(sums, px).0;
-        }
-        self.mean(total)
+        self.add_views(None, hypothesis, gradient)
     }
 }
 

@@ -47,14 +47,24 @@ impl Region {
     /// Sums one image's map over the union of the outlines.
     #[must_use]
     pub fn sums(&self, view: &RegionView, hypothesis: &[Quadric]) -> Sums {
-        view.map.sums(self.backend, &view.projection, hypothesis)
+        self.sums_by(view, &view.projection, hypothesis)
     }
 
-    /// Sums one image and adds the gradient of `chain(sums)`, where the chain gives its slopes by
-    /// Σ ℓ and by the area.
-    pub(super) fn add_gradient(
+    /// Sums one image's map over the union of the outlines as another projection sees them.
+    pub(super) fn sums_by(
         &self,
         view: &RegionView,
+        projection: &Projection,
+        hypothesis: &[Quadric],
+    ) -> Sums {
+        view.map.sums(self.backend, projection, hypothesis)
+    }
+
+    /// Sums one image, as a projection sees it, and adds the gradient of `chain(sums)`, where the
+    /// chain gives its slopes by Σ ℓ and by the area.
+    pub(super) fn add_gradient(
+        &self,
+        (map, projection): (&ScoreMap, &Projection),
         hypothesis: &[Quadric],
         chain: impl Fn(Sums) -> (f64, f64),
         gradient: &mut [QuadricGradient],
@@ -63,19 +73,19 @@ impl Region {
             let mut outlines = RowOutlines::new();
             seen.clear();
             for (index, quadric) in hypothesis.iter().enumerate().take(Body::MAX_ELLIPSOIDS) {
-                let Some(outline) = view.projection.outline(quadric) else { continue };
-                if let Some(rows) = RowOutline::new(&outline, &view.map) {
+                let Some(outline) = projection.outline(quadric) else { continue };
+                if let Some(rows) = RowOutline::new(&outline, map) {
                     outlines.push(rows);
                     seen.push((index, outline));
                 }
             }
             moved.resize(seen.len(), OutlineGradients::default());
-            let sums = self.backend.gradients(&view.map, &outlines, moved);
+            let sums = self.backend.gradients(map, &outlines, moved);
             let (by_score, by_area) = chain(sums);
             for ((index, outline), moved) in seen.iter().zip(&*moved) {
                 let by_outline: [f64; 5] =
                     std::array::from_fn(|i| by_score * moved.score[i] + by_area * moved.area[i]);
-                let part = view.projection.pull_back(&hypothesis[*index], outline, &by_outline);
+                let part = projection.pull_back(&hypothesis[*index], outline, &by_outline);
                 gradient[*index].center += part.center;
                 gradient[*index].factor += part.factor;
             }
@@ -121,7 +131,8 @@ impl Differentiable for Region {
         gradient.fill(QuadricGradient::default());
         let of_view = |view: &RegionView| {
             let chain = |_| (view.weight, 0.0);
-            view.weight * self.add_gradient(view, hypothesis, chain, gradient).score
+            let seen = (&view.map, &view.projection);
+            view.weight * self.add_gradient(seen, hypothesis, chain, gradient).score
         };
         self.views.iter().map(of_view).sum()
     }

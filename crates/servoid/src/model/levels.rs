@@ -44,6 +44,17 @@ pub(super) fn overlap(
     Ok(Overlap::new(views))
 }
 
+/// Shrinks the masks of a scene that is the world until the object's longer side spans about
+/// `extent_px` pixels in each, and makes them a judge of bodies.
+pub(crate) fn shrunk_overlap(views: &[View<'_>], extent_px: usize) -> Result<Overlap, ModelError> {
+    let camera = |view: &View<'_>| {
+        let camera_from_world = view.world_from_camera().inverse();
+        (camera_from_world.rotation_matrix(), camera_from_world.translation())
+    };
+    let cameras: Vec<_> = views.iter().map(camera).collect();
+    overlap(&views.iter().zip(&cameras).collect::<Vec<_>>(), extent_px)
+}
+
 fn shrunk(
     view: &View<'_>,
     (rotation, translation): &CameraFromScene,

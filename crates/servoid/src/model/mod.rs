@@ -21,6 +21,7 @@ mod watch;
 pub use color::ellipsoid_colors;
 pub use evolved::evolved;
 pub use given::{Given, Weights};
+pub(crate) use levels::shrunk_overlap;
 pub use paper::{PaperSettings, paper};
 pub use portraits::{Portrait, half_ball_direction};
 pub use progressive::{Progress, Step, progressive};

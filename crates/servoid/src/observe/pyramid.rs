@@ -33,8 +33,8 @@ impl Plane {
         u >= 0.0 && v >= 0.0 && u + 1.0 < width as f64 && v + 1.0 < height as f64
     }
 
-    /// Interpolates between four pixels; the place must lie inside ([`Plane::holds`]), one outside
-    /// gives zeros.
+    /// Interpolates between four pixels; the place must lie inside ([`Plane::holds`]), what one
+    /// outside gives means nothing.
     #[inline(always)]
     #[must_use]
     pub fn sample(&self, u: f32, v: f32) -> Sample {

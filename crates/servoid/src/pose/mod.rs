@@ -5,6 +5,7 @@ mod principal;
 mod se3;
 
 pub use even::{even_direction, even_turn};
+pub(crate) use se3::left_jacobian;
 pub use se3::{Pose, Twist};
 
 use nalgebra::Matrix4;

@@ -148,7 +148,8 @@ fn halves(twist: &Twist) -> (Vector3<f64>, Vector3<f64>) {
 /// Below this angle (radians) the Taylor series is more exact than the closed form.
 const SMALL_ANGLE: f64 = 1e-4;
 
-fn left_jacobian(angular: &Vector3<f64>) -> Matrix3<f64> {
+/// Gives how fast a rotation turns, in the fixed frame, as its scaled axis changes.
+pub(crate) fn left_jacobian(angular: &Vector3<f64>) -> Matrix3<f64> {
     let angle = angular.norm();
     let cross = angular.cross_matrix();
     let (first, second) = if angle < SMALL_ANGLE {

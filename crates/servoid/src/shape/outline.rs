@@ -73,7 +73,7 @@ impl Projection {
     #[must_use]
     pub fn pixel(&self, point: &Vector3<f64>) -> Option<(Vector2<f64>, Matrix2x3<f64>)> {
         let h = self.apply(point);
-        if !(h.z > 0.0) {
+        if h.z.is_nan() || h.z <= 0.0 {
             return None;
         }
         let per_z = 1.0 / h.z;

@@ -104,32 +104,6 @@ impl Tracker {
         Ok(Estimate { evaluations, timing: clock.timing(), ..estimate })
     }
 
-    /// Seeks the body where masks say that the object is, and starts there.
-    ///
-    /// # Errors
-    /// If there is not one entry a camera, no mask, one that has not its camera's size, or the body
-    /// is not found in them.
-    pub fn begin(
-        &mut self,
-        observation: &Observation<'_>,
-        masks: &[Option<Mask<'_>>],
-    ) -> Result<Estimate, TrackError> {
-        self.check(observation)?;
-        if !masks.iter().any(Option::is_some) {
-            return Err(TrackError::NothingKnown);
-        }
-        self.check_masks(masks)?;
-        self.colors = Colors::new(false);
-        self.points = Points::default();
-        self.look_all_over(observation);
-        self.learn_masks(observation, masks);
-        self.usual.ratio = 0.0;
-        let mut attempt = Attempt::nothing(self.motion.last(), self.solid.radius);
-        let evaluations = self.seek_anywhere(observation, ROUNDS, &mut attempt)?;
-        let estimate = self.start(observation, attempt.pose, masks)?;
-        Ok(Estimate { evaluations, ..estimate })
-    }
-
     fn check_masks(&self, masks: &[Option<Mask<'_>>]) -> Result<(), TrackError> {
         for (index, (camera, mask)) in self.cameras.iter().zip(masks).enumerate() {
             if let Some(mask) = mask {

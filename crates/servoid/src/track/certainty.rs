@@ -20,7 +20,8 @@ pub(super) fn certainty(normal: &Normal, radius: f64) -> Certainty {
     let units = Matrix6::from_diagonal(&Vector6::new(radius, radius, radius, 1.0, 1.0, 1.0));
     let told = units * (normal.curvature - normal.belief) * units;
     let eigen = SymmetricEigen::new(told);
-    let open = |i: &usize| !(eigen.eigenvalues[*i] > OPEN.powi(-2));
+    let told = |i: usize| eigen.eigenvalues[i] > OPEN.powi(-2);
+    let open = |i: &usize| !told(*i);
     let unobservable = (0..6).filter(open).map(|i| eigen.eigenvectors.column(i).into()).collect();
     Certainty { covariance, unobservable }
 }

@@ -49,7 +49,7 @@ pub(super) fn judge(sight: &Sight<'_>, pose: &Pose, usual: &Usual, desk: &Desk) 
         expected += weight;
         let inside = (ratio / usual.ratio).clamp(0.0, 1.0);
         let around = if usual.outline > 0.0 { (outline / usual.outline).min(1.0) } else { 1.0 };
-        seen += weight * inside * around;
+        seen += weight * inside.min(around);
     }
     let confidence = if expected > 0.0 { seen / expected } else { 0.0 };
     Verdict { confidence, support: 2.0 * seen - expected, recognised, ratio, outline }

@@ -2,6 +2,7 @@ use nalgebra::{Matrix2, Vector2, Vector3};
 
 use super::points::{InView, Known, PLACE_PX, eye, noise};
 use super::polish::Sight;
+use super::solid::Hit;
 use super::window::Window;
 use crate::fitness::SurfacePoint;
 use crate::observe::Plane;
@@ -123,7 +124,7 @@ fn point_at(
 ) -> Option<Known> {
     let radius = sight.solid.radius;
     let ray = projection.linear.try_inverse()? * Vector3::new(pixel.x, pixel.y, 1.0);
-    let (hit, normal) = sight.solid.hit(eye, &ray.normalize())?;
+    let Hit { point: hit, normal, .. } = sight.solid.hit(eye, &ray.normalize())?;
     let toward = (eye - hit).normalize();
     let window = &sight.windows[camera];
     let mut point =

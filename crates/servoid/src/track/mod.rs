@@ -13,6 +13,7 @@ mod keyframes;
 mod learn;
 mod motion;
 mod one_step;
+mod placing;
 mod points;
 mod polish;
 mod recover;
@@ -29,6 +30,7 @@ mod window;
 pub use appearance::Appearance;
 pub use estimate::{Estimate, Notice, Status, Timing};
 pub use one_step::{Genes, Judge, OneStep, OneStepError, OneStepSettings};
+pub use placing::{Placement, place};
 pub use settings::TrackSettings;
 pub use tracker::Tracker;
 
@@ -73,6 +75,26 @@ pub enum TrackError {
          the body again"
     )]
     Appearance(usize),
+    /// A body is placed in masks.
+    #[error("a body is placed in masks, and there is none; give a target or a start")]
+    NoMask,
+    /// Not one colour an ellipsoid.
+    #[error(
+        "a body of {ellipsoids} ellipsoids has {ellipsoids} colours, but {given} were given; give \
+         the colours that were made with it, or none"
+    )]
+    Colors {
+        /// Ellipsoids of the body.
+        ellipsoids: usize,
+        /// Colours given.
+        given: usize,
+    },
+    /// The body fits the masks nowhere.
+    #[error(
+        "the body does not fit the mask: their intersection over union is {0:.2} at best; check \
+         that it is the body of this object, in metres, or give a start"
+    )]
+    Unfit(f64),
     /// The object is in no image.
     #[error(
         "the object is in none of the images at the pose that was given; check that it is \

@@ -66,9 +66,9 @@ impl Senses {
     }
 
     fn check_time(&mut self, now: f64, notices: &mut Vec<Notice>) {
-        let before = std::mem::replace(&mut self.time_s, Some(now));
+        let before = self.time_s.replace(now);
         let Some(before) = before else { return };
-        if !(now > before) {
+        if now <= before {
             notices.push(Notice::Time { before, now });
         } else if now - before > FARTHEST_S {
             notices.push(Notice::Jump(now - before));

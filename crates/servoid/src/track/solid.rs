@@ -11,6 +11,15 @@ pub(super) struct Solid {
     pub(super) radius: f64,
 }
 
+/// Where a ray meets the body.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Hit {
+    /// Which ellipsoid is foremost there.
+    pub(super) ellipsoid: usize,
+    pub(super) point: Vector3<f64>,
+    pub(super) normal: Vector3<f64>,
+}
+
 impl Solid {
     pub(super) fn new(body: &Body) -> Self {
         let quadrics: Vec<_> = body.ellipsoids().iter().map(Ellipsoid::quadric).collect();
@@ -20,24 +29,25 @@ impl Solid {
         Self { quadrics, to_ball, radius }
     }
 
-    /// Gives the first point at which a ray meets the body, and the normal there.
-    pub(super) fn hit(
-        &self,
-        origin: &Vector3<f64>,
-        direction: &Vector3<f64>,
-    ) -> Option<(Vector3<f64>, Vector3<f64>)> {
-        let mut nearest: Option<(f64, Vector3<f64>)> = None;
-        for (quadric, to_ball) in self.quadrics.iter().zip(&self.to_ball) {
+    /// Gives where a ray first meets the body.
+    pub(super) fn hit(&self, origin: &Vector3<f64>, direction: &Vector3<f64>) -> Option<Hit> {
+        let mut nearest: Option<(f64, usize, Vector3<f64>)> = None;
+        let solids = self.quadrics.iter().zip(&self.to_ball).enumerate();
+        for (ellipsoid, (quadric, to_ball)) in solids {
             let (from, way) = (to_ball * (origin - quadric.center), to_ball * direction);
             let (a, b) = (way.norm_squared(), from.dot(&way));
             let root = b * b - a * (from.norm_squared() - 1.0);
             let along = (-b - root.max(0.0).sqrt()) / a;
-            if root > 0.0 && along > 0.0 && nearest.is_none_or(|(best, _)| along < best) {
+            if root > 0.0 && along > 0.0 && nearest.is_none_or(|(best, ..)| along < best) {
                 let normal = to_ball.tr_mul(&(from + way * along));
-                nearest = Some((along, normal));
+                nearest = Some((along, ellipsoid, normal));
             }
         }
-        nearest.map(|(along, normal)| (origin + direction * along, normal.normalize()))
+        nearest.map(|(along, ellipsoid, normal)| Hit {
+            ellipsoid,
+            point: origin + direction * along,
+            normal: normal.normalize(),
+        })
     }
 
     /// Says whether the body hides a point of its surface from a camera. Points may lie somewhat

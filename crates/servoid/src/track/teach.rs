@@ -23,7 +23,7 @@ impl Tracker {
             return;
         }
         self.lessons += 1;
-        if self.settings.region && self.lessons % COLOR_LESSONS == 0 {
+        if self.settings.region && self.lessons.is_multiple_of(COLOR_LESSONS) {
             self.learn_colors(observation, &attempt.pose, COLOR_RATE);
         }
         // What hides the object, or a pose that is a little off, must not become part of it.

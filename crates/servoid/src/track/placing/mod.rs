@@ -1,0 +1,101 @@
+//! Places a known body in masks: where it must be to look like that.
+
+mod climbing;
+mod painted;
+mod turns;
+
+use rayon::prelude::*;
+
+use self::climbing::{FIRST, Fit, LAST};
+use self::painted::Painted;
+use super::TrackError;
+use super::solid::Solid;
+use crate::observe::{ImageView, RigError, View, check_image_size};
+use crate::pose::Pose;
+use crate::shape::Body;
+
+/// A pose, and how well the outlines there agree with the masks: intersection over union.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Placement {
+    /// The pose of the object in the world.
+    pub world_from_object: Pose,
+    /// Mean intersection over union in the masks.
+    pub iou: f64,
+}
+
+/// Pixels that the object's longer side spans where turns are tried, and for the last touch.
+const COARSE_PX: usize = 48;
+const FINE_PX: usize = 160;
+/// Turns that are tried, and of these the ones that are made better.
+const TURNS: usize = 1500;
+const KEPT: usize = 32;
+/// Radians between those that are kept.
+const APART: f64 = 0.3;
+/// Outlines that differ by less may be told apart by colours.
+const ALIKE: f64 = 0.05;
+/// Least overlap of a body that fits.
+const LEAST_IOU: f64 = 0.5;
+
+/// Finds where a body must be for its outlines to agree with masks; where it is said to be counts
+/// for nothing. Turns that outlines alone do not tell apart are told apart by `colors`, one for
+/// each ellipsoid, if `images` are given too, one for each view. The same seed gives the same bits.
+///
+/// # Errors
+/// If there is no view, there is not one image a view or one colour an ellipsoid, or the overlap is
+/// below a half wherever the body is put.
+pub fn place(
+    body: &Body,
+    views: &[View<'_>],
+    images: Option<&[ImageView<'_>]>,
+    colors: Option<&[[u8; 3]]>,
+    seed: u64,
+) -> Result<Placement, TrackError> {
+    check(body, views, images, colors)?;
+    let solid = Solid::new(body);
+    let coarse = Fit::new(&solid, views, COARSE_PX)?;
+    let main = views.iter().max_by_key(|view| view.mask().area_px()).ok_or(TrackError::NoMask)?;
+    let tried: Vec<_> = turns::spread(TURNS, seed)
+        .into_par_iter()
+        .map(|turn| coarse.scored(turns::centred(&solid, turn, main)))
+        .collect();
+    let kept = turns::best_apart(tried, KEPT, APART);
+    let better: Vec<_> = kept.par_iter().map(|one| coarse.climbed(one, &FIRST)).collect();
+    let best = better.iter().map(|one| one.iou).fold(0.0, f64::max);
+    if best < LEAST_IOU {
+        return Err(TrackError::Unfit(best));
+    }
+    let alike: Vec<_> = better.into_iter().filter(|one| one.iou > best - ALIKE).collect();
+    let fine = Fit::new(&solid, views, FINE_PX)?;
+    let sharp: Vec<_> = alike.par_iter().map(|one| fine.climbed(one, &LAST)).collect();
+    let painted = images.zip(colors).map(|(images, colors)| Painted::new(views, images, colors));
+    let worth = |one: &Placement| {
+        one.iou + painted.as_ref().map_or(0.0, |painted| painted.agreement(&solid, one))
+    };
+    let chosen = sharp.into_iter().map(|one| (worth(&one), one));
+    let best = chosen.max_by(|one, other| one.0.total_cmp(&other.0));
+    best.map(|(_, one)| one).ok_or(TrackError::NoMask)
+}
+
+fn check(
+    body: &Body,
+    views: &[View<'_>],
+    images: Option<&[ImageView<'_>]>,
+    colors: Option<&[[u8; 3]]>,
+) -> Result<(), TrackError> {
+    if let Some(images) = images {
+        let (cameras, given) = (views.len(), images.len());
+        if cameras != given {
+            return Err(RigError::Count { what: "images", cameras, given }.into());
+        }
+        for (index, (view, image)) in views.iter().zip(images).enumerate() {
+            check_image_size(index, view.camera().size_px(), *image)?;
+        }
+    }
+    let ellipsoids = body.ellipsoids().len();
+    match colors {
+        Some(colors) if colors.len() != ellipsoids => {
+            Err(TrackError::Colors { ellipsoids, given: colors.len() })
+        }
+        _ => Ok(()),
+    }
+}

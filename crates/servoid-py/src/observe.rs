@@ -1,3 +1,5 @@
+use std::borrow::Cow;
+
 use nalgebra::Vector3;
 use numpy::{PyArray2, PyReadonlyArray2, PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::prelude::*;
@@ -67,16 +69,16 @@ pub fn side_px(size_px: (i64, i64)) -> [usize; 2] {
     [size_px.0, size_px.1].map(|n| usize::try_from(n).unwrap_or(0))
 }
 
-/// The bytes of an image, taken out of a numpy array.
-pub struct Pixels {
-    data: Vec<u8>,
+/// The bytes of an image in a numpy array, which nobody may change while they are looked at.
+pub struct Pixels<'a> {
+    data: Cow<'a, [u8]>,
     size_px: [usize; 2],
     channels: core::Channels,
 }
 
-impl Pixels {
-    /// Copies an (H, W) or (H, W, 3) uint8 array.
-    pub fn new(array: &PyReadonlyArrayDyn<'_, u8>) -> PyResult<Self> {
+impl<'a> Pixels<'a> {
+    /// Looks at an (H, W) or (H, W, 3) uint8 array; one that has gaps is copied.
+    pub fn new(array: &'a PyReadonlyArrayDyn<'_, u8>) -> PyResult<Self> {
         let (height, width, channels) = match *array.shape() {
             [height, width] => (height, width, core::Channels::Grey),
             [height, width, 3] => (height, width, core::Channels::Rgb),
@@ -87,10 +89,16 @@ impl Pixels {
             }
         };
         let data = match array.as_slice() {
-            Ok(bytes) => bytes.to_vec(),
-            Err(_) => array.as_array().iter().copied().collect(),
+            Ok(bytes) => Cow::Borrowed(bytes),
+            Err(_) => Cow::Owned(array.as_array().iter().copied().collect()),
         };
         Ok(Self { data, size_px: [width, height], channels })
+    }
+
+    /// Takes a copy that lives on.
+    fn into_owned(self) -> Pixels<'static> {
+        let Self { data, size_px, channels } = self;
+        Pixels { data: Cow::Owned(data.into_owned()), size_px, channels }
     }
 
     pub fn view(&self) -> PyResult<core::ImageView<'_>> {
@@ -103,7 +111,7 @@ impl Pixels {
 pub struct View {
     camera: core::Camera,
     world_from_camera: servoid::pose::Pose,
-    mask: Pixels,
+    mask: Pixels<'static>,
 }
 
 impl View {
@@ -127,7 +135,7 @@ impl View {
         let view = Self {
             camera: camera.0,
             world_from_camera: world_from_camera.0,
-            mask: Pixels::new(&mask)?,
+            mask: Pixels::new(&mask)?.into_owned(),
         };
         view.core()?;
         Ok(view)

@@ -166,7 +166,8 @@ impl OneStepTracker {
         masks: Option<Pictures<'_>>,
     ) -> PyResult<Estimate> {
         let images = read(&images)?;
-        let masks = read(&masks.unwrap_or_default())?;
+        let masks = masks.unwrap_or_default();
+        let masks = read(&masks)?;
         let observation = observation(time_s, &world_from_camera, &images)?;
         let masks = masks.iter().map(mask).collect::<PyResult<Vec<_>>>()?;
         let started = py.detach(|| self.0.start(&observation, world_from_object.0, &masks));

@@ -24,6 +24,7 @@ pub fn place_body(
 ) -> PyResult<(Pose, f64)> {
     let views = borrow(&views)?;
     let pixels = images
+        .as_ref()
         .map(|images| images.iter().map(Pixels::new).collect::<PyResult<Vec<_>>>())
         .transpose()?;
     let images = pixels

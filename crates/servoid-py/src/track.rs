@@ -120,7 +120,8 @@ impl Tracker {
         masks: Option<Pictures<'_>>,
     ) -> PyResult<Estimate> {
         let images = read(&images)?;
-        let masks = read(&masks.unwrap_or_default())?;
+        let masks = masks.unwrap_or_default();
+        let masks = read(&masks)?;
         let observation = observation(time_s, &world_from_camera, &images)?;
         let masks = masks.iter().map(mask).collect::<PyResult<Vec<_>>>()?;
         let started = py.detach(|| self.0.start(&observation, world_from_object.0, &masks));
@@ -200,11 +201,11 @@ impl Tracker {
 type Surface<'py> =
     (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<u8>>);
 
-pub fn read(pictures: &Pictures<'_>) -> PyResult<Vec<Option<Pixels>>> {
+pub fn read<'a>(pictures: &'a Pictures<'_>) -> PyResult<Vec<Option<Pixels<'a>>>> {
     pictures.iter().map(|picture| picture.as_ref().map(Pixels::new).transpose()).collect()
 }
 
-pub fn mask(pixels: &Option<Pixels>) -> PyResult<Option<Mask<'_>>> {
+pub fn mask<'a>(pixels: &'a Option<Pixels<'_>>) -> PyResult<Option<Mask<'a>>> {
     let Some(pixels) = pixels else { return Ok(None) };
     Mask::new(pixels.view()?).map(Some).map_err(raise)
 }
@@ -212,9 +213,9 @@ pub fn mask(pixels: &Option<Pixels>) -> PyResult<Option<Mask<'_>>> {
 pub fn observation<'a>(
     time_s: f64,
     world_from_camera: &[Pose],
-    images: &'a [Option<Pixels>],
+    images: &'a [Option<Pixels<'_>>],
 ) -> PyResult<Observation<'a>> {
-    let view = |pixels: &'a Option<Pixels>| pixels.as_ref().map(Pixels::view).transpose();
+    let view = |pixels: &'a Option<Pixels<'_>>| pixels.as_ref().map(Pixels::view).transpose();
     Ok(Observation {
         time_s,
         world_from_camera: world_from_camera.iter().map(|pose| pose.0).collect(),

@@ -54,7 +54,9 @@ pub struct Tracker {
 const DOUBTFUL: f64 = 0.9;
 /// Images without the object after which it counts as lost.
 const LOST_AFTER: usize = 15;
-/// Share of the object's size by which windows are larger than it while it is tracked.
+/// Share of the object's size by which windows are larger than it at least, and where it was found
+/// just now.
+const LEAST_MARGIN: f64 = 0.12;
 pub(super) const MARGIN: f64 = 0.3;
 
 impl Tracker {
@@ -106,7 +108,7 @@ impl Tracker {
         let mut clock = Clock::start();
         self.check(observation)?;
         let expected = self.motion.predict(observation.time_s);
-        let visible = self.look(observation, &expected, MARGIN);
+        let visible = self.look(observation, &expected, self.margin());
         clock.lap(|timing| &mut timing.look);
         let mut attempt = Attempt::nothing(expected, self.solid.radius);
         let mut evaluations = 0;
@@ -188,6 +190,15 @@ impl Tracker {
         let (across, turned) = (off.fixed_rows::<3>(0).norm(), off.fixed_rows::<3>(3).norm());
         self.surprise.0 += 0.3 * (across - self.surprise.0);
         self.surprise.1 += 0.3 * (turned - self.surprise.1);
+    }
+
+    /// Gives the share of the object's size by which windows are larger than it: so that they hold it
+    /// where it may be.
+    fn margin(&self) -> f64 {
+        let (across, turned) = self.reach();
+        // The object's image is about two radii long.
+        let beyond = 0.5 * (across / self.solid.radius + turned);
+        if self.status == Status::Tracking { beyond.clamp(LEAST_MARGIN, MARGIN) } else { MARGIN }
     }
 
     /// Gives the confidence from which on a pose is believed.

@@ -10,6 +10,7 @@ from typing_extensions import Self
 __all__ = ["Body", "Camera", "Estimate", "Given", "Lens", "Mesh", "ModelSettings"]
 __all__ += ["OneStepSettings", "OneStepTracker", "PaperSettings", "Pose", "Step", "TrackSettings"]
 __all__ += ["Tracker", "View", "__version__", "ellipsoid_colors", "fit_body", "fit_paper"]
+__all__ += ["place_body"]
 __all__ += ["rough_body", "seen_surface", "silhouette_ious"]
 
 __version__: str
@@ -356,11 +357,7 @@ class Tracker:
         masks: _Images | None = None,
     ) -> Estimate: ...
     def find(
-        self,
-        time_s: float,
-        world_from_camera: _Poses,
-        images: _Images,
-        near: Pose | None = None,
+        self, time_s: float, world_from_camera: _Poses, images: _Images, near: Pose | None = None
     ) -> Estimate: ...
     def step(self, time_s: float, world_from_camera: _Poses, images: _Images) -> Estimate: ...
     def appearance(self) -> bytes: ...

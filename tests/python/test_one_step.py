@@ -81,7 +81,7 @@ def test_missing_and_wrong_images_are_notices() -> None:
     assert estimate.notices == ["camera 1 delivered no image"]
     estimate = tracker.step(0.2, EYES, [small, None])
     assert estimate.status == "searching"
-    assert "the image has [4, 3] pixels" in estimate.notices[0]
+    assert "the image is 4x3 pixels" in estimate.notices[0]
 
 
 def test_what_cannot_be_tracked_is_said() -> None:

@@ -99,7 +99,6 @@ impl Tracker {
             None => self.seek_anywhere(observation, ROUNDS.1, &mut attempt)?,
         };
         clock.lap(|timing| &mut timing.search);
-        self.motion = Motion::at_rest(observation.time_s, attempt.pose);
         let found = attempt.pose;
         self.settle(observation.time_s, &found, &attempt, self.settings.trusted);
         let estimate = self.estimate(observation, &attempt);

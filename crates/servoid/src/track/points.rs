@@ -94,8 +94,14 @@ impl Points {
             }
         }
         self.known.retain(|known| known.quality() > LEAST_QUALITY);
-        if self.known.len() > MOST {
-            self.known.drain(..self.known.len() - MOST);
+        let (count, excess) = (self.known.len(), self.known.len().saturating_sub(MOST));
+        if excess > 0 {
+            // Evenly, so that no side of the object is forgotten.
+            let mut at = 0;
+            self.known.retain(|_| {
+                at += 1;
+                at * excess / count == (at - 1) * excess / count
+            });
         }
     }
 

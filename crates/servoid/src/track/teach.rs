@@ -13,6 +13,8 @@ const TRIES: usize = 6;
 const COLOR_RATE: f32 = 0.15;
 /// Images from one that teaches colours to the next.
 const COLOR_LESSONS: usize = 2;
+/// Share of the usual surface points that must be seen for what is learned to be true.
+const WELL_RECOGNISED: f64 = 0.5;
 /// Confidence from which on colours are learned.
 const COLOR_CONFIDENCE: f64 = 0.65;
 /// Pixels about the outline that teach no colours, since bodies are not made of ellipsoids.
@@ -29,7 +31,8 @@ impl Tracker {
             self.learn_colors(observation, &attempt.pose, COLOR_RATE);
         }
         // What hides the object, or a pose that is a little off, must not become part of it.
-        if attempt.verdict.confidence < CLEAR {
+        let recognised = attempt.verdict.recognised >= WELL_RECOGNISED * self.usual.recognised;
+        if attempt.verdict.confidence < CLEAR || !recognised {
             return;
         }
         let eye = observation.world_from_camera[0].translation();

@@ -56,7 +56,7 @@ const DOUBTFUL: f64 = 0.9;
 const LOST_AFTER: usize = 15;
 /// Share of the object's size by which windows are larger than it at least, and where it was found
 /// just now.
-const LEAST_MARGIN: f64 = 0.12;
+const LEAST_MARGIN: f64 = 0.2;
 pub(super) const MARGIN: f64 = 0.3;
 
 impl Tracker {
@@ -78,7 +78,7 @@ impl Tracker {
             settings,
             cameras: cameras.to_vec(),
             body: body.clone(),
-            surprise: (0.1 * solid.radius, 0.1),
+            surprise: surprise_at_first(&solid),
             solid,
             points: Points::default(),
             colors: Colors::new(settings.local_colors),
@@ -182,9 +182,16 @@ impl Tracker {
             self.motion.wait(time_s);
             return;
         }
+        let regained = self.status != Status::Tracking;
         self.status = Status::Tracking;
         (self.unseen, self.met) = (0, true);
         self.search.follow(expected, &attempt.pose, self.reach());
+        if regained {
+            // Where it was before it was lost says nothing of how it moves now.
+            self.motion = Motion::at_rest(time_s, attempt.pose);
+            self.surprise = surprise_at_first(&self.solid);
+            return;
+        }
         self.motion.follow(time_s, attempt.pose);
         let off = (expected.inverse() * attempt.pose).log();
         let (across, turned) = (off.fixed_rows::<3>(0).norm(), off.fixed_rows::<3>(3).norm());
@@ -239,3 +246,8 @@ impl Tracker {
 
 /// Confidence below which part of the object counts as hidden.
 pub(super) const CLEAR: f64 = 0.8;
+
+/// How far an object may be off whose motion is not known: in metres and radians.
+fn surprise_at_first(solid: &Solid) -> Reach {
+    (0.1 * solid.radius, 0.1)
+}

@@ -45,31 +45,14 @@ impl Tracker {
         self.notices.clear();
         self.look(observation, &world_from_object, START_MARGIN);
         self.keyframes = Keyframes::default();
-        for (camera, mask) in masks.iter().enumerate().take(self.windows.len()) {
-            let window = &self.windows[camera];
-            let image = observation.images[camera].filter(|_| window.is_open());
-            if let (Some(image), Some(mask)) = (image, mask) {
-                let seen = (window, &image, &self.cameras[camera]);
-                let poses = (&observation.world_from_camera[camera], &world_from_object);
-                self.keyframes.offer(seen, poses, Some(&mask.image()));
-            }
-        }
+        self.keep_masked(observation, &world_from_object, masks);
         self.points_in_view(&world_from_object);
         if self.settings.surface {
             let all = Lesson { from: 0, cells: usize::MAX, tries: usize::MAX, masks };
             self.learn_points(observation, &world_from_object, &all);
             self.points_in_view(&world_from_object);
         }
-        let eye = observation.world_from_camera[0].translation();
-        let distance = (world_from_object.translation() - eye).norm();
-        self.usual.distance = distance;
-        self.usual.area = self.area(&world_from_object) * distance * distance;
-        let verdict = self.weigh(observation, &world_from_object).verdict;
-        (self.usual.ratio, self.usual.outline) = (verdict.ratio, verdict.outline);
-        let attempt = self.weigh(observation, &world_from_object);
-        self.usual.support = attempt.verdict.support;
-        self.usual.recognised = attempt.verdict.recognised;
-        self.usual.confidence = attempt.verdict.confidence;
+        let attempt = self.get_used_to(observation, &world_from_object);
         (self.status, self.unseen, self.met) = (Status::Tracking, 0, true);
         let mut estimate = self.estimate(observation, &attempt);
         clock.lap(|timing| &mut timing.learn);
@@ -104,6 +87,38 @@ impl Tracker {
         self.settle(observation.time_s, &found, &attempt, self.settings.trusted);
         let estimate = self.estimate(observation, &attempt);
         Ok(Estimate { evaluations, timing: clock.timing(), ..estimate })
+    }
+
+    /// Keeps what the cameras show as it is marked.
+    fn keep_masked(
+        &mut self,
+        observation: &Observation<'_>,
+        pose: &Pose,
+        masks: &[Option<Mask<'_>>],
+    ) {
+        for (camera, (window, mask)) in self.windows.iter().zip(masks).enumerate() {
+            let image = observation.images[camera].filter(|_| window.is_open());
+            if let (Some(image), Some(mask)) = (image, mask) {
+                let seen = (window, &image, &self.cameras[camera]);
+                let poses = (&observation.world_from_camera[camera], pose);
+                self.keyframes.offer(seen, poses, Some(&mask.image()));
+            }
+        }
+    }
+
+    /// Takes what is seen at a pose for what is usual.
+    fn get_used_to(&mut self, observation: &Observation<'_>, pose: &Pose) -> Attempt {
+        let eye = observation.world_from_camera[0].translation();
+        self.usual.distance = (pose.translation() - eye).norm();
+        self.usual.area = self.area(pose) * self.usual.distance * self.usual.distance;
+        // Colours count in a verdict only where it is known what is usual of them.
+        let colors = self.weigh(observation, pose).verdict;
+        (self.usual.ratio, self.usual.outline) = (colors.ratio, colors.outline);
+        let attempt = self.weigh(observation, pose);
+        self.usual.support = attempt.verdict.support;
+        self.usual.recognised = attempt.verdict.recognised;
+        self.usual.confidence = attempt.verdict.confidence;
+        attempt
     }
 
     fn check_masks(&self, masks: &[Option<Mask<'_>>]) -> Result<(), TrackError> {

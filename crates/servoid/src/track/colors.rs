@@ -87,7 +87,7 @@ impl Colors {
         }
     }
 
-    /// Counts a pixel that lies (right, down) of the object's middle.
+    /// Counts a pixel's bin for what the pixel is, on its side of the object.
     #[inline]
     pub(super) fn count(&mut self, bin: usize, belongs: Belongs, side: usize) {
         match belongs {

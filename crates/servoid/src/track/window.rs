@@ -48,9 +48,7 @@ impl Window {
         if (0..2).any(|i| first[i] + LEAST_SIDE > last[i]) {
             return false;
         }
-        // Even numbers of pixels keep all resolutions in step.
-        let span = [0, 1].map(|i| last[i] - first[i]);
-        (self.first_px, self.size_px) = (first, span);
+        (self.first_px, self.size_px) = (first, [0, 1].map(|i| last[i] - first[i]));
         self.middle = Some((low + high) * 0.5);
         self.open(from_world, image, colors);
         true

@@ -166,6 +166,29 @@ fn an_object_is_found_again_by_its_look_without_a_pose() {
     }
 }
 
+#[test]
+fn a_look_learned_in_colours_is_known_in_grey_pictures_near_a_pose_only_and_so_is_the_reverse() {
+    let near = turning(3) * Pose::exp(&Twist::new(0.01, -0.005, 0.01, 0.1, -0.1, 0.1));
+    let [rgb, grey] =
+        [Channels::Rgb, Channels::Grey].map(|channels| Stage { channels, ..Stage::textured() });
+    for (learned, seen) in [(&rgb, &grey), (&grey, &rgb)] {
+        let look = followed(learned, &learned.body, 6).appearance();
+        let settings = TrackSettings::default();
+        let mut tracker = Tracker::new(&seen.cameras(), &seen.body, settings).unwrap();
+        tracker.recall(&look);
+        let shot = |index: usize| seen.shot(index, &eyes(), Some(&turning(3)));
+        let refused = tracker.find(&shot(0).observation(), None);
+        assert_eq!(refused, Err(TrackError::NothingKnown));
+        let mut found = tracker.find(&shot(1).observation(), Some(near)).unwrap();
+        for index in 2..8 {
+            found = tracker.step(&shot(index).observation()).unwrap();
+        }
+        let (across, turned) = off(&found.world_from_object, &turning(3));
+        assert_eq!(found.status, Status::Tracking, "{:?}", seen.channels);
+        assert!(across < 1.5 && turned < 1.5, "{across} mm, {turned} deg");
+    }
+}
+
 /// Learns what the stage shows from four sides, with eight eyes about the object's frame.
 fn look_of_all_eyes(stage: &Stage) -> Appearance {
     let sides = [0, 8, 16, 24].map(|index| (index, turning(index)));

@@ -20,8 +20,8 @@ impl Tracker {
     /// Masks, one a camera where there is one, tell its pixels; without, its outline does.
     ///
     /// # Errors
-    /// If there is not one entry a camera, a mask has not its camera's size, or the object is in none
-    /// of the images.
+    /// If there is not one entry a camera, the time stamp is no finite number, a mask has not its
+    /// camera's size, or the object is in none of the images.
     pub fn start(
         &mut self,
         observation: &Observation<'_>,
@@ -42,7 +42,6 @@ impl Tracker {
         } else {
             self.learn_colors(observation, &world_from_object, 1.0);
         }
-        self.notices.clear();
         self.look(observation, &world_from_object, START_MARGIN);
         self.keyframes = Keyframes::default();
         self.keep_masked(observation, &world_from_object, masks);
@@ -64,7 +63,8 @@ impl Tracker {
     /// there.
     ///
     /// # Errors
-    /// If there is not one entry a camera, or nothing is known of the object's look.
+    /// If there is not one entry a camera, the time stamp is no finite number, or nothing is known of
+    /// the object's look.
     pub fn find(
         &mut self,
         observation: &Observation<'_>,
@@ -73,7 +73,7 @@ impl Tracker {
         let mut clock = Clock::start();
         self.check(observation)?;
         if !self.colors.are_known() {
-            self.learn_surroundings(observation)?;
+            self.learn_surroundings(observation, near)?;
         }
         let expected = near.unwrap_or_else(|| self.motion.last());
         let mut attempt = Attempt::nothing(expected, self.solid.radius);
@@ -142,13 +142,23 @@ impl Tracker {
     }
 
     /// Takes all that the images show for background, where only the object's colours are known: it
-    /// is small among the rest.
-    fn learn_surroundings(&mut self, observation: &Observation<'_>) -> Result<(), TrackError> {
+    /// is small among the rest. Colours and brightness do not say anything of each other: in images of
+    /// another kind surface points alone must do, and they do near a pose only.
+    fn learn_surroundings(
+        &mut self,
+        observation: &Observation<'_>,
+        near: Option<Pose>,
+    ) -> Result<(), TrackError> {
         let images = (0..self.cameras.len()).filter(|&camera| self.senses.can_use(camera));
         let images: Vec<_> = images.filter_map(|camera| observation.images[camera]).collect();
         let known = images.iter().all(|i| self.colors.know_object(i.channels() == Channels::Grey));
-        if !known && self.points.known.is_empty() {
+        if !known && (near.is_none() || self.points.known.is_empty()) {
             return Err(TrackError::NothingKnown);
+        }
+        if !known {
+            self.colors = Colors::new(self.settings.local_colors);
+            (self.usual.ratio, self.usual.outline) = (0.0, 0.0);
+            return Ok(());
         }
         self.look_all_over(observation);
         for (window, image) in self.windows.iter().zip(&observation.images) {

@@ -4,6 +4,9 @@ use crate::observe::{Channels, ImageView};
 /// Colours of the object and of what is around it now: they follow the light, and the background is
 /// told apart by where it lies.
 ///
+/// A [`ColorModel`](crate::fitness::ColorModel) counts once what masks show; these histograms are
+/// shares, of which each lesson replaces a part.
+///
 /// The background's histograms are one for each of eight directions from the object; each is mixed
 /// with all of them, so that what was not seen there but elsewhere still counts as background.
 #[derive(Debug, Clone)]

@@ -103,7 +103,7 @@ impl Tracker {
     /// Says where the object is in the next observation.
     ///
     /// # Errors
-    /// If there is not one entry a camera.
+    /// If there is not one entry a camera, or the time stamp is no finite number.
     pub fn step(&mut self, observation: &Observation<'_>) -> Result<Estimate, TrackError> {
         let mut clock = Clock::start();
         self.check(observation)?;

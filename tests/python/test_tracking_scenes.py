@@ -8,12 +8,14 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from conftest import Command
 from faults import Moments
 from recordings import SNAIL, Alone, Recording, pose_text, run_servoid, wrong
 from tracking_errors import TrackingErrors, tracking_errors
 
 from servoid.pose import Pose
 from servoid.record import Waypoint, read_trajectory
+from servoid.shape import load_body, save_body
 from servoid.sim import MovingScene, Scenario
 from servoid.sim.convex import Floats
 
@@ -51,6 +53,37 @@ def test_a_body_from_a_file_is_placed_in_the_mask_and_followed(
     away = (start.inverse() @ points[0].world_from_object).log()
     assert np.linalg.norm(away[:3]) < 0.01
     assert np.linalg.norm(away[3:]) < np.radians(15.0)
+
+
+def test_a_modelled_body_is_found_by_its_looks_where_no_mask_is(
+    recording: Recorded, tmp_path: Path
+) -> None:
+    snail = recording("colour")
+    options = ("--max-ellipsoids", 4, "--out", "body.json")
+    run_servoid(tmp_path, "model", snail.folder, *options)
+    file = load_body(tmp_path / "body.json")
+    assert file.appearance is not None
+    body = ("--body", "body.json", "--observations", "8:14")
+    points, _ = tracked(snail, tmp_path, *body)
+    assert [point.observation for point in points] == list(range(8, 14))
+    assert are_tracked(points)
+    toy_from_body = Pose(snail.truth(0)).inverse() @ file.body().world_from_object
+    for point in points:
+        there = Pose(snail.truth(point.observation or 0)) @ toy_from_body
+        away = (there.inverse() @ point.world_from_object).log()
+        assert np.linalg.norm(away[:3]) < 0.006
+        assert np.linalg.norm(away[3:]) < np.radians(4.0)
+
+
+def test_a_body_that_remembers_no_look_is_not_sought(
+    alone: Alone, tmp_path: Path, servoid_command: Command
+) -> None:
+    save_body(tmp_path / "body.json", alone.body)
+    body = ("--body", tmp_path / "body.json", "--observations", "8:14")
+    outcome = servoid_command("track", alone.recording.folder, *body)
+    assert outcome.code == 1
+    assert "nothing says where 'body' is in observation 8" in outcome.err
+    assert "saved with what the object looks like" in " ".join(outcome.err.split())
 
 
 def test_a_body_from_a_file_evolves_if_it_is_told_to(alone: Alone, tmp_path: Path) -> None:

@@ -5,6 +5,7 @@
 mod shapes;
 
 use nalgebra::{UnitQuaternion, Vector3};
+use servoid::model::Settings;
 use servoid::observe::Channels;
 use servoid::pose::{Pose, Twist};
 use servoid::track::{Estimate, Notice, Status, TrackError, TrackSettings, Tracker};
@@ -217,10 +218,17 @@ fn what_cannot_be_tracked_is_refused() {
         (TrackSettings { budget_s: Some(0.0), ..usual }, "budget_s"),
         (TrackSettings { budget_s: Some(f64::NAN), ..usual }, "budget_s"),
         (TrackSettings { surface: false, region: false, ..usual }, "surface and region"),
+        (TrackSettings { points: 0, ..usual }, "points"),
+        (TrackSettings { trusted: 1.1, ..usual }, "trusted"),
+        (TrackSettings { trusted: f64::NAN, ..usual }, "trusted"),
+        (TrackSettings { held: 0.0, ..usual }, "held"),
+        (TrackSettings { trusted: 0.3, held: 0.4, ..usual }, "held"),
     ] {
         let refused = made(settings);
         assert!(matches!(refused, Err(TrackError::Setting { name, .. }) if name == what));
     }
+    let growth = Settings { max_ellipsoids: 0, ..usual.growth };
+    assert!(matches!(made(TrackSettings { growth, ..usual }), Err(TrackError::Model(_))));
     let none = Tracker::new(&[], &stage.body, usual);
     assert!(matches!(none, Err(TrackError::NoCamera)));
     let shot = stage.shot(0, &eyes(), Some(&start()));

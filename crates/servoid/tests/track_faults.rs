@@ -52,6 +52,18 @@ fn view(pixels: &[u8]) -> ImageView<'_> {
 }
 
 #[test]
+fn a_camera_that_is_missing_at_the_start_is_said() {
+    let stage = Stage::textured();
+    let settings = TrackSettings::default();
+    let mut tracker = Tracker::new(&stage.cameras(), &stage.body, settings).unwrap();
+    let shot = shot(0);
+    let mut seen = shot.observation();
+    seen.images[1] = None;
+    let found = tracker.start(&seen, start(), &[]).unwrap();
+    assert!(found.notices.contains(&Notice::NoImage(1)), "{:?}", found.notices);
+}
+
+#[test]
 fn the_other_camera_goes_on_where_one_fails() {
     let (black, small, before) = (one_color(0), vec![7; 3 * 64 * 48], shot(5));
     let small = ImageView::new(&small, [64, 48], Channels::Rgb).unwrap();

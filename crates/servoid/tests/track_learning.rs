@@ -9,7 +9,7 @@ use std::sync::OnceLock;
 use nalgebra::{UnitQuaternion, Vector3};
 use proptest::prelude::*;
 use servoid::model::{Portrait, half_ball_direction, silhouette_ious};
-use servoid::observe::Channels;
+use servoid::observe::{Channels, Observation};
 use servoid::pose::{Pose, Twist};
 use servoid::shape::{Body, Ellipsoid};
 use servoid::track::{Appearance, Status, TrackError, TrackSettings, Tracker};
@@ -164,6 +164,71 @@ fn an_object_is_found_again_by_its_look_without_a_pose() {
         assert_eq!(found.status, Status::Tracking, "{channels:?}");
         assert!(across < 1.5 && turned < 1.5, "{channels:?}: {across} mm, {turned} deg");
     }
+}
+
+#[test]
+fn a_look_learned_in_colours_is_known_in_grey_pictures_near_a_pose_only_and_so_is_the_reverse() {
+    let near = turning(3) * Pose::exp(&Twist::new(0.01, -0.005, 0.01, 0.1, -0.1, 0.1));
+    let [rgb, grey] =
+        [Channels::Rgb, Channels::Grey].map(|channels| Stage { channels, ..Stage::textured() });
+    for (learned, seen) in [(&rgb, &grey), (&grey, &rgb)] {
+        let look = followed(learned, &learned.body, 6).appearance();
+        let settings = TrackSettings::default();
+        let mut tracker = Tracker::new(&seen.cameras(), &seen.body, settings).unwrap();
+        tracker.recall(&look);
+        let shot = |index: usize| seen.shot(index, &eyes(), Some(&turning(3)));
+        let refused = tracker.find(&shot(0).observation(), None);
+        assert_eq!(refused, Err(TrackError::NothingKnown));
+        let mut found = tracker.find(&shot(1).observation(), Some(near)).unwrap();
+        for index in 2..8 {
+            found = tracker.step(&shot(index).observation()).unwrap();
+        }
+        let (across, turned) = off(&found.world_from_object, &turning(3));
+        assert_eq!(found.status, Status::Tracking, "{:?}", seen.channels);
+        assert!(across < 1.5 && turned < 1.5, "{across} mm, {turned} deg");
+    }
+}
+
+/// Learns what the stage shows from four sides, with eight eyes about the object's frame.
+fn look_of_all_eyes(stage: &Stage) -> Appearance {
+    let sides = [0, 8, 16, 24].map(|index| (index, turning(index)));
+    let shots = sides.map(|(index, there)| stage.shot(index, &eyes(), Some(&there)));
+    let parts: Vec<_> = shots.iter().map(|shot| shot.observation()).collect();
+    let about = |(_, there): &(usize, Pose)| eyes().map(|eye| there.inverse() * eye);
+    let all = Observation {
+        time_s: 0.0,
+        world_from_camera: sides.iter().flat_map(about).collect(),
+        images: parts.iter().flat_map(|part| part.images.clone()).collect(),
+    };
+    let marked = |(_, there): &(usize, Pose)| eyes().map(|eye| stage.mask(&eye, there));
+    let pictures: Vec<_> = sides.iter().flat_map(marked).collect();
+    let settings = TrackSettings::default();
+    let mut tracker = Tracker::new(&[stage.camera; 8], &stage.body, settings).unwrap();
+    tracker.start(&all, Pose::identity(), &shapes::drawn::masks(&pictures)).unwrap();
+    tracker.appearance()
+}
+
+#[test]
+fn a_look_that_many_eyes_learned_is_known_to_one() {
+    let stage = Stage::textured();
+    let settings = TrackSettings::default();
+    let mut tracker = Tracker::new(&[stage.camera], &stage.body, settings).unwrap();
+    tracker.recall(&look_of_all_eyes(&stage));
+    let mut found = None;
+    for index in 8..12 {
+        let shot = stage.shot(index, &eyes(), Some(&turning(8)));
+        let mut seen = shot.observation();
+        seen.images.truncate(1);
+        seen.world_from_camera.truncate(1);
+        found = Some(match found {
+            None => tracker.find(&seen, None).unwrap(),
+            Some(_) => tracker.step(&seen).unwrap(),
+        });
+    }
+    let found = found.unwrap();
+    let (across, turned) = off(&found.world_from_object, &turning(8));
+    assert_eq!(found.status, Status::Tracking, "{}", found.confidence);
+    assert!(across < 4.0 && turned < 2.0, "{across} mm, {turned} deg");
 }
 
 #[test]

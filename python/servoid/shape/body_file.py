@@ -66,7 +66,8 @@ class BodyFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     """A rigid set of ellipsoids and where it is.
 
     `world_from_object` is (x, y, z, qw, qx, qy, qz): the translation in metres and the unit
-    quaternion that take the object's frame to the world.
+    quaternion that take the object's frame to the world. `appearance` is what the object looks
+    like, bytes in base64 or null where it is not known.
     """
 
     version: Literal[1]

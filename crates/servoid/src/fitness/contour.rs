@@ -85,7 +85,7 @@ fn rim(
 
 /// Finds the boundary along the normal at a place of the outline, among `2 reach + 1` pixels one
 /// `step_px` apart: it may lie between any two of them, before the first or behind the last, and is
-/// as likely there as the pixels inside it are the object's and those outside are not. // (S45)
+/// as likely there as the pixels inside it are the object's and those outside are not (S45).
 ///
 /// `score` gives the log-likelihood ratio of a pixel, `None` beyond the image. `None` if the line
 /// leaves the image; where nothing is known, every place is as likely.

@@ -79,7 +79,7 @@ impl Settings {
     }
 
     /// Passes the settings on if they are in their ranges.
-    pub(super) fn checked(self) -> Result<Self, ModelError> {
+    pub(crate) fn checked(self) -> Result<Self, ModelError> {
         check_common(self.max_ellipsoids, self.delta)?;
         check_positive("islands", self.islands)?;
         check_positive("lines", self.lines)?;

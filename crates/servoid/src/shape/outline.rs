@@ -63,6 +63,12 @@ impl Projection {
         moved
     }
 
+    /// Gives where the camera is; `None` if what is seen is flat.
+    #[must_use]
+    pub fn eye(&self) -> Option<Vector3<f64>> {
+        Some(-self.linear.try_inverse()? * self.offset)
+    }
+
     /// Projects a point to homogeneous pixels.
     #[must_use]
     pub fn apply(&self, point: &Vector3<f64>) -> Vector3<f64> {

@@ -18,12 +18,12 @@ pub struct Appearance {
     /// Bins of colours and their shares; grey pictures have other bins.
     colors: Vec<(u32, f32)>,
     grey: bool,
-    usual: [f64; 7],
+    usual: [f64; Usual::NUMBERS],
 }
 
 /// First bytes of a written appearance: a name and the version.
 const MAGIC: &[u8; 8] = b"servoap1";
-/// Numbers of 8 bytes that a point has beside its looks.
+/// Numbers of 8 bytes that a point has beside its colour and looks.
 const NUMBERS: usize = 16;
 /// Most points and colours that are read.
 const MOST: usize = 100_000;
@@ -87,7 +87,7 @@ impl Reader<'_> {
         if points > MOST || colors > MOST {
             return None;
         }
-        let mut usual = [0.0; 7];
+        let mut usual = [0.0; Usual::NUMBERS];
         for number in &mut usual {
             *number = self.number()?;
         }
@@ -149,20 +149,18 @@ impl Tracker {
     /// Gives what the object looks like, as far as it was learned.
     #[must_use]
     pub fn appearance(&self) -> Appearance {
-        let Usual { ratio, outline, confidence, support, recognised, area, distance } = self.usual;
         let points = self.points.known.iter().map(|known| (known.point, known.variance));
         Appearance {
             points: points.collect(),
             colors: self.colors.object_shares(),
             grey: self.colors.grey,
-            usual: [ratio, outline, confidence, support, recognised, area, distance],
+            usual: self.usual.numbers(self.cameras.len()),
         }
     }
 
     /// Takes over what the object looks like, so that it can be sought without a pose.
     pub fn recall(&mut self, appearance: &Appearance) {
-        let [ratio, outline, confidence, support, recognised, area, distance] = appearance.usual;
-        self.usual = Usual { ratio, outline, confidence, support, recognised, area, distance };
+        self.usual = Usual::of(appearance.usual, self.cameras.len());
         let known = appearance.points.iter().map(|&(point, variance)| Known::new(point, variance));
         self.points = Points { known: known.collect() };
         self.colors = Colors::new(self.settings.local_colors);

@@ -2,16 +2,19 @@ use nalgebra::Vector3;
 
 use super::TrackError;
 use super::clock::Clock;
-use super::estimate::Notice;
+use super::estimate::{Notice, Status};
 use super::judge::{Verdict, judge};
 use super::polish::{Normal, Sight, linearize, polish};
-use super::search::{Judged, Probes, Reach};
+use super::search::{Judged, Leeway, Probes};
 use super::tracker::Tracker;
+use super::window::Window;
 use crate::observe::{Observation, Pyramid};
 use crate::pose::Pose;
 
 /// The coarsest resolution.
 pub(super) const COARSEST: usize = Pyramid::LEVELS - 1;
+/// Share of the usual confidence below which a pose is made precise once more, from coarser images.
+const DOUBTFUL: f64 = 0.9;
 /// Pixels by which the object may be off for the finest resolution, and the next, to find it.
 const FORESEEN_PX: [f64; COARSEST] = [0.8, 3.0];
 
@@ -66,7 +69,7 @@ impl Tracker {
             window.close();
             let image = observation.images[camera].filter(|_| self.senses.can_use(camera));
             let Some(image) = image else { continue };
-            let place = (pose, self.solid.quadrics.as_slice(), margin);
+            let place = (pose, &self.solid, margin);
             let eye = &observation.world_from_camera[camera];
             let inside = window.look(&self.cameras[camera], eye, &image, place, colors);
             if !inside {
@@ -93,7 +96,7 @@ impl Tracker {
     }
 
     fn can_look(&self) -> bool {
-        self.windows.iter().any(super::window::Window::is_open)
+        self.windows.iter().any(Window::is_open)
     }
 
     /// Says whether any camera delivered an image.
@@ -108,14 +111,14 @@ impl Tracker {
     }
 
     /// Says how far the object may be from where it is expected.
-    pub(super) fn reach(&self) -> Reach {
+    pub(super) fn leeway(&self) -> Leeway {
         let radius = self.solid.radius;
         let across = (3.0 * self.surprise.0).clamp(0.02 * radius, 0.5 * radius);
         (across, (3.0 * self.surprise.1).clamp(0.02, 0.5))
     }
 
     /// Chooses the resolution from which a pose is made precise, by how well it is foreseen.
-    pub(super) fn coarsest(&self, expected: &Pose) -> usize {
+    fn coarsest(&self, expected: &Pose) -> usize {
         let per_meter = self.windows.iter().filter_map(|window| {
             let (_, slope) = window.projection(expected)?.pixel(&Vector3::zeros())?;
             Some(slope.row(0).norm())
@@ -125,32 +128,52 @@ impl Tracker {
         FORESEEN_PX.iter().position(|&most| off_px < most).unwrap_or(COARSEST)
     }
 
-    /// Breeds hypotheses about where the object is expected.
+    /// Breeds hypotheses about where the object is expected; gives the best, and how many were
+    /// scored.
     pub(super) fn seek(
         &mut self,
         observation: &Observation<'_>,
         expected: &Pose,
         clock: &Clock,
     ) -> Result<(Pose, usize), TrackError> {
-        let (reach, last, area) = (self.reach(), self.motion.last(), self.area(expected));
+        self.points_in_view(expected);
+        let (leeway, last, area) = (self.leeway(), self.motion.last(), self.area(expected));
         let sight = sight!(self, observation);
         let judged = Judged { sight, probes: Probes::InView(&self.desk.in_view), area };
         let (most, budget) = (self.settings.generations, self.settings.budget_s);
         let go_on = |bred: usize| bred < most && !clock.is_over(budget);
-        let found = self.search.run(&judged, (expected, &last), reach, go_on)?;
+        let found = self.search.run(&judged, (expected, &last), leeway, go_on)?;
         Ok((found.pose, found.evaluations))
     }
 
     /// Gives the pixels that the body's outlines hold at a pose.
     pub(super) fn area(&self, pose: &Pose) -> f64 {
-        let held = self.windows.iter().filter_map(|window| {
-            Some(window.region(&window.projection(pose)?, &self.solid.quadrics).1)
-        });
+        let held = self
+            .windows
+            .iter()
+            .filter_map(|window| Some(window.region(&window.projection(pose)?, &self.solid).1));
         held.sum()
     }
 
-    /// Makes a pose precise and judges it,
-    /// from the coarsest resolution that is asked for.
+    /// Makes a guess precise; once more from the coarsest resolution where the outcome is doubtful.
+    pub(super) fn precise(
+        &mut self,
+        observation: &Observation<'_>,
+        expected: &Pose,
+        guess: &Pose,
+    ) -> Attempt {
+        let mut attempt = self.attempt(observation, guess, self.coarsest(expected));
+        let enough = self.settings.trusted.max(DOUBTFUL * self.usual.confidence);
+        if attempt.verdict.confidence < enough {
+            attempt = self.attempt(observation, guess, COARSEST);
+        }
+        if self.status != Status::Tracking {
+            self.doubt(&mut attempt);
+        }
+        attempt
+    }
+
+    /// Makes a pose precise, from the coarsest resolution that is asked for, and judges it.
     pub(super) fn attempt(
         &mut self,
         observation: &Observation<'_>,

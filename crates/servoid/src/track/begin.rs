@@ -20,8 +20,8 @@ impl Tracker {
     /// Masks, one a camera where there is one, tell its pixels; without, its outline does.
     ///
     /// # Errors
-    /// If there is not one entry a camera, a mask has not its camera's size, or the object is in none
-    /// of the images.
+    /// If there is not one entry a camera, the time stamp is no finite number, a mask has not its
+    /// camera's size, or the object is in none of the images.
     pub fn start(
         &mut self,
         observation: &Observation<'_>,
@@ -42,34 +42,16 @@ impl Tracker {
         } else {
             self.learn_colors(observation, &world_from_object, 1.0);
         }
-        self.notices.clear();
         self.look(observation, &world_from_object, START_MARGIN);
         self.keyframes = Keyframes::default();
-        for (camera, mask) in masks.iter().enumerate().take(self.windows.len()) {
-            let window = &self.windows[camera];
-            let image = observation.images[camera].filter(|_| window.is_open());
-            if let (Some(image), Some(mask)) = (image, mask) {
-                let seen = (window, &image, &self.cameras[camera]);
-                let poses = (&observation.world_from_camera[camera], &world_from_object);
-                self.keyframes.offer(seen, poses, Some(&mask.image()));
-            }
-        }
+        self.keep_masked(observation, &world_from_object, masks);
         self.points_in_view(&world_from_object);
         if self.settings.surface {
             let all = Lesson { from: 0, cells: usize::MAX, tries: usize::MAX, masks };
             self.learn_points(observation, &world_from_object, &all);
             self.points_in_view(&world_from_object);
         }
-        let eye = observation.world_from_camera[0].translation();
-        let distance = (world_from_object.translation() - eye).norm();
-        self.usual.distance = distance;
-        self.usual.area = self.area(&world_from_object) * distance * distance;
-        let verdict = self.weigh(observation, &world_from_object).verdict;
-        (self.usual.ratio, self.usual.outline) = (verdict.ratio, verdict.outline);
-        let attempt = self.weigh(observation, &world_from_object);
-        self.usual.support = attempt.verdict.support;
-        self.usual.recognised = attempt.verdict.recognised;
-        self.usual.confidence = attempt.verdict.confidence;
+        let attempt = self.get_used_to(observation, &world_from_object);
         (self.status, self.unseen, self.met) = (Status::Tracking, 0, true);
         let mut estimate = self.estimate(observation, &attempt);
         clock.lap(|timing| &mut timing.learn);
@@ -81,7 +63,8 @@ impl Tracker {
     /// there.
     ///
     /// # Errors
-    /// If there is not one entry a camera, or nothing is known of the object's look.
+    /// If there is not one entry a camera, the time stamp is no finite number, or nothing is known of
+    /// the object's look.
     pub fn find(
         &mut self,
         observation: &Observation<'_>,
@@ -90,7 +73,7 @@ impl Tracker {
         let mut clock = Clock::start();
         self.check(observation)?;
         if !self.colors.are_known() {
-            self.learn_surroundings(observation)?;
+            self.learn_surroundings(observation, near)?;
         }
         let expected = near.unwrap_or_else(|| self.motion.last());
         let mut attempt = Attempt::nothing(expected, self.solid.radius);
@@ -103,6 +86,38 @@ impl Tracker {
         self.settle(observation.time_s, &found, &attempt, self.settings.trusted);
         let estimate = self.estimate(observation, &attempt);
         Ok(Estimate { evaluations, timing: clock.timing(), ..estimate })
+    }
+
+    /// Keeps what the cameras show as it is marked.
+    fn keep_masked(
+        &mut self,
+        observation: &Observation<'_>,
+        pose: &Pose,
+        masks: &[Option<Mask<'_>>],
+    ) {
+        for (camera, (window, mask)) in self.windows.iter().zip(masks).enumerate() {
+            let image = observation.images[camera].filter(|_| window.is_open());
+            if let (Some(image), Some(mask)) = (image, mask) {
+                let seen = (window, &image, &self.cameras[camera]);
+                let poses = (&observation.world_from_camera[camera], pose);
+                self.keyframes.offer(seen, poses, Some(&mask.image()));
+            }
+        }
+    }
+
+    /// Takes what is seen at a pose for what is usual.
+    fn get_used_to(&mut self, observation: &Observation<'_>, pose: &Pose) -> Attempt {
+        let eye = observation.world_from_camera[0].translation();
+        self.usual.distance = (pose.translation() - eye).norm();
+        self.usual.area = self.area(pose) * self.usual.distance * self.usual.distance;
+        // Colours count in a verdict only where it is known what is usual of them.
+        let colors = self.weigh(observation, pose).verdict;
+        (self.usual.ratio, self.usual.outline) = (colors.ratio, colors.outline);
+        let attempt = self.weigh(observation, pose);
+        self.usual.support = attempt.verdict.support;
+        self.usual.recognised = attempt.verdict.recognised;
+        self.usual.confidence = attempt.verdict.confidence;
+        attempt
     }
 
     fn check_masks(&self, masks: &[Option<Mask<'_>>]) -> Result<(), TrackError> {
@@ -126,13 +141,23 @@ impl Tracker {
     }
 
     /// Takes all that the images show for background, where only the object's colours are known: it
-    /// is small among the rest.
-    fn learn_surroundings(&mut self, observation: &Observation<'_>) -> Result<(), TrackError> {
+    /// is small among the rest. Colours and brightness do not say anything of each other: in images of
+    /// another kind surface points alone must do, and they do near a pose only.
+    fn learn_surroundings(
+        &mut self,
+        observation: &Observation<'_>,
+        near: Option<Pose>,
+    ) -> Result<(), TrackError> {
         let images = (0..self.cameras.len()).filter(|&camera| self.senses.can_use(camera));
         let images: Vec<_> = images.filter_map(|camera| observation.images[camera]).collect();
         let known = images.iter().all(|i| self.colors.know_object(i.channels() == Channels::Grey));
-        if !known && self.points.known.is_empty() {
+        if !known && (near.is_none() || self.points.known.is_empty()) {
             return Err(TrackError::NothingKnown);
+        }
+        if !known {
+            self.colors = Colors::new(self.settings.local_colors);
+            (self.usual.ratio, self.usual.outline) = (0.0, 0.0);
+            return Ok(());
         }
         self.look_all_over(observation);
         for (window, image) in self.windows.iter().zip(&observation.images) {

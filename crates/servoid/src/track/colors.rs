@@ -4,6 +4,9 @@ use crate::observe::{Channels, ImageView};
 /// Colours of the object and of what is around it now: they follow the light, and the background is
 /// told apart by where it lies.
 ///
+/// A [`ColorModel`](crate::fitness::ColorModel) counts once what masks show; these histograms are
+/// shares, of which each lesson replaces a part.
+///
 /// The background's histograms are one for each of eight directions from the object; each is mixed
 /// with all of them, so that what was not seen there but elsewhere still counts as background.
 #[derive(Debug, Clone)]
@@ -87,7 +90,7 @@ impl Colors {
         }
     }
 
-    /// Counts a pixel that lies (right, down) of the object's middle.
+    /// Counts a pixel's bin for what the pixel is, on its side of the object.
     #[inline]
     pub(super) fn count(&mut self, bin: usize, belongs: Belongs, side: usize) {
         match belongs {

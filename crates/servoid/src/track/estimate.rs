@@ -9,9 +9,10 @@ use crate::pose::{Pose, Twist};
 pub enum Status {
     /// The images confirm the pose.
     Tracking,
-    /// The images do not confirm a pose now; it is sought where it may be.
+    /// The images do not confirm a pose; the object is sought near where it was, or everywhere if it
+    /// was never tracked.
     Searching,
-    /// It was sought everywhere for a while and not found; it is still sought.
+    /// It was not found for a while; it is sought everywhere.
     Lost,
 }
 

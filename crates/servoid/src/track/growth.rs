@@ -5,12 +5,13 @@ use crate::fitness::Sight;
 use crate::model::{self, Given, Portrait};
 use crate::observe::Observation;
 use crate::pose::Pose;
-use crate::shape::{Body, Ellipsoid};
+use crate::shape::Body;
 
 /// Surface points whose distance is known at least this well, as a share of the body's radius, say
 /// where the surface is.
 const WELL_KNOWN: f64 = 0.03;
-/// An ellipsoid may reach as far from the middle as this, in radii of the body before.
+/// A body may reach as far from the middle as this, in radii of the body before: beyond, it fits what
+/// is none of it.
 const FARTHEST: f64 = 1.4;
 
 impl Tracker {
@@ -42,13 +43,12 @@ impl Tracker {
         }
         let given = Given { views: &views, sights: &sights, ..Given::default() };
         let grown = model::evolved(&given, self.body.ellipsoids(), &self.settings.growth)?;
-        let reach = |e: &Ellipsoid| e.center().norm() + e.radii().max();
-        let most = self.body.ellipsoids().iter().map(reach).fold(0.0, f64::max);
-        if grown.iter().any(|e| reach(e) > FARTHEST * most) {
+        let body = Body::new(self.body.world_from_object(), grown)?;
+        let solid = Solid::new(&body);
+        if solid.radius > FARTHEST * self.solid.radius {
             return Ok(false);
         }
-        self.body = Body::new(self.body.world_from_object(), grown)?;
-        self.solid = Solid::new(&self.body);
+        (self.body, self.solid) = (body, solid);
         Ok(true)
     }
 

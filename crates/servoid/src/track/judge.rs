@@ -37,7 +37,7 @@ pub(super) fn judge(sight: &Sight<'_>, pose: &Pose, usual: &Usual, desk: &Desk) 
     let (mut sum, mut area) = (0.0, 0.0);
     for window in sight.windows {
         if let Some(projection) = window.projection(pose) {
-            let (score, pixels) = window.region(&projection, &sight.solid.quadrics);
+            let (score, pixels) = window.region(&projection, sight.solid);
             sum += score;
             area += pixels;
         }

@@ -99,8 +99,7 @@ impl Keyframe {
             return Some(());
         }
         let projection = Projection::new(&self.camera, &self.object_from_camera);
-        let outlines: Vec<_> =
-            solid.quadrics.iter().filter_map(|q| projection.outline(q)).collect();
+        let outlines: Vec<_> = solid.outlines(&projection).collect();
         let (middle, _) = projection.pixel(&Vector3::zeros())?;
         let scores = self.scores(colors, &middle)?;
         let [width, height] = self.camera.size_px();

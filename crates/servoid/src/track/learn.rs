@@ -1,13 +1,13 @@
 use nalgebra::{Matrix2, Vector2, Vector3};
 
-use super::points::{InView, Known, PLACE_PX, eye, noise};
+use super::points::{InView, Known, PLACE_PX, noise};
 use super::polish::Sight;
 use super::solid::Hit;
 use super::window::Window;
 use crate::fitness::SurfacePoint;
 use crate::observe::{Mask, Plane};
 use crate::pose::Pose;
-use crate::shape::Projection;
+use crate::shape::{Outline, Projection};
 
 /// Pixels along the side of a cell in which one point is learned.
 const CELL_PX: usize = 10;
@@ -19,6 +19,12 @@ const REACH: f64 = 0.35;
 const LEAST_CORRELATION: f64 = 0.85;
 /// Largest standard deviation of a new point's distance, as a share of the body's radius.
 const WORST: f64 = 0.05;
+/// Pixels by which a point lies inside the outline.
+const LEAST_MARGIN_PX: f64 = 5.0;
+/// Pixels from a place to those around it that are asked.
+const AROUND_PX: f64 = 3.0;
+/// Sum of the log-likelihood ratios of nine pixels below which they are background.
+const AGAINST: f64 = -4.0;
 
 /// Where new points are sought.
 pub(super) struct Lesson<'a> {
@@ -40,48 +46,46 @@ pub(super) fn learn(
     lesson: &Lesson<'_>,
     out: &mut Vec<Known>,
 ) {
-    let (from, cells) = (lesson.from, lesson.cells);
     for camera in 0..sight.windows.len() {
-        let window = &sight.windows[camera];
-        let Some(projection) = window.projection(pose) else { continue };
-        let Some(eye) = eye(&projection) else { continue };
-        let [left, top] = window.pyramid.first_px();
-        let plane = window.pyramid.plane(0);
-        let [across, down] = plane.size_px().map(|n| n / CELL_PX);
-        let mask = lesson.masks.get(camera).and_then(Option::as_ref);
-        let mut tries = lesson.tries;
-        for cell in
-            (0..cells.min(across * down)).map(|i| from.wrapping_add(i) % (across * down).max(1))
-        {
-            let corner = [cell % across * CELL_PX, cell / across * CELL_PX];
-            let middle = corner.map(|x| (x + CELL_PX / 2) as f64);
-            let center = Vector2::new(middle[0] + left as f64, middle[1] + top as f64);
-            if margin(sight, &projection, &center) < LEAST_MARGIN_PX
-                || is_taken(sight, &projection, taken, camera, &center)
-            {
-                continue;
-            }
-            let Some(place) = best_corner(plane, corner) else { continue };
-            let pixel = Vector2::new(place[0] + left as f64, place[1] + top as f64);
-            if !is_object(sight, camera, mask, &pixel) {
-                continue;
-            }
-            if tries == 0 {
-                break;
-            }
-            tries -= 1;
+        let Some(projection) = sight.windows[camera].projection(pose) else { continue };
+        let Some(eye) = projection.eye() else { continue };
+        let corners = corners(sight, (camera, &projection), taken, lesson);
+        for pixel in corners.take(lesson.tries) {
             let reach = margin(sight, &projection, &pixel);
             out.extend(point_at(sight, (camera, &projection, &eye), pose, pixel, reach));
         }
     }
 }
 
-/// Pixels by which a point lies inside the outline.
-const LEAST_MARGIN_PX: f64 = 5.0;
+/// Gives corners in a camera's image that are the object's, each in a free cell that has its turn.
+fn corners<'a>(
+    sight: &'a Sight<'_>,
+    (camera, projection): (usize, &'a Projection),
+    taken: &'a [InView],
+    lesson: &'a Lesson<'_>,
+) -> impl Iterator<Item = Vector2<f64>> + 'a {
+    let pyramid = &sight.windows[camera].pyramid;
+    let first = Vector2::from(pyramid.first_px().map(|x| x as f64));
+    let plane = pyramid.plane(0);
+    let [across, down] = plane.size_px().map(|n| n / CELL_PX);
+    let mask = lesson.masks.get(camera).and_then(Option::as_ref);
+    (0..lesson.cells.min(across * down)).filter_map(move |turn| {
+        let cell = lesson.from.wrapping_add(turn) % (across * down);
+        let corner = [cell % across * CELL_PX, cell / across * CELL_PX];
+        let center = first + Vector2::from(corner.map(|x| (x + CELL_PX / 2) as f64));
+        if margin(sight, projection, &center) < LEAST_MARGIN_PX
+            || is_taken(sight, projection, taken, camera, &center)
+        {
+            return None;
+        }
+        let pixel = first + Vector2::from(best_corner(plane, corner)?);
+        is_object(sight, camera, mask, &pixel).then_some(pixel)
+    })
+}
 
 /// Gives about how many pixels a pixel lies inside the body's outline; not positive if outside.
 fn margin(sight: &Sight<'_>, projection: &Projection, pixel: &Vector2<f64>) -> f64 {
-    let depth = |outline: crate::shape::Outline| {
+    let depth = |outline: Outline| {
         let away = pixel - outline.center_px();
         let inverse = outline.covariance_px().try_inverse().unwrap_or_else(Matrix2::identity);
         let distance = away.dot(&(inverse * away)).sqrt();
@@ -92,8 +96,7 @@ fn margin(sight: &Sight<'_>, projection: &Projection, pixel: &Vector2<f64>) -> f
         };
         (1.0 - distance) * length
     };
-    let outlines = sight.solid.quadrics.iter().filter_map(|q| projection.outline(q));
-    outlines.map(depth).fold(f64::NEG_INFINITY, f64::max)
+    sight.solid.outlines(projection).map(depth).fold(f64::NEG_INFINITY, f64::max)
 }
 
 /// Says whether a mask, or else the colours around, do not speak against a pixel.
@@ -119,11 +122,6 @@ fn is_object(
     let ratios = around.filter_map(|place| window.ratio(image, colors, place.x, place.y));
     ratios.sum::<f64>() > AGAINST
 }
-
-/// Pixels from a place to those around it that are asked.
-const AROUND_PX: f64 = 3.0;
-/// Sum of the log-likelihood ratios of nine pixels below which they are background.
-const AGAINST: f64 = -4.0;
 
 fn is_taken(
     sight: &Sight<'_>,
@@ -183,7 +181,7 @@ fn point_at(
     let others = sight.windows.iter().enumerate().filter(|(other, _)| *other != camera);
     for (_, window) in others {
         let Some(projection) = window.projection(pose) else { continue };
-        let Some(other_eye) = self::eye(&projection) else { continue };
+        let Some(other_eye) = projection.eye() else { continue };
         let way = (other_eye - hit).normalize();
         if way.dot(&normal) < 0.25 || sight.solid.hides(&hit, &other_eye) {
             continue;

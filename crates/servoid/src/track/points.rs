@@ -1,10 +1,9 @@
-use nalgebra::{Matrix2x6, Vector3};
+use nalgebra::{Matrix2x3, Matrix2x6, Vector3};
 
 use super::solid::Solid;
 use super::window::Window;
 use crate::fitness::{Agreement, SurfacePoint};
 use crate::pose::Pose;
-use crate::shape::Projection;
 
 /// A surface point with how well its distance is known and how it has done.
 #[derive(Debug, Clone)]
@@ -49,7 +48,7 @@ const MOST: usize = 600;
 /// A point that agrees with less than this share of the images is dropped.
 const LEAST_QUALITY: f32 = 0.4;
 /// Correlation from which on a point counts as recognised.
-pub(super) const RECOGNISED: f64 = 0.75;
+const RECOGNISED: f64 = 0.75;
 /// How much of the past counts when points are judged.
 const MEMORY: f32 = 0.93;
 
@@ -66,7 +65,7 @@ impl Points {
         out.clear();
         for (camera, window) in windows.iter().enumerate() {
             let Some(projection) = window.projection(pose) else { continue };
-            let Some(eye) = eye(&projection) else { continue };
+            let Some(eye) = projection.eye() else { continue };
             let begin = out.len();
             for (index, known) in self.known.iter().enumerate() {
                 let point = &known.point;
@@ -141,14 +140,9 @@ pub(super) fn noise(correlation: f64) -> f64 {
     (2.0 * (1.0 - correlation) / 16.0).max(0.0) + 4e-4
 }
 
-/// Gives where the camera is, in the frame from which the projection maps.
-pub(super) fn eye(projection: &Projection) -> Option<Vector3<f64>> {
-    Some(-projection.linear.try_inverse()? * projection.offset)
-}
-
 /// Gives how the pixel of a point of the object moves with a small motion of the object in its own
 /// frame.
-pub(super) fn by_motion(slope: &nalgebra::Matrix2x3<f64>, point: &Vector3<f64>) -> Matrix2x6<f64> {
+pub(super) fn by_motion(slope: &Matrix2x3<f64>, point: &Vector3<f64>) -> Matrix2x6<f64> {
     let mut out = Matrix2x6::zeros();
     out.fixed_view_mut::<2, 3>(0, 0).copy_from(slope);
     out.fixed_view_mut::<2, 3>(0, 3).copy_from(&(-slope * point.cross_matrix()));

@@ -1,4 +1,4 @@
-use nalgebra::{Matrix2, Matrix6, Vector6};
+use nalgebra::{Matrix2, Matrix6, Vector3, Vector6};
 
 use super::colors::Colors;
 use super::points::{InView, PLACE_PX, Points, by_motion, noise};
@@ -38,9 +38,11 @@ pub(super) struct Desk {
     pub(super) teaching: Vec<Outline>,
     /// How well the outline agrees with the images: the sum over lines, and their number.
     pub(super) outline: (f64, f64),
-    pub(super) contour: Vec<ContourPoint>,
+    contour: Vec<ContourPoint>,
 }
 
+/// Longest step, in radii and radians.
+const MOST_STEP: f64 = 0.35;
 /// Most steps at each resolution, the finest first.
 const STEPS: [usize; Pyramid::LEVELS] = [4, 3, 3];
 /// Pixels along the outline from one line to the next.
@@ -100,14 +102,31 @@ fn bounded(step: Twist, radius: f64) -> Twist {
     step * (MOST_STEP / size.max(MOST_STEP))
 }
 
-/// Longest step, in radii and radians.
-const MOST_STEP: f64 = 0.35;
-
 /// Sums what surface points and outline say about a pose; the matches stay on the desk.
 pub(super) fn linearize(sight: &Sight<'_>, pose: &Pose, level: usize, desk: &mut Desk) -> Normal {
     let mut normal = Normal::new(sight.solid.radius);
-    desk.matches.clear();
+    add_points(&mut normal, sight, pose, level, desk);
     desk.outline = (0.0, 0.0);
+    if let Some(colors) = sight.colors {
+        for (window, image) in sight.windows.iter().zip(sight.images) {
+            if let (Some(projection), Some(image)) = (window.projection(pose), image) {
+                let ratio = |u, v| window.ratio(image, colors, u, v);
+                contour(
+                    &projection,
+                    &sight.solid.quadrics,
+                    LINE_SPACING_PX,
+                    &mut desk.outlines,
+                    &mut desk.contour,
+                );
+                add_lines(&mut normal, level, ratio, desk);
+            }
+        }
+    }
+    normal
+}
+
+fn add_points(normal: &mut Normal, sight: &Sight<'_>, pose: &Pose, level: usize, desk: &mut Desk) {
+    desk.matches.clear();
     let (mut camera, mut seen) = (usize::MAX, None);
     for view in &desk.in_view {
         if view.camera != camera {
@@ -119,38 +138,31 @@ pub(super) fn linearize(sight: &Sight<'_>, pose: &Pose, level: usize, desk: &mut
         let agreement = point.agreement(&projection, pyramid, level);
         desk.matches.push((*view, agreement));
         if let Some(agreement) = agreement {
-            add_point(&mut normal, &agreement, &point.position);
+            add_point(normal, &agreement, &point.position);
         }
     }
-    if let Some(colors) = sight.colors {
-        for (window, image) in sight.windows.iter().zip(sight.images) {
-            let (Some(projection), Some(image)) = (window.projection(pose), image) else {
-                continue;
-            };
-            contour(
-                &projection,
-                &sight.solid.quadrics,
-                LINE_SPACING_PX,
-                &mut desk.outlines,
-                &mut desk.contour,
-            );
-            for place in &desk.contour {
-                let ratio = |u, v| window.ratio(image, colors, u, v);
-                if let Some(offset) = boundary(place, LINES[level], ratio) {
-                    desk.outline.0 += (-0.5 * (offset.mean_px / NEAR_PX).powi(2)).exp();
-                    desk.outline.1 += 1.0;
-                    let by_motion = by_motion(&place.slope, &place.rim).tr_mul(&place.normal);
-                    let weight = LINE_SHARE / (offset.variance_px + SHAPE_PX);
-                    normal.curvature += by_motion * by_motion.transpose() * weight;
-                    normal.slope += by_motion * (weight * offset.mean_px);
-                }
-            }
-        }
-    }
-    normal
 }
 
-fn add_point(normal: &mut Normal, agreement: &Agreement, position: &nalgebra::Vector3<f64>) {
+/// Adds the lines that stand on the contour of the desk; `ratio` is that of a pixel.
+fn add_lines(
+    normal: &mut Normal,
+    level: usize,
+    ratio: impl Fn(f64, f64) -> Option<f64>,
+    desk: &mut Desk,
+) {
+    for place in &desk.contour {
+        if let Some(offset) = boundary(place, LINES[level], &ratio) {
+            desk.outline.0 += (-0.5 * (offset.mean_px / NEAR_PX).powi(2)).exp();
+            desk.outline.1 += 1.0;
+            let by_motion = by_motion(&place.slope, &place.rim).tr_mul(&place.normal);
+            let weight = LINE_SHARE / (offset.variance_px + SHAPE_PX);
+            normal.curvature += by_motion * by_motion.transpose() * weight;
+            normal.slope += by_motion * (weight * offset.mean_px);
+        }
+    }
+}
+
+fn add_point(normal: &mut Normal, agreement: &Agreement, position: &Vector3<f64>) {
     let weight = ((agreement.correlation - 0.3) / 0.5).clamp(0.0, 1.0).powi(2);
     if weight == 0.0 {
         return;

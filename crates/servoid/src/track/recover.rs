@@ -2,7 +2,7 @@ use nalgebra::Vector3;
 use rand::RngExt;
 
 use super::polish::Sight;
-use super::search::{Found, Judged, Probes, Reach, Search};
+use super::search::{Found, Judged, Leeway, Probes, Search};
 use crate::evolve::{self, GaError, Rng};
 use crate::pose::{Pose, even_turn};
 
@@ -42,7 +42,7 @@ impl Recovery {
     pub(super) fn near(
         &mut self,
         sight: Sight<'_>,
-        (pose, reach, area): (&Pose, Reach, f64),
+        (pose, leeway, area): (&Pose, Leeway, f64),
     ) -> Result<(&[Found], usize), GaError> {
         self.spread_probes(&sight);
         self.best.clear();
@@ -52,7 +52,7 @@ impl Recovery {
             self.round += 1;
             let rng = evolve::rng(self.seed, self.round);
             let mut search = Search::new(POPULATION, rng)?;
-            let found = search.run(&judged, (pose, pose), reach, |bred| bred < GENERATIONS)?;
+            let found = search.run(&judged, (pose, pose), leeway, |bred| bred < GENERATIONS)?;
             evaluations += found.evaluations;
             self.best.push(found);
         }
@@ -87,12 +87,12 @@ impl Recovery {
             let turn = (one.rotation().inverse() * other.rotation()).angle();
             apart(one, other) > 0.3 * sight.solid.radius || turn > 0.4
         });
-        let reach = (NEAR.0 * sight.solid.radius, NEAR.1);
+        let leeway = (NEAR.0 * sight.solid.radius, NEAR.1);
         for found in &mut self.best {
             self.round += 1;
             let mut search = Search::new(POPULATION, evolve::rng(self.seed, self.round))?;
             *found = search
-                .run(&judged, (&found.pose, &found.pose), reach, |bred| bred < GENERATIONS)?;
+                .run(&judged, (&found.pose, &found.pose), leeway, |bred| bred < GENERATIONS)?;
             evaluations += found.evaluations;
         }
         self.best.sort_by(|a, b| b.score.total_cmp(&a.score));

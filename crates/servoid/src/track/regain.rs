@@ -8,7 +8,7 @@ use crate::pose::Pose;
 /// Share of the object's size by which the window is larger where it is sought near a pose.
 const NEAR_MARGIN: f64 = 0.8;
 /// How far from a pose the object is sought, in radii and radians.
-const NEAR_REACH: (f64, f64) = (0.6, 0.8);
+const NEAR_LEEWAY: (f64, f64) = (0.6, 0.8);
 /// Confidence and share of the usual support from which on no other candidate is looked at.
 const SURE: (f64, f64) = (0.7, 0.6);
 /// Share of the surface points that are usually seen of an object, below which one that was sought is
@@ -42,7 +42,7 @@ impl Tracker {
         (near, rounds): (&Pose, usize),
         attempt: &mut Attempt,
     ) -> Result<usize, TrackError> {
-        let reach = (NEAR_REACH.0 * self.solid.radius, NEAR_REACH.1);
+        let leeway = (NEAR_LEEWAY.0 * self.solid.radius, NEAR_LEEWAY.1);
         let mut evaluations = 0;
         for _ in 0..rounds {
             if !self.look(observation, near, NEAR_MARGIN) {
@@ -50,7 +50,7 @@ impl Tracker {
             }
             let area = self.area(near);
             let sight = sight!(self, observation);
-            let (found, scored) = self.recovery.near(sight, (near, reach, area))?;
+            let (found, scored) = self.recovery.near(sight, (near, leeway, area))?;
             evaluations += scored;
             let candidates: Vec<Pose> = found.iter().map(|found| found.pose).collect();
             self.choose(observation, &candidates, attempt);

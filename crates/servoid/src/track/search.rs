@@ -1,4 +1,4 @@
-use super::points::{InView, eye};
+use super::points::InView;
 use super::polish::Sight;
 use crate::evolve::{Ga, GaError, GaSettings, Rng};
 use crate::observe::Pyramid;
@@ -21,7 +21,7 @@ pub(super) struct Found {
 }
 
 /// How far the object may be from where it is expected: (across in metres, turned in radians).
-pub(super) type Reach = (f64, f64);
+pub(super) type Leeway = (f64, f64);
 
 impl Search {
     pub(super) fn new(population: usize, rng: Rng) -> Result<Self, GaError> {
@@ -36,10 +36,10 @@ impl Search {
         &mut self,
         judged: &Judged<'_>,
         (expected, also): (&Pose, &Pose),
-        reach: Reach,
+        leeway: Leeway,
         go_on: impl Fn(usize) -> bool,
     ) -> Result<Found, GaError> {
-        let other = genes(&(expected.inverse() * *also).log(), reach);
+        let other = genes(&(expected.inverse() * *also).log(), leeway);
         // What is expected and what was are always among those that are scored.
         self.ga.move_each(|index, genes| match index {
             0 => genes.fill(0.0),
@@ -52,30 +52,30 @@ impl Search {
             bred += 1;
             self.scores.clear();
             for individual in self.ga.ask() {
-                let pose = *expected * Pose::exp(&motion(&individual.genes, reach));
+                let pose = *expected * Pose::exp(&motion(&individual.genes, leeway));
                 self.scores.push(judged.score(&pose));
             }
             found.evaluations += self.scores.len();
             self.ga.tell(&self.scores)?;
         }
         let best = self.ga.best();
-        found.pose = *expected * Pose::exp(&motion(&best.genes, reach));
+        found.pose = *expected * Pose::exp(&motion(&best.genes, leeway));
         found.score = best.score;
         Ok(found)
     }
 
     /// Moves the population along with the object to a pose that was found.
-    pub(super) fn follow(&mut self, expected: &Pose, found: &Pose, reach: Reach) {
-        let offset = genes(&(expected.inverse() * *found).log(), reach);
+    pub(super) fn follow(&mut self, expected: &Pose, found: &Pose, leeway: Leeway) {
+        let offset = genes(&(expected.inverse() * *found).log(), leeway);
         self.ga.move_each(|_, genes| genes.iter_mut().zip(&offset).for_each(|(x, by)| *x -= by));
     }
 }
 
-fn motion(genes: &[f64], (across, turned): Reach) -> Twist {
+fn motion(genes: &[f64], (across, turned): Leeway) -> Twist {
     Twist::from_fn(|i, _| genes[i] * if i < 3 { across } else { turned })
 }
 
-fn genes(motion: &Twist, (across, turned): Reach) -> [f64; 6] {
+fn genes(motion: &Twist, (across, turned): Leeway) -> [f64; 6] {
     std::array::from_fn(|i| (motion[i] / if i < 3 { across } else { turned }).clamp(-1.0, 1.0))
 }
 
@@ -115,7 +115,7 @@ impl Judged<'_> {
         for (camera, window) in self.sight.windows.iter().enumerate() {
             let Some(projection) = window.projection(pose) else { continue };
             if self.sight.colors.is_some() {
-                region += window.region(&projection, &self.sight.solid.quadrics).0;
+                region += window.region(&projection, self.sight.solid).0;
             }
             let mut look = |index: usize| {
                 let point = &self.sight.points.known[index].point;
@@ -132,7 +132,7 @@ impl Judged<'_> {
                     seen.step_by(every).for_each(|view| look(view.point));
                 }
                 Probes::Facing(all) => {
-                    let Some(eye) = eye(&projection) else { continue };
+                    let Some(eye) = projection.eye() else { continue };
                     for &index in all {
                         let point = &self.sight.points.known[index].point;
                         let way = eye - point.position;

@@ -49,6 +49,7 @@ impl Default for TrackSettings {
 }
 
 impl TrackSettings {
+    /// Passes the settings on if they are in their ranges.
     pub(super) fn checked(self) -> Result<Self, TrackError> {
         let fail = |name, allowed, given: String| Err(TrackError::Setting { name, allowed, given });
         if !(8..=4096).contains(&self.population) {
@@ -63,6 +64,18 @@ impl TrackSettings {
         if !(self.surface || self.region) {
             return fail("surface and region", "not both switched off", "false, false".into());
         }
+        if !(1..=1000).contains(&self.points) {
+            return fail("points", "1 to 1000", self.points.to_string());
+        }
+        for (name, given) in [("trusted", self.trusted), ("held", self.held)] {
+            if !(given > 0.0 && given <= 1.0) {
+                return fail(name, "above 0 and at most 1", given.to_string());
+            }
+        }
+        if self.held > self.trusted {
+            return fail("held", "at most as high as trusted", self.held.to_string());
+        }
+        self.growth.checked()?;
         Ok(self)
     }
 }

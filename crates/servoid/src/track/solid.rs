@@ -1,6 +1,6 @@
 use nalgebra::{Matrix3, Vector3};
 
-use crate::shape::{Body, Ellipsoid, Quadric};
+use crate::shape::{Body, Ellipsoid, Outline, Projection, Quadric};
 
 /// The body as the tracker uses it: in the object's frame, ready for outlines and for rays.
 #[derive(Debug, Clone)]
@@ -27,6 +27,11 @@ impl Solid {
         let reach = |e: &Ellipsoid| e.center().norm() + e.radii().max();
         let radius = body.ellipsoids().iter().map(reach).fold(f64::MIN_POSITIVE, f64::max);
         Self { quadrics, to_ball, radius }
+    }
+
+    /// Gives the outlines of its ellipsoids in a camera that sees the object's frame.
+    pub(super) fn outlines(&self, projection: &Projection) -> impl Iterator<Item = Outline> {
+        self.quadrics.iter().filter_map(|quadric| projection.outline(quadric))
     }
 
     /// Gives where a ray first meets the body.

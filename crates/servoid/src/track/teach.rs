@@ -55,7 +55,7 @@ impl Tracker {
             };
             let outlines = &mut self.desk.teaching;
             outlines.clear();
-            outlines.extend(self.solid.quadrics.iter().filter_map(|q| projection.outline(q)));
+            outlines.extend(self.solid.outlines(&projection));
             window.teach(image, outlines, DOUBT_PX, &mut self.colors);
         }
         self.colors.take(rate);

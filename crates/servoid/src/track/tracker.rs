@@ -1,5 +1,5 @@
 use super::TrackError;
-use super::attempt::{Attempt, COARSEST};
+use super::attempt::Attempt;
 use super::certainty::certainty;
 use super::clock::Clock;
 use super::colors::Colors;
@@ -9,7 +9,7 @@ use super::motion::Motion;
 use super::points::{Known, Points};
 use super::polish::Desk;
 use super::recover::Recovery;
-use super::search::{Reach, Search};
+use super::search::{Leeway, Search};
 use super::senses::Senses;
 use super::settings::TrackSettings;
 use super::solid::Solid;
@@ -40,7 +40,7 @@ pub struct Tracker {
     pub(super) keyframes: Keyframes,
     pub(super) usual: Usual,
     /// How far predictions were off, in metres and radians.
-    pub(super) surprise: Reach,
+    pub(super) surprise: Leeway,
     pub(super) status: Status,
     pub(super) unseen: usize,
     /// Whether the object was ever tracked, so that its last pose means something.
@@ -50,8 +50,8 @@ pub struct Tracker {
     pub(super) notices: Vec<Notice>,
 }
 
-/// Share of the usual confidence below which a pose is made precise once more, from coarser images.
-const DOUBTFUL: f64 = 0.9;
+/// Confidence below which part of the object counts as hidden.
+pub(super) const CLEAR: f64 = 0.8;
 /// Images without the object after which it counts as lost.
 const LOST_AFTER: usize = 15;
 /// Share of the object's size by which windows are larger than it at least, and where it was found
@@ -103,32 +103,22 @@ impl Tracker {
     /// Says where the object is in the next observation.
     ///
     /// # Errors
-    /// If there is not one entry a camera.
+    /// If there is not one entry a camera, or the time stamp is no finite number.
     pub fn step(&mut self, observation: &Observation<'_>) -> Result<Estimate, TrackError> {
         let mut clock = Clock::start();
         self.check(observation)?;
         let expected = self.motion.predict(observation.time_s);
+        let mut attempt = Attempt::nothing(expected, self.solid.radius);
+        let (mut least, mut evaluations) = (self.least_confidence(), 0);
         let visible = self.look(observation, &expected, self.margin());
         clock.lap(|timing| &mut timing.look);
-        let mut attempt = Attempt::nothing(expected, self.solid.radius);
-        let mut evaluations = 0;
         if visible {
-            self.points_in_view(&expected);
             let (guess, scored) = self.seek(observation, &expected, &clock)?;
             evaluations += scored;
             clock.lap(|timing| &mut timing.search);
-            attempt = self.attempt(observation, &guess, self.coarsest(&expected));
-            if attempt.verdict.confidence
-                < self.settings.trusted.max(DOUBTFUL * self.usual.confidence)
-            {
-                attempt = self.attempt(observation, &guess, COARSEST);
-            }
-            if self.status != Status::Tracking {
-                self.doubt(&mut attempt);
-            }
+            attempt = self.precise(observation, &expected, &guess);
             clock.lap(|timing| &mut timing.polish);
         }
-        let mut least = self.least_confidence();
         if attempt.verdict.confidence < least && self.can_see() {
             least = self.settings.trusted;
             evaluations += self.regain(observation, &expected, &mut attempt)?;
@@ -185,7 +175,7 @@ impl Tracker {
         let regained = self.status != Status::Tracking;
         self.status = Status::Tracking;
         (self.unseen, self.met) = (0, true);
-        self.search.follow(expected, &attempt.pose, self.reach());
+        self.search.follow(expected, &attempt.pose, self.leeway());
         if regained {
             // Where it was before it was lost says nothing of how it moves now.
             self.motion = Motion::at_rest(time_s, attempt.pose);
@@ -202,7 +192,7 @@ impl Tracker {
     /// Gives the share of the object's size by which windows are larger than it: so that they hold it
     /// where it may be.
     fn margin(&self) -> f64 {
-        let (across, turned) = self.reach();
+        let (across, turned) = self.leeway();
         // The object's image is about two radii long.
         let beyond = 0.5 * (across / self.solid.radius + turned);
         if self.status == Status::Tracking { beyond.clamp(LEAST_MARGIN, MARGIN) } else { MARGIN }
@@ -244,10 +234,7 @@ impl Tracker {
     }
 }
 
-/// Confidence below which part of the object counts as hidden.
-pub(super) const CLEAR: f64 = 0.8;
-
 /// How far an object may be off whose motion is not known: in metres and radians.
-fn surprise_at_first(solid: &Solid) -> Reach {
+fn surprise_at_first(solid: &Solid) -> Leeway {
     (0.1 * solid.radius, 0.1)
 }

@@ -23,6 +23,25 @@ pub(super) struct Usual {
 const RATE: f64 = 0.05;
 
 impl Usual {
+    /// Numbers that say it.
+    pub(super) const NUMBERS: usize = 7;
+
+    /// Writes it as numbers that mean the same for any number of cameras: what is summed over
+    /// cameras is told for one of them.
+    pub(super) fn numbers(&self, cameras: usize) -> [f64; Self::NUMBERS] {
+        let Self { ratio, outline, confidence, support, recognised, area, distance } = *self;
+        let each = 1.0 / cameras as f64;
+        [ratio, outline, confidence, support * each, recognised * each, area * each, distance]
+    }
+
+    /// Reads what [`Usual::numbers`] wrote, for other cameras.
+    pub(super) fn of(numbers: [f64; Self::NUMBERS], cameras: usize) -> Self {
+        let [ratio, outline, confidence, support, recognised, area, distance] = numbers;
+        let all = cameras as f64;
+        let (support, recognised, area) = (support * all, recognised * all, area * all);
+        Self { ratio, outline, confidence, support, recognised, area, distance }
+    }
+
     /// Takes a verdict in which the pose was trusted.
     pub(super) fn follow(&mut self, verdict: &Verdict, distance: f64) {
         self.distance += RATE * (distance - self.distance);

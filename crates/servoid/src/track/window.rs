@@ -1,10 +1,11 @@
 use nalgebra::{Vector2, Vector3};
 
 use super::colors::{self, Belongs, Colors};
+use super::solid::Solid;
 use crate::fitness::{Backend, ScoreMap};
 use crate::observe::{Camera, Channels, ImageView, Pyramid};
 use crate::pose::Pose;
-use crate::shape::{Outline, Projection, Quadric};
+use crate::shape::{Outline, Projection};
 
 /// The part of one camera's image around where the object is supposed: its brightness at several
 /// resolutions and the scores of its colours. Its memory is kept from image to image.
@@ -31,13 +32,13 @@ impl Window {
         camera: &Camera,
         world_from_camera: &Pose,
         image: &ImageView<'_>,
-        (world_from_object, quadrics, margin): (&Pose, &[Quadric], f64),
+        (world_from_object, solid, margin): (&Pose, &Solid, f64),
         colors: Option<&Colors>,
     ) -> bool {
         let from_world = Projection::new(camera, world_from_camera);
         self.from_world = None;
         let projection = from_world.moved(world_from_object);
-        let Some((low, high)) = bounds(&projection, quadrics) else { return false };
+        let Some((low, high)) = bounds(&projection, solid) else { return false };
         let extent = (high - low).amax();
         let reach = margin * extent + 16.0;
         let size = camera.size_px();
@@ -47,9 +48,7 @@ impl Window {
         if (0..2).any(|i| first[i] + LEAST_SIDE > last[i]) {
             return false;
         }
-        // Even numbers of pixels keep all resolutions in step.
-        let span = [0, 1].map(|i| last[i] - first[i]);
-        (self.first_px, self.size_px) = (first, span);
+        (self.first_px, self.size_px) = (first, [0, 1].map(|i| last[i] - first[i]));
         self.middle = Some((low + high) * 0.5);
         self.open(from_world, image, colors);
         true
@@ -136,7 +135,7 @@ impl Window {
     ) -> Option<(Vector3<f64>, impl Iterator<Item = Vector3<f64>>)> {
         let projection = self.from_world?;
         let inverse = projection.linear.try_inverse()?;
-        let eye = -inverse * projection.offset;
+        let eye = projection.eye()?;
         let ([left, top], [width, height]) = (self.first_px, self.size_px);
         let step = width as f64 / columns as f64;
         let rows = (height as f64 / step).ceil() as usize;
@@ -149,9 +148,9 @@ impl Window {
     }
 
     /// Gives the sum of the scores inside the body's outline at a pose, and the pixels inside.
-    pub(super) fn region(&self, projection: &Projection, quadrics: &[Quadric]) -> (f64, f64) {
+    pub(super) fn region(&self, projection: &Projection, solid: &Solid) -> (f64, f64) {
         let here = projection.shifted(self.first_px.map(|x| x as f64));
-        let sums = self.map.sums(Backend::fastest(), &here, quadrics);
+        let sums = self.map.sums(Backend::fastest(), &here, &solid.quadrics);
         (sums.score, sums.area)
     }
 
@@ -239,9 +238,9 @@ const TEACHING_STRIDE: usize = 3;
 const MOST_LABELS: usize = Camera::MAX_SIDE_PX.div_ceil(TEACHING_STRIDE);
 
 /// Gives the box around the outlines in the image, if there are any.
-fn bounds(projection: &Projection, quadrics: &[Quadric]) -> Option<(Vector2<f64>, Vector2<f64>)> {
+fn bounds(projection: &Projection, solid: &Solid) -> Option<(Vector2<f64>, Vector2<f64>)> {
     let mut found: Option<(Vector2<f64>, Vector2<f64>)> = None;
-    for outline in quadrics.iter().filter_map(|q| projection.outline(q)) {
+    for outline in solid.outlines(projection) {
         let covariance = outline.covariance_px();
         let half = Vector2::new(covariance[(0, 0)].sqrt(), covariance[(1, 1)].sqrt());
         let (low, high) = (outline.center_px() - half, outline.center_px() + half);

@@ -41,8 +41,8 @@ pub(super) fn centred(solid: &Solid, turn: UnitQuaternion<f64>, view: &View<'_>)
     for _ in 0..STEPS {
         let pose = Pose::from_rotation(turn, camera.ray(at_px) * distance);
         let seen = projection.moved(&pose);
-        let outlines = solid.quadrics.iter().filter_map(|quadric| seen.outline(quadric));
-        let Some(bounds) = outlines.map(|outline| Bounds::of(&outline)).reduce(Bounds::with) else {
+        let outlines = solid.outlines(&seen).map(|outline| Bounds::of(&outline));
+        let Some(bounds) = outlines.reduce(Bounds::with) else {
             distance *= 2.0;
             continue;
         };

@@ -28,7 +28,7 @@ demo: .venv/.package ## model a sample object and draw how good the model is; tr
 	@test -e out/sample/capture.toml || $(BIN)/servoid sample out/sample
 	$(BIN)/servoid model out/sample --views ::2 --out out/body.json --report out/report
 	@test -e out/moving/capture.toml || \
-	  $(BIN)/servoid sample out/moving --moving --size small --count 60
+	  $(BIN)/servoid sample out/moving --moving --size small --count 60 --occluder
 	$(BIN)/servoid track out/moving --out out/poses.csv --video out/track.mp4
 
 # The binding is left out of `cargo test`: its tests are the Python ones, and linking

@@ -203,6 +203,7 @@ REFUSED: dict[str, tuple[tuple[str, ...], str]] = {
     "a pose of six": ((*BARE, "--start", "1,2,3,1,0,0"), r"'1,2,3,1,0,0' is no pose; write X,Y,Z"),
     "a pose of words": ((*BARE, "--start", "here"), r"'here' is no pose; write X,Y,Z"),
     "no rotation": ((*BARE, "--start", "1,2,3,0,0,0,0"), r"'1,2,3,0,0,0,0': .*quaternion"),
+    "its own start without a body": (("--start", "body"), r"--start body .* no --body was given"),
     "a start without a body": (("--start", "1,2,3,1,0,0,0"), "no body was given"),
     "two starts": ((*BARE, "--start", "body", "--start", "body"), "'cup' has two starts"),
     "a start for whom": ((*BOTH, "--start", "body"), r"--start body does not say which .* cup="),

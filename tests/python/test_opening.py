@@ -112,6 +112,9 @@ def test_what_cannot_be_told_is_refused_with_what_was_looked_for(
         open_any(tmp_path / "none")
     with pytest.raises(CaptureError, match=r"there is no .*a{300}"):
         open_any(tmp_path / ("a" * 300))
+    (tmp_path / "body.json").write_text('{"version": 1, "units": "m", "ellipsoids": []}')
+    with pytest.raises(CaptureError, match=r"body\.json is a body and no capture; .* --body "):
+        open_any(tmp_path / "body.json")
     with pytest.raises(CaptureError, match="is no COLMAP model"):
         open_any(drawn_capture, images=tmp_path)
     with pytest.raises(CaptureError, match="is no BOP scene"):
@@ -192,3 +195,25 @@ def test_views_of_one_camera_share_the_maps_of_its_lens(drawn_capture: Path) -> 
     assert len({id(view.ideal.maps()) for view in views}) == 1
     given = views[0].with_mask(np.ones(views[0].camera.size_px[::-1], np.uint8))
     assert given.ideal is views[0].ideal
+
+
+@pytest.mark.parametrize("lost", [("left/3",), ("left/3", "right/5")])
+def test_an_image_that_one_camera_lacks_is_named_rather_than_shifting_all_later_ones(
+    lost: tuple[str, ...], tmp_path: Path
+) -> None:
+    tables = "".join(camera_toml(name, f"{name}/*.png") for name in ("left", "right"))
+    tables = tables.replace('masks = "masks/*.png"\n', "")
+    (tmp_path / "capture.toml").write_text(f"version = 1\n{tables}[rig]\n")
+    for name in ("left", "right"):
+        (tmp_path / name).mkdir()
+        for index in range(8):
+            (tmp_path / name / f"{index}.png").touch()
+    assert len(open_capture(tmp_path)) == 8
+    for place in lost:
+        (tmp_path / f"{place}.png").unlink()
+    with pytest.raises(CaptureError, match="camera 'left' has no '3'; put an empty file"):
+        open_capture(tmp_path)
+    for image in (tmp_path / "left").iterdir():
+        image.rename(image.with_stem(f"at_{image.stem}"))
+    if len(lost) == 2:  # names that have nothing in common say nothing
+        assert len(open_capture(tmp_path)) == 7

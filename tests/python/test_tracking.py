@@ -99,6 +99,17 @@ def test_a_saved_body_is_tracked_on_from_any_pose_of_the_track(
     assert alone.recording.errors(again).add.max() < 0.006
 
 
+def test_a_start_where_the_object_does_not_look_as_it_is_remembered_is_said(
+    alone: Alone, tmp_path: Path
+) -> None:
+    body, words = alone.folder / "body.json", "does not look like the object"
+    begins = pose_text(alone.points[0].world_from_object)
+    for start, unlike in (("body", True), (begins, False)):
+        options = ("--body", body, "--start", start, "--observations", ":2")
+        said = run_servoid(tmp_path, "track", alone.recording.folder, *options)
+        assert (words in " ".join(said.split())) == unlike
+
+
 def test_the_video_shows_every_observation(alone: Alone) -> None:
     video = cv2.VideoCapture(str(alone.folder / "o.mp4"))
     assert video.get(cv2.CAP_PROP_FRAME_COUNT) == len(alone.points)

@@ -108,7 +108,9 @@ def _subject(
     body = None if file is None else file.body()
     pose = None
     if start is not None:
-        own = body is not None and start == _OWN_POSE
+        if body is None and start == _OWN_POSE:
+            raise TrackError("--start body is the pose in a body's file, but no --body was given")
+        own = start == _OWN_POSE
         pose = body.world_from_object if body is not None and own else parse_pose(start)
     return Subject(
         name=name,

@@ -14,6 +14,10 @@ _VALUE_WIDTH = 80 - len("  ") - _LABEL_WIDTH - len(" ")
 _MOST_GAPS = 4
 _MOST_NOTICES = 3
 _MS_PER_S = 1e3
+_NOWHERE = (
+    "no image confirms the start: give another --start, or leave it out and mark the object in the "
+    "first observation with --target or a mask"
+)
 
 Row = tuple[str, str]
 
@@ -47,34 +51,36 @@ def _rows(result: TrackResult) -> Iterator[Row]:
     share = 100.0 * result.tracked_share
     yield "tracked", f"{share:.1f} % ({result.tracked_count} of {len(result)})"
     yield from _wrapped("not tracked", _gaps(result.gaps))
+    if result.tracked_count <= 1 < len(result):
+        yield from _wrapped("note", _NOWHERE)
     yield "start", f"{result.starting_s:.2f} s, {_count(len(result.body), 'ellipsoid')}"
     if len(result) > 1:
         yield from _speed(result)
     if result.evolutions:
         spent = _MS_PER_S * result.evolving_s / result.evolutions
-        yield "evolved", f"{_count(result.evolutions, 'time')}, {spent:.0f} ms each, between images"
+        yield "evolved", f"{_count(result.evolutions, 'time')}, {spent:.0f} ms each, between steps"
     notices = result.notices
     for notice, times in notices[:_MOST_NOTICES]:
         yield from _wrapped("notice", f"{notice}{f' ({times} of this kind)' if times > 1 else ''}")
     if len(notices) > _MOST_NOTICES:
         yield "", f"and {_count(len(notices) - _MOST_NOTICES, 'other kind')} of notice"
     for note in result.notes:
-        yield from _wrapped("note", note)
+        yield from _wrapped("at first", note)
 
 
 def _speed(result: TrackResult) -> Iterator[Row]:
     """Tell how fast the steps were; reading and undistorting images is not in it."""
-    yield "rate", f"{result.rate_hz:.0f} images a second (the tracker alone)"
+    yield "rate", f"{result.rate_hz:.0f} observations a second (the tracker alone)"
     marks = [
         f"{name} {_MS_PER_S * result.step_percentile(percent):.2f}"
         for name, percent in (("median", 50.0), ("p95", 95.0), ("p99", 99.0))
     ]
-    yield "ms an image", ", ".join(marks)
+    yield "ms a step", ", ".join(marks)
     stages = result.stage_seconds
     if sum(stages.values()) > 0.0:
         parts = [f"{stage} {_MS_PER_S * seconds:.2f}" for stage, seconds in stages.items()]
         yield from _wrapped("of these", ", ".join(parts))
-    yield "hypotheses", f"{result.evaluations:.0f} an image"
+    yield "hypotheses", f"{result.evaluations:.0f} a step"
 
 
 def _gaps(gaps: Sequence[Gap]) -> str:

@@ -59,7 +59,13 @@ def open_nerfstudio(path: str | Path) -> Capture:
     """
     path = Path(path)
     path = path / FILE_NAME if is_folder(path) else path
-    file = read_struct(read_table(path), TransformsFile, str(path))
+    table = read_table(path)
+    if "ellipsoids" in table and "frames" not in table:
+        raise CaptureError(
+            f"{path} is a body and no capture; name the folder of the images, and the body with "
+            f"--body {path} to track it there"
+        )
+    file = read_struct(table, TransformsFile, str(path))
     labels = short_names([frame.file_path for frame in file.frames])
     shots = group([_read_frame(path, file, index, label) for index, label in enumerate(labels)])
     return gather(

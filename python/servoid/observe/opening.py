@@ -39,12 +39,7 @@ def open_capture(path: str | Path) -> Capture:
     )
     count = len(cameras[0].pictures)
     for camera in cameras[1:]:
-        if len(camera.pictures) != count:
-            raise CaptureError(
-                f"{toml}: camera '{cameras[0].name}' has {count} images and camera "
-                f"'{camera.name}' has {len(camera.pictures)}; every observation needs one "
-                "image of each camera"
-            )
+        _check_pairs(toml, cameras[0], camera)
     times_s, poses = _read_motion(toml, file, count)
     return Capture(toml, cameras, poses, times_s, rate_hz=file.rate_hz)
 
@@ -108,6 +103,41 @@ def _list_pictures(toml: Path, pattern: str, place: str) -> tuple[Picture, ...]:
             "for each of the others"
         )
     return tuple(Picture(paths[0], index) for index in range(count_video_images(paths[0])))
+
+
+def _check_pairs(toml: Path, one: CaptureCamera, other: CaptureCamera) -> None:
+    """Check that two cameras have as many images, and the same ones if they share names."""
+    counts = len(one.pictures), len(other.pictures)
+    gap = _first_gap(one, other)
+    hint = "" if gap is None else f": {gap}"
+    if counts[0] != counts[1]:
+        raise CaptureError(
+            f"{toml}: camera '{one.name}' has {counts[0]} images and camera '{other.name}' has "
+            f"{counts[1]}; every observation needs one image of each camera{hint}"
+        )
+    if gap is not None:
+        raise CaptureError(
+            f"{toml}: the images of camera '{one.name}' and camera '{other.name}' do not belong "
+            f"together in their order{hint}"
+        )
+
+
+def _first_gap(one: CaptureCamera, other: CaptureCamera) -> str | None:
+    """Tell the first image that one camera lacks, if most have the same names in both."""
+    pictures = [[picture for picture in camera.pictures if picture] for camera in (one, other)]
+    if any(picture.index is not None for listed in pictures for picture in listed):
+        return None  # names in a video are only counted
+    stems = [{picture.stem for picture in listed} for listed in pictures]
+    if 2 * len(stems[0] & stems[1]) < max(map(len, stems)):
+        return None  # named on their own terms, such as by each camera's clock
+    lone = sorted(stems[0] ^ stems[1])
+    if not lone:
+        return None
+    lacking = other if lone[0] in stems[0] else one
+    return (
+        f"camera '{lacking.name}' has no '{lone[0]}'; put an empty file of that name in its place, "
+        "which is then passed over, or take the others' image away"
+    )
 
 
 def _check_names(pictures: tuple[Picture, ...], found: dict[str, Path], place: str) -> None:

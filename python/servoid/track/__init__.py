@@ -1,6 +1,6 @@
 """Tracking: where an object is, in six degrees of freedom, in one observation after another."""
 
-from servoid._native import place_body
+from servoid._native import Estimate, Tracker, TrackSettings, place_body
 from servoid.track.follower import Evolver, Follower
 from servoid.track.following import Collector, TrackStep, follow, track_capture
 from servoid.track.instants import Instant, cameras_of, read_instants, tidy_image
@@ -11,6 +11,7 @@ from servoid.track.starting import Followed
 
 __all__ = [
     "Collector",
+    "Estimate",
     "Evolver",
     "Followed",
     "Follower",
@@ -20,8 +21,10 @@ __all__ = [
     "Request",
     "Subject",
     "TrackResult",
+    "TrackSettings",
     "TrackStep",
     "Tracked",
+    "Tracker",
     "cameras_of",
     "follow",
     "learn_appearance",

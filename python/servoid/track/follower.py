@@ -59,8 +59,14 @@ class Rememberer(Protocol):
         """Take over what the object looks like."""
         ...
 
-    def find(self, time_s: float, world_from_camera: Sequence[Pose], images: Images) -> Estimate:
-        """Seek the object in all that the images show."""
+    def find(
+        self,
+        time_s: float,
+        world_from_camera: Sequence[Pose],
+        images: Images,
+        near: Pose | None = None,
+    ) -> Estimate:
+        """Seek the object in all that the images show, or near a pose."""
         ...
 
 

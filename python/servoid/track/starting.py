@@ -1,7 +1,7 @@
 """Starts trackers: at a pose, in masks, or with a body that is modelled on the spot."""
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -20,9 +20,14 @@ from servoid.track.result import Tracked
 Masks = tuple[NDArray[np.uint8] | None, ...]
 
 _LEAST_OVERLAP = 0.1  # of a body and a mask, below which they are of two objects
+_TURN = 0.5  # radians between a start and where the object is found, above which they differ
 _ELSEWHERE = (
     "the start that was given is not where the mask of the first observation is, so the mask was "
     "not used; if it is the object's, correct the start or leave it out"
+)
+_UNLIKE = (
+    "what is seen at the start that was given does not look like the object as the body's file "
+    "remembers it; correct the start, or leave it out and the object is sought"
 )
 
 
@@ -105,12 +110,15 @@ def begin(capture: Capture, instant: Instant, subject: Subject, request: Request
     called = time.perf_counter()
     estimate = _first_estimate(tracker, instant, known, subject)
     done = time.perf_counter()
+    unlike = _looks_otherwise(
+        lambda: make(cameras, known.body, request.options()), instant, subject
+    )
     return Followed(
         name=subject.name,
         tracker=tracker,
         initial=known.body,
         colors=known.colors,
-        notes=known.notes,
+        notes=(*known.notes, _UNLIKE) if unlike else known.notes,
         first=Tracked(
             index=instant.index,
             estimate=estimate,
@@ -135,6 +143,24 @@ def _first_estimate(
         )
     tracker.recall(subject.appearance)
     return tracker.find(now, poses, images)
+
+
+def _looks_otherwise(make: Callable[[], Follower], instant: Instant, subject: Subject) -> bool:
+    """Say if the object, as it is remembered, is not found near the start that was given."""
+    if subject.body is None or subject.start is None or subject.appearance is None:
+        return False
+    probe = make()
+    if not isinstance(probe, Rememberer):
+        return False
+    now, poses, images = instant.time_s, instant.world_from_camera, instant.images
+    try:
+        probe.recall(subject.appearance)
+        found = probe.find(now, poses, images, subject.start)
+    except TrackError:  # what is remembered does not fit these cameras: it says nothing
+        return False
+    off = (subject.start.inverse() @ found.world_from_object).log()
+    near = np.linalg.norm(off[:3]) < subject.body.radii.max() and np.linalg.norm(off[3:]) < _TURN
+    return found.status != "tracking" or not bool(near)
 
 
 def _look(capture: Capture, instant: Instant, subject: Subject, request: Request) -> _Known:

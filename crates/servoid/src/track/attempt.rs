@@ -84,6 +84,13 @@ impl Tracker {
 
     /// Looks at all that the cameras see.
     pub(super) fn look_all_over(&mut self, observation: &Observation<'_>) {
+        // What lies far from where the object was must be known as background, too.
+        for camera in (0..self.cameras.len()).filter(|&camera| self.senses.can_use(camera)) {
+            if let Some(image) = &observation.images[camera] {
+                self.colors.count_anywhere(image);
+            }
+        }
+        self.colors.take_anywhere();
         let colors = self.settings.region.then_some(&self.colors);
         for (camera, window) in self.windows.iter_mut().enumerate() {
             window.close();

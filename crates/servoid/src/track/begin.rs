@@ -83,9 +83,13 @@ impl Tracker {
         };
         clock.lap(|timing| &mut timing.search);
         let found = attempt.pose;
+        // Where it was before says nothing of how it moves now.
+        self.status = Status::Searching;
         self.settle(observation.time_s, &found, &attempt, self.settings.trusted);
         let estimate = self.estimate(observation, &attempt);
-        Ok(Estimate { evaluations, timing: clock.timing(), ..estimate })
+        // Even where it is not believed, the best guess is worth more than where it was.
+        let timing = clock.timing();
+        Ok(Estimate { evaluations, timing, world_from_object: found, ..estimate })
     }
 
     /// Keeps what the cameras show as it is marked.

@@ -31,6 +31,8 @@ pub(super) const ANY_SIDE: usize = SIDES;
 const ANYTHING: f32 = 0.02;
 /// Largest size of a pixel's log-likelihood ratio, in nats.
 const MOST: f32 = 2.5;
+/// Pixels from one that is counted anywhere to the next, across and down.
+const ANYWHERE_STRIDE: usize = 4;
 /// Share of a side's own histogram in what it expects.
 const OWN: f32 = 0.7;
 
@@ -108,9 +110,34 @@ impl Colors {
         self.object.take(rate);
         self.around.take(rate);
         self.sides.iter_mut().for_each(|side| side.take(rate));
+        self.tabulate();
+    }
+
+    /// Counts an image as what is anywhere, object and all: it is small among the rest.
+    pub(super) fn count_anywhere(&mut self, image: &ImageView<'_>) {
+        let [width, height] = image.size_px();
+        for v in (0..height).step_by(ANYWHERE_STRIDE) {
+            for u in (0..width).step_by(ANYWHERE_STRIDE) {
+                self.sides[ANY_SIDE].add(bin(image, u, v));
+            }
+        }
+    }
+
+    /// Takes what was counted anywhere for the whole of what is known of it.
+    pub(super) fn take_anywhere(&mut self) {
+        self.sides[ANY_SIDE].take(1.0);
+        self.tabulate();
+    }
+
+    fn tabulate(&mut self) {
         let even = ANYTHING / BINS as f32;
-        for (side, table) in self.sides.iter().zip(self.tables.chunks_exact_mut(BINS)) {
-            let own = if self.local && side.known { OWN } else { 0.0 };
+        let tables = self.tables.chunks_exact_mut(BINS);
+        for (index, (side, table)) in self.sides.iter().zip(tables).enumerate() {
+            let own = match index {
+                ANY_SIDE if side.known => 1.0,
+                _ if self.local && side.known => OWN,
+                _ => 0.0,
+            };
             let shares = self.object.shares.iter().zip(&self.around.shares).zip(&side.shares);
             for (ratio, ((&object, &around), &here)) in table.iter_mut().zip(shares) {
                 let beside = around + own * (here - around);

@@ -17,7 +17,8 @@ const START_MARGIN: f64 = 0.5;
 
 impl Tracker {
     /// Learns colours and surface points from an observation in which the object's pose is known.
-    /// Masks, one a camera where there is one, tell its pixels; without, its outline does.
+    /// Masks, one a camera where there is one, tell its pixels; without, its outline does. Where they
+    /// contradict the pose, the object is sought from then on.
     ///
     /// # Errors
     /// If there is not one entry a camera, the time stamp is no finite number, a mask has not its
@@ -52,7 +53,9 @@ impl Tracker {
             self.points_in_view(&world_from_object);
         }
         let attempt = self.get_used_to(observation, &world_from_object);
-        (self.status, self.unseen, self.met) = (Status::Tracking, 0, true);
+        let told = attempt.verdict.confidence >= self.settings.held;
+        self.status = if told { Status::Tracking } else { Status::Searching };
+        (self.unseen, self.met) = (usize::from(!told), true);
         let mut estimate = self.estimate(observation, &attempt);
         clock.lap(|timing| &mut timing.learn);
         estimate.timing = clock.timing();

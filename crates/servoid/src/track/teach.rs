@@ -14,7 +14,7 @@ const COLOR_RATE: f32 = 0.15;
 /// Images from one that teaches colours to the next.
 const COLOR_LESSONS: usize = 2;
 /// Share of the usual surface points that must be seen for what is learned to be true.
-const WELL_RECOGNISED: f64 = 0.5;
+const WELL_RECOGNISED: f64 = 0.42;
 /// Confidence from which on colours are learned.
 const COLOR_CONFIDENCE: f64 = 0.65;
 /// Pixels about the outline that teach no colours, since bodies are not made of ellipsoids.
@@ -31,13 +31,16 @@ impl Tracker {
             self.learn_colors(observation, &attempt.pose, COLOR_RATE);
         }
         // What hides the object, or a pose that is a little off, must not become part of it.
-        let recognised = attempt.verdict.recognised >= WELL_RECOGNISED * self.usual.recognised;
-        if attempt.verdict.confidence < CLEAR || !recognised {
+        if attempt.verdict.confidence < CLEAR {
             return;
         }
+        let recognised = attempt.verdict.recognised >= WELL_RECOGNISED * self.usual.recognised;
         let eye = observation.world_from_camera[0].translation();
         let distance = (attempt.pose.translation() - eye).norm();
         self.usual.follow(&attempt.verdict, distance);
+        if !recognised {
+            return;
+        }
         self.keep_views(observation, &attempt.pose);
         if self.settings.surface {
             self.points.refine(&self.desk.matches);

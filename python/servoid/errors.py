@@ -52,6 +52,14 @@ class TrajectoryError(ServoidError, ValueError):
     """Is raised for a file of poses over time that is missing or malformed."""
 
 
+class ServoError(ServoidError, ValueError):
+    """Is raised when an arm, a goal or settings cannot lead to servoing."""
+
+
+class SimError(ServoidError, ValueError):
+    """Is raised for a simulated world that cannot exist."""
+
+
 class ExportError(ServoidError, ValueError):
     """Is raised when a body cannot be written in the way that was asked for."""
 

@@ -1,8 +1,9 @@
 import numpy as np
 import pytest
 
+from servoid.observe import Instant
 from servoid.pose import Pose
-from servoid.track import Instant, tidy_image
+from servoid.track import tidy_image
 
 
 @pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32, np.float64, np.bool_])

@@ -7,12 +7,12 @@ from fake_tracker import FakeEstimate, FakeTracker, plain_body
 from numpy.typing import NDArray
 
 from servoid.errors import OutputError
-from servoid.observe import Camera
+from servoid.observe import Camera, Instant
 from servoid.pose import Pose
 from servoid.record import Overlay, check_video, overlay_video
 from servoid.record.outline import draw_outline, draw_points, project
 from servoid.record.overlay import STATUS_COLORS
-from servoid.track import Followed, Instant, Tracked, TrackStep
+from servoid.track import Followed, Tracked, TrackStep
 
 AHEAD = Pose.from_parts((0.0, 0.0, 0.5), (1.0, 0.0, 0.0, 0.0))
 BEHIND = Pose.from_parts((0.0, 0.0, -0.5), (1.0, 0.0, 0.0, 0.0))

@@ -13,6 +13,7 @@ from servoid.observe.images import read_image, read_mask
 from servoid.observe.opening import open_capture
 from servoid.observe.picture import Picture
 from servoid.observe.segment import grow_mask
+from servoid.observe.source import Instant, Source
 from servoid.observe.stereo import StereoDepth, rough_depth, stereo_depth
 from servoid.observe.target import (
     BackgroundTarget,
@@ -34,10 +35,12 @@ __all__ = [
     "CaptureView",
     "ClickTarget",
     "HueTarget",
+    "Instant",
     "Lens",
     "MaskTarget",
     "Observation",
     "Picture",
+    "Source",
     "StereoDepth",
     "Target",
     "Undistortion",

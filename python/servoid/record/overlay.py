@@ -7,8 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid._native import Camera
+from servoid.observe import Instant
 from servoid.record.outline import Color, draw_axes, draw_outline, draw_points
-from servoid.track import Followed, Instant, Tracked, TrackStep
+from servoid.track import Followed, Tracked, TrackStep
 
 STATUS_COLORS: dict[str, Color] = {
     "tracking": (64, 200, 96),

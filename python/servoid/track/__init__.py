@@ -3,7 +3,7 @@
 from servoid._native import Estimate, Tracker, TrackSettings, place_body
 from servoid.track.follower import Evolver, Follower
 from servoid.track.following import Collector, TrackStep, follow, track_capture
-from servoid.track.instants import Instant, cameras_of, read_instants, tidy_image
+from servoid.track.instants import cameras_of, read_instants, tidy_image
 from servoid.track.learning import learn_appearance
 from servoid.track.request import Method, Request, Subject
 from servoid.track.result import Gap, Tracked, TrackResult
@@ -16,7 +16,6 @@ __all__ = [
     "Followed",
     "Follower",
     "Gap",
-    "Instant",
     "Method",
     "Request",
     "Subject",

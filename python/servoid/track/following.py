@@ -5,8 +5,8 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from servoid.errors import TrackError
-from servoid.observe import Capture
-from servoid.track.instants import Instant, chosen, read_instants
+from servoid.observe import Capture, Instant
+from servoid.track.instants import chosen, read_instants
 from servoid.track.request import Request, Subject
 from servoid.track.result import Tracked, TrackResult
 from servoid.track.starting import Followed, begin

@@ -1,8 +1,6 @@
 """Reads the observations of a capture one after another, and survives what is wrong with them."""
 
-import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -10,50 +8,9 @@ from numpy.typing import NDArray
 
 from servoid._native import Camera, Pose
 from servoid.errors import ImageError, TrackError
-from servoid.observe import Capture, CaptureCamera, Observation, Picture
+from servoid.observe import Capture, CaptureCamera, Instant, Observation, Picture
 
-_COUNTED = re.compile(r"\bcamera (\d+)\b")
-_MISSING = " delivered no image"
 _MOST_UNKNOWN = 0.5  # an image of which more pixels are unknown shows nothing
-
-
-@dataclass(frozen=True, eq=False)
-class Instant:
-    """One observation, ready for a tracker.
-
-    `images` are those of the ideal pinhole cameras, (H, W) or (H, W, 3) uint8 RGB, None where a
-    camera delivered nothing that can be used; `notices` say why. `names` are the cameras'.
-    """
-
-    index: int
-    time_s: float
-    world_from_camera: tuple[Pose, ...]
-    images: tuple[NDArray[np.uint8] | None, ...]
-    notices: tuple[str, ...] = ()
-    names: tuple[str, ...] = ()
-
-    def with_notices(self, notices: Sequence[str]) -> tuple[str, ...]:
-        """Join what a tracker noticed, which counts cameras, to what is known of the images.
-
-        Each is said once, with the cameras' names, and an image whose fault is known is not
-        reported missing as well.
-        """
-        found = list(self.notices)
-        for notice in notices:
-            named = _COUNTED.sub(self._name, notice)
-            known = any(one.startswith(f"{named.removesuffix(_MISSING)}: ") for one in self.notices)
-            if named not in found and not (named.endswith(_MISSING) and known):
-                found.append(named)
-        return tuple(found)
-
-    def _name(self, counted: re.Match[str]) -> str:
-        number = int(counted[1])
-        return f"camera {self.names[number]}" if number < len(self.names) else counted[0]
-
-    @property
-    def is_dark(self) -> bool:
-        """Say if no camera delivered an image."""
-        return all(image is None for image in self.images)
 
 
 def cameras_of(capture: Capture) -> tuple[Camera, ...]:

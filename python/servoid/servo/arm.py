@@ -1,0 +1,101 @@
+"""What an arm must be able to do to be servoed, simulated or real."""
+
+from dataclasses import dataclass
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from servoid.pose import Pose
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Joints:
+    """The N joints of an arm and its eyes, with what each may do.
+
+    All arrays are (N,) float64: `lower` and `upper` bound the angles in radians, `speed` is in
+    rad/s and `acceleration` in rad/s². The first `hand_count` joints move the hand, the rest the
+    eyes.
+    """
+
+    names: tuple[str, ...]
+    hand_count: int
+    lower: Floats
+    upper: Floats
+    speed: Floats
+    acceleration: Floats
+
+
+@dataclass(frozen=True)
+class Eyes:
+    """Two eyes that share a tilt and have a pan each; their head is fixed to the hand.
+
+    The head's frame is like a camera's: x right, y down, z forward; the eyes sit at x = -l and
+    x = l, where l is `half_baseline` in metres. A positive tilt looks down, about -x; a positive
+    pan looks right, about y as the tilt has left it. The numbers are places in `Joints`.
+    """
+
+    hand_from_head: Pose
+    half_baseline: float
+    tilt: int
+    pan_left: int
+    pan_right: int
+
+
+@dataclass(frozen=True, eq=False)
+class JointState:
+    """What the joints' sensors say: angles (N,) in radians, speeds (N,) in rad/s, and when."""
+
+    time_s: float
+    positions: Floats
+    velocities: Floats
+
+
+@runtime_checkable
+class Arm(Protocol):
+    """An arm that takes joint speeds; positions are (N,) float64 in radians, in order of `joints`.
+
+    Whoever drives it calls `command` once a control period; it returns when the next one begins.
+    """
+
+    @property
+    def joints(self) -> Joints:
+        """Return the joints and their limits."""
+        ...
+
+    @property
+    def eyes(self) -> Eyes | None:
+        """Return how the eyes turn, None if the cameras are fixed to the hand."""
+        ...
+
+    @property
+    def period_s(self) -> float:
+        """Return the control period in seconds."""
+        ...
+
+    def state(self) -> JointState:
+        """Return what the joints do now."""
+        ...
+
+    def world_from_hand(self, positions: Floats) -> Pose:
+        """Return where the hand is with the joints at these positions."""
+        ...
+
+    def jacobian(self, positions: Floats) -> Floats:
+        """Return (6, N) float64: the hand's velocity, linear and angular in the world, by joint."""
+        ...
+
+    def world_from_cameras(self, positions: Floats) -> tuple[Pose, ...]:
+        """Return where each camera is with the joints at these positions."""
+        ...
+
+    def command(self, velocities: Floats) -> None:
+        """Have the joints turn at (N,) rad/s, and return one control period later.
+
+        Raises:
+            ServoError: there are not N velocities, or one of them is no number.
+
+        """
+        ...

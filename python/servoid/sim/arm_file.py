@@ -1,0 +1,95 @@
+"""Reads what an arm is made of, as `arms/pa10.toml` says it."""
+
+from pathlib import Path
+from typing import Annotated
+
+import msgspec
+import msgspec.toml
+from msgspec import Meta
+
+from servoid.errors import SimError
+
+_FOLDER = Path(__file__).with_name("arms")
+
+Numbers = tuple[float, ...]
+PoseNumbers = Annotated[tuple[float, ...], Meta(min_length=7, max_length=7)]
+
+
+class Chain(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Joints by modified Denavit-Hartenberg parameters; `links` chooses one of the lengths."""
+
+    twists_deg: Numbers
+    links: str
+    lengths: dict[str, Numbers]
+
+
+class JointLimits(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """What the joints of the arm may do, what they weigh, and how slowly their servos answer."""
+
+    names: tuple[str, ...]
+    lower_deg: Numbers
+    upper_deg: Numbers
+    speed_deg: Numbers
+    acceleration_deg: Numbers
+    lag_s: float
+    mass: Numbers
+
+
+class Hand(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Where the hand frame sits on the flange, (w, x, y, z, tx, ty, tz), and the hand's mass."""
+
+    flange_from_hand: PoseNumbers
+    mass: float
+
+
+class EyeLimits(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """What the tilt and the two pans may do."""
+
+    names: tuple[str, ...]
+    half_baseline: float
+    lower_deg: Numbers
+    upper_deg: Numbers
+    speed_deg: Numbers
+    acceleration_deg: Numbers
+    lag_s: float
+
+
+class Start(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Where the hand starts."""
+
+    world_from_hand: PoseNumbers
+
+
+class ArmFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A chain of joints with a head of two turning eyes."""
+
+    chain: Chain
+    joints: JointLimits
+    hand: Hand
+    eyes: EyeLimits
+    start: Start
+
+    @property
+    def lengths(self) -> Numbers:
+        """Return d1, d3, d5 and d7 of the chosen set, in metres."""
+        return self.chain.lengths[self.chain.links]
+
+
+def read_arm(name: str = "pa10", links: str | None = None) -> ArmFile:
+    """Read a shipped arm; `links` chooses another set of lengths than the file does.
+
+    Raises:
+        SimError: there is no such arm, or no such set of lengths.
+
+    """
+    path = _FOLDER / f"{name}.toml"
+    if not path.is_file():
+        known = ", ".join(sorted(file.stem for file in _FOLDER.glob("*.toml")))
+        raise SimError(f"unknown arm '{name}'; choose one of {known}, or give an MJCF or URDF file")
+    arm = msgspec.toml.decode(path.read_bytes(), type=ArmFile)
+    if links is None:
+        return arm
+    if links not in arm.chain.lengths:
+        known = ", ".join(arm.chain.lengths)
+        raise SimError(f"unknown lengths '{links}' of {name}; choose one of {known}")
+    return msgspec.structs.replace(arm, chain=msgspec.structs.replace(arm.chain, links=links))

@@ -47,6 +47,8 @@ pub struct Tracker {
     pub(super) met: bool,
     pub(super) cell: usize,
     pub(super) lessons: usize,
+    /// Clear images in a row.
+    pub(super) clear: usize,
     pub(super) notices: Vec<Notice>,
 }
 
@@ -96,6 +98,7 @@ impl Tracker {
             met: false,
             cell: 0,
             lessons: 0,
+            clear: 0,
             notices: Vec::new(),
         })
     }
@@ -119,6 +122,9 @@ impl Tracker {
             attempt = self.precise(observation, &expected, &guess);
             clock.lap(|timing| &mut timing.polish);
         }
+        if self.status == Status::Tracking {
+            self.doubt_leap(&expected, &mut attempt);
+        }
         if attempt.verdict.confidence < least && self.can_see() {
             least = self.settings.trusted;
             evaluations += self.regain(observation, &expected, &mut attempt)?;
@@ -129,6 +135,8 @@ impl Tracker {
         clock.lap(|timing| &mut timing.judge);
         if self.status == Status::Tracking && !self.senses.is_stale() {
             self.learn(observation, &attempt);
+        } else {
+            self.clear = 0;
         }
         clock.lap(|timing| &mut timing.learn);
         (estimate.evaluations, estimate.timing) = (evaluations, clock.timing());

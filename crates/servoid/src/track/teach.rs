@@ -17,8 +17,8 @@ const COLOR_LESSONS: usize = 2;
 /// Share of the usual surface points that must be seen for what is learned to be true, after a doubt
 /// and when the last images were clear: a side that turns into view brings its points one by one.
 const WELL_RECOGNISED: (f64, f64) = (0.6, 0.3);
-/// Clear images in a row after which a doubt is over.
-const CLEAR_AGAIN: usize = 8;
+/// Clear images after which a doubt is over.
+pub(super) const DOUBT: usize = 8;
 /// Confidence from which on colours are learned.
 const COLOR_CONFIDENCE: f64 = 0.65;
 /// Pixels about the outline that teach no colours, since bodies are not made of ellipsoids.
@@ -29,7 +29,7 @@ impl Tracker {
     pub(super) fn learn(&mut self, observation: &Observation<'_>, attempt: &Attempt) {
         let Verdict { visible, recognised, .. } = attempt.verdict;
         let is_clear = visible >= CLEAR;
-        self.clear = if is_clear { self.clear + 1 } else { 0 };
+        self.doubt = if is_clear { self.doubt.saturating_sub(1) } else { DOUBT };
         if self.settings.region && visible >= COLOR_CONFIDENCE {
             self.lessons += 1;
             if self.lessons.is_multiple_of(COLOR_LESSONS) {
@@ -45,7 +45,7 @@ impl Tracker {
         self.usual.follow(&attempt.verdict, (attempt.pose.translation() - eye).norm());
         // Nor must a pose that is a little off teach where its points are.
         let (doubted, sure) = WELL_RECOGNISED;
-        let least = if self.clear > CLEAR_AGAIN { sure } else { doubted };
+        let least = if self.doubt > 0 { doubted } else { sure };
         if recognised < least * usual {
             return;
         }

@@ -13,6 +13,7 @@ use super::search::{Leeway, Search};
 use super::senses::Senses;
 use super::settings::TrackSettings;
 use super::solid::Solid;
+use super::teach::DOUBT;
 use super::usual::Usual;
 use super::window::Window;
 use crate::evolve;
@@ -47,8 +48,8 @@ pub struct Tracker {
     pub(super) met: bool,
     pub(super) cell: usize,
     pub(super) lessons: usize,
-    /// Clear images in a row.
-    pub(super) clear: usize,
+    /// Clear images until the last doubt is over.
+    pub(super) doubt: usize,
     pub(super) notices: Vec<Notice>,
 }
 
@@ -98,7 +99,7 @@ impl Tracker {
             met: false,
             cell: 0,
             lessons: 0,
-            clear: 0,
+            doubt: 0,
             notices: Vec::new(),
         })
     }
@@ -136,7 +137,7 @@ impl Tracker {
         if self.status == Status::Tracking && !self.senses.is_stale() {
             self.learn(observation, &attempt);
         } else {
-            self.clear = 0;
+            self.doubt = DOUBT;
         }
         clock.lap(|timing| &mut timing.learn);
         (estimate.evaluations, estimate.timing) = (evaluations, clock.timing());

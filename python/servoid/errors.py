@@ -52,6 +52,10 @@ class TrajectoryError(ServoidError, ValueError):
     """Is raised for a file of poses over time that is missing or malformed."""
 
 
+class SimError(ServoidError, ValueError):
+    """Is raised for a thing, a light or poses of which no image can be drawn."""
+
+
 class ExportError(ServoidError, ValueError):
     """Is raised when a body cannot be written in the way that was asked for."""
 

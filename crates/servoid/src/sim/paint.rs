@@ -1,0 +1,132 @@
+use wide::f32x4;
+
+use super::lanes::{COUNT, Single};
+use super::light::linear;
+use super::vector::Vector;
+use super::{SimError, color, within};
+
+/// A picture on a surface, which repeats without end.
+#[derive(Debug, Clone)]
+pub struct Texture {
+    size: [f32; 2],
+    /// From row to row.
+    pitch: usize,
+    // Linear, with one row or column of the other side beyond each edge; the fourth number fills a
+    // vector register.
+    texels: Vec<f32x4>,
+}
+
+impl Texture {
+    /// Most pixels along a side.
+    pub const MAX_SIDE_PX: usize = 1 << 14;
+
+    /// Takes sRGB bytes, row by row.
+    ///
+    /// # Errors
+    /// If a side is zero or too long, or the number of bytes does not fit.
+    pub fn new(bytes: &[u8], [width, height]: [usize; 2]) -> Result<Self, SimError> {
+        let fits = |side: usize| (1..=Self::MAX_SIDE_PX).contains(&side);
+        if !fits(width) || !fits(height) || bytes.len() != 3 * width * height {
+            let max = Self::MAX_SIDE_PX;
+            return Err(SimError::Texture { width, height, given: bytes.len(), max });
+        }
+        let texel = |u: usize, v: usize| {
+            let at = 3 * ((v + height - 1) % height * width + (u + width - 1) % width);
+            let [r, g, b] = linear([bytes[at], bytes[at + 1], bytes[at + 2]]);
+            f32x4::new([r, g, b, 0.0])
+        };
+        let pitch = width + 2;
+        let rows = (0..height + 2).flat_map(|v| (0..pitch).map(move |u| (u, v)));
+        let texels = rows.map(|(u, v)| texel(u, v)).collect();
+        Ok(Self { size: [width as f32, height as f32], pitch, texels })
+    }
+
+    /// Gives the colours at places, for the rays in `lanes`; (0, 0) is the first pixel's corner,
+    /// (1, 1) the last one's.
+    #[inline(always)]
+    pub(super) fn at<L: Single>(&self, [u, v]: [L; 2], lanes: u32) -> Vector<L> {
+        let (left, across) = split(u, self.size[0]);
+        let (top, down) = split(v, self.size[1]);
+        let mut parts = [[0.0; COUNT]; 3];
+        for lane in (0..COUNT).filter(|lane| lanes >> lane & 1 == 1) {
+            let at = top[lane] as usize * self.pitch + left[lane] as usize;
+            let (Some([a, b, ..]), Some([c, d, ..])) = (
+                self.texels.get(at..at + 2),
+                self.texels.get(at + self.pitch..at + self.pitch + 2),
+            ) else {
+                continue;
+            };
+            let (x, y) = (f32x4::splat(across[lane]), f32x4::splat(down[lane]));
+            let (above, below) = (*a + (*b - *a) * x, *c + (*d - *c) * x);
+            let [r, g, b, _] = (above + (below - above) * y).to_array();
+            (parts[0][lane], parts[1][lane], parts[2][lane]) = (r, g, b);
+        }
+        let [x, y, z] = parts;
+        Vector { x: L::read(x), y: L::read(y), z: L::read(z) }
+    }
+}
+
+/// Gives the stored pixel before a place, and how far it is to the next.
+#[inline(always)]
+fn split<L: Single>(place: L, count: f32) -> ([i32; COUNT], [f32; COUNT]) {
+    let share = place - place.trunc();
+    let share = share.less(L::of(0.0)).select(share + L::of(1.0), share);
+    // What is no number becomes a place too.
+    let at = share.max(L::of(0.0)) * L::splat(count) + L::of(0.5);
+    let first = at.trunc();
+    (first.whole(), (at - first).write())
+}
+
+/// What a surface looks like.
+#[derive(Debug, Clone)]
+pub struct Paint {
+    pub(super) color: [f32; 3],
+    pub(super) texture: Option<Texture>,
+    pub(super) repeat: [f32; 2],
+    pub(super) gloss: f32,
+}
+
+impl Default for Paint {
+    fn default() -> Self {
+        Self { color: [0.7; 3], texture: None, repeat: [1.0; 2], gloss: 0.0 }
+    }
+}
+
+impl Paint {
+    /// Most repetitions of a texture over a surface.
+    pub const MAX_REPEAT: f64 = 1e4;
+
+    /// Takes another colour, linear red, green and blue; it multiplies a texture's.
+    ///
+    /// # Errors
+    /// If a number does not lie from 0 to 1.
+    pub fn with_color(self, value: [f64; 3]) -> Result<Self, SimError> {
+        Ok(Self { color: color("color", value, 1.0)?.map(|x| x as f32), ..self })
+    }
+
+    /// Takes a texture.
+    #[must_use]
+    pub fn with_texture(self, texture: Texture) -> Self {
+        Self { texture: Some(texture), ..self }
+    }
+
+    /// Lets the texture repeat so often over u and v.
+    ///
+    /// # Errors
+    /// If a number is not above 0 or beyond [`Paint::MAX_REPEAT`].
+    pub fn with_repeat(self, repeat: [f64; 2]) -> Result<Self, SimError> {
+        let range = [1.0 / Self::MAX_REPEAT, Self::MAX_REPEAT];
+        for value in repeat {
+            within("repeat", value, range)?;
+        }
+        Ok(Self { repeat: repeat.map(|x| x as f32), ..self })
+    }
+
+    /// Lets the surface shine: 0 is dull.
+    ///
+    /// # Errors
+    /// If it does not lie from 0 to 1.
+    pub fn with_gloss(self, gloss: f64) -> Result<Self, SimError> {
+        Ok(Self { gloss: within("gloss", gloss, [0.0, 1.0])? as f32, ..self })
+    }
+}

@@ -1,0 +1,229 @@
+"""A simulated world: an arm with eyes, an object that moves, a room, and time."""
+
+from pathlib import Path as File
+
+import numpy as np
+from numpy.typing import NDArray
+
+from servoid._native import Camera, Lens
+from servoid.errors import SimError
+from servoid.pose import Pose
+from servoid.sim.arm_file import read_arm
+from servoid.sim.world.course import Course
+from servoid.sim.world.drives import Drives
+from servoid.sim.world.faults import Occlude
+from servoid.sim.world.kinematics import Kinematics
+from servoid.sim.world.layout import Layout
+from servoid.sim.world.meshes import as_mesh
+from servoid.sim.world.motions import STILL, Floats, looking, pose_of, row_of
+from servoid.sim.world.objects import make_object
+from servoid.sim.world.paths import Path, parse_path
+from servoid.sim.world.robot import Robot
+from servoid.sim.world.room import make_room
+from servoid.sim.world.settings import WorldSettings, checked
+from servoid.sim.world.shipped_arm import build_shipped_arm
+from servoid.sim.world.shutter import Scene, Shutter
+from servoid.sim.world.sim_arm import SimArm
+from servoid.sim.world.stages import Drawer, Raycaster, Shot
+from servoid.sim.world.things import BOARD, OBJECT, Box, Finish, Thing
+
+_OVERVIEW_FROM, _OVERVIEW_AIM = (-1.95, -1.75, 1.25), (-0.72, 0.05, 0.50)
+_OVERVIEW_FOCAL = 1.05  # in widths of the picture
+_OVERVIEW_SAMPLES = 3
+_BOARD = Finish(color=(0.45, 0.36, 0.27))
+
+
+class World:
+    """Makes a world and lets its time pass with each command to its arm.
+
+    Its time has nothing to do with the time on the wall, and the same settings and commands give
+    the same images, bit for bit.
+    """
+
+    arm: SimArm
+    source: Shutter
+
+    def __init__(self, settings: WorldSettings | None = None, *, path: Path | None = None) -> None:
+        """Build the world; a `path` of your own takes the place of the one in the settings.
+
+        Raises:
+            SimError: a setting names what does not exist, or is out of its range.
+            MissingExtraError: MuJoCo is not installed.
+
+        """
+        self.settings = settings = checked(settings or WorldSettings())
+        steps = settings.physics.period_s / settings.physics.step_s
+        self._steps = round(steps)
+        if self._steps < 1 or abs(steps - self._steps) > 1e-6:
+            raise SimError(
+                f"the control period is {settings.physics.period_s} s and the physics step "
+                f"{settings.physics.step_s} s; make the period a multiple of the step"
+            )
+        path = path or parse_path(settings.object.path)
+        things = [*make_object(settings.object.name), *_board(settings)]
+        things += make_room(settings.background, settings.seed)
+        robot = _robot(settings)
+        things += robot.things
+        robot.spec.option.timestep = settings.physics.step_s
+        model = robot.spec.compile()
+        kinematics = Kinematics(robot, model)
+        start = _start(robot, kinematics, settings)
+        hand_from_object = pose_of(settings.object.hand_from_object)
+        self._course = Course(settings, kinematics.world_from_hand(start) @ hand_from_object, path)
+        self._drives = Drives(robot, model, kinematics, start)
+        self._layout = Layout(things, model, kinematics, self._course)
+        self._things = tuple(things)
+        self._drawer = _drawer(settings, self._things)
+        scene = Scene(self._drives, kinematics, self._layout, self._course, self._drawer)
+        self.source = Shutter(settings, scene)
+        self.arm = SimArm(robot, kinematics, self._drives, settings.physics.period_s, self._advance)
+
+    @property
+    def time_s(self) -> float:
+        """Return the time since the world began, in seconds."""
+        return self._drives.time_s
+
+    @property
+    def cameras(self) -> tuple[Camera, ...]:
+        """Return the ideal pinhole cameras of the source."""
+        return self.source.cameras
+
+    def start_path(self) -> None:
+        """Let the object's path begin now; until then it rests.
+
+        Raises:
+            SimError: it has begun already.
+
+        """
+        if self._course.path_starts_s is not None:
+            raise SimError(
+                f"the object's path began at {self._course.path_starts_s:g} s; it begins once"
+            )
+        self._course.path_starts_s = self.time_s
+
+    def world_from_object_at(self, time_s: float) -> Pose:
+        """Return where the object truly is at a time."""
+        return self._course.world_from_object_at(time_s)
+
+    def twist_at(self, time_s: float) -> Floats:
+        """Return the object's true twist (6,) in the world: of its origin in m/s, and in rad/s."""
+        return self._course.twist_at(time_s)
+
+    def masks(self) -> tuple[NDArray[np.uint8], ...]:
+        """Return the object's true masks, (H, W) with 255 inside, in the newest observation.
+
+        Raises:
+            SimError: no observation was handed out yet.
+
+        """
+        exposure = self.source.handed_out
+        if exposure is None:
+            raise SimError("no observation was handed out yet; call source.newest() first")
+        things = self._layout.world_from_things(exposure.positions_at_time, exposure.time_s)
+        numbers = [index for index, one in enumerate(self._things) if one.carrier == OBJECT]
+        masks = []
+        poses = self.arm.world_from_cameras(exposure.positions_at_time)
+        for camera, pose in zip(self.cameras, poses, strict=True):
+            _, ids = self._drawer.depth(_pinhole(camera), row_of(pose), things)
+            masks.append(np.where(np.isin(ids, numbers), np.uint8(255), np.uint8(0)))
+        return tuple(masks)
+
+    def overview(self, size_px: tuple[int, int] = (960, 720)) -> NDArray[np.uint8]:
+        """Return a picture (H, W, 3) uint8 RGB of the arm, its head, the object and the room."""
+        width, height = size_px
+        focal = _OVERVIEW_FOCAL * width
+        lens = Lens(
+            model="pinhole",
+            size_px=size_px,
+            focal_px=(focal, focal),
+            center_px=(0.5 * (width - 1), 0.5 * (height - 1)),
+        )
+        pose = looking(_OVERVIEW_FROM, _OVERVIEW_AIM)
+        things = self._layout.world_from_things(self._drives.positions, self.time_s)
+        return self._drawer.image(
+            Shot(
+                lens=lens,
+                world_from_lens=row_of(pose)[None],
+                world_from_things=things[None],
+                toward=self.settings.light.toward,
+                level=self._course.level_at(self.time_s),
+                samples=_OVERVIEW_SAMPLES,
+                threads=self.settings.threads,
+            )
+        )
+
+    def object_mesh(self) -> tuple[Floats, NDArray[np.int64]]:
+        """Return the object's surface in its own frame: vertices (N, 3) and faces (M, 3).
+
+        Parts of the object overlap where they meet.
+        """
+        vertices, faces, count = [], [], 0
+        for thing in self._things:
+            if thing.carrier == OBJECT:
+                mesh = as_mesh(thing.shape)
+                place = pose_of(_unit(thing.carrier_from_thing))
+                vertices.append(place.transform(np.ascontiguousarray(mesh.vertices)))
+                faces.append(mesh.faces + count)
+                count += len(mesh.vertices)
+        return np.concatenate(vertices), np.concatenate(faces)
+
+    def _advance(self, velocities: Floats) -> None:
+        """Let one control period pass."""
+        for _ in range(self._steps):
+            self._drives.step(velocities)
+        self.source.expose()
+
+
+def _robot(settings: WorldSettings) -> Robot:
+    """Build the arm that the settings name."""
+    arm = settings.arm
+    if File(arm.name).suffix.lower() in (".xml", ".mjcf", ".urdf"):
+        raise SimError("not yet")
+    return build_shipped_arm(read_arm(arm.name, arm.links), arm.turning_eyes)
+
+
+def _start(robot: Robot, kinematics: Kinematics, settings: WorldSettings) -> Floats:
+    """Return the joint angles (N,) at the start."""
+    angles = settings.arm.start or robot.angles
+    if angles is None:
+        if robot.world_from_hand is None:
+            return np.zeros(len(robot.drives))
+        return kinematics.reach(robot.world_from_hand)
+    if len(angles) not in (robot.hand_count, len(robot.drives)):
+        raise SimError(
+            f"arm.start has {len(angles)} angles; give {robot.hand_count} for the hand, or "
+            f"{len(robot.drives)} with those of the eyes"
+        )
+    start = np.zeros(len(robot.drives))
+    start[: len(angles)] = angles
+    return start
+
+
+def _board(settings: WorldSettings) -> list[Thing]:
+    """Return the board of an occlusion, if there is one; it slides along its x."""
+    boards = [fault for fault in settings.faults if isinstance(fault, Occlude)]
+    if not boards:
+        return []
+    width, height = boards[0].half_size
+    return [Thing(Box((width, height, 0.004)), _BOARD, BOARD, STILL)]
+
+
+def _drawer(settings: WorldSettings, things: tuple[Thing, ...]) -> Drawer:
+    if settings.renderer == "mujoco":
+        raise SimError("not yet")
+    return Raycaster(things)
+
+
+def _pinhole(camera: Camera) -> Lens:
+    return Lens(
+        model="pinhole",
+        size_px=camera.size_px,
+        focal_px=camera.focal_px,
+        center_px=camera.center_px,
+    )
+
+
+def _unit(row: object) -> Floats:
+    values = np.array(row, dtype=np.float64)
+    values[:4] /= np.linalg.norm(values[:4])
+    return values

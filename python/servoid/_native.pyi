@@ -10,7 +10,7 @@ from typing_extensions import Self
 __all__ = ["Body", "Camera", "Estimate", "Given", "Lens", "Mesh", "ModelSettings"]
 __all__ += ["OneStepSettings", "OneStepTracker", "PaperSettings", "Pose", "Step", "TrackSettings"]
 __all__ += ["Tracker", "View", "__version__", "ellipsoid_colors", "fit_body", "fit_paper"]
-__all__ += ["place_body"]
+__all__ += ["Lighting", "Paint", "Stage", "place_body"]
 __all__ += ["rough_body", "seen_surface", "silhouette_ious"]
 
 __version__: str
@@ -145,6 +145,73 @@ class Mesh:
     def __new__(cls, *, vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> Self: ...
     @property
     def volume(self) -> float: ...
+
+@final
+class Paint:
+    """What a surface looks like."""
+
+    def __new__(
+        cls,
+        *,
+        color: Sequence[float] | None = None,
+        texture: NDArray[np.uint8] | None = None,
+        repeat: tuple[float, float] | None = None,
+        gloss: float | None = None,
+    ) -> Self: ...
+
+@final
+class Lighting:
+    """A far lamp, and light from above and below."""
+
+    def __new__(
+        cls,
+        *,
+        toward: Sequence[float] | None = None,
+        key: Sequence[float] | None = None,
+        sky: Sequence[float] | None = None,
+        bounce: Sequence[float] | None = None,
+        exposure: float | None = None,
+    ) -> Self: ...
+
+@final
+class Stage:
+    """Things of simple shapes, drawn by casting rays."""
+
+    def __new__(cls) -> Self: ...
+    def add_ellipsoid(self, radii: Sequence[float], paint: Paint) -> int: ...
+    def add_capsule(self, radius: float, half_length: float, paint: Paint) -> int: ...
+    def add_cylinder(self, radius: float, half_length: float, paint: Paint) -> int: ...
+    def add_box(self, half_size: Sequence[float], paint: Paint) -> int: ...
+    def add_plane(self, half_size: Sequence[float], paint: Paint) -> int: ...
+    def add_mesh(
+        self,
+        vertices: NDArray[np.float64],
+        faces: NDArray[np.int64],
+        paint: Paint,
+        texture_coordinates: NDArray[np.float64] | None = None,
+        colors: NDArray[np.uint8] | None = None,
+    ) -> int: ...
+    @property
+    def count(self) -> int: ...
+    def render(
+        self,
+        *,
+        lens: Lens,
+        world_from_lens: NDArray[np.float64],
+        world_from_thing: NDArray[np.float64],
+        lighting: Lighting,
+        samples: int | None = None,
+        noise: float | None = None,
+        seed: int | None = None,
+        threads: int | None = None,
+    ) -> NDArray[np.uint8]: ...
+    def depth(
+        self,
+        *,
+        lens: Lens,
+        world_from_lens: NDArray[np.float64],
+        world_from_thing: NDArray[np.float64],
+    ) -> tuple[NDArray[np.float32], NDArray[np.int32]]: ...
 
 @final
 class Given:

@@ -1,5 +1,5 @@
 use pyo3::prelude::*;
-use servoid::{evolve, fitness, model, observe, pose, shape, track};
+use servoid::{evolve, fitness, model, observe, pose, shape, sim, track};
 
 /// An error of the core that knows its class in `servoid.errors`.
 pub trait Named: std::error::Error {
@@ -81,6 +81,12 @@ impl Named for track::OneStepError {
             Self::Image(error) => error.class(),
             _ => "TrackError",
         }
+    }
+}
+
+impl Named for sim::SimError {
+    fn class(&self) -> &'static str {
+        "SimError"
     }
 }
 

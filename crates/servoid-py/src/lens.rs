@@ -16,6 +16,12 @@ use crate::pose::{Pose, read_rows, rows};
 #[derive(Clone)]
 pub struct Lens(core::Lens);
 
+impl Lens {
+    pub fn core(&self) -> &core::Lens {
+        &self.0
+    }
+}
+
 #[pymethods]
 impl Lens {
     /// Makes a lens of (width, height), (fx, fy) and (cx, cy), all in pixels, and the coefficients

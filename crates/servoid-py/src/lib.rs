@@ -11,6 +11,7 @@ mod placing;
 mod pose;
 mod relay;
 mod shape;
+mod sim;
 mod track;
 
 use pyo3::prelude::*;
@@ -30,6 +31,9 @@ fn native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<track::TrackSettings>()?;
     module.add_class::<track::Tracker>()?;
     module.add_function(wrap_pyfunction!(placing::place_body, module)?)?;
+    module.add_class::<sim::Paint>()?;
+    module.add_class::<sim::Lighting>()?;
+    module.add_class::<sim::Stage>()?;
     module.add_class::<model::Given>()?;
     module.add_class::<model::ModelSettings>()?;
     module.add_class::<model::Step>()?;

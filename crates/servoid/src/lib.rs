@@ -2,7 +2,7 @@
 //!
 //! The crate is the pure core of servoid: it reads no files, prints nothing and knows no Python.
 //! Modules stand on floors and look only downwards:
-//! [`pose`] < [`observe`] < [`shape`] < [`fitness`], [`evolve`] < [`model`] < [`track`].
+//! [`pose`] < [`observe`] < [`shape`] < [`fitness`], [`evolve`] < [`model`] < [`track`] < [`sim`].
 //!
 //! Lengths are metres, angles radians, poses map `a_from_b`; pixel (0, 0) is the *centre* of the
 //! top-left pixel and cameras look along +z with x to the right and y down.
@@ -13,4 +13,5 @@ pub mod model;
 pub mod observe;
 pub mod pose;
 pub mod shape;
+pub mod sim;
 pub mod track;

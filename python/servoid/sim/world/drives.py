@@ -20,7 +20,7 @@ class Drives:
     and torque, and it brakes before its limits. Gravity is balanced.
     """
 
-    def __init__(self, robot: Robot, model: Any, kinematics: Kinematics, start: Floats) -> None:  # noqa: ANN401
+    def __init__(self, robot: Robot, model: Any, kinematics: Kinematics, start: Floats) -> None:
         self._mujoco = load_mujoco()
         self._model, self._data = model, self._mujoco.MjData(model)
         self._places, self._speeds = kinematics.places, kinematics.speeds

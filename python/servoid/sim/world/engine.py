@@ -6,7 +6,7 @@ from typing import Any
 from servoid.errors import MissingExtraError
 
 
-def load_mujoco() -> Any:  # noqa: ANN401 (its stubs are not everywhere)
+def load_mujoco() -> Any:
     """Return MuJoCo's module.
 
     Raises:

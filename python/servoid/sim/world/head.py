@@ -15,7 +15,7 @@ _DARK = Finish(color=(0.10, 0.11, 0.13), gloss=0.5)
 _TRIM = Finish(color=(0.05, 0.42, 0.47), gloss=0.3)
 
 
-def add_head(hand: Any, limits: EyeLimits, turning: bool) -> tuple[Drive, ...]:  # noqa: ANN401
+def add_head(hand: Any, limits: EyeLimits, turning: bool) -> tuple[Drive, ...]:
     """Add eyes to the body of a hand (`mujoco.MjsBody`), and return the drives that turn them."""
     tilt = hand.add_body(name=TILT)
     _weigh(tilt, 0.2, 0.05)
@@ -61,7 +61,7 @@ def head_things(half_baseline: float, reach: float) -> tuple[Thing, ...]:
     return tuple(things)
 
 
-def _weigh(body: Any, mass: float, radius: float) -> None:  # noqa: ANN401
+def _weigh(body: Any, mass: float, radius: float) -> None:
     """Give a body the mass and inertia of a ball."""
     body.explicitinertial = True
     body.mass = mass

@@ -19,7 +19,7 @@ _SEED = 5
 class Kinematics:
     """Answers for joint angles (N,) in radians, in the order of the robot's drives."""
 
-    def __init__(self, robot: Robot, model: Any) -> None:  # noqa: ANN401
+    def __init__(self, robot: Robot, model: Any) -> None:
         self._mujoco = load_mujoco()
         self._model = model
         self._data = self._mujoco.MjData(model)

@@ -19,7 +19,7 @@ class Layout:
         things: Sequence[Thing],
         model: Any,
         kinematics: Kinematics,
-        course: Course,  # noqa: ANN401
+        course: Course,
     ) -> None:
         self._kinematics, self._course = kinematics, course
         self._carried = np.array([thing.carrier_from_thing for thing in things], float)

@@ -80,7 +80,11 @@ class LightSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     """The light, and how it changes once the object's path begins."""
 
     level: Annotated[Positive, Meta(description="how bright it is; 1 exposes well")] = 1.0
-    toward: Annotated[Triple, Meta(description="towards the lamp, in the world")] = (0.45, -0.30, 0.85)
+    toward: Annotated[Triple, Meta(description="towards the lamp, in the world")] = (
+        0.45,
+        -0.30,
+        0.85,
+    )
     step_at_s: Annotated[
         NotNegative | None, Meta(description="when the level changes at once; none: never")
     ] = None

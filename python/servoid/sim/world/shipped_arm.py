@@ -73,7 +73,7 @@ def _drive(arm: ArmFile, index: int) -> Drive:
     )
 
 
-def _weigh(body: Any, arm: ArmFile, index: int) -> None:  # noqa: ANN401
+def _weigh(body: Any, arm: ArmFile, index: int) -> None:
     """Give a link the mass and inertia of a cylinder along it: before a bend, the half it holds."""
     mass, radius = arm.joints.mass[index], _RADIUS[index]
     start, end = _span(arm, index)

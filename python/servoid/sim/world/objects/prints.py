@@ -19,7 +19,7 @@ class Sheet:
         self._size_px = size_px
         self._pixels = np.full((height * _FINE, width * _FINE, 3), _bytes(paper), np.uint8)
         self._random = np.random.default_rng(seed)
-        self._shade: NDArray[np.float32] | None = None
+        self._shade: np.ndarray | None = None
 
     def words(
         self,

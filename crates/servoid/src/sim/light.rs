@@ -1,0 +1,109 @@
+use std::sync::LazyLock;
+
+use super::{SimError, color, within};
+
+/// A lamp so far away that its rays are parallel, and light from above and below.
+///
+/// Strengths are linear red, green and blue; 1 on a white surface that faces the lamp is white.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Lighting {
+    /// Direction from a thing towards the lamp, in the world, whose z points up.
+    pub toward: [f64; 3],
+    /// Strength of the lamp.
+    pub key: [f64; 3],
+    /// Strength of the light from above; the background has this colour.
+    pub sky: [f64; 3],
+    /// Strength of the light from below.
+    pub bounce: [f64; 3],
+    /// Factor on everything.
+    pub exposure: f64,
+}
+
+impl Default for Lighting {
+    fn default() -> Self {
+        Self {
+            toward: [0.4, -0.4, 0.8],
+            key: [0.72, 0.69, 0.64],
+            sky: [0.30, 0.34, 0.40],
+            bounce: [0.12, 0.11, 0.10],
+            exposure: 1.0,
+        }
+    }
+}
+
+impl Lighting {
+    /// Strongest light.
+    pub const MAX_STRENGTH: f64 = 1e3;
+
+    /// Says whether every number is in range.
+    ///
+    /// # Errors
+    /// If the direction is none, or a strength is negative or above [`Lighting::MAX_STRENGTH`].
+    pub fn check(&self) -> Result<(), SimError> {
+        let length = self.toward.iter().map(|x| x * x).sum::<f64>();
+        if !(length.is_finite() && length > 0.0) {
+            return Err(SimError::Toward(self.toward));
+        }
+        for (what, value) in [("key", self.key), ("sky", self.sky), ("bounce", self.bounce)] {
+            color(what, value, Self::MAX_STRENGTH)?;
+        }
+        within("exposure", self.exposure, [0.0, Self::MAX_STRENGTH]).map(|_| ())
+    }
+}
+
+/// Linear strengths of the 256 sRGB values (IEC 61966-2-1).
+static LINEAR: LazyLock<[f32; 256]> = LazyLock::new(|| {
+    std::array::from_fn(|i| {
+        let x = i as f64 / 255.0;
+        let y = if x <= 0.04045 { x / 12.92 } else { ((x + 0.055) / 1.055).powf(2.4) };
+        y as f32
+    })
+});
+
+/// Gives the linear strengths of an sRGB colour.
+pub(super) fn linear(color: [u8; 3]) -> [f32; 3] {
+    color.map(|c| LINEAR[usize::from(c)])
+}
+
+/// Entries of the way back; they are even in the root of the strength, where it is nearly straight.
+const STEPS: usize = 4096;
+
+static GREY: LazyLock<Vec<f32>> = LazyLock::new(|| {
+    let grey = |i: usize| {
+        let x = (i as f64 / (STEPS - 1) as f64).powi(2);
+        let y = if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * x.powf(1.0 / 2.4) - 0.055 };
+        (255.0 * y) as f32
+    };
+    (0..STEPS).map(grey).collect()
+});
+
+/// Turns roots of linear strengths into grey levels, 0 to 255, not rounded.
+#[derive(Clone, Copy)]
+pub(super) struct Grey(&'static [f32]);
+
+impl Grey {
+    pub fn new() -> Self {
+        Self(&GREY)
+    }
+
+    /// Gives the grey level of a strength whose root, at most 1, is given.
+    #[inline(always)]
+    pub fn of_root(self, root: f32) -> f32 {
+        let place = (root * (STEPS - 1) as f32 + 0.5) as usize;
+        self.0[place.min(STEPS - 1)]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_srgb_value_comes_back() {
+        for value in 0..=255_u8 {
+            let [strength, ..] = linear([value; 3]);
+            let grey = Grey::new().of_root(strength.sqrt());
+            assert!((grey - f32::from(value)).abs() < 0.07, "{value} became {grey}");
+        }
+    }
+}

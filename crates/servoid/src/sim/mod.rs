@@ -1,0 +1,214 @@
+//! A small ray-caster: what cameras see of simple shapes and meshes under one far lamp.
+//!
+//! A [`Stage`] holds things; where they are is said anew for each image, at one moment or at
+//! several moments of one exposure. Images are the same, bit for bit, on any number of threads.
+
+mod depth;
+mod lanes;
+mod lanes_x86;
+mod light;
+mod mesh;
+mod normals;
+mod paint;
+mod placed;
+mod rays;
+mod render;
+mod sensor;
+mod shade;
+mod shape;
+mod stage;
+mod surface;
+mod trace;
+mod vector;
+
+pub use depth::Depth;
+pub use light::Lighting;
+pub use mesh::Details;
+use normals::corner_normals;
+pub use paint::{Paint, Texture};
+pub use render::Exposure;
+pub use stage::{Scene, Stage};
+
+/// Longest length in metres: beyond it, single precision sees nothing small any more.
+pub const MAX_LENGTH: f64 = 1e4;
+
+/// Shortest length in metres that a shape has.
+pub const MIN_LENGTH: f64 = 1e-6;
+
+/// Why no image comes out.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum SimError {
+    /// A size is no length that a thing can have.
+    #[error(
+        "{what} is {value}, but a size must be a number of metres from {MIN_LENGTH} to {MAX_LENGTH}"
+    )]
+    Size {
+        /// Name of the size.
+        what: &'static str,
+        /// What was given.
+        value: f64,
+    },
+    /// A mesh has no triangle or too many.
+    #[error("a mesh has from 1 to {max} faces, but {given} were given")]
+    Faces {
+        /// What was given.
+        given: usize,
+        /// The most.
+        max: usize,
+    },
+    /// A corner is not where things can be.
+    #[error(
+        "vertex {index} of the mesh is {corner:?}, but its coordinates must be finite and within \
+         {MAX_LENGTH} m of zero"
+    )]
+    Corner {
+        /// Which corner.
+        index: usize,
+        /// Its place.
+        corner: [f64; 3],
+    },
+    /// A triangle names a corner that is not there.
+    #[error(
+        "face {index} of the mesh names the vertices {}, but there are {corners}, counted from 0",
+        shown(face)
+    )]
+    Face {
+        /// Which triangle.
+        index: usize,
+        /// The corners that it names.
+        face: [usize; 3],
+        /// How many corners there are.
+        corners: usize,
+    },
+    /// Something is not given for each corner.
+    #[error("{what} has {given} rows, but the mesh has {corners} vertices; give one row for each")]
+    Details {
+        /// Its name.
+        what: &'static str,
+        /// Rows that were given.
+        given: usize,
+        /// Corners of the mesh.
+        corners: usize,
+    },
+    /// A place in the texture is no place.
+    #[error("texture_coordinates has {0}, but each number must lie within 10000 of zero")]
+    TexturePlace(f64),
+    /// The triangles lie on top of each other.
+    #[error(
+        "the {faces} faces of the mesh overlap so much that no tree of boxes tells them apart; \
+         remove doubled faces"
+    )]
+    Tangled {
+        /// Triangles of the mesh.
+        faces: usize,
+    },
+    /// A colour, or the strength of a light, is out of range.
+    #[error("{what} is {value:?}, but each of its numbers must lie from 0 to {max}")]
+    Color {
+        /// Its name.
+        what: &'static str,
+        /// What was given.
+        value: Vec<f64>,
+        /// The most.
+        max: f64,
+    },
+    /// A number is out of range.
+    #[error("{what} is {value}, but it must lie from {min} to {max}")]
+    Range {
+        /// Its name.
+        what: &'static str,
+        /// What was given.
+        value: f64,
+        /// The least.
+        min: f64,
+        /// The most.
+        max: f64,
+    },
+    /// A texture has not the size that its bytes have.
+    #[error(
+        "a texture of {width}x{height} pixels has {} bytes, but {given} were given; each side must \
+         have at least one pixel", 3 * width * height
+    )]
+    Texture {
+        /// Width in pixels.
+        width: usize,
+        /// Height in pixels.
+        height: usize,
+        /// Bytes that were given.
+        given: usize,
+    },
+    /// The direction towards the lamp is none.
+    #[error("toward is {0:?}, but it must be a direction: three finite numbers, not all zero")]
+    Toward([f64; 3]),
+    /// There are not as many poses as things.
+    #[error(
+        "moment {moment} has {given} poses of things, but the stage holds {things} things; give \
+         one pose for each, in the order in which they were added"
+    )]
+    Poses {
+        /// Which moment.
+        moment: usize,
+        /// Poses that were given.
+        given: usize,
+        /// Things on the stage.
+        things: usize,
+    },
+    /// The lens and the things are not given at the same moments.
+    #[error(
+        "the lens has {lens} poses and the things have {things} sets of poses, but both must be \
+         given at the same moments, at least one"
+    )]
+    Moments {
+        /// Poses of the lens.
+        lens: usize,
+        /// Sets of poses of the things.
+        things: usize,
+    },
+    /// More moments than rays in a pixel.
+    #[error(
+        "{moments} moments were given, but a pixel has only {rays} rays, one for each moment; \
+         give fewer moments or more samples"
+    )]
+    TooManyMoments {
+        /// Moments that were given.
+        moments: usize,
+        /// Rays of a pixel.
+        rays: usize,
+    },
+    /// Something stands too far away.
+    #[error("{what} stands {distance} m from the origin; bring it within {MAX_LENGTH} m")]
+    Far {
+        /// What it is.
+        what: String,
+        /// How far it is from the origin of the world.
+        distance: f64,
+    },
+    /// The threads could not be started.
+    #[error("{threads} threads could not be started: {reason}; ask for fewer, or 0 for all cores")]
+    Threads {
+        /// Threads that were asked for.
+        threads: usize,
+        /// What the system said.
+        reason: String,
+    },
+}
+
+/// A corner that no count reaches is one that was negative.
+fn shown(face: &[usize; 3]) -> String {
+    let name = |&i: &usize| if i == usize::MAX { "a negative one".into() } else { i.to_string() };
+    face.iter().map(name).collect::<Vec<_>>().join(", ")
+}
+
+/// Lets a number through that lies in a range.
+fn within(what: &'static str, value: f64, [min, max]: [f64; 2]) -> Result<f64, SimError> {
+    if (min..=max).contains(&value) { Ok(value) } else { Err(SimError::Range { what, value, min, max }) }
+}
+
+/// Lets a colour through, or the strengths of a light in red, green and blue.
+fn color(what: &'static str, value: [f64; 3], max: f64) -> Result<[f64; 3], SimError> {
+    if value.iter().all(|x| (0.0..=max).contains(x)) {
+        Ok(value)
+    } else {
+        Err(SimError::Color { what, value: value.into(), max })
+    }
+}

@@ -1,0 +1,34 @@
+use std::collections::HashMap;
+
+use nalgebra::Vector3;
+
+/// Faces that meet at a flatter angle than this look like one curved surface; its cosine.
+const SMOOTH: f64 = 0.766;
+
+/// Gives the normal at each corner of each triangle: the mean of the triangles that meet there
+/// almost in a plane, weighted by area.
+pub(super) fn corner_normals(vertices: &[[f64; 3]], faces: &[[usize; 3]]) -> Vec<[[f32; 3]; 3]> {
+    let across: Vec<Vector3<f64>> = faces
+        .iter()
+        .map(|face| {
+            let [a, b, c] = face.map(|i| Vector3::from(vertices[i]));
+            (b - a).cross(&(c - a))
+        })
+        .collect();
+    // Corners at one place count as one, also where a texture's seam has doubled them.
+    let place = |i: usize| vertices[i].map(|x| (x + 0.0).to_bits());
+    let mut meeting: HashMap<[u64; 3], Vec<usize>> = HashMap::new();
+    for (index, face) in faces.iter().enumerate() {
+        for &corner in face {
+            meeting.entry(place(corner)).or_default().push(index);
+        }
+    }
+    let normal = |corner: usize, face: usize| {
+        let own = across[face].try_normalize(0.0).unwrap_or_else(Vector3::z);
+        let near = meeting[&place(corner)].iter().map(|&other| across[other]);
+        let sum: Vector3<f64> = near.filter(|n| n.dot(&own) >= SMOOTH * n.norm()).sum();
+        let mean = sum.try_normalize(0.0).unwrap_or(own);
+        <[f64; 3]>::from(mean).map(|x| x as f32)
+    };
+    faces.iter().enumerate().map(|(index, face)| face.map(|corner| normal(corner, index))).collect()
+}

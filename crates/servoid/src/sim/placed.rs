@@ -1,0 +1,144 @@
+//! Where things are before a lens at one moment, and which of them a bundle of rays can meet.
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::lanes::Scalar;
+use super::stage::{Scene, Stage};
+use super::vector::stored;
+use crate::pose::Pose;
+
+/// One moment, seen from the lens.
+pub(super) struct Moment<S> {
+    pub things: Vec<Placed<S>>,
+    /// Up in the world, in the lens's frame.
+    pub up: [S; 3],
+    /// Towards the lamp, in the lens's frame.
+    pub toward: [S; 3],
+    /// Two directions across the light, in the lens's frame.
+    pub across: [[S; 3]; 2],
+}
+
+/// One thing, seen from the lens.
+pub(super) struct Placed<S> {
+    /// Rows of the rotation.
+    pub thing_from_lens: [[S; 3]; 3],
+    /// Where the lens is, in the thing's frame.
+    pub lens_in_thing: [S; 3],
+    /// Towards the lamp, in the thing's frame.
+    pub toward: [S; 3],
+    ball: Ball,
+}
+
+/// A ball around a thing.
+struct Ball {
+    direction: Vector3<f64>,
+    radius: f64,
+    /// Sine and cosine of half the angle under which the lens sees it; `None` from inside.
+    half_angle: Option<[f64; 2]>,
+    /// Its centre across the light.
+    across: [f64; 2],
+    /// How far its centre is along the light.
+    along: f64,
+}
+
+/// Rays that start at the lens, within an angle of an axis.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Cone {
+    pub axis: Vector3<f64>,
+    pub cosine: f64,
+    pub sine: f64,
+}
+
+/// What rays that run towards the lamp start from: a rectangle across the light.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Beam {
+    pub low: [f64; 2],
+    pub high: [f64; 2],
+    /// The place farthest from the lamp.
+    pub along: f64,
+}
+
+impl<S: Scalar> Moment<S> {
+    pub fn new(stage: &Stage, scene: &Scene<'_>, index: usize) -> Self {
+        let lens_from_world = scene.world_from_lens[index].inverse();
+        let turn = lens_from_world.rotation_matrix();
+        let toward = (turn * Vector3::from(scene.lighting.toward)).normalize();
+        let across = across(&toward);
+        let things = stage
+            .things
+            .iter()
+            .zip(&scene.world_from_thing[index])
+            .map(|(thing, &world_from_thing)| {
+                placed(&(lens_from_world * world_from_thing), thing.ball, (&toward, &across))
+            })
+            .collect();
+        Self {
+            things,
+            up: stored((turn * Vector3::z()).into()),
+            toward: stored(toward.into()),
+            across: across.map(|v| stored(v.into())),
+        }
+    }
+
+    /// Lists what a cone of rays may meet.
+    pub fn in_cone(&self, cone: &Cone, into: &mut Vec<usize>) {
+        into.clear();
+        let may = |placed: &Placed<S>| placed.ball.meets_cone(cone);
+        into.extend(self.things.iter().enumerate().filter(|(_, t)| may(t)).map(|(i, _)| i));
+    }
+
+    /// Lists what may stand between a beam and the lamp.
+    pub fn in_beam(&self, beam: &Beam, into: &mut Vec<usize>) {
+        into.clear();
+        let may = |placed: &Placed<S>| placed.ball.meets_beam(beam);
+        into.extend(self.things.iter().enumerate().filter(|(_, t)| may(t)).map(|(i, _)| i));
+    }
+}
+
+fn placed<S: Scalar>(
+    lens_from_thing: &Pose,
+    (center, radius): ([f64; 3], f64),
+    (toward, across): (&Vector3<f64>, &[Vector3<f64>; 2]),
+) -> Placed<S> {
+    let thing_from_lens = lens_from_thing.inverse();
+    let turn: Matrix3<f64> = thing_from_lens.rotation_matrix();
+    let center = lens_from_thing.transform(&Vector3::from(center));
+    // A little more, for what rounding moves.
+    let radius = radius * (1.0 + 1e-6) + 1e-6;
+    let distance = center.norm();
+    let sine = radius / distance;
+    Placed {
+        thing_from_lens: std::array::from_fn(|row| stored(turn.row(row).transpose().into())),
+        lens_in_thing: stored(thing_from_lens.translation().into()),
+        toward: stored((turn * toward).into()),
+        ball: Ball {
+            direction: center / distance,
+            radius,
+            half_angle: (sine < 1.0).then(|| [sine, (1.0 - sine * sine).sqrt()]),
+            across: [across[0].dot(&center), across[1].dot(&center)],
+            along: toward.dot(&center),
+        },
+    }
+}
+
+/// Gives two directions at right angles to one and to each other.
+fn across(toward: &Vector3<f64>) -> [Vector3<f64>; 2] {
+    let least = toward.iamin();
+    let first = toward.cross(&Vector3::ith(least, 1.0)).normalize();
+    [first, toward.cross(&first)]
+}
+
+impl Ball {
+    fn meets_cone(&self, cone: &Cone) -> bool {
+        let Some([sine, cosine]) = self.half_angle else { return true };
+        self.direction.dot(&cone.axis) >= cone.cosine * cosine - cone.sine * sine
+    }
+
+    fn meets_beam(&self, beam: &Beam) -> bool {
+        let gap = |i: usize| {
+            (beam.low[i] - self.across[i]).max(self.across[i] - beam.high[i]).max(0.0)
+        };
+        let (u, v) = (gap(0), gap(1));
+        u * u + v * v <= self.radius * self.radius && self.along + self.radius >= beam.along
+    }
+}

@@ -1,0 +1,169 @@
+//! In which directions the pixels of a lens look.
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use nalgebra::Vector3;
+use rayon::prelude::*;
+
+use super::lanes::{COUNT, Lanes, Scalar};
+use super::placed::Cone;
+use super::vector::Vector;
+use crate::observe::{Distortion, Lens};
+
+/// Pixels that are looked at together, across and down.
+pub(super) const TILE_PX: [usize; 2] = [16, 8];
+
+/// Lenses whose rays are kept.
+const KEPT: usize = 4;
+
+/// The rays of all pixels and samples of a lens.
+#[derive(Debug)]
+pub(super) struct Rays<S> {
+    lens: Lens,
+    samples: usize,
+    /// Where in its pixel each sample lies.
+    offsets: Vec<[f64; 2]>,
+    /// Directions, sample by sample, row by row, with rows filled up to whole lanes; NaN where the
+    /// lens sees nothing. Empty for a pinhole, whose rays are quicker made than read.
+    table: Vec<[Vec<S>; 3]>,
+    pitch: usize,
+    cones: Vec<Option<Cone>>,
+}
+
+/// Gives the places of samples in a pixel: one in each of as many rows and columns.
+fn offsets(samples: usize) -> Vec<[f64; 2]> {
+    let n = samples as f64;
+    let mut out = Vec::with_capacity(samples * samples);
+    for down in 0..samples {
+        // Each row begins one further, so that moments in turn spread over rows and columns.
+        for across in (0..samples).map(|i| (i + down) % samples) {
+            let (x, y) = (across as f64, down as f64);
+            out.push([(x + (y + 0.5) / n) / n - 0.5, (y + (n - x - 0.5) / n) / n - 0.5]);
+        }
+    }
+    out
+}
+
+impl<S: Scalar> Rays<S> {
+    /// Takes the rays of a lens from those that were kept, or makes them.
+    pub fn of(lens: &Lens, samples: usize, kept: &Mutex<Vec<Arc<Self>>>) -> Arc<Self> {
+        let is_it = |rays: &Arc<Self>| rays.lens == *lens && rays.samples == samples;
+        let lock = || kept.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(rays) = lock().iter().find(|rays| is_it(rays)) {
+            return Arc::clone(rays);
+        }
+        // Made while nobody is locked out: threads that wait may do other work that comes here.
+        let rays = Arc::new(Self::new(lens, samples));
+        let mut kept = lock();
+        if kept.len() == KEPT {
+            kept.remove(0);
+        }
+        kept.push(Arc::clone(&rays));
+        rays
+    }
+
+    fn new(lens: &Lens, samples: usize) -> Self {
+        let [width, height] = lens.camera().size_px();
+        let pitch = width.div_ceil(COUNT) * COUNT;
+        let offsets = offsets(samples);
+        let is_pinhole = lens.distortion() == Distortion::None;
+        let table = if is_pinhole {
+            Vec::new()
+        } else {
+            offsets.iter().map(|&offset| table(lens, offset, [pitch, height])).collect()
+        };
+        let mut rays =
+            Self { lens: *lens, samples, offsets, table, pitch, cones: Vec::new() };
+        let [across, down] = rays.tiles();
+        rays.cones = (0..across * down)
+            .into_par_iter()
+            .map(|tile| rays.cone([tile % across, tile / across]))
+            .collect();
+        rays
+    }
+
+    /// Gives how many tiles there are across and down.
+    pub fn tiles(&self) -> [usize; 2] {
+        let [width, height] = self.lens.camera().size_px();
+        [width.div_ceil(TILE_PX[0]), height.div_ceil(TILE_PX[1])]
+    }
+
+    /// Gives the rays of a pixel.
+    pub fn per_pixel(&self) -> usize {
+        self.offsets.len()
+    }
+
+    /// Gives a cone around all rays of a tile; `None` if the lens sees nothing there.
+    pub fn cone_of(&self, [across, down]: [usize; 2]) -> Option<&Cone> {
+        self.cones[down * self.tiles()[0] + across].as_ref()
+    }
+
+    /// Gives the directions of eight pixels of a row.
+    #[inline(always)]
+    pub fn eight<L: Lanes<Scalar = S>>(&self, sample: usize, u: usize, v: usize) -> Vector<L> {
+        if let Some(planes) = self.table.get(sample) {
+            let at = v * self.pitch + u;
+            let part = |plane: &Vec<S>| {
+                let mut values = [S::of(0.0); COUNT];
+                values.copy_from_slice(&plane[at..at + COUNT]);
+                L::read(values)
+            };
+            return Vector { x: part(&planes[0]), y: part(&planes[1]), z: part(&planes[2]) };
+        }
+        let camera = self.lens.camera();
+        let ([fx, fy], [cx, cy]) = (camera.focal_px(), camera.center_px());
+        let [du, dv] = self.offsets[sample];
+        let steps = L::read([0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0].map(S::of));
+        Vector {
+            x: L::of((u as f64 + du - cx) / fx) + steps * L::of(1.0 / fx),
+            y: L::of((v as f64 + dv - cy) / fy),
+            z: L::of(1.0),
+        }
+    }
+
+    fn cone(&self, [across, down]: [usize; 2]) -> Option<Cone> {
+        let directions = self.directions(across * TILE_PX[0], down * TILE_PX[1]);
+        let sum: Vector3<f64> = directions.iter().sum();
+        let axis = sum.try_normalize(0.0)?;
+        let cosine = directions.iter().map(|d| d.dot(&axis)).fold(1.0, f64::min);
+        // A little more, for what rounding moves.
+        let angle = cosine.acos() + 1e-5;
+        Some(Cone { axis, cosine: angle.cos(), sine: angle.sin() })
+    }
+
+    /// Gives the unit directions that bound a tile.
+    fn directions(&self, u: usize, v: usize) -> Vec<Vector3<f64>> {
+        let [width, height] = self.lens.camera().size_px();
+        let (right, bottom) = ((u + TILE_PX[0]).min(width), (v + TILE_PX[1]).min(height));
+        if self.table.is_empty() {
+            let (u, v) = (u as f64 - 0.5, v as f64 - 0.5);
+            let (right, bottom) = (right as f64 - 0.5, bottom as f64 - 0.5);
+            let corners = [[u, v], [right, v], [u, bottom], [right, bottom]];
+            return corners.iter().filter_map(|&corner| self.lens.ray(corner)).collect();
+        }
+        let mut out = Vec::new();
+        for [x, y, z] in &self.table {
+            for row in v..bottom {
+                let (from, to) = (row * self.pitch + u, row * self.pitch + right);
+                let part = |plane: &Vec<S>, i: usize| plane[i].to_f64();
+                let all = (from..to).map(|i| Vector3::new(part(x, i), part(y, i), part(z, i)));
+                out.extend(all.filter(|d| !d.x.is_nan()));
+            }
+        }
+        out
+    }
+}
+
+fn table<S: Scalar>(lens: &Lens, offset: [f64; 2], [pitch, height]: [usize; 2]) -> [Vec<S>; 3] {
+    let width = lens.camera().size_px()[0];
+    let rays: Vec<[f64; 3]> = (0..pitch * height)
+        .into_par_iter()
+        .map(|i| {
+            let (u, v) = (i % pitch, i / pitch);
+            let pixel = [u as f64 + offset[0], v as f64 + offset[1]];
+            let seen = (u < width).then(|| lens.ray(pixel)).flatten();
+            seen.map_or([f64::NAN; 3], <[f64; 3]>::from)
+        })
+        .collect();
+    std::array::from_fn(|axis| rays.iter().map(|ray| S::of(ray[axis])).collect())
+}

@@ -1,0 +1,297 @@
+//! The conductor: tiles of pixels, their rays, what they meet, its light, the bytes.
+
+use rayon::prelude::*;
+
+use super::lanes::{COUNT, Lanes};
+use super::lanes_x86::Best;
+use super::light::Grey;
+use super::mesh::Hit;
+use super::placed::{Beam, Moment};
+use super::rays::{Rays, TILE_PX};
+use super::sensor::Noise;
+use super::shade::Lamp;
+use super::stage::{Scene, Stage};
+use super::surface::{Seen, seen};
+use super::trace::{nearest, shaded};
+use super::vector::{Vector, splat};
+use super::{SimError, within};
+
+/// How an image is taken.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Exposure {
+    /// Rays of a pixel, along each side: as many, squared, in all. Ray after ray takes the moments
+    /// in turn.
+    pub samples: usize,
+    /// Standard deviation of the sensor's noise, in grey levels.
+    pub noise: f64,
+    /// Seed of the noise.
+    pub seed: u64,
+    /// Threads, 0 for all cores.
+    pub threads: usize,
+}
+
+impl Default for Exposure {
+    fn default() -> Self {
+        Self { samples: 2, noise: 0.0, seed: 0, threads: 0 }
+    }
+}
+
+impl Exposure {
+    /// Most rays along a pixel's side.
+    pub const MAX_SAMPLES: usize = 8;
+    /// Most noise, in grey levels.
+    pub const MAX_NOISE: f64 = 255.0;
+
+    fn check(&self, moments: usize) -> Result<(), SimError> {
+        within("samples", self.samples as f64, [1.0, Self::MAX_SAMPLES as f64])?;
+        within("noise", self.noise, [0.0, Self::MAX_NOISE])?;
+        let rays = self.samples * self.samples;
+        if moments > rays { Err(SimError::TooManyMoments { moments, rays }) } else { Ok(()) }
+    }
+}
+
+/// All that a band of tiles needs.
+pub(super) struct Job<'a> {
+    stage: &'a Stage,
+    moments: Vec<Moment<f32>>,
+    rays: &'a Rays<f32>,
+    lamp: Lamp,
+    noise: Option<Noise>,
+    size_px: [usize; 2],
+}
+
+impl Stage {
+    /// Draws an image: sRGB bytes, row by row.
+    ///
+    /// # Errors
+    /// If poses do not fit the things or each other, or a setting is out of range.
+    pub fn render(&self, scene: &Scene<'_>, exposure: &Exposure) -> Result<Vec<u8>, SimError> {
+        scene.check(self)?;
+        exposure.check(scene.world_from_lens.len())?;
+        with_threads(exposure.threads, || {
+            let rays = Rays::of(scene.lens, exposure.samples, &self.kept.rays);
+            let moment = |index| Moment::new(self, scene, index);
+            let job = Job {
+                stage: self,
+                moments: (0..scene.world_from_lens.len()).map(moment).collect(),
+                rays: &rays,
+                lamp: Lamp::new(scene.lighting),
+                noise: Noise::new(exposure.noise, exposure.seed),
+                size_px: scene.lens.camera().size_px(),
+            };
+            let [width, height] = job.size_px;
+            let mut image = vec![0_u8; 3 * width * height];
+            let best = Best::found();
+            let bands = image.par_chunks_mut(3 * width * TILE_PX[1]).enumerate();
+            bands.for_each(|(band, rows)| best.draw(&job, band, rows));
+            image
+        })
+    }
+}
+
+/// Runs on so many threads, or on all cores.
+pub(super) fn with_threads<T: Send>(
+    threads: usize,
+    work: impl FnOnce() -> T + Send,
+) -> Result<T, SimError> {
+    if threads == 0 {
+        return Ok(work());
+    }
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    let reason = |error: rayon::ThreadPoolBuildError| error.to_string();
+    let pool = pool.map_err(|error| SimError::Threads { threads, reason: reason(error) })?;
+    Ok(pool.install(work))
+}
+
+/// Eight rays of a tile, from the lens to what they see.
+struct Packet<L> {
+    ray: Vector<L>,
+    hit: Hit<L>,
+    seen: Seen<L>,
+    /// How much the surface faces the lamp.
+    facing: L,
+}
+
+const PACKETS: usize = TILE_PX[0] * TILE_PX[1] / COUNT;
+const ACROSS: usize = TILE_PX[0] / COUNT;
+
+/// Draws a band of tiles.
+#[inline(always)]
+pub(super) fn draw<L: Lanes<Scalar = f32>>(job: &Job<'_>, band: usize, rows: &mut [u8]) {
+    let (mut some, mut between) = (Vec::new(), Vec::new());
+    for tile in 0..job.rays.tiles()[0] {
+        let zero = L::of(0.0);
+        let mut sums = [Vector { x: zero, y: zero, z: zero }; PACKETS];
+        if let Some(cone) = job.rays.cone_of([tile, band]) {
+            let mut listed = usize::MAX;
+            for sample in 0..job.rays.per_pixel() {
+                let index = sample % job.moments.len();
+                if index != listed {
+                    job.moments[index].in_cone(cone, &mut some);
+                    listed = index;
+                }
+                let at = (sample, tile, band);
+                expose::<L>(job, at, (&some, &mut between), &mut sums);
+            }
+        }
+        develop::<L>(job, [tile, band], &sums, rows);
+    }
+}
+
+/// Adds the light of one ray in each pixel of a tile.
+#[inline(always)]
+fn expose<L: Lanes<Scalar = f32>>(
+    job: &Job<'_>,
+    (sample, tile, band): (usize, usize, usize),
+    (some, between): (&[usize], &mut Vec<usize>),
+    sums: &mut [Vector<L>; PACKETS],
+) {
+    let moment = &job.moments[sample % job.moments.len()];
+    let things = &job.stage.things;
+    let mut reach = Reach::<L>::new();
+    let mut packets: [Option<Packet<L>>; PACKETS] = [const { None }; PACKETS];
+    for (index, (packet, sum)) in packets.iter_mut().zip(sums.iter_mut()).enumerate() {
+        let (u, v) = place([tile, band], index);
+        if u >= job.size_px[0] || v >= job.size_px[1] {
+            continue;
+        }
+        let ray = job.rays.eight::<L>(sample, u, v);
+        let zero = L::of(0.0);
+        let hit = nearest(things, moment, some, ray);
+        let met = zero.at_most(hit.thing);
+        let bits = met.bits();
+        if bits != 0xff {
+            // A ray that the lens does not have is no number, and sees nothing.
+            let is_ray = ray.z.at_most(ray.z);
+            let sky = job.lamp.background(moment, ray);
+            let black = Vector { x: zero, y: zero, z: zero };
+            let open = Vector::select(is_ray, sky, black);
+            *sum = *sum + Vector::select(met, black, open);
+        }
+        if bits != 0 {
+            let seen = seen(things, moment, ray, &hit);
+            let facing = seen.normal.dot(splat(moment.toward));
+            let facing = met.select(facing.max(zero), zero);
+            reach.add(moment, &ray, (hit.t, facing));
+            *packet = Some(Packet { ray, hit, seen, facing });
+        }
+    }
+    between.clear();
+    if let Some(beam) = reach.beam() {
+        moment.in_beam(&beam, between);
+    }
+    for (packet, sum) in packets.iter().zip(sums) {
+        let Some(packet) = packet else { continue };
+        *sum = *sum + light(job, moment, between, packet);
+    }
+}
+
+/// Gives the light that eight rays bring back.
+#[inline(always)]
+fn light<L: Lanes<Scalar = f32>>(
+    job: &Job<'_>,
+    moment: &Moment<f32>,
+    between: &[usize],
+    packet: &Packet<L>,
+) -> Vector<L> {
+    let zero = L::of(0.0);
+    let Packet { ray, hit, seen, facing } = packet;
+    let met = zero.at_most(hit.thing);
+    let t = met.select(hit.t, zero);
+    let open = zero.less(*facing);
+    let mut dark = zero.less(zero);
+    if open.bits() != 0 && !between.is_empty() {
+        // A little off the surface, so that it does not shade itself by rounding.
+        let place = *ray * t + seen.normal * (t * L::of(LIFT));
+        dark = shaded(&job.stage.things, moment, between, (place, open));
+    }
+    let light = job.lamp.shine(moment, (*ray, seen), (*facing, dark));
+    Vector::select(met, light, Vector { x: zero, y: zero, z: zero })
+}
+
+/// How far off a surface shadows are looked for, as a share of the distance.
+const LIFT: f64 = 1e-4;
+
+/// Gives the first pixel of a packet.
+#[inline(always)]
+fn place([tile, band]: [usize; 2], packet: usize) -> (usize, usize) {
+    (tile * TILE_PX[0] + packet % ACROSS * COUNT, band * TILE_PX[1] + packet / ACROSS)
+}
+
+/// Where the places lie that the lamp may reach.
+struct Reach<L> {
+    low: [L; 2],
+    high: [L; 2],
+    along: L,
+}
+
+impl<L: Lanes<Scalar = f32>> Reach<L> {
+    #[inline(always)]
+    fn new() -> Self {
+        let far = L::of(f64::INFINITY);
+        Self { low: [far; 2], high: [-far; 2], along: far }
+    }
+
+    #[inline(always)]
+    fn add(&mut self, moment: &Moment<f32>, ray: &Vector<L>, (t, facing): (L, L)) {
+        let is_lit = L::of(0.0).less(facing);
+        let far = L::of(f64::INFINITY);
+        for axis in 0..2 {
+            let across = ray.dot(splat(moment.across[axis])) * t;
+            self.low[axis] = is_lit.select(across, far).min(self.low[axis]);
+            self.high[axis] = is_lit.select(across, -far).max(self.high[axis]);
+        }
+        let along = ray.dot(splat(moment.toward)) * t;
+        self.along = is_lit.select(along, far).min(self.along);
+    }
+
+    /// Gives what surrounds them, with a margin for being lifted off the surface.
+    #[inline(always)]
+    fn beam(&self) -> Option<Beam> {
+        let least = |x: L| x.write().into_iter().fold(f32::INFINITY, f32::min);
+        let most = |x: L| -least(-x);
+        let along = least(self.along);
+        if along == f32::INFINITY {
+            return None;
+        }
+        let (low, high) = (self.low.map(least), self.high.map(most));
+        let size = low.iter().chain(&high).fold(along.abs(), |a, b| a.max(b.abs()));
+        let margin = 2.0 * LIFT * f64::from(size);
+        Some(Beam {
+            low: low.map(|x| f64::from(x) - margin),
+            high: high.map(|x| f64::from(x) + margin),
+            along: f64::from(along) - margin,
+        })
+    }
+}
+
+/// Turns the light of a tile into bytes.
+#[inline(always)]
+fn develop<L: Lanes<Scalar = f32>>(
+    job: &Job<'_>,
+    tile: [usize; 2],
+    sums: &[Vector<L>; PACKETS],
+    rows: &mut [u8],
+) {
+    let [width, height] = job.size_px;
+    let share = L::of(1.0 / job.rays.per_pixel() as f64);
+    let grey = Grey::new();
+    for (index, sum) in sums.iter().enumerate() {
+        let (u, v) = place(tile, index);
+        if u >= width || v >= height {
+            continue;
+        }
+        let root = |x: L| (x * share).min(L::of(1.0)).sqrt().write();
+        let roots = [root(sum.x), root(sum.y), root(sum.z)];
+        let from = 3 * (v % TILE_PX[1] * width + u);
+        let pixels = rows[from..].chunks_exact_mut(3).take(COUNT.min(width - u));
+        for (lane, bytes) in pixels.enumerate() {
+            let pixel = (v * width + u + lane) as u64;
+            let noise = job.noise.map_or([0.0; 3], |noise| noise.at(pixel));
+            for channel in 0..3 {
+                let level = grey.of_root(roots[channel][lane]) + noise[channel];
+                bytes[channel] = (level + 0.5) as u8;
+            }
+        }
+    }
+}

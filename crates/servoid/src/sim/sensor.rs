@@ -1,0 +1,67 @@
+//! Noise of a sensor: normal numbers that depend on seed, pixel and channel alone.
+
+use std::sync::LazyLock;
+
+/// Entries of the table of the normal distribution's quantiles.
+const STEPS: usize = 1024;
+
+/// Quantiles at the middles of equal shares, scaled to standard deviation 1 as they are read:
+/// interpolated between neighbours.
+static QUANTILES: LazyLock<Vec<f32>> = LazyLock::new(|| {
+    let mut table = Vec::with_capacity(STEPS + 1);
+    let (mut x, mut below, step): (f64, f64, f64) = (-6.0, 0.0, 1e-4);
+    let density = |x: f64| (-0.5 * x * x).exp() / (2.0 * std::f64::consts::PI).sqrt();
+    // The half up to the median; the other is its mirror image.
+    for i in 0..STEPS / 2 {
+        let share = (i as f64).max(0.25) / STEPS as f64;
+        while below < share {
+            below += step * density(x + 0.5 * step);
+            x += step;
+        }
+        table.push(x);
+    }
+    table.push(0.0);
+    let mirrored: Vec<f64> = table[..STEPS / 2].iter().rev().map(|x| -x).collect();
+    table.extend(mirrored);
+    let square = |pair: &[f64]| (pair[0] * pair[0] + pair[0] * pair[1] + pair[1] * pair[1]) / 3.0;
+    let variance = table.windows(2).map(square).sum::<f64>() / STEPS as f64;
+    table.iter().map(|x| (x / variance.sqrt()) as f32).collect()
+});
+
+/// A sensor's noise.
+#[derive(Clone, Copy)]
+pub(super) struct Noise {
+    sigma: f32,
+    seed: u64,
+    table: &'static [f32],
+}
+
+impl Noise {
+    /// Takes the standard deviation in grey levels; without any there is no noise.
+    pub fn new(sigma: f64, seed: u64) -> Option<Self> {
+        let seed = mixed(seed ^ 0x5e_ed0f_5e45_0111);
+        (sigma > 0.0).then(|| Self { sigma: sigma as f32, seed, table: &QUANTILES })
+    }
+
+    /// Gives the noise in the three channels of a pixel, in grey levels.
+    #[inline(always)]
+    pub fn at(self, pixel: u64) -> [f32; 3] {
+        let bits = mixed(self.seed.wrapping_add(pixel.wrapping_mul(0x9e37_79b9_7f4a_7c15)));
+        // 21 bits a channel: 10 choose the entry, 11 the place up to the next.
+        std::array::from_fn(|channel| {
+            let part = (bits >> (21 * channel)) as usize & 0x1f_ffff;
+            let (entry, share) = (part >> 11, (part & 0x7ff) as f32 + 0.5);
+            let (low, high) = (self.table[entry], self.table[entry + 1]);
+            self.sigma * (low + (high - low) * (share / 2048.0))
+        })
+    }
+}
+
+/// Mixes the bits of a number.
+///
+/// Source: Steele, Lea, Flood, *Fast splittable pseudorandom number generators* (2014).
+fn mixed(mut x: u64) -> u64 {
+    x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    x ^ (x >> 31)
+}

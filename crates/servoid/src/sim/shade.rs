@@ -1,0 +1,67 @@
+//! The light that comes back along a ray.
+
+use super::lanes::Lanes;
+use super::light::Lighting;
+use super::placed::Moment;
+use super::surface::Seen;
+use super::vector::{Vector, splat, stored};
+
+/// How often the cosine of the highlight is squared: the 64th power.
+const SQUARINGS: usize = 6;
+
+/// How dark the background is straight below, beside straight above.
+const BELOW: f64 = 0.5;
+
+/// Light in single precision, exposure included.
+pub(super) struct Lamp {
+    key: [f32; 3],
+    sky: [f32; 3],
+    bounce: [f32; 3],
+}
+
+impl Lamp {
+    pub fn new(lighting: &Lighting) -> Self {
+        let exposed = |color: [f64; 3]| stored(color.map(|x| x * lighting.exposure));
+        Self {
+            key: exposed(lighting.key),
+            sky: exposed(lighting.sky),
+            bounce: exposed(lighting.bounce),
+        }
+    }
+
+    /// Gives what a ray that meets nothing sees.
+    #[inline(always)]
+    pub fn background<L: Lanes<Scalar = f32>>(
+        &self,
+        moment: &Moment<f32>,
+        ray: Vector<L>,
+    ) -> Vector<L> {
+        let up = ray.unit().dot(splat(moment.up));
+        splat::<L>(self.sky) * (up * L::of(0.5 - 0.5 * BELOW) + L::of(0.5 + 0.5 * BELOW))
+    }
+
+    /// Gives what a surface sends back: Lambert's law, and Blinn's highlight where it is glossy.
+    #[inline(always)]
+    pub fn shine<L: Lanes<Scalar = f32>>(
+        &self,
+        moment: &Moment<f32>,
+        (ray, seen): (Vector<L>, &Seen<L>),
+        (facing, shaded): (L, L),
+    ) -> Vector<L> {
+        let zero = L::of(0.0);
+        let up = seen.normal.dot(splat(moment.up)) * L::of(0.5) + L::of(0.5);
+        let (sky, bounce) = (splat::<L>(self.sky), splat::<L>(self.bounce));
+        let key = splat::<L>(self.key);
+        let lit = shaded.select(zero, facing);
+        let mut out = seen.albedo.times(bounce + (sky - bounce) * up + key * lit);
+        if zero.less(seen.gloss.both(zero.less(lit))).bits() != 0 {
+            let middle = (splat::<L>(moment.toward) - ray.unit()).unit();
+            let mut power = middle.dot(seen.normal).max(zero);
+            for _ in 0..SQUARINGS {
+                power = power * power;
+            }
+            out = out + key * zero.less(lit).select(seen.gloss * power, zero);
+        }
+        out
+    }
+}

@@ -1,0 +1,146 @@
+//! Where rays enter and leave the simple shapes, each about the origin of its own frame.
+
+use super::lanes::Lanes;
+use super::mesh::Mesh;
+use super::vector::Vector;
+
+/// What a thing is, in metres.
+#[derive(Debug, Clone)]
+pub(super) enum Shape {
+    Ellipsoid { radii: [f64; 3] },
+    Capsule { radius: f64, half_length: f64 },
+    Cylinder { radius: f64, half_length: f64 },
+    Box { half_size: [f64; 3] },
+    Plane { half_size: [f64; 2] },
+    Mesh(Mesh),
+}
+
+impl Shape {
+    /// Gives centre and radius of a ball around it, in its own frame.
+    pub fn ball(&self) -> ([f64; 3], f64) {
+        let radius = match self {
+            Self::Ellipsoid { radii } => radii.iter().copied().fold(0.0, f64::max),
+            Self::Capsule { radius, half_length } => radius + half_length,
+            Self::Cylinder { radius, half_length } => radius.hypot(*half_length),
+            Self::Box { half_size: [x, y, z] } => x.hypot(*y).hypot(*z),
+            Self::Plane { half_size: [x, y] } => x.hypot(*y),
+            Self::Mesh(mesh) => return mesh.ball(),
+        };
+        ([0.0; 3], radius)
+    }
+}
+
+/// Where a ray is inside a convex shape, as multiples of its direction; empty if `enter` is beyond
+/// `leave`.
+#[derive(Clone, Copy)]
+pub(super) struct Span<L> {
+    pub enter: L,
+    pub leave: L,
+}
+
+impl<L: Lanes> Span<L> {
+    /// Is empty where a truth does not hold.
+    #[inline(always)]
+    fn where_true(self, truth: L) -> Self {
+        Self {
+            enter: truth.select(self.enter, L::of(f64::INFINITY)),
+            leave: truth.select(self.leave, L::of(f64::NEG_INFINITY)),
+        }
+    }
+
+    #[inline(always)]
+    fn and(self, other: Self) -> Self {
+        Self { enter: self.enter.max(other.enter), leave: self.leave.min(other.leave) }
+    }
+
+    /// Joins two spans that touch, or of which one is empty.
+    #[inline(always)]
+    fn or(self, other: Self) -> Self {
+        Self { enter: self.enter.min(other.enter), leave: self.leave.max(other.leave) }
+    }
+
+    /// Gives the first place beyond `near` where the surface is met, or infinity.
+    #[inline(always)]
+    pub fn first(self, near: L) -> L {
+        let t = near.less(self.enter).select(self.enter, self.leave);
+        let met = self.enter.at_most(self.leave).both(near.less(t));
+        met.select(t, L::of(f64::INFINITY))
+    }
+}
+
+/// Gives where rays are inside a convex shape; a mesh is none and gives nothing.
+#[inline(always)]
+pub(super) fn span<L: Lanes>(shape: &Shape, from: Vector<L>, along: Vector<L>) -> Span<L> {
+    match shape {
+        Shape::Ellipsoid { radii: [x, y, z] } => {
+            let by = Vector { x: L::of(1.0 / x), y: L::of(1.0 / y), z: L::of(1.0 / z) };
+            ball(from.times(by), along.times(by), 1.0)
+        }
+        Shape::Capsule { radius, half_length } => capsule(from, along, *radius, *half_length),
+        Shape::Cylinder { radius, half_length } => {
+            tube(from, along, *radius).and(slab(from.z, along.z, *half_length))
+        }
+        Shape::Box { half_size: [x, y, z] } => {
+            slab(from.x, along.x, *x).and(slab(from.y, along.y, *y)).and(slab(from.z, along.z, *z))
+        }
+        Shape::Plane { half_size } => plane(from, along, *half_size),
+        Shape::Mesh(_) => {
+            Span { enter: L::of(f64::INFINITY), leave: L::of(f64::NEG_INFINITY) }
+        }
+    }
+}
+
+/// Is never so close to zero that its inverse overflows.
+#[inline(always)]
+pub(super) fn nudged<L: Lanes>(x: L) -> L {
+    x.abs().less(L::of(1e-20)).select(L::of(1e-20), x)
+}
+
+#[inline(always)]
+fn ball<L: Lanes>(from: Vector<L>, along: Vector<L>, radius: f64) -> Span<L> {
+    let a = along.dot(along);
+    let middle = -(from.dot(along) / a);
+    // Taken at the place closest to the centre, where nothing cancels.
+    let closest = from + along * middle;
+    let room = L::of(radius * radius) - closest.dot(closest);
+    let half = (room.max(L::of(0.0)) / a).sqrt();
+    let inside = L::of(0.0).at_most(room);
+    Span { enter: middle - half, leave: middle + half }.where_true(inside)
+}
+
+/// An endless cylinder along z.
+#[inline(always)]
+fn tube<L: Lanes>(from: Vector<L>, along: Vector<L>, radius: f64) -> Span<L> {
+    let a = (along.x * along.x + along.y * along.y).max(L::of(1e-20));
+    let middle = -((from.x * along.x + from.y * along.y) / a);
+    let (x, y) = (from.x + along.x * middle, from.y + along.y * middle);
+    let room = L::of(radius * radius) - (x * x + y * y);
+    let half = (room.max(L::of(0.0)) / a).sqrt();
+    let inside = L::of(0.0).at_most(room);
+    Span { enter: middle - half, leave: middle + half }.where_true(inside)
+}
+
+#[inline(always)]
+fn slab<L: Lanes>(from: L, along: L, half: f64) -> Span<L> {
+    let by = L::of(1.0) / nudged(along);
+    let (one, two) = ((L::of(-half) - from) * by, (L::of(half) - from) * by);
+    Span { enter: one.min(two), leave: one.max(two) }
+}
+
+#[inline(always)]
+fn capsule<L: Lanes>(from: Vector<L>, along: Vector<L>, radius: f64, half: f64) -> Span<L> {
+    let wall = tube(from, along, radius).and(slab(from.z, along.z, half));
+    let wall = wall.where_true(wall.enter.at_most(wall.leave));
+    let top = Vector { z: from.z - L::of(half), ..from };
+    let bottom = Vector { z: from.z + L::of(half), ..from };
+    wall.or(ball(top, along, radius)).or(ball(bottom, along, radius))
+}
+
+#[inline(always)]
+fn plane<L: Lanes>(from: Vector<L>, along: Vector<L>, half_size: [f64; 2]) -> Span<L> {
+    let t = -(from.z / nudged(along.z));
+    let (x, y) = (from.x + along.x * t, from.y + along.y * t);
+    let inside =
+        x.abs().at_most(L::of(half_size[0])).both(y.abs().at_most(L::of(half_size[1])));
+    Span { enter: t, leave: t }.where_true(inside)
+}

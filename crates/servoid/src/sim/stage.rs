@@ -1,0 +1,174 @@
+use std::sync::Mutex;
+
+use super::mesh::{Details, Mesh};
+use super::paint::Paint;
+use super::rays::Rays;
+use super::shape::Shape;
+use super::{Lighting, MAX_LENGTH, MIN_LENGTH, SimError};
+use crate::observe::Lens;
+use crate::pose::Pose;
+
+/// Things of simple shapes, drawn by casting rays.
+#[derive(Debug, Default)]
+pub struct Stage {
+    pub(super) things: Vec<Thing>,
+    pub(super) kept: Kept,
+}
+
+/// Rays of the lenses that were last drawn through: the inverse of a distortion takes its time.
+#[derive(Debug, Default)]
+pub(super) struct Kept {
+    pub rays: Mutex<Vec<std::sync::Arc<Rays<f32>>>>,
+    pub exact: Mutex<Vec<std::sync::Arc<Rays<f64>>>>,
+}
+
+#[derive(Debug)]
+pub(super) struct Thing {
+    pub shape: Shape,
+    pub paint: Paint,
+    /// Centre and radius of a ball around it, in its own frame.
+    pub ball: ([f64; 3], f64),
+}
+
+/// Where a lens and the things of a stage are during one exposure.
+#[derive(Debug, Clone, Copy)]
+pub struct Scene<'a> {
+    /// The lens.
+    pub lens: &'a Lens,
+    /// Poses of the lens, one for each moment.
+    pub world_from_lens: &'a [Pose],
+    /// Poses of all things at each moment.
+    pub world_from_thing: &'a [Vec<Pose>],
+    /// The light.
+    pub lighting: &'a Lighting,
+}
+
+impl Stage {
+    /// Makes an empty stage.
+    #[must_use]
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Gives how many things there are.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        self.things.len()
+    }
+
+    /// Adds an ellipsoid by its radii; gives its number. A texture goes round z once, and from +z
+    /// down to -z.
+    ///
+    /// # Errors
+    /// If a radius is no length.
+    pub fn add_ellipsoid(&mut self, radii: [f64; 3], paint: Paint) -> Result<usize, SimError> {
+        Ok(self.add(Shape::Ellipsoid { radii: sizes("radii", radii)? }, paint))
+    }
+
+    /// Adds a capsule along z: a cylinder of that half length with half balls on its ends.
+    ///
+    /// # Errors
+    /// If a size is no length.
+    pub fn add_capsule(
+        &mut self,
+        radius: f64,
+        half_length: f64,
+        paint: Paint,
+    ) -> Result<usize, SimError> {
+        let (radius, half_length) = (size("radius", radius)?, size("half_length", half_length)?);
+        Ok(self.add(Shape::Capsule { radius, half_length }, paint))
+    }
+
+    /// Adds a cylinder along z with flat ends.
+    ///
+    /// # Errors
+    /// If a size is no length.
+    pub fn add_cylinder(
+        &mut self,
+        radius: f64,
+        half_length: f64,
+        paint: Paint,
+    ) -> Result<usize, SimError> {
+        let (radius, half_length) = (size("radius", radius)?, size("half_length", half_length)?);
+        Ok(self.add(Shape::Cylinder { radius, half_length }, paint))
+    }
+
+    /// Adds a box; a texture lies on each of its faces.
+    ///
+    /// # Errors
+    /// If a size is no length.
+    pub fn add_box(&mut self, half_size: [f64; 3], paint: Paint) -> Result<usize, SimError> {
+        Ok(self.add(Shape::Box { half_size: sizes("half_size", half_size)? }, paint))
+    }
+
+    /// Adds a rectangle in the plane of x and y that is seen from both sides; the top of a texture
+    /// lies towards +y.
+    ///
+    /// # Errors
+    /// If a size is no length.
+    pub fn add_plane(&mut self, half_size: [f64; 2], paint: Paint) -> Result<usize, SimError> {
+        Ok(self.add(Shape::Plane { half_size: sizes("half_size", half_size)? }, paint))
+    }
+
+    /// Adds triangles that are seen from both sides; corners in metres.
+    ///
+    /// # Errors
+    /// If there is no triangle, a corner is not finite or not there, or `details` are not given for
+    /// each corner.
+    pub fn add_mesh(
+        &mut self,
+        vertices: &[[f64; 3]],
+        faces: &[[usize; 3]],
+        details: &Details,
+        paint: Paint,
+    ) -> Result<usize, SimError> {
+        Ok(self.add(Shape::Mesh(Mesh::new(vertices, faces, details)?), paint))
+    }
+
+    fn add(&mut self, shape: Shape, paint: Paint) -> usize {
+        let ball = shape.ball();
+        self.things.push(Thing { shape, paint, ball });
+        self.things.len() - 1
+    }
+}
+
+impl Scene<'_> {
+    pub(super) fn check(&self, stage: &Stage) -> Result<(), SimError> {
+        self.lighting.check()?;
+        let (lens, things) = (self.world_from_lens.len(), self.world_from_thing.len());
+        if lens != things || lens == 0 {
+            return Err(SimError::Moments { lens, things });
+        }
+        for (moment, poses) in self.world_from_thing.iter().enumerate() {
+            let (given, things) = (poses.len(), stage.things.len());
+            if given != things {
+                return Err(SimError::Poses { moment, given, things });
+            }
+        }
+        let lenses = self.world_from_lens.iter().map(|pose| (None, pose));
+        let things = self.world_from_thing.iter().flat_map(|poses| poses.iter().enumerate());
+        for (number, pose) in lenses.chain(things.map(|(i, pose)| (Some(i), pose))) {
+            let distance = pose.translation().norm();
+            if distance > MAX_LENGTH {
+                let what = number.map_or("the lens".into(), |i| format!("thing {i}"));
+                return Err(SimError::Far { what, distance });
+            }
+        }
+        Ok(())
+    }
+}
+
+fn size(what: &'static str, value: f64) -> Result<f64, SimError> {
+    if (MIN_LENGTH..=MAX_LENGTH).contains(&value) {
+        Ok(value)
+    } else {
+        Err(SimError::Size { what, value })
+    }
+}
+
+fn sizes<const N: usize>(what: &'static str, values: [f64; N]) -> Result<[f64; N], SimError> {
+    for value in values {
+        size(what, value)?;
+    }
+    Ok(values)
+}

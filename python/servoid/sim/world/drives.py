@@ -25,8 +25,8 @@ class Drives:
         self._model, self._data = model, self._mujoco.MjData(model)
         self._places, self._speeds = kinematics.places, kinematics.speeds
         step = model.opt.timestep
-        lags = np.array([drive.lag_s for drive in robot.drives])
-        self._gain = -np.expm1(-step / lags) / step  # exact for a command that lasts a step
+        self._lag = np.array([drive.lag_s for drive in robot.drives])
+        self._gain = -np.expm1(-step / self._lag) / step  # exact for a command that lasts a step
         self._acceleration = np.array([drive.acceleration for drive in robot.drives])
         self._speed = np.array([drive.speed for drive in robot.drives])
         self._torque = np.array([drive.torque for drive in robot.drives])
@@ -79,9 +79,13 @@ class Drives:
     def _answer(self, velocities: Floats) -> Floats:
         """Return the accelerations (N,) with which the joints answer a command."""
         angles, speeds = self._data.qpos[self._places], self._data.qvel[self._speeds]
-        reach = 2.0 * self._acceleration
-        up = np.sqrt(reach * np.maximum(self._upper - angles, 0.0))
-        down = np.sqrt(reach * np.maximum(angles - self._lower, 0.0))
         allowed = np.clip(velocities, -self._speed, self._speed)
-        allowed = np.clip(allowed, -down, up)
+        allowed = np.clip(
+            allowed, -self._braked(angles - self._lower), self._braked(self._upper - angles)
+        )
         return np.clip((allowed - speeds) * self._gain, -self._acceleration, self._acceleration)
+
+    def _braked(self, room: Floats) -> Floats:
+        """Return the speeds (N,) from which joints can stop within so many radians, lag and all."""
+        room = np.maximum(room, 0.0)
+        return np.minimum(np.sqrt(self._acceleration * room), room / (4.0 * self._lag))

@@ -23,7 +23,7 @@ from servoid.sim.world.things import (
     Thing,
 )
 
-_BACK, _FRONT, _SIDE, _HEIGHT = -2.7, 2.4, 2.3, 2.4  # where walls and ceiling are, in m
+_BACK, _FRONT, _SIDE, _HEIGHT = -2.7, 3.4, 2.3, 2.4  # where walls and ceiling are, in m
 _BENCH = 0.24  # height of the bench's top under the object
 _PALETTE: tuple[Color, ...] = (
     (0.75, 0.24, 0.18),

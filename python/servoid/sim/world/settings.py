@@ -1,6 +1,6 @@
 """What a simulated world is made of: every default of it is written here, once."""
 
-from typing import Annotated, Literal, TypeVar
+from typing import Annotated, TypeVar
 
 import msgspec
 from msgspec import Meta, Struct
@@ -30,6 +30,9 @@ class ArmSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True)
     ] = (1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     turning_eyes: Annotated[
         bool, Meta(description="eyes with a shared tilt and a pan each, or fixed cameras")
+    ] = True
+    eyes_on_object: Annotated[
+        bool, Meta(description="eyes that turn look at the object at the start, not ahead")
     ] = True
     start: Annotated[
         tuple[float, ...] | None,
@@ -116,10 +119,10 @@ class WorldSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
         tuple[Fault, ...], Meta(description="what goes wrong, and when after the path began")
     ] = ()
     background: Annotated[
-        Literal["cluttered", "plain"], Meta(description="what stands behind the object")
+        str, Meta(description="what stands behind the object: cluttered or plain")
     ] = "cluttered"
     renderer: Annotated[
-        Literal["raycast", "mujoco"], Meta(description="servoid's ray-caster, or MuJoCo's OpenGL")
+        str, Meta(description="raycast, servoid's own, or mujoco, which needs OpenGL")
     ] = "raycast"
     seed: Annotated[int, Meta(ge=0, description="of the noise and of the clutter")] = 0
     threads: Annotated[int, Meta(ge=0, description="for drawing; 0: one for each core")] = 0

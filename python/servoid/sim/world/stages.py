@@ -20,6 +20,8 @@ from servoid.sim.world.things import (
     Thing,
 )
 
+_WELL_EXPOSED = 1.3  # of the ray-caster's light, where the level is 1
+
 Image = NDArray[np.uint8]
 Depth = tuple[NDArray[np.float32], NDArray[np.int32]]
 
@@ -72,7 +74,7 @@ class Raycaster:
             lens=shot.lens,
             world_from_lens=shot.world_from_lens,
             world_from_thing=shot.world_from_things,
-            lighting=Lighting(toward=shot.toward, exposure=shot.level),
+            lighting=Lighting(toward=shot.toward, exposure=_WELL_EXPOSED * shot.level),
             samples=shot.samples,
             noise=shot.noise,
             seed=shot.seed,

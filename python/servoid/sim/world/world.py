@@ -10,8 +10,10 @@ from servoid.errors import SimError
 from servoid.pose import Pose
 from servoid.sim.arm_file import read_arm
 from servoid.sim.world.course import Course
+from servoid.sim.world.drawers import DRAWERS
 from servoid.sim.world.drives import Drives
 from servoid.sim.world.faults import Occlude
+from servoid.sim.world.head import eyes_towards
 from servoid.sim.world.kinematics import Kinematics
 from servoid.sim.world.layout import Layout
 from servoid.sim.world.meshes import as_mesh
@@ -24,10 +26,10 @@ from servoid.sim.world.settings import WorldSettings, checked
 from servoid.sim.world.shipped_arm import build_shipped_arm
 from servoid.sim.world.shutter import Scene, Shutter
 from servoid.sim.world.sim_arm import SimArm
-from servoid.sim.world.stages import Drawer, Raycaster, Shot
+from servoid.sim.world.stages import Drawer, Shot
 from servoid.sim.world.things import BOARD, OBJECT, Box, Finish, Thing
 
-_OVERVIEW_FROM, _OVERVIEW_AIM = (-1.95, -1.75, 1.25), (-0.72, 0.05, 0.50)
+_OVERVIEW_FROM, _OVERVIEW_AIM = (-1.86, -1.60, 1.12), (-0.83, 0.05, 0.46)
 _OVERVIEW_FOCAL = 1.05  # in widths of the picture
 _OVERVIEW_SAMPLES = 3
 _BOARD = Finish(color=(0.45, 0.36, 0.27))
@@ -58,6 +60,12 @@ class World:
             raise SimError(
                 f"the control period is {settings.physics.period_s} s and the physics step "
                 f"{settings.physics.step_s} s; make the period a multiple of the step"
+            )
+        rays = settings.cameras.samples**2
+        if settings.cameras.moments > rays:
+            raise SimError(
+                f"an exposure has {settings.cameras.moments} moments, but a pixel only {rays} "
+                f"rays; lower cameras.moments or raise cameras.samples"
             )
         path = path or parse_path(settings.object.path)
         things = [*make_object(settings.object.name), *_board(settings)]
@@ -184,18 +192,21 @@ def _robot(settings: WorldSettings) -> Robot:
 
 def _start(robot: Robot, kinematics: Kinematics, settings: WorldSettings) -> Floats:
     """Return the joint angles (N,) at the start."""
-    angles = settings.arm.start or robot.angles
-    if angles is None:
-        if robot.world_from_hand is None:
-            return np.zeros(len(robot.drives))
-        return kinematics.reach(robot.world_from_hand)
-    if len(angles) not in (robot.hand_count, len(robot.drives)):
+    given = settings.arm.start or robot.angles
+    if given is not None and len(given) not in (robot.hand_count, len(robot.drives)):
         raise SimError(
-            f"arm.start has {len(angles)} angles; give {robot.hand_count} for the hand, or "
+            f"arm.start has {len(given)} angles; give {robot.hand_count} for the hand, or "
             f"{len(robot.drives)} with those of the eyes"
         )
     start = np.zeros(len(robot.drives))
-    start[: len(angles)] = angles
+    if given is not None:
+        start[: len(given)] = given
+    elif robot.world_from_hand is not None:
+        start = kinematics.reach(robot.world_from_hand)
+    chosen = given is not None and len(given) == len(robot.drives)
+    if robot.turns_eyes and settings.arm.eyes_on_object and not chosen:
+        place = settings.object.hand_from_object[4:]
+        start[robot.hand_count :] = eyes_towards(place, robot.half_baseline)
     return start
 
 
@@ -209,9 +220,11 @@ def _board(settings: WorldSettings) -> list[Thing]:
 
 
 def _drawer(settings: WorldSettings, things: tuple[Thing, ...]) -> Drawer:
-    if settings.renderer == "mujoco":
-        raise SimError("not yet")
-    return Raycaster(things)
+    if settings.renderer not in DRAWERS:
+        raise SimError(
+            f"unknown renderer '{settings.renderer}'; choose one of {', '.join(DRAWERS)}"
+        )
+    return DRAWERS[settings.renderer](things)
 
 
 def _pinhole(camera: Camera) -> Lens:

@@ -78,8 +78,8 @@ def _housing_print() -> Texture:
     for slot in range(6):
         sheet.patch((0.20 + 0.016 * slot, 0.30), (0.008, 0.26), _BLACK)
         sheet.patch((0.70, 0.22 + 0.06 * slot), (0.06, 0.03), _BLACK)
-    sheet.words("18V", (0.33, 0.45), 0.15, _RED)
-    sheet.words("SV-8", (0.33, 0.64), 0.12, _BLACK)
+    sheet.words("18V", (0.33, 0.45), 0.15, _RED, width=0.22)
+    sheet.words("SV-8", (0.33, 0.64), 0.12, _BLACK, width=0.2)
     sheet.lines((0.33, 0.68), (0.2, 0.1), 3, _BLACK)
     sheet.spot((0.62, 0.32), 0.07, _RED)
     sheet.spot((0.62, 0.52), 0.05, _WHITE)
@@ -105,7 +105,7 @@ def _battery_print() -> Texture:
     sheet = Sheet((640, 400), _BLACK, seed=33)
     for middle in (0.25, 0.75):
         sheet.patch((middle - 0.13, 0.42), (0.13, 0.20), _RED)
-        sheet.words("Li-ion", (middle - 0.125, 0.52), 0.06, _WHITE)
+        sheet.words("Li-ion", (middle - 0.125, 0.52), 0.06, _WHITE, width=0.11)
         sheet.lines((middle - 0.12, 0.55), (0.11, 0.05), 2, _WHITE)
         sheet.patch((middle + 0.01, 0.42), (0.12, 0.20), _WHITE)
         sheet.bar_code((middle + 0.015, 0.43), (0.11, 0.10))

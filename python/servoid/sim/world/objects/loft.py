@@ -65,7 +65,7 @@ def tube(centers: Floats, radius: float, around: int = 24) -> MeshShape:
     """Lay a round tube along a line of points (N, 3) in the x-z plane, its ends closed."""
     along = np.gradient(centers, axis=0)
     along /= np.linalg.norm(along, axis=1, keepdims=True)
-    aside = np.cross(along, [0.0, 1.0, 0.0])
+    aside = np.cross([0.0, 1.0, 0.0], along)
     angles = np.linspace(0.0, 2.0 * np.pi, around + 1)[None, :, None]
     rings = centers[:, None] + radius * (
         np.cos(angles) * aside[:, None] + np.sin(angles) * np.array([0.0, 1.0, 0.0])

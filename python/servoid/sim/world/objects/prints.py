@@ -1,6 +1,5 @@
 """Prints for textures: words, stripes, bar codes, stains and grain, as (H, W, 3) uint8 sRGB."""
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -8,7 +7,7 @@ from servoid.sim.world.things import Color, Texture
 
 _FINE = 3  # prints are drawn so many times finer, then reduced
 _INK = (0.05, 0.05, 0.05)
-_FONT = cv2.FONT_HERSHEY_DUPLEX
+_FONT = 2  # cv2.FONT_HERSHEY_DUPLEX, without a slow import that help texts do not need
 
 
 class Sheet:
@@ -30,6 +29,8 @@ class Sheet:
         width: float = 1.0,
     ) -> None:
         """Print a line of text with its lower left corner at `place`, at most so high and wide."""
+        import cv2
+
         x, y = self._at(*place)
         wide, high = cv2.getTextSize(text, _FONT, 1.0, 1)[0]
         scale = min(height * self._pixels.shape[0] / high, width * self._pixels.shape[1] / wide)
@@ -52,16 +53,22 @@ class Sheet:
 
     def patch(self, corner: tuple[float, float], size: tuple[float, float], color: Color) -> None:
         """Print a rectangle."""
+        import cv2
+
         low, high = self._at(*corner), self._at(corner[0] + size[0], corner[1] + size[1])
         cv2.rectangle(self._pixels, low, high, _bytes(color), -1)
 
     def spot(self, center: tuple[float, float], radius: float, color: Color) -> None:
         """Print a disc; its radius is a share of the height."""
+        import cv2
+
         size = round(radius * self._pixels.shape[0])
         cv2.circle(self._pixels, self._at(*center), size, _bytes(color), -1, cv2.LINE_AA)
 
     def shape(self, corners: NDArray[np.float64], color: Color) -> None:
         """Print a polygon with corners (N, 2)."""
+        import cv2
+
         points = np.array([self._at(*corner) for corner in corners], np.int32)
         cv2.fillPoly(self._pixels, [points], _bytes(color), cv2.LINE_AA)
 
@@ -81,6 +88,8 @@ class Sheet:
 
     def finish(self) -> Texture:
         """Return the sheet as a texture."""
+        import cv2
+
         small = cv2.resize(self._pixels, self._size_px, interpolation=cv2.INTER_AREA)
         if self._shade is not None:
             small = np.clip(small * self._shade[..., None], 0.0, 255.0)
@@ -94,6 +103,8 @@ def grain(
     size_px: tuple[int, int], color: Color, strength: float, stretch: float, seed: int
 ) -> Texture:
     """Return a surface with lumps that are `stretch` times as long as high, as wood has."""
+    import cv2
+
     random = np.random.default_rng(seed)
     width, height = size_px
     lumps = _lumps((height, max(round(width / stretch), 8)), 0.05, random)
@@ -105,6 +116,8 @@ def grain(
 
 def _lumps(shape: tuple[int, int], size: float, random: np.random.Generator) -> np.ndarray:
     """Return smooth noise of two sizes (H, W) float32, about -1 to 1, that fits to itself."""
+    import cv2
+
     total = np.zeros(shape, np.float32)
     for share, weight in ((1.0, 0.65), (0.35, 0.35)):
         cells = max(2, round(1.0 / (size * share)))

@@ -35,7 +35,7 @@ def painted_ellipsoid() -> tuple[Thing, ...]:
         sheet.spot(((index + 0.5) / 12, 0.74 + 0.03 * (index % 3)), 0.035, (0.80, 0.24, 0.16))
         sheet.spot(((index + 0.2) / 12, 0.22 - 0.04 * (index % 2)), 0.025, (0.16, 0.46, 0.32))
     for index, word in enumerate(("EGG", "servo", "8020", "OVAL", "six", "DOF")):
-        sheet.words(word, (index / 6 + 0.01, 0.58), 0.11, (0.14, 0.15, 0.20))
+        sheet.words(word, (index / 6 + 0.01, 0.58), 0.11, (0.14, 0.15, 0.20), width=0.14)
     sheet.lines((0.0, 0.62), (1.0, 0.06), 2, (0.45, 0.25, 0.16))
     sheet.stain(0.12, 0.10)
     # The texture's poles lie on the shape's z, which stands upright here.

@@ -78,17 +78,19 @@ def _bottle_label() -> Texture:
     sheet.patch((0.0, 0.362), (1.0, 0.282), _CREAM)  # where the wall is straight
     sheet.patch((0.0, 0.362), (1.0, 0.018), _CORAL)
     sheet.patch((0.0, 0.622), (1.0, 0.022), _CORAL)
-    for start in (0.02, 0.52):
-        sheet.words("ORCHARD", (start, 0.445), 0.040, _NAVY)
-        sheet.words("apple juice", (start + 0.01, 0.492), 0.026, _CORAL)
-        sheet.words("0.5 l", (start, 0.605), 0.032, _INK)
+    front = ("ORCHARD", "apple juice", "0.5 l", _NAVY, _CORAL)
+    back = ("PRESSED", "from six trees", "enjoy cold", _CORAL, _OCHRE)
+    for start, (name, kind, more, ink, fruit) in ((0.09, back), (0.59, front)):
+        sheet.words(name, (start, 0.445), 0.040, ink, width=0.25)
+        sheet.words(kind, (start + 0.01, 0.492), 0.026, _CORAL, width=0.25)
+        sheet.words(more, (start, 0.605), 0.032, _INK, width=0.15)
         sheet.lines((start, 0.51), (0.14, 0.05), 4, _INK)
-        sheet.spot((start + 0.20, 0.560), 0.028, _CORAL)
+        sheet.spot((start + 0.20, 0.560), 0.028, fruit)
         sheet.spot((start + 0.26, 0.572), 0.022, _OCHRE)
         sheet.patch((start + 0.195, 0.515), (0.008, 0.022), (0.16, 0.36, 0.16))
-    sheet.bar_code((0.38, 0.40), (0.10, 0.09))
-    sheet.lines((0.38, 0.515), (0.11, 0.09), 6, _INK)
-    sheet.lines((0.88, 0.40), (0.10, 0.20), 12, _INK)
+    sheet.bar_code((0.45, 0.40), (0.10, 0.09))
+    sheet.lines((0.45, 0.515), (0.11, 0.09), 6, _INK)
+    sheet.lines((0.93, 0.40), (0.06, 0.20), 12, _INK)
     for index in range(16):  # around the shoulder, and on the foot
         sheet.spot(((index + 0.5) / 16, 0.235), 0.011, _OCHRE if index % 3 else _CREAM)
         low = 0.70 + 0.02 * (index % 4)
@@ -104,7 +106,7 @@ def _mug_print() -> Texture:
     sheet.patch((0.0, 0.785), (1.0, 0.035), _NAVY)
     for index, word in enumerate(("LOOK", "model", "TRACK", "servo")):
         start = 0.25 * index + 0.02
-        sheet.words(word, (start, 0.605), 0.055, _CORAL if index % 2 else _NAVY)
+        sheet.words(word, (start, 0.605), 0.055, _CORAL if index % 2 else _NAVY, width=0.2)
         sheet.lines((start, 0.622), (0.2, 0.035), 2, _INK)
         sheet.spot((start + 0.04, 0.715), 0.032, _OCHRE)
         sheet.patch((start + 0.085, 0.685), (0.05, 0.06), (0.16, 0.46, 0.32))

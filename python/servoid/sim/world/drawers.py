@@ -1,0 +1,8 @@
+"""Which names stand for what draws a world."""
+
+from collections.abc import Callable, Sequence
+
+from servoid.sim.world.stages import Drawer, Raycaster
+from servoid.sim.world.things import Thing
+
+DRAWERS: dict[str, Callable[[Sequence[Thing]], Drawer]] = {"raycast": Raycaster}

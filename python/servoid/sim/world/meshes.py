@@ -22,7 +22,7 @@ def as_mesh(shape: Shape) -> MeshShape:
             return shape
         case Ellipsoid(radii):
             ball = lathe([(float(np.cos(one)), float(np.sin(one))) for one in angles])
-            return MeshShape(ball.vertices * radii, ball.faces)
+            return MeshShape(ball.vertices * radii, ball.faces, ball.texture_coordinates)
         case Capsule(radius, half):
             bend = [(radius * np.cos(one), radius * np.sin(one)) for one in angles]
             ends = [(float(r), float(z) + np.copysign(half, z)) for r, z in bend if abs(z) > 1e-9]

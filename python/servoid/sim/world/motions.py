@@ -22,6 +22,13 @@ def pose_of(row: Floats | Sequence[float]) -> Pose:
     return Pose.from_parts([float(x) for x in row[4:]], [float(x) for x in row[:4]])
 
 
+def unit_row(numbers: Sequence[float] | Floats) -> Floats:
+    """Return (w, x, y, z, tx, ty, tz) as a row (7,), its quaternion made to length 1."""
+    row = np.array(numbers, dtype=np.float64)
+    row[:4] /= np.linalg.norm(row[:4])
+    return row
+
+
 def rotate(quaternions: Floats, vectors: Floats) -> Floats:
     """Turn vectors (..., 3) by unit quaternions (..., 4)."""
     w, axis = quaternions[..., :1], quaternions[..., 1:]

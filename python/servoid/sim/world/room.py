@@ -109,12 +109,16 @@ def _posters(random: np.random.Generator) -> list[Thing]:
     for index in range(9):
         half = (random.uniform(0.20, 0.27), random.uniform(0.22, 0.32))
         y = -1.9 + 0.47 * index + random.uniform(-0.04, 0.04)
-        place = (_BACK + 0.006, y, 0.95 + random.uniform(-0.2, 0.35))
+        place = (_BACK + 0.004 + 0.002 * index, y, 0.95 + random.uniform(-0.2, 0.35))
         finish = Finish(texture=_poster(int(random.integers(1 << 30))))
         things.append(Thing(Plane(half), finish, carrier_from_thing=_facing(place, 0.0)))
     for index in range(8):
         side = -1.0 if index % 2 else 1.0
-        place = (-2.3 + 0.45 * (index // 2), side * (_SIDE - 0.006), random.uniform(0.8, 1.3))
+        place = (
+            -2.3 + 0.45 * (index // 2),
+            side * (_SIDE - 0.004 - 0.002 * index),
+            random.uniform(0.8, 1.3),
+        )
         half = (random.uniform(0.14, 0.2), random.uniform(0.18, 0.28))
         finish = Finish(texture=_poster(int(random.integers(1 << 30))))
         things.append(Thing(Plane(half), finish, carrier_from_thing=_facing(place, -90.0 * side)))

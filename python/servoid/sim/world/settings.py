@@ -22,12 +22,18 @@ class ArmSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True)
     links: Annotated[
         str | None, Meta(description="lengths of a shipped arm; none: as its file says")
     ] = None
-    hand: Annotated[
-        str | None, Meta(description="site or body of a file's arm that carries the head")
+    mount: Annotated[
+        str | None, Meta(description="site or body of a file's arm that carries the hand")
     ] = None
-    hand_from_head: Annotated[
-        Seven, Meta(description="the head on that site or body: w, x, y, z, tx, ty, tz")
+    mount_from_hand: Annotated[
+        Seven,
+        Meta(description="the hand, x right, y down, z forward, on it: w, x, y, z, tx, ty, tz"),
     ] = (1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    speed: Annotated[Positive, Meta(description="of the joints of a file's arm in rad/s")] = 2.0
+    acceleration: Annotated[
+        Positive, Meta(description="of the joints of a file's arm in rad/s²")
+    ] = 8.0
+    lag_s: Annotated[Positive, Meta(description="of the speed servos of a file's arm")] = 0.02
     turning_eyes: Annotated[
         bool, Meta(description="eyes with a shared tilt and a pan each, or fixed cameras")
     ] = True

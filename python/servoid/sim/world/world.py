@@ -1,6 +1,7 @@
 """A simulated world: an arm with eyes, an object that moves, a room, and time."""
 
 from pathlib import Path as File
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,13 +13,16 @@ from servoid.sim.arm_file import read_arm
 from servoid.sim.world.course import Course
 from servoid.sim.world.drawers import DRAWERS
 from servoid.sim.world.drives import Drives
+from servoid.sim.world.engine import load_mujoco
 from servoid.sim.world.faults import Occlude
+from servoid.sim.world.file_arm import SUFFIXES, build_file_arm
 from servoid.sim.world.head import eyes_towards
 from servoid.sim.world.kinematics import Kinematics
 from servoid.sim.world.layout import Layout
 from servoid.sim.world.meshes import as_mesh
-from servoid.sim.world.motions import STILL, Floats, looking, pose_of, row_of
+from servoid.sim.world.motions import STILL, Floats, pose_of, row_of, unit_row
 from servoid.sim.world.objects import make_object
+from servoid.sim.world.overview import overview_from
 from servoid.sim.world.paths import Path, parse_path
 from servoid.sim.world.robot import Robot
 from servoid.sim.world.room import make_room
@@ -29,7 +33,6 @@ from servoid.sim.world.sim_arm import SimArm
 from servoid.sim.world.stages import Drawer, Shot
 from servoid.sim.world.things import BOARD, OBJECT, Box, Finish, Thing
 
-_OVERVIEW_FROM, _OVERVIEW_AIM = (-1.86, -1.60, 1.12), (-0.83, 0.05, 0.46)
 _OVERVIEW_FOCAL = 1.05  # in widths of the picture
 _OVERVIEW_SAMPLES = 3
 _BOARD = Finish(color=(0.45, 0.36, 0.27))
@@ -72,8 +75,7 @@ class World:
         things += make_room(settings.background, settings.seed)
         robot = _robot(settings)
         things += robot.things
-        robot.spec.option.timestep = settings.physics.step_s
-        model = robot.spec.compile()
+        model = _model(robot, settings.physics.step_s)
         kinematics = Kinematics(robot, model)
         start = _start(robot, kinematics, settings)
         hand_from_object = pose_of(settings.object.hand_from_object)
@@ -146,7 +148,7 @@ class World:
             focal_px=(focal, focal),
             center_px=(0.5 * (width - 1), 0.5 * (height - 1)),
         )
-        pose = looking(_OVERVIEW_FROM, _OVERVIEW_AIM)
+        pose = overview_from(self._course.world_from_object_at(0.0).translation)
         things = self._layout.world_from_things(self._drives.positions, self.time_s)
         return self._drawer.image(
             Shot(
@@ -169,7 +171,7 @@ class World:
         for thing in self._things:
             if thing.carrier == OBJECT:
                 mesh = as_mesh(thing.shape)
-                place = pose_of(_unit(thing.carrier_from_thing))
+                place = pose_of(unit_row(thing.carrier_from_thing))
                 vertices.append(place.transform(np.ascontiguousarray(mesh.vertices)))
                 faces.append(mesh.faces + count)
                 count += len(mesh.vertices)
@@ -185,9 +187,21 @@ class World:
 def _robot(settings: WorldSettings) -> Robot:
     """Build the arm that the settings name."""
     arm = settings.arm
-    if File(arm.name).suffix.lower() in (".xml", ".mjcf", ".urdf"):
-        raise SimError("not yet")
+    if File(arm.name).suffix.lower() in SUFFIXES:
+        return build_file_arm(arm, read_arm().eyes)
     return build_shipped_arm(read_arm(arm.name, arm.links), arm.turning_eyes)
+
+
+def _model(robot: Robot, step_s: float) -> Any:
+    """Compile the robot; nothing in the world touches anything."""
+    robot.spec.option.timestep = step_s
+    robot.spec.option.disableflags |= int(load_mujoco().mjtDisableBit.mjDSBL_CONTACT)
+    model = robot.spec.compile()
+    # What brakes the joints is part of their drives' lag already.
+    model.dof_damping[:] = 0.0
+    model.dof_frictionloss[:] = 0.0
+    model.jnt_stiffness[:] = 0.0
+    return model
 
 
 def _start(robot: Robot, kinematics: Kinematics, settings: WorldSettings) -> Floats:
@@ -234,9 +248,3 @@ def _pinhole(camera: Camera) -> Lens:
         focal_px=camera.focal_px,
         center_px=camera.center_px,
     )
-
-
-def _unit(row: object) -> Floats:
-    values = np.array(row, dtype=np.float64)
-    values[:4] /= np.linalg.norm(values[:4])
-    return values

@@ -73,6 +73,26 @@ pub(super) trait Lanes:
     }
 }
 
+/// What single precision does besides.
+pub(super) trait Single: Lanes<Scalar = f32> {
+    /// Whole parts, towards zero, of numbers below 2^31.
+    fn whole(self) -> [i32; COUNT];
+    /// The same as numbers.
+    fn trunc(self) -> Self;
+}
+
+impl Single for f32x8 {
+    #[inline(always)]
+    fn whole(self) -> [i32; COUNT] {
+        self.fast_trunc_int().to_array()
+    }
+
+    #[inline(always)]
+    fn trunc(self) -> Self {
+        Self::from_i32x8(self.fast_trunc_int())
+    }
+}
+
 macro_rules! portable {
     ($lanes:ty, $scalar:ty) => {
         impl Lanes for $lanes {

@@ -1,5 +1,6 @@
 use std::sync::LazyLock;
 
+use super::lanes::{COUNT, Single};
 use super::{SimError, color, within};
 
 /// A lamp so far away that its rays are parallel, and light from above and below.
@@ -68,41 +69,48 @@ pub(super) fn linear(color: [u8; 3]) -> [f32; 3] {
 /// Entries of the way back; they are even in the root of the strength, where it is nearly straight.
 const STEPS: usize = 4096;
 
-static GREY: LazyLock<Vec<f32>> = LazyLock::new(|| {
+static GREY: LazyLock<[f32; STEPS]> = LazyLock::new(|| {
     let grey = |i: usize| {
         let x = (i as f64 / (STEPS - 1) as f64).powi(2);
         let y = if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * x.powf(1.0 / 2.4) - 0.055 };
         (255.0 * y) as f32
     };
-    (0..STEPS).map(grey).collect()
+    std::array::from_fn(grey)
 });
 
 /// Turns roots of linear strengths into grey levels, 0 to 255, not rounded.
 #[derive(Clone, Copy)]
-pub(super) struct Grey(&'static [f32]);
+pub(super) struct Grey(&'static [f32; STEPS]);
 
 impl Grey {
     pub fn new() -> Self {
         Self(&GREY)
     }
 
-    /// Gives the grey level of a strength whose root, at most 1, is given.
+    /// Gives the grey levels of strengths whose roots, from 0 to 1, are given.
     #[inline(always)]
-    pub fn of_root(self, root: f32) -> f32 {
-        let place = (root * (STEPS - 1) as f32 + 0.5) as usize;
-        self.0[place.min(STEPS - 1)]
+    pub fn of_root<L: Single>(self, root: L) -> L {
+        let places = (root * L::of((STEPS - 1) as f64) + L::of(0.5)).whole();
+        let mut out = [0.0; COUNT];
+        for (level, &place) in out.iter_mut().zip(&places) {
+            *level = self.0[place as usize & (STEPS - 1)];
+        }
+        L::read(out)
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use wide::f32x8;
+
+    use super::super::lanes::Lanes;
     use super::*;
 
     #[test]
     fn every_srgb_value_comes_back() {
         for value in 0..=255_u8 {
             let [strength, ..] = linear([value; 3]);
-            let grey = Grey::new().of_root(strength.sqrt());
+            let [grey, ..] = Grey::new().of_root(f32x8::splat(strength.sqrt())).write();
             assert!((grey - f32::from(value)).abs() < 0.07, "{value} became {grey}");
         }
     }

@@ -137,11 +137,8 @@ impl Mesh {
         hit: &mut Hit<L>,
     ) {
         let one = L::of(1.0);
-        let by = Vector {
-            x: one / nudged(along.x),
-            y: one / nudged(along.y),
-            z: one / nudged(along.z),
-        };
+        let by =
+            Vector { x: one / nudged(along.x), y: one / nudged(along.y), z: one / nudged(along.z) };
         let mut waiting = [0_u32; DEPTH];
         let mut count = 0;
         let mut at = 0_usize;
@@ -162,7 +159,8 @@ impl Mesh {
                     (true, true) => {
                         let lane = (left & right).trailing_zeros().min(7) as usize;
                         let swap = right_at.write()[lane].to_f64() < left_at.write()[lane].to_f64();
-                        let (next, later) = if swap { (first + 1, first) } else { (first, first + 1) };
+                        let (next, later) =
+                            if swap { (first + 1, first) } else { (first, first + 1) };
                         waiting[count] = later as u32;
                         count += 1;
                         at = next;
@@ -262,11 +260,7 @@ fn depth(nodes: &[Node]) -> usize {
 /// Most triangles of a mesh: their numbers are kept as single-precision numbers.
 const MAX_FACES: usize = 1 << 24;
 
-fn check(
-    vertices: &[[f64; 3]],
-    faces: &[[usize; 3]],
-    details: &Details,
-) -> Result<(), SimError> {
+fn check(vertices: &[[f64; 3]], faces: &[[usize; 3]], details: &Details) -> Result<(), SimError> {
     if faces.is_empty() || faces.len() > MAX_FACES {
         return Err(SimError::Faces { given: faces.len(), max: MAX_FACES });
     }

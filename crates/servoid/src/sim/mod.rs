@@ -3,8 +3,10 @@
 //! A [`Stage`] holds things; where they are is said anew for each image, at one moment or at
 //! several moments of one exposure. Images are the same, bit for bit, on any number of threads.
 
+mod best;
 mod depth;
 mod lanes;
+#[cfg(target_arch = "x86_64")]
 mod lanes_x86;
 mod light;
 mod mesh;
@@ -126,8 +128,8 @@ pub enum SimError {
     },
     /// A texture has not the size that its bytes have.
     #[error(
-        "a texture of {width}x{height} pixels has {} bytes, but {given} were given; each side must \
-         have at least one pixel", 3 * width * height
+        "a texture has from 1 to {max} pixels along a side and 3 bytes a pixel, but {given} bytes \
+         were given for {width}x{height} pixels"
     )]
     Texture {
         /// Width in pixels.
@@ -136,6 +138,8 @@ pub enum SimError {
         height: usize,
         /// Bytes that were given.
         given: usize,
+        /// Most pixels along a side.
+        max: usize,
     },
     /// The direction towards the lamp is none.
     #[error("toward is {0:?}, but it must be a direction: three finite numbers, not all zero")]
@@ -201,7 +205,11 @@ fn shown(face: &[usize; 3]) -> String {
 
 /// Lets a number through that lies in a range.
 fn within(what: &'static str, value: f64, [min, max]: [f64; 2]) -> Result<f64, SimError> {
-    if (min..=max).contains(&value) { Ok(value) } else { Err(SimError::Range { what, value, min, max }) }
+    if (min..=max).contains(&value) {
+        Ok(value)
+    } else {
+        Err(SimError::Range { what, value, min, max })
+    }
 }
 
 /// Lets a colour through, or the strengths of a light in red, green and blue.

@@ -1,63 +1,80 @@
+use wide::f32x4;
+
+use super::lanes::{COUNT, Single};
 use super::light::linear;
+use super::vector::Vector;
 use super::{SimError, color, within};
 
 /// A picture on a surface, which repeats without end.
 #[derive(Debug, Clone)]
 pub struct Texture {
-    width: usize,
-    height: usize,
-    // Linear; the fourth number fills a vector register.
-    texels: Vec<[f32; 4]>,
+    size: [f32; 2],
+    /// From row to row.
+    pitch: usize,
+    // Linear, with one row or column of the other side beyond each edge; the fourth number fills a
+    // vector register.
+    texels: Vec<f32x4>,
 }
 
 impl Texture {
+    /// Most pixels along a side.
+    pub const MAX_SIDE_PX: usize = 1 << 14;
+
     /// Takes sRGB bytes, row by row.
     ///
     /// # Errors
-    /// If a side is zero or the number of bytes does not fit.
+    /// If a side is zero or too long, or the number of bytes does not fit.
     pub fn new(bytes: &[u8], [width, height]: [usize; 2]) -> Result<Self, SimError> {
-        if width == 0 || height == 0 || bytes.len() != 3 * width * height {
-            return Err(SimError::Texture { width, height, given: bytes.len() });
+        let fits = |side: usize| (1..=Self::MAX_SIDE_PX).contains(&side);
+        if !fits(width) || !fits(height) || bytes.len() != 3 * width * height {
+            let max = Self::MAX_SIDE_PX;
+            return Err(SimError::Texture { width, height, given: bytes.len(), max });
         }
-        let texel = |c: &[u8]| {
-            let [r, g, b] = linear([c[0], c[1], c[2]]);
-            [r, g, b, 0.0]
+        let texel = |u: usize, v: usize| {
+            let at = 3 * ((v + height - 1) % height * width + (u + width - 1) % width);
+            let [r, g, b] = linear([bytes[at], bytes[at + 1], bytes[at + 2]]);
+            f32x4::new([r, g, b, 0.0])
         };
-        Ok(Self { width, height, texels: bytes.chunks_exact(3).map(texel).collect() })
+        let pitch = width + 2;
+        let rows = (0..height + 2).flat_map(|v| (0..pitch).map(move |u| (u, v)));
+        let texels = rows.map(|(u, v)| texel(u, v)).collect();
+        Ok(Self { size: [width as f32, height as f32], pitch, texels })
     }
 
-    /// Gives the colour at a place; (0, 0) is the first pixel's corner, (1, 1) the last one's.
+    /// Gives the colours at places, for the rays in `lanes`; (0, 0) is the first pixel's corner,
+    /// (1, 1) the last one's.
     #[inline(always)]
-    pub(super) fn at(&self, u: f32, v: f32) -> [f32; 3] {
-        let (left, right, across) = neighbours(u, self.width);
-        let (top, bottom, down) = neighbours(v, self.height);
-        let row = |v: usize| {
-            let (a, b) = (&self.texels[v * self.width + left], &self.texels[v * self.width + right]);
-            let mix = |i: usize| a[i] + (b[i] - a[i]) * across;
-            [mix(0), mix(1), mix(2)]
-        };
-        let (above, below) = (row(top), row(bottom));
-        let mix = |i: usize| above[i] + (below[i] - above[i]) * down;
-        [mix(0), mix(1), mix(2)]
+    pub(super) fn at<L: Single>(&self, [u, v]: [L; 2], lanes: u32) -> Vector<L> {
+        let (left, across) = split(u, self.size[0]);
+        let (top, down) = split(v, self.size[1]);
+        let mut parts = [[0.0; COUNT]; 3];
+        for lane in (0..COUNT).filter(|lane| lanes >> lane & 1 == 1) {
+            let at = top[lane] as usize * self.pitch + left[lane] as usize;
+            let (Some([a, b, ..]), Some([c, d, ..])) = (
+                self.texels.get(at..at + 2),
+                self.texels.get(at + self.pitch..at + self.pitch + 2),
+            ) else {
+                continue;
+            };
+            let (x, y) = (f32x4::splat(across[lane]), f32x4::splat(down[lane]));
+            let (above, below) = (*a + (*b - *a) * x, *c + (*d - *c) * x);
+            let [r, g, b, _] = (above + (below - above) * y).to_array();
+            (parts[0][lane], parts[1][lane], parts[2][lane]) = (r, g, b);
+        }
+        let [x, y, z] = parts;
+        Vector { x: L::read(x), y: L::read(y), z: L::read(z) }
     }
 }
 
-/// Gives the pixels on both sides of a place, and how far it is from the first to the second.
+/// Gives the stored pixel before a place, and how far it is to the next.
 #[inline(always)]
-fn neighbours(place: f32, count: usize) -> (usize, usize, f32) {
-    let whole = place as i32;
-    let share = place - whole as f32;
-    let share = if share < 0.0 { share + 1.0 } else { share };
-    // Half a pixel up, so that it stays positive.
-    let at = share * count as f32 + (count as f32 - 0.5);
-    let first = at as usize;
-    let wrap = |mut i: usize| {
-        while i >= count {
-            i -= count;
-        }
-        i
-    };
-    (wrap(first), wrap(first + 1), at - first as f32)
+fn split<L: Single>(place: L, count: f32) -> ([i32; COUNT], [f32; COUNT]) {
+    let share = place - place.trunc();
+    let share = share.less(L::of(0.0)).select(share + L::of(1.0), share);
+    // What is no number becomes a place too.
+    let at = share.max(L::of(0.0)) * L::splat(count) + L::of(0.5);
+    let first = at.trunc();
+    (first.whole(), (at - first).write())
 }
 
 /// What a surface looks like.

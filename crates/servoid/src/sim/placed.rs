@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::lanes::Scalar;
-use super::stage::{Scene, Stage};
+use super::stage::{Scene, Stage, Thing};
 use super::vector::stored;
 use crate::pose::Pose;
 
@@ -26,6 +26,8 @@ pub(super) struct Placed<S> {
     pub lens_in_thing: [S; 3],
     /// Towards the lamp, in the thing's frame.
     pub toward: [S; 3],
+    /// What the shape reads.
+    pub sizes: [S; 3],
     ball: Ball,
 }
 
@@ -69,7 +71,7 @@ impl<S: Scalar> Moment<S> {
             .iter()
             .zip(&scene.world_from_thing[index])
             .map(|(thing, &world_from_thing)| {
-                placed(&(lens_from_world * world_from_thing), thing.ball, (&toward, &across))
+                placed(&(lens_from_world * world_from_thing), thing, (&toward, &across))
             })
             .collect();
         Self {
@@ -97,11 +99,12 @@ impl<S: Scalar> Moment<S> {
 
 fn placed<S: Scalar>(
     lens_from_thing: &Pose,
-    (center, radius): ([f64; 3], f64),
+    thing: &Thing,
     (toward, across): (&Vector3<f64>, &[Vector3<f64>; 2]),
 ) -> Placed<S> {
     let thing_from_lens = lens_from_thing.inverse();
     let turn: Matrix3<f64> = thing_from_lens.rotation_matrix();
+    let (center, radius) = thing.ball;
     let center = lens_from_thing.transform(&Vector3::from(center));
     // A little more, for what rounding moves.
     let radius = radius * (1.0 + 1e-6) + 1e-6;
@@ -111,6 +114,7 @@ fn placed<S: Scalar>(
         thing_from_lens: std::array::from_fn(|row| stored(turn.row(row).transpose().into())),
         lens_in_thing: stored(thing_from_lens.translation().into()),
         toward: stored((turn * toward).into()),
+        sizes: stored(thing.shape.sizes()),
         ball: Ball {
             direction: center / distance,
             radius,
@@ -135,9 +139,8 @@ impl Ball {
     }
 
     fn meets_beam(&self, beam: &Beam) -> bool {
-        let gap = |i: usize| {
-            (beam.low[i] - self.across[i]).max(self.across[i] - beam.high[i]).max(0.0)
-        };
+        let gap =
+            |i: usize| (beam.low[i] - self.across[i]).max(self.across[i] - beam.high[i]).max(0.0);
         let (u, v) = (gap(0), gap(1));
         u * u + v * v <= self.radius * self.radius && self.along + self.radius >= beam.along
     }

@@ -21,12 +21,13 @@ const KEPT: usize = 4;
 pub(super) struct Rays<S> {
     lens: Lens,
     samples: usize,
-    /// Where in its pixel each sample lies.
-    offsets: Vec<[f64; 2]>,
     /// Directions, sample by sample, row by row, with rows filled up to whole lanes; NaN where the
     /// lens sees nothing. Empty for a pinhole, whose rays are quicker made than read.
     table: Vec<[Vec<S>; 3]>,
     pitch: usize,
+    /// Tangents of pixel (0, 0) for each sample, and from pixel to pixel, of a pinhole.
+    first: Vec<[S; 2]>,
+    step: [S; 2],
     cones: Vec<Option<Cone>>,
 }
 
@@ -72,8 +73,17 @@ impl<S: Scalar> Rays<S> {
         } else {
             offsets.iter().map(|&offset| table(lens, offset, [pitch, height])).collect()
         };
-        let mut rays =
-            Self { lens: *lens, samples, offsets, table, pitch, cones: Vec::new() };
+        let ([fx, fy], [cx, cy]) = (lens.camera().focal_px(), lens.camera().center_px());
+        let first = offsets.iter().map(|[u, v]| [S::of((u - cx) / fx), S::of((v - cy) / fy)]);
+        let mut rays = Self {
+            lens: *lens,
+            samples,
+            table,
+            pitch,
+            first: first.collect(),
+            step: [S::of(1.0 / fx), S::of(1.0 / fy)],
+            cones: Vec::new(),
+        };
         let [across, down] = rays.tiles();
         rays.cones = (0..across * down)
             .into_par_iter()
@@ -90,7 +100,7 @@ impl<S: Scalar> Rays<S> {
 
     /// Gives the rays of a pixel.
     pub fn per_pixel(&self) -> usize {
-        self.offsets.len()
+        self.first.len()
     }
 
     /// Gives a cone around all rays of a tile; `None` if the lens sees nothing there.
@@ -110,13 +120,12 @@ impl<S: Scalar> Rays<S> {
             };
             return Vector { x: part(&planes[0]), y: part(&planes[1]), z: part(&planes[2]) };
         }
-        let camera = self.lens.camera();
-        let ([fx, fy], [cx, cy]) = (camera.focal_px(), camera.center_px());
-        let [du, dv] = self.offsets[sample];
-        let steps = L::read([0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0].map(S::of));
+        let ([x, y], [across, down]) = (self.first[sample], self.step);
+        let columns = L::read([0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0].map(S::of));
+        let (columns, row) = (columns + L::of(u as f64), L::of(v as f64));
         Vector {
-            x: L::of((u as f64 + du - cx) / fx) + steps * L::of(1.0 / fx),
-            y: L::of((v as f64 + dv - cy) / fy),
+            x: columns * L::splat(across) + L::splat(x),
+            y: row * L::splat(down) + L::splat(y),
             z: L::of(1.0),
         }
     }

@@ -2,8 +2,8 @@
 
 use rayon::prelude::*;
 
-use super::lanes::{COUNT, Lanes};
-use super::lanes_x86::Best;
+use super::best::Best;
+use super::lanes::{COUNT, Single};
 use super::light::Grey;
 use super::mesh::Hit;
 use super::placed::{Beam, Moment};
@@ -117,7 +117,7 @@ const ACROSS: usize = TILE_PX[0] / COUNT;
 
 /// Draws a band of tiles.
 #[inline(always)]
-pub(super) fn draw<L: Lanes<Scalar = f32>>(job: &Job<'_>, band: usize, rows: &mut [u8]) {
+pub(super) fn draw<L: Single>(job: &Job<'_>, band: usize, rows: &mut [u8]) {
     let (mut some, mut between) = (Vec::new(), Vec::new());
     for tile in 0..job.rays.tiles()[0] {
         let zero = L::of(0.0);
@@ -140,7 +140,7 @@ pub(super) fn draw<L: Lanes<Scalar = f32>>(job: &Job<'_>, band: usize, rows: &mu
 
 /// Adds the light of one ray in each pixel of a tile.
 #[inline(always)]
-fn expose<L: Lanes<Scalar = f32>>(
+fn expose<L: Single>(
     job: &Job<'_>,
     (sample, tile, band): (usize, usize, usize),
     (some, between): (&[usize], &mut Vec<usize>),
@@ -188,7 +188,7 @@ fn expose<L: Lanes<Scalar = f32>>(
 
 /// Gives the light that eight rays bring back.
 #[inline(always)]
-fn light<L: Lanes<Scalar = f32>>(
+fn light<L: Single>(
     job: &Job<'_>,
     moment: &Moment<f32>,
     between: &[usize],
@@ -225,7 +225,7 @@ struct Reach<L> {
     along: L,
 }
 
-impl<L: Lanes<Scalar = f32>> Reach<L> {
+impl<L: Single> Reach<L> {
     #[inline(always)]
     fn new() -> Self {
         let far = L::of(f64::INFINITY);
@@ -267,7 +267,7 @@ impl<L: Lanes<Scalar = f32>> Reach<L> {
 
 /// Turns the light of a tile into bytes.
 #[inline(always)]
-fn develop<L: Lanes<Scalar = f32>>(
+fn develop<L: Single>(
     job: &Job<'_>,
     tile: [usize; 2],
     sums: &[Vector<L>; PACKETS],
@@ -281,17 +281,17 @@ fn develop<L: Lanes<Scalar = f32>>(
         if u >= width || v >= height {
             continue;
         }
-        let root = |x: L| (x * share).min(L::of(1.0)).sqrt().write();
-        let roots = [root(sum.x), root(sum.y), root(sum.z)];
+        let noise = job.noise.map(|noise| noise.eight((v * width + u) as u64));
+        let level = |x: L, channel: usize| {
+            let level = grey.of_root((x * share).min(L::of(1.0)).sqrt());
+            let level = noise.as_ref().map_or(level, |noise| level + L::read(noise[channel]));
+            (level.max(L::of(0.0)).min(L::of(255.0)) + L::of(0.5)).whole()
+        };
+        let levels = [level(sum.x, 0), level(sum.y, 1), level(sum.z, 2)];
         let from = 3 * (v % TILE_PX[1] * width + u);
         let pixels = rows[from..].chunks_exact_mut(3).take(COUNT.min(width - u));
         for (lane, bytes) in pixels.enumerate() {
-            let pixel = (v * width + u + lane) as u64;
-            let noise = job.noise.map_or([0.0; 3], |noise| noise.at(pixel));
-            for channel in 0..3 {
-                let level = grey.of_root(roots[channel][lane]) + noise[channel];
-                bytes[channel] = (level + 0.5) as u8;
-            }
+            bytes.copy_from_slice(&levels.map(|channel| channel[lane] as u8));
         }
     }
 }

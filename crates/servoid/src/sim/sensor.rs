@@ -2,12 +2,14 @@
 
 use std::sync::LazyLock;
 
+use super::lanes::COUNT;
+
 /// Entries of the table of the normal distribution's quantiles.
 const STEPS: usize = 1024;
 
-/// Quantiles at the middles of equal shares, scaled to standard deviation 1 as they are read:
-/// interpolated between neighbours.
-static QUANTILES: LazyLock<Vec<f32>> = LazyLock::new(|| {
+/// Quantiles of equal shares and a 2048th of the rise to the next, scaled to standard deviation 1
+/// as they are read: interpolated between neighbours.
+static QUANTILES: LazyLock<[[f32; 2]; STEPS]> = LazyLock::new(|| {
     let mut table = Vec::with_capacity(STEPS + 1);
     let (mut x, mut below, step): (f64, f64, f64) = (-6.0, 0.0, 1e-4);
     let density = |x: f64| (-0.5 * x * x).exp() / (2.0 * std::f64::consts::PI).sqrt();
@@ -25,7 +27,11 @@ static QUANTILES: LazyLock<Vec<f32>> = LazyLock::new(|| {
     table.extend(mirrored);
     let square = |pair: &[f64]| (pair[0] * pair[0] + pair[0] * pair[1] + pair[1] * pair[1]) / 3.0;
     let variance = table.windows(2).map(square).sum::<f64>() / STEPS as f64;
-    table.iter().map(|x| (x / variance.sqrt()) as f32).collect()
+    let scale = 1.0 / variance.sqrt();
+    std::array::from_fn(|i| {
+        let rise = scale * (table[i + 1] - table[i]) / 2048.0;
+        [(scale * table[i] + 0.5 * rise) as f32, rise as f32]
+    })
 });
 
 /// A sensor's noise.
@@ -33,7 +39,7 @@ static QUANTILES: LazyLock<Vec<f32>> = LazyLock::new(|| {
 pub(super) struct Noise {
     sigma: f32,
     seed: u64,
-    table: &'static [f32],
+    table: &'static [[f32; 2]; STEPS],
 }
 
 impl Noise {
@@ -43,17 +49,21 @@ impl Noise {
         (sigma > 0.0).then(|| Self { sigma: sigma as f32, seed, table: &QUANTILES })
     }
 
-    /// Gives the noise in the three channels of a pixel, in grey levels.
+    /// Gives the noise in the three channels of eight pixels in a row, in grey levels.
     #[inline(always)]
-    pub fn at(self, pixel: u64) -> [f32; 3] {
-        let bits = mixed(self.seed.wrapping_add(pixel.wrapping_mul(0x9e37_79b9_7f4a_7c15)));
-        // 21 bits a channel: 10 choose the entry, 11 the place up to the next.
-        std::array::from_fn(|channel| {
-            let part = (bits >> (21 * channel)) as usize & 0x1f_ffff;
-            let (entry, share) = (part >> 11, (part & 0x7ff) as f32 + 0.5);
-            let (low, high) = (self.table[entry], self.table[entry + 1]);
-            self.sigma * (low + (high - low) * (share / 2048.0))
-        })
+    pub fn eight(self, first: u64) -> [[f32; COUNT]; 3] {
+        let mut out = [[0.0; COUNT]; 3];
+        for lane in 0..COUNT {
+            let pixel = first + lane as u64;
+            let bits = mixed(self.seed.wrapping_add(pixel.wrapping_mul(0x9e37_79b9_7f4a_7c15)));
+            // 21 bits a channel: 10 choose the entry, 11 the place up to the next.
+            for (channel, levels) in out.iter_mut().enumerate() {
+                let part = (bits >> (21 * channel)) as i32 & 0x1f_ffff;
+                let [low, rise] = self.table[part as usize >> 11];
+                levels[lane] = self.sigma * (low + rise * (part & 0x7ff) as f32);
+            }
+        }
+        out
     }
 }
 

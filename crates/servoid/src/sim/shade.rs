@@ -1,6 +1,6 @@
 //! The light that comes back along a ray.
 
-use super::lanes::Lanes;
+use super::lanes::Single;
 use super::light::Lighting;
 use super::placed::Moment;
 use super::surface::Seen;
@@ -31,18 +31,14 @@ impl Lamp {
 
     /// Gives what a ray that meets nothing sees.
     #[inline(always)]
-    pub fn background<L: Lanes<Scalar = f32>>(
-        &self,
-        moment: &Moment<f32>,
-        ray: Vector<L>,
-    ) -> Vector<L> {
+    pub fn background<L: Single>(&self, moment: &Moment<f32>, ray: Vector<L>) -> Vector<L> {
         let up = ray.unit().dot(splat(moment.up));
         splat::<L>(self.sky) * (up * L::of(0.5 - 0.5 * BELOW) + L::of(0.5 + 0.5 * BELOW))
     }
 
     /// Gives what a surface sends back: Lambert's law, and Blinn's highlight where it is glossy.
     #[inline(always)]
-    pub fn shine<L: Lanes<Scalar = f32>>(
+    pub fn shine<L: Single>(
         &self,
         moment: &Moment<f32>,
         (ray, seen): (Vector<L>, &Seen<L>),

@@ -2,7 +2,7 @@
 
 use super::lanes::Lanes;
 use super::mesh::Mesh;
-use super::vector::Vector;
+use super::vector::{Vector, splat};
 
 /// What a thing is, in metres.
 #[derive(Debug, Clone)]
@@ -16,6 +16,19 @@ pub(super) enum Shape {
 }
 
 impl Shape {
+    /// Gives the sizes that [`span`] reads.
+    pub fn sizes(&self) -> [f64; 3] {
+        match *self {
+            Self::Ellipsoid { radii } => radii.map(|r| 1.0 / r),
+            Self::Capsule { radius, half_length } | Self::Cylinder { radius, half_length } => {
+                [radius, half_length, 0.0]
+            }
+            Self::Box { half_size } => half_size,
+            Self::Plane { half_size: [x, y] } => [x, y, 0.0],
+            Self::Mesh(_) => [0.0; 3],
+        }
+    }
+
     /// Gives centre and radius of a ball around it, in its own frame.
     pub fn ball(&self) -> ([f64; 3], f64) {
         let radius = match self {
@@ -68,25 +81,25 @@ impl<L: Lanes> Span<L> {
     }
 }
 
-/// Gives where rays are inside a convex shape; a mesh is none and gives nothing.
+/// Gives where rays are inside a convex shape of some sizes; a mesh is none and gives nothing.
 #[inline(always)]
-pub(super) fn span<L: Lanes>(shape: &Shape, from: Vector<L>, along: Vector<L>) -> Span<L> {
+pub(super) fn span<L: Lanes>(
+    shape: &Shape,
+    sizes: [L::Scalar; 3],
+    from: Vector<L>,
+    along: Vector<L>,
+) -> Span<L> {
+    let size = splat::<L>(sizes);
     match shape {
-        Shape::Ellipsoid { radii: [x, y, z] } => {
-            let by = Vector { x: L::of(1.0 / x), y: L::of(1.0 / y), z: L::of(1.0 / z) };
-            ball(from.times(by), along.times(by), 1.0)
+        Shape::Ellipsoid { .. } => ball(from.times(size), along.times(size), L::of(1.0)),
+        Shape::Capsule { .. } => capsule(from, along, size.x, size.y),
+        Shape::Cylinder { .. } => tube(from, along, size.x).and(slab(from.z, along.z, size.y)),
+        Shape::Box { .. } => {
+            let sides = slab(from.x, along.x, size.x).and(slab(from.y, along.y, size.y));
+            sides.and(slab(from.z, along.z, size.z))
         }
-        Shape::Capsule { radius, half_length } => capsule(from, along, *radius, *half_length),
-        Shape::Cylinder { radius, half_length } => {
-            tube(from, along, *radius).and(slab(from.z, along.z, *half_length))
-        }
-        Shape::Box { half_size: [x, y, z] } => {
-            slab(from.x, along.x, *x).and(slab(from.y, along.y, *y)).and(slab(from.z, along.z, *z))
-        }
-        Shape::Plane { half_size } => plane(from, along, *half_size),
-        Shape::Mesh(_) => {
-            Span { enter: L::of(f64::INFINITY), leave: L::of(f64::NEG_INFINITY) }
-        }
+        Shape::Plane { .. } => plane(from, along, [size.x, size.y]),
+        Shape::Mesh(_) => Span { enter: L::of(f64::INFINITY), leave: L::of(f64::NEG_INFINITY) },
     }
 }
 
@@ -97,12 +110,12 @@ pub(super) fn nudged<L: Lanes>(x: L) -> L {
 }
 
 #[inline(always)]
-fn ball<L: Lanes>(from: Vector<L>, along: Vector<L>, radius: f64) -> Span<L> {
+fn ball<L: Lanes>(from: Vector<L>, along: Vector<L>, radius: L) -> Span<L> {
     let a = along.dot(along);
     let middle = -(from.dot(along) / a);
     // Taken at the place closest to the centre, where nothing cancels.
     let closest = from + along * middle;
-    let room = L::of(radius * radius) - closest.dot(closest);
+    let room = radius * radius - closest.dot(closest);
     let half = (room.max(L::of(0.0)) / a).sqrt();
     let inside = L::of(0.0).at_most(room);
     Span { enter: middle - half, leave: middle + half }.where_true(inside)
@@ -110,37 +123,36 @@ fn ball<L: Lanes>(from: Vector<L>, along: Vector<L>, radius: f64) -> Span<L> {
 
 /// An endless cylinder along z.
 #[inline(always)]
-fn tube<L: Lanes>(from: Vector<L>, along: Vector<L>, radius: f64) -> Span<L> {
+fn tube<L: Lanes>(from: Vector<L>, along: Vector<L>, radius: L) -> Span<L> {
     let a = (along.x * along.x + along.y * along.y).max(L::of(1e-20));
     let middle = -((from.x * along.x + from.y * along.y) / a);
     let (x, y) = (from.x + along.x * middle, from.y + along.y * middle);
-    let room = L::of(radius * radius) - (x * x + y * y);
+    let room = radius * radius - (x * x + y * y);
     let half = (room.max(L::of(0.0)) / a).sqrt();
     let inside = L::of(0.0).at_most(room);
     Span { enter: middle - half, leave: middle + half }.where_true(inside)
 }
 
 #[inline(always)]
-fn slab<L: Lanes>(from: L, along: L, half: f64) -> Span<L> {
+fn slab<L: Lanes>(from: L, along: L, half: L) -> Span<L> {
     let by = L::of(1.0) / nudged(along);
-    let (one, two) = ((L::of(-half) - from) * by, (L::of(half) - from) * by);
+    let (one, two) = ((-half - from) * by, (half - from) * by);
     Span { enter: one.min(two), leave: one.max(two) }
 }
 
 #[inline(always)]
-fn capsule<L: Lanes>(from: Vector<L>, along: Vector<L>, radius: f64, half: f64) -> Span<L> {
+fn capsule<L: Lanes>(from: Vector<L>, along: Vector<L>, radius: L, half: L) -> Span<L> {
     let wall = tube(from, along, radius).and(slab(from.z, along.z, half));
     let wall = wall.where_true(wall.enter.at_most(wall.leave));
-    let top = Vector { z: from.z - L::of(half), ..from };
-    let bottom = Vector { z: from.z + L::of(half), ..from };
+    let top = Vector { z: from.z - half, ..from };
+    let bottom = Vector { z: from.z + half, ..from };
     wall.or(ball(top, along, radius)).or(ball(bottom, along, radius))
 }
 
 #[inline(always)]
-fn plane<L: Lanes>(from: Vector<L>, along: Vector<L>, half_size: [f64; 2]) -> Span<L> {
+fn plane<L: Lanes>(from: Vector<L>, along: Vector<L>, half_size: [L; 2]) -> Span<L> {
     let t = -(from.z / nudged(along.z));
     let (x, y) = (from.x + along.x * t, from.y + along.y * t);
-    let inside =
-        x.abs().at_most(L::of(half_size[0])).both(y.abs().at_most(L::of(half_size[1])));
+    let inside = x.abs().at_most(half_size[0]).both(y.abs().at_most(half_size[1]));
     Span { enter: t, leave: t }.where_true(inside)
 }

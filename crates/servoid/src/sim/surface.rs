@@ -1,6 +1,6 @@
 //! What a surface is like where rays meet it: its normal, and its place in the texture.
 
-use super::lanes::{COUNT, Lanes};
+use super::lanes::{COUNT, Lanes, Single};
 use super::mesh::{Hit, Mesh};
 use super::paint::Paint;
 use super::shape::Shape;
@@ -16,7 +16,7 @@ pub(super) struct Surface<L> {
 
 /// Describes a thing's surface at places in its own frame, for the rays in `lanes`.
 #[inline(always)]
-pub(super) fn surface<L: Lanes<Scalar = f32>>(
+pub(super) fn surface<L: Single>(
     shape: &Shape,
     at: Vector<L>,
     hit: &Hit<L>,
@@ -38,22 +38,13 @@ pub(super) fn surface<L: Lanes<Scalar = f32>>(
 
 /// Gives the colours of a surface, the texture's and the corners' included.
 #[inline(always)]
-pub(super) fn albedo<L: Lanes<Scalar = f32>>(
-    paint: &Paint,
-    surface: &Surface<L>,
-    lanes: u32,
-) -> Vector<L> {
+pub(super) fn albedo<L: Single>(paint: &Paint, surface: &Surface<L>, lanes: u32) -> Vector<L> {
     let color = super::vector::splat::<L>(paint.color);
     let color = surface.tint.map_or(color, |tint| color.times(tint));
     let Some(texture) = &paint.texture else { return color };
-    let (u, v) = (surface.place[0].write(), surface.place[1].write());
-    let mut parts = [[0.0; COUNT]; 3];
-    for lane in (0..COUNT).filter(|lane| lanes >> lane & 1 == 1) {
-        let [r, g, b] = texture.at(u[lane] * paint.repeat[0], v[lane] * paint.repeat[1]);
-        (parts[0][lane], parts[1][lane], parts[2][lane]) = (r, g, b);
-    }
-    let [x, y, z] = parts;
-    color.times(Vector { x: L::read(x), y: L::read(y), z: L::read(z) })
+    let [u, v] = surface.place;
+    let place = [u * L::splat(paint.repeat[0]), v * L::splat(paint.repeat[1])];
+    color.times(texture.at(place, lanes))
 }
 
 /// Is never very far from zero: nothing that a texture shows.
@@ -94,19 +85,12 @@ fn cylinder<L: Lanes>(at: Vector<L>, radius: f64, half: f64) -> (Vector<L>, [L; 
 
 #[inline(always)]
 fn box_faces<L: Lanes>(at: Vector<L>, [x, y, z]: [f64; 3]) -> (Vector<L>, [L; 2]) {
-    let gap = Vector {
-        x: L::of(x) - at.x.abs(),
-        y: L::of(y) - at.y.abs(),
-        z: L::of(z) - at.z.abs(),
-    };
+    let gap =
+        Vector { x: L::of(x) - at.x.abs(), y: L::of(y) - at.y.abs(), z: L::of(z) - at.z.abs() };
     let (zero, one) = (L::of(0.0), L::of(1.0));
     let on_x = gap.x.less(gap.y.min(gap.z));
     let on_y = gap.y.less(gap.z);
-    let y_or_z = Vector {
-        x: zero,
-        y: on_y.select(one, zero),
-        z: on_y.select(zero, one),
-    };
+    let y_or_z = Vector { x: zero, y: on_y.select(one, zero), z: on_y.select(zero, one) };
     let axis = Vector::select(on_x, Vector { x: one, y: zero, z: zero }, y_or_z);
     let signs = Vector { x: sign(at.x), y: sign(at.y), z: sign(at.z) };
     let (u, v, w) = (share(at.x, x), share(at.y, y), share(-at.z, z));
@@ -145,9 +129,8 @@ fn angle<L: Lanes>(y: L, x: L) -> L {
 }
 
 #[inline(always)]
-fn corners<L: Lanes<Scalar = f32>>(mesh: &Mesh, hit: &Hit<L>, lanes: u32) -> Surface<L> {
-    let (triangle, one, two) =
-        (hit.triangle.write(), hit.shares[0].write(), hit.shares[1].write());
+fn corners<L: Single>(mesh: &Mesh, hit: &Hit<L>, lanes: u32) -> Surface<L> {
+    let (triangle, one, two) = (hit.triangle.write(), hit.shares[0].write(), hit.shares[1].write());
     let (mut normal, mut place, mut tint) =
         ([[0.0; COUNT]; 3], [[0.0; COUNT]; 2], [[1.0; COUNT]; 3]);
     for lane in (0..COUNT).filter(|lane| lanes >> lane & 1 == 1) {
@@ -159,11 +142,8 @@ fn corners<L: Lanes<Scalar = f32>>(mesh: &Mesh, hit: &Hit<L>, lanes: u32) -> Sur
             mix(&corners.colors, shares, &mut tint, lane);
         }
     }
-    let vector = |v: [[f32; COUNT]; 3]| Vector {
-        x: L::read(v[0]),
-        y: L::read(v[1]),
-        z: L::read(v[2]),
-    };
+    let vector =
+        |v: [[f32; COUNT]; 3]| Vector { x: L::read(v[0]), y: L::read(v[1]), z: L::read(v[2]) };
     Surface {
         normal: vector(normal).unit(),
         place: place.map(L::read),
@@ -194,7 +174,7 @@ pub(super) struct Seen<L> {
 
 /// Puts the surfaces of all things that eight rays meet together.
 #[inline(always)]
-pub(super) fn seen<L: Lanes<Scalar = f32>>(
+pub(super) fn seen<L: Single>(
     things: &[Thing],
     moment: &super::placed::Moment<f32>,
     ray: Vector<L>,

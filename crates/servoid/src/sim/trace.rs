@@ -22,12 +22,8 @@ pub(super) fn nearest<L: Lanes>(
     ray: Vector<L>,
 ) -> Hit<L> {
     let zero = L::of(0.0);
-    let mut hit = Hit {
-        t: L::of(f64::INFINITY),
-        thing: L::of(NOTHING),
-        triangle: zero,
-        shares: [zero; 2],
-    };
+    let mut hit =
+        Hit { t: L::of(f64::INFINITY), thing: L::of(NOTHING), triangle: zero, shares: [zero; 2] };
     let near = L::of(NEAR);
     for &index in some {
         let placed = &moment.things[index];
@@ -37,7 +33,7 @@ pub(super) fn nearest<L: Lanes>(
         if let Shape::Mesh(mesh) = &things[index].shape {
             mesh.meet(from, along, (near, thing), &mut hit);
         } else {
-            let t = span(&things[index].shape, from, along).first(near);
+            let t = span(&things[index].shape, placed.sizes, from, along).first(near);
             let closer = t.less(hit.t);
             hit.t = closer.select(t, hit.t);
             hit.thing = closer.select(thing, hit.thing);
@@ -64,7 +60,7 @@ pub(super) fn shaded<L: Lanes>(
         if let Shape::Mesh(mesh) = &things[index].shape {
             mesh.meet(from, along, (zero, zero), &mut hit);
         } else {
-            let t = span(&things[index].shape, from, along).first(zero);
+            let t = span(&things[index].shape, placed.sizes, from, along).first(zero);
             hit.t = t.less(hit.t).select(t, hit.t);
         }
         if hit.t.less(far).bits() == 0xff {

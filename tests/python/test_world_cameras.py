@@ -1,3 +1,4 @@
+import sys
 from itertools import pairwise
 
 import numpy as np
@@ -5,8 +6,9 @@ import pytest
 
 pytest.importorskip("mujoco", reason="simulated worlds need mujoco")
 
-from servoid.errors import SimError
+from servoid.errors import MissingExtraError, SimError
 from servoid.observe import Source
+from servoid.pose import Pose
 from servoid.shape import Body
 from servoid.sim.world import (
     ArmSettings,
@@ -16,6 +18,7 @@ from servoid.sim.world import (
     LightSettings,
     ObjectSettings,
     Occlude,
+    Recorded,
     Teleport,
     World,
     WorldSettings,
@@ -143,6 +146,43 @@ def test_the_image_shows_the_object_where_its_mask_is() -> None:
         red = image[..., 0].astype(int) - image[..., 1] > 40
         assert (red & (mask > 0)).sum() > 0.9 * (mask > 0).sum()
         assert (red & (mask == 0)).sum() < 0.05 * (mask > 0).sum()
+
+
+def test_the_object_rests_until_its_path_is_started_once() -> None:
+    world = make_world(object=ObjectSettings(path="sine:0.1@2s"))
+    before = world.world_from_object_at(0.0).matrix()
+    advance(world, 50)
+    assert np.array_equal(world.world_from_object_at(world.time_s).matrix(), before)
+    assert np.array_equal(world.twist_at(world.time_s - 0.1), np.zeros(6))
+    world.start_path()
+    began = world.time_s
+    moved = np.linalg.inv(before) @ world.world_from_object_at(began + 1.0).matrix()
+    assert moved[:3, 3] == pytest.approx((0.2, 0.0, 0.0), abs=1e-9)
+    quick = world.twist_at(began + 0.5)
+    assert np.linalg.norm(quick[:3]) == pytest.approx(0.1 * np.pi, rel=1e-6)
+    with pytest.raises(SimError, match="it begins once"):
+        world.start_path()
+
+
+def test_a_path_of_ones_own_takes_the_place_of_the_settings() -> None:
+    poses = [Pose.identity(), Pose.exp([0.1, 0, 0, 0, 0, 0.2])]
+    world = World(WorldSettings(background="plain", cameras=CAMERAS), path=Recorded([3, 4], poses))
+    world.start_path()
+    moved = world.world_from_object_at(0.0).inverse() @ world.world_from_object_at(1.0)
+    assert moved.log() == pytest.approx(poses[1].log(), abs=1e-9)
+
+
+def test_the_mesh_of_an_object_fills_its_mask() -> None:
+    world = make_world(object=ObjectSettings(name="two_ellipsoids", path="still"))
+    instant = look(world)
+    vertices, faces = world.object_mesh()
+    assert faces.max() == len(vertices) - 1
+    pose, camera = instant.world_from_camera[0], world.cameras[0]
+    in_camera = (pose.inverse() @ world.world_from_object_at(0.0)).transform(vertices)
+    pixels = np.rint(camera.project(in_camera)).astype(int)
+    rows, columns = np.nonzero(world.masks()[0])
+    assert np.abs(pixels.min(axis=0) - (columns.min(), rows.min())).max() <= 1
+    assert np.abs(pixels.max(axis=0) - (columns.max(), rows.max())).max() <= 1
 
 
 def test_no_mask_is_given_before_an_image() -> None:
@@ -310,3 +350,11 @@ def test_the_overview_has_the_size_that_was_asked_for_and_shows_the_object() -> 
     assert picture.shape == (150, 200, 3)
     red = picture[..., 0].astype(int) - picture[..., 1] > 50
     assert 20 < red.sum() < 2000
+
+
+def test_a_missing_engine_is_named_with_the_extra_that_brings_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setitem(sys.modules, "mujoco", None)
+    with pytest.raises(MissingExtraError, match=r"servoid\[sim\]"):
+        make_world()

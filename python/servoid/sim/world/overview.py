@@ -7,8 +7,8 @@ from servoid.sim.world.motions import looking
 
 _LEAST = 0.5  # metres from the base to the object that are taken at least
 # Shares of the way from the base to the object, and of the object's height.
-_AHEAD, _ASIDE, _ABOVE = 1.30, 1.12, 1.90
-_AIM_AHEAD, _AIM_ASIDE, _AIM_ABOVE = 0.58, -0.03, 0.78
+_AHEAD, _ASIDE, _ABOVE = 1.30, 0.98, 1.80
+_AIM_AHEAD, _AIM_ASIDE, _AIM_ABOVE = 0.60, -0.03, 0.84
 
 
 def overview_from(object_in_world: tuple[float, float, float]) -> Pose:

@@ -145,12 +145,12 @@ def _furniture(wood: Finish) -> list[Thing]:
 def _standing(random: np.random.Generator, prints: list[Texture]) -> list[Thing]:
     """Stand things on the bench, low ones near the object, and on the shelf."""
     things = []
-    for x, tall in ((-1.38, 0.05), (-1.62, 0.07), (-1.92, 0.12), (-2.18, 0.17)):
-        for place in np.arange(-1.1, 1.11, 0.22):
+    for x, tall in ((-1.42, 0.05), (-1.75, 0.08), (-2.12, 0.16)):
+        for place in np.arange(-1.08, 1.09, 0.27):
             y = float(place + random.uniform(-0.05, 0.05))
             spot = (x + float(random.uniform(-0.05, 0.05)), y, _BENCH + 0.018)
             things.append(_item(random, prints, spot, tall))
-    for place in np.arange(-1.75, 1.76, 0.25):
+    for place in np.arange(-1.7, 1.71, 0.34):
         y = float(place + random.uniform(-0.05, 0.05))
         things.append(_item(random, prints, (-2.48, y, 0.635), 0.14))
     return things

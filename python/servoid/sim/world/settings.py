@@ -1,6 +1,6 @@
 """What a simulated world is made of: every default of it is written here, once."""
 
-from typing import Annotated, TypeVar
+from typing import Annotated
 
 import msgspec
 from msgspec import Meta, Struct
@@ -78,7 +78,7 @@ class CameraSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     ] = 0.006
     moments: Annotated[
         int, Meta(ge=1, le=32, description="instants of an exposure that are drawn for the blur")
-    ] = 3
+    ] = 4
     samples: Annotated[int, Meta(ge=1, le=8, description="rays along each side of a pixel")] = 2
     noise: Annotated[
         float, Meta(ge=0.0, description="standard deviation of the noise in grey levels")
@@ -134,18 +134,28 @@ class WorldSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     threads: Annotated[int, Meta(ge=0, description="for drawing; 0: one for each core")] = 0
 
 
-_Settings = TypeVar("_Settings", bound=Struct)
-
-
-def checked(settings: _Settings) -> _Settings:
+def checked(settings: WorldSettings) -> WorldSettings:
     """Return the settings as they are.
 
     Raises:
-        SimError: a value is of the wrong type or out of its range.
+        SimError: a value is of the wrong type, out of its range or at odds with another one.
 
     """
     try:
-        return msgspec.convert(msgspec.to_builtins(settings), type(settings), strict=False)
+        settings = msgspec.convert(msgspec.to_builtins(settings), WorldSettings, strict=False)
     except msgspec.ValidationError as error:
         message = str(error)
         raise SimError(f"the world's settings: {message[:1].lower()}{message[1:]}") from error
+    physics, cameras = settings.physics, settings.cameras
+    steps = physics.period_s / physics.step_s
+    if round(steps) < 1 or abs(steps - round(steps)) > 1e-6:
+        raise SimError(
+            f"the control period is {physics.period_s} s and the physics step {physics.step_s} s; "
+            "make the period a multiple of the step"
+        )
+    if cameras.moments > cameras.samples**2:
+        raise SimError(
+            f"an exposure has {cameras.moments} moments, but a pixel only {cameras.samples**2} "
+            "rays; lower cameras.moments or raise cameras.samples"
+        )
+    return settings

@@ -1,22 +1,16 @@
 """A simulated world: an arm with eyes, an object that moves, a room, and time."""
 
-from pathlib import Path as File
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
 from servoid._native import Camera, Lens
 from servoid.errors import SimError
 from servoid.pose import Pose
-from servoid.sim.arm_file import read_arm
+from servoid.sim.world.building import build_robot, compile_robot, start_angles
 from servoid.sim.world.course import Course
 from servoid.sim.world.drawers import DRAWERS
 from servoid.sim.world.drives import Drives
-from servoid.sim.world.engine import load_mujoco
 from servoid.sim.world.faults import Occlude
-from servoid.sim.world.file_arm import SUFFIXES, build_file_arm
-from servoid.sim.world.head import eyes_towards
 from servoid.sim.world.kinematics import Kinematics
 from servoid.sim.world.layout import Layout
 from servoid.sim.world.meshes import as_mesh
@@ -24,10 +18,8 @@ from servoid.sim.world.motions import STILL, Floats, pose_of, row_of, unit_row
 from servoid.sim.world.objects import make_object
 from servoid.sim.world.overview import overview_from
 from servoid.sim.world.paths import Path, parse_path
-from servoid.sim.world.robot import Robot
 from servoid.sim.world.room import make_room
 from servoid.sim.world.settings import WorldSettings, checked
-from servoid.sim.world.shipped_arm import build_shipped_arm
 from servoid.sim.world.shutter import Scene, Shutter
 from servoid.sim.world.sim_arm import SimArm
 from servoid.sim.world.stages import Drawer, Shot
@@ -42,7 +34,7 @@ class World:
     """Makes a world and lets its time pass with each command to its arm.
 
     Its time has nothing to do with the time on the wall, and the same settings and commands give
-    the same images, bit for bit.
+    the same images, bit for bit. Use it from one thread at a time.
     """
 
     arm: SimArm
@@ -57,27 +49,15 @@ class World:
 
         """
         self.settings = settings = checked(settings or WorldSettings())
-        steps = settings.physics.period_s / settings.physics.step_s
-        self._steps = round(steps)
-        if self._steps < 1 or abs(steps - self._steps) > 1e-6:
-            raise SimError(
-                f"the control period is {settings.physics.period_s} s and the physics step "
-                f"{settings.physics.step_s} s; make the period a multiple of the step"
-            )
-        rays = settings.cameras.samples**2
-        if settings.cameras.moments > rays:
-            raise SimError(
-                f"an exposure has {settings.cameras.moments} moments, but a pixel only {rays} "
-                f"rays; lower cameras.moments or raise cameras.samples"
-            )
+        self._steps = round(settings.physics.period_s / settings.physics.step_s)
         path = path or parse_path(settings.object.path)
         things = [*make_object(settings.object.name), *_board(settings)]
         things += make_room(settings.background, settings.seed)
-        robot = _robot(settings)
+        robot = build_robot(settings)
         things += robot.things
-        model = _model(robot, settings.physics.step_s)
+        model = compile_robot(robot, settings.physics.step_s)
         kinematics = Kinematics(robot, model)
-        start = _start(robot, kinematics, settings)
+        start = start_angles(robot, kinematics, settings)
         hand_from_object = pose_of(settings.object.hand_from_object)
         self._course = Course(settings, kinematics.world_from_hand(start) @ hand_from_object, path)
         self._drives = Drives(robot, model, kinematics, start)
@@ -182,46 +162,6 @@ class World:
         for _ in range(self._steps):
             self._drives.step(velocities)
         self.source.expose()
-
-
-def _robot(settings: WorldSettings) -> Robot:
-    """Build the arm that the settings name."""
-    arm = settings.arm
-    if File(arm.name).suffix.lower() in SUFFIXES:
-        return build_file_arm(arm, read_arm().eyes)
-    return build_shipped_arm(read_arm(arm.name, arm.links), arm.turning_eyes)
-
-
-def _model(robot: Robot, step_s: float) -> Any:
-    """Compile the robot; nothing in the world touches anything."""
-    robot.spec.option.timestep = step_s
-    robot.spec.option.disableflags |= int(load_mujoco().mjtDisableBit.mjDSBL_CONTACT)
-    model = robot.spec.compile()
-    # What brakes the joints is part of their drives' lag already.
-    model.dof_damping[:] = 0.0
-    model.dof_frictionloss[:] = 0.0
-    model.jnt_stiffness[:] = 0.0
-    return model
-
-
-def _start(robot: Robot, kinematics: Kinematics, settings: WorldSettings) -> Floats:
-    """Return the joint angles (N,) at the start."""
-    given = settings.arm.start or robot.angles
-    if given is not None and len(given) not in (robot.hand_count, len(robot.drives)):
-        raise SimError(
-            f"arm.start has {len(given)} angles; give {robot.hand_count} for the hand, or "
-            f"{len(robot.drives)} with those of the eyes"
-        )
-    start = np.zeros(len(robot.drives))
-    if given is not None:
-        start[: len(given)] = given
-    elif robot.world_from_hand is not None:
-        start = kinematics.reach(robot.world_from_hand)
-    chosen = given is not None and len(given) == len(robot.drives)
-    if robot.turns_eyes and settings.arm.eyes_on_object and not chosen:
-        place = settings.object.hand_from_object[4:]
-        start[robot.hand_count :] = eyes_towards(place, robot.half_baseline)
-    return start
 
 
 def _board(settings: WorldSettings) -> list[Thing]:

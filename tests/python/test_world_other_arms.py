@@ -1,3 +1,4 @@
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -139,6 +140,17 @@ def test_the_hand_sits_on_the_mount_as_it_was_told(tmp_path: Path) -> None:
     assert relation.translation == pytest.approx((-0.2, 0.1, 0.32), abs=1e-9)
 
 
+def test_an_arm_of_six_joints_starts_with_its_hand_where_it_is_told(tmp_path: Path) -> None:
+    path = written(tmp_path, "six.xml", MJCF)
+    wanted = (0.5, -0.5, -0.5, 0.5, -0.4, 0.05, 0.45)
+    world = make_world(name=path, mount="flange", world_from_hand=wanted)
+    hand = world.arm.world_from_hand(world.arm.state().positions)
+    assert hand.translation == pytest.approx(wanted[4:], abs=1e-5)
+    assert np.abs(hand.quaternion) == pytest.approx(np.abs(wanted[:4]), abs=1e-5)
+    with pytest.raises(SimError, match="cannot start with its hand at"):
+        make_world(name=path, mount="flange", world_from_hand=(1, 0, 0, 0, 3, 0, 0))
+
+
 def test_an_arm_of_an_urdf_file_can_be_driven(tmp_path: Path) -> None:
     world = make_world(name=written(tmp_path, "two.urdf", URDF), mount="wrist", start=(0.3, -0.2))
     assert world.arm.joints.names[:2] == ("lift", "turn")
@@ -170,3 +182,22 @@ def test_a_file_that_is_none_or_no_arm_is_refused(tmp_path: Path) -> None:
         make_world(name=str(tmp_path / "nothing.xml"), mount="a")
     with pytest.raises(SimError, match="cannot be read as an arm"):
         make_world(name=written(tmp_path, "bad.xml", "<mujoco><worldbody>"), mount="a")
+
+
+def test_an_arm_that_a_package_ships_can_be_driven() -> None:
+    found = find_spec("dm_control")
+    if found is None or found.origin is None:
+        pytest.skip("dm_control, which ships a Kinova Jaco, is not installed")
+    path = Path(found.origin).with_name("third_party") / "kinova" / "jaco_arm.xml"
+    wanted = (0.5, -0.5, -0.5, 0.5, -0.45, 0.0, 0.5)
+    world = make_world(
+        name=str(path),
+        mount="wristsite",
+        mount_from_hand=(1, 0, 0, 0, 0, 0, 0.1),
+        world_from_hand=wanted,
+    )
+    rest(world, 30)
+    hand = world.arm.world_from_hand(world.arm.state().positions)
+    assert hand.translation == pytest.approx(wanted[4:], abs=1e-5)
+    assert world.source.newest() is not None
+    assert all((mask > 0).sum() > 100 for mask in world.masks())

@@ -11,7 +11,7 @@ from servoid.sim.world.engine import load_mujoco
 from servoid.sim.world.file_arm import SUFFIXES, build_file_arm
 from servoid.sim.world.head import eyes_towards
 from servoid.sim.world.kinematics import Kinematics
-from servoid.sim.world.motions import Floats
+from servoid.sim.world.motions import Floats, pose_of, unit_row
 from servoid.sim.world.robot import Robot
 from servoid.sim.world.settings import WorldSettings
 from servoid.sim.world.shipped_arm import build_shipped_arm
@@ -50,6 +50,9 @@ def start_angles(robot: Robot, kinematics: Kinematics, settings: WorldSettings) 
 
     """
     given = settings.arm.start or robot.angles
+    world_from_hand = robot.world_from_hand
+    if settings.arm.world_from_hand is not None:
+        given, world_from_hand = None, pose_of(unit_row(settings.arm.world_from_hand))
     if given is not None and len(given) not in (robot.hand_count, len(robot.drives)):
         raise SimError(
             f"arm.start has {len(given)} angles; give {robot.hand_count} for the hand, or "
@@ -59,8 +62,8 @@ def start_angles(robot: Robot, kinematics: Kinematics, settings: WorldSettings) 
     if given is not None:
         _check_limits(robot, given)
         start[: len(given)] = given
-    elif robot.world_from_hand is not None:
-        start = kinematics.reach(robot.world_from_hand)
+    elif world_from_hand is not None:
+        start = kinematics.reach(world_from_hand)
     chosen = given is not None and len(given) == len(robot.drives)
     if robot.turns_eyes and settings.arm.eyes_on_object and not chosen:
         place = settings.object.hand_from_object[4:]

@@ -14,6 +14,7 @@ _TRIES = 60  # starts that are tried to reach a hand pose
 _STEPS = 100
 _CLOSE = 1e-12  # squared error, in m and rad, at which a hand pose counts as reached
 _SEED = 5
+_ENOUGH = 6
 
 
 class Kinematics:
@@ -29,7 +30,8 @@ class Kinematics:
         self._hand = model.body(HAND).id
         self._eyes = [model.body(name).id for name in EYES]
         self._limits = np.array([[drive.lower, drive.upper] for drive in robot.drives])
-        self._hand_count = robot.hand_count
+        # Six joints are enough to get anywhere; a seventh would be left open.
+        self._free = slice(1 if robot.hand_count > _ENOUGH else 0, robot.hand_count)
 
     def world_from_hand(self, positions: Floats) -> Pose:
         """Return where the hand is."""
@@ -55,9 +57,10 @@ class Kinematics:
         return np.concatenate([self._data.xquat, self._data.xpos], axis=1)
 
     def reach(self, world_from_hand: Pose) -> Floats:
-        """Return joint angles (N,) that bring the hand there, the first joint and the eyes at 0.
+        """Return joint angles (N,) that bring the hand there, the eyes looking ahead.
 
-        Of the ways that are found, the one with the highest elbow is taken.
+        Of seven joints or more the first stays at 0. Of the ways that are found, the one with the
+        highest elbow is taken.
 
         Raises:
             SimError: the hand cannot get there.
@@ -65,10 +68,11 @@ class Kinematics:
         """
         random = np.random.default_rng(_SEED)
         best: tuple[float, Floats] | None = None
-        free = slice(1, self._hand_count)
+        free = self._free
         for _ in range(_TRIES):
             angles = np.zeros(len(self.places))
-            angles[free] = random.uniform(*self._limits[free].T) * 0.7
+            middle, half = self._limits[free].mean(axis=1), np.ptp(self._limits[free], axis=1) / 2.0
+            angles[free] = middle + 0.7 * random.uniform(-half, half)
             if not self._approach(angles, world_from_hand):
                 continue
             height = float(self._data.xpos[1 : self._hand, 2].sum()) - 0.05 * float(
@@ -85,7 +89,7 @@ class Kinematics:
 
     def _approach(self, angles: Floats, world_from_hand: Pose) -> bool:
         """Turn the free joints of `angles` in place until the hand arrives, and say if it does."""
-        free = slice(1, self._hand_count)
+        free = self._free
         for _ in range(_STEPS):
             hand_from_goal = self.world_from_hand(angles).inverse() @ world_from_hand
             turn = self._data.xmat[self._hand].reshape(3, 3)

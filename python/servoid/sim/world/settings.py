@@ -44,6 +44,10 @@ class ArmSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True)
         tuple[float, ...] | None,
         Meta(description="joint angles at the start in radians; none: as its file says"),
     ] = None
+    world_from_hand: Annotated[
+        Seven | None,
+        Meta(description="hand at the start in place of angles: w, x, y, z, tx, ty, tz"),
+    ] = None
 
 
 class ObjectSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

@@ -1,5 +1,8 @@
 //! Eight numbers at once: the arithmetic that every ray is cast with.
 //!
+//! What is generic over lanes is always inlined and holds no closure, so that it ends up whole in the
+//! function that enables a processor's instructions.
+//!
 //! No multiplication is fused with an addition, so that each processor gives the same bits.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
@@ -16,20 +19,24 @@ pub(super) trait Scalar: Copy + Send + Sync + 'static {
 }
 
 impl Scalar for f32 {
+    #[inline(always)]
     fn of(value: f64) -> Self {
         value as Self
     }
 
+    #[inline(always)]
     fn to_f64(self) -> f64 {
         f64::from(self)
     }
 }
 
 impl Scalar for f64 {
+    #[inline(always)]
     fn of(value: f64) -> Self {
         value
     }
 
+    #[inline(always)]
     fn to_f64(self) -> f64 {
         self
     }
@@ -47,6 +54,7 @@ pub(super) trait Lanes:
     type Scalar: Scalar;
 
     fn splat(value: Self::Scalar) -> Self;
+    fn splat_single(value: f32) -> Self;
     fn read(values: [Self::Scalar; COUNT]) -> Self;
     fn write(self) -> [Self::Scalar; COUNT];
     fn sqrt(self) -> Self;
@@ -101,6 +109,11 @@ macro_rules! portable {
             #[inline(always)]
             fn splat(value: $scalar) -> Self {
                 Self::splat(value)
+            }
+
+            #[inline(always)]
+            fn splat_single(value: f32) -> Self {
+                Self::splat(value.into())
             }
 
             #[inline(always)]

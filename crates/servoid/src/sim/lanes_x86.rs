@@ -48,6 +48,11 @@ impl Lanes for Avx2 {
     }
 
     #[inline(always)]
+    fn splat_single(value: f32) -> Self {
+        Self::splat(value)
+    }
+
+    #[inline(always)]
     fn read(values: [f32; COUNT]) -> Self {
         unsafe { Self(_mm256_loadu_ps(values.as_ptr())) }
     }

@@ -6,7 +6,7 @@ use std::time::Duration;
 use super::lanes::{Lanes, Scalar};
 use super::light::linear;
 use super::shape::nudged;
-use super::vector::{Vector, splat};
+use super::vector::{Vector, splat_single};
 use super::{SimError, corner_normals};
 
 /// Most boxes that wait while others are looked into: as many as the tree is deep.
@@ -189,10 +189,9 @@ impl Mesh {
     #[inline(always)]
     fn enters<L: Lanes>(&self, node: usize, from: Vector<L>, by: Vector<L>, until: L) -> (u32, L) {
         let node = &self.nodes[node];
-        let side = |x: f32, from: L, by: L| (L::splat(L::Scalar::of(f64::from(x))) - from) * by;
-        let (x0, x1) = (side(node.low[0], from.x, by.x), side(node.high[0], from.x, by.x));
-        let (y0, y1) = (side(node.low[1], from.y, by.y), side(node.high[1], from.y, by.y));
-        let (z0, z1) = (side(node.low[2], from.z, by.z), side(node.high[2], from.z, by.z));
+        let low = (splat_single::<L>(node.low) - from).times(by);
+        let high = (splat_single::<L>(node.high) - from).times(by);
+        let ((x0, x1), (y0, y1), (z0, z1)) = ((low.x, high.x), (low.y, high.y), (low.z, high.z));
         let enter = x0.min(x1).max(y0.min(y1)).max(z0.min(z1)).max(L::of(0.0));
         let leave = x0.max(x1).min(y0.max(y1)).min(z0.max(z1)).min(until);
         (enter.at_most(leave).bits(), enter)
@@ -209,9 +208,9 @@ impl Mesh {
         (near, thing): (L, L),
         hit: &mut Hit<L>,
     ) {
-        let [a, b, c] = self.triangles[triangle].map(|p| p.map(|x| L::Scalar::of(f64::from(x))));
-        let corner = splat::<L>(a);
-        let (one, two) = (splat::<L>(b) - corner, splat::<L>(c) - corner);
+        let [a, b, c] = self.triangles[triangle];
+        let corner = splat_single::<L>(a);
+        let (one, two) = (splat_single::<L>(b) - corner, splat_single::<L>(c) - corner);
         let across = along.cross(two);
         let by = L::of(1.0) / one.dot(across);
         let gap = from - corner;

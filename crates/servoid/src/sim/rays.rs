@@ -28,6 +28,8 @@ pub(super) struct Rays<S> {
     /// Tangents of pixel (0, 0) for each sample, and from pixel to pixel, of a pinhole.
     first: Vec<[S; 2]>,
     step: [S; 2],
+    /// 0 to 7.
+    columns: [S; COUNT],
     cones: Vec<Option<Cone>>,
 }
 
@@ -82,6 +84,7 @@ impl<S: Scalar> Rays<S> {
             pitch,
             first: first.collect(),
             step: [S::of(1.0 / fx), S::of(1.0 / fy)],
+            columns: std::array::from_fn(|i| S::of(i as f64)),
             cones: Vec::new(),
         };
         let [across, down] = rays.tiles();
@@ -113,16 +116,11 @@ impl<S: Scalar> Rays<S> {
     pub fn eight<L: Lanes<Scalar = S>>(&self, sample: usize, u: usize, v: usize) -> Vector<L> {
         if let Some(planes) = self.table.get(sample) {
             let at = v * self.pitch + u;
-            let part = |plane: &Vec<S>| {
-                let mut values = [S::of(0.0); COUNT];
-                values.copy_from_slice(&plane[at..at + COUNT]);
-                L::read(values)
-            };
-            return Vector { x: part(&planes[0]), y: part(&planes[1]), z: part(&planes[2]) };
+            let [x, y, z] = planes;
+            return Vector { x: read(x, at), y: read(y, at), z: read(z, at) };
         }
         let ([x, y], [across, down]) = (self.first[sample], self.step);
-        let columns = L::read([0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0].map(S::of));
-        let (columns, row) = (columns + L::of(u as f64), L::of(v as f64));
+        let (columns, row) = (L::read(self.columns) + L::of(u as f64), L::of(v as f64));
         Vector {
             x: columns * L::splat(across) + L::splat(x),
             y: row * L::splat(down) + L::splat(y),
@@ -161,6 +159,13 @@ impl<S: Scalar> Rays<S> {
         }
         out
     }
+}
+
+#[inline(always)]
+fn read<L: Lanes>(plane: &[L::Scalar], at: usize) -> L {
+    let mut values = [L::Scalar::of(0.0); COUNT];
+    values.copy_from_slice(&plane[at..at + COUNT]);
+    L::read(values)
 }
 
 fn table<S: Scalar>(lens: &Lens, offset: [f64; 2], [pitch, height]: [usize; 2]) -> [Vec<S>; 3] {

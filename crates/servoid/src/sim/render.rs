@@ -105,11 +105,25 @@ pub(super) fn with_threads<T: Send>(
 
 /// Eight rays of a tile, from the lens to what they see.
 struct Packet<L> {
+    index: usize,
     ray: Vector<L>,
     hit: Hit<L>,
     seen: Seen<L>,
     /// How much the surface faces the lamp.
     facing: L,
+}
+
+/// What is put together for one ray in each pixel of a tile.
+struct Work<L> {
+    packets: Vec<Packet<L>>,
+    /// Things that may stand before the lamp.
+    between: Vec<usize>,
+}
+
+impl<L> Work<L> {
+    fn new() -> Self {
+        Self { packets: Vec::with_capacity(PACKETS), between: Vec::new() }
+    }
 }
 
 const PACKETS: usize = TILE_PX[0] * TILE_PX[1] / COUNT;
@@ -118,7 +132,7 @@ const ACROSS: usize = TILE_PX[0] / COUNT;
 /// Draws a band of tiles.
 #[inline(always)]
 pub(super) fn draw<L: Single>(job: &Job<'_>, band: usize, rows: &mut [u8]) {
-    let (mut some, mut between) = (Vec::new(), Vec::new());
+    let (mut some, mut work) = (Vec::new(), Work::<L>::new());
     for tile in 0..job.rays.tiles()[0] {
         let zero = L::of(0.0);
         let mut sums = [Vector { x: zero, y: zero, z: zero }; PACKETS];
@@ -131,7 +145,7 @@ pub(super) fn draw<L: Single>(job: &Job<'_>, band: usize, rows: &mut [u8]) {
                     listed = index;
                 }
                 let at = (sample, tile, band);
-                expose::<L>(job, at, (&some, &mut between), &mut sums);
+                expose::<L>(job, at, (&some, &mut work), &mut sums);
             }
         }
         develop::<L>(job, [tile, band], &sums, rows);
@@ -143,14 +157,14 @@ pub(super) fn draw<L: Single>(job: &Job<'_>, band: usize, rows: &mut [u8]) {
 fn expose<L: Single>(
     job: &Job<'_>,
     (sample, tile, band): (usize, usize, usize),
-    (some, between): (&[usize], &mut Vec<usize>),
+    (some, work): (&[usize], &mut Work<L>),
     sums: &mut [Vector<L>; PACKETS],
 ) {
     let moment = &job.moments[sample % job.moments.len()];
     let things = &job.stage.things;
     let mut reach = Reach::<L>::new();
-    let mut packets: [Option<Packet<L>>; PACKETS] = [const { None }; PACKETS];
-    for (index, (packet, sum)) in packets.iter_mut().zip(sums.iter_mut()).enumerate() {
+    work.packets.clear();
+    for (index, sum) in sums.iter_mut().enumerate() {
         let (u, v) = place([tile, band], index);
         if u >= job.size_px[0] || v >= job.size_px[1] {
             continue;
@@ -173,16 +187,16 @@ fn expose<L: Single>(
             let facing = seen.normal.dot(splat(moment.toward));
             let facing = met.select(facing.max(zero), zero);
             reach.add(moment, &ray, (hit.t, facing));
-            *packet = Some(Packet { ray, hit, seen, facing });
+            work.packets.push(Packet { index, ray, hit, seen, facing });
         }
     }
-    between.clear();
+    work.between.clear();
     if let Some(beam) = reach.beam() {
-        moment.in_beam(&beam, between);
+        moment.in_beam(&beam, &mut work.between);
     }
-    for (packet, sum) in packets.iter().zip(sums) {
-        let Some(packet) = packet else { continue };
-        *sum = *sum + light(job, moment, between, packet);
+    for packet in &work.packets {
+        let sum = &mut sums[packet.index];
+        *sum = *sum + light(job, moment, &work.between, packet);
     }
 }
 
@@ -195,7 +209,7 @@ fn light<L: Single>(
     packet: &Packet<L>,
 ) -> Vector<L> {
     let zero = L::of(0.0);
-    let Packet { ray, hit, seen, facing } = packet;
+    let Packet { ray, hit, seen, facing, .. } = packet;
     let met = zero.at_most(hit.thing);
     let t = met.select(hit.t, zero);
     let open = zero.less(*facing);
@@ -248,13 +262,12 @@ impl<L: Single> Reach<L> {
     /// Gives what surrounds them, with a margin for being lifted off the surface.
     #[inline(always)]
     fn beam(&self) -> Option<Beam> {
-        let least = |x: L| x.write().into_iter().fold(f32::INFINITY, f32::min);
-        let most = |x: L| -least(-x);
         let along = least(self.along);
         if along == f32::INFINITY {
             return None;
         }
-        let (low, high) = (self.low.map(least), self.high.map(most));
+        let low = [least(self.low[0]), least(self.low[1])];
+        let high = [-least(-self.high[0]), -least(-self.high[1])];
         let size = low.iter().chain(&high).fold(along.abs(), |a, b| a.max(b.abs()));
         let margin = 2.0 * LIFT * f64::from(size);
         Some(Beam {
@@ -263,6 +276,15 @@ impl<L: Single> Reach<L> {
             along: f64::from(along) - margin,
         })
     }
+}
+
+#[inline(always)]
+fn least<L: Single>(x: L) -> f32 {
+    let mut out = f32::INFINITY;
+    for value in x.write() {
+        out = if value < out { value } else { out };
+    }
+    out
 }
 
 /// Turns the light of a tile into bytes.
@@ -281,17 +303,25 @@ fn develop<L: Single>(
         if u >= width || v >= height {
             continue;
         }
-        let noise = job.noise.map(|noise| noise.eight((v * width + u) as u64));
-        let level = |x: L, channel: usize| {
-            let level = grey.of_root((x * share).min(L::of(1.0)).sqrt());
-            let level = noise.as_ref().map_or(level, |noise| level + L::read(noise[channel]));
-            (level.max(L::of(0.0)).min(L::of(255.0)) + L::of(0.5)).whole()
+        let noise = if let Some(noise) = job.noise {
+            noise.eight((v * width + u) as u64)
+        } else {
+            [[0.0; COUNT]; 3]
         };
-        let levels = [level(sum.x, 0), level(sum.y, 1), level(sum.z, 2)];
+        let reds = levels(grey, sum.x * share, noise[0]);
+        let greens = levels(grey, sum.y * share, noise[1]);
+        let blues = levels(grey, sum.z * share, noise[2]);
         let from = 3 * (v % TILE_PX[1] * width + u);
         let pixels = rows[from..].chunks_exact_mut(3).take(COUNT.min(width - u));
         for (lane, bytes) in pixels.enumerate() {
-            bytes.copy_from_slice(&levels.map(|channel| channel[lane] as u8));
+            bytes.copy_from_slice(&[reds[lane] as u8, greens[lane] as u8, blues[lane] as u8]);
         }
     }
+}
+
+/// Gives grey levels of strengths.
+#[inline(always)]
+fn levels<L: Single>(grey: Grey, strength: L, noise: [f32; COUNT]) -> [i32; COUNT] {
+    let level = grey.of_root(strength.min(L::of(1.0)).sqrt()) + L::read(noise);
+    (level.max(L::of(0.0)).min(L::of(255.0)) + L::of(0.5)).whole()
 }

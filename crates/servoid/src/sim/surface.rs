@@ -22,7 +22,6 @@ pub(super) fn surface<L: Single>(
     hit: &Hit<L>,
     lanes: u32,
 ) -> Surface<L> {
-    let plain = |(normal, place): (Vector<L>, [L; 2])| Surface { normal, place, tint: None };
     match shape {
         Shape::Ellipsoid { radii } => plain(ellipsoid(at, *radii)),
         Shape::Capsule { radius, half_length } => plain(capsule(at, *radius, *half_length)),
@@ -36,11 +35,16 @@ pub(super) fn surface<L: Single>(
     }
 }
 
+#[inline(always)]
+fn plain<L>((normal, place): (Vector<L>, [L; 2])) -> Surface<L> {
+    Surface { normal, place, tint: None }
+}
+
 /// Gives the colours of a surface, the texture's and the corners' included.
 #[inline(always)]
 pub(super) fn albedo<L: Single>(paint: &Paint, surface: &Surface<L>, lanes: u32) -> Vector<L> {
     let color = super::vector::splat::<L>(paint.color);
-    let color = surface.tint.map_or(color, |tint| color.times(tint));
+    let color = if let Some(tint) = surface.tint { color.times(tint) } else { color };
     let Some(texture) = &paint.texture else { return color };
     let [u, v] = surface.place;
     let place = [u * L::splat(paint.repeat[0]), v * L::splat(paint.repeat[1])];
@@ -142,13 +146,16 @@ fn corners<L: Single>(mesh: &Mesh, hit: &Hit<L>, lanes: u32) -> Surface<L> {
             mix(&corners.colors, shares, &mut tint, lane);
         }
     }
-    let vector =
-        |v: [[f32; COUNT]; 3]| Vector { x: L::read(v[0]), y: L::read(v[1]), z: L::read(v[2]) };
     Surface {
-        normal: vector(normal).unit(),
-        place: place.map(L::read),
-        tint: mesh.has_colors().then(|| vector(tint)),
+        normal: vector::<L>(normal).unit(),
+        place: [L::read(place[0]), L::read(place[1])],
+        tint: if mesh.has_colors() { Some(vector(tint)) } else { None },
     }
+}
+
+#[inline(always)]
+fn vector<L: Single>([x, y, z]: [[f32; COUNT]; 3]) -> Vector<L> {
+    Vector { x: L::read(x), y: L::read(y), z: L::read(z) }
 }
 
 #[inline(always)]

@@ -16,6 +16,12 @@ pub(super) fn splat<L: Lanes>(v: [L::Scalar; 3]) -> Vector<L> {
     Vector { x: L::splat(v[0]), y: L::splat(v[1]), z: L::splat(v[2]) }
 }
 
+/// Gives eight times the same vector of single precision.
+#[inline(always)]
+pub(super) fn splat_single<L: Lanes>(v: [f32; 3]) -> Vector<L> {
+    Vector { x: L::splat_single(v[0]), y: L::splat_single(v[1]), z: L::splat_single(v[2]) }
+}
+
 /// Gives three numbers as a stage stores them.
 pub(super) fn stored<S: Scalar>(v: [f64; 3]) -> [S; 3] {
     v.map(S::of)
@@ -96,10 +102,11 @@ impl<L: Lanes> Vector<L> {
     /// Turns by a matrix of rows.
     #[inline(always)]
     pub fn turned(self, rows: &[[L::Scalar; 3]; 3]) -> Self {
-        let row = |v: Self, r: &[L::Scalar; 3]| {
-            v.x * L::splat(r[0]) + v.y * L::splat(r[1]) + v.z * L::splat(r[2])
-        };
-        Self { x: row(self, &rows[0]), y: row(self, &rows[1]), z: row(self, &rows[2]) }
+        Self {
+            x: self.dot(splat(rows[0])),
+            y: self.dot(splat(rows[1])),
+            z: self.dot(splat(rows[2])),
+        }
     }
 
     /// Turns by the transpose of a matrix of rows.

@@ -32,6 +32,7 @@ class JointLimits(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     speed_deg: Numbers
     acceleration_deg: Numbers
     lag_s: float
+    torque: Numbers
     mass: Numbers
 
 
@@ -52,6 +53,7 @@ class EyeLimits(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     speed_deg: Numbers
     acceleration_deg: Numbers
     lag_s: float
+    torque: Numbers
 
 
 class Start(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

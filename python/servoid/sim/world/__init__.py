@@ -1,0 +1,36 @@
+"""A simulated world: an arm with turning eyes meets an object, under physics."""
+
+from servoid.sim.world.faults import DropImages, Fault, FreezeCamera, Occlude, Teleport
+from servoid.sim.world.objects import OBJECTS
+from servoid.sim.world.paths import KINDS, Path, Recorded, parse_path
+from servoid.sim.world.room import BACKGROUNDS
+from servoid.sim.world.settings import (
+    ArmSettings,
+    CameraSettings,
+    LightSettings,
+    ObjectSettings,
+    PhysicsSettings,
+    WorldSettings,
+)
+from servoid.sim.world.world import World
+
+__all__ = [
+    "BACKGROUNDS",
+    "KINDS",
+    "OBJECTS",
+    "ArmSettings",
+    "CameraSettings",
+    "DropImages",
+    "Fault",
+    "FreezeCamera",
+    "LightSettings",
+    "ObjectSettings",
+    "Occlude",
+    "Path",
+    "PhysicsSettings",
+    "Recorded",
+    "Teleport",
+    "World",
+    "WorldSettings",
+    "parse_path",
+]

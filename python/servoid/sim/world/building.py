@@ -1,0 +1,80 @@
+"""Builds the arm that a world's settings ask for, ready to start."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from servoid.errors import SimError
+from servoid.sim.arm_file import read_arm
+from servoid.sim.world.engine import load_mujoco
+from servoid.sim.world.file_arm import SUFFIXES, build_file_arm
+from servoid.sim.world.head import eyes_towards
+from servoid.sim.world.kinematics import Kinematics
+from servoid.sim.world.motions import Floats, pose_of, unit_row
+from servoid.sim.world.robot import Robot
+from servoid.sim.world.settings import WorldSettings
+from servoid.sim.world.shipped_arm import build_shipped_arm
+
+
+def build_robot(settings: WorldSettings) -> Robot:
+    """Build the arm that the settings name.
+
+    Raises:
+        SimError: there is no such arm, or it cannot carry the eyes.
+
+    """
+    arm = settings.arm
+    if Path(arm.name).suffix.lower() in SUFFIXES:
+        return build_file_arm(arm, read_arm().eyes)
+    return build_shipped_arm(read_arm(arm.name, arm.links), arm.turning_eyes)
+
+
+def compile_robot(robot: Robot, step_s: float) -> Any:
+    """Return a `mujoco.MjModel` of the robot; nothing in the world touches anything."""
+    robot.spec.option.timestep = step_s
+    robot.spec.option.disableflags |= int(load_mujoco().mjtDisableBit.mjDSBL_CONTACT)
+    model = robot.spec.compile()
+    # What brakes the joints is part of their drives' lag already.
+    model.dof_damping[:] = 0.0
+    model.dof_frictionloss[:] = 0.0
+    model.jnt_stiffness[:] = 0.0
+    return model
+
+
+def start_angles(robot: Robot, kinematics: Kinematics, settings: WorldSettings) -> Floats:
+    """Return the joint angles (N,) at the start.
+
+    Raises:
+        SimError: the settings give the wrong number of angles, or one that no joint can have.
+
+    """
+    given = settings.arm.start or robot.angles
+    world_from_hand = robot.world_from_hand
+    if settings.arm.world_from_hand is not None:
+        given, world_from_hand = None, pose_of(unit_row(settings.arm.world_from_hand))
+    if given is not None and len(given) not in (robot.hand_count, len(robot.drives)):
+        raise SimError(
+            f"arm.start has {len(given)} angles; give {robot.hand_count} for the hand, or "
+            f"{len(robot.drives)} with those of the eyes"
+        )
+    start = np.zeros(len(robot.drives))
+    if given is not None:
+        _check_limits(robot, given)
+        start[: len(given)] = given
+    elif world_from_hand is not None:
+        start = kinematics.reach(world_from_hand)
+    chosen = given is not None and len(given) == len(robot.drives)
+    if robot.turns_eyes and settings.arm.eyes_on_object and not chosen:
+        place = settings.object.hand_from_object[4:]
+        start[robot.hand_count :] = eyes_towards(place, robot.half_baseline)
+    return start
+
+
+def _check_limits(robot: Robot, angles: tuple[float, ...]) -> None:
+    for drive, angle in zip(robot.drives, angles, strict=False):
+        if not drive.lower <= angle <= drive.upper:
+            raise SimError(
+                f"joint {drive.joint} would start at {angle:g} rad, but it turns from "
+                f"{drive.lower:g} to {drive.upper:g} rad; change arm.start"
+            )

@@ -1,0 +1,112 @@
+"""Where the links of an arm are for given joint angles, apart from the motion of the world."""
+
+from typing import Any
+
+import numpy as np
+
+from servoid.errors import SimError
+from servoid.pose import Pose
+from servoid.sim.world.engine import load_mujoco
+from servoid.sim.world.motions import Floats, pose_of
+from servoid.sim.world.robot import EYES, HAND, Robot
+
+_TRIES = 60  # starts that are tried to reach a hand pose
+_STEPS = 100
+_CLOSE = 1e-12  # squared error, in m and rad, at which a hand pose counts as reached
+_SEED = 5
+_ENOUGH = 6
+
+
+class Kinematics:
+    """Answers for joint angles (N,) in radians, in the order of the robot's drives."""
+
+    def __init__(self, robot: Robot, model: Any) -> None:
+        self._mujoco = load_mujoco()
+        self._model = model
+        self._data = self._mujoco.MjData(model)
+        joints = [model.joint(drive.joint) for drive in robot.drives]
+        self.places = np.array([joint.qposadr[0] for joint in joints])
+        self.speeds = np.array([joint.dofadr[0] for joint in joints])
+        self._hand = model.body(HAND).id
+        self._eyes = [model.body(name).id for name in EYES]
+        self._limits = np.array([[drive.lower, drive.upper] for drive in robot.drives])
+        # Six joints are enough to get anywhere; a seventh would be left open.
+        self._free = slice(1 if robot.hand_count > _ENOUGH else 0, robot.hand_count)
+
+    def world_from_hand(self, positions: Floats) -> Pose:
+        """Return where the hand is."""
+        self._place(positions)
+        return self._pose(self._hand)
+
+    def world_from_eyes(self, positions: Floats) -> tuple[Pose, ...]:
+        """Return where the eyes' lenses are."""
+        self._place(positions)
+        return tuple(self._pose(eye) for eye in self._eyes)
+
+    def jacobian(self, positions: Floats) -> Floats:
+        """Return the hand's velocity (6, N), linear and angular in the world, by joint."""
+        self._place(positions)
+        self._mujoco.mj_comPos(self._model, self._data)
+        found = np.zeros((6, self._model.nv))
+        self._mujoco.mj_jacBody(self._model, self._data, found[:3], found[3:], self._hand)
+        return np.ascontiguousarray(found[:, self.speeds])
+
+    def bodies(self, positions: Floats) -> Floats:
+        """Return where all bodies are, (B, 7) as (w, x, y, z, tx, ty, tz) by their number."""
+        self._place(positions)
+        return np.concatenate([self._data.xquat, self._data.xpos], axis=1)
+
+    def reach(self, world_from_hand: Pose) -> Floats:
+        """Return joint angles (N,) that bring the hand there, the eyes looking ahead.
+
+        Of seven joints or more the first stays at 0. Of the ways that are found, the one with the
+        highest elbow is taken.
+
+        Raises:
+            SimError: the hand cannot get there.
+
+        """
+        random = np.random.default_rng(_SEED)
+        best: tuple[float, Floats] | None = None
+        free = self._free
+        for _ in range(_TRIES):
+            angles = np.zeros(len(self.places))
+            middle, half = self._limits[free].mean(axis=1), np.ptp(self._limits[free], axis=1) / 2.0
+            angles[free] = middle + 0.7 * random.uniform(-half, half)
+            if not self._approach(angles, world_from_hand):
+                continue
+            height = float(self._data.xpos[1 : self._hand, 2].sum()) - 0.05 * float(
+                np.abs(angles).sum()
+            )
+            if best is None or height > best[0] + 1e-6:
+                best = height, angles
+        if best is None:
+            place = ", ".join(f"{part:.3f}" for part in world_from_hand.translation)
+            raise SimError(
+                f"the arm cannot start with its hand at ({place}) m; give joint angles as arm.start"
+            )
+        return best[1]
+
+    def _approach(self, angles: Floats, world_from_hand: Pose) -> bool:
+        """Turn the free joints of `angles` in place until the hand arrives, and say if it does."""
+        free = self._free
+        for _ in range(_STEPS):
+            hand_from_goal = self.world_from_hand(angles).inverse() @ world_from_hand
+            turn = self._data.xmat[self._hand].reshape(3, 3)
+            error = hand_from_goal.log()
+            error = np.concatenate([turn @ error[:3], turn @ error[3:]])
+            if error @ error < _CLOSE:
+                lower, upper = self._limits[free].T
+                return bool(((angles[free] > lower) & (angles[free] < upper)).all())
+            jacobian = self.jacobian(angles)[:, free]
+            damped = jacobian @ jacobian.T + 1e-5 * np.eye(6)
+            step = jacobian.T @ np.linalg.solve(damped, error)
+            angles[free] += step * min(1.0, 0.5 / max(float(np.abs(step).max()), 1e-9))
+        return False
+
+    def _place(self, positions: Floats) -> None:
+        self._data.qpos[self.places] = positions
+        self._mujoco.mj_kinematics(self._model, self._data)
+
+    def _pose(self, body: int) -> Pose:
+        return pose_of(np.concatenate([self._data.xquat[body], self._data.xpos[body]]))

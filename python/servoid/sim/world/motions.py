@@ -1,0 +1,63 @@
+"""Many rigid motions at once, as rows (w, x, y, z, tx, ty, tz)."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from servoid.pose import Pose
+
+Floats = NDArray[np.float64]
+
+STILL = (1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+def row_of(pose: Pose) -> Floats:
+    """Return a pose as a row (7,)."""
+    return np.array([*pose.quaternion, *pose.translation])
+
+
+def pose_of(row: Floats | Sequence[float]) -> Pose:
+    """Return a row (7,) as a pose."""
+    return Pose.from_parts([float(x) for x in row[4:]], [float(x) for x in row[:4]])
+
+
+def unit_row(numbers: Sequence[float] | Floats) -> Floats:
+    """Return (w, x, y, z, tx, ty, tz) as a row (7,), its quaternion made to length 1."""
+    row = np.array(numbers, dtype=np.float64)
+    row[:4] /= np.linalg.norm(row[:4])
+    return row
+
+
+def rotate(quaternions: Floats, vectors: Floats) -> Floats:
+    """Turn vectors (..., 3) by unit quaternions (..., 4)."""
+    w, axis = quaternions[..., :1], quaternions[..., 1:]
+    aside = 2.0 * np.cross(axis, vectors)
+    return vectors + w * aside + np.cross(axis, aside)
+
+
+def compose(a_from_b: Floats, b_from_c: Floats) -> Floats:
+    """Return a_from_c (..., 7) of rows (..., 7) that are broadcast against each other."""
+    a_from_b, b_from_c = np.broadcast_arrays(a_from_b, b_from_c)
+    first, second = a_from_b[..., :4], b_from_c[..., :4]
+    w = first[..., :1] * second[..., :1] - (first[..., 1:] * second[..., 1:]).sum(-1, keepdims=True)
+    axis = (
+        first[..., :1] * second[..., 1:]
+        + second[..., :1] * first[..., 1:]
+        + np.cross(first[..., 1:], second[..., 1:])
+    )
+    place = a_from_b[..., 4:] + rotate(first, b_from_c[..., 4:])
+    return np.concatenate([w, axis, place], axis=-1)
+
+
+def looking(position: Sequence[float], aim: Sequence[float]) -> Pose:
+    """Return where a camera stands that looks from one point of the world to another, z up."""
+    place = np.asarray(position, float)
+    forward = np.asarray(aim, float) - place
+    forward /= np.linalg.norm(forward)
+    right = np.cross(forward, [0.0, 0.0, 1.0])
+    right /= np.linalg.norm(right)
+    matrix = np.eye(4)
+    matrix[:3, 0], matrix[:3, 1], matrix[:3, 2] = right, np.cross(forward, right), forward
+    matrix[:3, 3] = place
+    return Pose(matrix)

@@ -1,0 +1,111 @@
+"""Closed surfaces over cross-sections along an axis: turned on a lathe, or with rounded corners."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from servoid.sim.world.motions import Floats
+from servoid.sim.world.things import MeshShape
+
+_AROUND = 64
+_FINE = 32  # steps that are measured for each step around
+
+
+@dataclass(frozen=True)
+class Section:
+    """A cross-section: its centre, and its half sizes across the axis.
+
+    `corner` 2 makes an ellipse, more a rectangle with rounder or sharper corners.
+    """
+
+    center: tuple[float, float, float]
+    half_size: tuple[float, float]
+    corner: float = 2.0
+
+
+def lathe(profile: Sequence[tuple[float, float]], around: int = _AROUND) -> MeshShape:
+    """Turn a profile of (radius, height) about z and close both ends flat.
+
+    Texture: u goes once around, to the right as seen from outside with z up; v goes from 0 at the
+    profile's end to 1 at its beginning, as far as the way along it is.
+    """
+    sections = [Section((0.0, 0.0, height), (radius, radius)) for radius, height in profile]
+    return top_first(loft(sections, around=around))
+
+
+def top_first(mesh: MeshShape) -> MeshShape:
+    """Return a mesh whose texture begins where the axis ends, so that a print stands upright."""
+    if mesh.texture_coordinates is None:
+        return mesh
+    return replace(mesh, texture_coordinates=mesh.texture_coordinates * [1.0, -1.0] + [0.0, 1.0])
+
+
+def loft(
+    sections: Sequence[Section], axes: Floats | None = None, around: int = _AROUND
+) -> MeshShape:
+    """Join cross-sections to a closed surface with flat ends.
+
+    `axes` (3, 3) holds, as rows, the two directions across and the direction along. Texture: u goes
+    once around from the first direction to the second, v along; both as far as the way is.
+    """
+    across_u, across_v, _ = np.eye(3) if axes is None else axes
+    rings = [_ring(section, around, across_u, across_v) for section in sections]
+    rings = [_cap(rings[0]), *rings, _cap(rings[-1])]
+    points = np.array(rings)
+    ways = np.linalg.norm(np.diff(points, axis=0), axis=2).mean(axis=1)
+    gone = np.concatenate([[0.0], np.cumsum(ways)])
+    v = np.repeat(gone / gone[-1], around + 1)
+    u = np.tile(np.linspace(0.0, 1.0, around + 1), len(rings))
+    vertices = points.reshape(-1, 3)
+    return MeshShape(vertices, _faces(len(rings), around), np.stack([u, v], axis=1))
+
+
+def tube(centers: Floats, radius: float, around: int = 24) -> MeshShape:
+    """Lay a round tube along a line of points (N, 3) in the x-z plane, its ends closed."""
+    along = np.gradient(centers, axis=0)
+    along /= np.linalg.norm(along, axis=1, keepdims=True)
+    aside = np.cross([0.0, 1.0, 0.0], along)
+    angles = np.linspace(0.0, 2.0 * np.pi, around + 1)[None, :, None]
+    rings = centers[:, None] + radius * (
+        np.cos(angles) * aside[:, None] + np.sin(angles) * np.array([0.0, 1.0, 0.0])
+    )
+    points = np.concatenate([_cap(rings[0])[None], rings, _cap(rings[-1])[None]])
+    v = np.repeat(np.linspace(0.0, 1.0, len(points)), around + 1)
+    u = np.tile(np.linspace(0.0, 1.0, around + 1), len(points))
+    vertices = points.reshape(-1, 3)
+    return MeshShape(vertices, _faces(len(points), around), np.stack([u, v], axis=1))
+
+
+def _ring(section: Section, around: int, across_u: Floats, across_v: Floats) -> Floats:
+    """Return points (around + 1, 3) in even steps round a cross-section, the first one twice."""
+    power = 2.0 / section.corner
+    angles = np.linspace(0.0, 2.0 * np.pi, _FINE * around + 1)
+    cosine, sine = np.cos(angles), np.sin(angles)
+    first = section.half_size[0] * np.sign(cosine) * np.abs(cosine) ** power
+    second = section.half_size[1] * np.sign(sine) * np.abs(sine) ** power
+    gone = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(first), np.diff(second)))])
+    even = np.linspace(0.0, gone[-1], around + 1)
+    first, second = np.interp(even, gone, first), np.interp(even, gone, second)
+    first[-1], second[-1] = first[0], second[0]
+    return np.asarray(section.center) + first[:, None] * across_u + second[:, None] * across_v
+
+
+def _cap(ring: Floats) -> Floats:
+    return np.repeat(ring[:-1].mean(axis=0, keepdims=True), len(ring), axis=0)
+
+
+def _faces(rings: int, around: int) -> np.ndarray:
+    """Return the triangles between rings of `around` + 1 points, seen anticlockwise from outside.
+
+    The first and the last ring are points on the axis, next to which there is one triangle only.
+    """
+    faces = []
+    for ring in range(rings - 1):
+        low = ring * (around + 1) + np.arange(around)
+        high = low + around + 1
+        if ring < rings - 2:
+            faces.append(np.stack([low, high + 1, high], axis=1))
+        if ring > 0:
+            faces.append(np.stack([low, low + 1, high + 1], axis=1))
+    return np.concatenate(faces).astype(np.int64)

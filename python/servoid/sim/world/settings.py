@@ -1,0 +1,165 @@
+"""What a simulated world is made of: every default of it is written here, once."""
+
+from typing import Annotated
+
+import msgspec
+from msgspec import Meta, Struct
+
+from servoid.errors import SimError
+from servoid.sim.world.faults import Fault
+
+Triple = tuple[float, float, float]
+Seven = tuple[float, float, float, float, float, float, float]
+Positive = Annotated[float, Meta(gt=0.0)]
+NotNegative = Annotated[float, Meta(ge=0.0)]
+Share = Annotated[float, Meta(ge=0.0, le=1.0)]
+
+
+class ArmSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """The arm, and the head with two eyes that it carries."""
+
+    name: Annotated[str, Meta(description="a shipped arm, or an MJCF or URDF file")] = "pa10"
+    links: Annotated[
+        str | None, Meta(description="lengths of a shipped arm; none: as its file says")
+    ] = None
+    mount: Annotated[
+        str | None, Meta(description="site or body of a file's arm that carries the hand")
+    ] = None
+    mount_from_hand: Annotated[
+        Seven,
+        Meta(description="the hand, x right, y down, z forward, on it: w, x, y, z, tx, ty, tz"),
+    ] = (1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    speed: Annotated[Positive, Meta(description="of the joints of a file's arm in rad/s")] = 2.0
+    acceleration: Annotated[
+        Positive, Meta(description="of the joints of a file's arm in rad/s²")
+    ] = 8.0
+    lag_s: Annotated[Positive, Meta(description="of the speed servos of a file's arm")] = 0.02
+    turning_eyes: Annotated[
+        bool, Meta(description="eyes with a shared tilt and a pan each, or fixed cameras")
+    ] = True
+    eyes_on_object: Annotated[
+        bool, Meta(description="eyes that turn look at the object at the start, not ahead")
+    ] = True
+    start: Annotated[
+        tuple[float, ...] | None,
+        Meta(description="joint angles at the start in radians; none: as its file says"),
+    ] = None
+    world_from_hand: Annotated[
+        Seven | None,
+        Meta(description="hand at the start in place of angles: w, x, y, z, tx, ty, tz"),
+    ] = None
+
+
+class ObjectSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """The object and where it is met."""
+
+    name: Annotated[str, Meta(description="one of the objects of servoid.sim")] = "bottle"
+    hand_from_object: Annotated[
+        Seven, Meta(description="where it waits before the hand: w, x, y, z, tx, ty, tz; Eq. 20")
+    ] = (1.0, 0.0, 0.0, 0.0, 0.0, -0.09, 0.545)
+    path: Annotated[str, Meta(description="how it moves, such as sine:0.15@10s")] = "still"
+
+
+class CameraSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """The cameras in the eyes."""
+
+    size_px: Annotated[tuple[int, int], Meta(description="width and height of an image")] = (
+        640,
+        480,
+    )
+    focal_px: Annotated[
+        Positive | None, Meta(description="focal length; none: the width spans 50 degrees")
+    ] = None
+    distortion: Annotated[
+        tuple[float, ...], Meta(description="Brown-Conrady coefficients of the lens, if any")
+    ] = ()
+    rate_hz: Annotated[Positive, Meta(description="images each second")] = 30.0
+    latency_s: Annotated[
+        float, Meta(ge=0.0, description="from the middle of the exposure to the image's arrival")
+    ] = 0.04
+    exposure_s: Annotated[
+        float, Meta(ge=0.0, description="how long an image is exposed: what moves is blurred")
+    ] = 0.006
+    moments: Annotated[
+        int, Meta(ge=1, le=32, description="instants of an exposure that are drawn for the blur")
+    ] = 4
+    samples: Annotated[int, Meta(ge=1, le=8, description="rays along each side of a pixel")] = 2
+    noise: Annotated[
+        float, Meta(ge=0.0, description="standard deviation of the noise in grey levels")
+    ] = 1.5
+
+
+class LightSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """The light, and how it changes once the object's path begins."""
+
+    level: Annotated[Positive, Meta(description="how bright it is; 1 exposes well")] = 1.0
+    toward: Annotated[Triple, Meta(description="towards the lamp, in the world")] = (
+        0.45,
+        -0.30,
+        0.85,
+    )
+    step_at_s: Annotated[
+        NotNegative | None, Meta(description="when the level changes at once; none: never")
+    ] = None
+    step_to: Annotated[Positive, Meta(description="what the level is multiplied by then")] = 0.6
+    swing: Annotated[
+        Share, Meta(description="share by which the level swings slowly up and down")
+    ] = 0.0
+    swing_period_s: Annotated[Positive, Meta(description="how long a swing takes")] = 8.0
+
+
+class PhysicsSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """How time passes."""
+
+    step_s: Annotated[Positive, Meta(description="physics step")] = 0.002
+    period_s: Annotated[
+        Positive, Meta(description="control period, a multiple of the physics step")
+    ] = 0.008
+
+
+class WorldSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A world with an arm, an object and a room."""
+
+    arm: ArmSettings = ArmSettings()
+    object: ObjectSettings = ObjectSettings()
+    cameras: CameraSettings = CameraSettings()
+    light: LightSettings = LightSettings()
+    physics: PhysicsSettings = PhysicsSettings()
+    faults: Annotated[
+        tuple[Fault, ...], Meta(description="what goes wrong, and when after the path began")
+    ] = ()
+    background: Annotated[
+        str, Meta(description="what stands behind the object: cluttered or plain")
+    ] = "cluttered"
+    renderer: Annotated[
+        str, Meta(description="raycast, servoid's own, or mujoco, which needs OpenGL")
+    ] = "raycast"
+    seed: Annotated[int, Meta(ge=0, description="of the noise and of the clutter")] = 0
+    threads: Annotated[int, Meta(ge=0, description="for drawing; 0: one for each core")] = 0
+
+
+def checked(settings: WorldSettings) -> WorldSettings:
+    """Return the settings as they are.
+
+    Raises:
+        SimError: a value is of the wrong type, out of its range or at odds with another one.
+
+    """
+    try:
+        settings = msgspec.convert(msgspec.to_builtins(settings), WorldSettings, strict=False)
+    except msgspec.ValidationError as error:
+        message = str(error)
+        raise SimError(f"the world's settings: {message[:1].lower()}{message[1:]}") from error
+    physics, cameras = settings.physics, settings.cameras
+    steps = physics.period_s / physics.step_s
+    if round(steps) < 1 or abs(steps - round(steps)) > 1e-6:
+        raise SimError(
+            f"the control period is {physics.period_s} s and the physics step {physics.step_s} s; "
+            "make the period a multiple of the step"
+        )
+    if cameras.moments > cameras.samples**2:
+        raise SimError(
+            f"an exposure has {cameras.moments} moments, but a pixel only {cameras.samples**2} "
+            "rays; lower cameras.moments or raise cameras.samples"
+        )
+    return settings

@@ -1,0 +1,97 @@
+"""An arm in a simulated world, driven like a real one."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from servoid.errors import ServoError
+from servoid.pose import Pose
+from servoid.servo import Eyes, Joints, JointState
+from servoid.sim.world.drives import Drives
+from servoid.sim.world.kinematics import Kinematics
+from servoid.sim.world.motions import Floats
+from servoid.sim.world.robot import Robot
+
+
+class SimArm:
+    """Implements `servoid.servo.Arm`; a command lets the world's time pass, and nothing else does.
+
+    It lasts as long as the computer takes: its time has nothing to do with the time on the wall.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        kinematics: Kinematics,
+        drives: Drives,
+        period_s: float,
+        advance: Callable[[Floats], None],
+    ) -> None:
+        self._kinematics, self._drives, self._advance = kinematics, drives, advance
+        self._period_s = period_s
+        self._joints = Joints(
+            names=tuple(drive.joint for drive in robot.drives),
+            hand_count=robot.hand_count,
+            lower=np.array([drive.lower for drive in robot.drives]),
+            upper=np.array([drive.upper for drive in robot.drives]),
+            speed=np.array([drive.speed for drive in robot.drives]),
+            acceleration=np.array([drive.acceleration for drive in robot.drives]),
+        )
+        count = robot.hand_count
+        self._eyes = (
+            Eyes(Pose.identity(), robot.half_baseline, count, count + 1, count + 2)
+            if robot.turns_eyes
+            else None
+        )
+
+    @property
+    def joints(self) -> Joints:
+        """Return the joints and their limits."""
+        return self._joints
+
+    @property
+    def eyes(self) -> Eyes | None:
+        """Return how the eyes turn, None if the cameras are fixed to the hand."""
+        return self._eyes
+
+    @property
+    def period_s(self) -> float:
+        """Return the control period in seconds."""
+        return self._period_s
+
+    def state(self) -> JointState:
+        """Return what the joints do now."""
+        return JointState(self._drives.time_s, self._drives.positions, self._drives.velocities)
+
+    def world_from_hand(self, positions: Floats) -> Pose:
+        """Return where the hand is with the joints at these positions."""
+        return self._kinematics.world_from_hand(self._checked(positions, "positions"))
+
+    def jacobian(self, positions: Floats) -> Floats:
+        """Return (6, N) float64: the hand's velocity, linear and angular in the world, by joint."""
+        return self._kinematics.jacobian(self._checked(positions, "positions"))
+
+    def world_from_cameras(self, positions: Floats) -> tuple[Pose, ...]:
+        """Return where each camera is with the joints at these positions."""
+        return self._kinematics.world_from_eyes(self._checked(positions, "positions"))
+
+    def command(self, velocities: Floats) -> None:
+        """Have the joints turn at (N,) rad/s, and return one control period later.
+
+        Raises:
+            ServoError: there are not N velocities, or one of them is no number.
+
+        """
+        self._advance(self._checked(velocities, "velocities"))
+
+    def _checked(self, values: Floats, what: str) -> Floats:
+        values = np.asarray(values, dtype=np.float64)
+        count = len(self._joints.names)
+        if values.shape != (count,):
+            raise ServoError(
+                f"{what} have shape {values.shape}; the arm has {count} joints and needs ({count},)"
+            )
+        if not np.isfinite(values).all():
+            wrong = self._joints.names[int(np.argmin(np.isfinite(values)))]
+            raise ServoError(f"{what} hold no number for joint {wrong}; give finite numbers")
+        return values

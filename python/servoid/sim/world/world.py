@@ -1,0 +1,190 @@
+"""A simulated world: an arm with eyes, an object that moves, a room, and time."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from servoid._native import Camera, Lens
+from servoid.errors import SimError
+from servoid.pose import Pose
+from servoid.sim.world.building import build_robot, compile_robot, start_angles
+from servoid.sim.world.course import Course
+from servoid.sim.world.drawers import DRAWERS
+from servoid.sim.world.drives import Drives
+from servoid.sim.world.faults import Occlude
+from servoid.sim.world.kinematics import Kinematics
+from servoid.sim.world.layout import Layout
+from servoid.sim.world.meshes import as_mesh
+from servoid.sim.world.motions import STILL, Floats, pose_of, row_of, unit_row
+from servoid.sim.world.objects import make_object
+from servoid.sim.world.overview import overview_from
+from servoid.sim.world.paths import Path, parse_path
+from servoid.sim.world.room import make_room
+from servoid.sim.world.settings import WorldSettings, checked
+from servoid.sim.world.shutter import Scene, Shutter
+from servoid.sim.world.sim_arm import SimArm
+from servoid.sim.world.stages import Drawer, Shot
+from servoid.sim.world.things import BOARD, OBJECT, Box, Finish, Thing
+
+_OVERVIEW_FOCAL = 1.05  # in widths of the picture
+_OVERVIEW_SAMPLES = 3
+_BOARD = Finish(color=(0.45, 0.36, 0.27))
+
+
+class World:
+    """Makes a world and lets its time pass with each command to its arm.
+
+    Its time has nothing to do with the time on the wall, and the same settings and commands give
+    the same images, bit for bit. Use it from one thread at a time.
+    """
+
+    arm: SimArm
+    source: Shutter
+
+    def __init__(self, settings: WorldSettings | None = None, *, path: Path | None = None) -> None:
+        """Build the world; a `path` of your own takes the place of the one in the settings.
+
+        Raises:
+            SimError: a setting names what does not exist, or is out of its range.
+            MissingExtraError: MuJoCo is not installed.
+
+        """
+        self.settings = settings = checked(settings or WorldSettings())
+        self._steps = round(settings.physics.period_s / settings.physics.step_s)
+        path = path or parse_path(settings.object.path)
+        things = [*make_object(settings.object.name), *_board(settings)]
+        things += make_room(settings.background, settings.seed)
+        robot = build_robot(settings)
+        things += robot.things
+        model = compile_robot(robot, settings.physics.step_s)
+        kinematics = Kinematics(robot, model)
+        start = start_angles(robot, kinematics, settings)
+        hand_from_object = pose_of(settings.object.hand_from_object)
+        self._course = Course(settings, kinematics.world_from_hand(start) @ hand_from_object, path)
+        self._drives = Drives(robot, model, kinematics, start)
+        self._layout = Layout(things, model, kinematics, self._course)
+        self._things = tuple(things)
+        self._drawer = _drawer(settings, self._things)
+        scene = Scene(self._drives, kinematics, self._layout, self._course, self._drawer)
+        self.source = Shutter(settings, scene)
+        self.arm = SimArm(robot, kinematics, self._drives, settings.physics.period_s, self._advance)
+
+    @property
+    def time_s(self) -> float:
+        """Return the time since the world began, in seconds."""
+        return self._drives.time_s
+
+    @property
+    def cameras(self) -> tuple[Camera, ...]:
+        """Return the ideal pinhole cameras of the source."""
+        return self.source.cameras
+
+    def start_path(self) -> None:
+        """Let the object's path begin now; until then it rests.
+
+        Raises:
+            SimError: it has begun already.
+
+        """
+        if self._course.path_starts_s is not None:
+            raise SimError(
+                f"the object's path began at {self._course.path_starts_s:g} s; it begins once"
+            )
+        self._course.path_starts_s = self.time_s
+
+    def world_from_object_at(self, time_s: float) -> Pose:
+        """Return where the object truly is at a time."""
+        return self._course.world_from_object_at(time_s)
+
+    def twist_at(self, time_s: float) -> Floats:
+        """Return the object's true twist (6,) in the world: of its origin in m/s, and in rad/s."""
+        return self._course.twist_at(time_s)
+
+    def masks(self) -> tuple[NDArray[np.uint8], ...]:
+        """Return the object's true masks, (H, W) with 255 inside, in the newest observation.
+
+        Raises:
+            SimError: no observation was handed out yet.
+
+        """
+        exposure = self.source.handed_out
+        if exposure is None:
+            raise SimError("no observation was handed out yet; call source.newest() first")
+        things = self._layout.world_from_things(exposure.positions_at_time, exposure.time_s)
+        numbers = [index for index, one in enumerate(self._things) if one.carrier == OBJECT]
+        masks = []
+        poses = self.arm.world_from_cameras(exposure.positions_at_time)
+        for camera, pose in zip(self.cameras, poses, strict=True):
+            _, ids = self._drawer.depth(_pinhole(camera), row_of(pose), things)
+            masks.append(np.where(np.isin(ids, numbers), np.uint8(255), np.uint8(0)))
+        return tuple(masks)
+
+    def overview(self, size_px: tuple[int, int] = (960, 720)) -> NDArray[np.uint8]:
+        """Return a picture (H, W, 3) uint8 RGB of the arm, its head, the object and the room."""
+        width, height = size_px
+        focal = _OVERVIEW_FOCAL * width
+        lens = Lens(
+            model="pinhole",
+            size_px=size_px,
+            focal_px=(focal, focal),
+            center_px=(0.5 * (width - 1), 0.5 * (height - 1)),
+        )
+        pose = overview_from(self._course.world_from_object_at(0.0).translation)
+        things = self._layout.world_from_things(self._drives.positions, self.time_s)
+        return self._drawer.image(
+            Shot(
+                lens=lens,
+                world_from_lens=row_of(pose)[None],
+                world_from_things=things[None],
+                toward=self.settings.light.toward,
+                level=self._course.level_at(self.time_s),
+                samples=_OVERVIEW_SAMPLES,
+                threads=self.settings.threads,
+            )
+        )
+
+    def object_mesh(self) -> tuple[Floats, NDArray[np.int64]]:
+        """Return the object's surface in its own frame: vertices (N, 3) and faces (M, 3).
+
+        Parts of the object overlap where they meet.
+        """
+        vertices, faces, count = [], [], 0
+        for thing in self._things:
+            if thing.carrier == OBJECT:
+                mesh = as_mesh(thing.shape)
+                place = pose_of(unit_row(thing.carrier_from_thing))
+                vertices.append(place.transform(np.ascontiguousarray(mesh.vertices)))
+                faces.append(mesh.faces + count)
+                count += len(mesh.vertices)
+        return np.concatenate(vertices), np.concatenate(faces)
+
+    def _advance(self, velocities: Floats) -> None:
+        """Let one control period pass."""
+        for _ in range(self._steps):
+            self._drives.step(velocities)
+        self.source.expose()
+
+
+def _board(settings: WorldSettings) -> list[Thing]:
+    """Return the board of an occlusion, if there is one; it slides along its x."""
+    boards = [fault for fault in settings.faults if isinstance(fault, Occlude)]
+    if not boards:
+        return []
+    width, height = boards[0].half_size
+    return [Thing(Box((width, height, 0.004)), _BOARD, BOARD, STILL)]
+
+
+def _drawer(settings: WorldSettings, things: tuple[Thing, ...]) -> Drawer:
+    if settings.renderer not in DRAWERS:
+        raise SimError(
+            f"unknown renderer '{settings.renderer}'; choose one of {', '.join(DRAWERS)}"
+        )
+    return DRAWERS[settings.renderer](things)
+
+
+def _pinhole(camera: Camera) -> Lens:
+    return Lens(
+        model="pinhole",
+        size_px=camera.size_px,
+        focal_px=camera.focal_px,
+        center_px=camera.center_px,
+    )

@@ -11,7 +11,7 @@ from servoid.servo.arm import Arm, Floats, JointState
 from servoid.servo.desired import goal_error
 from servoid.servo.gaze import GazeControl
 from servoid.servo.guard import Guard
-from servoid.servo.hand import approached, correction, within
+from servoid.servo.hand import approached, correction, shares, within
 from servoid.servo.ik import QuadraticJoints
 from servoid.servo.joints import HandJoints, HandWish, PaperJoints
 from servoid.servo.limits import JointLimits, Window
@@ -50,7 +50,7 @@ class Command:
 class _Now:
     """The arm at this tick.
 
-    `jacobian` (6, n), `twist` (6,) and what was last `commanded` (6,) are the hand's, in the world.
+    `jacobian` (6, n) and `twist` (6,) are the hand's, in the world.
     `previous` (N,) are the joint speeds last commanded, `window` what may follow them.
     """
 
@@ -58,7 +58,6 @@ class _Now:
     world_from_hand: Pose
     jacobian: Floats
     twist: Floats
-    commanded: Floats
     previous: Floats
     window: Window
 
@@ -89,6 +88,7 @@ class Controller:
         self._hand = slice(0, arm.joints.hand_count)
         self._previous: tuple[float, Floats] | None = None
         self._goal: tuple[float, Pose] | None = None
+        self._wish: Floats | None = None
 
     def see(self, instant: Instant | None, estimate: TargetEstimate | None) -> None:
         """Take in a new observation and what the tracker made of it, None if it is unusable."""
@@ -134,11 +134,11 @@ class Controller:
         keep = self._guard.keep(now.place, target.place, target.twist[:3])
         twist, limiting = self._guard.kept(wanted, keep)
         wish = HandWish(
-            approached(twist, now.commanded, self._settings.hand, self._arm.period_s),
+            self._approached(now, twist),
             self._guard.allowed(world_from_goal.pose, target.place),
         )
         joints = self._law.velocities(now.state, now.jacobian, wish, now.window.part(self._hand))
-        hand = keep.slowed(joints, now.jacobian)
+        hand = self._slowed(keep.slowed(joints, now.jacobian), now.jacobian)
         return self._sent(now, target, hand, hand_from_goal=hand_from_goal.pose, limiting=limiting)
 
     def _hand_twist(
@@ -151,8 +151,22 @@ class Controller:
             twist = twist + world_from_goal.twist
         return within(twist, authority * settings.linear_speed, authority * settings.angular_speed)
 
+    def _approached(self, now: _Now, twist: Floats) -> Floats:
+        """Return how far the wanted hand velocity (6,) may change since the last tick."""
+        # After a hold there is no last wish, and the hand does what its joints were told.
+        last = now.jacobian @ now.previous[self._hand] if self._wish is None else self._wish
+        self._wish = approached(twist, last, self._settings.hand, self._arm.period_s)
+        return self._wish
+
+    def _slowed(self, velocities: Floats, jacobian: Floats) -> Floats:
+        """Return joint speeds (n,) that make the hand no faster than it may be."""
+        settings = self._settings.hand
+        fastest = settings.linear_speed, settings.angular_speed
+        return velocities * float(shares(jacobian @ velocities, *fastest).min())
+
     def _hold(self, now: _Now, target: Prediction | None, holding: frozenset[Reason]) -> Command:
         """Bring the hand to rest along its way; the eyes stay on what is known of the target."""
+        self._wish = None
         hand = self._limits.braked(now.previous)[self._hand]
         return self._sent(now, target, hand, holding=holding)
 
@@ -203,7 +217,6 @@ class Controller:
             self._arm.world_from_hand(state.positions),
             jacobian,
             jacobian @ state.velocities[self._hand],
-            jacobian @ previous[self._hand],
             previous,
             self._limits.window(state.positions, previous),
         )

@@ -31,11 +31,15 @@ def correction(hand_from_goal: Moving, world_from_hand: Floats, settings: HandSe
     return np.concatenate([linear, angular])
 
 
-def within(twist: Floats, linear: float, angular: float) -> Floats:
-    """Return a twist (6,) whose linear and angular parts are no longer than these, in m and rad."""
+def shares(twist: Floats, linear: float, angular: float) -> Floats:
+    """Return (2,): shares of a twist's two parts that are no longer than these, 1 where all is."""
     lengths = np.sqrt(np.square(twist).reshape(2, 3).sum(axis=1))
-    shares = np.minimum(1.0, (linear, angular) / np.maximum(lengths, 1e-12))
-    return twist * np.repeat(shares, 3)
+    return np.minimum(1.0, (linear, angular) / np.maximum(lengths, 1e-12))
+
+
+def within(twist: Floats, linear: float, angular: float) -> Floats:
+    """Return a twist (6,) whose linear and angular parts are no longer than these."""
+    return twist * np.repeat(shares(twist, linear, angular), 3)
 
 
 def approached(twist: Floats, previous: Floats, settings: HandSettings, time_s: float) -> Floats:

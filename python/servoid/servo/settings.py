@@ -46,7 +46,7 @@ class TargetSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
     angular_noise: Annotated[float, _above("least noise of an estimate's turn, rad")] = 0.005
     linear_jerk: Annotated[
         float, _above("how fast the object's acceleration may wander, m/s² per root s")
-    ] = 0.05
+    ] = 0.1
     angular_jerk: Annotated[
         float, _above("how fast the object's turning may change, rad/s² per root s")
     ] = 0.2

@@ -75,7 +75,9 @@ class Trust:
         if not self._held:
             return frozenset()
         reasons = {self._fault} if self._in_a_row == 0 else {Reason.RETURNING}
-        if self._watchdog.is_stale(time_s) and last is not None:
+        if last is None:
+            reasons.add(Reason.NO_TARGET)
+        if self._watchdog.is_stale(time_s):
             reasons.add(Reason.NO_IMAGES)
         return frozenset(reasons)
 

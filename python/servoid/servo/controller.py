@@ -229,7 +229,7 @@ class Controller:
     def _moving_goal(self, time_s: float, goal_from_object: Pose) -> Moving:
         """Return the desired relation with its own motion, which is seen from the last tick's."""
         last, self._goal = self._goal, (time_s, goal_from_object)
-        if last is None or not time_s > last[0]:
+        if last is None or not 0.0 < time_s - last[0] < _MISSED_PERIODS * self._arm.period_s:
             return Moving.at_rest(goal_from_object)
         twist = change_between(last[1], goal_from_object) / (time_s - last[0])
         settings = self._settings.hand

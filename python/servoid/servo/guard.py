@@ -60,11 +60,14 @@ class Guard:
         away = object_in_world - hand
         distance = float(np.linalg.norm(away))
         toward = away / distance if distance > _BLIND else np.zeros(3)
-        room = np.array([distance - self._settings.least_distance])
-        closing = self._signed(room)[0] + float(toward @ object_velocity)
-        return Keep(
-            -self._signed(hand - self._lower), self._signed(self._upper - hand), toward, closing
+        apart = distance - self._settings.least_distance
+        room = np.array([*(hand - self._lower), *(self._upper - hand), apart])
+        # Where no room is left, speeds lead back.
+        speeds = np.copysign(
+            stoppable_speed(np.abs(room), self._settings.braking, self._reaction_s), room
         )
+        closing = float(speeds[6] + toward @ object_velocity)
+        return Keep(-speeds[:3], speeds[3:6], toward, closing)
 
     def kept(self, twist: Floats, keep: Keep) -> tuple[Floats, frozenset[Reason]]:
         """Return a hand velocity (6,) in the world within bounds, and what it ran into."""
@@ -79,10 +82,3 @@ class Guard:
             reasons.add(Reason.WORKSPACE)
         result[:3] = boxed
         return result, frozenset(reasons)
-
-    def _signed(self, room: Floats) -> Floats:
-        """Return speeds that stop in time; where there is no room left, they lead back."""
-        braking, reaction_s = self._settings.braking, self._reaction_s
-        return stoppable_speed(room, braking, reaction_s) - stoppable_speed(
-            -room, braking, reaction_s
-        )

@@ -14,6 +14,7 @@ from servoid.servo.settings import JointSettings
 _NEWTON_DAMPING = 1e-3
 _STEP = 0.2  # rad: no Newton step turns a joint farther
 _TINY = 1e-9
+_SOLVED = 1e-7  # m and rad
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,6 +81,8 @@ class PaperJoints:
         found[: free.start] = 0.0
         for _ in range(self._settings.newton_steps):
             error = change_between(arm.world_from_hand(found), world_from_goal)
+            if np.abs(error).max() < _SOLVED:
+                break
             slope = arm.jacobian(found)[:, free]
             square = slope.T @ slope
             square[np.diag_indices(len(square))] += _TINY + _NEWTON_DAMPING * float(error @ error)

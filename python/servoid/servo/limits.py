@@ -51,8 +51,8 @@ class JointLimits:
         It is never empty: where the limits are at odds, it is the hardest braking.
         """
         lower, upper = previous - self._step, previous + self._step
-        down = stoppable_speed(positions - self._lower, self._acceleration, self._reaction_s)
-        up = stoppable_speed(self._upper - positions, self._acceleration, self._reaction_s)
+        room = np.array([positions - self._lower, self._upper - positions])
+        down, up = stoppable_speed(room, self._acceleration, self._reaction_s)
         least, most = np.maximum(-self._speed, -down), np.minimum(self._speed, up)
         # What accelerations allow comes last: no command ever jumps.
         return Window(

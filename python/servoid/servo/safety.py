@@ -54,13 +54,9 @@ class Trust:
             self._watchdog.see(instant)
         fault = self._fault_of(estimate)
         if fault is None and estimate is not None:
-            fault = self._follow(estimate)
-        if fault is None:
-            self._in_a_row += 1
-            self._jumps = 0
-        else:
-            self._fault = fault
-            self._in_a_row = 0
+            self._follow(estimate)
+        elif fault is not None:
+            self._distrust(fault)
 
     def holding(self, time_s: float) -> frozenset[Reason]:
         """Return why the arm is held at a time; empty if it may move."""
@@ -99,16 +95,22 @@ class Trust:
             return _STATUS[estimate.status]
         return Reason.UNSURE if estimate.confidence < self._settings.least_confidence else None
 
-    def _follow(self, estimate: TargetEstimate) -> Reason | None:
-        """Give a credible estimate to the filter; return the fault that shows in the motion."""
+    def _distrust(self, fault: Reason) -> None:
+        self._fault, self._in_a_row = fault, 0
+
+    def _follow(self, estimate: TargetEstimate) -> None:
+        """Give a credible estimate to the filter, and count what comes of it."""
         if self._held and self._in_a_row == 0 and self._jumps == 0:
             self._target.forget()  # what moved before the gap says nothing of after it
         verdict = self._target.update(estimate)
+        if verdict is Verdict.OUTDATED:
+            return
         if verdict is Verdict.TELEPORT:
             self._jumps += 1
-            return Reason.TELEPORT
+            self._distrust(Reason.TELEPORT)
+            return
         if verdict is Verdict.RESTARTED:
-            self._in_a_row = 0
-        if verdict is not Verdict.OUTDATED:
-            self._trusted_s = estimate.time_s
-        return None
+            self._held, self._in_a_row = True, 0
+        self._in_a_row += 1
+        self._jumps = 0
+        self._trusted_s = estimate.time_s

@@ -41,6 +41,7 @@ class SerialArm:
         self._lag_s = np.repeat([arm.joints.lag_s, arm.eyes.lag_s], [count, len(arm.eyes.names)])
         self._fixed, self._cosine, self._sine = _link_parts(arm)
         self._flange_from_hand = _pose(arm.hand.flange_from_hand).matrix()
+        self._last_frames: tuple[bytes, Floats] | None = None
         self._time_s = 0.0
         size = len(self._joints.names)
         self._velocities = np.zeros(size)
@@ -133,6 +134,10 @@ class SerialArm:
 
     def _frames(self, positions: Floats) -> Floats:
         """Return (links + 1, 4, 4) float64: where each link's frame is, and the hand last."""
+        # Pose, Jacobian and cameras are asked for one after the other at the same positions.
+        asked = positions.tobytes()
+        if self._last_frames is not None and self._last_frames[0] == asked:
+            return self._last_frames[1]
         angles = positions[: self._joints.hand_count, None, None]
         links = self._fixed + np.cos(angles) * self._cosine + np.sin(angles) * self._sine
         frames = np.empty((len(links) + 1, 4, 4))
@@ -140,6 +145,7 @@ class SerialArm:
         for index in range(1, len(links)):
             np.matmul(frames[index - 1], links[index], out=frames[index])
         np.matmul(frames[-2], self._flange_from_hand, out=frames[-1])
+        self._last_frames = asked, frames
         return frames
 
     def _start(self, arm: ArmFile) -> Floats:

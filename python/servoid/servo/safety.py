@@ -27,7 +27,6 @@ class Reason(Enum):
     NEAR = "the hand is as near to the object as it may be"
 
 
-_STATUS = {"searching": Reason.SEARCHING, "lost": Reason.LOST}
 _TOLERATED_JUMPS = 1
 
 
@@ -91,8 +90,8 @@ class Trust:
         pose = estimate.world_from_object.matrix()
         if not all(np.all(np.isfinite(values)) for values in (*numbers, pose)):
             return Reason.NOT_FINITE
-        if estimate.status in _STATUS:
-            return _STATUS[estimate.status]
+        if estimate.status != "tracking":
+            return Reason.SEARCHING if estimate.status == "searching" else Reason.LOST
         return Reason.UNSURE if estimate.confidence < self._settings.least_confidence else None
 
     def _distrust(self, fault: Reason) -> None:

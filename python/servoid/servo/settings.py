@@ -49,7 +49,7 @@ class TargetSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
     ] = 0.1
     angular_jerk: Annotated[
         float, _above("how fast the object's turning may change, rad/s² per root s")
-    ] = 0.2
+    ] = 0.08
     oddness: Annotated[
         float, _above("squared deviation (6 values) from which an estimate loses weight")
     ] = 17.0
@@ -132,7 +132,8 @@ class SafetySettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
         float, Meta(ge=0, le=1, description="confidence below which an estimate is not trusted")
     ] = 0.3
     coast_s: Annotated[
-        float, _from_0("how long the arm follows a prediction without trusted estimates, s")
+        float,
+        _from_0("gap of trusted estimates that is bridged, above delay and interval of images, s"),
     ] = 0.25
     resume_after: Annotated[
         int, Meta(ge=1, description="trusted estimates in a row after which a held arm moves on")

@@ -27,6 +27,7 @@ class Seen:
     time_s: float
     world_from_object: Pose
     covariance: np.ndarray
+    unobservable: np.ndarray
     confidence: float = 0.9
     status: str = "tracking"
 
@@ -35,7 +36,9 @@ def seen_at(start: Pose, time_s: float) -> Seen:
     """Return where the paper's moving target is."""
     shift = 0.15 - 0.15 * np.cos(0.628 * time_s)
     moved = Pose.from_parts([shift, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0])
-    return Seen(time_s, start @ moved, np.diag(np.square(np.repeat([0.0005, 0.005], 3))))
+    return Seen(
+        time_s, start @ moved, np.diag(np.square(np.repeat([0.0005, 0.005], 3))), np.empty((0, 6))
+    )
 
 
 def measure(law: JointLaw) -> np.ndarray:

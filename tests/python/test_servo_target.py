@@ -125,6 +125,38 @@ def test_what_the_tracker_is_unsure_of_moves_the_filter_little() -> None:
     assert moved[1] < 0.5 * moved[0]
 
 
+def test_a_spin_that_images_do_not_tell_is_left_as_it_was() -> None:
+    def drifting(time_s: float) -> Pose:
+        return turning(time_s) @ Pose.exp([0.0, 0.0, 0.0, 0.0, 0.0, 0.4 * time_s])
+
+    target = TargetFilter(TargetSettings())
+    for index in range(300):
+        estimate = seen(drifting(index / 30), index / 30)
+        estimate.unobservable = np.array([[0.0, 0.02, 0.0, 0.0, 0.0, 1.0]])
+        assert target.update(estimate) is Verdict.USED
+    now = 299 / 30
+    prediction = target.predict(now)
+    error = change_between(prediction.world_from_object, drifting(now))
+    np.testing.assert_allclose(error[:3], 0, atol=1e-3)
+    # The bottle's axis is where it should be, the mark on it has not gone round.
+    axis = prediction.world_from_object.matrix()[:3, 2]
+    assert axis @ drifting(now).matrix()[:3, 2] > np.cos(np.radians(0.5))
+    spun = (turning(now).inverse() @ prediction.world_from_object).log()[5]
+    assert abs(spun) < 0.15
+    assert abs(prediction.twist[3:] @ axis) < 0.03
+
+
+def test_an_object_whose_turns_are_all_open_is_not_turned() -> None:
+    target = TargetFilter(TargetSettings())
+    for index in range(100):
+        pose = WORLD_FROM_OBJECT @ Pose.exp([0.0, 0.0, 0.0, *(0.02 * index * np.ones(3))])
+        estimate = seen(pose, index / 30)
+        estimate.unobservable = np.hstack([np.zeros((3, 3)), np.eye(3)])
+        target.update(estimate)
+    change = change_between(WORLD_FROM_OBJECT, target.predict(99 / 30).world_from_object)
+    np.testing.assert_allclose(change, 0, atol=1e-9)
+
+
 def test_beyond_the_horizon_a_prediction_stands_still() -> None:
     target = followed(turning, 5)[0]
     horizon_s = TargetSettings().horizon_s

@@ -10,10 +10,12 @@ from servoid.errors import ServoError
 from servoid.pose import Pose
 from servoid.servo.arm import Floats
 from servoid.servo.moving import change_between, shifted_and_turned
+from servoid.servo.open_turns import OpenTurns
 from servoid.servo.settings import TargetSettings
 
 _START_SPEED = (0.3, 1.0)  # m/s and rad/s: what an object may do when it is first seen
 _START_ACCELERATION = (0.2, 1.0)
+_OPEN_SPEED = 0.05  # rad/s: turning that images do not tell is about none
 
 
 class TargetEstimate(Protocol):
@@ -35,6 +37,11 @@ class TargetEstimate(Protocol):
     @property
     def covariance(self) -> Floats:
         """Return how sure that is."""
+        ...
+
+    @property
+    def unobservable(self) -> Floats:
+        """Return (n, 6) unit motions in the object's frame that the images leave open."""
         ...
 
     @property
@@ -106,11 +113,14 @@ class TargetFilter:
         elapsed = estimate.time_s - self._time_s
         if elapsed <= 0.0:
             return Verdict.OUTDATED
-        if not self._can_reach(self.predict(estimate.time_s).world_from_object, estimate, elapsed):
+        expected = self.predict(estimate.time_s).world_from_object
+        turns = OpenTurns.of(estimate.unobservable, estimate.world_from_object)
+        seen = turns.left_out(expected, estimate.world_from_object)
+        if not self._can_reach(expected, seen, elapsed):
             return self._meet(estimate)
         self._strangers.clear()
         self._advance(elapsed)
-        self._correct(estimate)
+        self._correct(seen, self._noise(estimate), turns)
         self._time_s = estimate.time_s
         return Verdict.USED
 
@@ -145,9 +155,9 @@ class TargetFilter:
         self._covariance[12:, 12:] = np.diag(np.repeat(_START_ACCELERATION, 3) ** 2)
         self._strangers.clear()
 
-    def _can_reach(self, expected: Pose, estimate: TargetEstimate, elapsed: float) -> bool:
+    def _can_reach(self, expected: Pose, seen: Pose, elapsed: float) -> bool:
         settings = self._settings
-        change = change_between(expected, estimate.world_from_object)
+        change = change_between(expected, seen)
         shift, turn = float(np.linalg.norm(change[:3])), float(np.linalg.norm(change[3:]))
         return (
             shift <= settings.linear_jump + settings.linear_speed * elapsed
@@ -161,7 +171,7 @@ class TargetFilter:
             elapsed = estimate.time_s - last.time_s
             if elapsed <= 0.0:
                 return Verdict.OUTDATED
-            if not self._can_reach(last.world_from_object, estimate, elapsed):
+            if not self._can_reach(last.world_from_object, estimate.world_from_object, elapsed):
                 self._strangers.clear()
         self._strangers.append(estimate)
         if len(self._strangers) < self._settings.agreeing:
@@ -183,19 +193,31 @@ class TargetFilter:
         spread = _white_jerk(elapsed)
         self._covariance = step @ self._covariance @ step.T + np.kron(spread, np.diag(self._drive))
 
-    def _correct(self, estimate: TargetEstimate) -> None:
-        """Move the state towards an estimate, by what either is worth."""
-        surprise = change_between(self._pose, estimate.world_from_object)
-        noise, known = self._noise(estimate), self._covariance[:6, :6]
-        oddness = float(surprise @ np.linalg.solve(known + noise, surprise))
-        if oddness > self._settings.oddness:
-            noise = noise * (oddness / self._settings.oddness)
-        gain = np.linalg.solve(known + noise, self._covariance[:6]).T
-        change = gain @ surprise
+    def _correct(self, seen: Pose, noise: Floats, turns: OpenTurns) -> None:
+        """Move the state towards a seen pose, by what either is worth."""
+        change = change_between(self._pose, seen)
+        told, count = 3 + turns.told.shape[1], turns.axes.shape[1]
+        look = np.zeros((6, 18))
+        look[:3, :3], look[3:told, 3:6] = np.eye(3), turns.told.T
+        look[told:, 9:12] = turns.axes.T  # about open axes the object is supposed to rest
+        surprise = np.concatenate([look[:told, :6] @ change, -turns.axes.T @ self._motion[0, 3:]])
+        spread = np.zeros((6, 6))
+        spread[:told, :told] = look[:told, :6] @ noise @ look[:told, :6].T
+        spread[told:, told:] = _OPEN_SPEED**2 * np.eye(count)
+        shared = look @ self._covariance
+        known = shared @ look.T
+        oddness = float(surprise @ np.linalg.solve(known + spread, surprise))
+        gain = np.linalg.solve(
+            known + spread * max(1.0, oddness / self._settings.oddness), shared
+        ).T
+        self._move(gain @ surprise)
+        left = self._covariance - gain @ shared
+        self._covariance = 0.5 * (left + left.T)
+
+    def _move(self, change: Floats) -> None:
+        """Add a change (18,) to pose, twist and acceleration."""
         self._pose = shifted_and_turned(self._pose, change[:6])
         self._motion += change[6:].reshape(2, 6)
-        left = self._covariance - gain @ self._covariance[:6]
-        self._covariance = 0.5 * (left + left.T)
 
     def _noise(self, estimate: TargetEstimate) -> Floats:
         """Return (6, 6): the covariance of an estimate in the world, no less than the floor."""

@@ -8,13 +8,10 @@ import numpy as np
 from servoid.pose import Pose
 from servoid.servo.arm import Arm, Floats, JointState
 from servoid.servo.limits import Window
-from servoid.servo.moving import change_between
+from servoid.servo.reach import stepped
 from servoid.servo.settings import JointSettings
 
-_NEWTON_DAMPING = 1e-3
-_STEP = 0.2  # rad: no Newton step turns a joint farther
 _TINY = 1e-9
-_SOLVED = 1e-7  # m and rad
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,14 +77,6 @@ class PaperJoints:
         found[: arm.joints.hand_count] = start[: arm.joints.hand_count]
         found[: free.start] = 0.0
         for _ in range(self._settings.newton_steps):
-            error = change_between(arm.world_from_hand(found), world_from_goal)
-            if np.abs(error).max() < _SOLVED:
-                break
-            slope = arm.jacobian(found)[:, free]
-            square = slope.T @ slope
-            square[np.diag_indices(len(square))] += _TINY + _NEWTON_DAMPING * float(error @ error)
-            step = np.linalg.solve(square, slope.T @ error)
-            found[free] += step * min(1.0, _STEP / max(_STEP, float(np.abs(step).max())))
-            found = np.clip(found, arm.joints.lower, arm.joints.upper)
+            found, _ = stepped(arm, found, world_from_goal, free)
         self._solution = found
         return found

@@ -7,12 +7,10 @@ import numpy as np
 from servoid.errors import ServoError, SimError
 from servoid.pose import Pose
 from servoid.servo.arm import Eyes, Floats, Joints, JointState
+from servoid.servo.reach import reached
 from servoid.sim.arm_file import ArmFile
 
 _ODD = slice(0, None, 2)
-_IK_STEPS = 200
-_IK_DONE = 1e-10  # metres and radians
-_IK_DAMPING = 1e-3
 
 
 class SerialArm:
@@ -154,18 +152,9 @@ class SerialArm:
         for bend in (1.2, -1.2):  # from a straight arm the elbow would not know where to go
             positions = np.zeros(len(self._joints.names))
             positions[1], positions[3] = -bend / 2.0, bend
-            for _ in range(_IK_STEPS):
-                error = _difference(wanted, self.world_from_hand(positions))
-                if np.abs(error).max() < _IK_DONE:
-                    turned = np.mod(positions + np.pi, 2.0 * np.pi) - np.pi
-                    if np.all((turned >= self._joints.lower) & (turned <= self._joints.upper)):
-                        return turned
-                    break
-                free = self.jacobian(positions)[:, 1 : self._joints.hand_count]
-                damped = free.T @ free + _IK_DAMPING * float(error @ error) * np.eye(free.shape[1])
-                step = np.linalg.solve(damped, free.T @ error)
-                step *= min(1.0, 0.5 / float(np.abs(step).max()))
-                positions[1 : self._joints.hand_count] += step
+            found = reached(self, wanted, positions, slice(1, self._joints.hand_count))
+            if found is not None:
+                return found
         place = ", ".join(f"{value:g}" for value in wanted.translation)
         raise SimError(
             f"the start pose at ({place}) m cannot be reached with the first joint at 0; "
@@ -238,9 +227,3 @@ def _link_parts(arm: ArmFile) -> tuple[Floats, Floats, Floats]:
 
 def _pose(numbers: Sequence[float]) -> Pose:
     return Pose.from_parts(numbers[4:], numbers[:4])
-
-
-def _difference(wanted: Pose, now: Pose) -> Floats:
-    """Return (6,): shift and turn in the world that lead from one pose to the other."""
-    turn = (wanted @ now.inverse()).log()[3:]
-    return np.concatenate([np.subtract(wanted.translation, now.translation), turn])

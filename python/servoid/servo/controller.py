@@ -1,7 +1,7 @@
 """One tick of control: from the target's estimate and the joints' state to joint speeds."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -223,8 +223,8 @@ class Controller:
 
     def _led(self, target: Prediction) -> Prediction:
         """Return where the target is now, with the motion it has when the joints answer."""
-        later = self._target.predict(target.time_s + self._settings.hand.lead_s)
-        return Prediction(target.time_s, target.world_from_object, later.twist, later.acceleration)
+        twist = target.twist + self._settings.hand.lead_s * target.acceleration
+        return replace(target, twist=twist)
 
     def _moving_goal(self, time_s: float, goal_from_object: Pose) -> Moving:
         """Return the desired relation with its own motion, which is seen from the last tick's."""

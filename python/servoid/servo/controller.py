@@ -122,6 +122,11 @@ class Controller:
         goal = Moving.at_rest(world_from_goal.inverse() @ point)
         return self._pursue(now, target, goal, 1.0)
 
+    def rest(self, state: JointState) -> Command:
+        """Return what brings the hand and the eyes to rest within their limits."""
+        now = self._look_at(state)
+        return self._stop(state) if now is None else self._hold(now, None, frozenset())
+
     def _pursue(
         self, now: _Now, target: Prediction, goal_from_object: Moving, authority: float
     ) -> Command:

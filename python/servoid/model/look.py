@@ -25,7 +25,7 @@ from servoid.model.spreading import spread_masks
 from servoid.observe import Capture, CaptureView, HueTarget, Target
 from servoid.observe.hue import hue_window
 
-_ONE_SIDE_DEG = 45.0
+_ONE_SIDE_DEG = 90.0
 
 
 def fit_capture(

@@ -155,9 +155,27 @@ class SafetySettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
     ] = 0.8
 
 
+class LookSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """How the hand looks around an object before it is modelled."""
+
+    count: Annotated[int, Meta(ge=1, description="places from which the object is looked at")] = 5
+    nearest: Annotated[float, _above("to which the hand comes to the object, m")] = 0.45
+    farthest: Annotated[float, _above("from which it still looks, where nearer is no way, m")] = 0.8
+    widest_deg: Annotated[
+        float, Meta(gt=0, le=90, description="from where the object was first seen, degrees")
+    ] = 60.0
+    least_gain: Annotated[
+        float, _from_0("share of the surface that a further place must newly show")
+    ] = 0.02
+    near: Annotated[float, _above("error of the hand at which it has arrived, m and rad")] = 0.01
+    still: Annotated[float, _above("speed of the hand below which it rests, m/s and rad/s")] = 0.02
+    patience_s: Annotated[float, _above("after which a place counts as reached all the same")] = 8.0
+
+
 class ServoSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """How to servo, nested by stage."""
 
+    look: LookSettings = LookSettings()
     target: TargetSettings = TargetSettings()
     hand: HandSettings = HandSettings()
     joints: JointSettings = JointSettings()

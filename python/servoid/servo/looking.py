@@ -1,0 +1,122 @@
+"""Looking around: visits viewpoints around an object, each chosen by what is still unseen."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from servoid._native import Body
+from servoid.observe.source import Instant, Source
+from servoid.pose import Pose
+from servoid.servo.arm import Arm, Floats
+from servoid.servo.controller import Command, Controller
+from servoid.servo.moving import change_between
+from servoid.servo.reach import reached
+from servoid.servo.settings import LookSettings
+from servoid.servo.surface import Surface
+
+_ACROSS, _UP, _DISTANCES = 9, 7, 4  # places that are tried
+_LOWEST, _HIGHEST = -0.6, 1.2  # rad: from where the hand may look, above the horizon
+
+
+@dataclass(frozen=True, eq=False)
+class Viewpoint:
+    """A place from which the object is looked at.
+
+    `world_from_hand` is the hand's pose there, `positions` (N,) the joints that hold it, and `gain`
+    the share of the object's surface that was not seen before and is seen from there.
+    """
+
+    world_from_hand: Pose
+    positions: Floats
+    gain: float
+
+
+def next_viewpoint(
+    arm: Arm,
+    body: Body,
+    looks: Sequence[Instant],
+    settings: LookSettings,
+    positions: Floats,
+) -> Viewpoint | None:
+    """Return from where the most is seen that no look has shown yet; None if little is left.
+
+    Only places that the arm reaches from its `positions` (N,) are considered.
+    """
+    place = np.array(body.world_from_object.translation)
+    first = np.mean([pose.translation for pose in looks[0].world_from_camera], axis=0)
+    surface = Surface(body)
+    seen = np.zeros(len(surface), np.bool_)
+    for look in looks:
+        for pose in look.world_from_camera:
+            seen |= surface.seen_from(np.array(pose.translation))
+    best: Viewpoint | None = None
+    for way in _cap(first - place, settings.widest_deg):
+        # Nearly the same is seen from any distance, so the first that is reached will do.
+        gain = float((surface.seen_from(place + settings.nearest * way) & ~seen).mean())
+        if gain < settings.least_gain or (best is not None and gain <= best.gain):
+            continue
+        for distance in np.linspace(settings.nearest, settings.farthest, _DISTANCES):
+            goal = _facing(place, way, float(distance))
+            joints = reached(arm, goal, positions)
+            if joints is not None:
+                best = Viewpoint(goal, joints, gain)
+                break
+    return best
+
+
+def visit(
+    arm: Arm,
+    source: Source,
+    controller: Controller,
+    goal: tuple[Pose, Floats],
+    settings: LookSettings,
+) -> Iterator[tuple[Command, Instant | None]]:
+    """Bring the hand to a pose in the world, the eyes on a point (3,), and wait for an image there.
+
+    Each step is one control period; the last one has the observation, None if it took too long.
+    """
+    world_from_goal, point = goal
+    start_s, arrived_s = arm.state().time_s, None
+    while True:
+        state = arm.state()
+        # On the way no image is asked for: a simulation need not draw them.
+        instant = None if arrived_s is None else source.newest()
+        off = change_between(arm.world_from_hand(state.positions), world_from_goal)
+        twist = arm.jacobian(state.positions) @ state.velocities
+        still = bool(np.abs(twist).max() < settings.still)
+        near = np.linalg.norm(off[:3]) < settings.near and np.linalg.norm(off[3:]) < settings.near
+        late = state.time_s - start_s > settings.patience_s
+        if arrived_s is None and (near and still or late):
+            arrived_s = state.time_s
+        command = controller.go_to(state, world_from_goal, point)
+        arm.command(command.velocities)
+        fresh = arrived_s is not None and instant is not None and instant.time_s > arrived_s
+        yield command, instant if fresh else None
+        if fresh or state.time_s - start_s > 2.0 * settings.patience_s:
+            return
+
+
+def _facing(place: Floats, way: Floats, distance: float) -> Pose:
+    """Return the pose of a hand that looks at a place along a unit way from it, x horizontal."""
+    forward = -way
+    right = np.cross([0.0, 0.0, -1.0], forward)
+    right /= np.linalg.norm(right)
+    matrix = np.eye(4)
+    matrix[:3, :3] = np.stack([right, np.cross(forward, right), forward], axis=1)
+    matrix[:3, 3] = place + distance * way
+    return Pose(matrix)
+
+
+def _cap(toward: Floats, widest_deg: float) -> Iterator[Floats]:
+    """Give unit ways from an object that are near the one from which it was first seen."""
+    length = float(np.linalg.norm(toward))
+    azimuth, rise = np.arctan2(toward[1], toward[0]), np.arcsin(toward[2] / length)
+    widest = np.radians(widest_deg)
+    for across in np.linspace(-widest, widest, _ACROSS):
+        for up in np.linspace(-widest, widest, _UP):
+            if np.hypot(across, up) > 1.05 * widest or not _LOWEST < rise + up < _HIGHEST:
+                continue
+            high, around = rise + up, azimuth + across
+            flat = np.cos(high)
+            yield np.array([flat * np.cos(around), flat * np.sin(around), np.sin(high)])

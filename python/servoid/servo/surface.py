@@ -1,0 +1,85 @@
+"""The surface of a body, and what of it an eye sees."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from servoid._native import Body
+from servoid.pose import Pose
+from servoid.servo.arm import Floats
+
+_FACING = 0.35  # least cosine between a surface's normal and the way to an eye that sees it well
+_PLACES = 400  # that stand for all of a surface
+_LEAST_WAYS = 30  # from an ellipsoid's centre to its surface
+_AWAY = 0.02  # radii from a place at which a line of sight has left its own surface
+
+
+@dataclass(frozen=True, eq=False)
+class _Solid:
+    """An ellipsoid in the world: centre (3,), radii (3,) and its axes as columns (3, 3)."""
+
+    center: Floats
+    radii: Floats
+    axes: Floats
+
+    def within(self, points: Floats) -> Floats:
+        """Return points (N, 3) in the frame in which the ellipsoid is a ball of radius 1."""
+        return (points - self.center) @ self.axes / self.radii
+
+
+class Surface:
+    """Places on a body's surface, each of which stands for about the same area."""
+
+    def __init__(self, body: Body) -> None:
+        self._solids = _solids(body)
+        ways = _even_ways(max(_LEAST_WAYS, 2 * _PLACES // len(body)))
+        places, normals, areas = [], [], []
+        for solid in self._solids:
+            outward = ways / solid.radii
+            length = np.linalg.norm(outward, axis=1)
+            place = (ways * solid.radii) @ solid.axes.T + solid.center
+            others = [other for other in self._solids if other is not solid]
+            outside = [(other.within(place) ** 2).sum(axis=1) >= 1.0 for other in others]
+            keep = np.logical_and.reduce([np.ones(len(ways), np.bool_), *outside])
+            places.append(place[keep])
+            normals.append(((outward / length[:, None]) @ solid.axes.T)[keep])
+            areas.append((np.prod(solid.radii) * length)[keep])
+        area = np.concatenate(areas).cumsum()
+        chosen = np.searchsorted(area, (np.arange(_PLACES) + 0.5) / _PLACES * area[-1])
+        self.places = np.concatenate(places)[chosen]
+        self.normals = np.concatenate(normals)[chosen]
+
+    def __len__(self) -> int:
+        return len(self.places)
+
+    def seen_from(self, eye: Floats) -> NDArray[np.bool_]:
+        """Return which places an eye at a point (3,) of the world sees well, (N,) bool."""
+        ways = eye - self.places
+        ways /= np.linalg.norm(ways, axis=1, keepdims=True)
+        seen = (ways * self.normals).sum(axis=1) > _FACING
+        for solid in self._solids:
+            start = solid.within(self.places)
+            way = ways @ solid.axes / solid.radii
+            a, b = (way * way).sum(axis=1), (start * way).sum(axis=1)
+            c = (start * start).sum(axis=1) - 1.0
+            square = b * b - a * c
+            far = (np.sqrt(np.maximum(square, 0.0)) - b) / a
+            seen &= ~((square > 0.0) & (far > _AWAY * solid.radii.max()) & (c > 0.0))
+        return seen
+
+
+def _solids(body: Body) -> list[_Solid]:
+    solids = []
+    for center, radii, turn in zip(body.centers, body.radii, body.rotations, strict=True):
+        pose = body.world_from_object @ Pose.from_parts(center.tolist(), turn.tolist())
+        solids.append(_Solid(np.array(pose.translation), radii, pose.matrix()[:3, :3]))
+    return solids
+
+
+def _even_ways(count: int) -> Floats:
+    """Return unit vectors (N, 3) all around, on a spiral."""
+    height = 1.0 - 2.0 * (np.arange(count) + 0.5) / count
+    around = np.pi * (1.0 + np.sqrt(5.0)) * np.arange(count)
+    flat = np.sqrt(1.0 - height**2)
+    return np.stack([flat * np.cos(around), flat * np.sin(around), height], axis=1)

@@ -46,7 +46,9 @@ def vase(triangles: int) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     radius = 0.05 + 0.02 * np.sin(35.0 * height)
     ring = np.stack([np.cos(turn), np.sin(turn)], axis=1)
     flat = radius[:, None, None] * ring[None]
-    corners = np.concatenate([flat, np.broadcast_to(height[:, None, None], (*flat.shape[:2], 1))], 2)
+    corners = np.concatenate(
+        [flat, np.broadcast_to(height[:, None, None], (*flat.shape[:2], 1))], 2
+    )
     level, at = (index.ravel() for index in np.meshgrid(np.arange(up), np.arange(around)))
     beside = (at + 1) % around
     low, high = level * around, (level + 1) * around
@@ -60,6 +62,7 @@ def stage_of(row: Row) -> tuple[Stage, NDArray[np.float64]]:
     rng = np.random.default_rng(3)
     pattern = rng.integers(0, 256, (256, 256, 3), dtype=np.uint8)
     stage, poses = Stage(), []
+    paint = Paint(texture=pattern, gloss=0.3)
     half = float(np.sqrt(0.5))
     stage.add_plane((2.0, 2.0), Paint(texture=pattern, repeat=(6.0, 6.0)))
     poses.append(pose(0.0, 0.0, 0.0))
@@ -68,7 +71,6 @@ def stage_of(row: Row) -> tuple[Stage, NDArray[np.float64]]:
     vertices, faces = vase(row.triangles)
     for copy in range(row.copies):
         shift = 0.35 * np.array([copy % 4, copy // 4]) - (0.0 if row.copies == 1 else 0.5)
-        paint = Paint(texture=pattern, gloss=0.3)
         adds = [
             lambda: stage.add_ellipsoid((0.08, 0.05, 0.06), paint),
             lambda: stage.add_ellipsoid((0.04, 0.04, 0.09), Paint(color=(0.8, 0.2, 0.1))),

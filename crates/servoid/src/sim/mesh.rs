@@ -283,7 +283,7 @@ fn check(vertices: &[[f64; 3]], faces: &[[usize; 3]], details: &Details) -> Resu
         }
     }
     let places = details.texture_coordinates.iter().flatten().flatten();
-    match places.into_iter().find(|x| !(x.abs() <= 1e4)) {
+    match places.into_iter().find(|x| x.is_nan() || x.abs() > 1e4) {
         Some(&value) => Err(SimError::TexturePlace(value)),
         None => Ok(()),
     }

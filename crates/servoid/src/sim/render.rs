@@ -66,6 +66,15 @@ impl Stage {
     /// # Errors
     /// If poses do not fit the things or each other, or a setting is out of range.
     pub fn render(&self, scene: &Scene<'_>, exposure: &Exposure) -> Result<Vec<u8>, SimError> {
+        self.render_by(scene, exposure, Best::found())
+    }
+
+    pub(super) fn render_by(
+        &self,
+        scene: &Scene<'_>,
+        exposure: &Exposure,
+        best: Best,
+    ) -> Result<Vec<u8>, SimError> {
         scene.check(self)?;
         exposure.check(scene.world_from_lens.len())?;
         with_threads(exposure.threads, || {
@@ -81,7 +90,6 @@ impl Stage {
             };
             let [width, height] = job.size_px;
             let mut image = vec![0_u8; 3 * width * height];
-            let best = Best::found();
             let bands = image.par_chunks_mut(3 * width * TILE_PX[1]).enumerate();
             bands.for_each(|(band, rows)| best.draw(&job, band, rows));
             image

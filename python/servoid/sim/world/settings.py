@@ -63,7 +63,9 @@ class ObjectSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     hand_from_object: Annotated[
         Seven, Meta(description="where it waits before the hand: w, x, y, z, tx, ty, tz; Eq. 20")
     ] = (1.0, 0.0, 0.0, 0.0, 0.0, -0.09, 0.545)
-    path: Annotated[str, Meta(description="still, or as line:0.2@5s, circle:0.1@10s, sine:0.15@10s, random:7")] = "still"
+    path: Annotated[
+        str, Meta(description="still, or as line:0.2@5s, circle:0.1@10s, sine:0.15@10s, random:7")
+    ] = "still"
 
 
 class CameraSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

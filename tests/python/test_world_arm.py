@@ -161,7 +161,11 @@ def test_a_command_takes_one_control_period_of_the_worlds_time() -> None:
 
 @pytest.mark.parametrize(
     ("velocities", "words"),
-    [(np.zeros(9), "needs (10,)"), (np.full(10, np.nan), "joint s1"), (np.ones((2, 5)), "(10,)")],
+    [
+        (np.zeros(9), "shape (9,)"),
+        (np.full(10, np.nan), "that of s1 is nan"),
+        (np.ones((2, 5)), "10 finite joint speeds are needed"),
+    ],
 )
 def test_a_command_that_is_none_is_refused_and_time_stands(
     resting: World, velocities: np.ndarray, words: str

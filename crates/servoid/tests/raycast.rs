@@ -15,14 +15,15 @@ fn lens() -> Lens {
 }
 
 fn posed(turn: [f64; 3], place: [f64; 3]) -> Pose {
-    Pose::from_rotation(UnitQuaternion::from_scaled_axis(turn.into()), place.into())
+    Pose::from_rotation(UnitQuaternion::from_scaled_axis(Vector3::from(turn)), place.into())
 }
 
 /// Gives where a ray meets an ellipsoid first, in closed form: the smaller root of a quadratic.
 fn root(pose: &Pose, radii: [f64; 3], ray: &Vector3<f64>) -> Option<f64> {
     let back = pose.inverse();
-    let from = back.translation().component_div(&radii.into());
-    let along = (back.rotation() * ray).component_div(&radii.into());
+    let radii = Vector3::from(radii);
+    let from = back.translation().component_div(&radii);
+    let along = (back.rotation() * ray).component_div(&radii);
     let (a, b, c) = (along.norm_squared(), from.dot(&along), from.norm_squared() - 1.0);
     let room = b * b - a * c;
     (room > 0.0).then(|| (-b - room.sqrt()) / a)

@@ -83,7 +83,7 @@ prerequisites:
 	@touch $@
 
 .venv/.package: .venv/.tools $(RUST_FILES) | prerequisites
-	$(BIN)/maturin develop --release --extras view,exchange
+	$(BIN)/maturin develop --release --extras view,exchange,servo,sim
 	@touch $@
 
 .venv/.docs: .venv/.tools

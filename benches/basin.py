@@ -17,10 +17,10 @@ import numpy as np
 
 from sequences import STEREO, Recording, Table, recordings
 from servoid._native import Estimate, Tracker
-from servoid.observe import Camera
+from servoid.observe import Camera, Instant
 from servoid.pose import Pose
 from servoid.shape import Body
-from servoid.track import Instant, Subject, cameras_of
+from servoid.track import Subject, cameras_of
 
 STARTS = ((20.0, 20.0, 60), (45.0, 60.0, 60), (None, None, 40))
 ALL_IMAGES, ONE_IMAGE = "the recording", "one image"

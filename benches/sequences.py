@@ -23,11 +23,11 @@ from numpy.typing import NDArray
 from servoid import model
 from servoid.exchange import open_any
 from servoid.model import fit_sights, sights_of_cloud
-from servoid.observe import Capture
+from servoid.observe import Capture, Instant
 from servoid.pose import Pose
 from servoid.record import waypoints, write_trajectory
 from servoid.shape import Body
-from servoid.track import Instant, Request, Subject, TrackResult, read_instants, track_capture
+from servoid.track import Request, Subject, TrackResult, read_instants, track_capture
 
 SHARED = Path(__file__).resolve().parents[2] / "shared"
 SCORER = SHARED / "tools" / "score_track.py"

@@ -26,8 +26,9 @@ from sequences import STEREO, Recording, Table, recordings, shares
 from servoid import model
 from servoid._native import Tracker
 from servoid.model import fit_capture
+from servoid.observe import Instant
 from servoid.shape import Body
-from servoid.track import Instant, Request, cameras_of
+from servoid.track import Request, cameras_of
 
 ELLIPSOIDS, POINTS, PASSES = 5, 200, 4
 LONG_IMAGES, LONG_ROWS = 10_000, (1_000, 2_000, 5_000, 10_000)

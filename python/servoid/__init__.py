@@ -13,11 +13,22 @@ from typing import TYPE_CHECKING, Any
 from servoid import errors
 
 if TYPE_CHECKING:
-    from servoid import exchange, model, observe, pose, record, shape, sim, track, view
+    from servoid import exchange, model, observe, pose, record, servo, shape, sim, track, view
 
     __version__: str
 
-_PARTS = ("exchange", "model", "observe", "pose", "record", "shape", "sim", "track", "view")
+_PARTS = (
+    "exchange",
+    "model",
+    "observe",
+    "pose",
+    "record",
+    "servo",
+    "shape",
+    "sim",
+    "track",
+    "view",
+)
 
 __all__ = [
     "__version__",
@@ -27,6 +38,7 @@ __all__ = [
     "observe",
     "pose",
     "record",
+    "servo",
     "shape",
     "sim",
     "track",

@@ -3,6 +3,7 @@
 import math
 import re
 from collections.abc import Iterator
+from enum import Enum
 from pathlib import Path
 from typing import Any, TypeVar, get_args, get_origin
 
@@ -67,6 +68,7 @@ def convert(
         what = what.replace(" | null`", "`")  # that a key may also be left out
         for word, plain in _PLAIN_WORDS.items():
             what = what.replace(word, plain)
+        what += _choices(struct, path) if what.startswith("Invalid enum value") else ""
         raise error(f"{at}: {what[:1].lower()}{what[1:]}") from reason
 
 
@@ -121,6 +123,23 @@ def _struct_in(kind: Any) -> type[msgspec.Struct] | None:
         return kind if isinstance(kind, type) and issubclass(kind, msgspec.Struct) else None
     found = (_struct_in(argument) for argument in get_args(kind))
     return next((struct for struct in found if struct is not None), None)
+
+
+def _choices(struct: type[msgspec.Struct], path: str) -> str:
+    """Name what can be chosen at a path such as `joints.law`."""
+    kind: Any = struct
+    for name in re.sub(r"\[[^]]*\]", "", path).split("."):
+        inner = _struct_in(kind)
+        fields = {} if inner is None else {f.encode_name: f for f in msgspec.structs.fields(inner)}
+        kind = fields[name].type if name in fields else None
+    # A field's type may be wrapped, as in `Annotated[Law, ...]` or `Law | None`.
+    kinds = [kind, *get_args(kind)]
+    values = [one.value for kind in kinds if _is_enum(kind) for one in kind]
+    return f"; choose one of {', '.join(map(str, values))}" if values else ""
+
+
+def _is_enum(kind: Any) -> bool:
+    return isinstance(kind, type) and issubclass(kind, Enum)
 
 
 def _not_finite(data: Any, where: tuple[str | int, ...]) -> Iterator[tuple[str | int, ...]]:

@@ -30,6 +30,7 @@ impl Attempt {
     /// Supposes a pose of which nothing is seen.
     pub(super) fn nothing(pose: Pose, radius: f64) -> Self {
         let verdict = Verdict {
+            visible: 0.0,
             confidence: 0.0,
             support: f64::NEG_INFINITY,
             recognised: 0.0,

@@ -6,6 +6,8 @@ use crate::pose::Pose;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Verdict {
     /// Share of what should be seen that is, 0 to 1.
+    pub(super) visible: f64,
+    /// The same, but what something hides counts the less, the more is seen elsewhere.
     pub(super) confidence: f64,
     /// What is seen less what is missed, in surface points: tells a pose that much confirms from one
     /// at which little is expected.
@@ -26,14 +28,17 @@ const REGION_POINTS: f64 = 30.0;
 /// Compares what should be seen at a pose with what is: the surface points in view, and the colours
 /// inside the outline and the boundary around it, both compared with what is usual.
 pub(super) fn judge(sight: &Sight<'_>, pose: &Pose, usual: &Usual, desk: &Desk) -> Verdict {
-    let (mut seen, mut expected) = (0.0, 0.0);
-    for (view, agreement) in &desk.matches {
+    let (mut seen, mut expected, mut shown, mut hidden) = (0.0, 0.0, 0.0, 0.0);
+    for ((view, agreement), (camera, pixel)) in desk.matches.iter().zip(desk.cover.places()) {
         let quality = f64::from(sight.points.known[view.point].quality());
         let correlation = agreement.map_or(0.0, |a| a.correlation);
         expected += quality;
         seen += quality * ((correlation - SEEN.0) / (SEEN.1 - SEEN.0)).clamp(0.0, 1.0);
+        shown += if desk.cover.shows(camera, pixel) { quality } else { 0.0 };
+        hidden += if desk.cover.hides(camera, pixel) { quality } else { 0.0 };
     }
     let recognised = seen;
+    let excused = if expected > 0.0 { hidden * shown / expected } else { 0.0 };
     let (mut sum, mut area) = (0.0, 0.0);
     for window in sight.windows {
         if let Some(projection) = window.projection(pose) {
@@ -51,6 +56,8 @@ pub(super) fn judge(sight: &Sight<'_>, pose: &Pose, usual: &Usual, desk: &Desk) 
         let around = if usual.outline > 0.0 { (outline / usual.outline).min(1.0) } else { 1.0 };
         seen += weight * inside.min(around);
     }
-    let confidence = if expected > 0.0 { seen / expected } else { 0.0 };
-    Verdict { confidence, support: 2.0 * seen - expected, recognised, ratio, outline }
+    let share = |of: f64| if of > 0.0 { (seen / of).min(1.0) } else { 0.0 };
+    let (visible, confidence) = (share(expected), share(expected - excused));
+    let support = 2.0 * seen - (expected - excused);
+    Verdict { visible, confidence, support, recognised, ratio, outline }
 }

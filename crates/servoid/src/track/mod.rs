@@ -6,6 +6,7 @@ mod begin;
 mod certainty;
 mod clock;
 mod colors;
+mod cover;
 mod estimate;
 mod growth;
 mod judge;

@@ -1,6 +1,7 @@
 use nalgebra::{Matrix2, Matrix6, Vector3, Vector6};
 
 use super::colors::Colors;
+use super::cover::Cover;
 use super::points::{InView, PLACE_PX, Points, by_motion, noise};
 use super::solid::Solid;
 use super::window::Window;
@@ -34,6 +35,7 @@ pub(super) struct Normal {
 pub(super) struct Desk {
     pub(super) in_view: Vec<InView>,
     pub(super) matches: Vec<(InView, Option<Agreement>)>,
+    pub(super) cover: Cover,
     outlines: Vec<(Outline, Quadric)>,
     pub(super) teaching: Vec<Outline>,
     /// How well the outline agrees with the images: the sum over lines, and their number.
@@ -108,7 +110,7 @@ pub(super) fn linearize(sight: &Sight<'_>, pose: &Pose, level: usize, desk: &mut
     add_points(&mut normal, sight, pose, level, desk);
     desk.outline = (0.0, 0.0);
     if let Some(colors) = sight.colors {
-        for (window, image) in sight.windows.iter().zip(sight.images) {
+        for (camera, (window, image)) in sight.windows.iter().zip(sight.images).enumerate() {
             if let (Some(projection), Some(image)) = (window.projection(pose), image) {
                 let ratio = |u, v| window.ratio(image, colors, u, v);
                 contour(
@@ -118,6 +120,8 @@ pub(super) fn linearize(sight: &Sight<'_>, pose: &Pose, level: usize, desk: &mut
                     &mut desk.outlines,
                     &mut desk.contour,
                 );
+                let cover = &desk.cover;
+                desk.contour.retain(|line| !cover.hides(camera, &line.pixel));
                 add_lines(&mut normal, level, ratio, desk);
             }
         }
@@ -127,6 +131,7 @@ pub(super) fn linearize(sight: &Sight<'_>, pose: &Pose, level: usize, desk: &mut
 
 fn add_points(normal: &mut Normal, sight: &Sight<'_>, pose: &Pose, level: usize, desk: &mut Desk) {
     desk.matches.clear();
+    desk.cover.clear();
     let (mut camera, mut seen) = (usize::MAX, None);
     for view in &desk.in_view {
         if view.camera != camera {
@@ -137,6 +142,8 @@ fn add_points(normal: &mut Normal, sight: &Sight<'_>, pose: &Pose, level: usize,
         let pyramid = &sight.windows[view.camera].pyramid;
         let agreement = point.agreement(&projection, pyramid, level);
         desk.matches.push((*view, agreement));
+        let pixel = projection.pixel(&point.position).map(|(pixel, _)| pixel);
+        desk.cover.add(view.camera, pixel, agreement.as_ref());
         if let Some(agreement) = agreement {
             add_point(normal, &agreement, &point.position);
         }

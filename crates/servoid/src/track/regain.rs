@@ -14,6 +14,10 @@ const SURE: (f64, f64) = (0.7, 0.6);
 /// Share of the surface points that are usually seen of an object, below which one that was sought is
 /// not believed to be found: its outline alone fits too many poses.
 const LEAST_RECOGNISED: f64 = 0.25;
+/// How far an object must be off to have leapt, in radii and radians, and the share of the usual
+/// surface points that must then be seen.
+const LEAP: f64 = 0.1;
+const LANDED: f64 = 0.6;
 /// Rounds in which an object is sought near a pose, and anywhere, when time does not press.
 pub(super) const ROUNDS: (usize, usize) = (2, 5);
 /// Smallest image of the object that is sought, in pixels.
@@ -128,6 +132,18 @@ impl Tracker {
     /// object was not tracked just before.
     pub(super) fn doubt(&self, attempt: &mut Attempt) {
         if attempt.verdict.recognised < LEAST_RECOGNISED * self.usual.recognised {
+            attempt.verdict.confidence *= 0.5;
+        }
+    }
+
+    /// Halves the confidence in a pose that is farther from where the object was expected than its
+    /// motion explains, unless much of the surface is recognised there.
+    pub(super) fn doubt_leap(&self, expected: &Pose, attempt: &mut Attempt) {
+        let off = (expected.inverse() * attempt.pose).log();
+        let (across, turned) = (off.fixed_rows::<3>(0).norm(), off.fixed_rows::<3>(3).norm());
+        let (near, slight) = self.leeway();
+        let leapt = across > near.max(LEAP * self.solid.radius) || turned > slight.max(LEAP);
+        if leapt && attempt.verdict.recognised < LANDED * self.usual.recognised {
             attempt.verdict.confidence *= 0.5;
         }
     }

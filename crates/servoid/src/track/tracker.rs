@@ -13,6 +13,7 @@ use super::search::{Leeway, Search};
 use super::senses::Senses;
 use super::settings::TrackSettings;
 use super::solid::Solid;
+use super::teach::DOUBT;
 use super::usual::Usual;
 use super::window::Window;
 use crate::evolve;
@@ -47,6 +48,8 @@ pub struct Tracker {
     pub(super) met: bool,
     pub(super) cell: usize,
     pub(super) lessons: usize,
+    /// Clear images until the last doubt is over.
+    pub(super) doubt: usize,
     pub(super) notices: Vec<Notice>,
 }
 
@@ -96,6 +99,7 @@ impl Tracker {
             met: false,
             cell: 0,
             lessons: 0,
+            doubt: 0,
             notices: Vec::new(),
         })
     }
@@ -119,6 +123,9 @@ impl Tracker {
             attempt = self.precise(observation, &expected, &guess);
             clock.lap(|timing| &mut timing.polish);
         }
+        if self.status == Status::Tracking {
+            self.doubt_leap(&expected, &mut attempt);
+        }
         if attempt.verdict.confidence < least && self.can_see() {
             least = self.settings.trusted;
             evaluations += self.regain(observation, &expected, &mut attempt)?;
@@ -129,6 +136,8 @@ impl Tracker {
         clock.lap(|timing| &mut timing.judge);
         if self.status == Status::Tracking && !self.senses.is_stale() {
             self.learn(observation, &attempt);
+        } else {
+            self.doubt = DOUBT;
         }
         clock.lap(|timing| &mut timing.learn);
         (estimate.evaluations, estimate.timing) = (evaluations, clock.timing());

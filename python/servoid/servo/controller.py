@@ -1,0 +1,243 @@
+"""One tick of control: from the target's estimate and the joints' state to joint speeds."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from servoid.observe.source import Instant
+from servoid.pose import Pose
+from servoid.servo.arm import Arm, Floats, JointState
+from servoid.servo.desired import goal_error
+from servoid.servo.gaze import GazeControl
+from servoid.servo.guard import Guard
+from servoid.servo.hand import approached, correction, shares, within
+from servoid.servo.ik import QuadraticJoints
+from servoid.servo.joints import HandJoints, HandWish, PaperJoints
+from servoid.servo.limits import JointLimits, Window
+from servoid.servo.moving import Moving, change_between
+from servoid.servo.safety import Reason, Trust
+from servoid.servo.settings import JointLaw, JointSettings, ServoSettings
+from servoid.servo.target import Prediction, TargetEstimate, TargetFilter
+
+_LAWS: dict[JointLaw, Callable[[Arm, JointSettings], HandJoints]] = {
+    JointLaw.QP: QuadraticJoints,
+    JointLaw.PAPER: PaperJoints,
+}
+_MISSED_PERIODS = 3  # after so many without a command, the joints' own speeds count
+
+
+@dataclass(frozen=True, eq=False)
+class Command:
+    """What one tick asks of the arm, and why.
+
+    `velocities` (N,) in rad/s go to the joints. `twist` (6,) is the hand velocity in the world
+    that they stand for, `hand_from_goal` the pose error that it answers, `world_from_object` where
+    the object is predicted to be now, and `gaze` (3,) the angles wanted of tilt, left and right
+    pan. `holding` says what keeps the hand still, `limiting` what bounds its motion.
+    """
+
+    velocities: Floats
+    twist: Floats
+    hand_from_goal: Pose | None = None
+    world_from_object: Pose | None = None
+    gaze: Floats | None = None
+    holding: frozenset[Reason] = frozenset()
+    limiting: frozenset[Reason] = frozenset()
+
+
+@dataclass(frozen=True, eq=False)
+class _Now:
+    """The arm at this tick.
+
+    `jacobian` (6, n) and `twist` (6,) are the hand's, in the world.
+    `previous` (N,) are the joint speeds last commanded, `window` what may follow them.
+    """
+
+    state: JointState
+    world_from_hand: Pose
+    jacobian: Floats
+    twist: Floats
+    previous: Floats
+    window: Window
+
+    @property
+    def place(self) -> Floats:
+        """Return where the hand is in the world, (3,)."""
+        return np.array(self.world_from_hand.translation)
+
+
+class Controller:
+    """Leads the hand to a goal beside the target and keeps the eyes on it."""
+
+    def __init__(self, arm: Arm, settings: ServoSettings | None = None) -> None:
+        """Take an arm at rest, whose present posture is the one to keep.
+
+        Raises:
+            MissingExtraError: the joints' law needs a solver that is not installed.
+
+        """
+        self._arm = arm
+        self._settings = settings = settings or ServoSettings()
+        self._target = TargetFilter(settings.target)
+        self._trust = Trust(settings.safety, self._target)
+        self._limits = JointLimits(arm.joints, settings.joints, arm.period_s)
+        self._guard = Guard(settings.safety, settings.joints.reaction_s + arm.period_s)
+        self._law = _LAWS[settings.joints.law](arm, settings.joints)
+        self._gaze = None if arm.eyes is None else GazeControl(arm.eyes, settings.gaze)
+        self._hand = slice(0, arm.joints.hand_count)
+        self._previous: tuple[float, Floats] | None = None
+        self._goal: tuple[float, Pose] | None = None
+        self._wish: Floats | None = None
+
+    def see(self, instant: Instant | None, estimate: TargetEstimate | None) -> None:
+        """Take in a new observation and what the tracker made of it, None if it is unusable."""
+        self._trust.see(instant, estimate)
+
+    def command(self, state: JointState, goal_from_object: Pose | None) -> Command:
+        """Return what the joints should do to bring the object where the goal wants it.
+
+        Without a goal the hand rests and the eyes follow the target.
+        """
+        now = self._look_at(state)
+        if now is None:
+            return self._stop(state)
+        holding = self._trust.holding(state.time_s)
+        if self._target.time_s is None:
+            return self._hold(now, None, holding)
+        target = self._target.predict(state.time_s)
+        if holding or goal_from_object is None:
+            self._goal = None
+            return self._hold(now, target, holding)
+        goal = self._moving_goal(state.time_s, goal_from_object)
+        return self._pursue(now, self._led(target), goal, self._trust.authority(state.time_s))
+
+    def go_to(self, state: JointState, world_from_goal: Pose, fixate: Floats) -> Command:
+        """Return what brings the hand to a pose in the world, the eyes on a point (3,) in it."""
+        now = self._look_at(state)
+        if now is None:
+            return self._stop(state)
+        point = Pose.from_parts(np.asarray(fixate).tolist(), [1.0, 0.0, 0.0, 0.0])
+        target = Prediction(state.time_s, point, np.zeros(6), np.zeros(6))
+        goal = Moving.at_rest(world_from_goal.inverse() @ point)
+        return self._pursue(now, target, goal, 1.0)
+
+    def rest(self, state: JointState) -> Command:
+        """Return what brings the hand and the eyes to rest within their limits."""
+        now = self._look_at(state)
+        return self._stop(state) if now is None else self._hold(now, None, frozenset())
+
+    def _pursue(
+        self, now: _Now, target: Prediction, goal_from_object: Moving, authority: float
+    ) -> Command:
+        """Go after a goal beside a target, as the paper's Fig. 5 does."""
+        world_from_hand = Moving.from_twist(now.world_from_hand, now.twist)
+        world_from_object = Moving.from_twist(target.world_from_object, target.twist)
+        hand_from_goal = goal_error(world_from_hand, world_from_object, goal_from_object)
+        world_from_goal = world_from_hand @ hand_from_goal
+        wanted = self._hand_twist(now, hand_from_goal, world_from_goal, authority)
+        keep = self._guard.keep(now.place, target.place, target.twist[:3])
+        twist, limiting = self._guard.kept(wanted, keep)
+        wish = HandWish(
+            self._approached(now, twist),
+            self._guard.allowed(world_from_goal.pose, target.place),
+        )
+        joints = self._law.velocities(now.state, now.jacobian, wish, now.window.part(self._hand))
+        hand = self._slowed(keep.slowed(joints, now.jacobian), now.jacobian)
+        return self._sent(now, target, hand, hand_from_goal=hand_from_goal.pose, limiting=limiting)
+
+    def _hand_twist(
+        self, now: _Now, hand_from_goal: Moving, world_from_goal: Moving, authority: float
+    ) -> Floats:
+        """Return the hand velocity (6,) that the pose error and the goal's motion ask for."""
+        settings = self._settings.hand
+        twist = correction(hand_from_goal, now.world_from_hand.matrix(), settings)
+        if settings.feed_forward:
+            twist = twist + world_from_goal.twist
+        return within(twist, authority * settings.linear_speed, authority * settings.angular_speed)
+
+    def _approached(self, now: _Now, twist: Floats) -> Floats:
+        """Return how far the wanted hand velocity (6,) may change since the last tick."""
+        # After a hold there is no last wish, and the hand does what its joints were told.
+        last = now.jacobian @ now.previous[self._hand] if self._wish is None else self._wish
+        self._wish = approached(twist, last, self._settings.hand, self._arm.period_s)
+        return self._wish
+
+    def _slowed(self, velocities: Floats, jacobian: Floats) -> Floats:
+        """Return joint speeds (n,) that make the hand no faster than it may be."""
+        settings = self._settings.hand
+        fastest = settings.linear_speed, settings.angular_speed
+        return velocities * float(shares(jacobian @ velocities, *fastest).min())
+
+    def _hold(self, now: _Now, target: Prediction | None, holding: frozenset[Reason]) -> Command:
+        """Bring the hand to rest along its way; the eyes stay on what is known of the target."""
+        self._wish = None
+        hand = self._limits.braked(now.previous)[self._hand]
+        return self._sent(now, target, hand, holding=holding)
+
+    def _sent(
+        self,
+        now: _Now,
+        target: Prediction | None,
+        hand: Floats,
+        *,
+        hand_from_goal: Pose | None = None,
+        holding: frozenset[Reason] = frozenset(),
+        limiting: frozenset[Reason] = frozenset(),
+    ) -> Command:
+        """Add the eyes to the hand's joint speeds (n,), keep to all limits, and remember it."""
+        velocities = self._limits.braked(now.previous)
+        velocities[self._hand] = now.window.part(self._hand).bounded(hand)
+        twist = now.jacobian @ velocities[self._hand]
+        angles = None
+        if self._gaze is not None and target is not None:
+            gaze = self._gaze.wanted(now.world_from_hand, twist, target.place, target.twist[:3])
+            velocities[self._gaze.places] = self._gaze.velocities(now.state, gaze, now.window)
+            angles = gaze.angles
+        self._previous = (now.state.time_s, velocities)
+        place = None if target is None else target.world_from_object
+        return Command(velocities.copy(), twist, hand_from_goal, place, angles, holding, limiting)
+
+    def _stop(self, state: JointState) -> Command:
+        """Brake blindly, for a state that cannot be used."""
+        last = (
+            np.zeros(len(self._arm.joints.names)) if self._previous is None else self._previous[1]
+        )
+        velocities = self._limits.braked(last)
+        self._previous = (state.time_s, velocities)
+        return Command(velocities.copy(), np.zeros(6), holding=frozenset({Reason.BAD_STATE}))
+
+    def _look_at(self, state: JointState) -> _Now | None:
+        """Work out what the hand does now; None if the state holds no numbers."""
+        if not np.isfinite([state.time_s, *state.positions, *state.velocities]).all():
+            return None
+        previous = state.velocities
+        if self._previous is not None:
+            age = state.time_s - self._previous[0]
+            if not age > _MISSED_PERIODS * self._arm.period_s:
+                previous = self._previous[1]
+        jacobian = self._arm.jacobian(state.positions)[:, self._hand]
+        return _Now(
+            state,
+            self._arm.world_from_hand(state.positions),
+            jacobian,
+            jacobian @ state.velocities[self._hand],
+            previous,
+            self._limits.window(state.positions, previous),
+        )
+
+    def _led(self, target: Prediction) -> Prediction:
+        """Return where the target is now, with the motion it has when the joints answer."""
+        twist = target.twist + self._settings.hand.lead_s * target.acceleration
+        return replace(target, twist=twist)
+
+    def _moving_goal(self, time_s: float, goal_from_object: Pose) -> Moving:
+        """Return the desired relation with its own motion, which is seen from the last tick's."""
+        last, self._goal = self._goal, (time_s, goal_from_object)
+        if last is None or not 0.0 < time_s - last[0] < _MISSED_PERIODS * self._arm.period_s:
+            return Moving.at_rest(goal_from_object)
+        twist = change_between(last[1], goal_from_object) / (time_s - last[0])
+        settings = self._settings.hand
+        if not np.array_equal(within(twist, settings.linear_speed, settings.angular_speed), twist):
+            return Moving.at_rest(goal_from_object)  # another goal, not one that moves
+        return Moving.from_twist(goal_from_object, twist)

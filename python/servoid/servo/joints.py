@@ -1,0 +1,82 @@
+"""From a hand velocity to joint speeds: the paper's law, and what every such law answers."""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from servoid.pose import Pose
+from servoid.servo.arm import Arm, Floats, JointState
+from servoid.servo.limits import Window
+from servoid.servo.reach import stepped
+from servoid.servo.settings import JointSettings
+
+_TINY = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class HandWish:
+    """What the hand should do: its velocity (6,) in the world, and the pose that it is led to."""
+
+    twist: Floats
+    world_from_goal: Pose
+
+
+class HandJoints(Protocol):
+    """A law that turns what the hand should do into the speeds of the joints that move it."""
+
+    def velocities(
+        self, state: JointState, jacobian: Floats, wish: HandWish, window: Window
+    ) -> Floats:
+        """Return (n,) rad/s inside the window; `jacobian` is (6, n), of the hand's joints."""
+        ...
+
+
+def pseudo_inverse(jacobian: Floats) -> Floats:
+    """Return (n, 6): the least joint speeds for a hand velocity, of a Jacobian (6, n)."""
+    square = jacobian @ jacobian.T
+    # A trace of damping keeps exactly singular poses solvable.
+    square[np.diag_indices(6)] += _TINY
+    return np.linalg.solve(square, jacobian).T  # Eq. (15)
+
+
+class PaperJoints:
+    """The paper's law: joints for the goal with the first one at 0, and the pseudo-inverse.
+
+    An arm without a joint to spare has none held at 0.
+    """
+
+    def __init__(self, arm: Arm, settings: JointSettings) -> None:
+        self._arm, self._settings = arm, settings
+        count = arm.joints.hand_count
+        self._free = slice(1 if count > 6 else 0, count)
+        self._solution: Floats | None = None
+
+    def velocities(
+        self, state: JointState, jacobian: Floats, wish: HandWish, window: Window
+    ) -> Floats:
+        """Return (n,) rad/s inside the window; too fast ones are slowed down together."""
+        count = self._arm.joints.hand_count
+        desired = self.joints_at(wish.world_from_goal, state.positions)  # Eq. (14)
+        wanted = (
+            self._settings.feedback_gain * (desired - state.positions)[:count]
+            + pseudo_inverse(jacobian) @ wish.twist
+        )  # Eq. (16)
+        fastest = self._settings.speed_share * self._arm.joints.speed[:count]
+        return window.bounded(wanted / max(1.0, float(np.max(np.abs(wanted) / fastest))))
+
+    def joints_at(self, world_from_goal: Pose, positions: Floats) -> Floats:
+        """Return the joints (N,) that hold the hand at the goal, as near as steps have come to it.
+
+        Damped Newton steps start at the last solution, the first time at `positions` (N,). The
+        first joint is at 0, and the eyes stay where they are.
+        """
+        arm, free = self._arm, self._free
+        start = positions if self._solution is None else self._solution
+        found = positions.copy()
+        found[: arm.joints.hand_count] = start[: arm.joints.hand_count]
+        found[: free.start] = 0.0
+        for _ in range(self._settings.newton_steps):
+            found, _ = stepped(arm, found, world_from_goal, free)
+        self._solution = found
+        return found

@@ -1,0 +1,91 @@
+"""Rigid motions that change in time, with their first and second derivatives."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from servoid.pose import Pose
+from servoid.servo.arm import Floats
+
+
+def cross_matrix(vector: Floats) -> Floats:
+    """Return the (3, 3) matrix that does what the cross product with a vector (3,) does."""
+    x, y, z = vector
+    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+
+
+def shifted_and_turned(pose: Pose, change: Floats) -> Pose:
+    """Shift `a_from_b` by change[:3] and turn it about b's origin by change[3:], both in `a`."""
+    turned = Pose.exp([0.0, 0.0, 0.0, *change[3:]]) @ pose
+    return Pose.from_parts(np.add(pose.translation, change[:3]).tolist(), turned.quaternion)
+
+
+def change_between(before: Pose, after: Pose) -> Floats:
+    """Return (6,): shift and turn, both in `a`, that lead from one `a_from_b` to another."""
+    change = (after @ before.inverse()).log()
+    change[:3] = np.subtract(after.translation, before.translation)
+    return change
+
+
+@dataclass(frozen=True, eq=False)
+class Moving:
+    """A rigid motion `a_from_b` with its rates of change, all (4, 4) float64.
+
+    `first` and `second` are the derivatives of `matrix` by time, in 1/s and 1/s².
+    """
+
+    matrix: Floats
+    first: Floats
+    second: Floats
+
+    @classmethod
+    def at_rest(cls, pose: Pose) -> "Moving":
+        """Make one that does not change."""
+        return cls(pose.matrix(), np.zeros((4, 4)), np.zeros((4, 4)))
+
+    @classmethod
+    def from_twist(cls, pose: Pose, twist: Floats, acceleration: Floats | None = None) -> "Moving":
+        """Make `a_from_b` of the velocity of b's origin and the turning of b, both seen in `a`.
+
+        `twist` is (6,) in m/s and rad/s, `acceleration` its derivative, none if left out.
+        """
+        matrix = pose.matrix()
+        first, second = np.zeros((4, 4)), np.zeros((4, 4))
+        turning = cross_matrix(twist[3:])
+        first[:3, :3] = turning @ matrix[:3, :3]
+        first[:3, 3] = twist[:3]
+        second[:3, :3] = turning @ first[:3, :3]
+        if acceleration is not None:
+            second[:3, :3] += cross_matrix(acceleration[3:]) @ matrix[:3, :3]
+            second[:3, 3] = acceleration[:3]
+        return cls(matrix, first, second)
+
+    @cached_property
+    def pose(self) -> Pose:
+        """Return where it is now."""
+        return Pose(self.matrix)
+
+    @property
+    def twist(self) -> Floats:
+        """Return (6,): velocity of b's origin in m/s and turning of b in rad/s, both in `a`."""
+        turning = self.first[:3, :3] @ self.matrix[:3, :3].T
+        angular = (turning[2, 1], turning[0, 2], turning[1, 0])
+        return np.array([*self.first[:3, 3], *angular])
+
+    def inverse(self) -> "Moving":
+        """Return `b_from_a`."""
+        inverse = Pose(self.matrix).inverse().matrix()
+        first = -inverse @ self.first @ inverse
+        second = -inverse @ self.second @ inverse - 2.0 * first @ self.first @ inverse
+        return Moving(inverse, first, second)
+
+    def __matmul__(self, other: "Moving") -> "Moving":
+        """Chain `a_from_b` with `b_from_c`, by the product rule."""
+        return Moving(
+            self.matrix @ other.matrix,
+            self.first @ other.matrix + self.matrix @ other.first,
+            self.second @ other.matrix
+            + 2.0 * self.first @ other.first
+            + self.matrix @ other.second,
+        )

@@ -1,0 +1,50 @@
+"""Finds joints that hold the hand at a pose, by damped Newton steps within the joints' limits."""
+
+import numpy as np
+
+from servoid.pose import Pose
+from servoid.servo.arm import Arm, Floats
+from servoid.servo.moving import change_between
+
+_DAMPING = 1e-3
+_TINY = 1e-9
+_STEP = 0.3  # rad: no step turns a joint farther
+_STEPS = 150
+_REACHED = 1e-6  # m and rad
+
+
+def stepped(
+    arm: Arm, positions: Floats, world_from_goal: Pose, free: slice
+) -> tuple[Floats, float]:
+    """Return joints (N,) one step nearer to a goal, and how far they were from it, in m and rad.
+
+    Only the `free` joints turn.
+    """
+    change = change_between(arm.world_from_hand(positions), world_from_goal)
+    error = float(np.abs(change).max())
+    if error < _TINY:
+        return positions, error
+    slope = arm.jacobian(positions)[:, free]
+    square = slope.T @ slope
+    square[np.diag_indices(len(square))] += _TINY + _DAMPING * float(change @ change)
+    turn = np.linalg.solve(square, slope.T @ change)
+    turn *= min(1.0, _STEP / max(_STEP, float(np.abs(turn).max())))
+    moved = positions.copy()
+    moved[free] += turn
+    return np.clip(moved, arm.joints.lower, arm.joints.upper), error
+
+
+def reached(
+    arm: Arm, world_from_goal: Pose, start: Floats, free: slice | None = None
+) -> Floats | None:
+    """Return joints (N,) within their limits that hold the hand at a goal, None if none are found.
+
+    The way begins at `start` (N,); only the `free` joints turn, all of the hand's if left out.
+    """
+    free = free or slice(0, arm.joints.hand_count)
+    positions = np.clip(start, arm.joints.lower, arm.joints.upper)
+    for _ in range(_STEPS):
+        positions, error = stepped(arm, positions, world_from_goal, free)
+        if error < _REACHED:
+            return positions
+    return None

@@ -1,0 +1,115 @@
+"""Decides when a target may be trusted, and says why the arm is held."""
+
+from enum import Enum
+
+import numpy as np
+
+from servoid.observe.source import Instant
+from servoid.servo.settings import SafetySettings
+from servoid.servo.target import TargetEstimate, TargetFilter, Verdict
+from servoid.servo.watchdog import Watchdog
+
+
+class Reason(Enum):
+    """Why the arm is held, or does less than its goal asks for; the value is a sentence."""
+
+    NO_TARGET = "no target has been seen yet"
+    NO_IMAGES = "no image came for too long"
+    FROZEN = "a camera moves but its image does not change"
+    SEARCHING = "the tracker searches for the target"
+    LOST = "the target is lost"
+    UNSURE = "the tracker's confidence is too low"
+    NOT_FINITE = "the estimate holds numbers that are not finite"
+    TELEPORT = "the target jumped farther than it can move"
+    RETURNING = "the target is back, and a few more images are awaited"
+    BAD_STATE = "the arm's joint state holds numbers that are not finite"
+    WORKSPACE = "the hand is at the edge of its workspace"
+    NEAR = "the hand is as near to the object as it may be"
+
+
+_TOLERATED_JUMPS = 1
+
+
+class Trust:
+    """Says from images and estimates whether the hand may follow the target.
+
+    A short gap is bridged by the filter's prediction. After a longer one, or when the target
+    jumped, the arm is held until several trusted estimates came in a row.
+    """
+
+    def __init__(self, settings: SafetySettings, target: TargetFilter) -> None:
+        self._settings, self._target = settings, target
+        self._watchdog = Watchdog(settings)
+        self._fault = Reason.NO_TARGET
+        self._in_a_row = 0
+        self._jumps = 0
+        self._trusted_s: float | None = None
+        self._held = True
+        self._resumed_s = 0.0
+
+    def see(self, instant: Instant | None, estimate: TargetEstimate | None) -> None:
+        """Take in an observation and what the tracker made of it; the filter learns if it may."""
+        if instant is not None:
+            self._watchdog.see(instant)
+        fault = self._fault_of(estimate)
+        if fault is None and estimate is not None:
+            self._follow(estimate)
+        elif fault is not None:
+            self._distrust(fault)
+
+    def holding(self, time_s: float) -> frozenset[Reason]:
+        """Return why the arm is held at a time; empty if it may move."""
+        last = self._trusted_s
+        if last is None or time_s - last > self._settings.coast_s:
+            self._held = True
+            self._in_a_row = 0
+        elif self._jumps > _TOLERATED_JUMPS:
+            self._held = True
+        elif self._held and self._in_a_row >= self._settings.resume_after:
+            self._held, self._resumed_s = False, time_s
+        if not self._held:
+            return frozenset()
+        reasons = {self._fault} if self._in_a_row == 0 else {Reason.RETURNING}
+        if last is None:
+            reasons.add(Reason.NO_TARGET)
+        if self._watchdog.is_stale(time_s):
+            reasons.add(Reason.NO_IMAGES)
+        return frozenset(reasons)
+
+    def authority(self, time_s: float) -> float:
+        """Return the share of its speed that the hand has, which grows to 1 after a hold."""
+        return min(1.0, max(0.0, (time_s - self._resumed_s) / self._settings.resume_s))
+
+    def _fault_of(self, estimate: TargetEstimate | None) -> Reason | None:
+        """Return why an estimate must not be used at all."""
+        if self._watchdog.hangs:
+            return Reason.FROZEN
+        if estimate is None:
+            return Reason.NO_IMAGES
+        numbers = (estimate.time_s, estimate.confidence, estimate.covariance)
+        pose = estimate.world_from_object.matrix()
+        if not all(np.all(np.isfinite(values)) for values in (*numbers, pose)):
+            return Reason.NOT_FINITE
+        if estimate.status != "tracking":
+            return Reason.SEARCHING if estimate.status == "searching" else Reason.LOST
+        return Reason.UNSURE if estimate.confidence < self._settings.least_confidence else None
+
+    def _distrust(self, fault: Reason) -> None:
+        self._fault, self._in_a_row = fault, 0
+
+    def _follow(self, estimate: TargetEstimate) -> None:
+        """Give a credible estimate to the filter, and count what comes of it."""
+        if self._held and self._in_a_row == 0 and self._jumps == 0:
+            self._target.forget()  # what moved before the gap says nothing of after it
+        verdict = self._target.update(estimate)
+        if verdict is Verdict.OUTDATED:
+            return
+        if verdict is Verdict.TELEPORT:
+            self._jumps += 1
+            self._distrust(Reason.TELEPORT)
+            return
+        if verdict is Verdict.RESTARTED:
+            self._held, self._in_a_row = True, 0
+        self._in_a_row += 1
+        self._jumps = 0
+        self._trusted_s = estimate.time_s

@@ -1,0 +1,206 @@
+"""How to servo: every default, once, with its unit and what it does."""
+
+from enum import Enum
+from pathlib import Path
+from typing import Annotated, Any
+
+import msgspec
+import msgspec.toml
+from msgspec import Meta
+
+from servoid.errors import ServoError
+from servoid.observe.strict import convert, read_bytes
+
+Triple = tuple[float, float, float]
+
+
+class JointLaw(Enum):
+    """How a hand velocity becomes joint speeds."""
+
+    QP = "qp"
+    PAPER = "paper"
+
+
+class GazeMode(Enum):
+    """What the eyes do."""
+
+    FIXATE = "fixate"
+    PARALLEL = "parallel"
+
+
+def _above(what: str) -> Meta:
+    return Meta(gt=0, description=what)
+
+
+def _from_0(what: str) -> Meta:
+    return Meta(ge=0, description=what)
+
+
+class TargetSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """How the motion of the object is filtered and predicted."""
+
+    use_covariance: Annotated[
+        bool, Meta(description="weigh estimates by the tracker's covariance, beside the noise")
+    ] = True
+    linear_noise: Annotated[float, _above("least noise of an estimate's position, m")] = 0.0005
+    angular_noise: Annotated[float, _above("least noise of an estimate's turn, rad")] = 0.005
+    linear_jerk: Annotated[
+        float, _above("how fast the object's acceleration may wander, m/s² per root s")
+    ] = 0.1
+    angular_jerk: Annotated[
+        float, _above("how fast the object's turning may change, rad/s² per root s")
+    ] = 0.08
+    oddness: Annotated[
+        float, _above("squared deviation (6 values) from which an estimate loses weight")
+    ] = 17.0
+    horizon_s: Annotated[float, _from_0("how far ahead motion is extrapolated, s")] = 0.25
+    linear_speed: Annotated[float, _above("speed that the object cannot exceed, m/s")] = 1.0
+    angular_speed: Annotated[float, _above("turning that it cannot exceed, rad/s")] = 6.0
+    linear_jump: Annotated[float, _above("error of an estimate that is still credible, m")] = 0.03
+    angular_jump: Annotated[float, _above("turn of it that is still credible, rad")] = 0.5
+    agreeing: Annotated[
+        int, Meta(ge=1, description="estimates in a row that prove a jump of the object")
+    ] = 5
+
+
+class HandSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """How the hand closes in on its goal."""
+
+    position_gain: Annotated[float, _above("K_Pp of the position error, 1/s")] = 4.0
+    position_rate_gain: Annotated[float, _from_0("K_Vp of its rate of change")] = 0.1
+    turn_gain: Annotated[float, _above("K_Po of the quaternion error, 1/s")] = 8.0
+    turn_rate_gain: Annotated[float, _from_0("K_Vo of its rate of change")] = 0.1
+    feed_forward: Annotated[bool, Meta(description="add the goal's estimated velocity")] = True
+    lead_s: Annotated[
+        float, _from_0("how far ahead the goal's velocity is fed, for the joints' lag, s")
+    ] = 0.02
+    linear_speed: Annotated[float, _above("fastest hand, m/s")] = 0.5
+    angular_speed: Annotated[float, _above("fastest turn of the hand, rad/s")] = 1.5
+    linear_acceleration: Annotated[float, _above("of the hand, m/s²")] = 2.0
+    angular_acceleration: Annotated[float, _above("of the hand, rad/s²")] = 8.0
+
+
+class JointSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """How a hand velocity becomes joint speeds."""
+
+    law: Annotated[
+        JointLaw, Meta(description="qp: within all limits; paper: pseudo-inverse and feedback")
+    ] = JointLaw.QP
+    feedback_gain: Annotated[float, _from_0("k_p of the paper's joint feedback, 1/s")] = 1.0
+    newton_steps: Annotated[
+        int, Meta(ge=1, description="steps of the paper's inverse kinematics each period")
+    ] = 3
+    angular_weight: Annotated[
+        float, _above("metres that weigh as much as a radian of the hand's turn")
+    ] = 0.3
+    damping: Annotated[float, _from_0("greatest damping at a singular pose, m/s per rad/s")] = 0.05
+    damped_below: Annotated[
+        float, _above("singular value from which damping sets in, m/s per rad/s")
+    ] = 0.05
+    posture_gain: Annotated[
+        float, _from_0("pull of the free motion towards the first posture, 1/s")
+    ] = 0.5
+    speed_share: Annotated[
+        float, Meta(gt=0, le=1, description="share of the joints' speed limits that is used")
+    ] = 0.95
+    acceleration_share: Annotated[
+        float, Meta(gt=0, le=1, description="share of the joints' acceleration limits that is used")
+    ] = 0.9
+    margin: Annotated[float, _from_0("distance kept from the joints' position limits, rad")] = 0.01
+    reaction_s: Annotated[
+        float, _from_0("time in which joints may go on before they brake, their lag, s")
+    ] = 0.03
+
+
+class GazeSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """How the eyes turn."""
+
+    mode: Annotated[
+        GazeMode, Meta(description="fixate: each eye on the target; parallel: fixed, straight on")
+    ] = GazeMode.FIXATE
+    gain: Annotated[float, _above("of the error of the angles, 1/s")] = 12.0
+    rate_gain: Annotated[float, _from_0("of its rate of change")] = 0.1
+    feed_forward: Annotated[
+        bool, Meta(description="add what the target's and the hand's motion ask for")
+    ] = True
+
+
+class SafetySettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """When the arm is held, and where it may not go."""
+
+    least_confidence: Annotated[
+        float, Meta(ge=0, le=1, description="confidence below which an estimate is not trusted")
+    ] = 0.3
+    coast_s: Annotated[
+        float,
+        _from_0("gap of trusted estimates that is bridged, above delay and interval of images, s"),
+    ] = 0.25
+    resume_after: Annotated[
+        int, Meta(ge=1, description="trusted estimates in a row after which a held arm moves on")
+    ] = 5
+    resume_s: Annotated[float, _above("in which the hand regains its full speed, s")] = 0.8
+    frozen_after: Annotated[
+        int, Meta(ge=2, description="equal images in a row of a moving camera that mean it hangs")
+    ] = 3
+    frozen_shift: Annotated[float, _above("motion that a camera must show, m or rad")] = 0.0005
+    workspace_lower: Annotated[
+        Triple, Meta(description="corner of the box that the hand stays in, in the world, m")
+    ] = (-1.5, -1.5, 0.05)
+    workspace_upper: Annotated[Triple, Meta(description="the opposite corner, m")] = (1.5, 1.5, 2.0)
+    least_distance: Annotated[float, _from_0("between the hand's and the object's origins, m")] = (
+        0.2
+    )
+    braking: Annotated[
+        float, _above("deceleration before the box's walls and the object, m/s²")
+    ] = 0.8
+
+
+class ServoSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """How to servo, nested by stage."""
+
+    target: TargetSettings = TargetSettings()
+    hand: HandSettings = HandSettings()
+    joints: JointSettings = JointSettings()
+    gaze: GazeSettings = GazeSettings()
+    safety: SafetySettings = SafetySettings()
+
+    def __post_init__(self) -> None:
+        """Check what hangs together.
+
+        Raises:
+            ServoError: a side of the workspace is empty.
+
+        """
+        box = (self.safety.workspace_lower, self.safety.workspace_upper)
+        for axis, lower, upper in zip("xyz", *box, strict=True):
+            if not lower < upper:
+                raise ServoError(
+                    f"workspace_lower is {lower:g} m in {axis} and workspace_upper {upper:g} m; "
+                    "lower must be below upper"
+                )
+
+
+def settings_from(data: dict[str, Any], place: str, text: str = "") -> ServoSettings:
+    """Convert parsed TOML to settings; `place` names the file, `text` is what it holds.
+
+    Raises:
+        ServoError: a key is unknown, or a value has the wrong type or range.
+
+    """
+    return convert(data, ServoSettings, place, ServoError, text)
+
+
+def read_settings(path: str | Path) -> ServoSettings:
+    """Read settings from a TOML file; what it leaves out keeps its default.
+
+    Raises:
+        ServoError: the file cannot be read, or says what cannot be.
+
+    """
+    path = Path(path)
+    content = read_bytes(path, ServoError)
+    try:
+        data = msgspec.toml.decode(content)
+    except (msgspec.DecodeError, UnicodeDecodeError) as reason:
+        raise ServoError(f"{path}: not a TOML file: {reason}") from reason
+    return settings_from(data, str(path), content.decode())

@@ -1,0 +1,51 @@
+"""Writes settings as TOML that says of each key what it does."""
+
+import json
+from collections.abc import Iterator
+from enum import Enum
+from typing import Annotated, Any, get_args, get_origin, get_type_hints
+
+import msgspec
+from msgspec import Meta
+
+
+def settings_toml(settings: msgspec.Struct, table: str = "") -> str:
+    """Return settings as commented TOML that reads back equal; `table` goes before their tables."""
+    return "\n".join(_lines(settings, table)).lstrip("\n") + "\n"
+
+
+def _lines(settings: msgspec.Struct, table: str) -> Iterator[str]:
+    kinds = get_type_hints(type(settings), include_extras=True)
+    values = {
+        field.encode_name: (getattr(settings, field.name), kinds[field.name])
+        for field in msgspec.structs.fields(settings)
+    }
+    inner = {
+        name: value for name, (value, _) in values.items() if isinstance(value, msgspec.Struct)
+    }
+    plain = {name: pair for name, pair in values.items() if name not in inner}
+    if plain:
+        if table:
+            yield from ("", f"[{table}]")
+        for name, (value, kind) in plain.items():
+            yield f"{name} = {_written(value)}{_described(kind)}"
+    for name, value in inner.items():
+        yield from _lines(value, f"{table}.{name}" if table else name)
+
+
+def _described(kind: Any) -> str:
+    """Return the comment that a field's type carries."""
+    if get_origin(kind) is not Annotated:
+        return ""
+    says = [part.description for part in get_args(kind)[1:] if isinstance(part, Meta)]
+    return "".join(f"  # {description}" for description in says if description)
+
+
+def _written(value: Any) -> str:
+    if isinstance(value, Enum):
+        return _written(value.value)
+    if isinstance(value, (list, tuple)):
+        return f"[{', '.join(_written(item) for item in value)}]"
+    if isinstance(value, float):
+        return repr(value)
+    return json.dumps(value, ensure_ascii=False)

@@ -1,0 +1,240 @@
+"""The motion of the tracked object: filters estimates, and predicts where it is by now."""
+
+from dataclasses import dataclass
+from enum import Enum
+from typing import Protocol
+
+import numpy as np
+
+from servoid.errors import ServoError
+from servoid.pose import Pose
+from servoid.servo.arm import Floats
+from servoid.servo.moving import change_between, shifted_and_turned
+from servoid.servo.open_turns import OpenTurns
+from servoid.servo.settings import TargetSettings
+
+_START_SPEED = (0.3, 1.0)  # m/s and rad/s: what an object may do when it is first seen
+_START_ACCELERATION = (0.2, 1.0)
+_OPEN_SPEED = 0.05  # rad/s: turning that images do not tell is about none
+
+
+class TargetEstimate(Protocol):
+    """What servoing needs of a tracker's estimate.
+
+    `covariance` (6, 6) is of a small motion (linear, angular) of the object in its own frame.
+    """
+
+    @property
+    def time_s(self) -> float:
+        """Return when the images were taken."""
+        ...
+
+    @property
+    def world_from_object(self) -> Pose:
+        """Return where the object was."""
+        ...
+
+    @property
+    def covariance(self) -> Floats:
+        """Return how sure that is."""
+        ...
+
+    @property
+    def unobservable(self) -> Floats:
+        """Return (n, 6) unit motions in the object's frame that the images leave open."""
+        ...
+
+    @property
+    def confidence(self) -> float:
+        """Return the share of what should be seen that was, 0 to 1."""
+        ...
+
+    @property
+    def status(self) -> str:
+        """Return `tracking`, `searching` or `lost`."""
+        ...
+
+
+class Verdict(Enum):
+    """What became of an estimate."""
+
+    USED = "used"
+    OUTDATED = "outdated"
+    TELEPORT = "teleport"
+    RESTARTED = "restarted"
+
+
+@dataclass(frozen=True, eq=False)
+class Prediction:
+    """Where the object is at a time; `twist` and `acceleration` are (6,), in the world.
+
+    They are those of the object's origin, linear, and of the object, angular.
+    """
+
+    time_s: float
+    world_from_object: Pose
+    twist: Floats
+    acceleration: Floats
+
+    @property
+    def place(self) -> Floats:
+        """Return where the object's origin is in the world, (3,)."""
+        return np.array(self.world_from_object.translation)
+
+
+class TargetFilter:
+    """A Kalman filter of pose, twist and acceleration of an object in the world.
+
+    Its error state is (shift, turn) in the world, the turn about the object's origin. An estimate
+    that is farther off than its noise explains has the less weight; one that the object cannot have
+    reached is left out, unless several in a row agree.
+    """
+
+    def __init__(self, settings: TargetSettings) -> None:
+        self._settings = settings
+        self._floor = np.repeat([settings.linear_noise, settings.angular_noise], 3) ** 2
+        self._drive = np.repeat([settings.linear_jerk, settings.angular_jerk], 3) ** 2
+        self._time_s: float | None = None
+        self._pose = Pose.identity()
+        self._motion = np.zeros((2, 6))  # twist and acceleration
+        self._covariance = np.zeros((18, 18))
+        self._strangers: list[TargetEstimate] = []
+
+    @property
+    def time_s(self) -> float | None:
+        """Return when the last used estimate was, None before the first."""
+        return self._time_s
+
+    def update(self, estimate: TargetEstimate) -> Verdict:
+        """Take in an estimate, in the order of their times."""
+        if self._time_s is None:
+            self._start(estimate)
+            return Verdict.USED
+        elapsed = estimate.time_s - self._time_s
+        if elapsed <= 0.0:
+            return Verdict.OUTDATED
+        expected = self.predict(estimate.time_s).world_from_object
+        turns = OpenTurns.of(estimate.unobservable, estimate.world_from_object)
+        seen = turns.left_out(expected, estimate.world_from_object)
+        if not self._can_reach(expected, seen, elapsed):
+            return self._meet(estimate)
+        self._strangers.clear()
+        self._advance(elapsed)
+        self._correct(seen, self._noise(estimate), turns)
+        self._time_s = estimate.time_s
+        return Verdict.USED
+
+    def predict(self, time_s: float) -> Prediction:
+        """Return where the object is at a time; no farther ahead than `horizon_s` it stands still.
+
+        Raises:
+            ServoError: there was no estimate yet.
+
+        """
+        if self._time_s is None:
+            raise ServoError("no estimate has come yet; call update before predict")
+        ahead = time_s - self._time_s
+        span = min(ahead, self._settings.horizon_s)
+        twist, acceleration = self._motion
+        pose = shifted_and_turned(self._pose, span * twist + 0.5 * span**2 * acceleration)
+        if ahead > span:
+            return Prediction(time_s, pose, np.zeros(6), np.zeros(6))
+        return Prediction(time_s, pose, twist + span * acceleration, acceleration.copy())
+
+    def forget(self) -> None:
+        """Drop all that is known of the object, so that the next estimate starts anew."""
+        self._time_s = None
+        self._strangers.clear()
+
+    def _start(self, estimate: TargetEstimate) -> None:
+        self._time_s, self._pose = estimate.time_s, estimate.world_from_object
+        self._motion = np.zeros((2, 6))
+        self._covariance = np.zeros((18, 18))
+        self._covariance[:6, :6] = self._noise(estimate)
+        self._covariance[6:12, 6:12] = np.diag(np.repeat(_START_SPEED, 3) ** 2)
+        self._covariance[12:, 12:] = np.diag(np.repeat(_START_ACCELERATION, 3) ** 2)
+        self._strangers.clear()
+
+    def _can_reach(self, expected: Pose, seen: Pose, elapsed: float) -> bool:
+        settings = self._settings
+        change = change_between(expected, seen)
+        shift, turn = float(np.linalg.norm(change[:3])), float(np.linalg.norm(change[3:]))
+        return (
+            shift <= settings.linear_jump + settings.linear_speed * elapsed
+            and turn <= settings.angular_jump + settings.angular_speed * elapsed
+        )
+
+    def _meet(self, estimate: TargetEstimate) -> Verdict:
+        """Keep an estimate that cannot be; start anew where several in a row agree."""
+        if self._strangers:
+            last = self._strangers[-1]
+            elapsed = estimate.time_s - last.time_s
+            if elapsed <= 0.0:
+                return Verdict.OUTDATED
+            if not self._can_reach(last.world_from_object, estimate.world_from_object, elapsed):
+                self._strangers.clear()
+        self._strangers.append(estimate)
+        if len(self._strangers) < self._settings.agreeing:
+            return Verdict.TELEPORT
+        self._start(estimate)
+        return Verdict.RESTARTED
+
+    def _advance(self, elapsed: float) -> None:
+        """Move the state and its covariance ahead in time."""
+        twist, acceleration = self._motion
+        self._pose = shifted_and_turned(
+            self._pose, elapsed * twist + 0.5 * elapsed**2 * acceleration
+        )
+        self._motion[0] += elapsed * acceleration
+        half = 0.5 * elapsed**2
+        step = np.kron(
+            np.array([[1.0, elapsed, half], [0.0, 1.0, elapsed], [0.0, 0.0, 1.0]]), np.eye(6)
+        )
+        spread = _white_jerk(elapsed)
+        self._covariance = step @ self._covariance @ step.T + np.kron(spread, np.diag(self._drive))
+
+    def _correct(self, seen: Pose, noise: Floats, turns: OpenTurns) -> None:
+        """Move the state towards a seen pose, by what either is worth."""
+        change = change_between(self._pose, seen)
+        told, count = 3 + turns.told.shape[1], turns.axes.shape[1]
+        look = np.zeros((6, 18))
+        look[:3, :3], look[3:told, 3:6] = np.eye(3), turns.told.T
+        look[told:, 9:12] = turns.axes.T  # about open axes the object is supposed to rest
+        surprise = np.concatenate([look[:told, :6] @ change, -turns.axes.T @ self._motion[0, 3:]])
+        spread = np.zeros((6, 6))
+        spread[:told, :told] = look[:told, :6] @ noise @ look[:told, :6].T
+        spread[told:, told:] = _OPEN_SPEED**2 * np.eye(count)
+        shared = look @ self._covariance
+        known = shared @ look.T
+        oddness = float(surprise @ np.linalg.solve(known + spread, surprise))
+        gain = np.linalg.solve(
+            known + spread * max(1.0, oddness / self._settings.oddness), shared
+        ).T
+        self._move(gain @ surprise)
+        left = self._covariance - gain @ shared
+        self._covariance = 0.5 * (left + left.T)
+
+    def _move(self, change: Floats) -> None:
+        """Add a change (18,) to pose, twist and acceleration."""
+        self._pose = shifted_and_turned(self._pose, change[:6])
+        self._motion += change[6:].reshape(2, 6)
+
+    def _noise(self, estimate: TargetEstimate) -> Floats:
+        """Return (6, 6): the covariance of an estimate in the world, no less than the floor."""
+        noise = np.diag(self._floor)
+        if self._settings.use_covariance:
+            turn = np.kron(np.eye(2), estimate.world_from_object.matrix()[:3, :3])
+            noise += turn @ estimate.covariance @ turn.T
+        return noise
+
+
+def _white_jerk(elapsed: float) -> Floats:
+    """Return (3, 3): covariance of position, speed and acceleration by a white jerk of one."""
+    powers = elapsed ** np.arange(1, 6)
+    return np.array(
+        [
+            [powers[4] / 20.0, powers[3] / 8.0, powers[2] / 6.0],
+            [powers[3] / 8.0, powers[2] / 3.0, powers[1] / 2.0],
+            [powers[2] / 6.0, powers[1] / 2.0, powers[0]],
+        ]
+    )

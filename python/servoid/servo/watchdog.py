@@ -1,0 +1,67 @@
+"""Notices that images stopped coming, or that a camera hangs and delivers the same one again."""
+
+import zlib
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from servoid.observe.source import Instant
+from servoid.pose import Pose
+from servoid.servo.moving import change_between
+from servoid.servo.settings import SafetySettings
+
+_ROWS = 4  # every fourth row tells images apart
+
+
+def fingerprint(image: NDArray[np.uint8]) -> int:
+    """Return a number that images of different content hardly share."""
+    return zlib.crc32(image[::_ROWS].tobytes())
+
+
+@dataclass
+class _Last:
+    """What a camera delivered last, since where, and how often."""
+
+    mark: int
+    world_from_camera: Pose
+    times: int = 1
+    hangs: bool = False
+
+
+class Watchdog:
+    """Watches the images of all cameras; a camera that hangs does so until its image changes."""
+
+    def __init__(self, settings: SafetySettings) -> None:
+        self._settings = settings
+        self._newest_s: float | None = None
+        self._last: dict[int, _Last] = {}
+
+    def see(self, instant: Instant) -> None:
+        """Look at the images of an observation."""
+        if not instant.is_dark:
+            self._newest_s = instant.time_s
+        for place, (image, pose) in enumerate(
+            zip(instant.images, instant.world_from_camera, strict=True)
+        ):
+            if image is not None:
+                self._compare(place, fingerprint(image), pose)
+
+    def is_stale(self, time_s: float) -> bool:
+        """Say if the newest image was taken too long before a time, or there is none."""
+        return self._newest_s is None or time_s - self._newest_s > self._settings.coast_s
+
+    @property
+    def hangs(self) -> bool:
+        """Say if a camera moved but its image did not change for several observations."""
+        return any(last.hangs for last in self._last.values())
+
+    def _compare(self, place: int, mark: int, world_from_camera: Pose) -> None:
+        last = self._last.get(place)
+        if last is None or last.mark != mark:
+            self._last[place] = _Last(mark, world_from_camera)
+            return
+        last.times += 1
+        moved = np.abs(change_between(last.world_from_camera, world_from_camera)).max()
+        enough = last.times >= self._settings.frozen_after
+        last.hangs |= enough and bool(moved > self._settings.frozen_shift)

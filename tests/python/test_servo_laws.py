@@ -1,0 +1,234 @@
+"""Laws of the parts of one control tick."""
+
+import sys
+
+import numpy as np
+import pytest
+from servo_loop import WORLD_FROM_START
+
+from servoid.errors import MissingExtraError
+from servoid.pose import Pose
+from servoid.servo import JointState
+from servoid.servo.gaze import fixation, seen_from_head
+from servoid.servo.guard import Guard
+from servoid.servo.hand import approached, correction, quaternion_error, shares, within
+from servoid.servo.ik import QuadraticJoints
+from servoid.servo.joints import HandWish, PaperJoints, pseudo_inverse
+from servoid.servo.limits import JointLimits, Window, stoppable_speed
+from servoid.servo.moving import Moving, shifted_and_turned
+from servoid.servo.settings import HandSettings, JointSettings, SafetySettings
+from servoid.sim.arm_file import read_arm
+from servoid.sim.serial_arm import SerialArm
+
+
+@pytest.fixture
+def arm() -> SerialArm:
+    return SerialArm(read_arm())
+
+
+def wide(count: int = 7) -> Window:
+    return Window(np.full(count, -100.0), np.full(count, 100.0))
+
+
+@pytest.mark.parametrize("angle", [-3.0, -1.0, 0.2, 2.5])
+def test_the_quaternion_error_points_along_the_short_way(angle: float) -> None:
+    axis = np.array([0.6, 0.0, 0.8])
+    for whole_turns in (0.0, 2 * np.pi):
+        turned = Pose.exp([0.0, 0.0, 0.0, *((angle + whole_turns) * axis)])
+        error = quaternion_error(Moving.at_rest(turned))
+        np.testing.assert_allclose(error, np.sin(angle / 2) * axis, atol=1e-12)
+
+
+def test_the_hand_is_led_straight_to_its_goal() -> None:
+    change = np.array([0.1, -0.05, 0.2, 0.0, 0.02, 0.01])
+    goal = shifted_and_turned(WORLD_FROM_START, change)
+    error = Moving.at_rest(WORLD_FROM_START.inverse() @ goal)
+    settings = HandSettings()
+    twist = correction(error, WORLD_FROM_START.matrix(), settings)
+    np.testing.assert_allclose(twist[:3], settings.position_gain * change[:3], atol=1e-12)
+    np.testing.assert_allclose(twist[3:], settings.turn_gain * change[3:] / 2, atol=1e-5)
+
+
+def test_the_rate_gains_damp_the_hands_own_motion() -> None:
+    own = np.array([0.1, 0.2, -0.1, 0.3, -0.2, 0.1])
+    error = Moving.from_twist(WORLD_FROM_START, own).inverse() @ Moving.at_rest(WORLD_FROM_START)
+    settings = HandSettings()
+    gains = np.repeat([settings.position_rate_gain, settings.turn_rate_gain], 3)
+    twist = correction(error, WORLD_FROM_START.matrix(), settings)
+    np.testing.assert_allclose(twist, -gains * own, atol=1e-12)
+
+
+def test_a_twist_is_shortened_in_its_direction() -> None:
+    twist = np.array([3.0, 0.0, 4.0, 0.0, 0.1, 0.0])
+    np.testing.assert_allclose(within(twist, 1.0, 1.0), [0.6, 0, 0.8, 0, 0.1, 0])
+    np.testing.assert_allclose(shares(np.zeros(6), 1.0, 1.0), [1, 1])
+
+
+def test_a_twist_is_approached_with_bounded_acceleration() -> None:
+    settings = HandSettings()
+    twist, wanted = np.zeros(6), np.array([0.4, 0.0, 0.0, 0.0, 1.0, 0.0])
+    for _ in range(25):
+        after = approached(twist, wanted, settings, 0.008)
+        twist = approached(wanted, twist, settings, 0.008)
+        assert (
+            np.linalg.norm(after[:3] - wanted[:3]) <= settings.linear_acceleration * 0.008 + 1e-12
+        )
+    np.testing.assert_allclose(twist, wanted)
+
+
+def test_the_pseudo_inverse_is_the_least_motion_that_does_it(arm: SerialArm) -> None:
+    jacobian = arm.jacobian(arm.state().positions)[:, :7]
+    inverse = pseudo_inverse(jacobian)
+    np.testing.assert_allclose(jacobian @ inverse, np.eye(6), atol=1e-6)
+    np.testing.assert_allclose(inverse, np.linalg.pinv(jacobian), atol=1e-5)
+
+
+def wish(arm: SerialArm, twist: np.ndarray) -> HandWish:
+    return HandWish(twist, arm.world_from_hand(arm.state().positions))
+
+
+@pytest.mark.parametrize("law", [PaperJoints, QuadraticJoints])
+def test_joint_speeds_give_the_wanted_hand_velocity(
+    arm: SerialArm, law: type[PaperJoints] | type[QuadraticJoints]
+) -> None:
+    twist = np.array([0.05, -0.1, 0.02, 0.1, 0.05, -0.1])
+    state = arm.state()
+    jacobian = arm.jacobian(state.positions)[:, :7]
+    velocities = law(arm, JointSettings()).velocities(state, jacobian, wish(arm, twist), wide())
+    np.testing.assert_allclose(jacobian @ velocities, twist, atol=1e-5)
+
+
+def test_the_quadratic_program_is_the_best_inside_its_window(arm: SerialArm) -> None:
+    random = np.random.default_rng(4)
+    state = arm.state()
+    jacobian = arm.jacobian(state.positions)[:, :7]
+    weights = np.repeat([1.0, JointSettings().angular_weight], 3)
+    law = QuadraticJoints(arm, JointSettings())
+    for _ in range(20):
+        lower = random.uniform(-0.3, 0.05, 7)
+        window = Window(lower, lower + random.uniform(0, 0.3, 7))
+        twist = random.uniform(-0.3, 0.3, 6)
+        found = law.velocities(state, jacobian, wish(arm, twist), window)
+        assert np.all((found >= window.lower) & (found <= window.upper))
+
+        def cost(velocities: np.ndarray, twist: np.ndarray = twist) -> float:
+            return float(np.sum((weights * (jacobian @ velocities - twist)) ** 2))
+
+        others = random.uniform(window.lower, window.upper, (500, 7))
+        nearby = window.bounded(found + random.normal(0, 0.003, (500, 7)))
+        assert cost(found) <= min(cost(one) for one in (*others, *nearby)) + 1e-5
+
+
+def test_free_motion_leads_back_to_the_first_posture(arm: SerialArm) -> None:
+    law = QuadraticJoints(arm, JointSettings())
+    state = arm.state()
+    jacobian = arm.jacobian(state.positions)[:, :7]
+    free = np.linalg.svd(jacobian)[2][6]
+    moved = JointState(0.0, state.positions + 0.01 * np.append(free, [0, 0, 0]), state.velocities)
+    velocities = law.velocities(moved, jacobian, wish(arm, np.zeros(6)), wide())
+    np.testing.assert_allclose(velocities, -0.01 * JointSettings().posture_gain * free, atol=1e-6)
+
+
+def test_near_a_singular_pose_the_quadratic_program_stays_slow(arm: SerialArm) -> None:
+    straight = np.zeros(10)
+    state = JointState(0.0, straight, np.zeros(10))
+    jacobian = arm.jacobian(straight)[:, :7]
+    assert np.linalg.svd(jacobian)[1][-1] < 1e-9
+    settings = JointSettings()
+    law = QuadraticJoints(arm, settings)
+    for twist in 0.1 * np.eye(6):
+        velocities = law.velocities(state, jacobian, wish(arm, twist), wide())
+        assert np.abs(velocities).max() < 0.1 / settings.damping + 0.5
+
+
+def test_a_missing_solver_is_named(arm: SerialArm, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "daqp", None)
+    with pytest.raises(MissingExtraError, match=r"pip install 'servoid\[servo\]'"):
+        QuadraticJoints(arm, JointSettings())
+
+
+@pytest.mark.parametrize("room", [0.0, 1e-4, 0.01, 0.5, 3.0])
+def test_a_stoppable_speed_stops_in_time(room: float) -> None:
+    period_s, reaction_s, deceleration = 0.002, 0.03, 2.0
+    left, last = room, None
+    for _ in range(5000):
+        speed = float(stoppable_speed(np.array(left), deceleration, reaction_s))
+        assert last is None or last - speed <= deceleration * period_s * (1 + 1e-9)
+        left, last = left - speed * period_s, speed
+    assert 0 <= left < 1e-3 * max(room, 1e-3)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_window_is_never_empty_and_never_lets_speeds_jump(arm: SerialArm, seed: int) -> None:
+    random = np.random.default_rng(seed)
+    joints = arm.joints
+    limits = JointLimits(joints, JointSettings(), arm.period_s)
+    for _ in range(50):
+        positions = random.uniform(joints.lower - 0.1, joints.upper + 0.1)
+        previous = random.uniform(-joints.speed, joints.speed)
+        window = limits.window(positions, previous)
+        assert np.all(window.lower <= window.upper)
+        step = joints.acceleration * arm.period_s
+        assert np.all(np.abs(window.bounded(random.normal(0, 9, 10)) - previous) <= step)
+        braked = limits.braked(previous)
+        assert np.all(np.abs(braked - previous) <= step)
+        assert np.all(np.abs(braked) <= np.abs(previous))
+        np.testing.assert_allclose(braked * previous[0], previous * braked[0], atol=1e-12)
+
+
+def test_random_commands_never_reach_a_position_limit(arm: SerialArm) -> None:
+    random = np.random.default_rng(6)
+    limits = JointLimits(arm.joints, JointSettings(), arm.period_s)
+    previous = np.zeros(10)
+    for tick in range(4000):
+        if tick % 250 == 0:
+            wanted = random.choice([-10.0, 10.0], 10)
+        previous = limits.window(arm.state().positions, previous).bounded(wanted)
+        arm.command(previous)
+        positions = arm.state().positions
+        assert np.all((positions > arm.joints.lower) & (positions < arm.joints.upper))
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_both_eyes_meet_the_point_that_they_fixate(arm: SerialArm, seed: int) -> None:
+    random = np.random.default_rng(seed)
+    positions = arm.state().positions
+    point = (arm.world_from_hand(positions) @ arm.eyes.hand_from_head).transform(
+        random.uniform([-0.2, -0.2, 0.3], [0.2, 0.2, 0.8])[None]
+    )[0]
+    hand = arm.world_from_hand(positions)
+    in_head, _ = seen_from_head(arm.eyes, hand, np.zeros(6), point, np.zeros(3))
+    eyes = arm.eyes
+    positions[[eyes.tilt, eyes.pan_left, eyes.pan_right]] = fixation(
+        eyes, in_head, np.zeros(3)
+    ).angles
+    for world_from_eye in arm.world_from_cameras(positions):
+        x, y, z = (world_from_eye.inverse()).transform(point[None])[0]
+        assert np.hypot(x, y) < 1e-12 < z
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_rates_of_the_gaze_are_the_slopes_of_its_angles(arm: SerialArm, seed: int) -> None:
+    random = np.random.default_rng(seed)
+    hand = arm.world_from_hand(arm.state().positions)
+    point = hand.transform(random.uniform([-0.2, -0.2, 0.3], [0.2, 0.2, 0.8])[None])[0]
+    velocity, hand_twist = random.normal(size=3), random.normal(size=6)
+
+    def gaze(time_s: float) -> np.ndarray:
+        moved = shifted_and_turned(hand, time_s * hand_twist)
+        at = point + time_s * velocity
+        seen = seen_from_head(arm.eyes, moved, hand_twist, at, velocity)
+        return fixation(arm.eyes, *seen).angles
+
+    seen = seen_from_head(arm.eyes, hand, hand_twist, point, velocity)
+    slopes = (gaze(1e-5) - gaze(-1e-5)) / 2e-5
+    np.testing.assert_allclose(fixation(arm.eyes, *seen).rates, slopes, atol=1e-6)
+
+
+def test_a_hand_outside_its_workspace_may_only_come_back() -> None:
+    guard = Guard(SafetySettings(workspace_lower=(-1, -1, 0), workspace_upper=(1, 1, 1)), 0.03)
+    keep = guard.keep(np.array([1.1, 0.0, -0.1]), np.array([0.0, 5.0, 0.0]), np.zeros(3))
+    assert keep.upper[0] < 0 < keep.lower[2]
+    twist, reasons = guard.kept(np.array([0.5, 0.2, -0.5, 0, 0, 0]), keep)
+    assert twist[0] < 0 < twist[2] and twist[1] == 0.2
+    assert {reason.name for reason in reasons} == {"WORKSPACE"}

@@ -1,0 +1,38 @@
+import numpy as np
+import pytest
+from servo_loop import WORLD_FROM_OBJECT, WORLD_FROM_START
+
+from servoid.pose import Pose
+from servoid.servo.moving import change_between, shifted_and_turned
+from servoid.servo.reach import reached
+from servoid.sim.arm_file import read_arm
+from servoid.sim.serial_arm import SerialArm
+
+
+@pytest.fixture(scope="module")
+def arm() -> SerialArm:
+    return SerialArm(read_arm())
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_joints_that_are_found_hold_the_hand_at_its_goal(arm: SerialArm, seed: int) -> None:
+    offset = np.random.default_rng(seed).uniform(-1, 1, 6) * np.repeat([0.12, 0.4], 3)
+    goal = shifted_and_turned(WORLD_FROM_START, offset)
+    start = arm.state().positions
+    found = reached(arm, goal, start)
+    assert found is not None
+    np.testing.assert_allclose(change_between(arm.world_from_hand(found), goal), 0, atol=1e-6)
+    assert np.all((found >= arm.joints.lower) & (found <= arm.joints.upper))
+    assert np.array_equal(found[7:], start[7:])
+
+
+def test_joints_that_are_not_free_do_not_turn(arm: SerialArm) -> None:
+    goal = shifted_and_turned(WORLD_FROM_START, np.array([0.0, 0.1, 0.05, 0.1, 0.0, 0.1]))
+    found = reached(arm, goal, arm.state().positions, slice(1, 7))
+    assert found is not None and found[0] == 0
+
+
+def test_what_lies_beyond_the_arm_is_not_reached(arm: SerialArm) -> None:
+    assert reached(arm, WORLD_FROM_OBJECT, arm.state().positions) is None
+    far = Pose.from_parts([3.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0])
+    assert reached(arm, far, arm.state().positions) is None

@@ -11,9 +11,20 @@ from servoid.servo.moving import change_between
 from servoid.sim.arm_file import read_arm
 from servoid.sim.serial_arm import SerialArm
 
+
+def in_a_world(turning_eyes: bool) -> Arm:
+    pytest.importorskip("mujoco", reason="simulated worlds need mujoco")
+    from servoid.sim.world import ArmSettings, World, WorldSettings
+
+    arm = ArmSettings(turning_eyes=turning_eyes)
+    return World(WorldSettings(arm=arm, background="plain")).arm
+
+
 ARMS: dict[str, Callable[[], Arm]] = {
     "serial": lambda: SerialArm(read_arm()),
     "serial with other links": lambda: SerialArm(read_arm(links="jsi"), period_s=0.002),
+    "in a world": lambda: in_a_world(turning_eyes=True),
+    "in a world, with fixed eyes": lambda: in_a_world(turning_eyes=False),
 }
 
 

@@ -161,7 +161,11 @@ def test_a_command_takes_one_control_period_of_the_worlds_time() -> None:
 
 @pytest.mark.parametrize(
     ("velocities", "words"),
-    [(np.zeros(9), "needs (10,)"), (np.full(10, np.nan), "joint s1"), (np.ones((2, 5)), "(10,)")],
+    [
+        (np.zeros(9), "shape (9,)"),
+        (np.full(10, np.nan), "that of s1 is nan"),
+        (np.ones((2, 5)), "10 finite joint speeds are needed"),
+    ],
 )
 def test_a_command_that_is_none_is_refused_and_time_stands(
     resting: World, velocities: np.ndarray, words: str
@@ -192,6 +196,7 @@ def test_the_object_waits_where_the_paper_has_it(resting: World) -> None:
         ({"arm": ArmSettings(start=(0.1, 0.2))}, ("2 angles", "7 for the hand", "10")),
         ({"arm": ArmSettings(start=(0, 9.0, 0, 0, 0, 0, 0))}, ("s2", "9 rad", "1.5708")),
         ({"physics": PhysicsSettings(period_s=0.003)}, ("0.003", "multiple")),
+        ({"cameras": CameraSettings(exposure_s=0.05)}, ("0.05 s", "30 Hz", "0.03333")),
         ({"cameras": CameraSettings(rate_hz=-1.0)}, ("rate_hz", "> 0")),
         ({"cameras": CameraSettings(samples=1, moments=3)}, ("moments", "3", "1")),
     ],

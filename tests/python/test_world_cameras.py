@@ -195,7 +195,7 @@ def test_the_same_seed_gives_the_same_bits_however_often_one_looks() -> None:
     driving = np.random.default_rng(1).uniform(-0.3, 0.3, (40, 10))
 
     def run(often: bool, seed: int, threads: int) -> tuple[np.ndarray, ...]:
-        world = make_world(object=settings, seed=seed, threads=threads, background="cluttered")
+        world = make_world(object=settings, seed=seed, threads=threads)
         world.start_path()
         for velocities in driving:
             world.arm.command(velocities)

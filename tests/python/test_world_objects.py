@@ -1,3 +1,5 @@
+from pathlib import Path
+
 import numpy as np
 import pytest
 import trimesh
@@ -5,6 +7,8 @@ import trimesh
 from servoid.errors import SimError
 from servoid.sim.world.meshes import as_mesh
 from servoid.sim.world.objects import OBJECTS, make_object
+from servoid.sim.world.paths import KINDS
+from servoid.sim.world.room import BACKGROUNDS
 from servoid.sim.world.things import OBJECT, Box, Capsule, Cylinder, Ellipsoid, MeshShape, Plane
 
 
@@ -82,6 +86,14 @@ def test_shapes_as_triangles_enclose_their_volume(shape: object, volume: float) 
 def test_a_plane_is_no_solid() -> None:
     with pytest.raises(SimError, match="a plane encloses nothing"):
         as_mesh(Plane((1.0, 1.0)))
+
+
+def test_the_page_about_worlds_names_every_object_and_background() -> None:
+    page = Path(__file__).parents[2] / "docs" / "howto" / "world.md"
+    text = page.read_text(encoding="utf-8")
+    assert [name for name in (*OBJECTS, *BACKGROUNDS, *KINDS) if f"`{name}" not in text] == [
+        "recorded"
+    ]
 
 
 def test_an_unknown_object_is_refused_with_the_known_ones() -> None:

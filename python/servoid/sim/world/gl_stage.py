@@ -30,8 +30,8 @@ class OpenGl:
         """Make the things known to the graphics.
 
         Raises:
-            MissingExtraError: MuJoCo or PyOpenGL is not installed.
-            SimError: OpenGL cannot start.
+            MissingExtraError: MuJoCo is not installed.
+            SimError: OpenGL cannot start, or PyOpenGL is not installed.
 
         """
         self._mujoco = load_mujoco()

@@ -53,11 +53,19 @@ class ArmSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True)
 class ObjectSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """The object and where it is met."""
 
-    name: Annotated[str, Meta(description="one of the objects of servoid.sim")] = "bottle"
+    name: Annotated[
+        str,
+        Meta(
+            description="bottle, drill, ellipsoid, mug, painted_ellipsoid, plain_bottle, "
+            "plain_mug or two_ellipsoids"
+        ),
+    ] = "bottle"
     hand_from_object: Annotated[
         Seven, Meta(description="where it waits before the hand: w, x, y, z, tx, ty, tz; Eq. 20")
     ] = (1.0, 0.0, 0.0, 0.0, 0.0, -0.09, 0.545)
-    path: Annotated[str, Meta(description="how it moves, such as sine:0.15@10s")] = "still"
+    path: Annotated[
+        str, Meta(description="still, or as line:0.2@5s, circle:0.1@10s, sine:0.15@10s, random:7")
+    ] = "still"
 
 
 class CameraSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -161,5 +169,10 @@ def checked(settings: WorldSettings) -> WorldSettings:
         raise SimError(
             f"an exposure has {cameras.moments} moments, but a pixel only {cameras.samples**2} "
             "rays; lower cameras.moments or raise cameras.samples"
+        )
+    if cameras.exposure_s * cameras.rate_hz > 1.0:
+        raise SimError(
+            f"an exposure takes {cameras.exposure_s} s, but at {cameras.rate_hz:g} Hz there are "
+            f"{1.0 / cameras.rate_hz:.4g} s for each; lower cameras.exposure_s or cameras.rate_hz"
         )
     return settings

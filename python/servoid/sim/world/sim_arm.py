@@ -65,15 +65,15 @@ class SimArm:
 
     def world_from_hand(self, positions: Floats) -> Pose:
         """Return where the hand is with the joints at these positions."""
-        return self._kinematics.world_from_hand(self._checked(positions, "positions"))
+        return self._kinematics.world_from_hand(self._checked(positions, "angles"))
 
     def jacobian(self, positions: Floats) -> Floats:
         """Return (6, N) float64: the hand's velocity, linear and angular in the world, by joint."""
-        return self._kinematics.jacobian(self._checked(positions, "positions"))
+        return self._kinematics.jacobian(self._checked(positions, "angles"))
 
     def world_from_cameras(self, positions: Floats) -> tuple[Pose, ...]:
         """Return where each camera is with the joints at these positions."""
-        return self._kinematics.world_from_eyes(self._checked(positions, "positions"))
+        return self._kinematics.world_from_eyes(self._checked(positions, "angles"))
 
     def command(self, velocities: Floats) -> None:
         """Have the joints turn at (N,) rad/s, and return one control period later.
@@ -82,16 +82,15 @@ class SimArm:
             ServoError: there are not N velocities, or one of them is no number.
 
         """
-        self._advance(self._checked(velocities, "velocities"))
+        self._advance(self._checked(velocities, "speeds"))
 
     def _checked(self, values: Floats, what: str) -> Floats:
         values = np.asarray(values, dtype=np.float64)
-        count = len(self._joints.names)
-        if values.shape != (count,):
-            raise ServoError(
-                f"{what} have shape {values.shape}; the arm has {count} joints and needs ({count},)"
-            )
+        names = self._joints.names
+        needed = f"{len(names)} finite joint {what} are needed, one for each of {', '.join(names)}"
+        if values.shape != (len(names),):
+            raise ServoError(f"{needed}; the array given has shape {values.shape}")
         if not np.isfinite(values).all():
-            wrong = self._joints.names[int(np.argmin(np.isfinite(values)))]
-            raise ServoError(f"{what} hold no number for joint {wrong}; give finite numbers")
+            wrong = int(np.argmin(np.isfinite(values)))
+            raise ServoError(f"{needed}; that of {names[wrong]} is {values[wrong]}")
         return values

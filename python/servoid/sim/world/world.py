@@ -26,7 +26,6 @@ from servoid.sim.world.stages import Drawer, Shot
 from servoid.sim.world.things import BOARD, OBJECT, Box, Finish, Thing
 
 _OVERVIEW_FOCAL = 1.05  # in widths of the picture
-_OVERVIEW_SAMPLES = 3
 _BOARD = Finish(color=(0.45, 0.36, 0.27))
 
 
@@ -34,7 +33,8 @@ class World:
     """Makes a world and lets its time pass with each command to its arm.
 
     Its time has nothing to do with the time on the wall, and the same settings and commands give
-    the same images, bit for bit. Use it from one thread at a time.
+    the same images, bit for bit. The object follows its path whatever stands in its way. Use it
+    from one thread at a time.
     """
 
     arm: SimArm
@@ -118,8 +118,13 @@ class World:
             masks.append(np.where(np.isin(ids, numbers), np.uint8(255), np.uint8(0)))
         return tuple(masks)
 
-    def overview(self, size_px: tuple[int, int] = (960, 720)) -> NDArray[np.uint8]:
-        """Return a picture (H, W, 3) uint8 RGB of the arm, its head, the object and the room."""
+    def overview(
+        self, size_px: tuple[int, int] = (960, 720), samples: int = 3
+    ) -> NDArray[np.uint8]:
+        """Return a picture (H, W, 3) uint8 RGB of the arm, its head, the object and the room.
+
+        `samples` are rays along each side of a pixel.
+        """
         width, height = size_px
         focal = _OVERVIEW_FOCAL * width
         lens = Lens(
@@ -137,7 +142,7 @@ class World:
                 world_from_things=things[None],
                 toward=self.settings.light.toward,
                 level=self._course.level_at(self.time_s),
-                samples=_OVERVIEW_SAMPLES,
+                samples=samples,
                 threads=self.settings.threads,
             )
         )

@@ -1,6 +1,7 @@
 """Recording: estimates become files, and files trajectories."""
 
 from servoid.record.overlay import Overlay
+from servoid.record.servo_log import Seen, ServoLog, ServoRow, off_center
 from servoid.record.trajectory import (
     Waypoint,
     check_suffix,
@@ -12,9 +13,13 @@ from servoid.record.video_file import check_video, overlay_video
 
 __all__ = [
     "Overlay",
+    "Seen",
+    "ServoLog",
+    "ServoRow",
     "Waypoint",
     "check_suffix",
     "check_video",
+    "off_center",
     "overlay_video",
     "read_trajectory",
     "waypoints",

@@ -2,10 +2,14 @@
 
 from servoid.servo.arm import Arm, Eyes, Joints, JointState
 from servoid.servo.controller import Command, Controller
+from servoid.servo.looking import Viewpoint, next_viewpoint, visit
+from servoid.servo.loop import Goal, Tick, halt, servo
+from servoid.servo.reach import reached
 from servoid.servo.safety import Reason
 from servoid.servo.settings import (
     GazeMode,
     JointLaw,
+    LookSettings,
     ServoSettings,
     read_settings,
     settings_from,
@@ -19,14 +23,23 @@ __all__ = [
     "Controller",
     "Eyes",
     "GazeMode",
+    "Goal",
     "JointLaw",
     "JointState",
     "Joints",
+    "LookSettings",
     "Reason",
     "ServoSettings",
     "TargetEstimate",
     "TargetFilter",
+    "Tick",
+    "Viewpoint",
+    "halt",
+    "next_viewpoint",
+    "reached",
     "read_settings",
+    "servo",
     "settings_from",
     "settings_toml",
+    "visit",
 ]

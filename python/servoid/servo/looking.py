@@ -87,7 +87,7 @@ def visit(
         still = bool(np.abs(twist).max() < settings.still)
         near = np.linalg.norm(off[:3]) < settings.near and np.linalg.norm(off[3:]) < settings.near
         late = state.time_s - start_s > settings.patience_s
-        if arrived_s is None and (near and still or late):
+        if arrived_s is None and ((near and still) or late):
             arrived_s = state.time_s
         command = controller.go_to(state, world_from_goal, point)
         arm.command(command.velocities)

@@ -1,5 +1,6 @@
 """Recording: estimates become files, and files trajectories."""
 
+from servoid.record.looks import write_looks
 from servoid.record.overlay import Overlay
 from servoid.record.servo_log import Seen, ServoLog, ServoRow, off_center
 from servoid.record.trajectory import (
@@ -23,5 +24,6 @@ __all__ = [
     "overlay_video",
     "read_trajectory",
     "waypoints",
+    "write_looks",
     "write_trajectory",
 ]

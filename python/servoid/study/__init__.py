@@ -6,6 +6,7 @@ from servoid.study.trial_settings import (
     RunSettings,
     TrackingSettings,
     TrialSettings,
+    changed,
     read_trial_settings,
     trial_toml,
 )
@@ -17,6 +18,7 @@ __all__ = [
     "TrackingSettings",
     "TrialSettings",
     "TrialStep",
+    "changed",
     "meet",
     "read_trial_settings",
     "run_servo_trial",

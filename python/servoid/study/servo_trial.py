@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from servoid import model
 from servoid.errors import ServoError
 from servoid.observe import Instant
+from servoid.output import make_folder
 from servoid.pose import Pose
 from servoid.record import Seen, ServoLog, ServoRow, off_center
 from servoid.servo import Command, Controller, Goal, Tick, halt, servo, visit
@@ -27,7 +28,8 @@ _FINDING = 60  # observations in which the tracker must find the object after th
 class TrialStep:
     """What a run does at one moment: its stage, the share of the stage that is done, and more.
 
-    `row` is there while servoing, `instant` when an observation arrived.
+    `row` and `trial`, as far as it has come, are there while servoing, `instant` when an
+    observation arrived.
     """
 
     stage: str
@@ -37,6 +39,7 @@ class TrialStep:
     command: Command | None = None
     estimate: Estimate | None = None
     row: ServoRow | None = None
+    trial: "ServoTrial | None" = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,6 +75,7 @@ def run_servo_trial(
         ModelError, TargetError: the object cannot be modelled from what the hand can see.
 
     """
+    make_folder(Path(folder))
     world = World(settings.world, path=path)
     if prepared is not None:
         prepared(world)
@@ -127,6 +131,7 @@ def _follow(
                 tick.command,
                 tick.estimate,
                 row,
+                trial,
             )
         )
         if since >= seconds:

@@ -14,6 +14,8 @@ from servoid.sim.world import WorldSettings
 from servoid.track import Method
 
 Triple = tuple[float, float, float]
+NotNegative = Annotated[int, Meta(ge=0)]
+Count = Annotated[int, Meta(ge=1)]
 
 
 class RunSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -42,9 +44,9 @@ class TrackingSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown
     method: Annotated[
         Method, Meta(description="region, servoid's own, or paper, the 1-step GA")
     ] = Method.REGION
-    seed: Annotated[int | None, Meta(ge=0, description="of the tracker's searches")] = None
-    population: Annotated[int | None, Meta(ge=1, description="hypotheses a generation")] = None
-    generations: Annotated[int | None, Meta(ge=1, description="generations an image")] = None
+    seed: Annotated[NotNegative | None, Meta(description="of the tracker's searches")] = None
+    population: Annotated[Count | None, Meta(description="hypotheses a generation")] = None
+    generations: Annotated[Count | None, Meta(description="generations an image")] = None
 
     def options(self) -> dict[str, Any]:
         """Return what was set, as the tracker's maker takes it."""
@@ -75,6 +77,25 @@ def read_trial_settings(path: str | Path) -> TrialSettings:
     except (msgspec.DecodeError, UnicodeDecodeError) as reason:
         raise ServoError(f"{path}: not a TOML file: {reason}") from reason
     return convert(data, TrialSettings, str(path), ServoError, content.decode())
+
+
+def changed(settings: TrialSettings, values: dict[str, Any], place: str) -> TrialSettings:
+    """Return settings with other values; keys are dotted, such as `world.object.name`.
+
+    `place` says where the values come from, for errors.
+
+    Raises:
+        ServoError: a key is unknown, or a value cannot be.
+
+    """
+    data: dict[str, Any] = msgspec.to_builtins(settings)
+    for key, value in values.items():
+        *tables, last = key.split(".")
+        inner = data
+        for table in tables:
+            inner = inner[table]
+        inner[last] = value
+    return convert(data, TrialSettings, place, ServoError)
 
 
 def trial_toml(settings: TrialSettings | None = None) -> str:

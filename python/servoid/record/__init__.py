@@ -1,7 +1,7 @@
 """Recording: estimates become files, and files trajectories."""
 
 from servoid.record.overlay import Overlay
-from servoid.record.servo_log import Seen, ServoLog, ServoRow, off_center
+from servoid.record.servo_log import write_servo_log
 from servoid.record.trajectory import (
     Waypoint,
     check_suffix,
@@ -13,15 +13,12 @@ from servoid.record.video_file import check_video, overlay_video
 
 __all__ = [
     "Overlay",
-    "Seen",
-    "ServoLog",
-    "ServoRow",
     "Waypoint",
     "check_suffix",
     "check_video",
-    "off_center",
     "overlay_video",
     "read_trajectory",
     "waypoints",
+    "write_servo_log",
     "write_trajectory",
 ]

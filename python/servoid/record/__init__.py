@@ -2,6 +2,8 @@
 
 from servoid.record.overlay import Overlay
 from servoid.record.servo_log import write_servo_log
+from servoid.record.servo_overlay import ServoOverlay, ServoScene
+from servoid.record.servo_video import ServoVideo
 from servoid.record.trajectory import (
     Waypoint,
     check_suffix,
@@ -9,13 +11,17 @@ from servoid.record.trajectory import (
     waypoints,
     write_trajectory,
 )
-from servoid.record.video_file import check_video, overlay_video
+from servoid.record.video_file import check_video, image_video, overlay_video
 
 __all__ = [
     "Overlay",
+    "ServoOverlay",
+    "ServoScene",
+    "ServoVideo",
     "Waypoint",
     "check_suffix",
     "check_video",
+    "image_video",
     "overlay_video",
     "read_trajectory",
     "waypoints",

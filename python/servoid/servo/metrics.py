@@ -40,6 +40,11 @@ class Spread:
             return cls(np.nan, np.nan)
         return cls(float(np.percentile(values, 50.0)), float(np.percentile(values, 99.0)))
 
+    def in_words(self) -> str:
+        """Say it of times in seconds."""
+        median, most = (_in_words(1e3 * one, "ms") for one in (self.p50, self.p99))
+        return f"{median} median, {most} p99"
+
 
 @dataclass(frozen=True)
 class ServoMetrics:
@@ -92,6 +97,23 @@ class ServoMetrics:
         """Return for how long the hand was held altogether."""
         return sum(hold.seconds for hold in self.holds)
 
+    def figures(self) -> dict[str, str]:
+        """Return the figures in words by their names, in millimetres, degrees and milliseconds."""
+        settled = f"after {self.settle_s:g} s"
+        times = "once" if len(self.holds) == 1 else f"{len(self.holds)} times"
+        return {
+            f"hand position error {settled}, RMS": _in_words(1e3 * self.position_rms, "mm"),
+            f"hand position error {settled}, 95 %": _in_words(1e3 * self.position_95, "mm"),
+            f"hand turn error {settled}, RMS": _in_words(np.degrees(self.turn_rms), "deg"),
+            f"fixation error {settled}, RMS": _in_words(self.fixation_rms_px, "px"),
+            "tracked": f"{_in_words(100.0 * self.tracked_share, '%')} of {self.observations} "
+            "observations",
+            "held": f"{times}, {self.held_s:.2f} s altogether" if self.holds else "never",
+            "fastest hand": _in_words(1e3 * self.fastest_hand, "mm/s"),
+            "control tick": self.control_s.in_words(),
+            "tracker": self.track_s.in_words(),
+        }
+
 
 def holds(log: ServoLog) -> list[Hold]:
     """List when the hand was held; a hold lasts until the control period that ends it begins."""
@@ -110,6 +132,13 @@ def holds(log: ServoLog) -> list[Hold]:
             found.append(Hold(before.start_s, float(end_s), (*before.reasons, *new)))
         held = bool(reasons)
     return found
+
+
+def _in_words(value: float, unit: str) -> str:
+    if np.isnan(value):
+        return "not known"
+    digits = 0 if abs(value) >= 100.0 else 1 if abs(value) >= 10.0 else 2
+    return f"{value:.{digits}f} {unit}"
 
 
 def _rms(values: Floats) -> float:

@@ -2,7 +2,9 @@
 
 from servoid.record.looks import write_looks
 from servoid.record.overlay import Overlay
-from servoid.record.servo_log import Seen, ServoLog, ServoRow, off_center
+from servoid.record.servo_log import write_servo_log
+from servoid.record.servo_overlay import ServoOverlay, ServoScene
+from servoid.record.servo_video import ServoVideo
 from servoid.record.trajectory import (
     Waypoint,
     check_suffix,
@@ -10,20 +12,21 @@ from servoid.record.trajectory import (
     waypoints,
     write_trajectory,
 )
-from servoid.record.video_file import check_video, overlay_video
+from servoid.record.video_file import check_video, image_video, overlay_video
 
 __all__ = [
     "Overlay",
-    "Seen",
-    "ServoLog",
-    "ServoRow",
+    "ServoOverlay",
+    "ServoScene",
+    "ServoVideo",
     "Waypoint",
     "check_suffix",
     "check_video",
-    "off_center",
+    "image_video",
     "overlay_video",
     "read_trajectory",
     "waypoints",
     "write_looks",
+    "write_servo_log",
     "write_trajectory",
 ]

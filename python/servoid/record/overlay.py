@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from servoid._native import Camera
 from servoid.observe import Instant
+from servoid.record.lettering import fill, width_px, write
 from servoid.record.outline import Color, draw_axes, draw_outline, draw_points
 from servoid.track import Followed, Tracked, TrackStep
 
@@ -23,7 +24,7 @@ _DARK = (24, 24, 26)
 _TROUGH = (70, 70, 74)
 _INK = (235, 235, 235)
 _QUIET = (160, 160, 165)
-_FONT = cv2.FONT_HERSHEY_SIMPLEX
+_SIZE = 0.45
 _BAR_PX = 120
 
 
@@ -54,7 +55,7 @@ class Overlay:
             if self._scale < 1.0:
                 tile = cv2.resize(tile, (width, height), interpolation=cv2.INTER_AREA)
             page[:height, left : left + width] = tile
-            _write(page, (left + 8, 18), self._names[place], _INK, shadow=True)
+            write(page, (left + 8, 18), self._names[place], _INK, shadow=True)
             left += width
         for row, (one, tracked) in enumerate(zip(step.objects, step.tracked, strict=True)):
             self._draw_row(page, row, (one, tracked), step.instant)
@@ -67,7 +68,7 @@ class Overlay:
         given = instant.images[place]
         if given is None or given.shape[:2] != (height, width):
             image = np.full((height, width, 3), _TROUGH, dtype=np.uint8)
-            _write(image, (width // 2 - 36, height // 2), "no image", _INK)
+            write(image, (width // 2 - 36, height // 2), "no image", _INK)
         else:
             image = given.copy() if given.ndim == 3 else np.dstack([given] * 3)
         sight = (camera, instant.world_from_camera[place])
@@ -93,38 +94,18 @@ class Overlay:
         top = self._images_px + row * _ROW_PX
         confidence = float(np.clip(np.nan_to_num(tracked.estimate.confidence), 0.0, 1.0))
         bar = (8, top + 9, _BAR_PX, 10)
-        _fill(page, bar, _TROUGH)
-        _fill(page, (*bar[:2], round(_BAR_PX * confidence), bar[3]), _color(tracked))
+        fill(page, bar, _TROUGH)
+        fill(page, (*bar[:2], round(_BAR_PX * confidence), bar[3]), _color(tracked))
         words = f"{100.0 * confidence:3.0f} %  {tracked.estimate.status}"
         if len(self._names) and one.name != "object":
             words += f"  {one.name}"
-        end = _write(page, (_BAR_PX + 18, top + 19), words, _INK)
+        end = write(page, (_BAR_PX + 18, top + 19), words, _INK)
         note = f"{instant.time_s:.2f} s"
         room = self.size_px[0] - end - 16
-        if cv2.getTextSize(note, _FONT, 0.45, 1)[0][0] <= room:
-            width = cv2.getTextSize(note, _FONT, 0.45, 1)[0][0]
-            _write(page, (self.size_px[0] - width - 8, top + 19), note, _QUIET)
+        width = width_px(note, _SIZE)
+        if width <= room:
+            write(page, (self.size_px[0] - width - 8, top + 19), note, _QUIET)
 
 
 def _color(tracked: Tracked) -> Color:
     return STATUS_COLORS.get(tracked.estimate.status, STATUS_COLORS["lost"])
-
-
-def _fill(page: NDArray[np.uint8], box: tuple[int, int, int, int], color: Color) -> None:
-    left, top, width, height = box
-    page[top : top + height, left : left + width] = color
-
-
-def _write(
-    page: NDArray[np.uint8],
-    at: tuple[int, int],
-    words: str,
-    color: Color,
-    *,
-    shadow: bool = False,
-) -> int:
-    """Write words on a base line from the left, and return where they end."""
-    if shadow:
-        cv2.putText(page, words, at, _FONT, 0.45, (0, 0, 0), 3, cv2.LINE_AA)
-    cv2.putText(page, words, at, _FONT, 0.45, color, 1, cv2.LINE_AA)
-    return at[0] + cv2.getTextSize(words, _FONT, 0.45, 1)[0][0]

@@ -1,10 +1,12 @@
-"""Writes a video of tracking, image by image, whole or not at all."""
+"""Writes a video image by image, whole or not at all."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 import cv2
+import numpy as np
+from numpy.typing import NDArray
 
 from servoid.errors import OutputError
 from servoid.output import check_file, written_beside
@@ -27,13 +29,13 @@ def check_video(path: Path) -> None:
 
 
 @contextmanager
-def overlay_video(
-    path: str | Path, overlay: Overlay, rate_hz: float
-) -> Iterator[Callable[[TrackStep], None]]:
-    """Write an MP4 file that is at `path` when the block ends; call what is given with each step.
+def image_video(
+    path: str | Path, size_px: tuple[int, int], rate_hz: float
+) -> Iterator[Callable[[NDArray[np.uint8]], None]]:
+    """Write an MP4 file that is at `path` when the block ends; call what is given with each image.
 
-    If the block raises, nothing is left behind. `rate_hz` is how many images a second the video
-    shows.
+    Images are (H, W, 3) uint8 RGB of `size_px`, which is even. If the block raises, nothing is left
+    behind. `rate_hz` is how many images a second the video shows.
 
     Raises:
         OutputError: there is no encoder, or the file cannot be written.
@@ -42,10 +44,10 @@ def overlay_video(
     path = Path(path)
     check_video(path)
     with written_beside(path) as partial:
-        writer = _open(path, partial, rate_hz, overlay.size_px)
+        writer = _open(path, partial, rate_hz, size_px)
 
-        def add(step: TrackStep) -> None:
-            writer.write(cv2.cvtColor(overlay.draw(step), cv2.COLOR_RGB2BGR))
+        def add(image: NDArray[np.uint8]) -> None:
+            writer.write(cv2.cvtColor(image, cv2.COLOR_RGB2BGR))
 
         try:
             yield add
@@ -53,6 +55,20 @@ def overlay_video(
             writer.release()
         if not partial.is_file() or partial.stat().st_size == 0:
             raise OutputError(f"cannot write {path}: the encoder wrote nothing; is the disk full?")
+
+
+@contextmanager
+def overlay_video(
+    path: str | Path, overlay: Overlay, rate_hz: float
+) -> Iterator[Callable[[TrackStep], None]]:
+    """Write a video of tracking as `image_video` does; call what is given with each step.
+
+    Raises:
+        OutputError: there is no encoder, or the file cannot be written.
+
+    """
+    with image_video(path, overlay.size_px, rate_hz) as add:
+        yield lambda step: add(overlay.draw(step))
 
 
 def _open(path: Path, partial: Path, rate_hz: float, size_px: tuple[int, int]) -> cv2.VideoWriter:

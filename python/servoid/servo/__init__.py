@@ -2,8 +2,10 @@
 
 from servoid.servo.arm import Arm, Eyes, Joints, JointState
 from servoid.servo.controller import Command, Controller
+from servoid.servo.log import Seen, ServoLog, ServoRow, off_center
 from servoid.servo.looking import Viewpoint, next_viewpoint, visit
 from servoid.servo.loop import Goal, Tick, halt, servo
+from servoid.servo.metrics import Hold, ServoMetrics, Spread, holds
 from servoid.servo.reach import reached
 from servoid.servo.safety import Reason
 from servoid.servo.settings import (
@@ -24,18 +26,26 @@ __all__ = [
     "Eyes",
     "GazeMode",
     "Goal",
+    "Hold",
     "JointLaw",
     "JointState",
     "Joints",
     "LookSettings",
     "Reason",
+    "Seen",
+    "ServoLog",
+    "ServoMetrics",
+    "ServoRow",
     "ServoSettings",
+    "Spread",
     "TargetEstimate",
     "TargetFilter",
     "Tick",
     "Viewpoint",
     "halt",
+    "holds",
     "next_viewpoint",
+    "off_center",
     "reached",
     "read_settings",
     "servo",

@@ -12,8 +12,19 @@ from servoid.errors import ServoError
 from servoid.observe import Instant
 from servoid.output import make_folder
 from servoid.pose import Pose
-from servoid.record import Seen, ServoLog, ServoRow, off_center
-from servoid.servo import Command, Controller, Goal, Tick, halt, servo, visit
+from servoid.servo import (
+    Command,
+    Controller,
+    Goal,
+    Seen,
+    ServoLog,
+    ServoRow,
+    Tick,
+    halt,
+    off_center,
+    servo,
+    visit,
+)
 from servoid.sim.world import Path as ObjectPath
 from servoid.sim.world import World
 from servoid.study.meeting import Masks, Meeting, meet

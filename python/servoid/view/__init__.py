@@ -9,5 +9,7 @@ if find_spec("matplotlib") is None:
     raise MissingExtraError.of("pictures", "matplotlib", "view")
 
 from servoid.view.report import write_report
+from servoid.view.servo_plots import draw_servo_plots
+from servoid.view.servo_report import ServoPictures, write_servo_report
 
-__all__ = ["write_report"]
+__all__ = ["ServoPictures", "draw_servo_plots", "write_report", "write_servo_report"]

@@ -1,13 +1,13 @@
 """The curve: how fitness and silhouette IoU grow with the count of ellipsoids."""
 
-import io
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from servoid.model import ModelResult
-from servoid.view.page import INK, QUIET_INK
+from servoid.view.axes import dress, new_figure, png
+from servoid.view.page import INK
 from servoid.view.scores import UNUSED_COLOR, USED_COLOR
 
 if TYPE_CHECKING:
@@ -19,9 +19,6 @@ _Line = tuple[str, NDArray[np.float64], tuple[int, int, int], str]
 
 def draw_curve(result: ModelResult) -> bytes:
     """Draw F and the mean silhouette IoU against the count, and return the PNG file's bytes."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
     ious = result.iou_by_count
     fitness = np.array([step.fitness for step in result.steps])
     lines: list[_Line] = [
@@ -30,8 +27,7 @@ def draw_curve(result: ModelResult) -> bytes:
         ("IoU, unused views", ious.unused, UNUSED_COLOR, "-"),
     ]
     lines = [line for line in lines if np.isfinite(line[1]).any()]
-    figure = Figure(figsize=(7.2, 4.4), dpi=160, layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = new_figure(7.2, 4.4)
     axes = figure.add_subplot()
     for _, values, color, style in lines:
         axes.plot(
@@ -44,10 +40,8 @@ def draw_curve(result: ModelResult) -> bytes:
             markersize=4.5,
         )
     _label(axes, int(ious.counts[-1]), lines)
-    _dress(axes)
-    buffer = io.BytesIO()
-    figure.savefig(buffer, format="png", metadata={"Software": None})
-    return buffer.getvalue()
+    _name(axes)
+    return png(figure)
 
 
 def _label(axes: "Axes", last_count: int, lines: list[_Line]) -> None:
@@ -70,17 +64,13 @@ def _label(axes: "Axes", last_count: int, lines: list[_Line]) -> None:
         )
 
 
-def _dress(axes: "Axes") -> None:
-    """Give the axes their names, few lines and quiet colours."""
+def _name(axes: "Axes") -> None:
+    """Say what counts along the axis, and give the axes their look."""
     from matplotlib.ticker import MaxNLocator
 
     axes.set_xlabel("ellipsoids", color=INK, fontsize=11)
     axes.xaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
-    axes.grid(axis="y", color="#e6e6e6", linewidth=0.8)
-    axes.set_axisbelow(True)
-    axes.tick_params(colors=QUIET_INK, labelcolor=INK, labelsize=10, length=3)
-    axes.spines[["top", "right"]].set_visible(False)
-    axes.spines[["left", "bottom"]].set_color("#aaaaaa")
+    dress(axes)
 
 
 def spread(places: NDArray[np.float64], gap: float) -> NDArray[np.float64]:

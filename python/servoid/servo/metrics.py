@@ -1,0 +1,156 @@
+"""What a run of servoing was worth, in figures."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from servoid.servo.arm import Floats
+from servoid.servo.log import ServoLog
+from servoid.servo.safety import Reason
+
+
+@dataclass(frozen=True)
+class Hold:
+    """A time in which the hand was held, in seconds since servoing began, and why.
+
+    `reasons` are in the order in which they came up.
+    """
+
+    start_s: float
+    end_s: float
+    reasons: tuple[Reason, ...]
+
+    @property
+    def seconds(self) -> float:
+        """Return how long the hand was held."""
+        return self.end_s - self.start_s
+
+
+@dataclass(frozen=True)
+class Spread:
+    """The median and the 99th percentile of some values; NaN where there are none."""
+
+    p50: float
+    p99: float
+
+    @classmethod
+    def of(cls, values: Floats) -> "Spread":
+        """Measure values (N,)."""
+        if not len(values):
+            return cls(np.nan, np.nan)
+        return cls(float(np.percentile(values, 50.0)), float(np.percentile(values, 99.0)))
+
+    def in_words(self) -> str:
+        """Say it of times in seconds."""
+        median, most = (_in_words(1e3 * one, "ms") for one in (self.p50, self.p99))
+        return f"{median} median, {most} p99"
+
+
+@dataclass(frozen=True)
+class ServoMetrics:
+    """The figures of a run; NaN where the log does not say.
+
+    The errors are of the hand against its true goal and of the fixation, after `settle_s` seconds
+    of servoing; all else is of the whole run. `position_rms` and `position_95` are in metres,
+    `turn_rms` in radians, `fixation_rms_px` is over all eyes. `tracked_share` is the share of
+    observations, `fastest_hand` is in m/s, `control_s` and `track_s` are times on the wall.
+    """
+
+    settle_s: float
+    position_rms: float
+    position_95: float
+    turn_rms: float
+    fixation_rms_px: float
+    tracked_share: float
+    observations: int
+    holds: tuple[Hold, ...]
+    control_s: Spread
+    track_s: Spread
+    fastest_hand: float
+
+    @classmethod
+    def of(cls, log: ServoLog, settle_s: float) -> "ServoMetrics":
+        """Measure a log."""
+        errors = log.hand_errors[log.times >= settle_s]
+        distances = np.linalg.norm(errors[:, :3], axis=1)
+        distances = distances[np.isfinite(distances)]
+        off = [seen.off_px for time_s, seen in log.seen if time_s >= settle_s]
+        estimates = [seen.estimate for _, seen in log.seen]
+        tracked = [one is not None and one.status == "tracking" for one in estimates]
+        ticks = [row.tick for row in log.rows]
+        return cls(
+            settle_s=settle_s,
+            position_rms=_rms(distances),
+            position_95=float(np.percentile(distances, 95.0)) if len(distances) else np.nan,
+            turn_rms=_rms(np.linalg.norm(errors[:, 3:], axis=1)),
+            fixation_rms_px=_rms(np.array([np.linalg.norm(eye) for eyes in off for eye in eyes])),
+            tracked_share=float(np.mean(tracked)) if tracked else np.nan,
+            observations=len(tracked),
+            holds=tuple(holds(log)),
+            control_s=Spread.of(np.array([tick.control_s for tick in ticks])),
+            track_s=Spread.of(np.array([one.track_s for one in ticks if one.estimate is not None])),
+            fastest_hand=_fastest(log),
+        )
+
+    @property
+    def held_s(self) -> float:
+        """Return for how long the hand was held altogether."""
+        return sum(hold.seconds for hold in self.holds)
+
+    def figures(self) -> dict[str, str]:
+        """Return the figures in words by their names, in millimetres, degrees and milliseconds."""
+        settled = f"after {self.settle_s:g} s"
+        times = "once" if len(self.holds) == 1 else f"{len(self.holds)} times"
+        return {
+            f"hand position error {settled}, RMS": _in_words(1e3 * self.position_rms, "mm"),
+            f"hand position error {settled}, 95 %": _in_words(1e3 * self.position_95, "mm"),
+            f"hand turn error {settled}, RMS": _in_words(np.degrees(self.turn_rms), "deg"),
+            f"fixation error {settled}, RMS": _in_words(self.fixation_rms_px, "px"),
+            "tracked": f"{_in_words(100.0 * self.tracked_share, '%')} of {self.observations} "
+            "observations",
+            "held": f"{times}, {self.held_s:.2f} s altogether" if self.holds else "never",
+            "fastest hand": _in_words(1e3 * self.fastest_hand, "mm/s"),
+            "control tick": self.control_s.in_words(),
+            "tracker": self.track_s.in_words(),
+        }
+
+
+def holds(log: ServoLog) -> list[Hold]:
+    """List when the hand was held; a hold lasts until the control period that ends it begins."""
+    if not len(log):
+        return []
+    times = log.times
+    last = 0.0 if len(times) < 2 else float(np.median(np.diff(times)))
+    ends = [*times[1:], times[-1] + last]
+    found: list[Hold] = []
+    held = False
+    for row, start_s, end_s in zip(log.rows, times.tolist(), ends, strict=True):
+        reasons = row.tick.command.holding
+        if reasons:
+            before = found.pop() if held else Hold(start_s, start_s, ())
+            new = sorted(reasons.difference(before.reasons), key=lambda reason: reason.value)
+            found.append(Hold(before.start_s, float(end_s), (*before.reasons, *new)))
+        held = bool(reasons)
+    return found
+
+
+def _in_words(value: float, unit: str) -> str:
+    if np.isnan(value):
+        return "not known"
+    digits = 0 if abs(value) >= 100.0 else 1 if abs(value) >= 10.0 else 2
+    return f"{value:.{digits}f} {unit}"
+
+
+def _rms(values: Floats) -> float:
+    """Return the root of the mean square of what is known of values (N,)."""
+    known = values[np.isfinite(values)]
+    return float(np.sqrt(np.mean(np.square(known)))) if len(known) else np.nan
+
+
+def _fastest(log: ServoLog) -> float:
+    """Return the greatest speed of the hand from tick to tick."""
+    places = np.array([row.world_from_hand.translation for row in log.rows])
+    if len(places) < 2:
+        return np.nan
+    steps = np.linalg.norm(np.diff(places, axis=0), axis=1)
+    return float((steps / np.diff(log.times)).max())

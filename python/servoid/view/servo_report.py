@@ -1,0 +1,148 @@
+"""The report of a servo run: one page that needs nothing beside it."""
+
+import base64
+import html
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from importlib.resources import files
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from servoid.errors import OutputError
+from servoid.output import write_whole
+from servoid.servo import Hold, ServoLog, holds
+
+_NAME = "report.html"
+_QUALITY = 90  # of the JPEG picture of the overview
+_MOST_HOLDS = 40
+
+_CAPTIONS = {
+    "hand.png": "How the hand followed",
+    "joints.png": "What the joints did",
+    "gaze.png": "Where the eyes looked",
+    "contact_sheet.png": "What was modelled: the views, with the ellipsoids' outlines",
+    "body.png": "The body from four sides, and the cameras",
+    "curve.png": "Fitness and silhouette IoU against the count of ellipsoids",
+}
+
+
+@dataclass(frozen=True, eq=False)
+class ServoPictures:
+    """The pictures of a report.
+
+    `overview` is an image (H, W, 3) uint8 RGB of the arm at work; `files` are PNG pictures, shown
+    in their order, with a heading that goes by the file's name.
+    """
+
+    overview: NDArray[np.uint8] | None = None
+    files: Sequence[Path] = ()
+
+
+def write_servo_report(
+    folder: str | Path,
+    log: ServoLog,
+    summary: Mapping[str, str],
+    pictures: ServoPictures,
+    *,
+    title: str = "A run of visual servoing",
+    settings: str = "",
+    notes: Sequence[str] = (),
+) -> Path:
+    """Write `report.html` into a folder that exists, and return its path.
+
+    `summary` are the key figures by name, `settings` is their TOML text, and `notes` are sentences
+    that the page shows above all else.
+
+    Raises:
+        OutputError: the page cannot be written, or a picture cannot be read.
+
+    """
+    shaded = "; the plots shade these times" if pictures.files else ""
+    parts = {
+        "title": html.escape(title),
+        "notes": _notes(notes),
+        "overview": "" if pictures.overview is None else _overview(pictures.overview),
+        "figures": "\n".join(_figure(*one) for one in summary.items()),
+        "pictures": "\n".join(_picture(Path(path)) for path in pictures.files),
+        "holds": _held(log, shaded),
+        "settings": _settings(settings),
+    }
+    template = files("servoid.view").joinpath("servo_report.html").read_text(encoding="utf-8")
+    page = re.sub(r"\{\{(\w+)\}\}", lambda match: parts[match.group(1)], template)
+    path = Path(folder) / _NAME
+    write_whole(path, page.encode())
+    return path
+
+
+def _notes(notes: Sequence[str]) -> str:
+    items = "".join(f"<li>{html.escape(note)}</li>" for note in notes)
+    return f'<ul class="notes">{items}</ul>' if items else ""
+
+
+def _overview(image: NDArray[np.uint8]) -> str:
+    """Return a photograph as an element of the page."""
+    done, data = cv2.imencode(
+        ".jpg", cv2.cvtColor(image, cv2.COLOR_RGB2BGR), [cv2.IMWRITE_JPEG_QUALITY, _QUALITY]
+    )
+    if not done:
+        raise OutputError(f"cannot encode a picture of {image.shape[1]} x {image.shape[0]} px")
+    return _image(data.tobytes(), "jpeg", "The arm at work")
+
+
+def _figure(name: str, value: str) -> str:
+    return f"<tr><th>{html.escape(name)}</th><td>{html.escape(value)}</td></tr>"
+
+
+def _picture(path: Path) -> str:
+    """Return a picture below its heading."""
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        raise OutputError(f"cannot put {path} into the report: {reason}") from error
+    caption = _CAPTIONS.get(path.name, path.stem.replace("_", " "))
+    return f"<h2>{html.escape(caption)}</h2>\n{_image(data, 'png', caption)}"
+
+
+def _image(data: bytes, kind: str, words: str) -> str:
+    encoded = base64.b64encode(data).decode()
+    return f'<img alt="{html.escape(words)}" src="data:image/{kind};base64,{encoded}">'
+
+
+def _held(log: ServoLog, shaded: str) -> str:
+    """Return when the arm was held, and why, as a table."""
+    found = holds(log)
+    if not found:
+        return "<p>Nothing: the hand was free to move all the time.</p>"
+    total = sum(hold.seconds for hold in found)
+    times = "once" if len(found) == 1 else f"{len(found)} times"
+    rows = "\n".join(map(_hold_row, found[:_MOST_HOLDS]))
+    more = len(found) - _MOST_HOLDS
+    rest = f"<p>And {more} more.</p>" if more > 0 else ""
+    return (
+        f'<p class="quiet">It was held {times}, for {total:.2f} s altogether{shaded}. '
+        "Times are since servoing began.</p>\n"
+        '<table>\n<thead><tr><th class="number">from</th><th class="number">to</th>'
+        '<th class="number">for</th><th>why</th></tr></thead>\n'
+        f"<tbody>\n{rows}\n</tbody>\n</table>\n{rest}"
+    )
+
+
+def _hold_row(hold: Hold) -> str:
+    seconds = (hold.start_s, hold.end_s, hold.seconds)
+    numbers = "".join(f'<td class="number">{one:.2f} s</td>' for one in seconds)
+    why = "; ".join(reason.value for reason in hold.reasons)
+    return f"<tr>{numbers}<td>{html.escape(why)}</td></tr>"
+
+
+def _settings(text: str) -> str:
+    if not text:
+        return ""
+    return (
+        "<h2>Settings</h2>\n<details><summary>All settings, as TOML</summary>\n"
+        f"<pre>{html.escape(text)}</pre>\n</details>"
+    )

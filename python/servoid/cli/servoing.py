@@ -143,11 +143,11 @@ class _Run:
 def _line(step: TrialStep) -> str:
     """Say what the arm does."""
     if step.row is None or step.row.world_from_goal is None:
-        return f"{step.time_s:5.1f} s  {step.stage}"
+        return step.stage
     off = step.row.world_from_goal.inverse() @ step.row.world_from_hand
     place = 1e3 * float(np.linalg.norm(off.translation))
     turn = np.degrees(float(np.linalg.norm(off.log()[3:])))
-    return f"{step.time_s:5.1f} s  {step.stage}  hand off {place:.1f} mm, {turn:.1f} deg"
+    return f"{step.stage}; in truth {place:.1f} mm, {turn:.1f} deg off"
 
 
 def _settings(order: Order) -> TrialSettings:
@@ -162,7 +162,7 @@ def _recorded(settings: TrialSettings) -> ObjectPath | None:
         return None
     points = read_trajectory(text.removeprefix(_RECORDED))
     return Recorded(
-        np.array([point.time_s for point in points]), [point.world_from_object for point in points]
+        [point.time_s for point in points], [point.world_from_object for point in points]
     )
 
 

@@ -228,7 +228,11 @@ def _draw(log: ServoLog, panels: list[Panel]) -> bytes:
 def _draw_panel(axes: "Axes", panel: Panel) -> None:
     # Later lines are thinner, so that those that they cover still show.
     colors = list(dict.fromkeys(line.color for line in panel.lines))
-    widths = dict(zip(colors, np.linspace(1.2 + 0.4 * min(len(colors), 3), 1.2, len(colors) + 1)))
+    widths = dict(
+        zip(
+            colors, np.linspace(1.2 + 0.4 * min(len(colors), 3), 1.2, len(colors) + 1), strict=False
+        )
+    )
     for line in panel.lines:
         axes.plot(
             line.times,

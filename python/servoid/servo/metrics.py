@@ -43,7 +43,7 @@ class Spread:
     def in_words(self) -> str:
         """Say it of times in seconds."""
         median, most = (_in_words(1e3 * one, "ms") for one in (self.p50, self.p99))
-        return f"{median} median, {most} p99"
+        return f"{median}, p99 {most}"
 
 
 @dataclass(frozen=True)
@@ -99,17 +99,17 @@ class ServoMetrics:
 
     def figures(self) -> dict[str, str]:
         """Return the figures in words by their names, in millimetres, degrees and milliseconds."""
-        settled = f"after {self.settle_s:g} s"
         times = "once" if len(self.holds) == 1 else f"{len(self.holds)} times"
+        tracked = _in_words(100.0 * self.tracked_share, "%")
         return {
-            f"hand position error {settled}, RMS": _in_words(1e3 * self.position_rms, "mm"),
-            f"hand position error {settled}, 95 %": _in_words(1e3 * self.position_95, "mm"),
-            f"hand turn error {settled}, RMS": _in_words(np.degrees(self.turn_rms), "deg"),
-            f"fixation error {settled}, RMS": _in_words(self.fixation_rms_px, "px"),
-            "tracked": f"{_in_words(100.0 * self.tracked_share, '%')} of {self.observations} "
-            "observations",
-            "held": f"{times}, {self.held_s:.2f} s altogether" if self.holds else "never",
+            "hand position error, RMS": _in_words(1e3 * self.position_rms, "mm"),
+            "hand position error, 95 %": _in_words(1e3 * self.position_95, "mm"),
+            "hand turn error, RMS": _in_words(float(np.degrees(self.turn_rms)), "deg"),
+            "fixation error, RMS": _in_words(self.fixation_rms_px, "px"),
+            "errors counted after": f"{self.settle_s:g} s",
             "fastest hand": _in_words(1e3 * self.fastest_hand, "mm/s"),
+            "observations tracked": f"{tracked} of {self.observations}",
+            "hand held": f"{times}, {self.held_s:.2f} s" if self.holds else "never",
             "control tick": self.control_s.in_words(),
             "tracker": self.track_s.in_words(),
         }

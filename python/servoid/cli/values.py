@@ -25,14 +25,18 @@ class Size(str, Enum):
 
 def parse_point(text: str) -> tuple[float, float, float]:
     """Turn `0.1,0,-0.5` into a place in metres."""
+    return parse_triple(text, "--viewpoint")
+
+
+def parse_triple(text: str, option: str) -> tuple[float, float, float]:
+    """Turn `0.1,0,-0.5` into three numbers."""
     try:
         numbers = [float(part) for part in text.split(",")]
     except ValueError:
         numbers = []
     if len(numbers) != 3 or not all(map(math.isfinite, numbers)):
         raise typer.BadParameter(
-            f"'{text}' is no place; write X,Y,Z in metres, such as 0,0,-0.5",
-            param_hint="--viewpoint",
+            f"'{text}' is no triple of numbers; write X,Y,Z, such as 0,0,-0.5", param_hint=option
         )
     return numbers[0], numbers[1], numbers[2]
 

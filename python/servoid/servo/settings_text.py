@@ -28,7 +28,9 @@ def _lines(settings: msgspec.Struct, table: str) -> Iterator[str]:
         if table:
             yield from ("", f"[{table}]")
         for name, (value, kind) in plain.items():
-            yield f"{name} = {_written(value)}{_described(kind)}"
+            unset = value is None  # which TOML cannot say
+            line = f"# {name} =" if unset else f"{name} = {_written(value)}"
+            yield f"{line}{_described(kind)}{' (not set)' if unset else ''}"
     for name, value in inner.items():
         yield from _lines(value, f"{table}.{name}" if table else name)
 
@@ -44,6 +46,11 @@ def _described(kind: Any) -> str:
 def _written(value: Any) -> str:
     if isinstance(value, Enum):
         return _written(value.value)
+    if isinstance(value, msgspec.Struct):
+        return _written(msgspec.to_builtins(value))
+    if isinstance(value, dict):
+        inside = (f"{key} = {_written(kept)}" for key, kept in value.items() if kept is not None)
+        return f"{{ {', '.join(inside)} }}"
     if isinstance(value, (list, tuple)):
         return f"[{', '.join(_written(item) for item in value)}]"
     if isinstance(value, float):

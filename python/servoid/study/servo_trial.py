@@ -1,0 +1,236 @@
+"""A servo run in a simulated world: meet an object, model it, and follow it with hand and eyes."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from servoid import model
+from servoid.errors import ServoError
+from servoid.observe import Instant
+from servoid.output import make_folder
+from servoid.pose import Pose
+from servoid.servo import (
+    Command,
+    Controller,
+    Goal,
+    Seen,
+    ServoLog,
+    ServoRow,
+    Tick,
+    halt,
+    off_center,
+    servo,
+    visit,
+)
+from servoid.sim.world import Path as ObjectPath
+from servoid.sim.world import World
+from servoid.study.meeting import Masks, Meeting, meet
+from servoid.study.trial_settings import TrialSettings
+from servoid.track import Estimate, Follower
+
+_LOOKS = "look"  # folder of what was seen while looking around
+_FINDING = 60  # observations in which the tracker must find the object after the looks
+
+
+@dataclass(frozen=True, eq=False)
+class TrialStep:
+    """What a run does at one moment: its stage, the share of the stage that is done, and more.
+
+    `row` and `trial`, as far as it has come, are there while servoing, `instant` when an
+    observation arrived.
+    """
+
+    stage: str
+    share: float
+    time_s: float
+    instant: Instant | None = None
+    command: Command | None = None
+    estimate: Estimate | None = None
+    row: ServoRow | None = None
+    trial: "ServoTrial | None" = None
+
+
+@dataclass(frozen=True, eq=False)
+class ServoTrial:
+    """What came of a run: the object as it was met, and the log of servoing."""
+
+    settings: TrialSettings
+    world: World
+    meeting: Meeting
+    log: ServoLog
+    object_from_body: Pose = field(default_factory=Pose.identity)
+
+
+Watch = Callable[[TrialStep], None]
+
+
+def run_servo_trial(
+    settings: TrialSettings,
+    folder: str | Path,
+    *,
+    path: ObjectPath | None = None,
+    prepared: Callable[[World], None] | None = None,
+    watch: Watch | None = None,
+) -> ServoTrial:
+    """Meet the object of a simulated world, model it, and servo to it for the seconds asked for.
+
+    The object rests until servoing begins. Its mask in the first left image is given, as a person
+    would mark it; nothing else is known of it. `folder` gets what was looked at. `path` takes the
+    place of the one in the settings; `prepared` hears of the world before anything moves.
+
+    Raises:
+        SimError, ServoError: the settings cannot be.
+        ModelError, TargetError: the object cannot be modelled from what the hand can see.
+
+    """
+    make_folder(Path(folder))
+    world = World(settings.world, path=path)
+    if prepared is not None:
+        prepared(world)
+    tell = watch or (lambda _: None)
+
+    def see(
+        stage: str, share: float, instant: Instant | None = None, command: Command | None = None
+    ) -> None:
+        tell(TrialStep(stage, share, world.time_s, instant, command))
+
+    controller = Controller(world.arm, settings.servo)
+    meeting = meet(
+        world.arm,
+        world.source,
+        controller,
+        lambda _: _left_mask(world),
+        folder=Path(folder) / _LOOKS,
+        settings=settings.servo.look,
+        request=model.Request(max_ellipsoids=settings.run.max_ellipsoids),
+        watch=see,
+    )
+    goal = _goal(settings, meeting)
+    _take_place(world, controller, meeting, goal, settings, see)
+    tracker = _start_tracker(world, meeting, settings)
+    trial = ServoTrial(
+        settings,
+        world,
+        meeting,
+        ServoLog.of(world.arm),
+        world.world_from_object_at(world.time_s).inverse() @ meeting.body.world_from_object,
+    )
+    # What was seen on the way says nothing of how the object moves from now on.
+    _follow(trial, tracker, Controller(world.arm, settings.servo), lambda _: goal, tell)
+    return trial
+
+
+def _follow(
+    trial: ServoTrial, tracker: Follower, controller: Controller, goal: Goal, tell: Watch
+) -> None:
+    """Servo for the seconds of the run, keep the log, and bring the arm to rest."""
+    world, seconds = trial.world, trial.settings.run.seconds
+    world.start_path()
+    for tick in servo(world.arm, world.source, tracker, controller, goal):
+        row = _row(trial, tick, goal(tick.state.time_s))
+        trial.log.add(row)
+        since = tick.state.time_s - trial.log.start_s
+        tell(
+            TrialStep(
+                "servoing",
+                min(1.0, since / seconds),
+                tick.state.time_s,
+                tick.instant,
+                tick.command,
+                tick.estimate,
+                row,
+                trial,
+            )
+        )
+        if since >= seconds:
+            break
+    for command in halt(world.arm, controller):
+        tell(TrialStep("stopping", 1.0, world.time_s, None, command))
+
+
+def _row(trial: ServoTrial, tick: Tick, goal_from_object: Pose | None) -> ServoRow:
+    """Join what was known in a control period with what was true."""
+    world = trial.world
+    truth = world.world_from_object_at(tick.state.time_s) @ trial.object_from_body
+    seen = None
+    if tick.instant is not None:
+        there = world.world_from_object_at(tick.instant.time_s) @ trial.object_from_body
+        off = off_center(world.cameras, tick.instant.world_from_camera, np.array(there.translation))
+        seen = Seen(tick.instant, tick.estimate, there, off)
+    return ServoRow(
+        tick=tick,
+        world_from_hand=world.arm.world_from_hand(tick.state.positions),
+        world_from_goal=None if goal_from_object is None else truth @ goal_from_object.inverse(),
+        truth=truth,
+        seen=seen,
+    )
+
+
+def _goal(settings: TrialSettings, meeting: Meeting) -> Pose:
+    """Return goal_from_object: the object where it is wanted, turned as the hand first saw it."""
+    hand_from_object = meeting.world_from_hand.inverse() @ meeting.body.world_from_object
+    return Pose.from_parts(settings.run.goal, hand_from_object.quaternion)
+
+
+def _take_place(
+    world: World,
+    controller: Controller,
+    meeting: Meeting,
+    goal: Pose,
+    settings: TrialSettings,
+    see: Callable[..., None],
+) -> None:
+    """Bring the hand to where the run wants it to start, if that is not where it is."""
+    run = settings.run
+    if not (any(run.start_offset) or any(run.start_turn_deg)):
+        return
+    turn = Pose.exp([0.0, 0.0, 0.0, *np.radians(run.start_turn_deg)])
+    off = Pose.from_parts(run.start_offset, turn.quaternion)
+    place = meeting.body.world_from_object @ goal.inverse() @ off
+    middle = np.array(meeting.body.world_from_object.translation)
+    arrived = None
+    for command, instant in visit(
+        world.arm, world.source, controller, (place, middle), settings.servo.look
+    ):
+        see("taking place", 0.0, None, command)
+        arrived = instant or arrived
+    if arrived is None:
+        raise ServoError(
+            f"the hand cannot start {run.start_offset} m and {run.start_turn_deg} degrees off its "
+            "goal: the arm does not reach that far; choose smaller values"
+        )
+
+
+def _start_tracker(world: World, meeting: Meeting, settings: TrialSettings) -> Follower:
+    """Make a tracker that knows the object and sees it now.
+
+    Raises:
+        ServoError: the object is not found again after looking around.
+
+    """
+    asked = settings.track
+    tracker = asked.method.maker(world.cameras, meeting.body, asked.options())
+    meeting.teach(tracker)
+    rest = np.zeros(len(world.arm.joints.names))
+    found = 0
+    for _ in range(_FINDING):
+        while (instant := world.source.newest()) is None:
+            world.arm.command(rest)
+        estimate = tracker.step(instant.time_s, instant.world_from_camera, instant.images)
+        found = found + 1 if estimate.status == "tracking" else 0
+        if found == 3:
+            return tracker
+    raise ServoError(
+        f"the tracker did not find the object within {_FINDING} images after looking around; look "
+        "from fewer places (servo.look.count), or choose an object with more pattern"
+    )
+
+
+def _left_mask(world: World) -> Masks:
+    """Return the object's mask in the newest left image alone."""
+    masks: list[NDArray[np.uint8] | None] = [None] * len(world.cameras)
+    masks[0] = world.masks()[0]
+    return tuple(masks)

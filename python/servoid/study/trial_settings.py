@@ -1,0 +1,103 @@
+"""What a servo run consists of: one file for world, servo, tracker and the run itself."""
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import msgspec
+import msgspec.toml
+from msgspec import Meta
+
+from servoid.errors import ServoError
+from servoid.observe.strict import convert, read_bytes
+from servoid.servo import ServoSettings, settings_toml
+from servoid.sim.world import WorldSettings
+from servoid.track import Method
+
+Triple = tuple[float, float, float]
+NotNegative = Annotated[int, Meta(ge=0)]
+Count = Annotated[int, Meta(ge=1)]
+
+
+class RunSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """What is done, and for how long."""
+
+    seconds: Annotated[float, Meta(gt=0, description="of servoing, s")] = 30.0
+    goal: Annotated[
+        Triple,
+        Meta(description="where the object's middle shall be in the hand's frame, m; Eq. (20)"),
+    ] = (0.0, -0.09, 0.545)
+    start_offset: Annotated[
+        Triple, Meta(description="where the hand starts, off its goal, in the goal's frame, m")
+    ] = (0.0, 0.0, 0.0)
+    start_turn_deg: Annotated[
+        Triple, Meta(description="its turn there, a rotation vector in the goal's frame, degrees")
+    ] = (0.0, 0.0, 0.0)
+    max_ellipsoids: Annotated[int, Meta(ge=1, description="of the object's body")] = 5
+    settle_s: Annotated[
+        float, Meta(ge=0, description="at the beginning, which the figures leave out, s")
+    ] = 3.0
+
+
+class TrackingSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """How the object is tracked; what is not set is the tracker's own default."""
+
+    method: Annotated[
+        Method, Meta(description="region, servoid's own, or paper, the 1-step GA")
+    ] = Method.REGION
+    seed: Annotated[NotNegative | None, Meta(description="of the tracker's searches")] = None
+    population: Annotated[Count | None, Meta(description="hypotheses a generation")] = None
+    generations: Annotated[Count | None, Meta(description="generations an image")] = None
+
+    def options(self) -> dict[str, Any]:
+        """Return what was set, as the tracker's maker takes it."""
+        values = {name: getattr(self, name) for name in ("seed", "population", "generations")}
+        return {name: value for name, value in values.items() if value is not None}
+
+
+class TrialSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A servo run in a simulated world."""
+
+    run: RunSettings = RunSettings()
+    world: WorldSettings = WorldSettings()
+    track: TrackingSettings = TrackingSettings()
+    servo: ServoSettings = ServoSettings()
+
+
+def read_trial_settings(path: str | Path) -> TrialSettings:
+    """Read the settings of a run from a TOML file; what it leaves out keeps its default.
+
+    Raises:
+        ServoError: the file cannot be read, a key is unknown, or a value cannot be.
+
+    """
+    path = Path(path)
+    content = read_bytes(path, ServoError)
+    try:
+        data = msgspec.toml.decode(content)
+    except (msgspec.DecodeError, UnicodeDecodeError) as reason:
+        raise ServoError(f"{path}: not a TOML file: {reason}") from reason
+    return convert(data, TrialSettings, str(path), ServoError, content.decode())
+
+
+def changed(settings: TrialSettings, values: dict[str, Any], place: str) -> TrialSettings:
+    """Return settings with other values; keys are dotted, such as `world.object.name`.
+
+    `place` says where the values come from, for errors.
+
+    Raises:
+        ServoError: a key is unknown, or a value cannot be.
+
+    """
+    data: dict[str, Any] = msgspec.to_builtins(settings)
+    for key, value in values.items():
+        *tables, last = key.split(".")
+        inner = data
+        for table in tables:
+            inner = inner[table]
+        inner[last] = value
+    return convert(data, TrialSettings, place, ServoError)
+
+
+def trial_toml(settings: TrialSettings | None = None) -> str:
+    """Return all settings of a run as commented TOML, which reads back equal."""
+    return settings_toml(settings or TrialSettings())

@@ -1,6 +1,7 @@
 """What a run was worth: laws on logs that are made up."""
 
-from dataclasses import replace
+import json
+from dataclasses import fields, replace
 from itertools import pairwise
 
 import numpy as np
@@ -181,6 +182,17 @@ def test_figures_are_in_millimetres_degrees_and_milliseconds() -> None:
         "0.40 ms, p99 0.40 ms",
         "0.00 ms, p99 0.00 ms",
     ]
+
+
+def test_the_figures_go_through_json_and_what_is_not_known_is_null() -> None:
+    rows = [held(row_at(0, goal=None), Reason.LOST), row_at(1, goal=None, control_s=0.002)]
+    metrics = ServoMetrics.of(log_of(rows), 0.0)
+    numbers = metrics.numbers()
+    assert json.loads(json.dumps(numbers, allow_nan=False)) == numbers
+    assert set(numbers) == {field.name for field in fields(metrics)} | {"held_s"}
+    assert numbers["position_rms"] is None and numbers["track_s"] == {"p50": None, "p99": None}
+    assert numbers["holds"][0]["reasons"] == ["lost"]
+    assert numbers["held_s"] == pytest.approx(PERIOD_S)
 
 
 def test_a_log_keeps_no_images() -> None:

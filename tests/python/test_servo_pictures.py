@@ -36,6 +36,13 @@ GRAY = np.full((120, 160, 3), 120, np.uint8)
 LONGEST = sorted(Reason, key=lambda reason: len(reason.value))[-3:]
 
 
+class NotFinite:
+    """A pose that another tracker than ours may report."""
+
+    def matrix(self) -> NDArray[np.float64]:
+        return np.full((4, 4), np.nan)
+
+
 @dataclass
 class Shown:
     """A run, and the files that show it."""
@@ -156,20 +163,7 @@ def test_any_observation_can_be_drawn_and_no_image_is_changed(
 
 
 def test_a_body_without_a_finite_pose_is_not_drawn() -> None:
-    class Nowhere(FakeEstimate):
-        @property
-        def world_from_object(self) -> Pose:  # type: ignore
-            class Broken:
-                def matrix(self) -> NDArray[np.float64]:
-                    return np.full((4, 4), np.nan)
-
-            return Broken()  # type: ignore
-
-        @world_from_object.setter
-        def world_from_object(self, _: Pose) -> None:
-            pass
-
-    page = overlay().draw(replace(scene(), estimate=Nowhere(1.25, AHEAD)))
+    page = overlay().draw(replace(scene(), estimate=FakeEstimate(1.25, NotFinite())))  # type: ignore
     bare = overlay().draw(replace(scene(confidence=0.9), body=None))
     assert np.array_equal(page, bare)
 
@@ -247,6 +241,26 @@ def test_the_table_reads_back_with_a_line_for_each_tick(shown: Shown) -> None:
     assert all(
         None not in row and None not in row.values() for row in rows
     )  # as wide as the header
+
+
+def test_the_columns_of_the_table_are_those_of_the_documentation(shown: Shown) -> None:
+    text = (Path(__file__).parents[2] / "docs" / "formats.md").read_text(encoding="utf-8")
+    section = text.split("## The log of a servo run", 1)[1].split("\n## ", 1)[0]
+    told = [
+        name.replace("JOINT", joint)
+        for cell in re.findall(r"^\| (`.+?) \|", section, re.MULTILINE)
+        for name in _expanded(re.findall(r"`([^`]+)`", cell))
+        for joint in (shown.log.names if "JOINT" in name else ("",))
+    ]
+    with (shown.folder / "log.csv").open(newline="") as file:
+        header = next(csv.reader(file))
+    assert sorted(told) == sorted(header)
+
+
+def _expanded(names: list[str]) -> list[str]:
+    """Write out poses, whose columns the documentation sums up with a star."""
+    parts = ("w", "x", "y", "z", "tx", "ty", "tz")
+    return [name.replace("*", part) for name in names for part in (parts if "*" in name else ("",))]
 
 
 def test_the_plots_are_three_pictures_that_are_not_blank(shown: Shown) -> None:

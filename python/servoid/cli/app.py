@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from servoid._native import ModelSettings, __version__
+from servoid.cli.servo_command import servo
 from servoid.cli.track_command import track
 from servoid.cli.values import Method, Size, check_count, check_seed, parse_point, parse_slice
 
@@ -34,7 +35,7 @@ def servoid(
         typer.Option("--version", callback=_show_version, is_eager=True, help="Show the version."),
     ] = False,
 ) -> None:
-    """Look at an unknown object, model it as a few ellipsoids, and track it.
+    """Look at an unknown object, model it as a few ellipsoids, track it, and servo an arm to it.
 
     Start with a sample: [bold]servoid sample out/sample[/bold], then
     [bold]servoid model out/sample --out out/body.json --report out/report[/bold].
@@ -182,6 +183,7 @@ def model(
 
 
 app.command()(track)
+app.command()(servo)
 
 
 @app.command()

@@ -1,7 +1,7 @@
 """A servo run in a simulated world: meet an object, model it, and follow it with hand and eyes."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -29,7 +29,7 @@ from servoid.sim.world import Path as ObjectPath
 from servoid.sim.world import World
 from servoid.study.meeting import Masks, Meeting, meet
 from servoid.study.trial_settings import TrialSettings
-from servoid.track import Estimate, Follower
+from servoid.track import Estimate, Follower, Rememberer
 
 _LOOKS = "look"  # folder of what was seen while looking around
 _FINDING = 60  # observations in which the tracker must find the object after the looks
@@ -55,13 +55,22 @@ class TrialStep:
 
 @dataclass(frozen=True, eq=False)
 class ServoTrial:
-    """What came of a run: the object as it was met, and the log of servoing."""
+    """What came of a run: the object as it was met, its tracker, and the log of servoing.
+
+    `object_from_body` is how the body's frame lies in the object's true one.
+    """
 
     settings: TrialSettings
     world: World
     meeting: Meeting
+    tracker: Follower
     log: ServoLog
-    object_from_body: Pose = field(default_factory=Pose.identity)
+    object_from_body: Pose
+
+    @property
+    def appearance(self) -> bytes | None:
+        """Return what the object looks like, None if the tracker does not say."""
+        return self.tracker.appearance() if isinstance(self.tracker, Rememberer) else None
 
 
 Watch = Callable[[TrialStep], None]
@@ -115,21 +124,20 @@ def run_servo_trial(
         settings,
         world,
         meeting,
+        tracker,
         ServoLog.of(world.arm),
         world.world_from_object_at(world.time_s).inverse() @ meeting.body.world_from_object,
     )
     # What was seen on the way says nothing of how the object moves from now on.
-    _follow(trial, tracker, Controller(world.arm, settings.servo), lambda _: goal, tell)
+    _follow(trial, Controller(world.arm, settings.servo), lambda _: goal, tell)
     return trial
 
 
-def _follow(
-    trial: ServoTrial, tracker: Follower, controller: Controller, goal: Goal, tell: Watch
-) -> None:
+def _follow(trial: ServoTrial, controller: Controller, goal: Goal, tell: Watch) -> None:
     """Servo for the seconds of the run, keep the log, and bring the arm to rest."""
     world, seconds = trial.world, trial.settings.run.seconds
     world.start_path()
-    for tick in servo(world.arm, world.source, tracker, controller, goal):
+    for tick in servo(world.arm, world.source, trial.tracker, controller, goal):
         row = _row(trial, tick, goal(tick.state.time_s))
         trial.log.add(row)
         since = tick.state.time_s - trial.log.start_s

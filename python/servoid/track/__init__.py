@@ -1,7 +1,7 @@
 """Tracking: where an object is, in six degrees of freedom, in one observation after another."""
 
 from servoid._native import Estimate, Tracker, TrackSettings, place_body
-from servoid.track.follower import Evolver, Follower
+from servoid.track.follower import Evolver, Follower, Rememberer
 from servoid.track.following import Collector, TrackStep, follow, track_capture
 from servoid.track.instants import cameras_of, read_instants, tidy_image
 from servoid.track.learning import learn_appearance
@@ -17,6 +17,7 @@ __all__ = [
     "Follower",
     "Gap",
     "Method",
+    "Rememberer",
     "Request",
     "Subject",
     "TrackResult",

@@ -1,0 +1,62 @@
+"""The summary of a servo run, at most 80 columns wide except for paths."""
+
+import math
+import textwrap
+from collections.abc import Mapping
+from pathlib import Path
+
+import typer
+
+from servoid.servo import ServoMetrics
+from servoid.study import ServoTrial
+
+_LABEL_WIDTH = 12
+_VALUE_WIDTH = 80 - len("  ") - _LABEL_WIDTH - len(" ")
+
+
+def print_servo_summary(
+    trial: ServoTrial, metrics: ServoMetrics, files: Mapping[str, Path]
+) -> None:
+    """Print how well the arm followed, and where the files lie."""
+    world, body = trial.settings.world, trial.meeting.body
+    looks = len(trial.meeting.looks)
+    typer.echo(f"Servoed {world.arm.name} to {world.object.name}, {world.object.path}")
+    place = "1 place" if looks == 1 else f"{looks} places"
+    rows = {
+        "modelled": f"{len(body)} ellipsoids, looked at from {place}",
+        "hand": f"{_mm(metrics.position_rms)} mm RMS, {_mm(metrics.position_95)} mm at 95 %, after "
+        f"{metrics.settle_s:g} s",
+        "turn": f"{_deg(metrics.turn_rms)} degrees RMS",
+        "fixation": f"{metrics.fixation_rms_px:.2f} px RMS",
+        "tracked": f"{100.0 * metrics.tracked_share:.1f} % of {metrics.observations} observations",
+        "held": _held(metrics),
+        "control": f"{metrics.control_s.in_words()} a tick",
+        "tracker": f"{metrics.track_s.in_words()} an observation",
+    }
+    for label, value in rows.items():
+        _print(label, value)
+    for note in trial.meeting.result.all_notes:
+        _print("note", note)
+    for kind, path in files.items():
+        typer.echo(f"  {kind:<{_LABEL_WIDTH}} {path}")
+
+
+def _print(label: str, words: str) -> None:
+    for index, line in enumerate(textwrap.wrap(words, _VALUE_WIDTH, break_on_hyphens=False)):
+        typer.echo(f"  {'' if index else label:<{_LABEL_WIDTH}} {line}")
+
+
+def _held(metrics: ServoMetrics) -> str:
+    if not metrics.holds:
+        return "never"
+    reasons = {reason.value for hold in metrics.holds for reason in hold.reasons}
+    times = "once" if len(metrics.holds) == 1 else f"{len(metrics.holds)} times"
+    return f"{times}, {metrics.held_s:.2f} s in all: {'; '.join(sorted(reasons))}"
+
+
+def _mm(metres: float) -> str:
+    return f"{1e3 * metres:.2f}"
+
+
+def _deg(radians: float) -> str:
+    return f"{math.degrees(radians):.2f}"

@@ -120,7 +120,9 @@ def run_servo_trial(
     )
     goal = _goal(settings, meeting)
     _take_place(world, controller, meeting, goal, settings, see)
-    tracker = _start_tracker(world, meeting, settings)
+    # What was seen on the way says nothing of how the object moves from now on.
+    controller = Controller(world.arm, settings.servo)
+    tracker = _start_tracker(world, meeting, settings, controller)
     trial = ServoTrial(
         settings,
         world,
@@ -132,8 +134,7 @@ def run_servo_trial(
             world.world_from_object_at(world.time_s).inverse() @ meeting.body.world_from_object,
         ),
     )
-    # What was seen on the way says nothing of how the object moves from now on.
-    _follow(trial, Controller(world.arm, settings.servo), lambda _: goal, tell)
+    _follow(trial, controller, lambda _: goal, tell)
     return trial
 
 
@@ -217,8 +218,10 @@ def _take_place(
         )
 
 
-def _start_tracker(world: World, meeting: Meeting, settings: TrialSettings) -> Follower:
-    """Make a tracker that knows the object and sees it now.
+def _start_tracker(
+    world: World, meeting: Meeting, settings: TrialSettings, controller: Controller
+) -> Follower:
+    """Make a tracker that knows the object and sees it now, and let the controller know, too.
 
     Raises:
         ServoError: the object is not found again after looking around.
@@ -233,8 +236,9 @@ def _start_tracker(world: World, meeting: Meeting, settings: TrialSettings) -> F
         while (instant := world.source.newest()) is None:
             world.arm.command(rest)
         estimate = tracker.step(instant.time_s, instant.world_from_camera, instant.images)
+        controller.see(instant, estimate)
         found = found + 1 if estimate.status == "tracking" else 0
-        if found == 3:
+        if found > settings.servo.safety.resume_after:
             return tracker
     raise ServoError(
         f"the tracker did not find the object within {_FINDING} images after looking around; look "

@@ -29,6 +29,7 @@ from servoid.sim.world import Path as ObjectPath
 from servoid.sim.world import World
 from servoid.study.meeting import Masks, Meeting, meet
 from servoid.study.trial_settings import TrialSettings
+from servoid.study.truth import Truth
 from servoid.track import Estimate, Follower, Rememberer
 
 _LOOKS = "look"  # folder of what was seen while looking around
@@ -57,7 +58,7 @@ class TrialStep:
 class ServoTrial:
     """What came of a run: the object as it was met, its tracker, and the log of servoing.
 
-    `object_from_body` is how the body's frame lies in the object's true one.
+    `truth` says where the body was in truth.
     """
 
     settings: TrialSettings
@@ -65,7 +66,7 @@ class ServoTrial:
     meeting: Meeting
     tracker: Follower
     log: ServoLog
-    object_from_body: Pose
+    truth: Truth
 
     @property
     def appearance(self) -> bytes | None:
@@ -128,7 +129,10 @@ def run_servo_trial(
         meeting,
         tracker,
         ServoLog.of(world.arm),
-        world.world_from_object_at(world.time_s).inverse() @ meeting.body.world_from_object,
+        Truth(
+            world,
+            world.world_from_object_at(world.time_s).inverse() @ meeting.body.world_from_object,
+        ),
     )
     _follow(trial, controller, lambda _: goal, tell)
     return trial
@@ -163,10 +167,11 @@ def _follow(trial: ServoTrial, controller: Controller, goal: Goal, tell: Watch) 
 def _row(trial: ServoTrial, tick: Tick, goal_from_object: Pose | None) -> ServoRow:
     """Join what was known in a control period with what was true."""
     world = trial.world
-    truth = world.world_from_object_at(tick.state.time_s) @ trial.object_from_body
+    truth = trial.truth.at(tick.state.time_s, tick.command.world_from_object)
     seen = None
     if tick.instant is not None:
-        there = world.world_from_object_at(tick.instant.time_s) @ trial.object_from_body
+        believed = None if tick.estimate is None else tick.estimate.world_from_object
+        there = trial.truth.at(tick.instant.time_s, believed)
         off = off_center(world.cameras, tick.instant.world_from_camera, np.array(there.translation))
         seen = Seen(tick.instant, tick.estimate, there, off)
     return ServoRow(

@@ -30,7 +30,7 @@ def followed(tmp_path_factory: pytest.TempPathFactory, steps: list[TrialStep]) -
 
 def test_the_object_is_modelled_where_it_is_and_as_it_looks(followed: ServoTrial) -> None:
     meeting, camera = followed.meeting, followed.world.cameras[0]
-    assert np.linalg.norm(followed.object_from_body.translation) < 0.02
+    assert np.linalg.norm(followed.truth.object_from_body.translation) < 0.02
     mask = meeting.masks[0]
     assert mask is not None and meeting.masks[1] is None
     drawn = meeting.body.silhouette(camera, meeting.looks[0].world_from_camera[0])

@@ -3,7 +3,7 @@ SHELL := bash
 .SHELLFLAGS := -euo pipefail -c
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help demo test lint bench docs clean prerequisites
+.PHONY: help demo samples test lint bench docs clean prerequisites
 
 PYTHON ?= python3
 CARGO ?= cargo
@@ -23,7 +23,12 @@ RUST_NEEDED := $(shell sed -n 's/^rust-version = "\(.*\)"/\1/p' Cargo.toml)
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-7s %s\n", $$1, $$2 }' $(firstword $(MAKEFILE_LIST))
 
-demo: .venv/.package ## model a sample object and draw how good the model is; track a moving one
+demo: .venv/.package ## let a simulated arm meet an object, model it, and follow it; make a video and a report
+	@mkdir -p out
+	$(BIN)/servoid servo --object bottle --path sine:0.1@8s --seconds 12 --out out/run
+	@echo "Open out/run/report.html and out/run/servo.mp4"
+
+samples: .venv/.package ## draw captures to try things on; model one and track the other
 	@mkdir -p out
 	@test -e out/sample/capture.toml || $(BIN)/servoid sample out/sample
 	$(BIN)/servoid model out/sample --views ::2 --out out/body.json --report out/report
@@ -55,7 +60,7 @@ docs: .venv/.package .venv/.docs ## build the documentation in docs/_build
 
 clean: ## remove what these targets made
 	rm -rf .venv docs/_build out/sample out/report out/body.json build dist
-	rm -rf out/moving out/poses.csv out/track.mp4
+	rm -rf out/run out/moving out/poses.csv out/track.mp4
 	rm -rf .pytest_cache .ruff_cache .mypy_cache .hypothesis
 	rm -f python/servoid/_native*.so
 	find python tests docs examples -type d -name __pycache__ -prune -exec rm -rf {} +

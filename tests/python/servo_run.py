@@ -35,7 +35,7 @@ class Run:
     cameras: CameraSettings = SMALL
     path: str = "sine:0.15@10s"
     background: str = "plain"
-    lost_s: tuple[float, float] = (0.4, 0.5)
+    lost_s: tuple[float, float] = (0.3, 0.8)
     world: World = field(init=False)
     log: ServoLog = field(init=False)
 

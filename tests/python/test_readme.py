@@ -88,7 +88,7 @@ def moving(recording: Callable[[str], Recording]) -> Path:
 
 @pytest.fixture
 def folder(tmp_path: Path, sample: Path, moving: Path) -> Path:
-    """Return a folder that looks like a clone after `make demo`."""
+    """Return a folder that looks like a clone after `make samples`."""
     (tmp_path / ".venv").mkdir()
     (tmp_path / ".venv" / "bin").symlink_to(PROGRAMS)
     shutil.copytree(sample, tmp_path / "out" / "sample")

@@ -6,10 +6,19 @@ import trimesh
 
 from servoid.errors import SimError
 from servoid.sim.world.meshes import as_mesh
-from servoid.sim.world.objects import OBJECTS, make_object
+from servoid.sim.world.objects import OBJECTS, SPIN_AXES, make_object
 from servoid.sim.world.paths import KINDS
 from servoid.sim.world.room import BACKGROUNDS
-from servoid.sim.world.things import OBJECT, Box, Capsule, Cylinder, Ellipsoid, MeshShape, Plane
+from servoid.sim.world.things import (
+    OBJECT,
+    Box,
+    Capsule,
+    Cylinder,
+    Ellipsoid,
+    MeshShape,
+    Plane,
+    Thing,
+)
 
 
 def parts(name: str) -> list[trimesh.Trimesh]:
@@ -100,3 +109,21 @@ def test_an_unknown_object_is_refused_with_the_known_ones() -> None:
     with pytest.raises(SimError) as caught:
         make_object("teapot")
     assert [name for name in OBJECTS if name not in str(caught.value)] == []
+
+
+@pytest.mark.parametrize("name", OBJECTS)
+def test_only_objects_that_look_the_same_all_around_have_a_spin_axis(name: str) -> None:
+    round_about_y = all(is_round_about_y(thing) for thing in make_object(name))
+    assert SPIN_AXES.get(name) == ((0.0, 1.0, 0.0) if round_about_y else None)
+
+
+def is_round_about_y(thing: Thing) -> bool:
+    """Say if a thing has one colour, and a surface of nothing but rings about y."""
+    if thing.finish.texture is not None:
+        return False
+    if isinstance(thing.shape, Ellipsoid):
+        return thing.shape.radii[0] == thing.shape.radii[2]
+    vertices = as_mesh(thing.shape).vertices
+    rings = np.stack([np.hypot(vertices[:, 0], vertices[:, 2]), vertices[:, 1]], axis=1)
+    found, counts = np.unique(np.round(rings, 6), axis=0, return_counts=True)
+    return bool(np.all((counts >= 40) | (found[:, 0] == 0.0)))

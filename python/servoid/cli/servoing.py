@@ -131,7 +131,7 @@ class _Run:
             return
         if step.row is not None and step.instant.index % self._every(world):
             return
-        overview = world.overview(self._video.overview_px or _OVERVIEW_PX)
+        overview = world.overview(self._video.overview_px or _OVERVIEW_PX, samples=1)
         body = None if self.trial is None else self.trial.meeting.body
         self._video.add(step.instant, step.estimate, step.command, overview, _line(step), body=body)
 
@@ -177,7 +177,7 @@ def _report(run: _Run, trial: ServoTrial, order: Order) -> None:
     files["body"] = folder / "body.json"
     trial.meeting.result.save(files["body"], trial.appearance)
     files["figures"] = folder / "summary.json"
-    write_whole(files["figures"], msgspec.json.format(msgspec.json.encode(metrics)))
+    write_whole(files["figures"], msgspec.json.format(msgspec.json.encode(metrics.numbers())))
     model = folder / "model"
     write_report(trial.meeting.result, model)
     plots = draw_servo_plots(log, folder, settle_s=settings.run.settle_s)

@@ -90,6 +90,8 @@ class ServoOverlay:
             _put(page, box, self._draw_eye(scene, place))
             cv2.rectangle(page, box, _DARK, 1)
             name = self._names[place] if place < len(self._names) else ""
+            if scene.instant.images[place] is None:
+                name = f"{name}: no image"
             write(page, (box[0] + 10, box[1] + 22), name, _INK, size=0.55, shadow=True)
         self._draw_band(page, scene)
         return page
@@ -100,7 +102,6 @@ class ServoOverlay:
         width, height = camera.size_px
         if given is None:
             image = np.full((height, width, 3), _TROUGH, dtype=np.uint8)
-            write(image, (width // 2 - 40, height // 2 - 20), "no image", _INK, size=0.55)
         else:
             image = _scaled(given, (width, height))
         estimate = scene.estimate

@@ -1,6 +1,7 @@
 """What a run of servoing was worth, in figures."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -40,10 +41,14 @@ class Spread:
             return cls(np.nan, np.nan)
         return cls(float(np.percentile(values, 50.0)), float(np.percentile(values, 99.0)))
 
+    def numbers(self) -> dict[str, float | None]:
+        """Return them by name, ready for JSON."""
+        return {"p50": _known(self.p50), "p99": _known(self.p99)}
+
     def in_words(self) -> str:
         """Say it of times in seconds."""
         median, most = (_in_words(1e3 * one, "ms") for one in (self.p50, self.p99))
-        return f"{median} median, {most} p99"
+        return f"{median}, p99 {most}"
 
 
 @dataclass(frozen=True)
@@ -95,21 +100,45 @@ class ServoMetrics:
     @property
     def held_s(self) -> float:
         """Return for how long the hand was held altogether."""
-        return sum(hold.seconds for hold in self.holds)
+        return float(sum(hold.seconds for hold in self.holds))
+
+    def numbers(self) -> dict[str, Any]:
+        """Return the figures as they are, ready for JSON; None where the log does not say."""
+        return {
+            "settle_s": self.settle_s,
+            "position_rms": _known(self.position_rms),
+            "position_95": _known(self.position_95),
+            "turn_rms": _known(self.turn_rms),
+            "fixation_rms_px": _known(self.fixation_rms_px),
+            "tracked_share": _known(self.tracked_share),
+            "observations": self.observations,
+            "fastest_hand": _known(self.fastest_hand),
+            "held_s": self.held_s,
+            "holds": [
+                {
+                    "start_s": hold.start_s,
+                    "end_s": hold.end_s,
+                    "reasons": [reason.name.lower() for reason in hold.reasons],
+                }
+                for hold in self.holds
+            ],
+            "control_s": self.control_s.numbers(),
+            "track_s": self.track_s.numbers(),
+        }
 
     def figures(self) -> dict[str, str]:
         """Return the figures in words by their names, in millimetres, degrees and milliseconds."""
-        settled = f"after {self.settle_s:g} s"
         times = "once" if len(self.holds) == 1 else f"{len(self.holds)} times"
+        tracked = _in_words(100.0 * self.tracked_share, "%")
         return {
-            f"hand position error {settled}, RMS": _in_words(1e3 * self.position_rms, "mm"),
-            f"hand position error {settled}, 95 %": _in_words(1e3 * self.position_95, "mm"),
-            f"hand turn error {settled}, RMS": _in_words(np.degrees(self.turn_rms), "deg"),
-            f"fixation error {settled}, RMS": _in_words(self.fixation_rms_px, "px"),
-            "tracked": f"{_in_words(100.0 * self.tracked_share, '%')} of {self.observations} "
-            "observations",
-            "held": f"{times}, {self.held_s:.2f} s altogether" if self.holds else "never",
+            "hand position error, RMS": _in_words(1e3 * self.position_rms, "mm"),
+            "hand position error, 95 %": _in_words(1e3 * self.position_95, "mm"),
+            "hand turn error, RMS": _in_words(float(np.degrees(self.turn_rms)), "deg"),
+            "fixation error, RMS": _in_words(self.fixation_rms_px, "px"),
+            "errors counted after": f"{self.settle_s:g} s",
             "fastest hand": _in_words(1e3 * self.fastest_hand, "mm/s"),
+            "observations tracked": f"{tracked} of {self.observations}",
+            "hand held": f"{times}, {self.held_s:.2f} s" if self.holds else "never",
             "control tick": self.control_s.in_words(),
             "tracker": self.track_s.in_words(),
         }
@@ -134,6 +163,10 @@ def holds(log: ServoLog) -> list[Hold]:
     return found
 
 
+def _known(value: float) -> float | None:
+    return None if np.isnan(value) else value
+
+
 def _in_words(value: float, unit: str) -> str:
     if np.isnan(value):
         return "not known"
@@ -152,5 +185,7 @@ def _fastest(log: ServoLog) -> float:
     places = np.array([row.world_from_hand.translation for row in log.rows])
     if len(places) < 2:
         return np.nan
+    seconds = np.diff(log.times)
+    later = seconds > 0.0  # a clock that stands still says nothing of speed
     steps = np.linalg.norm(np.diff(places, axis=0), axis=1)
-    return float((steps / np.diff(log.times)).max())
+    return float((steps[later] / seconds[later]).max()) if later.any() else np.nan

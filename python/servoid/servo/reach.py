@@ -1,9 +1,11 @@
 """Finds joints that hold the hand at a pose, by damped Newton steps within the joints' limits."""
 
+from typing import Protocol
+
 import numpy as np
 
 from servoid.pose import Pose
-from servoid.servo.arm import Arm, Floats
+from servoid.servo.arm import Floats, Joints
 from servoid.servo.moving import change_between
 
 _DAMPING = 1e-3
@@ -13,8 +15,25 @@ _STEPS = 150
 _REACHED = 1e-6  # m and rad
 
 
+class Chain(Protocol):
+    """What an arm tells of its geometry; see `Arm`."""
+
+    @property
+    def joints(self) -> Joints:
+        """Return the joints and their limits."""
+        ...
+
+    def world_from_hand(self, positions: Floats) -> Pose:
+        """Return where the hand is with the joints at these positions."""
+        ...
+
+    def jacobian(self, positions: Floats) -> Floats:
+        """Return (6, N) float64: the hand's velocity, linear and angular in the world, by joint."""
+        ...
+
+
 def stepped(
-    arm: Arm, positions: Floats, world_from_goal: Pose, free: slice
+    arm: Chain, positions: Floats, world_from_goal: Pose, free: slice
 ) -> tuple[Floats, float]:
     """Return joints (N,) one step nearer to a goal, and how far they were from it, in m and rad.
 
@@ -35,7 +54,7 @@ def stepped(
 
 
 def reached(
-    arm: Arm, world_from_goal: Pose, start: Floats, free: slice | None = None
+    arm: Chain, world_from_goal: Pose, start: Floats, free: slice | None = None
 ) -> Floats | None:
     """Return joints (N,) within their limits that hold the hand at a goal, None if none are found.
 

@@ -30,6 +30,7 @@ from servoid.sim.world import Path as ObjectPath
 from servoid.sim.world import World
 from servoid.study.meeting import Masks, Meeting, meet
 from servoid.study.trial_settings import TrialSettings
+from servoid.study.truth import Truth
 from servoid.track import Estimate, Follower, Rememberer
 
 _LOOKS = "look"  # folder of what was seen while looking around
@@ -58,7 +59,7 @@ class TrialStep:
 class ServoTrial:
     """What came of a run: the object as it was met, its tracker, and the log of servoing.
 
-    `object_from_body` is how the body's frame lies in the object's true one.
+    `truth` says where the body was in truth.
     """
 
     settings: TrialSettings
@@ -66,7 +67,7 @@ class ServoTrial:
     meeting: Meeting
     tracker: Follower
     log: ServoLog
-    object_from_body: Pose
+    truth: Truth
 
     @property
     def appearance(self) -> bytes | None:
@@ -120,17 +121,21 @@ def run_servo_trial(
     )
     goal = _goal(settings, meeting)
     _take_place(world, controller, meeting, goal, settings, see)
-    tracker = _start_tracker(world, meeting, settings)
+    # What was seen on the way says nothing of how the object moves from now on.
+    controller = Controller(world.arm, settings.servo)
+    tracker = _start_tracker(world, meeting, settings, controller)
     trial = ServoTrial(
         settings,
         world,
         meeting,
         tracker,
         ServoLog.of(world.arm),
-        world.world_from_object_at(world.time_s).inverse() @ meeting.body.world_from_object,
+        Truth(
+            world,
+            world.world_from_object_at(world.time_s).inverse() @ meeting.body.world_from_object,
+        ),
     )
-    # What was seen on the way says nothing of how the object moves from now on.
-    _follow(trial, Controller(world.arm, settings.servo), lambda _: goal, tell)
+    _follow(trial, controller, lambda _: goal, tell)
     return trial
 
 
@@ -163,10 +168,11 @@ def _follow(trial: ServoTrial, controller: Controller, goal: Goal, tell: Watch) 
 def _row(trial: ServoTrial, tick: Tick, goal_from_object: Pose | None) -> ServoRow:
     """Join what was known in a control period with what was true."""
     world = trial.world
-    truth = world.world_from_object_at(tick.state.time_s) @ trial.object_from_body
+    truth = trial.truth.at(tick.state.time_s, tick.command.world_from_object)
     seen = None
     if tick.instant is not None:
-        there = world.world_from_object_at(tick.instant.time_s) @ trial.object_from_body
+        believed = None if tick.estimate is None else tick.estimate.world_from_object
+        there = trial.truth.at(tick.instant.time_s, believed)
         off = off_center(world.cameras, tick.instant.world_from_camera, np.array(there.translation))
         seen = Seen(tick.instant, tick.estimate, there, off)
     return ServoRow(
@@ -219,8 +225,10 @@ def _listed(values: Sequence[float]) -> str:
     return ", ".join(f"{value:g}" for value in values)
 
 
-def _start_tracker(world: World, meeting: Meeting, settings: TrialSettings) -> Follower:
-    """Make a tracker that knows the object and sees it now.
+def _start_tracker(
+    world: World, meeting: Meeting, settings: TrialSettings, controller: Controller
+) -> Follower:
+    """Make a tracker that knows the object and sees it now, and let the controller know, too.
 
     Raises:
         ServoError: the object is not found again after looking around.
@@ -235,8 +243,9 @@ def _start_tracker(world: World, meeting: Meeting, settings: TrialSettings) -> F
         while (instant := world.source.newest()) is None:
             world.arm.command(rest)
         estimate = tracker.step(instant.time_s, instant.world_from_camera, instant.images)
+        controller.see(instant, estimate)
         found = found + 1 if estimate.status == "tracking" else 0
-        if found == 3:
+        if found > settings.servo.safety.resume_after:
             return tracker
     raise ServoError(
         f"the tracker did not find the object within {_FINDING} images after looking around; look "

@@ -24,7 +24,7 @@ class RunSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     seconds: Annotated[float, Meta(gt=0, description="of servoing, s")] = 30.0
     goal: Annotated[
         Triple,
-        Meta(description="where the object's middle shall be in the hand's frame, m; Eq. (20)"),
+        Meta(description="where the object's middle shall be in the hand's frame, m"),
     ] = (0.0, -0.09, 0.545)
     start_offset: Annotated[
         Triple, Meta(description="where the hand starts, off its goal, in the goal's frame, m")

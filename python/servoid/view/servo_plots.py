@@ -90,8 +90,8 @@ def joint_panels(log: ServoLog) -> list[Panel]:
     """Return the joints' angles, the speeds that were asked for, and their share of the limits."""
     times, count = log.times, _hand_count(log)
     hand, eyes = log.names[:count], log.names[count:]
-    angles = np.degrees(log.positions.reshape(len(log), -1))
-    speeds = np.degrees(log.commands.reshape(len(log), -1))
+    angles = np.degrees(log.positions.reshape(len(log), len(log.names)))
+    speeds = np.degrees(log.commands.reshape(len(log), len(log.names)))
     panels = [
         Panel("angles of the arm's joints", "deg", _lines(times, angles[:, :count], hand)),
         Panel("commanded speeds of the arm's joints", "deg/s", _lines(times, speeds, hand)),
@@ -164,7 +164,7 @@ def _turned(log: ServoLog) -> Panel:
     for row, one in zip(wanted, log.rows, strict=True):
         if one.tick.command.gaze is not None:
             row[:] = one.tick.command.gaze
-    angles = np.degrees(log.positions.reshape(len(log), -1)[:, places])
+    angles = np.degrees(log.positions.reshape(len(log), len(log.names))[:, places])
     return Panel(
         "angles of the eyes",
         "deg",
@@ -228,11 +228,7 @@ def _draw(log: ServoLog, panels: list[Panel]) -> bytes:
 def _draw_panel(axes: "Axes", panel: Panel) -> None:
     # Later lines are thinner, so that those that they cover still show.
     colors = list(dict.fromkeys(line.color for line in panel.lines))
-    widths = dict(
-        zip(
-            colors, np.linspace(1.2 + 0.4 * min(len(colors), 3), 1.2, len(colors) + 1), strict=False
-        )
-    )
+    widths = dict(zip(colors, np.linspace(2.2, 1.2, len(colors) + 1)[1:], strict=True))
     for line in panel.lines:
         axes.plot(
             line.times,
@@ -248,12 +244,13 @@ def _draw_panel(axes: "Axes", panel: Panel) -> None:
     if not panel.says_something:
         axes.text(0.5, 0.5, "not known", transform=axes.transAxes, ha="center", color=QUIET_INK)
     axes.set_title(f"{panel.title} [{panel.unit}]", loc="left", color=INK, fontsize=10.5)
-    axes.legend(
-        loc="upper left",
-        bbox_to_anchor=(1.005, 1.03),
-        frameon=False,
-        fontsize=9,
-        handlelength=1.6,
-        labelspacing=0.25,
-    )
+    if panel.lines:
+        axes.legend(
+            loc="upper left",
+            bbox_to_anchor=(1.005, 1.03),
+            frameon=False,
+            fontsize=9,
+            handlelength=1.6,
+            labelspacing=0.25,
+        )
     dress(axes)

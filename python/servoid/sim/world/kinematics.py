@@ -6,13 +6,12 @@ import numpy as np
 
 from servoid.errors import SimError
 from servoid.pose import Pose
+from servoid.servo import Joints, reached
 from servoid.sim.world.engine import load_mujoco
 from servoid.sim.world.motions import Floats, pose_of
 from servoid.sim.world.robot import EYES, HAND, Robot
 
 _TRIES = 60  # starts that are tried to reach a hand pose
-_STEPS = 100
-_CLOSE = 1e-12  # squared error, in m and rad, at which a hand pose counts as reached
 _SEED = 5
 _ENOUGH = 6
 
@@ -29,7 +28,14 @@ class Kinematics:
         self.speeds = np.array([joint.dofadr[0] for joint in joints])
         self._hand = model.body(HAND).id
         self._eyes = [model.body(name).id for name in EYES]
-        self._limits = np.array([[drive.lower, drive.upper] for drive in robot.drives])
+        self.joints = Joints(
+            names=tuple(drive.joint for drive in robot.drives),
+            hand_count=robot.hand_count,
+            lower=np.array([drive.lower for drive in robot.drives]),
+            upper=np.array([drive.upper for drive in robot.drives]),
+            speed=np.array([drive.speed for drive in robot.drives]),
+            acceleration=np.array([drive.acceleration for drive in robot.drives]),
+        )
         # Six joints are enough to get anywhere; a seventh would be left open.
         self._free = slice(1 if robot.hand_count > _ENOUGH else 0, robot.hand_count)
 
@@ -69,12 +75,14 @@ class Kinematics:
         random = np.random.default_rng(_SEED)
         best: tuple[float, Floats] | None = None
         free = self._free
+        lower, upper = self.joints.lower[free], self.joints.upper[free]
         for _ in range(_TRIES):
-            angles = np.zeros(len(self.places))
-            middle, half = self._limits[free].mean(axis=1), np.ptp(self._limits[free], axis=1) / 2.0
-            angles[free] = middle + 0.7 * random.uniform(-half, half)
-            if not self._approach(angles, world_from_hand):
+            start = np.zeros(len(self.places))
+            start[free] = 0.5 * (lower + upper + 0.7 * random.uniform(lower - upper, upper - lower))
+            angles = reached(self, world_from_hand, start, free)
+            if angles is None:
                 continue
+            self._place(angles)
             height = float(self._data.xpos[1 : self._hand, 2].sum()) - 0.05 * float(
                 np.abs(angles).sum()
             )
@@ -86,23 +94,6 @@ class Kinematics:
                 f"the arm cannot start with its hand at ({place}) m; give joint angles as arm.start"
             )
         return best[1]
-
-    def _approach(self, angles: Floats, world_from_hand: Pose) -> bool:
-        """Turn the free joints of `angles` in place until the hand arrives, and say if it does."""
-        free = self._free
-        for _ in range(_STEPS):
-            hand_from_goal = self.world_from_hand(angles).inverse() @ world_from_hand
-            turn = self._data.xmat[self._hand].reshape(3, 3)
-            error = hand_from_goal.log()
-            error = np.concatenate([turn @ error[:3], turn @ error[3:]])
-            if error @ error < _CLOSE:
-                lower, upper = self._limits[free].T
-                return bool(((angles[free] > lower) & (angles[free] < upper)).all())
-            jacobian = self.jacobian(angles)[:, free]
-            damped = jacobian @ jacobian.T + 1e-5 * np.eye(6)
-            step = jacobian.T @ np.linalg.solve(damped, error)
-            angles[free] += step * min(1.0, 0.5 / max(float(np.abs(step).max()), 1e-9))
-        return False
 
     def _place(self, positions: Floats) -> None:
         self._data.qpos[self.places] = positions

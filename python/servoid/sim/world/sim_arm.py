@@ -29,14 +29,6 @@ class SimArm:
     ) -> None:
         self._kinematics, self._drives, self._advance = kinematics, drives, advance
         self._period_s = period_s
-        self._joints = Joints(
-            names=tuple(drive.joint for drive in robot.drives),
-            hand_count=robot.hand_count,
-            lower=np.array([drive.lower for drive in robot.drives]),
-            upper=np.array([drive.upper for drive in robot.drives]),
-            speed=np.array([drive.speed for drive in robot.drives]),
-            acceleration=np.array([drive.acceleration for drive in robot.drives]),
-        )
         count = robot.hand_count
         self._eyes = (
             Eyes(Pose.identity(), robot.half_baseline, count, count + 1, count + 2)
@@ -47,7 +39,7 @@ class SimArm:
     @property
     def joints(self) -> Joints:
         """Return the joints and their limits."""
-        return self._joints
+        return self._kinematics.joints
 
     @property
     def eyes(self) -> Eyes | None:
@@ -86,7 +78,7 @@ class SimArm:
 
     def _checked(self, values: Floats, what: str) -> Floats:
         values = np.asarray(values, dtype=np.float64)
-        names = self._joints.names
+        names = self.joints.names
         needed = f"{len(names)} finite joint {what} are needed, one for each of {', '.join(names)}"
         if values.shape != (len(names),):
             raise ServoError(f"{needed}; the array given has shape {values.shape}")

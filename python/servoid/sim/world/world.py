@@ -15,7 +15,7 @@ from servoid.sim.world.kinematics import Kinematics
 from servoid.sim.world.layout import Layout
 from servoid.sim.world.meshes import as_mesh
 from servoid.sim.world.motions import STILL, Floats, pose_of, row_of, unit_row
-from servoid.sim.world.objects import make_object
+from servoid.sim.world.objects import SPIN_AXES, make_object
 from servoid.sim.world.overview import overview_from
 from servoid.sim.world.paths import Path, parse_path
 from servoid.sim.world.room import make_room
@@ -77,6 +77,11 @@ class World:
     def cameras(self) -> tuple[Camera, ...]:
         """Return the ideal pinhole cameras of the source."""
         return self.source.cameras
+
+    @property
+    def spin_axis(self) -> tuple[float, float, float] | None:
+        """Return the unit axis of the object's frame about which it looks the same, if any."""
+        return SPIN_AXES.get(self.settings.object.name)
 
     def start_path(self) -> None:
         """Let the object's path begin now; until then it rests.

@@ -18,6 +18,8 @@ OBJECTS: dict[str, Callable[[], tuple[Thing, ...]]] = {
     "plain_mug": plain_mug,
     "two_ellipsoids": two_ellipsoids,
 }
+# Objects that look the same however they are spun about an axis through their origin.
+SPIN_AXES = {"ellipsoid": (0.0, 1.0, 0.0), "plain_bottle": (0.0, 1.0, 0.0)}
 
 
 def make_object(name: str) -> tuple[Thing, ...]:
@@ -32,4 +34,4 @@ def make_object(name: str) -> tuple[Thing, ...]:
     return OBJECTS[name]()
 
 
-__all__ = ["OBJECTS", "make_object"]
+__all__ = ["OBJECTS", "SPIN_AXES", "make_object"]

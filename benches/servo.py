@@ -1,0 +1,156 @@
+"""Servo an arm to objects of simulated worlds, and see how well hand and eyes follow.
+
+Two tables. In `parts` the hand follows a textured bottle: at rest, from 0.2 m and 20 degrees off;
+then in the paper's 150 - 150 cos(wt) mm, T = 10 s, as it does by default and without one thing
+after another. In `objects` it follows all objects, textured and plain, in the same motion; there
+a pixel has one ray and no blur, which is drawn four times as fast. One row a run: a seed stands
+other clutter about, and changes the noise and the tracker's searches. Errors are of the whole pose
+after settling, against the truth; times are of the wall, of a machine on which the world is drawn
+as well, and of all else that runs on it. The last rows join all runs. Needs MuJoCo.
+
+Run it with: python benches/servo.py [--seeds N] [--only parts|objects] [--names NAME ...]
+"""
+
+import argparse
+import tempfile
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from sequences import Table
+from servoid.errors import ServoidError
+from servoid.servo import ServoMetrics
+from servoid.study import ServoTrial, TrialSettings, changed, run_servo_trial
+
+SINE = {"world.object.path": "sine:0.15@10s", "run.seconds": 13.0}
+OFF = {  # 0.2 m and 20 degrees
+    "run.start_offset": (0.1, -0.1, -0.1414),
+    "run.start_turn_deg": (10.0, -10.0, 14.14),
+    "run.seconds": 8.0,
+    "run.settle_s": 5.0,
+}
+PARTS: dict[str, dict[str, Any]] = {
+    "still, from afar": OFF,
+    "sine": SINE,
+    "no feed-forward": SINE | {"servo.hand.feed_forward": False},
+    "paper's joint law": SINE | {"servo.joints.law": "paper"},
+    "one look": SINE | {"servo.look.count": 1},
+    "fixed eyes": SINE | {"servo.gaze.mode": "parallel"},
+}
+OBJECTS = {
+    "textured": ("bottle", "mug", "drill", "painted_ellipsoid"),
+    "plain": ("ellipsoid", "two_ellipsoids", "plain_bottle", "plain_mug"),
+}
+COARSE = {"world.cameras.samples": 1, "world.cameras.moments": 1}
+
+
+@dataclass
+class Totals:
+    """What all runs together say."""
+
+    runs: int = 0
+    failed: int = 0
+    losing: int = 0
+    held: int = 0
+    control_s: list[float] = field(default_factory=list)
+    track_s: list[float] = field(default_factory=list)
+
+    def add(self, trial: ServoTrial, lost: int, metrics: ServoMetrics) -> None:
+        """Count a run in."""
+        ticks = [row.tick for row in trial.log.rows]
+        self.runs += 1
+        self.losing += lost > 0
+        self.held += len(later_holds(metrics)) > 0
+        self.control_s += [tick.control_s for tick in ticks]
+        self.track_s += [tick.track_s for tick in ticks if tick.estimate is not None]
+
+    def report(self) -> None:
+        """Print them."""
+        print(
+            f"{self.runs} runs, {self.failed} more that could not begin; in {self.losing} of them "
+            f"the tracker lost the object in some image, in {self.held} the hand was held on the "
+            "way"
+        )
+        for name, spent in (("control", self.control_s), ("tracker", self.track_s)):
+            if spent:
+                p50, p99 = 1e3 * np.percentile(spent, (50, 99))
+                print(f"{name}: {p50:.2f} ms, p99 {p99:.2f} ms of {len(spent)}")
+
+
+def main() -> None:
+    """Print one table for each part."""
+    arguments = argparse.ArgumentParser(description=__doc__)
+    arguments.add_argument("--seeds", type=int, default=3, help="runs of each row (default 3)")
+    arguments.add_argument("--first", type=int, default=0, help="the first seed (default 0)")
+    arguments.add_argument("--only", choices=("parts", "objects"), help="one of the two tables")
+    arguments.add_argument("--names", nargs="+", help="of rows or objects, in place of all")
+    asked = arguments.parse_args()
+    if find_spec("mujoco") is None:
+        print("skipped: worlds need MuJoCo; pip install 'servoid[sim]'")
+        return
+    for part, rows in (("parts", parts()), ("objects", objects())):
+        if asked.only in (None, part):
+            chosen = {name: row for name, row in rows if not asked.names or name in asked.names}
+            measure(part, chosen, range(asked.first, asked.first + asked.seeds))
+
+
+def parts() -> Iterator[tuple[str, dict[str, Any]]]:
+    """List the rows of the first table with their settings."""
+    yield from PARTS.items()
+
+
+def objects() -> Iterator[tuple[str, dict[str, Any]]]:
+    """List the objects with their settings."""
+    for names in OBJECTS.values():
+        for name in names:
+            yield name, SINE | COARSE | {"world.object.name": name}
+
+
+def measure(part: str, rows: dict[str, dict[str, Any]], seeds: range) -> None:
+    """Print a row for each run, seed by seed."""
+    table = Table(
+        *(f"{part:17}", "seed", "mm RMS", "mm 95%", "deg RMS", "gaze px", "not tracked"),
+        *("held", "control ms p50", "  p99", "tracker ms p50", "  p99"),
+    )
+    totals = Totals()
+    for seed in seeds:
+        for name, values in rows.items():
+            settings = changed(
+                TrialSettings(), values | {"world.seed": seed, "track.seed": seed}, name
+            )
+            try:
+                run(name, settings, table, totals)
+            except ServoidError as error:
+                totals.failed += 1
+                print(f"{name:17}  {seed:4}  {error}", flush=True)
+    totals.report()
+
+
+def run(name: str, settings: TrialSettings, table: Table, totals: Totals) -> None:
+    """Servo once, and print what came of it."""
+    with tempfile.TemporaryDirectory() as folder:
+        trial = run_servo_trial(settings, Path(folder))
+    metrics = ServoMetrics.of(trial.log, settings.run.settle_s)
+    estimates = [seen.estimate for _, seen in trial.log.seen]
+    lost = sum(one is None or one.status != "tracking" for one in estimates)
+    totals.add(trial, lost, metrics)
+    table.row(
+        *(name, settings.world.seed, 1e3 * metrics.position_rms, 1e3 * metrics.position_95),
+        *(float(np.degrees(metrics.turn_rms)), metrics.fixation_rms_px),
+        *(lost, len(later_holds(metrics))),
+        *(1e3 * metrics.control_s.p50, 1e3 * metrics.control_s.p99),
+        *(1e3 * metrics.track_s.p50, 1e3 * metrics.track_s.p99),
+    )
+
+
+def later_holds(metrics: ServoMetrics) -> list[Any]:
+    """List the holds but the one with which each run begins: some trusted images are awaited."""
+    return [hold for hold in metrics.holds if hold.start_s > 0.0]
+
+
+if __name__ == "__main__":
+    main()

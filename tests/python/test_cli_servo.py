@@ -70,7 +70,7 @@ def test_the_summary_says_how_well_the_hand_followed_in_eighty_columns(
     assert outcome.out.startswith("Servoed pa10 to painted_ellipsoid, sine:0.05@4s\n")
     rows = said(outcome)
     assert re.fullmatch(r"\d+\.\d\d mm RMS, \d+\.\d\d mm at 95 %, after 0.5 s", rows["hand"])
-    assert rows["modelled"] == "1 ellipsoids, looked at from 1 place"
+    assert rows["modelled"] == "1 ellipsoid, looked at from 1 place"
     assert rows["tracked"].startswith("100.0 % of 3")
     assert max(len(line) for line in outcome.out.splitlines() if "run/" not in line) <= 80
 

@@ -22,8 +22,9 @@ def print_servo_summary(
     looks = len(trial.meeting.looks)
     typer.echo(f"Servoed {world.arm.name} to {world.object.name}, {world.object.path}")
     place = "1 place" if looks == 1 else f"{looks} places"
+    parts = "1 ellipsoid" if len(body) == 1 else f"{len(body)} ellipsoids"
     rows = {
-        "modelled": f"{len(body)} ellipsoids, looked at from {place}",
+        "modelled": f"{parts}, looked at from {place}",
         **_errors(metrics),
         "tracked": f"{100.0 * metrics.tracked_share:.1f} % of {metrics.observations} observations",
         "held": _held(metrics),

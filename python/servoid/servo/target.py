@@ -114,7 +114,7 @@ class TargetFilter:
         if elapsed <= 0.0:
             return Verdict.OUTDATED
         expected = self.predict(estimate.time_s).world_from_object
-        turns = OpenTurns.of(estimate.unobservable, estimate.world_from_object)
+        turns = OpenTurns.of(estimate, self._settings.open_turn)
         seen = turns.left_out(expected, estimate.world_from_object)
         if not self._can_reach(expected, seen, elapsed):
             return self._meet(estimate)

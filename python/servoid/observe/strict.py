@@ -96,9 +96,11 @@ def _wrong_keys(
 ) -> Iterator[str]:
     """Say which keys are missing and, if there is the `text` of the file, which are unknown."""
     fields = {field.encode_name: field for field in msgspec.structs.fields(struct)}
-    known = f"known keys: {', '.join(fields)}"
+    tag = struct.__struct_config__.tag_field
+    names = [*([tag] if tag else []), *fields]
+    known = f"known keys: {', '.join(names)}"
     for key in data:
-        if key not in fields and text is not None:
+        if key not in names and text is not None:
             # A key that stands on several lines cannot be told apart by its name.
             line = line_of(text, key) if line_of(text, key, 1) is None else None
             on = f", line {line}" if line else ""
@@ -106,31 +108,54 @@ def _wrong_keys(
     for name, field in fields.items():
         if field.required and name not in data:
             yield f"{_at(where)}: the key '{name}' is missing; {known}"
-        inner = _struct_in(field.type)
-        if inner is None or name not in data:
+        kinds = _structs_in(field.type)
+        if not kinds or name not in data:
             continue
         value = data[name]
         items = list(enumerate(value)) if isinstance(value, list) else [(None, value)]
         for index, item in items:
             if isinstance(item, dict):
                 deeper = (*where, name) if index is None else (*where, name, index)
-                yield from _wrong_keys(item, inner, deeper, text)
+                inner = _meant(item, kinds)
+                if inner is None:
+                    yield f"{_at(deeper)}: {_unmeant(item, kinds)}"
+                else:
+                    yield from _wrong_keys(item, inner, deeper, text)
 
 
-def _struct_in(kind: Any) -> type[msgspec.Struct] | None:
-    """Return the struct that a field holds, alone, in a list or optionally."""
+def _structs_in(kind: Any) -> list[type[msgspec.Struct]]:
+    """Return the structs that a field may hold, alone, in a list or optionally."""
     if get_origin(kind) is None:
-        return kind if isinstance(kind, type) and issubclass(kind, msgspec.Struct) else None
-    found = (_struct_in(argument) for argument in get_args(kind))
-    return next((struct for struct in found if struct is not None), None)
+        return [kind] if isinstance(kind, type) and issubclass(kind, msgspec.Struct) else []
+    return [struct for argument in get_args(kind) for struct in _structs_in(argument)]
+
+
+def _meant(item: dict[str, Any], kinds: list[type[msgspec.Struct]]) -> type[msgspec.Struct] | None:
+    """Return which of several structs an item says that it is; None if it says none of them."""
+    if len(kinds) == 1:
+        return kinds[0]
+    said = item.get(_tag_field(kinds))
+    return next((kind for kind in kinds if kind.__struct_config__.tag == said), None)
+
+
+def _unmeant(item: dict[str, Any], kinds: list[type[msgspec.Struct]]) -> str:
+    """Say that an item is none of several structs."""
+    field = _tag_field(kinds)
+    tags = ", ".join(str(kind.__struct_config__.tag) for kind in kinds)
+    given = f"unknown {field} {item[field]!r}" if field in item else f"the key '{field}' is missing"
+    return f"{given}; choose one of {tags}"
+
+
+def _tag_field(kinds: list[type[msgspec.Struct]]) -> str:
+    return kinds[0].__struct_config__.tag_field or ""
 
 
 def _choices(struct: type[msgspec.Struct], path: str) -> str:
     """Name what can be chosen at a path such as `joints.law`."""
     kind: Any = struct
     for name in re.sub(r"\[[^]]*\]", "", path).split("."):
-        inner = _struct_in(kind)
-        fields = {} if inner is None else {f.encode_name: f for f in msgspec.structs.fields(inner)}
+        inner = _structs_in(kind)
+        fields = {f.encode_name: f for f in msgspec.structs.fields(inner[0])} if inner else {}
         kind = fields[name].type if name in fields else None
     # A field's type may be wrapped, as in `Annotated[Law, ...]` or `Law | None`.
     kinds = [kind, *get_args(kind)]

@@ -1,6 +1,6 @@
 """Models a capture, and shows how each further ellipsoid helps.
 
-Run it after `make demo`: `.venv/bin/python examples/model_a_capture.py out/sample`
+Run it after `make samples`: `.venv/bin/python examples/model_a_capture.py out/sample`
 """
 
 import sys

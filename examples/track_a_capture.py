@@ -1,6 +1,6 @@
 """Tracks the toy of a moving sample, and compares its motion with the true one.
 
-Run it after `make demo`: `.venv/bin/python examples/track_a_capture.py out/moving`
+Run it after `make samples`: `.venv/bin/python examples/track_a_capture.py out/moving`
 """
 
 import sys

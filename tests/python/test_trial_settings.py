@@ -1,47 +1,178 @@
 from pathlib import Path
+from typing import Annotated, Any, get_args, get_origin, get_type_hints
 
+import msgspec
 import pytest
 from msgspec.structs import replace
 
-from servoid.errors import ServoError
-from servoid.sim.world import WorldSettings
-from servoid.sim.world.faults import DropImages, Occlude, Teleport
-from servoid.study import TrialSettings, changed, read_trial_settings, trial_toml
+pytest.importorskip("mujoco", reason="simulated worlds need mujoco")
 
-FAULTS = (
-    Occlude(at_s=4.0, seconds=1.5, distance=0.1),
-    DropImages(at_s=1.0, seconds=0.5, camera=1),
-    Teleport(at_s=3.0),
+from servoid.errors import ServoError
+from servoid.servo import JointLaw, LookSettings, ServoSettings
+from servoid.servo.settings import HandSettings, JointSettings
+from servoid.sim.world import (
+    ArmSettings,
+    CameraSettings,
+    DropImages,
+    FreezeCamera,
+    LightSettings,
+    ObjectSettings,
+    Occlude,
+    Teleport,
+    WorldSettings,
+)
+from servoid.study import (
+    RunSettings,
+    TrackingSettings,
+    TrialSettings,
+    changed,
+    read_trial_settings,
+    trial_toml,
+)
+from servoid.track import Method
+
+CHANGED = TrialSettings(
+    run=RunSettings(seconds=1e-3, goal=(0.0, -1e-9, 0.5), start_turn_deg=(0.0, 20.0, 1.0 / 3.0)),
+    world=WorldSettings(
+        arm=ArmSettings(name='a "b" \\ ü.xml', start=(0.1,) * 7, turning_eyes=False),
+        object=ObjectSettings(name="mug", path="random:7:0.05@6s"),
+        cameras=CameraSettings(size_px=(320, 240), focal_px=300.5, distortion=(0.1, -0.05)),
+        light=LightSettings(step_at_s=2.0),
+        faults=(
+            DropImages(at_s=1.0, seconds=0.25),
+            FreezeCamera(at_s=2.0, seconds=1.0, camera=1),
+            Occlude(at_s=4.0, seconds=2.0, half_size=(0.1, 0.2)),
+            Teleport(at_s=7.0, by=(0.0, 0.1, -0.2), turn=(0.3, 0.0, 0.0)),
+        ),
+        seed=7,
+        threads=2,
+    ),
+    track=TrackingSettings(method=Method.PAPER, seed=3, generations=4),
+    servo=ServoSettings(
+        look=LookSettings(count=1),
+        hand=HandSettings(feed_forward=False),
+        joints=JointSettings(law=JointLaw.PAPER),
+    ),
 )
 
 
-def read(folder: Path, text: str) -> TrialSettings:
-    path = folder / "run.toml"
-    path.write_text(text)
-    return read_trial_settings(path)
+def read_back(text: str, folder: Path) -> TrialSettings:
+    file = folder / "run.toml"
+    file.write_text(text)
+    return read_trial_settings(file)
 
 
-def test_the_settings_of_a_run_read_back_equal_with_their_faults(tmp_path: Path) -> None:
-    settings = replace(TrialSettings(), world=WorldSettings(faults=FAULTS, seed=3))
-    assert read(tmp_path, trial_toml(settings)) == settings
-    assert changed(settings, {"run.seconds": 7.0}, "options").world == settings.world
+def structs_in(kind: Any) -> list[type[msgspec.Struct]]:
+    """List all settings inside settings, whatever holds them."""
+    if isinstance(kind, type) and issubclass(kind, msgspec.Struct):
+        inner = get_type_hints(kind, include_extras=True).values()
+        return [kind, *(found for one in inner for found in structs_in(one))]
+    return [found for one in get_args(kind) for found in structs_in(one)]
 
 
-def test_a_fault_may_stand_in_a_table_of_its_own(tmp_path: Path) -> None:
-    text = '[[world.faults]]\ntype = "occlude"\nat_s = 4.0\nseconds = 1.5\ndistance = 0.1\n'
-    assert read(tmp_path, text).world.faults == FAULTS[:1]
+@pytest.mark.parametrize("settings", [TrialSettings(), CHANGED], ids=["defaults", "changed"])
+def test_printed_settings_read_back_equal(settings: TrialSettings, tmp_path: Path) -> None:
+    assert read_back(trial_toml(settings), tmp_path) == settings
+
+
+def test_every_value_of_the_changed_settings_is_told_apart_from_its_default() -> None:
+    for stage in ("run", "world", "track", "servo"):
+        assert getattr(CHANGED, stage) != getattr(TrialSettings(), stage)
+
+
+def test_what_a_file_leaves_out_keeps_its_default(tmp_path: Path) -> None:
+    settings = read_back('[world.object]\nname = "drill"\n', tmp_path)
+    world = replace(settings.world, object=ObjectSettings())
+    assert settings.world.object.name == "drill"
+    assert replace(settings, world=world) == TrialSettings()
+
+
+def test_faults_can_be_written_as_tables(tmp_path: Path) -> None:
+    text = '[[world.faults]]\ntype = "teleport"\nat_s = 2\n[[world.faults]]\n'
+    text += 'type = "drop"\nat_s = 3\nseconds = 1\ncamera = 0\n'
+    assert read_back(text, tmp_path).world.faults == (
+        Teleport(at_s=2.0),
+        DropImages(at_s=3.0, seconds=1.0, camera=0),
+    )
+
+
+def test_every_setting_says_what_it_does() -> None:
+    settings = {one for one in structs_in(TrialSettings) if one is not TrialSettings}
+    assert {RunSettings, ArmSettings, Occlude, LookSettings} <= settings
+    for one in settings:
+        for name, kind in get_type_hints(one, include_extras=True).items():
+            if isinstance(kind, type) and issubclass(kind, msgspec.Struct):
+                continue
+            assert get_origin(kind) is Annotated, f"{one.__name__}.{name}"
+            said = [part.description for part in get_args(kind)[1:] if part.description]
+            assert len("".join(said)) > 8, f"{one.__name__}.{name}"
+    lines = [line for line in trial_toml().splitlines() if " = " in line]
+    assert len(lines) > 80
+    assert all("  # " in line for line in lines)
 
 
 @pytest.mark.parametrize(
-    ("fault", "says"),
+    ("text", "says"),
     [
-        ('type = "oclude"\nat_s = 4.0', r"unknown type 'oclude'; choose one of drop, freeze,"),
-        ("type = [1]\nat_s = 4.0", r"unknown type \[1\]; choose one of drop, freeze,"),
-        ("at_s = 4.0\nseconds = 1.5", r"the key 'type' is missing; choose one of drop, freeze,"),
-        ('type = "occlude"\nat = 4.0', r"unknown key 'at'; known keys: type, at_s, seconds,"),
-        ('type = "occlude"\nat_s = -1.0\nseconds = 1.0', r"faults\[0\].at_s: expected .* >= 0"),
+        ("[run]\nsecs = 3", r"run.toml, line 2, run: unknown key 'secs'; known keys: seconds, go"),
+        ("[motion]\na = 1", r"run.toml: unknown key 'motion'; known keys: run, world, track, ser"),
+        ("[world.lamp]\na = 1", r"world: unknown key 'lamp'; known keys: arm, object, cameras"),
+        ("[run]\nseconds = 0", r"run.seconds: expected a number > 0.0, got 0"),
+        ("[run]\nseconds = 'long'", r"run.seconds: expected a number, got a text"),
+        ("[run]\nsettle_s = nan", r"run.settle_s: the number is not finite"),
+        ("[run]\ngoal = [1, 2]", r"run.goal: expected a list of length 3, got 2"),
+        ("[track]\nmethod = 'x'", r"track.method: .* 'x'; choose one of region, paper"),
+        ("[track]\nseed = -1", r"track.seed: expected a whole number >= 0, got -1"),
+        ("[servo.look]\ncount = 0", r"servo.look.count: expected a whole number >= 1, got 0"),
+        ("[servo.joints]\nlaw = 'x'", r"servo.joints.law: .* 'x'; choose one of qp, paper"),
+        ("[world]\nfaults = 3", r"world.faults: expected a list, got a whole number"),
+        ("[[world.faults]]\nat_s = 1", r"faults\[0\]: the key 'type' is missing; .* drop, freeze"),
+        ("[[world.faults]]\ntype = 'x'", r"faults\[0\]: type is 'x'; choose one of drop, freeze"),
+        (
+            "[[world.faults]]\ntype = 'drop'\nat_s = 1\nseconds = 1\ncamera = 2",
+            r"world.faults\[0\].camera: expected a whole number <= 1, got 2",
+        ),
+        (
+            "[[world.faults]]\ntype = 'teleport'\nat_s = 1\nseconds = 1",
+            r"world.faults\[0\]: unknown key 'seconds'; known keys: type, at_s, by, turn",
+        ),
+        ("run = 3", r"run: expected a table, got a whole number"),
+        ("[run", r"not a TOML file"),
     ],
 )
-def test_a_wrong_fault_is_refused_with_its_place(tmp_path: Path, fault: str, says: str) -> None:
+def test_a_setting_that_cannot_be_is_refused_with_what_is_allowed(
+    text: str, says: str, tmp_path: Path
+) -> None:
     with pytest.raises(ServoError, match=says):
-        read(tmp_path, f"[[world.faults]]\n{fault}\n")
+        read_back(text, tmp_path)
+
+
+def test_a_file_that_is_missing_or_no_text_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(ServoError, match=r"cannot read .*none.toml"):
+        read_trial_settings(tmp_path / "none.toml")
+    (tmp_path / "image.toml").write_bytes(b"\x89PNG\xff\xfe")
+    with pytest.raises(ServoError, match=r"image.toml: not a TOML file"):
+        read_trial_settings(tmp_path / "image.toml")
+
+
+def test_dotted_names_change_single_settings() -> None:
+    new = changed(CHANGED, {"world.object.name": "bottle", "run.seconds": 4}, "the options")
+    assert (new.world.object.name, new.run.seconds) == ("bottle", 4.0)
+    world = replace(new.world, object=CHANGED.world.object)
+    assert replace(new, world=world, run=CHANGED.run) == CHANGED
+    assert changed(CHANGED, {}, "the options") == CHANGED
+
+
+@pytest.mark.parametrize(
+    ("values", "says"),
+    [
+        ({"run.seconds": -2.0}, r"the options, run.seconds: expected a number > 0.0, got -2.0"),
+        ({"run.secs": 2.0}, r"the options, run: unknown key 'secs'; known keys: seconds"),
+        ({"motion.a": 2.0}, r"the options: unknown key 'motion'; known keys: run, world"),
+        ({"run.seconds.a": 2.0}, r"the options, run.seconds: expected a number, got a table"),
+        ({"run.seconds": None}, r"the options, run.seconds: expected a number, got nothing"),
+    ],
+)
+def test_a_changed_setting_that_cannot_be_is_refused(values: dict[str, Any], says: str) -> None:
+    with pytest.raises(ServoError, match=says):
+        changed(TrialSettings(), values, "the options")

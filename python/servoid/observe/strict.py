@@ -69,6 +69,7 @@ def convert(
         for word, plain in _PLAIN_WORDS.items():
             what = what.replace(word, plain)
         what += _choices(struct, path) if what.startswith("Invalid enum value") else ""
+        what += "" if "got" in what else _given(data, path)
         raise error(f"{at}: {what[:1].lower()}{what[1:]}") from reason
 
 
@@ -97,10 +98,9 @@ def _wrong_keys(
     """Say which keys are missing and, if there is the `text` of the file, which are unknown."""
     fields = {field.encode_name: field for field in msgspec.structs.fields(struct)}
     tag = struct.__struct_config__.tag_field
-    names = [*([tag] if tag else []), *fields]
-    known = f"known keys: {', '.join(names)}"
+    known = f"known keys: {', '.join([tag, *fields] if tag else fields)}"
     for key in data:
-        if key not in names and text is not None:
+        if key not in fields and key != tag and text is not None:
             # A key that stands on several lines cannot be told apart by its name.
             line = line_of(text, key) if line_of(text, key, 1) is None else None
             on = f", line {line}" if line else ""
@@ -108,59 +108,68 @@ def _wrong_keys(
     for name, field in fields.items():
         if field.required and name not in data:
             yield f"{_at(where)}: the key '{name}' is missing; {known}"
-        kinds = _structs_in(field.type)
-        if not kinds or name not in data:
+        structs = list(_structs_in(field.type))
+        if not structs or name not in data:
             continue
         value = data[name]
-        items = list(enumerate(value)) if isinstance(value, list) else [(None, value)]
+        items = enumerate(value) if isinstance(value, (list, tuple)) else [(None, value)]
         for index, item in items:
             if isinstance(item, dict):
                 deeper = (*where, name) if index is None else (*where, name, index)
-                inner = _meant(item, kinds)
-                if inner is None:
-                    yield f"{_at(deeper)}: {_unmeant(item, kinds)}"
-                else:
-                    yield from _wrong_keys(item, inner, deeper, text)
+                yield from _wrong_inside(item, structs, deeper, text)
 
 
-def _structs_in(kind: Any) -> list[type[msgspec.Struct]]:
-    """Return the structs that a field may hold, alone, in a list or optionally."""
-    if get_origin(kind) is None:
-        return [kind] if isinstance(kind, type) and issubclass(kind, msgspec.Struct) else []
-    return [struct for argument in get_args(kind) for struct in _structs_in(argument)]
+def _wrong_inside(
+    data: dict[str, Any],
+    structs: list[type[msgspec.Struct]],
+    where: tuple[str | int, ...],
+    text: str | None,
+) -> Iterator[str]:
+    """Say what is wrong with the keys of a table that may be one of several structs, by its tag."""
+    tag = structs[0].__struct_config__.tag_field
+    if tag is None:
+        yield from _wrong_keys(data, structs[0], where, text)
+        return
+    kinds = {struct.__struct_config__.tag: struct for struct in structs}
+    given = data.get(tag)
+    if isinstance(given, str) and given in kinds:
+        yield from _wrong_keys(data, kinds[given], where, text)
+    else:
+        what = f"the key '{tag}' is missing" if tag not in data else f"{tag} is {given!r}"
+        yield f"{_at(where)}: {what}; choose one of {', '.join(map(str, kinds))}"
 
 
-def _meant(item: dict[str, Any], kinds: list[type[msgspec.Struct]]) -> type[msgspec.Struct] | None:
-    """Return which of several structs an item says that it is; None if it says none of them."""
-    if len(kinds) == 1:
-        return kinds[0]
-    said = item.get(_tag_field(kinds))
-    return next((kind for kind in kinds if kind.__struct_config__.tag == said), None)
-
-
-def _unmeant(item: dict[str, Any], kinds: list[type[msgspec.Struct]]) -> str:
-    """Say that an item is none of several structs."""
-    field = _tag_field(kinds)
-    tags = ", ".join(str(kind.__struct_config__.tag) for kind in kinds)
-    given = f"unknown {field} {item[field]!r}" if field in item else f"the key '{field}' is missing"
-    return f"{given}; choose one of {tags}"
-
-
-def _tag_field(kinds: list[type[msgspec.Struct]]) -> str:
-    return kinds[0].__struct_config__.tag_field or ""
+def _structs_in(kind: Any) -> Iterator[type[msgspec.Struct]]:
+    """List the structs that a field holds, alone, in a list or optionally."""
+    if get_origin(kind) is None and not get_args(kind):
+        if isinstance(kind, type) and issubclass(kind, msgspec.Struct):
+            yield kind
+        return
+    for argument in get_args(kind):
+        yield from _structs_in(argument)
 
 
 def _choices(struct: type[msgspec.Struct], path: str) -> str:
     """Name what can be chosen at a path such as `joints.law`."""
     kind: Any = struct
     for name in re.sub(r"\[[^]]*\]", "", path).split("."):
-        inner = _structs_in(kind)
-        fields = {f.encode_name: f for f in msgspec.structs.fields(inner[0])} if inner else {}
+        inner = next(_structs_in(kind), None)
+        fields = {} if inner is None else {f.encode_name: f for f in msgspec.structs.fields(inner)}
         kind = fields[name].type if name in fields else None
     # A field's type may be wrapped, as in `Annotated[Law, ...]` or `Law | None`.
     kinds = [kind, *get_args(kind)]
     values = [one.value for kind in kinds if _is_enum(kind) for one in kind]
     return f"; choose one of {', '.join(map(str, values))}" if values else ""
+
+
+def _given(data: Any, path: str) -> str:
+    """Say which plain value stands at a path such as `size_px[0]`, if one does."""
+    try:
+        for part in re.findall(r"[^.\[\]]+", path):
+            data = data[int(part) if isinstance(data, (list, tuple)) else part]
+    except (LookupError, TypeError, ValueError):
+        return ""
+    return f", got {data!r}" if isinstance(data, (int, float)) else ""
 
 
 def _is_enum(kind: Any) -> bool:

@@ -1,6 +1,6 @@
 """A servo run in a simulated world: meet an object, model it, and follow it with hand and eyes."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -27,6 +27,7 @@ from servoid.servo import (
     servo,
     visit,
 )
+from servoid.servo.moving import change_between
 from servoid.sim.world import Path as ObjectPath
 from servoid.sim.world import World
 from servoid.study.meeting import Masks, Meeting, meet
@@ -213,20 +214,26 @@ def _take_place(
     if not (any(run.start_offset) or any(run.start_turn_deg)):
         return
     turn = Pose.exp([0.0, 0.0, 0.0, *np.radians(run.start_turn_deg)])
-    off = Pose.from_parts(run.start_offset, turn.quaternion)
-    place = meeting.body.world_from_object @ goal.inverse() @ off
+    goal_from_start = Pose.from_parts(run.start_offset, turn.quaternion)
+    place = meeting.body.world_from_object @ goal.inverse() @ goal_from_start
     middle = np.array(meeting.body.world_from_object.translation)
-    arrived = None
-    for command, instant in visit(
-        world.arm, world.source, controller, (place, middle), settings.servo.look
-    ):
+    look = settings.servo.look
+    for command, _ in visit(world.arm, world.source, controller, (place, middle), look):
         see("taking place", 0.0, None, command)
-        arrived = instant or arrived
-    if arrived is None:
+    hand = world.arm.world_from_hand(world.arm.state().positions)
+    off = change_between(hand, place)
+    shift, turned = float(np.linalg.norm(off[:3])), float(np.linalg.norm(off[3:]))
+    if max(shift, turned) > look.near:
         raise ServoError(
-            f"the hand cannot start {run.start_offset} m and {run.start_turn_deg} degrees off its "
-            "goal: the arm does not reach that far; choose smaller values"
+            f"the hand cannot start {_listed(run.start_offset)} m and "
+            f"{_listed(run.start_turn_deg)} degrees off its goal: it stays {shift:.3f} m and "
+            f"{np.degrees(turned):.1f} degrees away from there, since the arm does not reach that "
+            "far or may not; choose smaller values"
         )
+
+
+def _listed(values: Sequence[float]) -> str:
+    return ", ".join(f"{value:g}" for value in values)
 
 
 def _start_tracker(

@@ -93,6 +93,8 @@ def changed(settings: TrialSettings, values: dict[str, Any], place: str) -> Tria
         *tables, last = key.split(".")
         inner = data
         for table in tables:
+            if not isinstance(inner.get(table), dict):
+                inner[table] = {}  # which is refused with what is known there
             inner = inner[table]
         inner[last] = value
     return convert(data, TrialSettings, place, ServoError)

@@ -58,6 +58,6 @@ pub(super) fn judge(sight: &Sight<'_>, pose: &Pose, usual: &Usual, desk: &Desk) 
     }
     let share = |of: f64| if of > 0.0 { (seen / of).min(1.0) } else { 0.0 };
     let (visible, confidence) = (share(expected), share(expected - excused));
-    let support = 2.0 * seen - (expected - excused);
+    let support = 2.0 * seen - expected;
     Verdict { visible, confidence, support, recognised, ratio, outline }
 }

@@ -1,5 +1,6 @@
 use super::TrackError;
 use super::attempt::{Attempt, COARSEST, sight};
+use super::estimate::Status;
 use super::polish::Sight;
 use super::tracker::{MARGIN, Tracker};
 use crate::observe::Observation;
@@ -131,6 +132,10 @@ impl Tracker {
     /// Halves the confidence in a pose at which too little of the surface is recognised, where the
     /// object was not tracked just before.
     pub(super) fn doubt(&self, attempt: &mut Attempt) {
+        if self.status != Status::Tracking {
+            // Only where it was a moment ago may something be thought to hide it.
+            attempt.verdict.confidence = attempt.verdict.visible;
+        }
         if attempt.verdict.recognised < LEAST_RECOGNISED * self.usual.recognised {
             attempt.verdict.confidence *= 0.5;
         }

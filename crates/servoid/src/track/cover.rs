@@ -5,8 +5,9 @@ use crate::fitness::Agreement;
 /// Where surface points are recognised that should be, and where something hides them.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Cover {
+    /// Whether the object was there a moment ago: only then is what is not seen thought hidden.
+    pub(super) was_there: bool,
     places: Vec<(usize, Vector2<f64>, bool)>,
-    recognised: usize,
 }
 
 /// Pixels within which surface points say whether a place is hidden.
@@ -16,15 +17,12 @@ const AROUND_PX: f64 = 30.0;
 const LEAST: usize = 3;
 const HIDDEN: f64 = 0.4;
 const CLEAR: f64 = 0.8;
-/// Share of all points that must be recognised for a pose to tell what is hidden.
-const AT_ALL: f64 = 0.3;
 /// Correlation from which on a point is recognised.
 const RECOGNISED: f64 = 0.6;
 
 impl Cover {
     pub(super) fn clear(&mut self) {
         self.places.clear();
-        self.recognised = 0;
     }
 
     /// Takes a point that a camera should see at a pixel.
@@ -36,7 +34,6 @@ impl Cover {
     ) {
         let nowhere = Vector2::repeat(f64::NAN);
         let recognised = found.is_some_and(|a| a.correlation > RECOGNISED);
-        self.recognised += usize::from(recognised);
         self.places.push((camera, pixel.unwrap_or(nowhere), recognised));
     }
 
@@ -45,14 +42,10 @@ impl Cover {
         self.places.iter().map(|(camera, pixel, _)| (*camera, pixel))
     }
 
-    /// Says whether most points around a pixel are not where they should be. At a pose at which
-    /// few are anywhere, nothing is known to be hidden.
+    /// Says whether most points around a pixel are not where they should be.
     pub(super) fn hides(&self, camera: usize, pixel: &Vector2<f64>) -> bool {
-        if (self.recognised as f64) < AT_ALL * self.places.len() as f64 {
-            return false;
-        }
         let (seen, expected) = self.around(camera, pixel);
-        expected >= LEAST && (seen as f64) < HIDDEN * expected as f64
+        self.was_there && expected >= LEAST && (seen as f64) < HIDDEN * expected as f64
     }
 
     /// Says whether nearly all points around a pixel are where they should be.

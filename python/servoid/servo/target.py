@@ -115,7 +115,7 @@ class TargetFilter:
         if elapsed <= 0.0:
             return Verdict.OUTDATED
         expected = self.predict(estimate.time_s).world_from_object
-        turns = OpenTurns.of(estimate.unobservable, estimate.world_from_object)
+        turns = OpenTurns.of(estimate, self._settings.open_turn)
         seen = turns.left_out(expected, estimate.world_from_object)
         if not self._can_reach(expected, seen, elapsed):
             return self._meet(estimate)
@@ -154,7 +154,7 @@ class TargetFilter:
         seen = estimate.world_from_object
         if self._met:
             # Else the hand would go around a plain bottle that is found again with another spin.
-            seen = OpenTurns.of(estimate.unobservable, seen).left_out(self._pose, seen)
+            seen = OpenTurns.of(estimate, self._settings.open_turn).left_out(self._pose, seen)
         self._time_s, self._pose, self._met = estimate.time_s, seen, True
         self._motion = np.zeros((2, 6))
         self._covariance = np.zeros((18, 18))

@@ -131,7 +131,7 @@ impl Points {
 /// Share of what an image says of a point that is its own and not the pose's.
 const SHARED: f64 = 0.2;
 /// What is forgotten of a point's place in an image, in square metres.
-const FADING: f64 = 1e-11;
+const FADING: f64 = 1e-10;
 /// Standard deviation of where a patch is found beyond its noise, in pixels: surfaces are not flat.
 pub(super) const PLACE_PX: f64 = 0.25;
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from fake_tracker import FakeEstimate
 from servo_loop import (
+    RATE_HZ,
     Loop,
     Seen,
     Tick,
@@ -183,6 +184,28 @@ def test_a_plain_bottle_that_is_found_again_with_another_spin_does_not_move_the_
     assert any(tick.command.holding for tick in between(ticks, FIRST_S, 9.0))
     assert not ticks[-1].command.holding
     assert position_errors(between(ticks, FIRST_S, 9.0)).max() < 5e-3
+
+
+@pytest.mark.parametrize("guesses", [1, 4, 9])
+def test_wrong_guesses_about_a_hidden_target_do_not_turn_the_eyes_away_for_good(
+    guesses: int,
+) -> None:
+    def guessed(instant: Instant, estimate: FakeEstimate) -> Seen:
+        hidden_s = instant.time_s - FIRST_S
+        if hidden_s < 0:
+            return instant, estimate
+        if 1.0 <= hidden_s < 1.0 + (guesses - 0.5) / RATE_HZ:
+            estimate.world_from_object = shifted_and_turned(estimate.world_from_object, AWAY)
+            return instant, estimate
+        return lost(instant, estimate)
+
+    loop = Loop(to_and_fro(1e9), spoil=guessed)
+    ticks = loop.run(FIRST_S + 3.0)
+    rested = ServoSettings().safety.resume_after
+    if guesses < rested:
+        assert max(tick.fixation for tick in between(ticks, FIRST_S, 9.0)) < np.radians(1.0)
+    assert ticks[-1].fixation < np.radians(3.0)
+    assert broken_limits(loop) == []
 
 
 def test_a_camera_that_hangs_stays_untrusted_while_the_arm_rests() -> None:

@@ -89,6 +89,7 @@ class Controller:
         self._previous: tuple[float, Floats] | None = None
         self._goal: tuple[float, Pose] | None = None
         self._wish: Floats | None = None
+        self._sure: Prediction | None = None
 
     def see(self, instant: Instant | None, estimate: TargetEstimate | None) -> None:
         """Take in a new observation and what the tracker made of it, None if it is unusable."""
@@ -106,11 +107,17 @@ class Controller:
         if self._target.time_s is None:
             return self._hold(now, None, holding)
         target = self._target.predict(state.time_s)
+        authority = self._trust.authority(state.time_s)
+        if not holding and authority == 1.0:
+            self._sure = Prediction(
+                state.time_s, target.world_from_object, np.zeros(6), np.zeros(6)
+            )
         if holding or goal_from_object is None:
             self._goal = None
-            return self._hold(now, target, holding)
+            # A wrong guess of the tracker must not turn the eyes away from a hidden target.
+            return self._hold(now, (self._sure or target) if holding else target, holding)
         goal = self._moving_goal(state.time_s, goal_from_object)
-        return self._pursue(now, self._led(target), goal, self._trust.authority(state.time_s))
+        return self._pursue(now, self._led(target), goal, authority)
 
     def go_to(self, state: JointState, world_from_goal: Pose, fixate: Floats) -> Command:
         """Return what brings the hand to a pose in the world, the eyes on a point (3,) in it."""

@@ -200,6 +200,7 @@ class Controller:
 
     def _stop(self, state: JointState) -> Command:
         """Brake blindly, for a state that cannot be used."""
+        self._wish = None
         last = (
             np.zeros(len(self._arm.joints.names)) if self._previous is None else self._previous[1]
         )

@@ -66,6 +66,11 @@ def not_finite(instant: Instant, estimate: FakeEstimate) -> Seen:
     return instant, estimate
 
 
+def ahead(instant: Instant, estimate: FakeEstimate) -> Seen:
+    estimate.time_s += 1e3
+    return replace(instant, time_s=estimate.time_s), estimate
+
+
 def unsure_by_nan(instant: Instant, estimate: FakeEstimate) -> Seen:
     estimate.confidence = float("nan")
     return instant, estimate
@@ -84,6 +89,7 @@ FAULTS: dict[Callable[[Instant, FakeEstimate], Seen], Reason] = {
     lost: Reason.LOST,
     searching: Reason.SEARCHING,
     frozen: Reason.FROZEN,
+    ahead: Reason.AHEAD,
     not_finite: Reason.NOT_FINITE,
     unsure_by_nan: Reason.NOT_FINITE,
     erratic: Reason.TELEPORT,

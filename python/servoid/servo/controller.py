@@ -212,6 +212,7 @@ class Controller:
         """Work out what the hand does now; None if the state holds no numbers."""
         if not np.isfinite([state.time_s, *state.positions, *state.velocities]).all():
             return None
+        self._trust.advance(state.time_s)
         previous = state.velocities
         if self._previous is not None:
             age = state.time_s - self._previous[0]

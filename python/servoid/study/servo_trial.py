@@ -97,8 +97,8 @@ def run_servo_trial(
         ModelError, TargetError: the object cannot be modelled from what the hand can see.
 
     """
-    make_folder(Path(folder))
     world = World(settings.world, path=path)
+    make_folder(Path(folder))
     if prepared is not None:
         prepared(world)
     tell = watch or (lambda _: None)

@@ -209,6 +209,8 @@ def _take_place(
     look = settings.servo.look
     for command, _ in visit(world.arm, world.source, controller, (place, middle), look):
         see("taking place", 0.0, None, command)
+    for command in halt(world.arm, controller):
+        see("taking place", 1.0, None, command)
     hand = world.arm.world_from_hand(world.arm.state().positions)
     off = change_between(hand, place)
     shift, turned = float(np.linalg.norm(off[:3])), float(np.linalg.norm(off[3:]))

@@ -4,11 +4,10 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import msgspec
-import msgspec.toml
 from msgspec import Meta
 
 from servoid.errors import ServoError
-from servoid.observe.strict import convert, read_bytes
+from servoid.observe.strict import convert, read_toml
 from servoid.servo import ServoSettings, settings_toml
 from servoid.sim.world import WorldSettings
 from servoid.track import Method
@@ -70,13 +69,7 @@ def read_trial_settings(path: str | Path) -> TrialSettings:
         ServoError: the file cannot be read, a key is unknown, or a value cannot be.
 
     """
-    path = Path(path)
-    content = read_bytes(path, ServoError)
-    try:
-        data = msgspec.toml.decode(content)
-    except (msgspec.DecodeError, UnicodeDecodeError) as reason:
-        raise ServoError(f"{path}: not a TOML file: {reason}") from reason
-    return convert(data, TrialSettings, str(path), ServoError, content.decode())
+    return read_toml(Path(path), TrialSettings, ServoError)
 
 
 def changed(settings: TrialSettings, values: dict[str, Any], place: str) -> TrialSettings:

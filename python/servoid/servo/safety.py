@@ -120,4 +120,5 @@ class Trust:
             self._held, self._in_a_row = True, 0
         self._in_a_row += 1
         self._jumps = 0
+        self._fault = Reason.NO_IMAGES  # if nothing more is heard
         self._trusted_s = estimate.time_s

@@ -143,7 +143,7 @@ class Controller:
             self._guard.allowed(world_from_goal.pose, target.place),
         )
         joints = self._law.velocities(now.state, now.jacobian, wish, now.window.part(self._hand))
-        hand = self._slowed(keep.slowed(joints, now.jacobian), now.jacobian)
+        hand = self._slowed(keep.slowed(joints, now.jacobian), now.jacobian, authority)
         return self._sent(now, target, hand, hand_from_goal=hand_from_goal.pose, limiting=limiting)
 
     def _hand_twist(
@@ -163,10 +163,10 @@ class Controller:
         self._wish = approached(twist, last, self._settings.hand, self._arm.period_s)
         return self._wish
 
-    def _slowed(self, velocities: Floats, jacobian: Floats) -> Floats:
+    def _slowed(self, velocities: Floats, jacobian: Floats, authority: float) -> Floats:
         """Return joint speeds (n,) that make the hand no faster than it may be."""
         settings = self._settings.hand
-        fastest = settings.linear_speed, settings.angular_speed
+        fastest = authority * settings.linear_speed, authority * settings.angular_speed
         return velocities * float(shares(jacobian @ velocities, *fastest).min())
 
     def _hold(self, now: _Now, target: Prediction | None, holding: frozenset[Reason]) -> Command:

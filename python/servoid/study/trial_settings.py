@@ -47,6 +47,19 @@ class TrackingSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown
     population: Annotated[Count | None, Meta(description="hypotheses a generation")] = None
     generations: Annotated[Count | None, Meta(description="generations an image")] = None
 
+    def __post_init__(self) -> None:
+        """Check what hangs together, before a run that would find it out late.
+
+        Raises:
+            ServoError: the paper's method is to have several generations.
+
+        """
+        if self.method is Method.PAPER and self.generations is not None:
+            raise ServoError(
+                f"generations is {self.generations}, but the paper's method has one an image; "
+                "leave it out, or choose the method region"
+            )
+
     def options(self) -> dict[str, Any]:
         """Return what was set, as the tracker's maker takes it."""
         values = {name: getattr(self, name) for name in ("seed", "population", "generations")}

@@ -8,6 +8,7 @@ from servo_loop import WORLD_FROM_OBJECT, to_and_fro
 from servoid.errors import ServoError
 from servoid.pose import Pose
 from servoid.servo.moving import change_between, shifted_and_turned
+from servoid.servo.open_turns import OpenTurns
 from servoid.servo.settings import TargetSettings
 from servoid.servo.target import TargetFilter, Verdict
 
@@ -144,6 +145,65 @@ def test_a_spin_that_images_do_not_tell_is_left_as_it_was() -> None:
     spun = (turning(now).inverse() @ prediction.world_from_object).log()[5]
     assert abs(spun) < 0.15
     assert abs(prediction.twist[3:] @ axis) < 0.03
+
+
+@pytest.mark.parametrize("spin", [-3.0, -1.5, 0.4, 2.2])
+@pytest.mark.parametrize("forgotten", [True, False])
+def test_an_object_that_is_found_again_keeps_the_spin_that_images_do_not_tell(
+    spin: float, forgotten: bool
+) -> None:
+    bottle = np.array([[0.0, 0.02, 0.0, 0.0, 0.0, 1.0]])
+    target = TargetFilter(TargetSettings())
+    target.update(seen(WORLD_FROM_OBJECT, 0.0))
+    if forgotten:
+        target.forget()
+    moved = shifted_and_turned(WORLD_FROM_OBJECT, np.array([0.3, 0.2, 0.1, 0.2, -0.1, 0.1]))
+    for index in range(1, 7):
+        estimate = seen(moved @ Pose.exp([0.0, 0.0, 0.0, 0.0, 0.0, spin]), 0.03 * index)
+        estimate.unobservable = bottle
+        target.update(estimate)
+    change = WORLD_FROM_OBJECT.inverse() @ target.predict(0.2).world_from_object
+    np.testing.assert_allclose(
+        target.predict(0.18).world_from_object.translation, moved.translation, atol=1e-3
+    )
+    assert change.log()[5] == pytest.approx(0.0, abs=0.02)
+    axis = target.predict(0.18).world_from_object.matrix()[:3, 2]
+    assert axis @ moved.matrix()[:3, 2] > np.cos(np.radians(0.5))
+
+
+def test_a_turn_that_images_tell_badly_does_not_lead_the_hand_astray() -> None:
+    target = TargetFilter(TargetSettings())
+    noise = np.array([0.0003, 0.0003, 0.001, 0.03, 0.02, 0.003])
+    errors = []
+    for index in range(300):
+        time_s = index / 30
+        astray = 0.1 * np.sin(2.0 * time_s), 0.08 * np.sin(1.5 * time_s), 0.0
+        wrong = to_and_fro(10)(time_s) @ Pose.exp([0.0, 0.0, 0.0, *astray])
+        assert target.update(seen(wrong, time_s, noise)) is Verdict.USED
+        predicted = target.predict(time_s).world_from_object
+        errors.append(change_between(to_and_fro(10)(time_s), predicted))
+    assert rms(np.array(errors)[:, 3:]) < np.radians(0.3)
+    assert rms(np.array(errors)[:, :3]) < 1e-3
+
+
+def test_a_turn_that_is_told_well_is_followed_beside_one_that_is_not() -> None:
+    target = TargetFilter(TargetSettings())
+    noise = np.array([0.0003, 0.0003, 0.001, 0.03, 0.002, 0.002])
+
+    def path(time_s: float) -> Pose:
+        return WORLD_FROM_OBJECT @ Pose.exp([0.0, 0.0, 0.0, 0.0, 0.0, 0.2 * np.sin(time_s)])
+
+    for index in range(300):
+        target.update(seen(path(index / 30), index / 30, noise))
+    now = 299 / 30
+    error = change_between(path(now), target.predict(now).world_from_object)
+    np.testing.assert_allclose(error, 0.0, atol=0.01)
+
+
+def test_an_axis_that_is_named_twice_is_one_axis() -> None:
+    estimate = seen(WORLD_FROM_OBJECT, 0.0, np.array([0.001, 0.001, 0.001, 0.5, 0.002, 0.002]))
+    estimate.unobservable = np.array([[0.0, 0.0, 0.0, 0.998, 0.06, 0.0]])
+    assert OpenTurns.of(estimate, 0.01).axes.shape == (3, 1)
 
 
 def test_an_object_whose_turns_are_all_open_is_not_turned() -> None:

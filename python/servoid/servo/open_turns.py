@@ -1,6 +1,7 @@
 """Turns that images do not tell, such as the spin of a plain bottle: they are left as they were."""
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
@@ -9,7 +10,28 @@ from servoid.servo.arm import Floats
 from servoid.servo.moving import change_between, shifted_and_turned
 
 _MOSTLY_TURN = 0.7  # share of a unit motion from which on it counts as a turn
-_PASSES = 2  # turns about different axes do not quite commute
+_APART = 0.5  # singular value of unit axes from which on they span one direction more
+_PASSES = 20  # turns about different axes do not quite commute
+_ENOUGH = 1e-6  # rad: a pass that turns less is the last
+
+
+class UnsureEstimate(Protocol):
+    """What an estimate says of its own certainty; see `TargetEstimate`."""
+
+    @property
+    def world_from_object(self) -> Pose:
+        """Return where the object was."""
+        ...
+
+    @property
+    def covariance(self) -> Floats:
+        """Return how sure that is, (6, 6)."""
+        ...
+
+    @property
+    def unobservable(self) -> Floats:
+        """Return (n, 6) unit motions in the object's frame that the images leave open."""
+        ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,15 +45,21 @@ class OpenTurns:
     told: Floats
 
     @classmethod
-    def of(cls, unobservable: Floats, world_from_object: Pose) -> "OpenTurns":
-        """Take the turns among motions (n, 6) in the object's frame that images leave open."""
-        turns = unobservable[:, 3:]
+    def of(cls, estimate: "UnsureEstimate", widest: float) -> "OpenTurns":
+        """Take the turns that the images leave open, or tell no better than `widest`, in radians.
+
+        What an image tells badly it also tells wrongly for a while, since successive images err
+        alike; a hand that followed would swing about the object.
+        """
+        turns = estimate.unobservable[:, 3:]
         turns = turns[np.linalg.norm(turns, axis=1) > _MOSTLY_TURN]
+        variances, axes = np.linalg.eigh(estimate.covariance[3:, 3:])
+        turns = np.concatenate([turns, axes.T[variances > widest**2]])
         if len(turns) == 0:
             return cls(np.empty((3, 0)), np.eye(3))
-        axes = world_from_object.matrix()[:3, :3] @ turns.T
-        basis, _ = np.linalg.qr(axes, mode="complete")
-        count = min(len(turns), 3)
+        # Both may name the same axis, so directions that are nearly alike count once.
+        basis, values, _ = np.linalg.svd(estimate.world_from_object.matrix()[:3, :3] @ turns.T)
+        count = int(np.sum(values > _APART))
         return cls(basis[:, :count], basis[:, count:])
 
     def left_out(self, expected: Pose, seen: Pose) -> Pose:
@@ -42,4 +70,6 @@ class OpenTurns:
             turn = change_between(expected, seen)[3:]
             back = -self.axes @ (self.axes.T @ turn)
             seen = shifted_and_turned(seen, np.concatenate([np.zeros(3), back]))
+            if np.abs(back).max() < _ENOUGH:
+                break
         return seen

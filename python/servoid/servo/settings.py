@@ -49,6 +49,9 @@ class TargetSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
     angular_jerk: Annotated[
         float, _above("how fast the object's turning may change, rad/s² per root s")
     ] = 0.08
+    open_turn: Annotated[
+        float, _above("standard deviation of a turn from which on it is not followed, rad")
+    ] = 0.01
     oddness: Annotated[
         float, _above("squared deviation (6 values) from which an estimate loses weight")
     ] = 17.0

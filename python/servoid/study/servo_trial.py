@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from servoid import model
@@ -16,6 +17,7 @@ from servoid.servo import (
     Command,
     Controller,
     Goal,
+    JointLaw,
     Seen,
     ServoLog,
     ServoRow,
@@ -108,7 +110,7 @@ def run_servo_trial(
     ) -> None:
         tell(TrialStep(stage, share, world.time_s, instant, command))
 
-    controller = Controller(world.arm, settings.servo)
+    controller = _guide(world, settings)
     meeting = meet(
         world.arm,
         world.source,
@@ -137,6 +139,15 @@ def run_servo_trial(
     )
     _follow(trial, controller, lambda _: goal, tell)
     return trial
+
+
+def _guide(world: World, settings: TrialSettings) -> Controller:
+    """Make what leads the hand to places to look from.
+
+    The paper does not look around, and with its first joint at 0 few of these places are reached.
+    """
+    joints = replace(settings.servo.joints, law=JointLaw.QP)
+    return Controller(world.arm, replace(settings.servo, joints=joints))
 
 
 def _follow(trial: ServoTrial, controller: Controller, goal: Goal, tell: Watch) -> None:

@@ -3,9 +3,9 @@ from collections.abc import Callable
 from pathlib import Path
 
 import cv2
+import msgspec.toml
 import numpy as np
 import pytest
-import tomllib
 from conftest import BACKGROUND, SIZE_PX, Drawing, camera_toml, capture_toml, write_png
 from hypothesis import given
 from hypothesis import strategies as st
@@ -53,7 +53,7 @@ def test_real_photographs_open_in_the_order_and_from_the_places_in_their_files(
     name: str, photos: Callable[[str], Path]
 ) -> None:
     folder = photos(name)
-    settings = tomllib.loads((folder / "capture.toml").read_text())
+    settings = msgspec.toml.decode((folder / "capture.toml").read_text())
     with (folder / "poses.csv").open() as lines:
         rows = [[float(value) for value in row] for row in list(csv.reader(lines))[1:]]
     views = open_capture(folder).views()

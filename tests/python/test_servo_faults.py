@@ -20,7 +20,9 @@ from servoid.observe.source import Instant
 from servoid.pose import Pose
 from servoid.servo import GazeMode, Reason, ServoSettings
 from servoid.servo.moving import shifted_and_turned
-from servoid.servo.settings import GazeSettings
+from servoid.servo.safety import Trust
+from servoid.servo.settings import GazeSettings, SafetySettings, TargetSettings
+from servoid.servo.target import TargetFilter
 
 FIRST_S, LAST_S = 4.0, 6.0
 AWAY = np.array([0.0, 0.25, 0.1, 0.0, 0.0, 0.0])
@@ -67,6 +69,11 @@ def not_finite(instant: Instant, estimate: FakeEstimate) -> Seen:
     return instant, estimate
 
 
+def ahead(instant: Instant, estimate: FakeEstimate) -> Seen:
+    estimate.time_s += 1e3
+    return replace(instant, time_s=estimate.time_s), estimate
+
+
 def unsure_by_nan(instant: Instant, estimate: FakeEstimate) -> Seen:
     estimate.confidence = float("nan")
     return instant, estimate
@@ -85,6 +92,7 @@ FAULTS: dict[Callable[[Instant, FakeEstimate], Seen], Reason] = {
     lost: Reason.LOST,
     searching: Reason.SEARCHING,
     frozen: Reason.FROZEN,
+    ahead: Reason.AHEAD,
     not_finite: Reason.NOT_FINITE,
     unsure_by_nan: Reason.NOT_FINITE,
     erratic: Reason.TELEPORT,
@@ -232,6 +240,15 @@ def test_nothing_moves_before_a_target_was_seen() -> None:
     ticks = loop.run(1)
     assert all(Reason.NO_TARGET in tick.command.holding for tick in ticks)
     assert all(not np.any(tick.command.velocities) for tick in ticks)
+
+
+def test_images_that_stop_are_all_that_is_said_to_be_wrong() -> None:
+    trust = Trust(SafetySettings(), TargetFilter(TargetSettings()))
+    for index in range(10):
+        trust.see(None, FakeEstimate(index / 30, Pose.identity()))
+        trust.holding(index / 30)
+    assert trust.holding(0.4) == frozenset()
+    assert trust.holding(1.0) == {Reason.NO_IMAGES}
 
 
 def test_joint_states_that_are_no_numbers_brake_the_arm() -> None:

@@ -173,7 +173,16 @@ def test_a_window_is_never_empty_and_never_lets_speeds_jump(arm: SerialArm, seed
         braked = limits.braked(previous)
         assert np.all(np.abs(braked - previous) <= step)
         assert np.all(np.abs(braked) <= np.abs(previous))
-        np.testing.assert_allclose(braked * previous[0], previous * braked[0], atol=1e-12)
+        for part, first in ((slice(0, 7), 0), (slice(7, None), 7)):
+            along = braked[part] * previous[first]
+            np.testing.assert_allclose(along, previous[part] * braked[first], atol=1e-12)
+
+
+def test_eyes_that_turn_fast_do_not_keep_the_hand_from_braking(arm: SerialArm) -> None:
+    limits = JointLimits(arm.joints, JointSettings(), arm.period_s)
+    slow_eyes, fast_eyes = np.full(10, 0.1), np.full(10, 0.1)
+    fast_eyes[7:] = 3.0
+    np.testing.assert_array_equal(limits.braked(fast_eyes)[:7], limits.braked(slow_eyes)[:7])
 
 
 def test_random_commands_never_reach_a_position_limit(arm: SerialArm) -> None:

@@ -56,6 +56,19 @@ def test_a_still_target_is_reached_within_a_tenth_of_a_millimetre(
 
 
 @LAWS
+def test_after_a_hold_the_hand_regains_its_speed_slowly(law: JointLaw) -> None:
+    settings = by(law)
+    ticks = Loop(still(goal_at(OFFSETS[0])), settings).run(1.5)
+    moving = [tick for tick in ticks if not tick.command.holding]
+    for tick in moving:
+        share = min(1.0, (tick.time_s - moving[0].time_s) / settings.safety.resume_s)
+        linear, angular = np.linalg.norm(tick.command.twist.reshape(2, 3), axis=1)
+        assert linear <= share * settings.hand.linear_speed + 1e-9
+        assert angular <= share * settings.hand.angular_speed + 1e-9
+    assert max(np.linalg.norm(tick.command.twist[:3]) for tick in moving) > 0.1
+
+
+@LAWS
 def test_with_feed_forward_the_hand_follows_the_papers_path_within_two_millimetres(
     law: JointLaw,
 ) -> None:

@@ -60,6 +60,8 @@ def test_what_a_file_leaves_out_keeps_its_default(tmp_path: Path) -> None:
         ("[safety]\ncoast_s = nan", r"safety.coast_s: the number is not finite"),
         ("[safety]\nworkspace_lower = [0, 0]", r"safety.workspace_lower: .*3"),
         ("[safety]\nworkspace_lower = [2, 0, 0]", r"workspace_lower is 2 m in x .* below upper"),
+        ("[look]\nnearest = 0.9", r"look.nearest is 0.9 m, look.farthest 0.8 m .* no greater than"),
+        ("[look]\nnearest = 0.1", r"look.nearest is 0.1 m, .* greater than least_distance"),
         ("hand = 3", r"hand: expected a table, got a whole number"),
     ],
 )

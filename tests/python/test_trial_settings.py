@@ -45,7 +45,7 @@ CHANGED = TrialSettings(
         seed=7,
         threads=2,
     ),
-    track=TrackingSettings(method=Method.PAPER, seed=3, generations=4),
+    track=TrackingSettings(method=Method.PAPER, seed=3, population=40),
     servo=ServoSettings(
         look=LookSettings(count=1),
         hand=HandSettings(feed_forward=False),
@@ -120,6 +120,7 @@ def test_every_setting_says_what_it_does() -> None:
         ("[run]\nsettle_s = nan", r"run.settle_s: the number is not finite"),
         ("[run]\ngoal = [1, 2]", r"run.goal: expected a list of length 3, got 2"),
         ("[track]\nmethod = 'x'", r"track.method: .* 'x'; choose one of region, paper"),
+        ("[track]\nmethod = 'paper'\ngenerations = 2", r"generations is 2, but the paper's method"),
         ("[track]\nseed = -1", r"track.seed: expected a whole number >= 0, got -1"),
         ("[servo.look]\ncount = 0", r"servo.look.count: expected a whole number >= 1, got 0"),
         ("[servo.joints]\nlaw = 'x'", r"servo.joints.law: .* 'x'; choose one of qp, paper"),

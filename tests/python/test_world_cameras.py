@@ -332,6 +332,16 @@ def test_a_board_hides_the_object_while_it_is_there() -> None:
     assert all(np.array_equal(a, b) for a, b in zip(free, again, strict=True))
 
 
+def test_boards_of_different_sizes_are_refused() -> None:
+    small = Occlude(at_s=3.0, seconds=1.0, half_size=(0.05, 0.05))
+    with pytest.raises(SimError, match="give all faults that occlude the same half_size"):
+        make_world(faults=(Occlude(at_s=0.5, seconds=1.5), small))
+
+
+def test_the_largest_seed_is_as_good_as_any() -> None:
+    assert look(make_world(seed=2**64 - 1)).images[0] is not None
+
+
 def test_a_teleport_moves_the_object_at_once() -> None:
     world = make_world(
         faults=(Teleport(at_s=0.5, by=(0.1, -0.02, 0.03), turn=(0.0, 0.4, 0.0)),),

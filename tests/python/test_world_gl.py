@@ -17,7 +17,7 @@ from servoid.sim.world.things import Box, Capsule, Cylinder, Ellipsoid, Finish, 
 REST = np.zeros(10)
 
 
-@pytest.fixture(scope="module", autouse=True)
+@pytest.fixture(scope="module")
 def open_gl() -> None:
     try:
         make_context()
@@ -42,6 +42,7 @@ def seen(renderer: str, name: str, background: str) -> tuple[World, tuple[np.nda
     return world, tuple(image.astype(float) for image in instant.images if image is not None)
 
 
+@pytest.mark.usefixtures("open_gl")
 @pytest.mark.parametrize(("name", "background"), [("ellipsoid", "plain"), ("drill", "cluttered")])
 def test_both_renderers_show_the_same_world(name: str, background: str) -> None:
     ours, images = seen("raycast", name, background)
@@ -53,6 +54,7 @@ def test_both_renderers_show_the_same_world(name: str, background: str) -> None:
         assert np.corrcoef(image.ravel(), other.ravel())[0, 1] > 0.85
 
 
+@pytest.mark.usefixtures("open_gl")
 def test_both_renderers_agree_on_depths_and_on_what_is_seen() -> None:
     red = Finish(color=(0.8, 0.2, 0.2))
     things = [
@@ -79,6 +81,7 @@ def test_both_renderers_agree_on_depths_and_on_what_is_seen() -> None:
     assert np.array_equal(np.isnan(other_depth), other_ids < 0)
 
 
+@pytest.mark.usefixtures("open_gl")
 def test_a_bent_lens_is_refused_by_open_gl() -> None:
     lens = Lens(
         model="brown_conrady",

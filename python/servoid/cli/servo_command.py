@@ -159,7 +159,7 @@ def servo(
 
     [bold]servoid servo --config run.toml --object drill --path random:3 --out out/run[/bold]
     """
-    from servoid.cli.servoing import Order, print_settings, run_servo
+    from servoid.cli.servo_order import Order, check_extras, print_settings
 
     triples = {
         "run.goal": (goal, "--goal"),
@@ -192,4 +192,7 @@ def servo(
     if print_config:
         print_settings(order)
     else:
+        check_extras()
+        from servoid.cli.servoing import run_servo
+
         run_servo(order)

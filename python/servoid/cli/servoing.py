@@ -1,7 +1,6 @@
 """`servoid servo`: a run in a simulated world, with its log, video, plots and report."""
 
 from contextlib import ExitStack
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -11,9 +10,10 @@ import typer
 from numpy.typing import NDArray
 
 from servoid.cli.progress import progress_bar
+from servoid.cli.servo_order import Order
 from servoid.cli.servo_summary import print_servo_summary
 from servoid.errors import ServoError
-from servoid.output import check_folder, make_folder, write_whole
+from servoid.output import check_folder, write_whole
 from servoid.record import ServoVideo, read_trajectory, write_servo_log
 from servoid.servo import ServoMetrics
 from servoid.sim.world import Path as ObjectPath
@@ -22,8 +22,6 @@ from servoid.study import (
     ServoTrial,
     TrialSettings,
     TrialStep,
-    changed,
-    read_trial_settings,
     run_servo_trial,
     trial_toml,
 )
@@ -36,21 +34,6 @@ _OVERVIEW_PX = (960, 720)
 _FILM_HZ = 15.0
 
 
-@dataclass(frozen=True, kw_only=True)
-class Order:
-    """What `servoid servo` was asked for; `values` are settings by their dotted names."""
-
-    out: Path | None
-    video: bool
-    config: Path | None
-    values: dict[str, Any]
-
-
-def print_settings(order: Order) -> None:
-    """Print all settings as commented TOML."""
-    typer.echo(trial_toml(_settings(order)), nl=False)
-
-
 def run_servo(order: Order) -> None:
     """Run, write what came of it even if it was interrupted, and print a summary."""
     if order.out is None:
@@ -58,10 +41,9 @@ def run_servo(order: Order) -> None:
             "nothing says where the run is to be written; give a folder, such as out/run",
             param_hint="--out",
         )
-    settings = _settings(order)
+    settings = order.settings()
     path = _recorded(settings)
     check_folder(order.out)
-    make_folder(order.out)
     run = _Run(order.out)
     stopped: BaseException | None = None
     with ExitStack() as stack, progress_bar("starting") as update:
@@ -149,11 +131,6 @@ def _line(step: TrialStep) -> str:
     place = 1e3 * float(np.linalg.norm(off.translation))
     turn = np.degrees(float(np.linalg.norm(off.log()[3:])))
     return f"{step.stage}; in truth {place:.1f} mm, {turn:.1f} deg off"
-
-
-def _settings(order: Order) -> TrialSettings:
-    settings = TrialSettings() if order.config is None else read_trial_settings(order.config)
-    return changed(settings, order.values, "the options")
 
 
 def _recorded(settings: TrialSettings) -> ObjectPath | None:

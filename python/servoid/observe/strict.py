@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, TypeVar, get_args, get_origin
 
 import msgspec
+import msgspec.toml
 
 from servoid.errors import ServoidError
 
@@ -31,6 +32,21 @@ def read_bytes(path: Path, error: type[ServoidError]) -> bytes:
         return path.read_bytes()
     except OSError as reason:
         raise unreadable(path, reason, error) from reason
+
+
+def read_toml(path: Path, struct: type[StructT], error: type[ServoidError]) -> StructT:
+    """Read a TOML file as a `struct`; what it leaves out keeps its default.
+
+    Raises:
+        error: the file cannot be read or is no TOML, or says what `convert` refuses.
+
+    """
+    content = read_bytes(path, error)
+    try:
+        data = msgspec.toml.decode(content)
+    except (msgspec.DecodeError, UnicodeDecodeError) as reason:
+        raise error(f"{path}: not a TOML file: {reason}") from reason
+    return convert(data, struct, str(path), error, content.decode())
 
 
 def unreadable(path: Path, reason: OSError, error: type[ErrorT]) -> ErrorT:

@@ -150,7 +150,7 @@ class Controller:
             self._guard.allowed(world_from_goal.pose, target.place),
         )
         joints = self._law.velocities(now.state, now.jacobian, wish, now.window.part(self._hand))
-        hand = self._slowed(keep.slowed(joints, now.jacobian), now.jacobian)
+        hand = self._slowed(keep.slowed(joints, now.jacobian), now.jacobian, authority)
         return self._sent(now, target, hand, hand_from_goal=hand_from_goal.pose, limiting=limiting)
 
     def _hand_twist(
@@ -170,10 +170,10 @@ class Controller:
         self._wish = approached(twist, last, self._settings.hand, self._arm.period_s)
         return self._wish
 
-    def _slowed(self, velocities: Floats, jacobian: Floats) -> Floats:
+    def _slowed(self, velocities: Floats, jacobian: Floats, authority: float) -> Floats:
         """Return joint speeds (n,) that make the hand no faster than it may be."""
         settings = self._settings.hand
-        fastest = settings.linear_speed, settings.angular_speed
+        fastest = authority * settings.linear_speed, authority * settings.angular_speed
         return velocities * float(shares(jacobian @ velocities, *fastest).min())
 
     def _hold(self, now: _Now, target: Prediction | None, holding: frozenset[Reason]) -> Command:
@@ -207,6 +207,7 @@ class Controller:
 
     def _stop(self, state: JointState) -> Command:
         """Brake blindly, for a state that cannot be used."""
+        self._wish = None
         last = (
             np.zeros(len(self._arm.joints.names)) if self._previous is None else self._previous[1]
         )
@@ -218,6 +219,7 @@ class Controller:
         """Work out what the hand does now; None if the state holds no numbers."""
         if not np.isfinite([state.time_s, *state.positions, *state.velocities]).all():
             return None
+        self._trust.advance(state.time_s)
         previous = state.velocities
         if self._previous is not None:
             age = state.time_s - self._previous[0]

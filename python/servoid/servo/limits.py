@@ -44,6 +44,7 @@ class JointLimits:
         self._acceleration = settings.acceleration_share * joints.acceleration
         self._step = self._acceleration * period_s
         self._reaction_s = settings.reaction_s + period_s
+        self._parts = slice(0, joints.hand_count), slice(joints.hand_count, None)
 
     def window(self, positions: Floats, previous: Floats) -> Window:
         """Return what may follow the `previous` command (N,) with the joints at `positions` (N,).
@@ -60,6 +61,14 @@ class JointLimits:
         )
 
     def braked(self, previous: Floats) -> Floats:
-        """Return the next command of joints that come to rest together, along their way."""
-        slowest = float(np.max(np.abs(previous) / self._step))
-        return previous * max(0.0, 1.0 - 1.0 / slowest) if slowest > 0.0 else previous * 0.0
+        """Return the next command of joints that come to rest.
+
+        Those of the hand do so together, along their way, and so do those of the eyes, but eyes
+        that turn fast do not keep the hand from braking.
+        """
+        steps = np.abs(previous) / self._step
+        braked = previous.copy()
+        for part in self._parts:
+            slowest = float(np.max(steps[part], initial=0.0))
+            braked[part] *= max(0.0, 1.0 - 1.0 / slowest) if slowest > 0.0 else 0.0
+        return braked

@@ -19,6 +19,7 @@ class Reason(Enum):
     SEARCHING = "the tracker searches for the target"
     LOST = "the target is lost"
     UNSURE = "the tracker's confidence is too low"
+    AHEAD = "images carry times that are yet to come"
     NOT_FINITE = "the estimate holds numbers that are not finite"
     TELEPORT = "the target jumped farther than it can move"
     RETURNING = "the target is back, and a few more images are awaited"
@@ -46,6 +47,11 @@ class Trust:
         self._trusted_s: float | None = None
         self._held = True
         self._resumed_s = 0.0
+        self._now_s = np.inf
+
+    def advance(self, time_s: float) -> None:
+        """Take in what time it is on the arm's clock, to which those of observations belong."""
+        self._now_s = time_s
 
     def see(self, instant: Instant | None, estimate: TargetEstimate | None) -> None:
         """Take in an observation and what the tracker made of it; the filter learns if it may."""
@@ -90,6 +96,8 @@ class Trust:
         pose = estimate.world_from_object.matrix()
         if not all(np.all(np.isfinite(values)) for values in (*numbers, pose)):
             return Reason.NOT_FINITE
+        if estimate.time_s > self._now_s + self._settings.coast_s:
+            return Reason.AHEAD
         if estimate.status != "tracking":
             return Reason.SEARCHING if estimate.status == "searching" else Reason.LOST
         return Reason.UNSURE if estimate.confidence < self._settings.least_confidence else None
@@ -112,4 +120,5 @@ class Trust:
             self._held, self._in_a_row = True, 0
         self._in_a_row += 1
         self._jumps = 0
+        self._fault = Reason.NO_IMAGES  # if nothing more is heard
         self._trusted_s = estimate.time_s

@@ -5,11 +5,10 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import msgspec
-import msgspec.toml
 from msgspec import Meta
 
 from servoid.errors import ServoError
-from servoid.observe.strict import convert, read_bytes
+from servoid.observe.strict import convert, read_toml
 
 Triple = tuple[float, float, float]
 
@@ -189,9 +188,16 @@ class ServoSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
         """Check what hangs together.
 
         Raises:
-            ServoError: a side of the workspace is empty.
+            ServoError: a side of the workspace is empty, or looks are nearer than they may be.
 
         """
+        look, least = self.look, self.safety.least_distance
+        if not least < look.nearest <= look.farthest:
+            raise ServoError(
+                f"look.nearest is {look.nearest:g} m, look.farthest {look.farthest:g} m and "
+                f"safety.least_distance {least:g} m; make nearest greater than least_distance and "
+                "no greater than farthest"
+            )
         box = (self.safety.workspace_lower, self.safety.workspace_upper)
         for axis, lower, upper in zip("xyz", *box, strict=True):
             if not lower < upper:
@@ -218,10 +224,4 @@ def read_settings(path: str | Path) -> ServoSettings:
         ServoError: the file cannot be read, or says what cannot be.
 
     """
-    path = Path(path)
-    content = read_bytes(path, ServoError)
-    try:
-        data = msgspec.toml.decode(content)
-    except (msgspec.DecodeError, UnicodeDecodeError) as reason:
-        raise ServoError(f"{path}: not a TOML file: {reason}") from reason
-    return settings_from(data, str(path), content.decode())
+    return read_toml(Path(path), ServoSettings, ServoError)

@@ -14,7 +14,7 @@ from servoid.model import ModelResult
 from servoid.observe import Instant, Source, open_capture
 from servoid.pose import Pose
 from servoid.record import write_looks
-from servoid.servo import Arm, Command, Controller, LookSettings, next_viewpoint, visit
+from servoid.servo import Arm, Command, Controller, LookSettings, halt, next_viewpoint, visit
 from servoid.track import Follower
 
 Masks = tuple[NDArray[np.uint8] | None, ...]
@@ -81,19 +81,24 @@ def meet(
     tell("looking", 0.0, looks[0], None)
     write_looks(folder, source.cameras, looks, masks)
     result = model.fit_capture(open_capture(folder), request)
+    went = False
     for number in range(1, settings.count):
         positions = arm.state().positions
         viewpoint = next_viewpoint(arm, result.body, looks, settings, positions)
         if viewpoint is None:
             break
+        went = True
         goal = (viewpoint.world_from_hand, _middle(result.body))
         for command, instant in visit(arm, source, controller, goal, settings):
             tell("looking around", number / settings.count, instant, command)
             if instant is not None and not instant.is_dark:
                 looks.append(instant)
-    if len(looks) > 1:
+        _rest(arm, controller, tell, "looking around", number / settings.count)
+    if went:
         for command, _ in visit(arm, source, controller, (home, _middle(result.body)), settings):
             tell("coming back", 1.0, None, command)
+        _rest(arm, controller, tell, "coming back", 1.0)
+    if len(looks) > 1:
         write_looks(folder, source.cameras, looks, masks)
         watched = replace(request, progress=lambda made: tell("modelling", made.share, None, None))
         result = model.fit_capture(open_capture(folder), watched)
@@ -116,6 +121,12 @@ def first_look(arm: Arm, source: Source) -> Instant:
     raise ServoError(
         f"no image came within {_PATIENCE * arm.period_s:.0f} s; check that the cameras run"
     )
+
+
+def _rest(arm: Arm, controller: Controller, tell: Watch, stage: str, share: float) -> None:
+    """Bring the arm to rest: nobody commands it while it is thought about what it saw."""
+    for command in halt(arm, controller):
+        tell(stage, share, None, command)
 
 
 def _middle(body: Body) -> NDArray[np.float64]:

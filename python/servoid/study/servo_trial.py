@@ -99,8 +99,8 @@ def run_servo_trial(
         ModelError, TargetError: the object cannot be modelled from what the hand can see.
 
     """
-    make_folder(Path(folder))
     world = World(settings.world, path=path)
+    make_folder(Path(folder))
     if prepared is not None:
         prepared(world)
     tell = watch or (lambda _: None)
@@ -220,6 +220,8 @@ def _take_place(
     look = settings.servo.look
     for command, _ in visit(world.arm, world.source, controller, (place, middle), look):
         see("taking place", 0.0, None, command)
+    for command in halt(world.arm, controller):
+        see("taking place", 1.0, None, command)
     hand = world.arm.world_from_hand(world.arm.state().positions)
     off = change_between(hand, place)
     shift, turned = float(np.linalg.norm(off[:3])), float(np.linalg.norm(off[3:]))

@@ -4,11 +4,10 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import msgspec
-import msgspec.toml
 from msgspec import Meta
 
 from servoid.errors import ServoError
-from servoid.observe.strict import convert, read_bytes
+from servoid.observe.strict import convert, read_toml
 from servoid.servo import ServoSettings, settings_toml
 from servoid.sim.world import WorldSettings
 from servoid.track import Method
@@ -48,6 +47,19 @@ class TrackingSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown
     population: Annotated[Count | None, Meta(description="hypotheses a generation")] = None
     generations: Annotated[Count | None, Meta(description="generations an image")] = None
 
+    def __post_init__(self) -> None:
+        """Check what hangs together, before a run that would find it out late.
+
+        Raises:
+            ServoError: the paper's method is to have several generations.
+
+        """
+        if self.method is Method.PAPER and self.generations is not None:
+            raise ServoError(
+                f"generations is {self.generations}, but the paper's method has one an image; "
+                "leave it out, or choose the method region"
+            )
+
     def options(self) -> dict[str, Any]:
         """Return what was set, as the tracker's maker takes it."""
         values = {name: getattr(self, name) for name in ("seed", "population", "generations")}
@@ -70,13 +82,7 @@ def read_trial_settings(path: str | Path) -> TrialSettings:
         ServoError: the file cannot be read, a key is unknown, or a value cannot be.
 
     """
-    path = Path(path)
-    content = read_bytes(path, ServoError)
-    try:
-        data = msgspec.toml.decode(content)
-    except (msgspec.DecodeError, UnicodeDecodeError) as reason:
-        raise ServoError(f"{path}: not a TOML file: {reason}") from reason
-    return convert(data, TrialSettings, str(path), ServoError, content.decode())
+    return read_toml(Path(path), TrialSettings, ServoError)
 
 
 def changed(settings: TrialSettings, values: dict[str, Any], place: str) -> TrialSettings:

@@ -10,7 +10,7 @@ from servoid.sim.world.kinematics import Kinematics
 from servoid.sim.world.motions import Floats
 from servoid.sim.world.robot import Robot
 
-_REMEMBERED_S = 1.0
+_REMEMBERED_S = 1.0  # more than the longest exposure and control period take together
 
 
 class Drives:

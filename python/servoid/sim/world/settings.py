@@ -6,7 +6,7 @@ import msgspec
 from msgspec import Meta, Struct
 
 from servoid.errors import SimError
-from servoid.sim.world.faults import Fault
+from servoid.sim.world.faults import Fault, Occlude
 
 Triple = tuple[float, float, float]
 Seven = tuple[float, float, float, float, float, float, float]
@@ -86,7 +86,8 @@ class CameraSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
         float, Meta(ge=0.0, description="from the middle of the exposure to the image's arrival")
     ] = 0.04
     exposure_s: Annotated[
-        float, Meta(ge=0.0, description="how long an image is exposed: what moves is blurred")
+        float,
+        Meta(ge=0.0, le=0.5, description="how long an image is exposed: what moves is blurred"),
     ] = 0.006
     moments: Annotated[
         int, Meta(ge=1, le=32, description="instants of an exposure that are drawn for the blur")
@@ -121,7 +122,7 @@ class PhysicsSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
 
     step_s: Annotated[Positive, Meta(description="physics step")] = 0.002
     period_s: Annotated[
-        Positive, Meta(description="control period, a multiple of the physics step")
+        float, Meta(gt=0.0, le=0.25, description="control period, a multiple of the physics step")
     ] = 0.008
 
 
@@ -169,6 +170,12 @@ def checked(settings: WorldSettings) -> WorldSettings:
         raise SimError(
             f"an exposure has {cameras.moments} moments, but a pixel only {cameras.samples**2} "
             "rays; lower cameras.moments or raise cameras.samples"
+        )
+    boards = {fault.half_size for fault in settings.faults if isinstance(fault, Occlude)}
+    if len(boards) > 1:
+        raise SimError(
+            f"the boards of {len(boards)} occlusions differ in size, but a world has one board; "
+            "give all faults that occlude the same half_size"
         )
     if cameras.exposure_s * cameras.rate_hz > 1.0:
         raise SimError(

@@ -21,6 +21,7 @@ NAMES = ("left", "right")
 _SIGHT_DEG = 50.0  # over the width of an image
 _CLOSE_S = 1e-9
 _NOISE_STRIDE = 1_000_003  # keeps the noise of worlds with other seeds apart
+_SEEDS = 1 << 64  # that the core tells apart
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,7 +131,7 @@ class Shutter:
             level=scene.course.level_at(exposure.time_s),
             samples=settings.cameras.samples,
             noise=settings.cameras.noise,
-            seed=settings.seed * _NOISE_STRIDE + len(NAMES) * exposure.index + camera,
+            seed=(settings.seed * _NOISE_STRIDE + len(NAMES) * exposure.index + camera) % _SEEDS,
             threads=settings.threads,
         )
         image = self._ideal.image(scene.drawer.image(shot))

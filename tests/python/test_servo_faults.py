@@ -169,6 +169,22 @@ def test_a_target_that_was_moved_away_is_approached_from_rest() -> None:
     assert broken_limits(loop) == []
 
 
+def test_a_plain_bottle_that_is_found_again_with_another_spin_does_not_move_the_hand() -> None:
+    def spun(instant: Instant, estimate: FakeEstimate) -> Seen:
+        estimate.unobservable = np.array([[0.0, 0.0, 0.0, 0.0, 1.0, 0.0]])
+        if FIRST_S <= instant.time_s < FIRST_S + 1.0:
+            return lost(instant, estimate)
+        if instant.time_s >= FIRST_S:
+            spin = Pose.exp([0.0, 0.0, 0.0, 0.0, 2.0, 0.0])
+            estimate.world_from_object = estimate.world_from_object @ spin
+        return instant, estimate
+
+    ticks = Loop(to_and_fro(1e9), spoil=spun).run(FIRST_S + 3.0)
+    assert any(tick.command.holding for tick in between(ticks, FIRST_S, 9.0))
+    assert not ticks[-1].command.holding
+    assert position_errors(between(ticks, FIRST_S, 9.0)).max() < 5e-3
+
+
 def test_a_camera_that_hangs_stays_untrusted_while_the_arm_rests() -> None:
     resting = between(during(frozen, last_s=9.0).run(9), FIRST_S + 1.5, 9.0)
     assert all(Reason.FROZEN in tick.command.holding for tick in resting)

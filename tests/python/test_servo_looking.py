@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from servo_loop import PERIOD_S, RATE_HZ, WORLD_FROM_OBJECT
 
+from servoid.errors import ServoError
 from servoid.observe.source import Instant
 from servoid.pose import Pose
 from servoid.servo import Controller, LookSettings, Viewpoint, next_viewpoint, visit
@@ -14,6 +15,7 @@ from servoid.servo.surface import Surface
 from servoid.shape import Body
 from servoid.sim.arm_file import read_arm
 from servoid.sim.serial_arm import SerialArm
+from servoid.study.meeting import first_look
 
 pytest.importorskip("daqp", reason="servoing within all limits needs daqp")
 
@@ -226,6 +228,14 @@ def test_a_visit_to_a_place_out_of_reach_ends_where_the_patience_does() -> None:
     assert tried.seconds == pytest.approx(SETTINGS.patience_s, abs=0.3)
     assert tried.instants[-1] is not None
     assert np.linalg.norm(tried.off[-1][:3]) > 1.0
+
+
+def test_a_first_look_that_never_comes_is_an_error_and_the_arm_rests_meanwhile() -> None:
+    arm = SerialArm(read_arm())
+    start = arm.state().positions
+    with pytest.raises(ServoError, match="no image came within 16 s; check that the cameras run"):
+        first_look(arm, Blinking(arm, taken=1_000_000))  # type: ignore
+    np.testing.assert_array_equal(arm.state().positions, start)
 
 
 def test_a_visit_without_images_ends_without_an_observation() -> None:

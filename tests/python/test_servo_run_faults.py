@@ -119,7 +119,6 @@ class Failing:
 
     tracker: Any
     from_s: float
-    body: Any = None
 
     def step(self, time_s: float, poses: Any, images: Any) -> Any:
         estimate = self.tracker.step(time_s, poses, images)
@@ -132,8 +131,8 @@ def test_poses_that_are_no_numbers_hold_the_arm(
 ) -> None:
     start = servo_trial._start_tracker
 
-    def failing(world: Any, meeting: Any, settings: Any) -> Any:
-        return Failing(start(world, meeting, settings), world.time_s + AT_S)
+    def failing(world: Any, *given: Any) -> Failing:
+        return Failing(start(world, *given), world.time_s + AT_S)
 
     monkeypatch.setattr(servo_trial, "_start_tracker", failing)
     trial = faulty(tmp_path, None)

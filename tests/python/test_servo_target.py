@@ -147,6 +147,30 @@ def test_a_spin_that_images_do_not_tell_is_left_as_it_was() -> None:
     assert abs(prediction.twist[3:] @ axis) < 0.03
 
 
+@pytest.mark.parametrize("spin", [-3.0, -1.5, 0.4, 2.2])
+@pytest.mark.parametrize("forgotten", [True, False])
+def test_an_object_that_is_found_again_keeps_the_spin_that_images_do_not_tell(
+    spin: float, forgotten: bool
+) -> None:
+    bottle = np.array([[0.0, 0.02, 0.0, 0.0, 0.0, 1.0]])
+    target = TargetFilter(TargetSettings())
+    target.update(seen(WORLD_FROM_OBJECT, 0.0))
+    if forgotten:
+        target.forget()
+    moved = shifted_and_turned(WORLD_FROM_OBJECT, np.array([0.3, 0.2, 0.1, 0.2, -0.1, 0.1]))
+    for index in range(1, 7):
+        estimate = seen(moved @ Pose.exp([0.0, 0.0, 0.0, 0.0, 0.0, spin]), 0.03 * index)
+        estimate.unobservable = bottle
+        target.update(estimate)
+    change = WORLD_FROM_OBJECT.inverse() @ target.predict(0.2).world_from_object
+    np.testing.assert_allclose(
+        target.predict(0.18).world_from_object.translation, moved.translation, atol=1e-3
+    )
+    assert change.log()[5] == pytest.approx(0.0, abs=0.02)
+    axis = target.predict(0.18).world_from_object.matrix()[:3, 2]
+    assert axis @ moved.matrix()[:3, 2] > np.cos(np.radians(0.5))
+
+
 def test_a_turn_that_images_tell_badly_does_not_lead_the_hand_astray() -> None:
     target = TargetFilter(TargetSettings())
     noise = np.array([0.0003, 0.0003, 0.001, 0.03, 0.02, 0.003])

@@ -5,8 +5,6 @@ import msgspec
 import pytest
 from msgspec.structs import replace
 
-pytest.importorskip("mujoco", reason="simulated worlds need mujoco")
-
 from servoid.errors import ServoError
 from servoid.servo import JointLaw, LookSettings, ServoSettings
 from servoid.servo.settings import HandSettings, JointSettings

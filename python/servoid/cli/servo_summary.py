@@ -22,12 +22,10 @@ def print_servo_summary(
     looks = len(trial.meeting.looks)
     typer.echo(f"Servoed {world.arm.name} to {world.object.name}, {world.object.path}")
     place = "1 place" if looks == 1 else f"{looks} places"
+    parts = "1 ellipsoid" if len(body) == 1 else f"{len(body)} ellipsoids"
     rows = {
-        "modelled": f"{len(body)} ellipsoids, looked at from {place}",
-        "hand": f"{_mm(metrics.position_rms)} mm RMS, {_mm(metrics.position_95)} mm at 95 %, after "
-        f"{metrics.settle_s:g} s",
-        "turn": f"{_deg(metrics.turn_rms)} degrees RMS",
-        "fixation": f"{metrics.fixation_rms_px:.2f} px RMS",
+        "modelled": f"{parts}, looked at from {place}",
+        **_errors(metrics),
         "tracked": f"{100.0 * metrics.tracked_share:.1f} % of {metrics.observations} observations",
         "held": _held(metrics),
         "control": f"{metrics.control_s.in_words()} a tick",
@@ -39,6 +37,18 @@ def print_servo_summary(
         _print("note", note)
     for kind, path in files.items():
         typer.echo(f"  {kind:<{_LABEL_WIDTH}} {path}")
+
+
+def _errors(metrics: ServoMetrics) -> dict[str, str]:
+    if math.isnan(metrics.position_rms):
+        what = f"not known: the run ended within the {metrics.settle_s:g} s in which it settles"
+        return {"hand": what}
+    return {
+        "hand": f"{_mm(metrics.position_rms)} mm RMS, {_mm(metrics.position_95)} mm at 95 %, after "
+        f"{metrics.settle_s:g} s",
+        "turn": f"{_deg(metrics.turn_rms)} degrees RMS",
+        "fixation": f"{metrics.fixation_rms_px:.2f} px RMS",
+    }
 
 
 def _print(label: str, words: str) -> None:

@@ -64,9 +64,9 @@ def run_servo(order: Order) -> None:
     make_folder(order.out)
     run = _Run(order.out)
     stopped: BaseException | None = None
-    try:
-        with ExitStack() as stack, progress_bar("starting") as update:
-            run.show(update)
+    with ExitStack() as stack, progress_bar("starting") as update:
+        run.show(update)
+        try:
             run_servo_trial(
                 settings,
                 order.out,
@@ -74,10 +74,11 @@ def run_servo(order: Order) -> None:
                 prepared=lambda world: run.prepare(world, stack, order.video),
                 watch=run.watch,
             )
-    except KeyboardInterrupt as interrupt:
-        if run.trial is None:
-            raise
-        stopped = interrupt
+        except KeyboardInterrupt as interrupt:
+            if run.trial is None:
+                typer.echo("interrupted before servoing began", err=True)
+                raise typer.Exit(INTERRUPTED) from interrupt
+            stopped = interrupt
     if run.trial is None:
         raise ServoError("the run ended before servoing began; make run.seconds longer")
     _report(run, run.trial, order)

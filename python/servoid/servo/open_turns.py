@@ -11,7 +11,8 @@ from servoid.servo.moving import change_between, shifted_and_turned
 
 _MOSTLY_TURN = 0.7  # share of a unit motion from which on it counts as a turn
 _APART = 0.5  # singular value of unit axes from which on they span one direction more
-_PASSES = 2  # turns about different axes do not quite commute
+_PASSES = 20  # turns about different axes do not quite commute
+_ENOUGH = 1e-6  # rad: a pass that turns less is the last
 
 
 class UnsureEstimate(Protocol):
@@ -69,4 +70,6 @@ class OpenTurns:
             turn = change_between(expected, seen)[3:]
             back = -self.axes @ (self.axes.T @ turn)
             seen = shifted_and_turned(seen, np.concatenate([np.zeros(3), back]))
+            if np.abs(back).max() < _ENOUGH:
+                break
         return seen

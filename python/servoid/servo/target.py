@@ -96,6 +96,7 @@ class TargetFilter:
         self._drive = np.repeat([settings.linear_jerk, settings.angular_jerk], 3) ** 2
         self._time_s: float | None = None
         self._pose = Pose.identity()
+        self._met = False
         self._motion = np.zeros((2, 6))  # twist and acceleration
         self._covariance = np.zeros((18, 18))
         self._strangers: list[TargetEstimate] = []
@@ -142,12 +143,19 @@ class TargetFilter:
         return Prediction(time_s, pose, twist + span * acceleration, acceleration.copy())
 
     def forget(self) -> None:
-        """Drop all that is known of the object, so that the next estimate starts anew."""
+        """Drop where the object is and how it moves, so that the next estimate starts anew.
+
+        How it was turned about axes about which images do not tell its turn is kept.
+        """
         self._time_s = None
         self._strangers.clear()
 
     def _start(self, estimate: TargetEstimate) -> None:
-        self._time_s, self._pose = estimate.time_s, estimate.world_from_object
+        seen = estimate.world_from_object
+        if self._met:
+            # Else the hand would go around a plain bottle that is found again with another spin.
+            seen = OpenTurns.of(estimate, self._settings.open_turn).left_out(self._pose, seen)
+        self._time_s, self._pose, self._met = estimate.time_s, seen, True
         self._motion = np.zeros((2, 6))
         self._covariance = np.zeros((18, 18))
         self._covariance[:6, :6] = self._noise(estimate)

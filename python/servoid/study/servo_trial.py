@@ -118,7 +118,7 @@ def run_servo_trial(
         lambda _: _left_mask(world),
         folder=Path(folder) / _LOOKS,
         settings=settings.servo.look,
-        request=model.Request(max_ellipsoids=settings.run.max_ellipsoids),
+        request=model.Request(max_ellipsoids=settings.run.max_ellipsoids, seed=settings.track.seed),
         watch=see,
     )
     goal = _goal(settings, meeting)

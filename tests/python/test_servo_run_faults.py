@@ -85,7 +85,8 @@ def test_an_object_that_was_moved_away_is_met_again_from_rest(tmp_path: Path) ->
     trial = faulty(tmp_path, away, **{"world.object.path": "still"})
     log = trial.log
     check_limits(trial)
-    assert Reason.TELEPORT in reasons(log, AT_S, 2.5)
+    # The tracker may doubt the leap by itself, before the servo does.
+    assert {Reason.TELEPORT, Reason.SEARCHING} & reasons(log, AT_S, 2.5)
     assert position_errors(log, AT_S + 0.1)[0] == pytest.approx(0.11, abs=0.02)
     resting = hand_speeds(log)[between(log, AT_S + 0.3, AT_S + 0.4)[1:]]
     assert resting.max() < 0.02

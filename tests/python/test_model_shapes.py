@@ -189,4 +189,4 @@ def test_a_viewpoint_that_is_no_place_is_wrong_usage(
             "model", "c.ply", "--out", tmp_path / "b.json", "--viewpoint", text
         )
         assert outcome.code == 2
-        assert "no place; write X,Y,Z" in " ".join(outcome.err.split())
+        assert "write three numbers" in " ".join(outcome.err.split())

@@ -36,7 +36,7 @@ def parse_triple(text: str, option: str) -> tuple[float, float, float]:
         numbers = []
     if len(numbers) != 3 or not all(map(math.isfinite, numbers)):
         raise typer.BadParameter(
-            f"'{text}' is no triple of numbers; write X,Y,Z, such as 0,0,-0.5", param_hint=option
+            f"'{text}' is not X,Y,Z; write three numbers, such as 0,0,-0.5", param_hint=option
         )
     return numbers[0], numbers[1], numbers[2]
 

@@ -1,4 +1,4 @@
-"""servoid looks at an unknown object, models it as a few ellipsoids and tracks it.
+"""servoid looks at an unknown object, models it as a few ellipsoids, tracks it and servos to it.
 
     capture = servoid.observe.open_capture("photos")
     result = servoid.model.fit(capture.views(), max_ellipsoids=6)
@@ -13,22 +13,21 @@ from typing import TYPE_CHECKING, Any
 from servoid import errors
 
 if TYPE_CHECKING:
-    from servoid import exchange, model, observe, pose, record, servo, shape, sim, track, view
+    from servoid import (
+        exchange,
+        model,
+        observe,
+        pose,
+        record,
+        servo,
+        shape,
+        sim,
+        study,
+        track,
+        view,
+    )
 
     __version__: str
-
-_PARTS = (
-    "exchange",
-    "model",
-    "observe",
-    "pose",
-    "record",
-    "servo",
-    "shape",
-    "sim",
-    "track",
-    "view",
-)
 
 __all__ = [
     "__version__",
@@ -41,13 +40,16 @@ __all__ = [
     "servo",
     "shape",
     "sim",
+    "study",
     "track",
     "view",
 ]
 
+_OWN = ("__version__", "errors")
+
 
 def __getattr__(name: str) -> Any:
-    if name in _PARTS:
+    if name in __all__ and name not in _OWN:
         return import_module(f"servoid.{name}")
     if name == "__version__":
         return import_module("servoid._native").__version__

@@ -1,18 +1,16 @@
 """`servoid servo`: a run in a simulated world, with its log, video, plots and report."""
 
+from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Any
 
 import msgspec
 import numpy as np
 import typer
-from numpy.typing import NDArray
 
 from servoid.cli.progress import progress_bar
 from servoid.cli.servo_order import Order
 from servoid.cli.servo_summary import print_servo_summary
-from servoid.errors import ServoError
 from servoid.output import check_folder, write_whole
 from servoid.record import ServoVideo, read_trajectory, write_servo_log
 from servoid.servo import ServoMetrics
@@ -44,12 +42,11 @@ def run_servo(order: Order) -> None:
     settings = order.settings()
     path = _recorded(settings)
     check_folder(order.out)
-    run = _Run(order.out)
-    stopped: BaseException | None = None
+    stopped = False
     with ExitStack() as stack, progress_bar("starting") as update:
-        run.show(update)
+        run = _Run(order.out, update)
         try:
-            run_servo_trial(
+            trial = run_servo_trial(
                 settings,
                 order.out,
                 path=path,
@@ -60,29 +57,21 @@ def run_servo(order: Order) -> None:
             if run.trial is None:
                 typer.echo("interrupted before servoing began", err=True)
                 raise typer.Exit(INTERRUPTED) from interrupt
-            stopped = interrupt
-    if run.trial is None:
-        raise ServoError("the run ended before servoing began; make run.seconds longer")
-    _report(run, run.trial, order)
-    if stopped is not None:
-        typer.echo(f"interrupted after {len(run.trial.log)} control periods", err=True)
+            trial, stopped = run.trial, True
+    _report(order.out, trial, order.video)
+    if stopped:
+        typer.echo(f"interrupted after {len(trial.log)} control periods", err=True)
         raise typer.Exit(INTERRUPTED)
 
 
 class _Run:
     """Watches a run: shows how far it is, and makes its video."""
 
-    def __init__(self, folder: Path) -> None:
-        self.folder = folder
+    def __init__(self, folder: Path, update: Callable[[float, str], None]) -> None:
         self.trial: ServoTrial | None = None
-        self.overview: NDArray[np.uint8] | None = None
+        self._folder, self._update = folder, update
         self._world: World | None = None
         self._video: ServoVideo | None = None
-        self._looks = 0
-
-    def show(self, update: Any) -> None:
-        """Take what shows the progress."""
-        self._update = update
 
     def prepare(self, world: World, stack: ExitStack, wants_video: bool) -> None:
         """Open the video of a world, if one is wanted."""
@@ -91,7 +80,7 @@ class _Run:
             rate = world.settings.cameras.rate_hz
             self._video = stack.enter_context(
                 ServoVideo(
-                    self.folder / "servo.mp4",
+                    self._folder / "servo.mp4",
                     world.cameras,
                     ("left", "right"),
                     rate / self._every(world),
@@ -144,13 +133,14 @@ def _recorded(settings: TrialSettings) -> ObjectPath | None:
     )
 
 
-def _report(run: _Run, trial: ServoTrial, order: Order) -> None:
+def _report(folder: Path, trial: ServoTrial, has_video: bool) -> None:
     """Write all files of a run that has ended, and print its summary."""
-    folder, log, settings = run.folder, trial.log, trial.settings
+    log, settings = trial.log, trial.settings
+    text = trial_toml(settings)
     metrics = ServoMetrics.of(log, settings.run.settle_s)
     files = {"log": folder / "log.csv", "settings": folder / "run.toml"}
     write_servo_log(log, files["log"])
-    write_whole(files["settings"], trial_toml(settings).encode())
+    write_whole(files["settings"], text.encode())
     files["body"] = folder / "body.json"
     trial.meeting.result.save(files["body"], trial.appearance)
     files["figures"] = folder / "summary.json"
@@ -163,10 +153,10 @@ def _report(run: _Run, trial: ServoTrial, order: Order) -> None:
         log,
         metrics.figures(),
         ServoPictures(trial.world.overview(_OVERVIEW_PX), [*plots, model / "contact_sheet.png"]),
-        settings=trial_toml(settings),
+        settings=text,
         notes=trial.meeting.result.all_notes,
     )
-    if order.video:
+    if has_video:
         files["video"] = folder / "servo.mp4"
     files["report"] = page
     print_servo_summary(trial, metrics, files)

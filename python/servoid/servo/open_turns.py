@@ -16,7 +16,10 @@ _ENOUGH = 1e-6  # rad: a pass that turns less is the last
 
 
 class UnsureEstimate(Protocol):
-    """What an estimate says of its own certainty; see `TargetEstimate`."""
+    """Where an object was, and how sure that is.
+
+    `covariance` (6, 6) is of a small motion (linear, angular) of the object in its own frame.
+    """
 
     @property
     def world_from_object(self) -> Pose:
@@ -45,7 +48,7 @@ class OpenTurns:
     told: Floats
 
     @classmethod
-    def of(cls, estimate: "UnsureEstimate", widest: float) -> "OpenTurns":
+    def of(cls, estimate: UnsureEstimate, widest: float) -> "OpenTurns":
         """Take the turns that the images leave open, or tell no better than `widest`, in radians.
 
         What an image tells badly it also tells wrongly for a while, since successive images err

@@ -10,7 +10,7 @@ from servoid.errors import ServoError
 from servoid.pose import Pose
 from servoid.servo.arm import Floats
 from servoid.servo.moving import change_between, shifted_and_turned
-from servoid.servo.open_turns import OpenTurns
+from servoid.servo.open_turns import OpenTurns, UnsureEstimate
 from servoid.servo.settings import TargetSettings
 
 _START_SPEED = (0.3, 1.0)  # m/s and rad/s: what an object may do when it is first seen
@@ -18,30 +18,12 @@ _START_ACCELERATION = (0.2, 1.0)
 _OPEN_SPEED = 0.05  # rad/s: turning that images do not tell is about none
 
 
-class TargetEstimate(Protocol):
-    """What servoing needs of a tracker's estimate.
-
-    `covariance` (6, 6) is of a small motion (linear, angular) of the object in its own frame.
-    """
+class TargetEstimate(UnsureEstimate, Protocol):
+    """What servoing needs of a tracker's estimate."""
 
     @property
     def time_s(self) -> float:
         """Return when the images were taken."""
-        ...
-
-    @property
-    def world_from_object(self) -> Pose:
-        """Return where the object was."""
-        ...
-
-    @property
-    def covariance(self) -> Floats:
-        """Return how sure that is."""
-        ...
-
-    @property
-    def unobservable(self) -> Floats:
-        """Return (n, 6) unit motions in the object's frame that the images leave open."""
         ...
 
     @property

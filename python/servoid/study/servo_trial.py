@@ -27,6 +27,7 @@ from servoid.servo import (
     servo,
     visit,
 )
+from servoid.servo.arm import Floats
 from servoid.servo.moving import change_between
 from servoid.sim.world import Path as ObjectPath
 from servoid.sim.world import World
@@ -122,7 +123,8 @@ def run_servo_trial(
         watch=see,
     )
     goal = _goal(settings, meeting)
-    _take_place(world, controller, meeting, goal, settings, see)
+    if any(settings.run.start_offset) or any(settings.run.start_turn_deg):
+        _take_place(world, controller, _start(settings, meeting, goal), settings, see)
     # What was seen on the way says nothing of how the object moves from now on.
     controller = Controller(world.arm, settings.servo)
     tracker = _start_tracker(world, meeting, settings, controller)
@@ -201,34 +203,41 @@ def _goal(settings: TrialSettings, meeting: Meeting) -> Pose:
     return Pose.from_parts(settings.run.goal, hand_from_object.quaternion)
 
 
+def _start(settings: TrialSettings, meeting: Meeting, goal: Pose) -> tuple[Pose, Floats]:
+    """Return where the hand starts off its goal, and the object's middle to look at."""
+    run = settings.run
+    turn = Pose.exp([0.0, 0.0, 0.0, *np.radians(run.start_turn_deg)])
+    goal_from_start = Pose.from_parts(run.start_offset, turn.quaternion)
+    world_from_body = meeting.body.world_from_object
+    return world_from_body @ goal.inverse() @ goal_from_start, np.array(world_from_body.translation)
+
+
 def _take_place(
     world: World,
     controller: Controller,
-    meeting: Meeting,
-    goal: Pose,
+    start: tuple[Pose, Floats],
     settings: TrialSettings,
     see: Callable[..., None],
 ) -> None:
-    """Bring the hand to where the run wants it to start, if that is not where it is."""
-    run = settings.run
-    if not (any(run.start_offset) or any(run.start_turn_deg)):
-        return
-    turn = Pose.exp([0.0, 0.0, 0.0, *np.radians(run.start_turn_deg)])
-    goal_from_start = Pose.from_parts(run.start_offset, turn.quaternion)
-    place = meeting.body.world_from_object @ goal.inverse() @ goal_from_start
-    middle = np.array(meeting.body.world_from_object.translation)
+    """Bring the hand to where the run wants it to start.
+
+    Raises:
+        ServoError: the arm does not get there.
+
+    """
     look = settings.servo.look
-    for command, _ in visit(world.arm, world.source, controller, (place, middle), look):
+    for command, _ in visit(world.arm, world.source, controller, start, look):
         see("taking place", 0.0, None, command)
     for command in halt(world.arm, controller):
         see("taking place", 1.0, None, command)
     hand = world.arm.world_from_hand(world.arm.state().positions)
-    off = change_between(hand, place)
+    off = change_between(hand, start[0])
     shift, turned = float(np.linalg.norm(off[:3])), float(np.linalg.norm(off[3:]))
     if max(shift, turned) > look.near:
+        asked = settings.run
         raise ServoError(
-            f"the hand cannot start {_listed(run.start_offset)} m and "
-            f"{_listed(run.start_turn_deg)} degrees off its goal: it stays {shift:.3f} m and "
+            f"the hand cannot start {_listed(asked.start_offset)} m and "
+            f"{_listed(asked.start_turn_deg)} degrees off its goal: it stays {shift:.3f} m and "
             f"{np.degrees(turned):.1f} degrees away from there, since the arm does not reach that "
             "far or may not; choose smaller values"
         )

@@ -14,7 +14,7 @@ pub(super) struct Cover {
 const AROUND_PX: f64 = 30.0;
 /// How many points must say so, and the shares of them that are recognised where the object is
 /// hidden, and where it is not.
-const LEAST: usize = 3;
+const LEAST: f64 = 3.0;
 const HIDDEN: f64 = 0.4;
 const CLEAR: f64 = 0.8;
 /// Correlation from which on a point is recognised.
@@ -44,14 +44,16 @@ impl Cover {
 
     /// Says whether most points around a pixel are not where they should be.
     pub(super) fn hides(&self, camera: usize, pixel: &Vector2<f64>) -> bool {
-        let (seen, expected) = self.around(camera, pixel);
-        self.was_there && expected >= LEAST && (seen as f64) < HIDDEN * expected as f64
+        self.was_there && self.look(camera, pixel) == Some(false)
     }
 
-    /// Says whether nearly all points around a pixel are where they should be.
-    pub(super) fn shows(&self, camera: usize, pixel: &Vector2<f64>) -> bool {
+    /// Says whether nearly all points around a pixel are where they should be, or most are not; None
+    /// where neither is clear.
+    pub(super) fn look(&self, camera: usize, pixel: &Vector2<f64>) -> Option<bool> {
         let (seen, expected) = self.around(camera, pixel);
-        expected >= LEAST && seen as f64 >= CLEAR * expected as f64
+        let (seen, expected) = (seen as f64, expected as f64);
+        let clear = seen >= CLEAR * expected;
+        (expected >= LEAST && (clear || seen < HIDDEN * expected)).then_some(clear)
     }
 
     fn around(&self, camera: usize, pixel: &Vector2<f64>) -> (usize, usize) {

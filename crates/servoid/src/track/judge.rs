@@ -34,8 +34,13 @@ pub(super) fn judge(sight: &Sight<'_>, pose: &Pose, usual: &Usual, desk: &Desk) 
         let correlation = agreement.map_or(0.0, |a| a.correlation);
         expected += quality;
         seen += quality * ((correlation - SEEN.0) / (SEEN.1 - SEEN.0)).clamp(0.0, 1.0);
-        shown += if desk.cover.shows(camera, pixel) { quality } else { 0.0 };
-        hidden += if desk.cover.hides(camera, pixel) { quality } else { 0.0 };
+        if desk.cover.was_there {
+            match desk.cover.look(camera, pixel) {
+                Some(true) => shown += quality,
+                Some(false) => hidden += quality,
+                None => {}
+            }
+        }
     }
     let recognised = seen;
     let excused = if expected > 0.0 { hidden * shown / expected } else { 0.0 };

@@ -209,7 +209,7 @@ def test_both_eyes_meet_the_point_that_they_fixate(arm: SerialArm, seed: int) ->
     in_head, _ = seen_from_head(arm.eyes, hand, np.zeros(6), point, np.zeros(3))
     eyes = arm.eyes
     positions[[eyes.tilt, eyes.pan_left, eyes.pan_right]] = fixation(
-        eyes, in_head, np.zeros(3)
+        eyes.half_baseline, in_head, np.zeros(3)
     ).angles
     for world_from_eye in arm.world_from_cameras(positions):
         x, y, z = (world_from_eye.inverse()).transform(point[None])[0]
@@ -227,11 +227,11 @@ def test_rates_of_the_gaze_are_the_slopes_of_its_angles(arm: SerialArm, seed: in
         moved = shifted_and_turned(hand, time_s * hand_twist)
         at = point + time_s * velocity
         seen = seen_from_head(arm.eyes, moved, hand_twist, at, velocity)
-        return fixation(arm.eyes, *seen).angles
+        return fixation(arm.eyes.half_baseline, *seen).angles
 
     seen = seen_from_head(arm.eyes, hand, hand_twist, point, velocity)
     slopes = (gaze(1e-5) - gaze(-1e-5)) / 2e-5
-    np.testing.assert_allclose(fixation(arm.eyes, *seen).rates, slopes, atol=1e-6)
+    np.testing.assert_allclose(fixation(arm.eyes.half_baseline, *seen).rates, slopes, atol=1e-6)
 
 
 def test_a_hand_outside_its_workspace_may_only_come_back() -> None:

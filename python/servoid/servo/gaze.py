@@ -20,7 +20,7 @@ class Gaze:
     rates: Floats
 
 
-def fixation(eyes: Eyes, point_in_head: Floats, velocity_in_head: Floats) -> Gaze:
+def fixation(half_baseline: float, point_in_head: Floats, velocity_in_head: Floats) -> Gaze:
     """Return the gaze at a point (3,) that moves at a velocity (3,), as the head sees them."""
     x, y, z = point_in_head
     x_rate, y_rate, z_rate = velocity_in_head
@@ -28,7 +28,7 @@ def fixation(eyes: Eyes, point_in_head: Floats, velocity_in_head: Floats) -> Gaz
     ahead = max(float(np.hypot(y, z)), _NEAREST)
     ahead_rate = (y * y_rate + z * z_rate) / ahead
     angles, rates = [np.arctan2(y, z)], [(z * y_rate - y * z_rate) / ahead**2]
-    for aside in (x + eyes.half_baseline, x - eyes.half_baseline):
+    for aside in (x + half_baseline, x - half_baseline):
         angles.append(np.arctan2(aside, ahead))
         rates.append((ahead * x_rate - aside * ahead_rate) / (ahead**2 + aside**2))
     return Gaze(np.array(angles), np.array(rates))
@@ -64,7 +64,7 @@ class GazeControl:
         if self._settings.mode is GazeMode.PARALLEL:
             return Gaze(np.zeros(3), np.zeros(3))
         seen = seen_from_head(self._eyes, world_from_hand, hand_twist, point, velocity)
-        return fixation(self._eyes, *seen)
+        return fixation(self._eyes.half_baseline, *seen)
 
     def velocities(self, state: JointState, gaze: Gaze, window: Window) -> Floats:
         """Return (3,) rad/s of tilt and pans inside the window of all N joints."""

@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 
 from servoid.errors import SimError
+from servoid.servo.gaze import fixation
 from servoid.sim.arm_file import read_arm
 from servoid.sim.world.engine import load_mujoco
 from servoid.sim.world.file_arm import SUFFIXES, build_file_arm
-from servoid.sim.world.head import eyes_towards
 from servoid.sim.world.kinematics import Kinematics
 from servoid.sim.world.motions import Floats, pose_of, unit_row
 from servoid.sim.world.robot import Robot
@@ -66,8 +66,8 @@ def start_angles(robot: Robot, kinematics: Kinematics, settings: WorldSettings) 
         start = kinematics.reach(world_from_hand)
     chosen = given is not None and len(given) == len(robot.drives)
     if robot.turns_eyes and settings.arm.eyes_on_object and not chosen:
-        place = settings.object.hand_from_object[4:]
-        start[robot.hand_count :] = eyes_towards(place, robot.half_baseline)
+        place = np.array(settings.object.hand_from_object[4:])
+        start[robot.hand_count :] = fixation(robot.half_baseline, place, np.zeros(3)).angles
     return start
 
 

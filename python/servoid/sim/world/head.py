@@ -42,19 +42,6 @@ def add_head(hand: Any, limits: EyeLimits, turning: bool) -> tuple[Drive, ...]:
     )
 
 
-def eyes_towards(
-    place: tuple[float, float, float], half_baseline: float
-) -> tuple[float, float, float]:
-    """Return the tilt and the pans in rad that have both eyes look at a place in the head."""
-    x, y, z = place
-    ahead = math.hypot(y, z)
-    return (
-        math.atan2(y, z),
-        math.atan2(x + half_baseline, ahead),
-        math.atan2(x - half_baseline, ahead),
-    )
-
-
 def head_things(half_baseline: float, reach: float) -> tuple[Thing, ...]:
     """Return what can be seen of a head; `reach` is how far behind it, in m, the mount begins."""
     bar = half_baseline - _BALL

@@ -7,6 +7,7 @@ import typer
 
 from servoid._native import ModelSettings, __version__
 from servoid.cli.servo_command import servo
+from servoid.cli.study_command import study
 from servoid.cli.track_command import track
 from servoid.cli.values import Method, Size, check_count, check_seed, parse_point, parse_slice
 
@@ -184,6 +185,7 @@ def model(
 
 app.command()(track)
 app.command()(servo)
+app.command()(study)
 
 
 @app.command()

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
-from servoid import __version__
+from servoid._native import __version__
 from servoid.errors import MissingExtraError, StudyError
 from servoid.study.batch.attempt import attempt, failed
 from servoid.study.batch.workers import Entries, Task
@@ -93,9 +93,7 @@ def _check_workers(client: "Client", address: str) -> None:
 
 def _version() -> str:
     """Return the version of servoid where this runs."""
-    import servoid
-
-    return servoid.__version__
+    return __version__
 
 
 def _line(error: BaseException) -> str:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Union, get_args, get_
 import msgspec
 from msgspec import Meta
 
-from servoid import __version__
+from servoid._native import __version__
 from servoid.errors import MissingExtraError, StudyError
 from servoid.output import written_beside
 from servoid.study.batch.experiment import Experiment

@@ -44,9 +44,12 @@ impl Tracker {
         looking.check(observation)?;
         looking.look_all_over(observation);
         let area = looking.area(&looking.motion.last());
-        let all: Vec<usize> = (0..looking.points.known.len()).collect();
+        let known = looking.points.known.len();
+        let most = known.min(looking.settings.points);
+        // Evenly, so that no side of the object is left out.
+        let probes: Vec<usize> = (0..most).map(|at| at * known / most).collect();
         let judged =
-            Judged { sight: sight!(looking, observation), probes: Probes::Facing(&all), area };
+            Judged { sight: sight!(looking, observation), probes: Probes::Facing(&probes), area };
         let of_piece = |piece: &[Pose]| -> Vec<Worth> {
             piece.iter().map(|pose| judged.worth(pose, resolution)).collect()
         };

@@ -72,12 +72,16 @@ class Moment:
 
 @dataclass(frozen=True, eq=False)
 class EyePair:
-    """A stereo pair: images (H, W, 3) uint8 RGB and true masks (H, W) uint8, left and right."""
+    """A stereo pair, left and right: images (H, W, 3) uint8 RGB, true masks (H, W) uint8.
+
+    `depths` are the true ones, (H, W) float32 in metres along z.
+    """
 
     cameras: tuple[Camera, Camera]
     world_from_cameras: tuple[Pose, Pose]
     images: tuple[Image, Image]
     masks: tuple[Image, Image]
+    depths: tuple[NDArray[np.float32], NDArray[np.float32]]
     world_from_object: Pose
 
 
@@ -99,7 +103,8 @@ def see(settings: PairSettings, moment: Moment) -> EyePair:
     rows = _rows(things, world_from_object)
     middle = np.array(moment.hand_from_object.translation)
     eyes = world_from_eyes(moment.world_from_hand, middle, moment.eyes)
-    images, masks = [], []
+    own = [index for index, thing in enumerate(things) if thing.carrier == OBJECT]
+    images, masks, depths = [], [], []
     for number, eye in enumerate(eyes):
         shot = Shot(
             lens=lens,
@@ -113,12 +118,17 @@ def see(settings: PairSettings, moment: Moment) -> EyePair:
             threads=1,
         )
         images.append(drawer.image(shot))
-        _, numbers = drawer.depth(lens, row_of(eye), rows)
-        own = [index for index, thing in enumerate(things) if thing.carrier == OBJECT]
+        depth, numbers = drawer.depth(lens, row_of(eye), rows)
+        depths.append(depth)
         masks.append(np.where(np.isin(numbers, own), np.uint8(255), np.uint8(0)))
     camera = Camera(size_px=lens.size_px, focal_px=lens.focal_px, center_px=lens.center_px)
     return EyePair(
-        (camera, camera), eyes, (images[0], images[1]), (masks[0], masks[1]), world_from_object
+        cameras=(camera, camera),
+        world_from_cameras=eyes,
+        images=(images[0], images[1]),
+        masks=(masks[0], masks[1]),
+        depths=(depths[0], depths[1]),
+        world_from_object=world_from_object,
     )
 
 

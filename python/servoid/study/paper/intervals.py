@@ -26,8 +26,11 @@ class Interval:
 
 def mean_interval(values: Sequence[float]) -> Interval | None:
     """Return the mean of values with its interval, the same each time; None if there are none."""
-    if not values:
-        return None
+    return interval_of(values) if values else None
+
+
+def interval_of(values: Sequence[float]) -> Interval:
+    """Return the mean of one value or more with its interval, the same each time."""
     numbers = np.asarray(values, float)
     picks = np.random.default_rng(0).integers(0, len(numbers), (_RESAMPLES, len(numbers)))
     low, high = np.quantile(numbers[picks].mean(axis=1), [_TAIL, 1.0 - _TAIL])

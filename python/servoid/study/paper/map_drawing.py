@@ -75,6 +75,7 @@ def draw_ridges(rows: Sequence[tuple[str, MapCase, MapRow]], file: Path) -> None
                     linewidth=2.0,
                     label=NAMES[one.fitness],
                 )
+        _likelihood(panel, row)
         panel.axhline(0.9, color="#888888", linewidth=1.0)
         panel.text(-49.0, 0.905, "90 % of the peak", fontsize=9, color="#555555", va="bottom")
         panel.set(xlim=(-50.0, 50.0), ylim=(0.0, 1.04))
@@ -85,6 +86,23 @@ def draw_ridges(rows: Sequence[tuple[str, MapCase, MapRow]], file: Path) -> None
     panels[-1].legend(frameon=False, fontsize=10, loc="lower center")
     write_whole(file, png(figure))
     write_whole(file.with_suffix(".csv"), _ridge_csv(rows))
+
+
+def _likelihood(panel: "Axes", row: MapRow) -> None:
+    """Draw how likely servoid's answer holds each depth, by its own deviation."""
+    sigmas = [one.sigma_z for one in row.answers if one.fitness is Fitness.FULL]
+    if not sigmas or sigmas[0] is None:
+        return
+    sigma = _MM * sigmas[0]
+    off = np.linspace(-4.0 * sigma, 4.0 * sigma, 81)
+    panel.fill_between(
+        off,
+        np.exp(-0.5 * (off / sigma) ** 2),
+        color="#777777",
+        alpha=0.5,
+        linewidth=0.8,
+        label="likelihood of the answer",
+    )
 
 
 def _plane(
@@ -103,8 +121,10 @@ def _plane(
     )
     panel.contour(right, above, share, levels=[0.9], colors="#D55E00", linewidths=1.3)
     place = case.trial.place
-    panel.plot(_MM * place[across], _MM * place[up], "+", color="white", markersize=9, mew=2.6)
-    panel.plot(_MM * place[across], _MM * place[up], "+", color="black", markersize=8, mew=1.2)
+    for color, width in (("white", 3.0), ("black", 1.2)):
+        panel.plot(
+            _MM * place[across], _MM * place[up], "o", mfc="none", mec=color, ms=15, mew=width
+        )
     panel.set_xlabel(f"{name[0]} in mm", fontsize=10)
     panel.set_ylabel(f"{name[1]} in mm", fontsize=10)
     panel.tick_params(labelsize=9, length=3)

@@ -323,7 +323,7 @@ def _pictures(pairs: Sequence[tuple[MapCase, MapRow]], folder: Path) -> tuple[Pi
                 file,
                 f"Fitness maps as in Fig. 8: {name}, {case.eyes.value} eyes. Each shade is the "
                 "best fitness over the third axis, dark at the peak; the orange line is at 90 % of "
-                "the peak, the cross at the true place.",
+                "the peak, the ring around the true place.",
             )
         )
     if whole:

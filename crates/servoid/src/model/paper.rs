@@ -117,10 +117,7 @@ pub fn paper_scores(
     Ok(pieces.concat())
 }
 
-fn points_of<'a>(
-    views: &[View<'a>],
-    settings: &PaperSettings,
-) -> Result<Points<'a>, ModelError> {
+fn points_of<'a>(views: &[View<'a>], settings: &PaperSettings) -> Result<Points<'a>, ModelError> {
     let eye = |view: &View<'a>| {
         PointsView::new(*view.camera(), &view.world_from_camera(), view.mask().image())
     };

@@ -86,7 +86,7 @@ class EyePair:
 
 
 def paper_hand() -> Pose:
-    """Return `world_from_hand` of the paper's start, Eq. (17), as the arm's file has it."""
+    """Return `world_from_hand` of the start in the paper, as the arm's file has it."""
     return pose_of(unit_row(read_arm().start.world_from_hand))
 
 

@@ -139,7 +139,7 @@ def _words(settings: MapSettings) -> tuple[str, ...]:
         f"{_MM * spacing:.3g} mm around the object, which is at ({place}) mm before the hand, and "
         "is turned as the object is. The maps show the best fitness over the third axis, from 0, "
         "where a model sees nothing of the object, to the peak.",
-        "Four fitnesses are compared: the paper's points, Eqs. (1) to (7); servoid's region term; "
+        "Four fitnesses are compared: the paper's points (its equations 1 to 7); servoid's region term; "
         "its surface term, patches of the surface compared at the image's own resolution; and the "
         "sum of both, by which servoid seeks poses (S48). The look of the surface was learned in "
         f"another pair, in which the object was {_MM * trial.taught_shift:.0f} mm away and turned "

@@ -61,7 +61,7 @@ def draw_ridges(rows: Sequence[tuple[str, MapCase, MapRow]], file: Path) -> None
         OutputError: a file cannot be written.
 
     """
-    figure = new_figure(5.4 * len(rows), 4.4)
+    figure = new_figure(max(5.4 * len(rows), 9.0), 4.7)
     panels = figure.subplots(1, len(rows), squeeze=False, sharey=True)[0]
     for panel, (title, _, row) in zip(panels, rows, strict=True):
         depths = _MM * np.array(row.crest_depths)
@@ -83,7 +83,8 @@ def draw_ridges(rows: Sequence[tuple[str, MapCase, MapRow]], file: Path) -> None
         panel.set_xlabel("z, from the true place in mm", fontsize=11)
         dress(panel)
     panels[0].set_ylabel("best fitness at this depth,\nshare of its peak", fontsize=11)
-    panels[-1].legend(frameon=False, fontsize=10, loc="lower center")
+    lines, names = panels[0].get_legend_handles_labels()
+    figure.legend(lines, names, frameon=False, fontsize=10.5, ncols=5, loc="outside lower center")
     write_whole(file, png(figure))
     write_whole(file.with_suffix(".csv"), _ridge_csv(rows))
 

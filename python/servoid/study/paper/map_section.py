@@ -9,17 +9,14 @@ import numpy as np
 from msgspec import Meta
 
 from servoid.study.batch import Done, Work
-from servoid.study.findings import Finding, Picture, Section, Table, Verdict
+from servoid.study.findings import Finding, Picture, Section, Verdict
 from servoid.study.paper.eye_pair import EyeMode
 from servoid.study.paper.fitness_map import FITNESS_MAP
-from servoid.study.paper.intervals import Interval, mean_interval
-from servoid.study.paper.map_case import Answer, Fitness, FitnessRow, MapCase, MapRow, MapTrial
-from servoid.study.paper.map_drawing import NAMES, draw_map, draw_ridges
+from servoid.study.paper.map_case import Fitness, MapCase, MapRow, MapTrial
+from servoid.study.paper.map_drawing import draw_map, draw_ridges
+from servoid.study.paper.map_tables import AT_SHARE, Kind, answers, seconds, widths
 
 _MM = 1000.0
-_AT_SHARE = 2.0 * float(np.sqrt(2.0 * np.log(1.0 / 0.9)))
-"""Width of a normal likelihood at 90 % of its peak, in standard deviations."""
-
 _QUARTER = 0.25
 
 
@@ -73,60 +70,18 @@ def map_section(settings: MapSettings, done: Sequence[Done], folder: Path) -> Se
         words=(*_words(settings), *_missing(failed)),
         findings=(_position(kinds), _ridge(kinds), _sharpest(kinds)),
         pictures=_pictures(pairs, folder),
-        tables=(_widths(kinds), _answers(kinds), _seconds(kinds)),
+        tables=(widths(kinds), answers(kinds), seconds(kinds)),
     )
 
 
-class _Kind:
-    """All pairs of an object before eyes that look in one way."""
-
-    def __init__(self, name: str, eyes: EyeMode, rows: Sequence[MapRow]) -> None:
-        self.name, self.eyes, self.rows = name, eyes, rows
-
-    @property
-    def title(self) -> str:
-        return f"{self.name.replace('_', ' ')}, {self.eyes.value} eyes"
-
-    def of(self, fitness: Fitness) -> list[FitnessRow]:
-        return [one for row in self.rows for one in row.fitnesses if one.fitness is fitness]
-
-    def width(self, fitness: Fitness) -> Interval | None:
-        """Return the width of the crest along z, in m."""
-        widths = [one.ridge.crest for one in self.of(fitness)]
-        return mean_interval([width for width in widths if width is not None])
-
-    def straight(self, fitness: Fitness, axis: int) -> Interval | None:
-        widths = [one.ridge.along[axis] for one in self.of(fitness)]
-        return mean_interval([width for width in widths if width is not None])
-
-    def from_floor(self, fitness: Fitness) -> Interval | None:
-        widths = [one.ridge.crest_from_floor for one in self.of(fitness)]
-        return mean_interval([width for width in widths if width is not None])
-
-    def peak_error(self, fitness: Fitness, axis: int) -> Interval | None:
-        return mean_interval([abs(one.ridge.peak[axis]) for one in self.of(fitness)])
-
-    def answers(self, fitness: Fitness) -> list[Answer]:
-        all_of_them = [one for row in self.rows for one in row.answers]
-        return [one for one in all_of_them if one.fitness is fitness]
-
-    def sigma(self, fitness: Fitness) -> Interval | None:
-        found = [one.sigma_z for one in self.answers(fitness)]
-        return mean_interval([sigma for sigma in found if sigma is not None])
-
-    def answer_error(self, fitness: Fitness, axis: int) -> Interval | None:
-        found = [one.error for one in self.answers(fitness)]
-        return mean_interval([abs(error[axis]) for error in found if error is not None])
-
-
-def _kinds(settings: MapSettings, pairs: Sequence[tuple[MapCase, MapRow]]) -> list["_Kind"]:
+def _kinds(settings: MapSettings, pairs: Sequence[tuple[MapCase, MapRow]]) -> list[Kind]:
     """Sort rows by object and eyes, those that have any."""
     kinds = []
     for name in settings.objects:
         for eyes in settings.eyes:
             rows = [row for one, row in pairs if (one.object_name, one.eyes) == (name, eyes)]
             if rows:
-                kinds.append(_Kind(name, eyes, rows))
+                kinds.append(Kind(name, eyes, rows))
     return kinds
 
 
@@ -139,21 +94,21 @@ def _words(settings: MapSettings) -> tuple[str, ...]:
         f"{_MM * spacing:.3g} mm around the object, which is at ({place}) mm before the hand, and "
         "is turned as the object is. The maps show the best fitness over the third axis, from 0, "
         "where a model sees nothing of the object, to the peak.",
-        "Four fitnesses are compared: the paper's points (its equations 1 to 7); servoid's region term; "
-        "its surface term, patches of the surface compared at the image's own resolution; and the "
-        "sum of both, by which servoid seeks poses (S48). The look of the surface was learned in "
-        f"another pair, in which the object was {_MM * trial.taught_shift:.0f} mm away and turned "
-        f"by {trial.taught_turn_deg:.0f} degrees, with other noise and, from the second seed on, "
-        "other light.",
+        "Four fitnesses are compared: the paper's points (its equations 1 to 7); servoid's region "
+        "term; its surface term, patches of the surface compared at the image's own resolution; "
+        "and the sum of both, by which servoid seeks poses (S48), though on coarser images. The "
+        "look of the surface was learned in another pair, in which the object was "
+        f"{_MM * trial.taught_shift:.0f} mm away and turned by {trial.taught_turn_deg:.0f} "
+        "degrees, with other noise and, from the second seed on, other light.",
         "The width of a ridge is how far along z the fitness stays above 90 % of its peak, with "
         "the best x and y at each depth; all these fitnesses are 0 where nothing of the object "
         "is seen, so that the share has the same meaning for each. Counted from the lowest value "
         "in the box, the ridges are wider (table). Intervals are 95 %, by the bootstrap over "
         "seeds.",
-        "No search answers with the fitness alone: servoid's answer is the place where the "
-        "likelihood of surface points and outline is greatest (S47). Its ridge is that of the "
-        "normal distribution that the tracker reports, again at 90 % of the peak: 0.92 standard "
-        "deviations of z with the turn known.",
+        "servoid does not answer with the best of these scores. It goes on from there to the place "
+        "where the likelihood of surface points and outline is greatest (S47). The ridge of the "
+        "likelihood is that of the normal distribution that the tracker reports, again at 90 % of "
+        f"the peak: {AT_SHARE:.2f} standard deviations of z with the turn known.",
     )
 
 
@@ -161,7 +116,7 @@ def _missing(failed: int) -> tuple[str, ...]:
     return (f"{failed} trials of this part failed and are left out.",) if failed else ()
 
 
-def _position(kinds: Sequence[_Kind]) -> Finding:
+def _position(kinds: Sequence[Kind]) -> Finding:
     """Compare where the peaks are."""
     off = {
         fitness: [
@@ -187,7 +142,7 @@ def _position(kinds: Sequence[_Kind]) -> Finding:
     )
 
 
-def _ridge(kinds: Sequence[_Kind]) -> Finding:
+def _ridge(kinds: Sequence[Kind]) -> Finding:
     """Compare how wide the points' ridge is along z and across."""
     kind = kinds[0]
     across, along = kind.straight(Fitness.POINTS, 0), kind.straight(Fitness.POINTS, 2)
@@ -206,9 +161,9 @@ def _ridge(kinds: Sequence[_Kind]) -> Finding:
     )
 
 
-def _sharpest(kinds: Sequence[_Kind]) -> Finding:
+def _sharpest(kinds: Sequence[Kind]) -> Finding:
     """Say what servoid's terms do to the ridge."""
-    said, met = [], []
+    said, met, sums = [], [], []
     for kind in kinds:
         points, full, sigma = (
             kind.width(Fitness.POINTS),
@@ -218,19 +173,23 @@ def _sharpest(kinds: Sequence[_Kind]) -> Finding:
         surface = kind.width(Fitness.SURFACE)
         if points is None or full is None or surface is None or sigma is None:
             continue
-        likely = _AT_SHARE * sigma.mean
+        likely = AT_SHARE * sigma.mean
         met.append(likely / points.mean <= _QUARTER)
+        sums.append(full.mean / points.mean)
         said.append(
             f"{kind.title}: points {_MM * points.mean:.1f} mm, surface term "
             f"{_MM * surface.mean:.1f} mm, sum of region and surface {_MM * full.mean:.1f} mm "
             f"({full.mean / points.mean:.2f} of the points'), likelihood of the answer "
-            f"{_MM * likely:.2f} mm ({likely / points.mean:.3f} of the points')."
+            f"{_MM * likely:.2f} mm ({likely / points.mean:.3f} of the points'){_truly(kind)}."
         )
     return Finding(
         before="Recognition in z must become better (the paper's future work).",
         ours=" ".join(said),
         verdict=Verdict.BEYOND if met and all(met) else Verdict.PARTLY,
-        why="Pattern on the surface moves against pattern in the other eye by a fraction of a "
+        why="Three of the widths are one measure, the score at 90 % of its peak; by it the sum has "
+        f"{min(sums, default=1.0):.2f} to {max(sums, default=1.0):.2f} of the points' width. The "
+        "likelihood is another measure: it says how sure servoid is, and the errors say that it "
+        "may be. Pattern on the surface moves against pattern in the other eye by a fraction of a "
         "pixel for each millimetre, which a patch of some pixels feels and an outline hardly. "
         "The region term alone is no sharper than the points: areas change evenly with the place. "
         "On an object of one hue there is little for the surface term to see; there the likelihood "
@@ -238,76 +197,16 @@ def _sharpest(kinds: Sequence[_Kind]) -> Finding:
     )
 
 
-def _widths(kinds: Sequence[_Kind]) -> Table:
-    rows = []
-    for kind in kinds:
-        for fitness in Fitness:
-            rows.append(
-                (
-                    kind.title,
-                    NAMES[fitness],
-                    *(_cell(kind.straight(fitness, axis)) for axis in range(3)),
-                    _cell(kind.width(fitness)),
-                    _cell(kind.from_floor(fitness)),
-                    *(_cell(kind.peak_error(fitness, axis), 2) for axis in range(3)),
-                )
-            )
-    return Table(
-        headings=(
-            "object", "fitness", "width along x", "along y", "along z", "ridge along z",
-            "ridge, from the lowest value", "peak off in x", "in y", "in z",
-        ),
-        rows=rows,
-        caption="Widths at 90 % of the peak, and how far the peak is off, mean of the amounts; all "
-        "in mm. Straight lines go through the true place.",
-    )  # fmt: skip
-
-
-def _answers(kinds: Sequence[_Kind]) -> Table:
-    rows = []
-    for kind in kinds:
-        for fitness in (Fitness.REGION, Fitness.SURFACE, Fitness.FULL):
-            answers = kind.answers(fitness)
-            sigma = kind.sigma(fitness)
-            rows.append(
-                (
-                    kind.title,
-                    NAMES[fitness],
-                    f"{sum(one.error is not None for one in answers)} of {len(answers)}",
-                    *(_cell(kind.answer_error(fitness, axis), 2) for axis in range(3)),
-                    _cell(sigma, 2),
-                    "" if sigma is None else f"{_MM * _AT_SHARE * sigma.mean:.2f}",
-                )
-            )
-    return Table(
-        headings=(
-            "object", "by", "found", "error in x", "in y", "in z", "own deviation of z",
-            "ridge of the likelihood",
-        ),
-        rows=rows,
-        caption="What servoid's tracker answers, which also seeks the turn: errors, mean of the "
-        "amounts, and its own standard deviation of z with the turn known; all in mm.",
-    )  # fmt: skip
-
-
-def _seconds(kinds: Sequence[_Kind]) -> Table:
-    rows = []
-    for kind in kinds:
-        for row in kind.rows:
-            if row.points_seconds and row.region_seconds:
-                ratio = row.points_seconds / row.region_seconds
-                rows.append(
-                    (
-                        kind.title,
-                        f"{row.points_seconds:.2f}",
-                        f"{row.region_seconds:.2f}",
-                        f"{ratio:.0f}",
-                    )
-                )
-    return Table(
-        headings=("object", "points, s", "region, s", "ratio"),
-        rows=rows,
-        caption="Seconds for all places of the box on one thread, beside whatever else ran.",
+def _truly(kind: Kind) -> str:
+    """Say how far peaks and answers are off, which tells if the likelihood is too narrow."""
+    peak, off = kind.peak_error(Fitness.POINTS, 2), kind.answer_error(Fitness.FULL, 2)
+    sigma = kind.sigma(Fitness.FULL)
+    if peak is None or off is None or sigma is None:
+        return ""
+    return (
+        f"; in z the points' peak is off by {_MM * peak.mean:.2f} mm and servoid's answer by "
+        f"{_MM * off.mean:.2f} mm, with a standard deviation of {_MM * sigma.mean:.2f} mm of its "
+        "own"
     )
 
 
@@ -337,7 +236,3 @@ def _pictures(pairs: Sequence[tuple[MapCase, MapRow]], folder: Path) -> tuple[Pi
         caption = "Ridges along z: the best fitness at each depth. The narrower, the surer is z."
         pictures.append(Picture(file, caption))
     return tuple(pictures)
-
-
-def _cell(interval: Interval | None, digits: int = 1) -> str:
-    return "" if interval is None else interval.written(_MM, digits)

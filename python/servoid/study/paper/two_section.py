@@ -119,10 +119,10 @@ def _shape(paper: Sequence[TwoRow]) -> Finding:
         f"{silhouette.written(1.0, 2)} (intersection over union), the volumes by "
         f"{volume.written(1.0, 2)}; the model holds {ratio.written(1.0, 1)} times the volume.",
         verdict=Verdict.AGREES if agrees else Verdict.DIFFERS,
-        why="The parts are found, but too large: the paper's equation 7 adds up the ellipsoids one by one, so "
-        "one that covers again what another covers earns as much as one that covers what is open, "
-        "and nothing but its own envelope keeps it in the object. The paper shows one picture "
-        "and no number; how it bounds the later ellipsoids it does not say."
+        why="The parts are found, but too large: the paper's equation 7 adds up the ellipsoids one "
+        "by one, so one that covers again what another covers earns as much as one that covers "
+        "what is open, and nothing but its own envelope keeps it in the object. The paper shows "
+        "one picture and no number; how it bounds the later ellipsoids it does not say."
         if not agrees
         else "The parts are found where they are.",
     )

@@ -219,3 +219,15 @@ def test_the_settings_are_printed_with_what_they_mean() -> None:
     assert 'objects = ["ellipsoid", "painted_ellipsoid"]' in text
     assert "assumed" in text
     assert "Sec. 5.1" in text
+
+
+def test_changed_numbers_are_tried_beside_the_rest_and_listed(
+    done: list[Done], tmp_path: Path
+) -> None:
+    varied = msgspec.structs.replace(QUICK_MAP, vary=True)
+    work = map_work(varied)
+    changed = work.cases[len(done) : len(done) + 2]
+    both = [*done, *(Done(case, work.experiment.run(case)) for case in changed)]
+    section = map_section(varied, both, tmp_path)
+    assert [row[0] for row in section.tables[2].rows] == ["as above", "α a third", "α three times"]
+    assert section.tables[0].rows == map_section(QUICK_MAP, done, tmp_path).tables[0].rows

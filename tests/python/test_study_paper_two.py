@@ -126,4 +126,22 @@ def test_the_section_tells_findings_and_draws_its_pictures(
 
 
 def test_the_whole_has_thirty_seeds_of_every_procedure() -> None:
-    assert len(two_work(TwoSettings()).cases) == 30 * len(Procedure)
+    cases = two_work(msgspec.structs.replace(TwoSettings(), vary_seeds=0)).cases
+    assert len(cases) == 30 * len(Procedure)
+    assert len(set(map(two_work(TwoSettings()).experiment.key, cases))) == len(cases)
+
+
+def test_changed_numbers_are_tried_beside_the_rest_and_listed(
+    done: list[Done], tmp_path: Path
+) -> None:
+    varied = msgspec.structs.replace(SETTINGS, vary_seeds=1)
+    work = two_work(varied)
+    changed = [Done(case, work.experiment.run(case)) for case in work.cases[len(done) :]]
+    section = two_section(varied, [*done, *changed], tmp_path)
+    assert [row[:2] for row in section.tables[-1].rows] == [
+        ("as above", "1"),
+        ("α a third", "1"),
+        ("α three times", "1"),
+        ("a third of the generations", "1"),
+    ]
+    assert section.tables[0].rows == two_section(SETTINGS, done, tmp_path).tables[0].rows

@@ -15,6 +15,7 @@ from servoid.study.paper.fitness_map import FITNESS_MAP
 from servoid.study.paper.map_case import Fitness, MapCase, MapRow, MapTrial
 from servoid.study.paper.map_drawing import draw_map, draw_ridges
 from servoid.study.paper.map_tables import AT_SHARE, Kind, answers, seconds, widths
+from servoid.study.paper.sensitivity import map_table, map_variants
 
 _MM = 1000.0
 _QUARTER = 0.25
@@ -34,11 +35,18 @@ class MapSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     seeds: Annotated[
         int, Meta(ge=1, description="pairs of each object: noise, light, and what was learned")
     ] = 10
+    vary: Annotated[
+        bool, Meta(description="whether assumed numbers are changed, one at a time")
+    ] = True
     trial: MapTrial = MapTrial()
 
 
 QUICK_MAP = MapSettings(
-    objects=("ellipsoid",), eyes=(EyeMode.VERGED,), seeds=2, trial=MapTrial(count=11, points=100)
+    objects=("ellipsoid",),
+    eyes=(EyeMode.VERGED,),
+    seeds=2,
+    vary=False,
+    trial=MapTrial(count=11, points=100),
 )
 
 
@@ -50,6 +58,12 @@ def map_work(settings: MapSettings) -> Work:
         for eyes in settings.eyes
         for seed in range(settings.seeds if eyes is settings.eyes[0] else 1)
     ]
+    if settings.vary:
+        cases += [
+            MapCase(object_name=name, eyes=settings.eyes[0], seed=0, whole=False, trial=changed)
+            for name in settings.objects
+            for _, changed in map_variants(settings.trial)
+        ]
     return Work(FITNESS_MAP, cases)
 
 
@@ -60,8 +74,9 @@ def map_section(settings: MapSettings, done: Sequence[Done], folder: Path) -> Se
         OutputError: a picture cannot be written.
 
     """
-    pairs = [(one.case, one.row) for one in done if one.row is not None]
-    failed = len(done) - len(pairs)
+    told = [(one.case, one.row) for one in done if one.row is not None]
+    pairs = [(case, row) for case, row in told if case.trial == settings.trial]
+    failed = len(done) - len(told)
     kinds = _kinds(settings, pairs)
     if not kinds:
         return Section("Section 5.1: the fitness map", ("Every trial of this part failed.",))
@@ -70,7 +85,12 @@ def map_section(settings: MapSettings, done: Sequence[Done], folder: Path) -> Se
         words=(*_words(settings), *_missing(failed)),
         findings=(_position(kinds), _ridge(kinds), _sharpest(kinds)),
         pictures=_pictures(pairs, folder),
-        tables=(widths(kinds), answers(kinds), seconds(kinds)),
+        tables=(
+            widths(kinds),
+            answers(kinds),
+            *([map_table(settings.trial, done)] if settings.vary else []),
+            seconds(kinds),
+        ),
     )
 
 
@@ -157,7 +177,7 @@ def _ridge(kinds: Sequence[Kind]) -> Finding:
         f"{ridge.written(_MM)} mm along the ridge itself.",
         verdict=Verdict.AGREES if ratio > 2.0 else Verdict.PARTLY,
         why=f"A millimetre along z moves the outlines {ratio:.1f} times less than one along x. How "
-        "wide the paper's own ridge is in millimetres it does not say.",
+        "wide the paper's own ridge is in millimetres it does not say, nor α, on which it hangs.",
     )
 
 

@@ -11,6 +11,7 @@ from msgspec import Meta
 from servoid.study.batch import Done, Work
 from servoid.study.findings import Finding, Picture, Section, Table, Verdict
 from servoid.study.paper.intervals import interval_of
+from servoid.study.paper.sensitivity import two_table, two_variants
 from servoid.study.paper.two_case import Procedure, TwoCase, TwoRow, TwoTrial
 from servoid.study.paper.two_drawing import NAMES, Shown, draw_errors, draw_models
 from servoid.study.paper.two_ellipsoids import TWO_ELLIPSOIDS, first_pair
@@ -35,12 +36,20 @@ class TwoSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     seeds: Annotated[
         int, Meta(ge=1, description="trials of each: noise, light, place and search")
     ] = 30
+    vary_seeds: Annotated[
+        int,
+        Meta(
+            ge=0,
+            description="trials of the paper's procedure with each assumed number changed; 0: none",
+        ),
+    ] = 5
     trial: TwoTrial = TwoTrial()
 
 
 QUICK_TWO = TwoSettings(
     procedures=(Procedure.PAPER, Procedure.LOOKS),
     seeds=2,
+    vary_seeds=0,
     trial=TwoTrial(points=100, population=40, generations=60),
 )
 
@@ -52,6 +61,11 @@ def two_work(settings: TwoSettings) -> Work:
         for seed in range(settings.seeds)
         for procedure in settings.procedures
     ]
+    cases += [
+        TwoCase(procedure=Procedure.PAPER, seed=seed, trial=changed)
+        for _, changed in two_variants(settings.trial)
+        for seed in range(settings.vary_seeds)
+    ]
     return Work(TWO_ELLIPSOIDS, cases)
 
 
@@ -62,8 +76,9 @@ def two_section(settings: TwoSettings, done: Sequence[Done], folder: Path) -> Se
         OutputError: a picture cannot be written.
 
     """
+    plain = [one for one in done if one.case.trial == settings.trial]
     rows: Rows = {
-        kind: [one.row for one in done if one.row is not None and one.case.procedure is kind]
+        kind: [one.row for one in plain if one.row is not None and one.case.procedure is kind]
         for kind in settings.procedures
     }
     failed = sum(one.row is None for one in done)
@@ -74,8 +89,12 @@ def two_section(settings: TwoSettings, done: Sequence[Done], folder: Path) -> Se
         heading="Section 5.2: an object of two ellipsoids, modelled with three (Fig. 9)",
         words=(*_words(settings), *missing),
         findings=tuple(_findings(rows)),
-        pictures=_pictures(done, rows, folder),
-        tables=(_table(rows), _parts(rows)),
+        pictures=_pictures(plain, rows, folder),
+        tables=(
+            _table(rows),
+            _parts(rows),
+            *([two_table(settings.trial, done)] if settings.vary_seeds else []),
+        ),
     )
 
 

@@ -37,7 +37,7 @@ impl Tracker {
                 given: resolution.to_string(),
             });
         }
-        if !(self.colors.are_known() || !self.points.known.is_empty()) {
+        if !self.colors.are_known() && self.points.known.is_empty() {
             return Err(TrackError::NothingKnown);
         }
         let mut looking = self.clone();

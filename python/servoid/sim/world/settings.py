@@ -29,7 +29,10 @@ class ArmSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True)
         Seven,
         Meta(description="the hand, x right, y down, z forward, on it: w, x, y, z, tx, ty, tz"),
     ] = (1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    speed: Annotated[Positive, Meta(description="of the joints of a file's arm in rad/s")] = 2.0
+    speed: Annotated[
+        Positive,
+        Meta(description="most of the joints of a file's arm in rad/s; a URDF may say less"),
+    ] = 2.0
     acceleration: Annotated[
         Positive, Meta(description="of the joints of a file's arm in rad/s²")
     ] = 8.0

@@ -7,6 +7,7 @@ from servoid.servo.looking import Viewpoint, next_viewpoint, visit
 from servoid.servo.loop import Goal, Tick, halt, servo
 from servoid.servo.metrics import Hold, ServoMetrics, Spread, holds
 from servoid.servo.reach import reached
+from servoid.servo.remembering import RememberingArm
 from servoid.servo.safety import Reason
 from servoid.servo.settings import (
     GazeMode,
@@ -32,6 +33,7 @@ __all__ = [
     "Joints",
     "LookSettings",
     "Reason",
+    "RememberingArm",
     "Seen",
     "ServoLog",
     "ServoMetrics",

@@ -176,6 +176,13 @@ def test_a_rigs_file_says_what_the_cameras_are(tmp_path: Path) -> None:
     assert right.rig_from_camera.translation == (0.1, 0.0, 0.0)
 
 
+def test_the_rig_on_the_page_of_formats_can_be_read(tmp_path: Path) -> None:
+    page = (Path(__file__).parents[2] / "docs" / "formats.md").read_text(encoding="utf-8")
+    (text,) = [part for part in page.split("```") if part.startswith("toml") and "device" in part]
+    (tmp_path / "rig.toml").write_text(text.removeprefix("toml"))
+    assert [camera.device for camera in read_rig(tmp_path / "rig.toml")] == [0]
+
+
 @pytest.mark.parametrize(
     ("old", "new", "says"),
     [

@@ -154,7 +154,7 @@ def _report(folder: Path, trial: ServoTrial, has_video: bool) -> None:
         metrics.figures(),
         ServoPictures(trial.world.overview(_OVERVIEW_PX), [*plots, model / "contact_sheet.png"]),
         settings=text,
-        notes=trial.meeting.result.all_notes,
+        notes=trial.meeting.all_notes,
     )
     if has_video:
         files["video"] = folder / "servo.mp4"

@@ -3,8 +3,8 @@
 from servoid.servo.arm import Arm, Eyes, Joints, JointState
 from servoid.servo.controller import Command, Controller
 from servoid.servo.log import Seen, ServoLog, ServoRow, off_center
-from servoid.servo.looking import Viewpoint, next_viewpoint, visit
-from servoid.servo.loop import Goal, Tick, halt, servo
+from servoid.servo.looking import Viewpoint, VisitStep, next_viewpoint, visit
+from servoid.servo.loop import Goal, Tick, brought_to_rest, halt, servo
 from servoid.servo.metrics import Hold, ServoMetrics, Spread, holds
 from servoid.servo.reach import reached
 from servoid.servo.remembering import RememberingArm
@@ -44,6 +44,8 @@ __all__ = [
     "TargetFilter",
     "Tick",
     "Viewpoint",
+    "VisitStep",
+    "brought_to_rest",
     "halt",
     "holds",
     "next_viewpoint",

@@ -171,7 +171,7 @@ class LookSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     ] = 0.02
     near: Annotated[float, _above("error of the hand at which it has arrived, m and rad")] = 0.01
     still: Annotated[float, _above("speed of the hand below which it rests, m/s and rad/s")] = 0.02
-    patience_s: Annotated[float, _above("after which a place counts as reached all the same")] = 8.0
+    patience_s: Annotated[float, _above("after which the hand looks from where it is, s")] = 8.0
 
 
 class ServoSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

@@ -1,6 +1,6 @@
 """Settings that are checked when they are made, in Python as in a file."""
 
-from typing import Any, ClassVar
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -16,24 +16,26 @@ class Checked(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
     of a choice, a number of NumPy.
     """
 
-    error: ClassVar[type[ServoidError]] = ServoidError
+    def refusal(self, message: str) -> ServoidError:
+        """Return the error that refuses a value."""
+        return ServoidError(message)
 
     def __post_init__(self) -> None:
         """Check each field by itself.
 
         Raises:
-            the struct's `error`: a value has the wrong type or range, or is NaN.
+            what `refusal` returns: a value has the wrong type or range, or is NaN.
 
         """
         for field in msgspec.structs.fields(type(self)):
             value = _plain(getattr(self, field.name))
             place = f"{type(self).__name__}.{field.encode_name}"
             if not is_finite(value):
-                raise self.error(f"{place}: {value} is not finite; give finite numbers")
+                raise self.refusal(f"{place}: {value} is not finite; give finite numbers")
             try:
                 checked = msgspec.convert(value, field.type)
             except msgspec.ValidationError as reason:
-                raise self.error(explained(reason, value, field.type, place)) from reason
+                raise self.refusal(explained(reason, value, field.type, place)) from reason
             msgspec.structs.force_setattr(self, field.name, checked)
 
 

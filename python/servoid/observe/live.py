@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from types import TracebackType
-from typing import Annotated, ClassVar
+from typing import Annotated
 
 import numpy as np
 from msgspec import Meta
@@ -37,7 +37,9 @@ class LiveCamera:
 class LiveSettings(Checked, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """What is known of the times of live images."""
 
-    error: ClassVar[type[ServoidError]] = CaptureError
+    def refusal(self, message: str) -> ServoidError:
+        """Return the error that refuses a value."""
+        return CaptureError(message)
 
     delay_s: Annotated[
         float, Meta(ge=0, description="from the middle of the exposure until an image is fetched")

@@ -19,7 +19,7 @@ from servoid.sim.world.objects import SPIN_AXES, make_object
 from servoid.sim.world.overview import overview_from
 from servoid.sim.world.paths import Path, parse_path
 from servoid.sim.world.room import make_room
-from servoid.sim.world.settings import WorldSettings, checked
+from servoid.sim.world.settings import WorldSettings
 from servoid.sim.world.shutter import NAMES, Scene, Shutter
 from servoid.sim.world.sim_arm import SimArm
 from servoid.sim.world.stages import Drawer, Shot
@@ -48,7 +48,7 @@ class World:
             MissingExtraError: MuJoCo is not installed.
 
         """
-        self.settings = settings = checked(settings or WorldSettings())
+        self.settings = settings = settings or WorldSettings()
         self._steps = round(settings.physics.period_s / settings.physics.step_s)
         path = path or parse_path(settings.object.path)
         things = [*make_object(settings.object.name), *_board(settings)]

@@ -2,10 +2,12 @@
 
 import time
 from pathlib import Path
+from typing import ClassVar
 
 import cv2
 import numpy as np
 import pytest
+from fake_tracker import FakeTracker, plain_body
 from played_sources import (
     PERIOD_S,
     SIZE_PX,
@@ -16,11 +18,20 @@ from played_sources import (
     rig,
     write_capture,
 )
+from servo_loop import GOAL_FROM_OBJECT, WORLD_FROM_OBJECT
 
 from servoid.errors import CaptureError, ServoError
-from servoid.observe import Instant, Live, LiveSettings, Recording, read_rig
+from servoid.observe import Instant, Live, LiveSettings, Recording, Source, read_rig
 from servoid.pose import Pose
-from servoid.servo import JointState, RememberingArm
+from servoid.servo import (
+    Controller,
+    JointState,
+    Reason,
+    RememberingArm,
+    Tick,
+    brought_to_rest,
+    servo,
+)
 from servoid.sim.arm_file import read_arm
 from servoid.sim.serial_arm import SerialArm
 
@@ -274,6 +285,69 @@ def test_cameras_on_a_hand_are_where_the_arm_was_when_images_were_taken() -> Non
         for video in videos:
             video.closed = True
     assert found > 15
+
+
+class Ticking(RememberingArm):
+    """An arm with which a clock goes on."""
+
+    def __init__(self, clock: FakeClock) -> None:
+        super().__init__(SerialArm(read_arm(), PERIOD_S))
+        self.clock, clock.time_s = clock, self.state().time_s
+
+    def command(self, velocities: np.ndarray) -> None:
+        super().command(velocities)
+        self.clock.advance(self.period_s)
+
+
+class Knowing(FakeTracker):
+    made: ClassVar[list[FakeTracker]] = []
+
+
+def servo_with(arm: Ticking, source: Source, seconds: float) -> list[Tick]:
+    """Servo to an object at rest that the tracker knows, 30 mm off its goal."""
+    tracker = Knowing(source.cameras, plain_body(WORLD_FROM_OBJECT))
+    controller, ticks = Controller(arm), []
+    off = Pose.from_parts([0.03, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0])
+    end = arm.state().time_s + seconds
+    with brought_to_rest(arm, controller):
+        for tick in servo(arm, source, tracker, controller, lambda _: off @ GOAL_FROM_OBJECT):  # type: ignore
+            ticks.append(tick)
+            if tick.state.time_s > end:
+                break
+    return ticks
+
+
+def hand_off_goal(arm: Ticking) -> float:
+    hand = arm.world_from_hand(arm.state().positions)
+    goal = WORLD_FROM_OBJECT @ GOAL_FROM_OBJECT.inverse()
+    off = Pose.from_parts([-0.03, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0])
+    return float(np.linalg.norm(((goal @ off).inverse() @ hand).translation))
+
+
+def test_an_arm_servos_with_live_cameras_and_is_held_when_they_fall_silent() -> None:
+    pytest.importorskip("daqp", reason="servoing within all limits needs daqp")
+    clock = FakeClock()
+    arm = Ticking(clock)
+    videos = FakeVideo(clock, lost=range(90, 999)), FakeVideo(clock, lost=range(60, 999))
+    rigged = {"clock": clock, "world_from_cameras": arm.world_from_cameras_at}
+    with Live(rig(*videos), **rigged) as source:
+        ticks = servo_with(arm, source, 4.0)
+        for video in videos:
+            video.closed = True
+    assert hand_off_goal(arm) < 0.001
+    # One eye is enough, and the other was missed from 2 s on.
+    assert not any(tick.command.holding for tick in ticks if 0.5 < tick.state.time_s < 2.9)
+    assert Reason.NO_IMAGES in ticks[-1].command.holding
+    assert not ticks[-1].command.velocities[:7].any()
+
+
+def test_an_arm_servos_to_what_a_recording_shows(tmp_path: Path) -> None:
+    pytest.importorskip("daqp", reason="servoing within all limits needs daqp")
+    arm = Ticking(FakeClock())
+    source = Recording(write_capture(tmp_path, 90), arm.clock)
+    ticks = servo_with(arm, source, 2.5)
+    assert hand_off_goal(arm) < 0.001
+    assert sum(tick.instant is not None for tick in ticks) == pytest.approx(75, abs=2)
 
 
 def test_an_arm_remembers_where_its_joints_were_between_its_states() -> None:

@@ -1,6 +1,7 @@
 """Live cameras and recordings, as sources of observations."""
 
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import ClassVar
 
@@ -21,7 +22,7 @@ from played_sources import (
 from servo_loop import GOAL_FROM_OBJECT, WORLD_FROM_OBJECT
 
 from servoid.errors import CaptureError, ServoError
-from servoid.observe import Instant, Live, LiveSettings, Recording, Source, read_rig
+from servoid.observe import Instant, Live, LiveSettings, Recording, Source, grabbing, read_rig
 from servoid.pose import Pose
 from servoid.servo import (
     Controller,
@@ -140,6 +141,35 @@ def test_a_video_file_can_stand_for_a_live_camera(tmp_path: Path) -> None:
     assert np.abs(instant.images[0].astype(int) - 90).max() < 5
 
 
+def test_a_camera_that_was_unplugged_is_opened_anew(monkeypatch: pytest.MonkeyPatch) -> None:
+    clock, made = FakeClock(), []
+
+    class Unplugged(FakeVideo):
+        def __init__(self, device: int, _way: int) -> None:
+            super().__init__(clock, lost=() if made else range(5, 999_999))
+            made.append(device)
+
+        def isOpened(self) -> bool:  # noqa: N802
+            return True
+
+        def set(self, _key: int, _value: float) -> None:
+            pass
+
+    monkeypatch.setattr(cv2, "VideoCapture", Unplugged)
+    monkeypatch.setattr(grabbing, "_RETRY_S", 0.0)
+    (camera,) = rig("0")
+    with Live([replace(camera, device=3)], clock=clock) as source:
+        last_s = 0.0
+        for _ in range(400):
+            clock.advance()
+            instant = source.newest()
+            last_s = last_s if instant is None else instant.time_s
+        for video in clock.videos:
+            video.closed = True  # type: ignore
+    assert made == [3, 3]
+    assert last_s > clock() - 0.1
+
+
 def test_a_camera_that_cannot_be_opened_is_named(tmp_path: Path) -> None:
     with pytest.raises(CaptureError, match=r"camera left: OpenCV cannot open .*none.avi"):
         Live(rig(str(tmp_path / "none.avi")))
@@ -148,11 +178,13 @@ def test_a_camera_that_cannot_be_opened_is_named(tmp_path: Path) -> None:
 
 
 def test_cameras_are_closed_however_the_block_ends() -> None:
-    clock = FakeClock()
-    video = FakeVideo(clock)
-    with pytest.raises(ZeroDivisionError), Live(rig(video), clock=clock):
-        video.count = -1000  # so that it waits no longer
-        clock.advance(0.1)
+    class Endless(FakeVideo):
+        def grab(self) -> bool:
+            time.sleep(0.001)
+            return True
+
+    video = Endless(FakeClock())
+    with pytest.raises(ZeroDivisionError), Live(rig(video)):
         _ = 1 / 0
     assert video.closed
 

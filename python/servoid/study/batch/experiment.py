@@ -1,0 +1,48 @@
+"""What is tried in a batch: a pure function from a case to what came of it."""
+
+import hashlib
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Generic, TypeVar
+
+import msgspec
+
+from servoid.errors import StudyError
+
+CaseT = TypeVar("CaseT", bound=msgspec.Struct)
+RowT = TypeVar("RowT", bound=msgspec.Struct)
+
+
+@dataclass(frozen=True)
+class Experiment(Generic[CaseT, RowT]):
+    """A kind of trial.
+
+    `run` is a function at the top of a module. Its case holds all that matters, the seed too, so
+    that the same case gives the same row on any machine, in any order. Cases and rows are frozen
+    msgspec structs of numbers, texts, truth values, and lists or structs of these. `version` goes
+    up when the same case no longer gives the same row: older results are not taken for new ones.
+    """
+
+    name: str
+    run: Callable[[CaseT], RowT]
+    case: type[CaseT]
+    row: type[RowT]
+    version: int = 1
+
+    def __post_init__(self) -> None:
+        """Check that other processes can find the function.
+
+        Raises:
+            StudyError: it stands inside another function.
+
+        """
+        if "<" in self.run.__qualname__:
+            raise StudyError(
+                f"the experiment '{self.name}' runs {self.run.__qualname__}, which no other "
+                "process can find; define it at the top of a module"
+            )
+
+    def key(self, case: CaseT) -> str:
+        """Return a name for a case that no other case of any experiment has."""
+        content = msgspec.json.encode([self.name, self.version, msgspec.to_builtins(case)])
+        return hashlib.sha256(content).hexdigest()[:24]

@@ -46,6 +46,10 @@ class TrackingSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown
     seed: Annotated[NotNegative | None, Meta(description="of the tracker's searches")] = None
     population: Annotated[Count | None, Meta(description="hypotheses a generation")] = None
     generations: Annotated[Count | None, Meta(description="generations an image")] = None
+    surface: Annotated[
+        bool | None,
+        Meta(description="use the look of the surface; a plain, glossy object is better without"),
+    ] = None
 
     def __post_init__(self) -> None:
         """Check what hangs together, before a run that would find it out late.
@@ -62,7 +66,8 @@ class TrackingSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown
 
     def options(self) -> dict[str, Any]:
         """Return what was set, as the tracker's maker takes it."""
-        values = {name: getattr(self, name) for name in ("seed", "population", "generations")}
+        names = ("seed", "population", "generations", "surface")
+        values = {name: getattr(self, name) for name in names}
         return {name: value for name, value in values.items() if value is not None}
 
 

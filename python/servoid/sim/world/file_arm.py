@@ -18,7 +18,7 @@ _ENDLESS = 2.0 * math.pi  # how far a joint without limits may turn to each side
 _REACH = 0.1  # of the post that carries the head, in m
 
 
-def build_file_arm(settings: ArmSettings, eyes: EyeLimits) -> Robot:
+def build_file_arm(settings: ArmSettings, eyes: EyeLimits, lag_s: float) -> Robot:
     """Build the arm of a file: its turning joints from the base to the mount are driven.
 
     Other joints, as those of fingers, are fixed, and the file's own actuators are left out.
@@ -34,7 +34,7 @@ def build_file_arm(settings: ArmSettings, eyes: EyeLimits) -> Robot:
     mount, place = _mount(spec, model, settings)
     joints = _chain(spec, mount, settings.name)
     home = _home(model, [joint.name for joint in joints])
-    drives = tuple(_drive(model.joint(joint.name), settings) for joint in joints)
+    drives = tuple(_drive(model.joint(joint.name), settings, lag_s) for joint in joints)
     _strip(spec, {joint.name for joint in joints})
     looks = file_things(_compiled(spec, settings.name))
     row = compose(place, unit_row(settings.mount_from_hand))
@@ -117,7 +117,7 @@ def _home(model: Any, joints: list[str]) -> tuple[float, ...]:
     return tuple(float(angles[model.joint(name).qposadr[0]]) for name in joints)
 
 
-def _drive(joint: Any, settings: ArmSettings) -> Drive:
+def _drive(joint: Any, settings: ArmSettings, lag_s: float) -> Drive:
     lower, upper = joint.range if joint.limited else (-_ENDLESS, _ENDLESS)
     bounded = bool(joint.actfrclimited[0]) if hasattr(joint, "actfrclimited") else False
     return Drive(
@@ -127,7 +127,7 @@ def _drive(joint: Any, settings: ArmSettings) -> Drive:
         speed=settings.speed,
         acceleration=settings.acceleration,
         torque=float(joint.actfrcrange[1]) if bounded else math.inf,
-        lag_s=settings.lag_s,
+        lag_s=lag_s,
     )
 
 

@@ -1,0 +1,1 @@
+"""The paper's experiments, redone, with its findings beside ours."""

@@ -9,9 +9,9 @@ from servoid.study.design import Done, Results
 from servoid.study.findings import Finding, Section, Table, Verdict
 from servoid.study.paper.sensitivity import BASE, SENSITIVITY, SensitivitySettings, changes
 from servoid.study.paper.sensitivity_plot import Effect, draw_tornado
+from servoid.study.paper.servoing_rows import constants_table, failures, period
 from servoid.study.paper.servoing_settings import Constants, constants
 from servoid.study.paper.servoing_swing import Interval, interval
-from servoid.study.paper.servoing_telling import failures
 from servoid.study.paper.servoing_trial import ServoingRow
 
 Take = Callable[[ServoingRow], float]
@@ -57,9 +57,9 @@ def sensitivity_sections(
         {name: [Effect(_titled(one), one.values) for one in found[name]] for name in MEASURES},
         {name: (middles[name].mean, _between(base, take)) for name, take in MEASURES.items()},
         folder / "sensitivity.png",
-        "What the paper's method at T = 10 s does when one constant is changed, the greatest "
-        "effects "
-        "above. The grey band holds 95 % of single runs that differ by their seed alone.",
+        f"What the paper's method at {period(settings.omega)} does when one constant is changed, "
+        "the greatest effects above. The grey band holds 95 % of single runs that differ by their "
+        "seed alone.",
     )
     return [
         Section(
@@ -67,7 +67,10 @@ def sensitivity_sections(
             words=_words(settings, found, middles, len(base)) + failures(_done(results)),
             findings=_findings(found),
             pictures=(picture,),
-            tables=tuple(_table(name, found[name], middles[name]) for name in MEASURES),
+            tables=(
+                *(_table(name, found[name], middles[name]) for name in MEASURES),
+                constants_table(given),
+            ),
         )
     ]
 
@@ -119,12 +122,9 @@ def _words(
     tried = sum(len(one.values) for one in found[LAG])
     return (
         "Each constant that the paper leaves out is halved and doubled, or replaced by what else "
-        "it "
-        f"may be, alone: {tried} changes of {len(found[LAG])} constants, {settings.seeds} run "
-        "each, "
-        f"beside {count} runs with all as assumed. Those lag {middles[LAG].written(2)} degrees, "
-        "and "
-        f"their z spreads by {middles[SPREAD].written(2)} mm.",
+        f"it may be, alone: {tried} changes of {len(found[LAG])} constants, {settings.seeds} run "
+        f"each, beside {count} runs with all as assumed. Those lag {middles[LAG].written(2)} "
+        f"degrees, and their z spreads by {middles[SPREAD].written(2)} mm.",
     )
 
 
@@ -134,8 +134,7 @@ def _findings(found: dict[str, list[Changed]]) -> tuple[Finding, ...]:
         Finding(
             before="Gains, search and cameras are not given.",
             ours=f"The hand's lag depends on {lag}; the spread of z on {spread}. What other "
-            "constants "
-            "do is not more than what the seed does.",
+            "constants do is not more than what the seed does.",
             verdict=Verdict.PARTLY,
             why="The trends hold for any of these values; the curves of the paper cannot be "
             "redrawn without them.",

@@ -13,7 +13,12 @@ from servoid.study.paper.servoing_unknown import UNKNOWN, UnknownCase
 
 Count = Annotated[int, Meta(ge=1)]
 
-SLOW, FAST, PRINTED = "T = 30 s", "T = 10 s", "T = 10 s, printed start"
+SLOW, FAST = "the paper's method, slow", "the paper's method, fast"
+PRINTED = "the paper's method, fast, printed start"
+REGION, SEARCH = "region term, not points", "population x 4, 4 generations an image"
+FORWARD, BEST_NAME = "+ feed-forward", "+ joints by QP"
+SURFACE = "the same with the surface term"
+
 _TRACKER = Method(judge=Judge.SERVOID)
 _FILTERED = msgspec.structs.replace(_TRACKER, filtered=True)
 _FORWARD = msgspec.structs.replace(_FILTERED, feed_forward=True)
@@ -36,7 +41,8 @@ ALONE = (
     Cure(name="eyes parallel, not verging", verging=False),
     Cure(name="population x 4", times_population=4),
     Cure(name="4 generations an image", times_generations=4),
-    Cure(name="region term, not points", method=Method(judge=Judge.REGION)),
+    Cure(name=SEARCH, times_population=4, times_generations=4),
+    Cure(name=REGION, method=Method(judge=Judge.REGION)),
 )
 ADDED = (
     Cure(
@@ -47,12 +53,9 @@ ADDED = (
     ),
     Cure(name="servoid's tracker", method=_TRACKER),
     Cure(name="+ filter, delay compensated", method=_FILTERED),
-    Cure(name="+ feed-forward", method=_FORWARD),
-    Cure(name="+ joints by QP", method=BEST),
-    Cure(
-        name="the same with the surface term",
-        method=msgspec.structs.replace(BEST, surface=True),
-    ),
+    Cure(name=FORWARD, method=_FORWARD),
+    Cure(name=BEST_NAME, method=BEST),
+    Cure(name=SURFACE, method=msgspec.structs.replace(BEST, surface=True)),
 )
 
 
@@ -98,14 +101,14 @@ class ServoingSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown
 def quick_servoing() -> ServoingSettings:
     """Return settings of a study that takes seconds and shows only that everything works."""
     return ServoingSettings(
-        omegas=(2.5, 5.0),
+        omegas=(2.0, 4.0),
         seeds=1,
         periods=(1, 1),
         settle_s=0.5,
         printed_seeds=1,
         cure_seeds=1,
         cure_settle_s=0.5,
-        constants=with_constant(Constants(), "eyes.size_px", (160, 120)),
+        constants=with_constant(Constants(), "scene.amplitude", 0.02),
         unknown=UnknownSettings(objects=(), plain_objects=()),
     )
 

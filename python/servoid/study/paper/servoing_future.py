@@ -1,5 +1,6 @@
 """What came of the future work that the paper names: several ellipsoids, and all six freedoms."""
 
+import math
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
@@ -8,8 +9,8 @@ from servoid.study.findings import Finding, Section, Table, Verdict
 from servoid.study.paper.servoing import SEVERAL, SEVERAL_BEST, SIX_BEST, ServoingSettings
 from servoid.study.paper.servoing_followed import Followed
 from servoid.study.paper.servoing_plots import Column, draw_courses
+from servoid.study.paper.servoing_rows import failures, over, period, response_table, rows_of
 from servoid.study.paper.servoing_swing import Interval, interval
-from servoid.study.paper.servoing_telling import failures, over, response_table, rows_of
 from servoid.study.paper.servoing_unknown import UNKNOWN, UnknownRow
 
 _SMALL_LAG_DEG = 3.0
@@ -50,14 +51,13 @@ def future_sections(settings: ServoingSettings, results: Results, folder: Path) 
     pictures = ()
     if found:
         columns = [
-            Column(f"{kind.replace('_', ' ')}, nothing given", rows[0].followed.courses, 0.0)
+            Column(f"{kind.replace('_', ' ')}, nothing given", rows[0].followed.courses)
             for kind, rows in (found[0], found[-1])
         ]
         caption = (
-            "Servoing at T = 10 s to objects of which nothing was given but their mask in the "
-            "first "
-            "left image. A constant offset of the hand is that of its goal: the truth is where the "
-            "body was when it was modelled."
+            f"Servoing at {period(settings.omegas[1])} to objects of which nothing was given but "
+            "their mask in the first left image. A constant offset of the hand is that of its "
+            "goal: the truth is where the body was when it was modelled."
         )
         pictures = (draw_courses(columns, folder / "servoing_unknown.png", caption),)
     return [
@@ -80,20 +80,19 @@ def unknown_rows(results: Results, kind: str) -> list[UnknownRow]:
 def _words(settings: ServoingSettings, found: Sequence[tuple[str, _Rows]]) -> tuple[str, ...]:
     if not found:
         return ()
-    asked = settings.unknown
+    asked, away = settings.unknown, math.dist(settings.constants.scene.goal, (0.0, 0.0, 0.0))
     words = [
-        "The hand looks at the object, looks around it, models it with up to "
-        f"{asked.ellipsoids} ellipsoids, and follows it in six degrees of freedom with servoid's "
-        "own "
-        f"method, on images of {asked.size_px[0]} x {asked.size_px[1]} px.",
-        "Amplitude and lag are of the swing; the offset is constant. It comes from the turn of the "
-        "hand about the object, which a plain object hardly shows: at 545 mm a degree is 9.5 mm.",
+        f"The hand looks at the object, looks around it, models it with up to {asked.ellipsoids} "
+        "ellipsoids, and follows it in six degrees of freedom with servoid's own method, on "
+        f"images of {asked.size_px[0]} x {asked.size_px[1]} px.",
+        "Amplitude and lag are of the swing; the offset is constant. A degree by which the "
+        f"recognised turn is off moves the goal, {1e3 * away:.0f} mm from the object, by "
+        f"{1e3 * math.radians(away):.1f} mm.",
     ]
     if asked.plain_objects:
         words.append(
             f"Objects of one colour ({', '.join(asked.plain_objects)}) are followed by their "
-            "outlines "
-            "alone: the surface term holds on to highlights and shadows, which do not move along."
+            "outlines alone, since the surface term has nothing to hold on to."
         )
     return tuple(words)
 
@@ -111,27 +110,27 @@ def _findings(
                 before="Servoing with several ellipsoids is future work.",
                 ours="With the body of two ellipsoids given, the paper's method follows with "
                 f"{lags[0].written(1)} degrees of lag and {spreads[0].written(1)} mm of spread in "
-                "z, "
-                f"servoid's with {lags[1].written(2)} degrees and {spreads[1].written(2)} mm.",
+                f"z, servoid's with {lags[1].written(2)} degrees and {spreads[1].written(2)} mm.",
                 verdict=Verdict.BEYOND,
                 why="Both fitness terms take any number of ellipsoids.",
             )
         )
     patterned = [row for kind, rows in found if kind in settings.unknown.objects for row in rows]
     if patterned:
+        most = max(row.ellipsoids for row in patterned)
         worst = max(abs(row.followed.hand_lag_deg) for row in patterned)
         spread = interval([1e3 * row.followed.seen_spread[2] for row in patterned])
         turn = interval([row.hand_turn_deg for row in patterned])
         findings.append(
             Finding(
                 before="Place alone is sought; orientation and shape are given.",
-                ours=f"With nothing given, {len(patterned)} runs to patterned objects of several "
-                f"ellipsoids lag or lead by {worst:.2f} degrees at most; z spreads by "
-                f"{spread.written(2)} mm and the hand is turned off by {turn.written(2)} degrees.",
+                ours="With nothing given, the hand lags or leads patterned objects of up to "
+                f"{most} ellipsoids by {worst:.2f} degrees at most in {len(patterned)} runs; z "
+                f"spreads by {spread.written(2)} mm and the hand is turned off by "
+                f"{turn.written(2)} degrees.",
                 verdict=Verdict.BEYOND if worst <= _SMALL_LAG_DEG else Verdict.PARTLY,
                 why="The pattern that was learned while looking around tells z and turns far "
-                "better "
-                "than outlines do.",
+                "better than outlines do.",
             )
         )
     return tuple(findings)

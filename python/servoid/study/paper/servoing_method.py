@@ -163,9 +163,7 @@ class ToldTracker:
             self._tracker.start(time_s, world_from_camera, images, world_from_object, masks)
         )
 
-    def step(
-        self, time_s: float, world_from_camera: Sequence[Pose], images: Images
-    ) -> Estimate:
+    def step(self, time_s: float, world_from_camera: Sequence[Pose], images: Images) -> Estimate:
         """Find the object in the next observation."""
         return self._told(self._tracker.step(time_s, world_from_camera, images))
 

@@ -23,11 +23,17 @@ _AXES = "xyz"
 
 @dataclass(frozen=True)
 class Column:
-    """A column of panels: its heading, the courses of one run, and from when on it is measured."""
+    """A column of panels: its heading, the courses of one run, and how long they are shown."""
 
     heading: str
     courses: Courses
-    settle_s: float
+    until_s: float | None = None
+
+    @property
+    def last_s(self) -> float:
+        """Return the last second that is shown."""
+        last_s = self.courses.seconds[-1]
+        return last_s if self.until_s is None else min(last_s, self.until_s)
 
 
 def draw_courses(columns: Sequence[Column], file: Path, caption: str) -> Picture:
@@ -58,7 +64,7 @@ def draw_courses(columns: Sequence[Column], file: Path, caption: str) -> Picture
                 axes.set_title(one.heading, loc="left", color=INK, fontsize=11)
             else:
                 axes.set_ylim(-across, across)
-            axes.set_xlim(times[0], times[-1])
+            axes.set_xlim(0.0, one.last_s)
             dress(axes)
         panels[-1, place].set_xlabel("seconds since the object moves", color=INK, fontsize=10)
     for row, axis in enumerate(_AXES):
@@ -111,9 +117,9 @@ def draw_cures(bars: Sequence[Bar], file: Path, caption: str) -> Picture:
     panels = figure.subplots(1, 3, sharey=True)
     heights = -np.array([index + 0.7 * one.group for index, one in enumerate(bars)])
     kinds = (
-        ("spread of the recognised z [mm]", [one.z_spread for one in bars]),
-        ("spread of the recognised x [mm]", [one.x_spread for one in bars]),
-        ("phase lag of the hand [deg]", [one.lag for one in bars]),
+        ("recognised z:\nspread [mm]", [one.z_spread for one in bars]),
+        ("recognised x:\nspread [mm]", [one.x_spread for one in bars]),
+        ("hand:\nphase lag [deg]", [one.lag for one in bars]),
     )
     for axes, (title, values) in zip(panels, kinds, strict=True):
         means = [value.mean for value in values]
@@ -121,7 +127,10 @@ def draw_cures(bars: Sequence[Bar], file: Path, caption: str) -> Picture:
         axes.axvline(means[0], color=QUIET_INK, linewidth=0.9, linestyle="--")
         axes.errorbar(means, heights, xerr=halves, fmt="o", color=_HAND, capsize=3, markersize=5)
         axes.set_title(title, loc="left", color=INK, fontsize=10)
-        axes.set_xlim(left=min(0.0, *(np.subtract(means, halves) * 1.1)))
+        most = float(np.max(np.add(means, halves)))
+        axes.set_xlim(
+            min(0.0, float(np.min(np.subtract(means, halves))) - 0.05 * most), 1.05 * most
+        )
         axes.axvline(0.0, color="#aaaaaa", linewidth=0.8)
         dress(axes)
         axes.grid(axis="x", color="#e6e6e6", linewidth=0.8)

@@ -15,7 +15,13 @@ from servoid.sim.world.settings import PhysicsSettings
 from servoid.study.batch import Experiment
 from servoid.study.meeting import first_look
 from servoid.study.paper.servoing_followed import Followed, Track, followed
-from servoid.study.paper.servoing_method import Method, body_of, make_follower, servo_settings
+from servoid.study.paper.servoing_method import (
+    Judge,
+    Method,
+    body_of,
+    make_follower,
+    servo_settings,
+)
 from servoid.study.paper.servoing_settings import Constants, Place, Triple
 
 _ELLIPSOID = "ellipsoid"
@@ -67,8 +73,7 @@ def run_servoing(case: ServoingCase) -> ServoingRow:
 
     """
     world = World(world_settings(case))
-    course = _followed(case, world)
-    return _row(case, course)
+    return _row(case, _followed(case, world))
 
 
 def world_settings(case: ServoingCase) -> WorldSettings:
@@ -163,14 +168,15 @@ def _row(case: ServoingCase, course: _Course) -> ServoingRow:
     """Measure a run."""
     ticks, looks = np.array(course.ticks), np.array(course.looks)
     looks = looks[(looks[:, 0] >= 0.0) & (looks[:, 0] <= ticks[-1, 0])]
-    times = looks[:, 0]
-    hand = np.stack([np.interp(times, ticks[:, 0], column) for column in ticks[:, 1:].T], axis=1)
-    track = Track(times=times, target=looks[:, 1:4], seen=looks[:, 4:7], hand=hand)
+    seconds = looks[:, 0]
+    times = 1 if case.method.judge is Judge.SERVOID else case.constants.search.generations
+    hand = np.stack([np.interp(seconds, ticks[:, 0], column) for column in ticks[:, 1:].T], axis=1)
+    track = Track(times=seconds, target=looks[:, 1:4], seen=looks[:, 4:7], hand=hand)
     return ServoingRow(
         followed=followed(track, case.omega, case.settle_s, case.periods),
-        seen_turn_deg=float(np.sqrt(np.mean(looks[times >= case.settle_s, 7] ** 2))),
+        seen_turn_deg=float(np.sqrt(np.mean(looks[seconds >= case.settle_s, 7] ** 2))),
         held_share=course.held / len(ticks),
-        scored=course.scored / len(looks),
+        scored=course.scored * times / len(course.looks),
     )
 
 

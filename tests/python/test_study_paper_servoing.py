@@ -214,13 +214,14 @@ def test_the_constants_that_matter_come_first(tmp_path: Path) -> None:
     (work,) = sensitivity_work(settings, Constants())
     results = {SENSITIVITY.name: [Done(case, row_of(case)) for case in work.cases]}
     (section,) = sensitivity_sections(settings, Constants(), results, tmp_path)
-    lag, spread = section.tables
+    lag, spread, listed = section.tables
     assert spread.rows[0][0] == "search.population"
     assert spread.rows[0][4] == "yes"
     assert {cells[4] for cells in lag.rows} == {"no"}
     assert "the spread of z on population" in section.findings[0].ours
     assert section.pictures[0].file.is_file()
     assert work.cases[0].name == BASE
+    assert len(listed.rows) == len(constants(Constants()))
 
 
 def test_the_quick_study_runs_and_is_told(tmp_path: Path) -> None:

@@ -116,7 +116,8 @@ def quick_servoing() -> ServoingSettings:
 def servoing_work(settings: ServoingSettings) -> list[Work]:
     """Return the runs: the paper's, its cures, and those of objects of which nothing is given."""
     cases = [*_paper_cases(settings), *_cure_cases(settings), *_several_cases(settings)]
-    return [Work(SERVOING, cases), Work(UNKNOWN, _unknown_cases(settings))]
+    unknown = _unknown_cases(settings)
+    return [Work(SERVOING, cases), *([Work(UNKNOWN, unknown)] if unknown else [])]
 
 
 def _paper_cases(settings: ServoingSettings) -> list[ServoingCase]:

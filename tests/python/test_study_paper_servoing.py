@@ -18,7 +18,7 @@ from servoid.study.paper.sensitivity_telling import sensitivity_sections
 from servoid.study.paper.servoing import (
     FAST,
     FORWARD,
-    PRINTED,
+    OTHER,
     SLOW,
     ServoingSettings,
     quick_servoing,
@@ -203,9 +203,9 @@ def test_what_is_told_follows_from_the_rows(tmp_path: Path) -> None:
 
 
 def test_runs_that_failed_are_left_out_and_said(tmp_path: Path) -> None:
-    paper = told(ServoingSettings(), tmp_path, failing=PRINTED)[0]
+    paper = told(ServoingSettings(), tmp_path, failing=OTHER)[0]
     assert any("runs failed and are left out: no image came" in words for words in paper.words)
-    assert PRINTED not in [cells[0] for cells in paper.tables[0].rows]
+    assert OTHER not in [cells[0] for cells in paper.tables[0].rows]
     assert told(ServoingSettings(), tmp_path, failing=FAST)[0].heading.startswith("The future")
 
 

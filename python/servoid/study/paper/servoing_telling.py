@@ -7,12 +7,13 @@ from pathlib import Path
 
 from servoid.study.design import Results
 from servoid.study.findings import Finding, Section, Verdict
-from servoid.study.paper.servoing import FAST, PRINTED, SLOW, ServoingSettings
+from servoid.study.paper.servoing import FAST, OTHER, SLOW, ServoingSettings
 from servoid.study.paper.servoing_cures import cure_section
 from servoid.study.paper.servoing_followed import Followed
 from servoid.study.paper.servoing_future import future_sections
 from servoid.study.paper.servoing_plots import Column, draw_courses
 from servoid.study.paper.servoing_rows import failures, over, period, response_table, rows_of
+from servoid.study.paper.servoing_settings import Place
 from servoid.study.paper.servoing_swing import Interval
 from servoid.study.paper.servoing_trial import SERVOING, ServoingRow
 
@@ -65,7 +66,7 @@ def _paper_section(settings: ServoingSettings, results: Results, folder: Path) -
         "y down, z away from the hand). The hand is counted from where it should be at the start. "
         "y and z have a scale of their own.",
     )
-    names = [name for name in (SLOW, FAST, PRINTED) if rows_of(results, name)]
+    names = [name for name in (SLOW, FAST, OTHER) if rows_of(results, name)]
     return Section(
         heading="Section 5.3, Figs. 10 and 11: servoing to one ellipsoid",
         words=_words(settings, results, slow, fast),
@@ -97,12 +98,14 @@ def _words(
         f"its result {1e3 * latency_s:g} ms later, which is {ages[0]:.1f} degrees of phase of the "
         f"slow and {ages[1]:.1f} of the fast motion.",
     ]
-    if printed := rows_of(results, PRINTED):
-        lags = [over(rows, lambda row: row.hand_lag_deg) for rows in (printed, fast.rows)]
+    if other := rows_of(results, OTHER):
+        lags = [over(rows, lambda row: row.hand_lag_deg) for rows in (other, fast.rows)]
+        text = scene.place is Place.TEXT
         words.append(
             "The paper contradicts itself about the start: its matrix puts the object beside "
-            "where its text wants it. With the printed start the hand first takes its place, and "
-            f"then lags {lags[0].written(1)} degrees instead of {lags[1].written(1)}."
+            f"where its text wants it. Here the {'text' if text else 'matrix'} holds; with the "
+            f"{'matrix' if text else 'text'} the hand lags {lags[0].written(1)} degrees instead of "
+            f"{lags[1].written(1)}."
         )
     if held > 0.0:
         words.append(f"The hand was held for up to {100.0 * held:.0f} % of a run.")

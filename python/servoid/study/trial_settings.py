@@ -55,6 +55,10 @@ class TrackingSettings(_Settings, frozen=True, kw_only=True, forbid_unknown_fiel
     seed: Annotated[NotNegative | None, Meta(description="of the tracker's searches")] = None
     population: Annotated[Count | None, Meta(description="hypotheses a generation")] = None
     generations: Annotated[Count | None, Meta(description="generations an image")] = None
+    surface: Annotated[
+        bool | None,
+        Meta(description="use the look of the surface; a plain, glossy object is better without"),
+    ] = None
 
     def __post_init__(self) -> None:
         """Check each value, and what hangs together, before a run that would find it out late.
@@ -72,7 +76,8 @@ class TrackingSettings(_Settings, frozen=True, kw_only=True, forbid_unknown_fiel
 
     def options(self) -> dict[str, Any]:
         """Return what was set, as the tracker's maker takes it."""
-        values = {name: getattr(self, name) for name in ("seed", "population", "generations")}
+        names = ("seed", "population", "generations", "surface")
+        values = {name: getattr(self, name) for name in names}
         return {name: value for name, value in values.items() if value is not None}
 
 

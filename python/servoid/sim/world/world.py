@@ -19,8 +19,8 @@ from servoid.sim.world.objects import SPIN_AXES, make_object
 from servoid.sim.world.overview import overview_from
 from servoid.sim.world.paths import Path, parse_path
 from servoid.sim.world.room import make_room
-from servoid.sim.world.settings import WorldSettings, checked
-from servoid.sim.world.shutter import Scene, Shutter
+from servoid.sim.world.settings import WorldSettings
+from servoid.sim.world.shutter import NAMES, Scene, Shutter
 from servoid.sim.world.sim_arm import SimArm
 from servoid.sim.world.stages import Drawer, Shot
 from servoid.sim.world.things import BOARD, OBJECT, Box, Finish, Thing
@@ -48,7 +48,7 @@ class World:
             MissingExtraError: MuJoCo is not installed.
 
         """
-        self.settings = settings = checked(settings or WorldSettings())
+        self.settings = settings = settings or WorldSettings()
         self._steps = round(settings.physics.period_s / settings.physics.step_s)
         path = path or parse_path(settings.object.path)
         things = [*make_object(settings.object.name), *_board(settings)]
@@ -77,6 +77,11 @@ class World:
     def cameras(self) -> tuple[Camera, ...]:
         """Return the ideal pinhole cameras of the source."""
         return self.source.cameras
+
+    @property
+    def camera_names(self) -> tuple[str, ...]:
+        """Return what the source calls its cameras."""
+        return NAMES
 
     @property
     def spin_axis(self) -> tuple[float, float, float] | None:

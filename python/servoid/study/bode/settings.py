@@ -5,7 +5,7 @@ from typing import Annotated
 import msgspec
 from msgspec import Meta
 
-from servoid.errors import ServoError
+from servoid.errors import StudyError
 
 Line = Annotated[int, Meta(ge=1)]
 NotNegative = Annotated[float, Meta(ge=0)]
@@ -44,19 +44,19 @@ class ResponseSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown
         """Check that frequencies do not meet.
 
         Raises:
-            ServoError: a line is in both lists, twice in one, or is not there to tell a lag.
+            StudyError: a line is in both lists, twice in one, or is not there to tell a lag.
 
         """
         lines = (*self.sideways_lines, *self.depth_lines)
         twice = sorted({line for line in lines if lines.count(line) > 1})
         if twice or not self.sideways_lines or not self.depth_lines:
-            raise ServoError(
+            raise StudyError(
                 f"sideways_lines are {list(self.sideways_lines)} and depth_lines "
                 f"{list(self.depth_lines)}; give each of them one line or more, and none twice"
             )
         known = [line * self.base_hz for line in self.sideways_lines]
         if min(abs(hz - self.lag_hz) for hz in known) > 1e-9:
-            raise ServoError(
+            raise StudyError(
                 f"lag_hz is {self.lag_hz:g}; choose one of "
                 f"{', '.join(f'{hz:g}' for hz in known)}, which sideways_lines ask for"
             )

@@ -9,7 +9,7 @@ from servoid.study.bode.response import RESPONSE
 from servoid.study.bode.settings import BodeSettings
 from servoid.study.bode.telling_margins import tell_margins
 from servoid.study.bode.telling_responses import tell_responses
-from servoid.study.design import Done, Results
+from servoid.study.design import Results
 from servoid.study.findings import Section
 
 
@@ -22,22 +22,7 @@ def tell(settings: BodeSettings, results: Results, folder: Path) -> Sequence[Sec
     """
     make_folder(folder)
     responses, margins = results.get(RESPONSE.name, ()), results.get(MARGIN.name, ())
-    sections = [
+    return [
         *tell_responses(settings.response, responses, folder),
         *tell_margins(settings.margin, margins, folder),
-    ]
-    return [*sections, *_failures([*responses, *margins])]
-
-
-def _failures(done: Sequence[Done]) -> list[Section]:
-    """Say which trials failed, if any."""
-    failed = [one for one in done if one.row is None]
-    if not failed:
-        return []
-    reasons = dict.fromkeys(one.failure for one in failed)
-    return [
-        Section(
-            "What failed",
-            (f"{len(failed)} of {len(done)} trials failed and are left out.", *reasons),
-        )
     ]

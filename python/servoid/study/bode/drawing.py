@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from servoid.servo.arm import Floats
-from servoid.study.bode.spread import Bode
+from servoid.study.bode.spread import Bode, in_short
 from servoid.view.axes import DISTINCT, dress, new_figure, png
 from servoid.view.page import INK, QUIET_INK
 
@@ -83,9 +83,9 @@ def _name_axes(above: "Axes", below: "Axes") -> None:
 
 @dataclass(frozen=True, eq=False)
 class MarginMap:
-    """Values (latencies, rates) to be drawn; NaN is beyond all that was tried.
+    """Values (latencies, rates) to be drawn; inf is beyond all that was tried, NaN not known.
 
-    `scale` is what they are multiplied by for `unit`, and `beyond` how NaN is written.
+    `scale` is what they are multiplied by for `unit`, and `beyond` how inf is written.
     """
 
     title: str
@@ -121,10 +121,13 @@ def maps_png(
 def _draw_map(axes: "Axes", one: MarginMap, top: float) -> None:
     values = one.scale * one.values
     # Ratios matter more than differences, and both ends should be told apart.
-    shades = np.log1p(np.nan_to_num(values, nan=top)) / np.log1p(max(top, 1e-9))
+    bounded = np.where(np.isinf(values), top, values)
+    shades = np.log1p(bounded) / np.log1p(max(top, 1e-9))
     axes.imshow(shades, cmap="cividis", vmin=0.0, vmax=1.0, origin="lower", aspect="auto")
     for (row, column), value in np.ndenumerate(values):
-        text = one.beyond if np.isnan(value) else f"{value:.3g}"
+        if np.isnan(value):
+            continue
+        text = one.beyond if np.isinf(value) else in_short(value)
         color = "white" if shades[row, column] < _DARK else "#111111"
         axes.text(column, row, text, ha="center", va="center", color=color, fontsize=10)
     axes.set_title(f"{one.title} [{one.unit}]", loc="left", color=INK, fontsize=10.5)

@@ -21,10 +21,10 @@ from servoid.track import Follower
 
 GOAL_FROM_OBJECT = Pose.from_parts([0.0, -0.09, 0.545], [1.0, 0.0, 0.0, 0.0])
 
-GAINS = (1.0 / 16.0, 256.0)
+GAINS = (0.5, 256.0)
 """The least and the greatest factor on the hand's gains that is tried."""
 
-DELAYS_S = (0.0025, 0.64)
+DELAYS_S = (0.005, 0.64)
 """The least and the greatest unknown delay that is tried."""
 
 _STEP = 1e-5  # m: so small that no limit is reached

@@ -130,3 +130,8 @@ class Spread:
             for value in (self.middle, self.low, self.high)
         )
         return middle if low == high else f"{middle} ({low} to {high})"
+
+
+def in_short(value: float) -> str:
+    """Return a number of 1 or more with two digits or more."""
+    return f"{value:.0f}" if value >= 10.0 else f"{value:.1f}"

@@ -12,6 +12,7 @@ from servoid.study.bode.drawing import MarginMap, maps_png
 from servoid.study.bode.margin import DELAYS_S, GAINS, SERVOID, MarginCase, MarginRow
 from servoid.study.bode.planning import MAPS
 from servoid.study.bode.settings import MarginSettings
+from servoid.study.bode.spread import in_short
 from servoid.study.bode.tables import write_margins
 from servoid.study.design import Done
 from servoid.study.findings import Picture, Section, Table
@@ -144,7 +145,7 @@ def _draw(settings: MarginSettings, maps: dict[str, Floats], file: Path) -> Pict
             if seeks == "delay"
             else f"{name}: factor on gains",
             unit="ms" if seeks == "delay" else "times",
-            values=np.where(np.isinf(maps[name]), np.nan, maps[name]),
+            values=maps[name],
             scale=1e3 if seeks == "delay" else 1.0,
             beyond=f"> {1e3 * DELAYS_S[1]:g}" if seeks == "delay" else f"> {GAINS[1]:g}",
         )
@@ -171,4 +172,4 @@ def _range(values: Sequence[float] | Floats, tried: float) -> str:
 def _gain(value: float) -> str:
     if np.isnan(value):
         return "not known"
-    return "any" if np.isinf(value) else f"{value:.2g}"
+    return "any" if np.isinf(value) else in_short(value)

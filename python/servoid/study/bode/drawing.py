@@ -83,7 +83,7 @@ def _name_axes(above: "Axes", below: "Axes") -> None:
 
 @dataclass(frozen=True, eq=False)
 class MarginMap:
-    """Values (latencies, rates) to be drawn; inf is beyond all that was tried, NaN not known.
+    """Values (latencies, rates) in a unit to be drawn; inf is beyond all that was tried, NaN not known.
 
     `scale` is what they are multiplied by for `unit`, and `beyond` how inf is written.
     """
@@ -100,7 +100,7 @@ def maps_png(
 ) -> bytes:
     """Return a PNG file with a map for each, two in a row, values written into them."""
     rows = (len(maps) + 1) // 2
-    figure = new_figure(_WIDE_IN, 3.3 * rows + 0.4)
+    figure = new_figure(_WIDE_IN, 3.1 * rows + 0.4)
     figure.suptitle(title, x=0.02, ha="left", color=INK, fontsize=12)
     panels = list(figure.subplots(rows, 2, squeeze=False).flat)
     tops: dict[str, float] = {}
@@ -130,6 +130,6 @@ def _draw_map(axes: "Axes", one: MarginMap, top: float) -> None:
         text = one.beyond if np.isinf(value) else in_short(value)
         color = "white" if shades[row, column] < _DARK else "#111111"
         axes.text(column, row, text, ha="center", va="center", color=color, fontsize=10)
-    axes.set_title(f"{one.title} [{one.unit}]", loc="left", color=INK, fontsize=10.5)
+    axes.set_title(one.title, loc="left", color=INK, fontsize=10.5)
     axes.tick_params(colors=QUIET_INK, labelcolor=INK, labelsize=10, length=0)
     axes.spines[:].set_visible(False)

@@ -57,6 +57,7 @@ class Loop(msgspec.Struct, frozen=True, kw_only=True):
 SERVOID = Loop()
 FIXED_EYES = Loop(eyes_follow=False)
 NO_FEED_FORWARD = Loop(feed_forward=False)
+NO_PREDICTION = Loop(feed_forward=False, predicts=False)
 PAPER = Loop(stamped=False, paper=True, feed_forward=False, predicts=False, eyes_follow=False)
 
 

@@ -6,6 +6,7 @@ from servoid.study.bode.margin import (
     FIXED_EYES,
     MARGIN,
     NO_FEED_FORWARD,
+    NO_PREDICTION,
     PAPER,
     SERVOID,
     Loop,
@@ -27,6 +28,7 @@ MAPS: dict[str, tuple[Loop, str]] = {
     "servoid, eyes follow": (SERVOID, "delay"),
     "servoid, fixed eyes": (FIXED_EYES, "delay"),
     "no feed-forward, eyes follow": (NO_FEED_FORWARD, "delay"),
+    "neither feed-forward nor prediction": (NO_PREDICTION, "delay"),
     "the paper's law, no time stamps": (PAPER, "gain"),
 }
 """Loops and what is sought of them at each latency and rate, by what they are called."""

@@ -71,7 +71,6 @@ class MarginSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
     ] = (0.0, 0.04, 0.08, 0.12, 0.2)
     rates_hz: Annotated[tuple[Positive, ...], Meta(description="poses each second")] = (
         10.0,
-        20.0,
         30.0,
         60.0,
         120.0,

@@ -19,6 +19,7 @@ from servoid.study.findings import Picture, Section, Table
 
 Kept = Sequence[tuple[MarginCase, MarginRow]]
 
+_SOUGHT = {"delay": "unknown delay that it bears [ms]", "gain": "factor on its gains that it bears"}
 _PAPER = "the paper's law, no time stamps"
 
 
@@ -141,9 +142,7 @@ def _gain_table(settings: MarginSettings, edges: Floats) -> Table:
 def _draw(settings: MarginSettings, maps: dict[str, Floats], file: Path) -> Picture:
     shown = [
         MarginMap(
-            title=f"{name}: unknown delay borne"
-            if seeks == "delay"
-            else f"{name}: factor on gains",
+            title=f"{name}\n{_SOUGHT[seeks]}",
             unit="ms" if seeks == "delay" else "times",
             values=maps[name],
             scale=1e3 if seeks == "delay" else 1.0,
@@ -155,7 +154,7 @@ def _draw(settings: MarginSettings, maps: dict[str, Floats], file: Path) -> Pict
     write_whole(file, maps_png(title, settings.latencies_s, settings.rates_hz, shown))
     return Picture(
         file,
-        "Delay that time stamps do not know of (three loops with time stamps), and factor on the "
+        "Delay that time stamps do not know of (four loops with time stamps), and factor on the "
         "hand's gains (a loop without), at which stability ends, by latency and rate.",
     )
 

@@ -83,7 +83,7 @@ def _name_axes(above: "Axes", below: "Axes") -> None:
 
 @dataclass(frozen=True, eq=False)
 class MarginMap:
-    """Values (latencies, rates) in a unit to be drawn; inf is beyond all that was tried, NaN not known.
+    """Values (latencies, rates) to be drawn; inf is beyond all that was tried, NaN not known.
 
     `scale` is what they are multiplied by for `unit`, and `beyond` how inf is written.
     """

@@ -76,7 +76,7 @@ def draw_panels(panels: Sequence[Panel], scale: Scale) -> bytes:
     for axes in grid[len(panels) :]:
         axes.set_visible(False)
     if scale.log:
-        grid[0].set_yscale("log")
+        _set_log(grid[0])
     grid[0].set_ylim(scale.low, scale.high)
     for place in range(0, len(panels), _COLUMNS):
         grid[place].set_ylabel(scale.title, color=INK, fontsize=10)
@@ -116,15 +116,7 @@ def _draw_panel(axes: "Axes", panel: Panel) -> None:
     unit = f" [{panel.factor.unit}]" if panel.factor.unit else ""
     axes.set_title(f"{panel.factor.title}{unit}", loc="left", color=INK, fontsize=10.5)
     if panel.note:
-        paper = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.0}
-        axes.text(
-            *(0.04, 0.09),
-            panel.note,
-            transform=axes.transAxes,
-            color=QUIET_INK,
-            fontsize=9.5,
-            bbox=paper,
-        )
+        axes.set_xlabel(panel.note, color=QUIET_INK, fontsize=9.5, loc="left", labelpad=1.0)
     if panel.has_names:
         axes.set_xlim(-0.5, len(values) - 0.5)
         axes.set_xticks(range(len(values)), [written(value) for value in values])
@@ -155,6 +147,16 @@ def _draw_curve(
         axes.vlines(places, low, high, color=curve.color, linewidth=1.6)
     elif curve.style == "-":
         axes.fill_between(places, low, high, color=curve.color, alpha=0.16, linewidth=0)
+
+
+def _set_log(axes: "Axes") -> None:
+    """Make the vertical axis logarithmic, its ticks plain numbers."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
+
+    axes.set_yscale("log")
+    axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axes.yaxis.set_minor_locator(NullLocator())
+    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
 
 
 def _set_ticks(axes: "Axes", panel: Panel) -> None:

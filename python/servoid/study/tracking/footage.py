@@ -27,7 +27,7 @@ _CARD = Finish(color=(0.45, 0.36, 0.27))
 _CLEAR = 0.01  # metres between the board and what it hides
 _BESIDE = 0.05  # metres that it reaches beyond an object that it hides whole
 _OUT_OF_SIGHT = (1.0, 0.0, 0.0, 0.0, 0.0, 0.0, -50.0)
-_ROOMS = 8  # as many seeds are kept in memory
+_ROOMS = 2  # kept in memory, some 60 MB each
 
 Images = tuple[Image, ...]
 

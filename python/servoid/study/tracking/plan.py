@@ -45,14 +45,15 @@ class Plan:
         return list(self.factors)
 
     def cases(self) -> list[TrackCase]:
-        """Return all cases; those that share a scene follow each other."""
+        """Return all cases; those that share a room follow each other, and so those of a scene."""
         found: list[TrackCase] = []
         for series in (self.ours, self.paper, self.thorough, *self.other_eyes):
             found += cases_around(series.centers, self.factors_of(series))
         by_scene: dict[Scene, dict[TrackCase, None]] = {}
         for case in found:
             by_scene.setdefault(case.scene, {})[case] = None
-        return [case for cases in by_scene.values() for case in cases]
+        scenes = sorted(by_scene, key=lambda scene: scene.seed)
+        return [case for scene in scenes for case in by_scene[scene]]
 
 
 def plan_tracking(settings: TrackStudySettings) -> list[Work]:

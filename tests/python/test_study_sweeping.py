@@ -4,6 +4,7 @@ import msgspec
 import pytest
 
 from servoid.study.design import Done
+from servoid.study.modelling import ModelStudySettings
 from servoid.study.sweeping import (
     Factor,
     Series,
@@ -18,6 +19,12 @@ from servoid.study.sweeping import (
     varied,
 )
 from servoid.study.sweeping.panels import Scale
+from servoid.study.tracking import TrackStudySettings
+
+NOTHING = "\n".join(
+    f"{name} = []"
+    for name in ("views", "ellipsoids", "edge_px", "flipped", "holes", "place_mm", "turn_deg")
+)
 
 
 class Kind(Enum):
@@ -121,3 +128,25 @@ def test_each_point_of_a_picture_has_its_line_of_numbers() -> None:
     assert lines[0] == "factor,unit,value,series,variant,worth,seeds_low,seeds_high"
     assert '"size",mm,2,ours,"",2.1,2,2.2' in lines
     assert len(lines) == 1 + 3 + 2 + 2
+
+
+@pytest.mark.parametrize(
+    ("kind", "text", "says"),
+    [
+        (
+            TrackStudySettings,
+            '[center]\nobject = "teapot"',
+            r"'teapot'; choose.*bottle.*center",
+        ),
+        (TrackStudySettings, '[sweep]\nobject = ["teapot"]', r"'teapot'; choose.*sweep"),
+        (ModelStudySettings, 'objects = ["teapot"]', r"'teapot'; choose one of bird"),
+        (ModelStudySettings, "[sweep]\n" + NOTHING, r"nothing is varied; .* views, .*sweep"),
+        (ModelStudySettings, "[sweep]\nviews = [1]", r">= 2 .*sweep.views"),
+        (TrackStudySettings, "[sweep]\nway_mm = [0.0]", r"> 0.0 .*sweep.way_mm"),
+    ],
+)
+def test_settings_that_cannot_be_are_told_with_their_place(
+    kind: type[msgspec.Struct], text: str, says: str
+) -> None:
+    with pytest.raises(msgspec.ValidationError, match=says):
+        msgspec.toml.decode(text, type=kind)

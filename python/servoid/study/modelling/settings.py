@@ -5,6 +5,8 @@ from typing import Annotated
 from msgspec import Meta, Struct
 
 from servoid.study.modelling.cases import Count, NotNegative, Share, Views
+from servoid.study.modelling.designs import DESIGNS
+from servoid.study.sweeping import check_names, check_varied
 
 
 class CenterSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -36,12 +38,22 @@ class SweepSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
         0.1, 0.2, 0.5, 1.0, 2.0,
     )  # fmt: skip
 
+    def __post_init__(self) -> None:
+        """Check that something is varied.
+
+        Raises:
+            ValueError: nothing is.
+
+        """
+        check_varied(self)
+
 
 class ModelStudySettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """How modelling is studied."""
 
     objects: Annotated[
-        tuple[str, ...], Meta(description="the sample's bird, and shipped objects")
+        tuple[str, ...],
+        Meta(min_length=1, description="the sample's bird, and shipped objects"),
     ] = ("bird", "bottle", "drill", "mug")
     seeds: Annotated[
         int, Meta(ge=1, description="trials a case: where views begin, noise and searches")
@@ -52,6 +64,15 @@ class ModelStudySettings(Struct, frozen=True, kw_only=True, forbid_unknown_field
     )
     center: CenterSettings = CenterSettings()
     sweep: SweepSettings = SweepSettings()
+
+    def __post_init__(self) -> None:
+        """Check that there are such objects.
+
+        Raises:
+            ValueError: there is no such object.
+
+        """
+        check_names(self.objects, DESIGNS)
 
 
 QUICK = ModelStudySettings(

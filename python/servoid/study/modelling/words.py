@@ -17,12 +17,9 @@ _LOSS = 0.02  # of an IoU below the centre's: still close to it
 
 def center_words(plan: Plan, sweep: Trials) -> list[str]:
     """Say how good bodies are in the centre, object by object."""
-    if not plan.factors:
-        return []
     case, parts = plan.series[0].centers[0], []
     for one in plan.series:
-        place = (plan.factors[0], one.center(plan.factors[0]))
-        held, seen = sweep.spread(one, place, volume), sweep.spread(one, place, outline)
+        held, seen = sweep.at_center(one, volume), sweep.at_center(one, outline)
         if held is not None and seen is not None:
             parts.append(f"{one.name} {held.middle:.2f} and {seen.middle:.2f}")
     return [

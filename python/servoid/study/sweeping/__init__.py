@@ -1,5 +1,6 @@
 """Sweeps: one factor is varied at a time, around a case in the centre, over several seeds."""
 
+from servoid.study.sweeping.checks import check_names, check_varied
 from servoid.study.sweeping.factor import Factor, Value, cases_around, varied
 from servoid.study.sweeping.panels import Curve, Panel, Scale, draw_panels, panels_csv, written
 from servoid.study.sweeping.reach import at, highest, holding, known, lowest
@@ -19,6 +20,8 @@ __all__ = [
     "at",
     "band_words",
     "cases_around",
+    "check_names",
+    "check_varied",
     "confidence",
     "draw_panels",
     "failure_words",

@@ -14,8 +14,6 @@ from servoid.study.sweeping.spread import Spread, spread_of
 CaseT = TypeVar("CaseT", bound=msgspec.Struct)
 RowT = TypeVar("RowT", bound=msgspec.Struct)
 
-Metric = Callable[[RowT], float | None]
-
 
 @dataclass(frozen=True)
 class Series(Generic[CaseT]):
@@ -54,6 +52,13 @@ class Sweep(Generic[CaseT, RowT]):
         """Return what came of a series with a factor at a value, of each seed that was run."""
         cases = [varied(center, factor.key, value) for center in series.centers]
         return [self._rows[case] for case in cases if case in self._rows]
+
+    def at_center(
+        self, series: Series[CaseT], metric: Callable[[RowT], float | None]
+    ) -> Spread | None:
+        """Return how a figure of the cases in the centre is spread over the seeds."""
+        known = [self._rows[case] for case in series.centers if case in self._rows]
+        return spread_of(metric(row) for row in known)
 
     def spread(
         self,

@@ -103,7 +103,7 @@ def error_panels(plan: Plan, sweep: Trials, percent: float) -> list[Panel]:
 def _panel(plan: Plan, sweep: Trials, factor: Factor, metric: Metric) -> Panel:
     more: Sequence[Curve] = ()
     note = ""
-    if factor.key == WAY:
+    if factor.key == WAY and plan.thorough is not None:
         more = [sweep.curve(plan.thorough, factor, metric)]
         note = f"dashed: {plan.thorough.centers[0].generations} generations"
     if factor.key == BASELINE:

@@ -24,15 +24,21 @@ class Plan:
     """What is varied, and the series of cases around which it is.
 
     `ours` and `paper` are the trackers in the centre. `thorough` is servoid's with as many
-    generations as the sweep knows, and meets other ways; `other_eyes` are both trackers with eyes
-    that look otherwise, and meet other baselines.
+    generations as the sweep knows, if these are more than the centre's, and meets other ways;
+    `other_eyes` are both trackers with eyes that look otherwise, and meet other baselines.
     """
 
     factors: tuple[Factor, ...]
     ours: Series[TrackCase]
     paper: Series[TrackCase]
-    thorough: Series[TrackCase]
+    thorough: Series[TrackCase] | None
     other_eyes: tuple[Series[TrackCase], Series[TrackCase]]
+
+    @property
+    def series(self) -> list[Series[TrackCase]]:
+        """Return all series."""
+        thorough = [] if self.thorough is None else [self.thorough]
+        return [self.ours, self.paper, *thorough, *self.other_eyes]
 
     def factors_of(self, series: Series[TrackCase]) -> list[Factor]:
         """Return the factors that are varied in a series."""
@@ -47,7 +53,7 @@ class Plan:
     def cases(self) -> list[TrackCase]:
         """Return all cases; those that share a room follow each other, and so those of a scene."""
         found: list[TrackCase] = []
-        for series in (self.ours, self.paper, self.thorough, *self.other_eyes):
+        for series in self.series:
             found += cases_around(series.centers, self.factors_of(series))
         by_scene: dict[Scene, dict[TrackCase, None]] = {}
         for case in found:
@@ -65,13 +71,14 @@ def layout(settings: TrackStudySettings) -> Plan:
     """Return what the settings vary, and around what."""
     ours = Series("servoid", DISTINCT[0], _centers(settings, Method.REGION))
     paper = Series("the paper's 1-step GA", DISTINCT[1], _centers(settings, Method.PAPER))
-    most = max((*settings.sweep.generations, ours.centers[0].generations))
+    own = ours.centers[0].generations
+    most = max((*settings.sweep.generations, own))
     eyes = next(one for one in Eyes if one is not settings.center.eyes)
     return Plan(
         factors=factors_of(settings),
         ours=ours,
         paper=paper,
-        thorough=_dashed(ours, GENERATIONS, most),
+        thorough=_dashed(ours, GENERATIONS, most) if most > own else None,
         other_eyes=(_dashed(ours, "scene.eyes", eyes), _dashed(paper, "scene.eyes", eyes)),
     )
 

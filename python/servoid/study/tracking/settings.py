@@ -4,6 +4,8 @@ from typing import Annotated
 
 from msgspec import Meta, Struct
 
+from servoid.sim.world.objects import OBJECTS
+from servoid.study.sweeping import check_names, check_varied
 from servoid.study.tracking.cases import Count, Eyes, NotNegative, Positive, Share
 
 
@@ -30,6 +32,15 @@ class CenterSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     ] = 0.0
     baseline_mm: Annotated[Positive, Meta(description="from eye to eye")] = 120.0
     eyes: Annotated[Eyes, Meta(description="verged or parallel")] = Eyes.VERGED
+
+    def __post_init__(self) -> None:
+        """Check that there is such an object.
+
+        Raises:
+            ValueError: there is none.
+
+        """
+        check_names([self.object], OBJECTS)
 
 
 class SweepSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -58,6 +69,16 @@ class SweepSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     object: Annotated[tuple[str, ...], Meta(description="shipped objects")] = (
         "mug", "drill", "two_ellipsoids",
     )  # fmt: skip
+
+    def __post_init__(self) -> None:
+        """Check that something is varied, and that there are such objects.
+
+        Raises:
+            ValueError: nothing is, or there is no such object.
+
+        """
+        check_varied(self)
+        check_names(self.object, OBJECTS)
 
 
 class TrackStudySettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

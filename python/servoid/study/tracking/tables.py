@@ -41,9 +41,8 @@ def limits(plan: Plan, panels: Sequence[Panel]) -> Table:
 def every_figure(plan: Plan, sweep: Trials, near: float) -> Table:
     """Return one table of all factors, values and figures."""
     rows: list[tuple[str, ...]] = []
-    series = (plan.ours, plan.paper, plan.thorough, *plan.other_eyes)
     for factor in plan.factors:
-        for one in series:
+        for one in plan.series:
             if factor in plan.factors_of(one):
                 rows += [
                     (named(factor), written(value).replace("\n", " "), _who(one, plan), *cells)

@@ -23,14 +23,11 @@ _GROWTH = 1.25  # of an error; less is no matter
 
 def center_words(plan: Plan, sweep: Trials, near: float) -> list[str]:
     """Say how both trackers do in the centre."""
-    if not plan.factors:
-        return []
     said = []
     for series in (plan.ours, plan.paper):
-        at_center = (plan.factors[0], series.center(plan.factors[0]))
-        share = sweep.spread(series, at_center, lambda row: success(row, near))
-        place = sweep.spread(series, at_center, of_tracked(position, 50.0))
-        angle = sweep.spread(series, at_center, of_tracked(turn, 50.0))
+        share = sweep.at_center(series, lambda row: success(row, near))
+        place = sweep.at_center(series, of_tracked(position, 50.0))
+        angle = sweep.at_center(series, of_tracked(turn, 50.0))
         if share is None:
             continue
         how = f"In the centre {series.name} is right in {_percent(share.middle)} of the images"
@@ -71,7 +68,7 @@ def cost_words(plan: Plan, panels: Sequence[Panel], sweep: Trials, near: float) 
 def search_words(plan: Plan, panels: Sequence[Panel]) -> list[str]:
     """Say what more generations are worth where the object moves far between images."""
     curves = _pair(panels, WAY)
-    if curves is None:
+    if curves is None or plan.thorough is None:
         return []
     once, often = curves
     gains = [

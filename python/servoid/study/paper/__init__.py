@@ -1,1 +1,1 @@
-"""The source paper's experiments, redone."""
+"""The paper's experiments again: its fitness map, its model of two ellipsoids, its servoing."""

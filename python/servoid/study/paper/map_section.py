@@ -12,10 +12,10 @@ from servoid.study.batch import Done, Work
 from servoid.study.findings import Finding, Picture, Section, Verdict
 from servoid.study.paper.eye_pair import EyeMode
 from servoid.study.paper.fitness_map import FITNESS_MAP
+from servoid.study.paper.left_out import map_table, map_variants
 from servoid.study.paper.map_case import Fitness, MapCase, MapRow, MapTrial
 from servoid.study.paper.map_drawing import draw_map, draw_ridges
 from servoid.study.paper.map_tables import AT_SHARE, Kind, answers, seconds, widths
-from servoid.study.paper.sensitivity import map_table, map_variants
 
 _MM = 1000.0
 _QUARTER = 0.25

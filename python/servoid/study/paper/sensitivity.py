@@ -1,116 +1,118 @@
-"""Which of the numbers that the paper leaves out matter for its Figs. 8 and 9."""
+"""Which of the constants that the paper leaves out matter: each is changed alone."""
 
-from collections.abc import Sequence
+from typing import Annotated, Any
 
-from msgspec.structs import replace
+import msgspec
+from msgspec import Meta
 
-from servoid.study.batch import Done
-from servoid.study.findings import Table
-from servoid.study.paper.intervals import interval_of
-from servoid.study.paper.map_case import Fitness, MapCase, MapRow, MapTrial
-from servoid.study.paper.map_tables import AT_SHARE, Kind
-from servoid.study.paper.two_case import Procedure, TwoCase, TwoRow, TwoTrial
+from servoid.study.batch import Experiment
+from servoid.study.design import Work
+from servoid.study.paper.servoing_settings import (
+    Constants,
+    Triple,
+    constants,
+    with_constant,
+)
+from servoid.study.paper.servoing_trial import ServoingCase, ServoingRow, run_servoing
 
-_MM = 1000.0
-_AS_IT_IS = "as above"
+BASE = "as assumed"
+_FIXED = ("Eq", "Sec", "Title")  # what the paper says is not changed
 
-
-def map_variants(trial: MapTrial) -> list[tuple[str, MapTrial]]:
-    """Return the trial with one number changed at a time, and what was changed."""
-    pair = trial.pair
-    width, height = pair.size_px
-    fine = replace(pair, size_px=(2 * width, 2 * height))
-    coarse = replace(pair, size_px=(width // 2, height // 2))
-    return [
-        ("α a third", replace(trial, alpha=trial.alpha / 3.0)),
-        ("α three times", replace(trial, alpha=3.0 * trial.alpha)),
-        ("a fifth of the points", replace(trial, points=max(1, trial.points // 5))),
-        ("images half as wide", replace(trial, pair=coarse)),
-        ("images twice as wide", replace(trial, pair=fine)),
-        ("four times the noise", replace(trial, pair=replace(pair, noise=4.0 * pair.noise))),
-        ("a plain background", replace(trial, pair=replace(pair, background="plain"))),
-    ]
+# Runs to nothing of their own: the base's numbers are not those of another study's batch.
+SENSITIVITY = Experiment("paper sensitivity", run_servoing, ServoingCase, ServoingRow)
 
 
-def two_variants(trial: TwoTrial) -> list[tuple[str, TwoTrial]]:
-    """Return the trial with one number of the paper's procedure changed at a time."""
-    return [
-        ("α a third", replace(trial, alpha=trial.alpha / 3.0)),
-        ("α three times", replace(trial, alpha=3.0 * trial.alpha)),
-        ("a third of the generations", replace(trial, generations=max(1, trial.generations // 3))),
-    ]
+class SensitivitySettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Runs of the paper's method at T = 10 s; numbers are halved and doubled unless listed here."""
+
+    omega: Annotated[float, Meta(gt=0, description="of the object's motion, rad/s (Sec. 5.3)")] = (
+        0.628
+    )
+    seeds: Annotated[int, Meta(ge=1, description="runs of each change")] = 1
+    base_seeds: Annotated[int, Meta(ge=2, description="runs with all constants as assumed")] = 5
+    settle_s: Annotated[float, Meta(ge=0, description="of motion that is not measured, s")] = 2.0
+    left_out: Annotated[tuple[str, ...], Meta(description="constants that are not changed")] = (
+        "scene.rest_s",
+        "law.turn_rate_gain",
+    )
+    radii: Annotated[
+        tuple[Triple, ...],
+        Meta(description="other ellipsoids: lying along x, along z, twice as big"),
+    ] = ((0.045, 0.0225, 0.0225), (0.0225, 0.0225, 0.045), (0.045, 0.09, 0.045))
+    backgrounds: Annotated[tuple[str, ...], Meta(description="other backgrounds")] = ("cluttered",)
+    links: Annotated[tuple[str, ...], Meta(description="other link lengths")] = ("jsi",)
+    sizes_px: Annotated[
+        tuple[tuple[int, int], ...], Meta(description="other sizes of an image")
+    ] = ((160, 120), (640, 480))
 
 
-def map_table(trial: MapTrial, done: Sequence[Done]) -> Table:
-    """List the ridges along z for each changed number."""
-    rows = []
-    for words, changed in [(_AS_IT_IS, trial), *map_variants(trial)]:
-        for name, found in _by_object(changed, done).items():
-            kind = Kind(name, found[0][0].eyes, [row for _, row in found])
-            widths = (kind.width(one) for one in (Fitness.POINTS, Fitness.SURFACE, Fitness.FULL))
-            sigma = kind.sigma(Fitness.FULL)
-            rows.append(
-                (
-                    words,
-                    name.replace("_", " "),
-                    *("" if width is None else f"{_MM * width.mean:.1f}" for width in widths),
-                    "" if sigma is None else f"{_MM * AT_SHARE * sigma.mean:.2f}",
-                )
-            )
-    return Table(
-        headings=(
-            "changed", "object", "points", "surface", "region and surface", "likelihood",
-        ),
-        rows=rows,
-        caption="Ridges along z in mm at 90 % of the peak, of the first pair, where one assumed "
-        "number is changed.",
-    )  # fmt: skip
+class Change(msgspec.Struct, frozen=True, kw_only=True):
+    """One constant with another value."""
+
+    constant: str
+    value: Any
+    written: str
+
+    @property
+    def name(self) -> str:
+        """Return what the runs of this change are called."""
+        return f"{self.constant} = {self.written}"
 
 
-def two_table(trial: TwoTrial, done: Sequence[Done]) -> Table:
-    """List the errors of the paper's procedure for each changed number, by the same seeds."""
-    variants = two_variants(trial)
-    seeds = {one.case.seed for one in done if one.case.trial == variants[0][1]}
-    rows = []
-    for words, changed in [(_AS_IT_IS, trial), *variants]:
-        found = [row for case, row in _paper_rows(done) if case.trial == changed]
-        if changed == trial:
-            same = _paper_rows(done)
-            found = [row for case, row in same if case.trial == trial and case.seed in seeds]
-        if found:
-            off = (interval_of([abs(row.error[axis]) for row in found]) for axis in range(3))
-            rows.append(
-                (
-                    words,
-                    str(len(found)),
-                    *(one.written(_MM) for one in off),
-                    interval_of([row.volume_iou for row in found]).written(1.0, 2),
-                    interval_of([row.silhouette_iou for row in found]).written(1.0, 2),
-                )
-            )
-    return Table(
-        headings=(
-            "changed", "trials", "error in x, mm", "in y, mm", "in z, mm", "volume IoU",
-            "silhouette IoU",
-        ),
-        rows=rows,
-        caption="The paper's procedure where one assumed number is changed.",
-    )  # fmt: skip
-
-
-def _by_object(trial: MapTrial, done: Sequence[Done]) -> dict[str, list[tuple[MapCase, MapRow]]]:
-    """Return the first pairs of a trial, by object."""
-    found: dict[str, list[tuple[MapCase, MapRow]]] = {}
-    for one in done:
-        first = one.case.seed == 0 and one.case.trial == trial
-        if one.row is not None and first and not found.get(one.case.object_name):
-            found[one.case.object_name] = [(one.case, one.row)]
+def changes(settings: SensitivitySettings, given: Constants) -> list[Change]:
+    """List the changes of all constants that the paper does not give."""
+    found = []
+    for name, _, _, source in constants(given):
+        if source.startswith(_FIXED) or name in settings.left_out:
+            continue
+        table, key = name.split(".")
+        for value in _others(settings, name, getattr(getattr(given, table), key)):
+            try:
+                with_constant(given, name, value)
+            except msgspec.ValidationError:
+                continue  # twice a share may be more than a share can be
+            found.append(Change(constant=name, value=value, written=_written(value)))
     return found
 
 
-def _paper_rows(done: Sequence[Done]) -> list[tuple[TwoCase, TwoRow]]:
-    return [
-        (one.case, one.row)
-        for one in done
-        if one.row is not None and one.case.procedure is Procedure.PAPER
+def _others(settings: SensitivitySettings, name: str, value: Any) -> tuple[Any, ...]:
+    """Return other values of a constant."""
+    listed: dict[str, tuple[Any, ...]] = {
+        "scene.radii": settings.radii,
+        "scene.background": settings.backgrounds,
+        "arm.links": settings.links,
+        "eyes.size_px": settings.sizes_px,
+    }
+    if name in listed:
+        return listed[name]
+    if isinstance(value, int):
+        return (max(1, value // 2), 2 * value)
+    return (0.5 * value, 2.0 * value)
+
+
+def _written(value: Any) -> str:
+    if isinstance(value, tuple):
+        return " x ".join(_written(part) for part in value)
+    return f"{value:g}" if isinstance(value, float) else str(value)
+
+
+def sensitivity_work(settings: SensitivitySettings, given: Constants) -> list[Work]:
+    """Return the runs, those with the constants as assumed first."""
+    cases = [_case(settings, BASE, seed, given) for seed in range(settings.base_seeds)]
+    cases += [
+        _case(settings, one.name, seed, with_constant(given, one.constant, one.value))
+        for one in changes(settings, given)
+        for seed in range(settings.seeds)
     ]
+    return [Work(SENSITIVITY, cases)]
+
+
+def _case(settings: SensitivitySettings, name: str, seed: int, given: Constants) -> ServoingCase:
+    return ServoingCase(
+        name=name,
+        seed=seed,
+        omega=settings.omega,
+        settle_s=settings.settle_s,
+        periods=1,
+        constants=given,
+    )

@@ -11,7 +11,7 @@ from msgspec import Meta
 from servoid.study.batch import Done, Work
 from servoid.study.findings import Finding, Picture, Section, Table, Verdict
 from servoid.study.paper.intervals import interval_of
-from servoid.study.paper.sensitivity import two_table, two_variants
+from servoid.study.paper.left_out import two_table, two_variants
 from servoid.study.paper.two_case import Procedure, TwoCase, TwoRow, TwoTrial
 from servoid.study.paper.two_drawing import NAMES, Shown, draw_errors, draw_models
 from servoid.study.paper.two_ellipsoids import TWO_ELLIPSOIDS, first_pair

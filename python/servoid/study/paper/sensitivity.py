@@ -56,6 +56,17 @@ class SensitivitySettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unkn
     ] = ((160, 120), (640, 480))
 
 
+def quick_sensitivity() -> SensitivitySettings:
+    """Return settings of a study that takes seconds and shows only that everything works."""
+    chosen = ("search.population", "law.position_gain")
+    return SensitivitySettings(
+        omega=4.0,
+        base_seeds=2,
+        settle_s=0.5,
+        left_out=tuple(name for name, *_ in constants(Constants()) if name not in chosen),
+    )
+
+
 class Change(msgspec.Struct, frozen=True, kw_only=True):
     """One constant with another value."""
 

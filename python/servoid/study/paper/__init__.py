@@ -1,1 +1,1 @@
-"""The paper's experiments, redone, with its findings beside ours."""
+"""The paper's experiments again: its fitness map, its model of two ellipsoids, its servoing."""

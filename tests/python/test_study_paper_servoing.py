@@ -12,6 +12,7 @@ from servoid.study.paper.sensitivity import (
     SENSITIVITY,
     SensitivitySettings,
     changes,
+    quick_sensitivity,
     sensitivity_work,
 )
 from servoid.study.paper.sensitivity_telling import sensitivity_sections
@@ -222,6 +223,15 @@ def test_the_constants_that_matter_come_first(tmp_path: Path) -> None:
     assert section.pictures[0].file.is_file()
     assert work.cases[0].name == BASE
     assert len(listed.rows) == len(constants(Constants()))
+
+
+def test_the_quick_sensitivity_runs_and_is_told(tmp_path: Path) -> None:
+    settings, given = quick_sensitivity(), quick_servoing().constants
+    (work,) = sensitivity_work(settings, given)
+    assert len(work.cases) == 6
+    results = {SENSITIVITY.name: [Done(case, run_servoing(case)) for case in work.cases]}
+    (section,) = sensitivity_sections(settings, given, results, tmp_path)
+    assert section.tables[0].rows[0][0] == "law.position_gain"
 
 
 def test_the_quick_study_runs_and_is_told(tmp_path: Path) -> None:

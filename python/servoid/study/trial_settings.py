@@ -64,7 +64,7 @@ class TrackingSettings(_Settings, frozen=True, kw_only=True, forbid_unknown_fiel
         """Check each value, and what hangs together, before a run that would find it out late.
 
         Raises:
-            ServoError: a value cannot be, or the paper's method is to have several generations.
+            ServoError: a value cannot be, or is one that the paper's method does not have.
 
         """
         super().__post_init__()
@@ -72,6 +72,11 @@ class TrackingSettings(_Settings, frozen=True, kw_only=True, forbid_unknown_fiel
             raise ServoError(
                 f"generations is {self.generations}, but the paper's method has one an image; "
                 "leave it out, or choose the method region"
+            )
+        if self.method is Method.PAPER and self.surface is not None:
+            raise ServoError(
+                "surface was given, but the paper's method does not look at the surface; leave it "
+                "out, or choose the method region"
             )
 
     def options(self) -> dict[str, Any]:

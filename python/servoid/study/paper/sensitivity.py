@@ -9,7 +9,7 @@ from servoid.study.batch import Experiment
 from servoid.study.design import Work
 from servoid.study.paper.servoing_settings import (
     Constants,
-    Triple,
+    Positive,
     constants,
     with_constant,
 )
@@ -20,6 +20,13 @@ _FIXED = ("Eq", "Sec", "Title")  # what the paper says is not changed
 
 # Runs to nothing of their own: the base's numbers are not those of another study's batch.
 SENSITIVITY = Experiment("paper sensitivity", run_servoing, ServoingCase, ServoingRow)
+
+
+class Shape(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """An ellipsoid that the paper may mean."""
+
+    name: str
+    radii: tuple[Positive, Positive, Positive]
 
 
 class SensitivitySettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -35,15 +42,29 @@ class SensitivitySettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unkn
         "scene.rest_s",
         "law.turn_rate_gain",
     )
-    radii: Annotated[
-        tuple[Triple, ...],
-        Meta(description="other ellipsoids: lying along x, along z, twice as big"),
-    ] = ((0.045, 0.0225, 0.0225), (0.0225, 0.0225, 0.045), (0.045, 0.09, 0.045))
+    shapes: Annotated[
+        tuple[Shape, ...], Meta(description="other ellipsoids of 90 and 45 mm, radii in m")
+    ] = (
+        Shape(name="long along x", radii=(0.045, 0.0225, 0.0225)),
+        Shape(name="long along z", radii=(0.0225, 0.0225, 0.045)),
+        Shape(name="twice as big", radii=(0.045, 0.09, 0.045)),
+    )
     backgrounds: Annotated[tuple[str, ...], Meta(description="other backgrounds")] = ("cluttered",)
     links: Annotated[tuple[str, ...], Meta(description="other link lengths")] = ("jsi",)
     sizes_px: Annotated[
         tuple[tuple[int, int], ...], Meta(description="other sizes of an image")
     ] = ((160, 120), (640, 480))
+
+
+def quick_sensitivity() -> SensitivitySettings:
+    """Return settings of a study that takes seconds and shows only that everything works."""
+    chosen = ("search.population", "law.position_gain")
+    return SensitivitySettings(
+        omega=4.0,
+        base_seeds=2,
+        settle_s=0.5,
+        left_out=tuple(name for name, *_ in constants(Constants()) if name not in chosen),
+    )
 
 
 class Change(msgspec.Struct, frozen=True, kw_only=True):
@@ -61,7 +82,7 @@ class Change(msgspec.Struct, frozen=True, kw_only=True):
 
 def changes(settings: SensitivitySettings, given: Constants) -> list[Change]:
     """List the changes of all constants that the paper does not give."""
-    found = []
+    found, shapes = [], {one.radii: one.name for one in settings.shapes}
     for name, _, _, source in constants(given):
         if source.startswith(_FIXED) or name in settings.left_out:
             continue
@@ -71,14 +92,15 @@ def changes(settings: SensitivitySettings, given: Constants) -> list[Change]:
                 with_constant(given, name, value)
             except msgspec.ValidationError:
                 continue  # twice a share may be more than a share can be
-            found.append(Change(constant=name, value=value, written=_written(value)))
+            written = shapes.get(value, _written(value))
+            found.append(Change(constant=name, value=value, written=written))
     return found
 
 
 def _others(settings: SensitivitySettings, name: str, value: Any) -> tuple[Any, ...]:
     """Return other values of a constant."""
     listed: dict[str, tuple[Any, ...]] = {
-        "scene.radii": settings.radii,
+        "scene.radii": tuple(one.radii for one in settings.shapes),
         "scene.background": settings.backgrounds,
         "arm.links": settings.links,
         "eyes.size_px": settings.sizes_px,

@@ -102,6 +102,7 @@ class ServoingSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown
 
 def quick_servoing() -> ServoingSettings:
     """Return settings of a study that takes seconds and shows only that everything works."""
+    given = with_constant(Constants(), "scene.amplitude", 0.02)
     return ServoingSettings(
         omegas=(2.0, 4.0),
         seeds=1,
@@ -110,7 +111,7 @@ def quick_servoing() -> ServoingSettings:
         other_seeds=1,
         cure_seeds=1,
         cure_settle_s=0.5,
-        constants=with_constant(Constants(), "scene.amplitude", 0.02),
+        constants=with_constant(given, "scene.rest_s", 0.3),
         unknown=UnknownSettings(objects=(), plain_objects=()),
     )
 

@@ -135,6 +135,6 @@ def _why(results: Results) -> str:
     said = f": {', '.join(parts)}" if parts else ""
     return (
         "A better fitness needs a search that gets to its peak, and more search a fitness whose "
-        f"peak is the object's place{said}. servoid's tracker climbs to the peak along the "
-        "gradient of the region term, and scores fewer poses for it."
+        f"peak is the object's place{said}. servoid's tracker climbs to the peak from a few "
+        "poses, along the gradient of the region term."
     )

@@ -5,8 +5,10 @@ import io
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from servoid.output import write_together
 from servoid.study.findings import Picture
@@ -14,6 +16,11 @@ from servoid.study.paper.servoing_followed import Courses
 from servoid.study.paper.servoing_swing import Interval
 from servoid.view.axes import DISTINCT, dress, new_figure, png
 from servoid.view.page import INK, QUIET_INK
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+Floats = NDArray[np.float64]
 
 _HAND, _SEEN = DISTINCT[0], DISTINCT[1]
 _ROOM = 1.08
@@ -49,28 +56,21 @@ def draw_courses(columns: Sequence[Column], file: Path, caption: str) -> Picture
     panels = figure.subplots(3, len(columns), sharey="row", sharex="col", squeeze=False)
     across = max(_LEAST_MM, *(_greatest(one.courses, axis) for one in columns for axis in "yz"))
     for place, one in enumerate(columns):
-        for row, axis in enumerate(_AXES):
-            axes, courses = panels[row, place], one.courses
-            times = courses.seconds
-            lines = (
-                ("seen", _SEEN, "-", 1.1, "recognised"),
-                ("hand", _HAND, "-", 1.8, "hand"),
-                ("target", INK, "--", 1.1, "target"),
-            )
-            for what, color, style, width, label in lines:
-                values = 1000.0 * courses.along(what, axis)
-                axes.plot(times, values, style, color=color, linewidth=width, label=label)
-            if row == 0:
-                axes.set_title(one.heading, loc="left", color=INK, fontsize=11)
-            else:
+        for axes, axis in zip(panels[:, place], _AXES, strict=True):
+            _draw_along(axes, one, axis)
+            if axis != "x":
                 axes.set_ylim(-across, across)
-            axes.set_xlim(0.0, one.last_s)
-            dress(axes)
+        panels[0, place].set_title(one.heading, loc="left", color=INK, fontsize=11)
         panels[-1, place].set_xlabel("seconds since the object moves", color=INK, fontsize=10)
-    for row, axis in enumerate(_AXES):
-        panels[row, 0].set_ylabel(f"{axis} in M0 [mm]", color=INK, fontsize=10)
-    handles, labels = panels[0, 0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=3, frameon=False, fontsize=10)
+    for axes, axis in zip(panels[:, 0], _AXES, strict=True):
+        axes.set_ylabel(f"{axis} in M0 [mm]", color=INK, fontsize=10)
+    figure.legend(
+        *panels[0, 0].get_legend_handles_labels(),
+        loc="outside lower center",
+        ncols=3,
+        frameon=False,
+        fontsize=10,
+    )
     rows = [
         (one.heading, *(getattr(one.courses, name)[index] for name in Courses.__struct_fields__))
         for one in columns
@@ -80,6 +80,20 @@ def draw_courses(columns: Sequence[Column], file: Path, caption: str) -> Picture
         {file: png(figure), file.with_suffix(".csv"): table(("run", *_units(Courses)), rows)}
     )
     return Picture(file, caption)
+
+
+def _draw_along(axes: "Axes", one: Column, axis: str) -> None:
+    """Draw the three courses along an axis."""
+    lines = (
+        ("seen", _SEEN, "-", 1.1, "recognised"),
+        ("hand", _HAND, "-", 1.8, "hand"),
+        ("target", INK, "--", 1.1, "target"),
+    )
+    for what, color, style, width, label in lines:
+        values = 1000.0 * one.courses.along(what, axis)
+        axes.plot(one.courses.seconds, values, style, color=color, linewidth=width, label=label)
+    axes.set_xlim(0.0, one.last_s)
+    dress(axes)
 
 
 def _greatest(courses: Courses, axis: str) -> float:
@@ -122,29 +136,30 @@ def draw_cures(bars: Sequence[Bar], file: Path, caption: str) -> Picture:
         ("hand:\nphase lag [deg]", [one.lag for one in bars]),
     )
     for axes, (title, values) in zip(panels, kinds, strict=True):
-        means = [value.mean for value in values]
-        halves = [value.half or 0.0 for value in values]
-        axes.axvline(means[0], color=QUIET_INK, linewidth=0.9, linestyle="--")
-        axes.errorbar(means, heights, xerr=halves, fmt="o", color=_HAND, capsize=3, markersize=5)
+        _draw_intervals(axes, heights, values)
         axes.set_title(title, loc="left", color=INK, fontsize=10)
-        most = float(np.max(np.add(means, halves)))
-        axes.set_xlim(
-            min(0.0, float(np.min(np.subtract(means, halves))) - 0.05 * most), 1.05 * most
-        )
-        axes.axvline(0.0, color="#aaaaaa", linewidth=0.8)
-        dress(axes)
-        axes.grid(axis="x", color="#e6e6e6", linewidth=0.8)
     panels[0].set_yticks(heights, [one.name for one in bars])
-    rows = [
-        (
-            one.name,
-            *(part for value in (one.z_spread, one.x_spread, one.lag) for part in _pair(value)),
-        )
-        for one in bars
-    ]
+    rows = [(one.name, *_pair(one.z_spread), *_pair(one.x_spread), *_pair(one.lag)) for one in bars]
     head = ("method", *_paired("z_spread_mm"), *_paired("x_spread_mm"), *_paired("lag_deg"))
     write_together({file: png(figure), file.with_suffix(".csv"): table(head, rows)})
     return Picture(file, caption)
+
+
+def _draw_intervals(axes: "Axes", heights: Floats, values: Sequence[Interval]) -> None:
+    """Draw means and intervals at heights (N,); a dashed line marks the first mean."""
+    means = np.array([value.mean for value in values])
+    halves = np.array([value.half or 0.0 for value in values])
+    # A spread cannot be below 0, however few runs there are.
+    below = np.minimum(halves, means) if (means >= 0.0).all() else halves
+    axes.axvline(means[0], color=QUIET_INK, linewidth=0.9, linestyle="--")
+    axes.errorbar(
+        means, heights, xerr=(below, halves), fmt="o", color=_HAND, capsize=3, markersize=5
+    )
+    least, most = float((means - below).min()), float((means + halves).max())
+    axes.set_xlim(min(0.0, least - 0.05 * most), 1.05 * most)
+    axes.axvline(0.0, color="#aaaaaa", linewidth=0.8)
+    dress(axes)
+    axes.grid(axis="x", color="#e6e6e6", linewidth=0.8)
 
 
 def _paired(name: str) -> tuple[str, str]:

@@ -164,8 +164,9 @@ def _unsteady(slow: _Motion, fast: _Motion) -> Finding:
         verdict=verdict,
         why="The fitness changes little along z, so that one generation an image, led by a few "
         "points, picks places far apart along it, the more so the faster the object moves away "
-        "from the population. What lets it grow in the laboratory the paper does not say; here "
-        "each search is centred on the last answer in the world, and nothing builds up.",
+        "from the population. How far depends on the population and its reach, which are assumed. "
+        "What lets it grow with time in the laboratory the paper does not say; here each search is "
+        "centred on the last answer in the world, and nothing builds up.",
     )
 
 

@@ -7,9 +7,8 @@ import msgspec
 import numpy as np
 from msgspec import Meta
 
-from servoid.errors import ServoError
 from servoid.pose import Pose
-from servoid.servo import Controller, servo
+from servoid.servo import Controller, Tick, servo
 from servoid.sim.world import ArmSettings, CameraSettings, ObjectSettings, World, WorldSettings
 from servoid.sim.world.settings import PhysicsSettings
 from servoid.study.batch import Experiment
@@ -55,13 +54,42 @@ class ServoingRow(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
 
 
 class _Course:
-    """What happened at the moments of the images: hand, target and estimate in M0, (N, 3) each."""
+    """What happened since the object's path began: places in M0, the object's frame at its start.
 
-    def __init__(self) -> None:
+    `ticks` are seconds and where the hand was beside where it should be at the start; `looks` are
+    seconds, where the object was and was seen, and by how many degrees its turn was missed.
+    """
+
+    def __init__(self, world: World, goal_from_object: Pose) -> None:
+        self._world = world
+        self._start_from_world = world.world_from_object_at(0.0).inverse()
+        self._start_from_goal = goal_from_object.inverse()
         self.ticks: list[tuple[float, ...]] = []
         self.looks: list[tuple[float, ...]] = []
         self.held = 0
         self.scored = 0
+
+    def add(self, tick: Tick, began_s: float) -> None:
+        """Keep what is to be measured of a control period."""
+        world_from_hand = self._world.arm.world_from_hand(tick.state.positions)
+        place = (self._start_from_world @ world_from_hand).translation
+        off = np.subtract(place, self._start_from_goal.translation)
+        self.ticks.append((tick.state.time_s - began_s, *off))
+        self.held += bool(tick.command.holding)
+        if tick.instant is None or tick.estimate is None:
+            return
+        truth = self._world.world_from_object_at(tick.instant.time_s)
+        seen = tick.estimate.world_from_object
+        missed = (truth.inverse() @ seen).log()[3:]
+        self.scored += tick.estimate.evaluations
+        self.looks.append(
+            (
+                tick.instant.time_s - began_s,
+                *(self._start_from_world @ truth).translation,
+                *(self._start_from_world @ seen).translation,
+                math.degrees(float(np.linalg.norm(missed))),
+            )
+        )
 
 
 def run_servoing(case: ServoingCase) -> ServoingRow:
@@ -131,37 +159,20 @@ def _followed(case: ServoingCase, world: World) -> _Course:
     there = world.world_from_object_at(first.time_s)
     follower.start(first.time_s, first.world_from_camera, first.images, there)
     goal_from_object = Pose.from_parts(given.scene.goal, _UPRIGHT)
-    start_from_world = world.world_from_object_at(0.0).inverse()
-    start_from_goal = goal_from_object.inverse()
+    course, began_s = _Course(world, goal_from_object), math.inf
     begins_s = world.time_s + given.scene.rest_s
-    began_s, course = math.inf, _Course()
-    lasts_s = case.settle_s + case.periods * 2.0 * math.pi / case.omega
+    # The last images of what is measured arrive when it is over.
+    arrives_s = given.eyes.latency_s + 1.0 / given.eyes.rate_hz
+    lasts_s = case.settle_s + case.periods * 2.0 * math.pi / case.omega + arrives_s
     for tick in servo(world.arm, world.source, follower, controller, lambda _: goal_from_object):
-        now = tick.state.time_s
         if math.isinf(began_s) and world.time_s >= begins_s:
             world.start_path()
             began_s = world.time_s
-        since = now - began_s
-        if since > lasts_s + given.eyes.latency_s + 1.0 / given.eyes.rate_hz:
-            return course
-        if since < 0.0:
-            continue
-        hand = start_from_world @ world.arm.world_from_hand(tick.state.positions)
-        course.ticks.append((since, *np.subtract(hand.translation, start_from_goal.translation)))
-        course.held += bool(tick.command.holding)
-        if tick.instant is not None and tick.estimate is not None:
-            truth = world.world_from_object_at(tick.instant.time_s)
-            seen = tick.estimate.world_from_object
-            course.scored += tick.estimate.evaluations
-            course.looks.append(
-                (
-                    tick.instant.time_s - began_s,
-                    *(start_from_world @ truth).translation,
-                    *(start_from_world @ seen).translation,
-                    math.degrees(float(np.linalg.norm((truth.inverse() @ seen).log()[3:]))),
-                )
-            )
-    raise ServoError("the run ended early")
+        if tick.state.time_s >= began_s:
+            course.add(tick, began_s)
+        if tick.state.time_s - began_s > lasts_s:
+            break
+    return course
 
 
 def _row(case: ServoingCase, course: _Course) -> ServoingRow:

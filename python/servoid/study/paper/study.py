@@ -9,7 +9,11 @@ from servoid.study.design import Results, Study, Work
 from servoid.study.findings import Section
 from servoid.study.paper.fitness_map import FITNESS_MAP
 from servoid.study.paper.map_section import QUICK_MAP, MapSettings, map_section, map_work
-from servoid.study.paper.sensitivity import SensitivitySettings, sensitivity_work
+from servoid.study.paper.sensitivity import (
+    SensitivitySettings,
+    quick_sensitivity,
+    sensitivity_work,
+)
 from servoid.study.paper.sensitivity_telling import sensitivity_sections
 from servoid.study.paper.servoing import ServoingSettings, quick_servoing, servoing_work
 from servoid.study.paper.servoing_telling import servoing_sections
@@ -60,7 +64,7 @@ PAPER = Study(
         map=QUICK_MAP,
         two=QUICK_TWO,
         servoing=quick_servoing(),
-        sensitivity=SensitivitySettings(omega=4.0, base_seeds=2, settle_s=0.5),
+        sensitivity=quick_sensitivity(),
     ),
     plan=plan_paper,
     tell=tell_paper,

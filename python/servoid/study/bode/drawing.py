@@ -35,6 +35,7 @@ def bode_png(title: str, curves: Mapping[str, Mapping[str, Bode]]) -> bytes:
     for column, (axis, what) in enumerate(AXES.items()):
         above, below = panels[:, column]
         above.axhspan(-3.0, 3.0, color="#f0efec", linewidth=0)
+        below.axhline(0.0, color="#aaaaaa", linewidth=0.8)
         for place, (name, by_axis) in enumerate(curves.items()):
             if axis in by_axis:
                 color, style = _STYLES[place % len(_STYLES)]
@@ -74,7 +75,6 @@ def _name_axes(above: "Axes", below: "Axes") -> None:
     above.set_ylim(max(low, _FEWEST_DB), min(high, _MOST_DB))
     above.set_ylabel("gain [dB]", color=INK, fontsize=10.5)
     below.set_ylabel("phase [deg]", color=INK, fontsize=10.5)
-    below.axhline(0.0, color="#aaaaaa", linewidth=0.8)
     first, last = below.get_xlim()
     ticks = [hz for hz in _TICKS_HZ if first <= hz <= last]
     below.set_xticks(ticks, [f"{hz:g}" for hz in ticks])

@@ -2,10 +2,11 @@
 
 import math
 from collections.abc import Callable
-from typing import cast
+from typing import Annotated, cast
 
 import msgspec
 import numpy as np
+from msgspec import Meta
 from msgspec.structs import replace
 
 from servoid.pose import Pose
@@ -70,9 +71,9 @@ class MarginCase(msgspec.Struct, frozen=True, kw_only=True):
     """
 
     loop: Loop
-    latency_s: float
-    rate_hz: float
-    seeks: str
+    latency_s: Annotated[float, Meta(description="from the exposure to the arrival of a pose, s")]
+    rate_hz: Annotated[float, Meta(description="poses each second")]
+    seeks: Annotated[str, Meta(description="gain, a factor, or delay, in s")]
 
 
 class MarginRow(msgspec.Struct, frozen=True, kw_only=True):
@@ -82,8 +83,10 @@ class MarginRow(msgspec.Struct, frozen=True, kw_only=True):
     `swings_hz` is how fast it swings there, if it was found.
     """
 
-    edge: float | None
-    swings_hz: float | None
+    edge: Annotated[
+        float | None, Meta(description="where stability ends, a factor or s; null if nowhere")
+    ]
+    swings_hz: Annotated[float | None, Meta(description="frequency of the swing there, Hz")]
 
 
 def run_margin(case: MarginCase) -> MarginRow:

@@ -1,7 +1,10 @@
 """One run whose object swings with many frequencies: how recognition, eyes and hand answer."""
 
+from typing import Annotated
+
 import msgspec
 import numpy as np
+from msgspec import Meta
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
@@ -73,10 +76,12 @@ class ResponseRow(msgspec.Struct, frozen=True, kw_only=True):
     """
 
     answers: list[Answer]
-    images: int
-    joint_speed_share: float
-    joint_acceleration_share: float
-    limited_share: float
+    images: Annotated[int, Meta(description="observations that count")]
+    joint_speed_share: Annotated[float, Meta(description="of the limit, the greatest in use")]
+    joint_acceleration_share: Annotated[
+        float, Meta(description="of the limit, the greatest in use")
+    ]
+    limited_share: Annotated[float, Meta(description="of control periods, at a limit")]
 
     def answer(self, signal: str, axis: str) -> Answer | None:
         """Return the answer of a signal along an axis, None if there is none."""

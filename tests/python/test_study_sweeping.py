@@ -80,7 +80,7 @@ def test_no_case_is_tried_twice_and_the_centre_is_tried() -> None:
 
 def test_numbers_stand_in_their_order_with_the_centre_among_them() -> None:
     assert SIZE.values_with(2.0) == (1.0, 2.0, 4.0)
-    assert KIND.values_with(Kind.ROUND) == (Kind.FLAT, Kind.ROUND)
+    assert KIND.values_with(Kind.ROUND) == (Kind.ROUND, Kind.FLAT)
 
 
 def test_a_curve_is_the_median_between_the_extremes_of_the_seeds() -> None:

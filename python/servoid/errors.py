@@ -60,6 +60,10 @@ class SimError(ServoidError, ValueError):
     """Is raised for a simulated world that cannot exist."""
 
 
+class StudyError(ServoidError, ValueError):
+    """Is raised for a study whose settings, trials or workers cannot be."""
+
+
 class ExportError(ServoidError, ValueError):
     """Is raised when a body cannot be written in the way that was asked for."""
 

@@ -23,7 +23,6 @@ SMALL: dict[str, Any] = {
     "world.cameras.moments": 1,
     "servo.look.count": 2,
 }
-_ON_THE_WALL = {"track_s", "control_s"}
 
 
 def small_settings(values: dict[str, Any] | None = None) -> TrialSettings:
@@ -55,9 +54,8 @@ def rms(values: np.ndarray) -> float:
 
 
 def log_rows(path: Path) -> list[dict[str, str]]:
-    """Read the log of a run, without what the clock on the wall had its say in."""
-    rows = csv.DictReader(io.StringIO(path.read_text()))
-    return [{name: row[name] for name in row if name not in _ON_THE_WALL} for row in rows]
+    """Read the log of a run."""
+    return list(csv.DictReader(io.StringIO(path.read_text())))
 
 
 def logged(trial: ServoTrial, folder: Path) -> list[dict[str, str]]:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from servoid.errors import ServoError
-from servoid.servo import Arm
+from servoid.servo import Arm, RememberingArm
 from servoid.servo.moving import change_between
 from servoid.sim.arm_file import read_arm
 from servoid.sim.serial_arm import SerialArm
@@ -23,6 +23,7 @@ def in_a_world(turning_eyes: bool) -> Arm:
 ARMS: dict[str, Callable[[], Arm]] = {
     "serial": lambda: SerialArm(read_arm()),
     "serial with other links": lambda: SerialArm(read_arm(links="jsi"), period_s=0.002),
+    "remembered": lambda: RememberingArm(SerialArm(read_arm())),
     "in a world": lambda: in_a_world(turning_eyes=True),
     "in a world, with fixed eyes": lambda: in_a_world(turning_eyes=False),
 }

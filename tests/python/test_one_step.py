@@ -104,4 +104,7 @@ def test_settings_show_what_they_hold() -> None:
     assert not given.region
     assert OneStepSettings(region=True).region
     assert OneStepSettings(region=True).points is None
+    widths = {"mutation_rate": 0.4, "mutation_width": 0.2, "least_width": 0.1}
+    wide = OneStepSettings(**widths)
+    assert {name: getattr(wide, name) for name in widths} == widths
     assert (OneStepSettings().reach, OneStepSettings().turn) == (given.reach, given.turn)

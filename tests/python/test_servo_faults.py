@@ -246,9 +246,11 @@ def test_images_that_stop_are_all_that_is_said_to_be_wrong() -> None:
     trust = Trust(SafetySettings(), TargetFilter(TargetSettings()))
     for index in range(10):
         trust.see(None, FakeEstimate(index / 30, Pose.identity()))
-        trust.holding(index / 30)
-    assert trust.holding(0.4) == frozenset()
-    assert trust.holding(1.0) == {Reason.NO_IMAGES}
+        trust.advance(index / 30)
+    trust.advance(0.4)
+    assert trust.holding() == trust.holding() == frozenset()
+    trust.advance(1.0)
+    assert trust.holding() == {Reason.NO_IMAGES}
 
 
 def test_joint_states_that_are_no_numbers_brake_the_arm() -> None:

@@ -167,11 +167,12 @@ class Visit:
     fixation: list[float] = field(default_factory=list)
     commands: list[np.ndarray] = field(default_factory=list)
     instants: list[Instant | None] = field(default_factory=list)
+    late: bool = False
 
     def go(self, source: Blinking) -> "Visit":
         arm = self.arm
         visiting = visit(arm, source, Controller(arm), (self.goal, PLACE), SETTINGS)  # type: ignore
-        for command, instant in visiting:
+        for step in visiting:
             state = arm.state()
             self.off.append(change_between(arm.world_from_hand(state.positions), self.goal))
             self.speeds.append(
@@ -180,8 +181,9 @@ class Visit:
             eyes = arm.world_from_cameras(state.positions)
             seen = [pose.inverse().transform(PLACE[None])[0] for pose in eyes]
             self.fixation.append(max(float(np.arctan2(np.hypot(x, y), z)) for x, y, z in seen))
-            self.commands.append(command.velocities)
-            self.instants.append(instant)
+            self.commands.append(step.command.velocities)
+            self.instants.append(step.instant)
+            self.late = step.late
         self.seconds = arm.state().time_s
         return self
 
@@ -198,7 +200,7 @@ def test_a_visit_ends_at_its_goal_and_at_rest(visited: Visit) -> None:
     assert np.linalg.norm(visited.off[-1][:3]) < SETTINGS.near
     assert np.linalg.norm(visited.off[-1][3:]) < SETTINGS.near
     assert visited.speeds[-1] < SETTINGS.still
-    assert visited.seconds < SETTINGS.patience_s
+    assert visited.seconds < SETTINGS.patience_s and not visited.late
 
 
 def test_the_observation_of_a_visit_was_taken_after_the_hand_had_arrived(visited: Visit) -> None:
@@ -226,7 +228,7 @@ def test_a_visit_to_a_place_out_of_reach_ends_where_the_patience_does() -> None:
     far = Pose.from_parts((-3.0, 0.0, 0.5), (0.5, -0.5, -0.5, 0.5))
     tried = Visit(arm, far).go(Blinking(arm))
     assert tried.seconds == pytest.approx(SETTINGS.patience_s, abs=0.3)
-    assert tried.instants[-1] is not None
+    assert tried.instants[-1] is not None and tried.late
     assert np.linalg.norm(tried.off[-1][:3]) > 1.0
 
 

@@ -60,7 +60,7 @@ def shown(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Shown]:
     run = Run(cameras=SMALL)
     overview = run.world.overview((120, 90), samples=1)
     video = ServoVideo(
-        folder / "servo.mp4", run.world.cameras, ("left", "right"), 30.0, overview_px=(120, 90)
+        folder / "servo.mp4", run.world.cameras, run.world.camera_names, 30.0, overview_px=(120, 90)
     )
 
     def watch(tick: Tick, body: Body) -> None:
@@ -247,10 +247,11 @@ def test_the_columns_of_the_table_are_those_of_the_documentation(shown: Shown) -
     text = (Path(__file__).parents[2] / "docs" / "formats.md").read_text(encoding="utf-8")
     section = text.split("## The log of a servo run", 1)[1].split("\n## ", 1)[0]
     told = [
-        name.replace("JOINT", joint)
+        name.replace("JOINT", joint).replace("CAMERA", camera)
         for cell in re.findall(r"^\| (`.+?) \|", section, re.MULTILINE)
         for name in _expanded(re.findall(r"`([^`]+)`", cell))
         for joint in (shown.log.names if "JOINT" in name else ("",))
+        for camera in (shown.log.cameras if "CAMERA" in name else ("",))
     ]
     with (shown.folder / "log.csv").open(newline="") as file:
         header = next(csv.reader(file))

@@ -2,10 +2,13 @@ from pathlib import Path
 from typing import Annotated, Any, get_args, get_origin, get_type_hints
 
 import msgspec
+import numpy as np
 import pytest
+from msgspec import Meta
 from msgspec.structs import replace
 
-from servoid.errors import ServoError
+from servoid.errors import CaptureError, ServoError, SimError
+from servoid.observe import LiveSettings
 from servoid.servo import JointLaw, LookSettings, ServoSettings
 from servoid.servo.settings import HandSettings, JointSettings
 from servoid.sim.world import (
@@ -144,6 +147,54 @@ def test_a_setting_that_cannot_be_is_refused_with_what_is_allowed(
 ) -> None:
     with pytest.raises(ServoError, match=says):
         read_back(text, tmp_path)
+
+
+def bounds_of(kind: Any) -> Meta | None:
+    """Return what bounds the numbers that a field holds, if it holds one alone."""
+    metas = [part for part in get_args(kind)[1:] if isinstance(part, Meta)]
+    found = [one for one in metas if any(b is not None for b in (one.gt, one.ge, one.lt, one.le))]
+    if found:
+        return found[0]
+    inner = [bounds_of(one) for one in get_args(kind) if get_origin(one) is Annotated]
+    return next((one for one in inner if one is not None), None)
+
+
+def beyond(bounds: Meta) -> list[int]:
+    """Return numbers outside of bounds."""
+    lowest = bounds.gt if bounds.gt is not None else bounds.ge
+    highest = bounds.lt if bounds.lt is not None else bounds.le
+    below = [] if lowest is None else [int(lowest) - 1]
+    return below + ([] if highest is None else [int(highest) + 1])
+
+
+NEEDED = {"at_s": 1.0, "seconds": 1.0}
+
+
+def test_settings_made_in_python_are_held_to_their_bounds() -> None:
+    tried = 0
+    for one in dict.fromkeys([*structs_in(TrialSettings), LiveSettings]):
+        needed = {f.name: NEEDED[f.name] for f in msgspec.structs.fields(one) if f.required}
+        for name, kind in get_type_hints(one, include_extras=True).items():
+            bounds = bounds_of(kind)
+            for wrong in [] if bounds is None else [*beyond(bounds), np.nan, None, "much"]:
+                if wrong is None and type(None) in get_args(get_args(kind)[0]):
+                    continue
+                with pytest.raises((ServoError, SimError, CaptureError), match=rf"\.{name}"):
+                    one(**needed | {name: wrong})
+                tried += 1
+    assert tried > 200
+
+
+def test_settings_made_in_python_are_what_a_file_would_make_them() -> None:
+    assert type(RunSettings(seconds=3).seconds) is float
+    assert JointSettings(law="paper") == JointSettings(law=JointLaw.PAPER)  # pyright: ignore
+    assert type(RunSettings(seconds=np.float64(2.5)).seconds) is float
+    goal = RunSettings(goal=np.array([0.0, 1.0, 2.0])).goal  # pyright: ignore
+    assert goal == (0.0, 1.0, 2.0) and type(goal[0]) is float
+
+
+def test_an_object_is_wanted_where_it_is_met() -> None:
+    assert ObjectSettings().hand_from_object[4:] == RunSettings().goal
 
 
 def test_a_file_that_is_missing_or_no_text_is_refused(tmp_path: Path) -> None:

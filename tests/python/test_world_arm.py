@@ -113,6 +113,25 @@ def test_eyes_turn_as_the_protocol_says(resting: World) -> None:
         assert np.abs(camera.matrix() - wanted.matrix()).max() < 1e-12
 
 
+def test_eyes_may_be_farther_from_each_other() -> None:
+    world = make_world(arm=ArmSettings(half_baseline=0.2))
+    eyes = world.arm.eyes
+    assert eyes is not None
+    assert eyes.half_baseline == 0.2
+    left, right = world.arm.world_from_cameras(random_angles(world, 4))
+    apart = np.linalg.norm(np.subtract(left.translation, right.translation))
+    assert abs(apart - 0.4) < 1e-9
+
+
+def test_slower_servos_answer_later() -> None:
+    reached = []
+    for lag_s in (0.01, 0.04):
+        world = make_world(arm=ArmSettings(lag_s=lag_s))
+        world.arm.command(np.array([0.05, *np.zeros(9)]))
+        reached.append(float(world.arm.state().velocities[0]))
+    assert 0.0 < reached[1] < 0.5 * reached[0]
+
+
 def test_a_commanded_speed_is_reached_with_the_lag_of_the_file() -> None:
     world = make_world()
     arm = read_arm("pa10")
@@ -195,10 +214,6 @@ def test_the_object_waits_where_the_paper_has_it(resting: World) -> None:
         ({"arm": ArmSettings(links="short")}, ("'short'", "openbionics", "jsi")),
         ({"arm": ArmSettings(start=(0.1, 0.2))}, ("2 angles", "7 for the hand", "10")),
         ({"arm": ArmSettings(start=(0, 9.0, 0, 0, 0, 0, 0))}, ("s2", "9 rad", "1.5708")),
-        ({"physics": PhysicsSettings(period_s=0.003)}, ("0.003", "multiple")),
-        ({"cameras": CameraSettings(exposure_s=0.05)}, ("0.05 s", "30 Hz", "0.03333")),
-        ({"cameras": CameraSettings(rate_hz=-1.0)}, ("rate_hz", "> 0")),
-        ({"cameras": CameraSettings(samples=1, moments=3)}, ("moments", "3", "1")),
     ],
 )
 def test_what_does_not_exist_is_refused_with_what_does(
@@ -207,3 +222,19 @@ def test_what_does_not_exist_is_refused_with_what_does(
     with pytest.raises(SimError) as caught:
         make_world(**settings)
     assert [word for word in words if word not in str(caught.value)] == []
+
+
+@pytest.mark.parametrize(
+    ("kind", "values", "says"),
+    [
+        (PhysicsSettings, {"period_s": 0.003}, r"period is 0.003 s .* a multiple of the step"),
+        (CameraSettings, {"exposure_s": 0.05}, r"takes 0.05 s, but at 30 Hz there are 0.03333 s"),
+        (CameraSettings, {"rate_hz": -1.0}, r"CameraSettings.rate_hz: expected a number > 0"),
+        (CameraSettings, {"samples": 1, "moments": 3}, r"has 3 moments, but a pixel only 1 rays"),
+    ],
+)
+def test_settings_of_a_world_that_cannot_be_are_refused_when_they_are_made(
+    kind: type, values: dict[str, float], says: str
+) -> None:
+    with pytest.raises(SimError, match=says):
+        kind(**values)

@@ -75,6 +75,24 @@ def test_an_image_arrives_when_its_latency_is_over_and_never_before() -> None:
     assert len(seen) == 23
 
 
+def test_the_time_that_a_tracker_takes_delays_what_it_is_handed() -> None:
+    plain, slow = (
+        CameraSettings(size_px=(32, 24), samples=1, moments=1, compute_s=seconds)
+        for seconds in (0.0, 0.016)
+    )
+    came = []
+    for cameras in (plain, slow):
+        world, times = make_world(cameras=cameras), []
+        while len(times) < 3:
+            advance(world, 1)
+            instant = world.source.newest()
+            if instant is not None:
+                times.append(world.time_s - instant.time_s)
+        came.append(np.array(times))
+    assert came[1] - came[0] == pytest.approx(0.016, abs=0.0081)
+    assert came[1].min() >= 0.04 + 0.016 - 1e-9
+
+
 def test_observations_that_nobody_asked_for_are_dropped() -> None:
     world = make_world()
     advance(world, 100)

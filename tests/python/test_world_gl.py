@@ -7,10 +7,11 @@ pytest.importorskip("mujoco", reason="simulated worlds need mujoco")
 
 from servoid._native import Lens
 from servoid.errors import SimError
+from servoid.pose import looking
 from servoid.sim.world import CameraSettings, ObjectSettings, World, WorldSettings
 from servoid.sim.world.gl_context import make_context
 from servoid.sim.world.gl_stage import OpenGl
-from servoid.sim.world.motions import looking, row_of
+from servoid.sim.world.motions import row_of
 from servoid.sim.world.stages import Raycaster, Shot
 from servoid.sim.world.things import Box, Capsule, Cylinder, Ellipsoid, Finish, Plane, Thing
 

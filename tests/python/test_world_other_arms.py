@@ -1,3 +1,4 @@
+import re
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -6,9 +7,14 @@ import pytest
 
 pytest.importorskip("mujoco", reason="simulated worlds need mujoco")
 
+from servo_trials import position_errors, rms, small_trial
+
 from servoid.errors import SimError
 from servoid.servo import Arm
+from servoid.sim.arm_file import read_arm
 from servoid.sim.world import ArmSettings, CameraSettings, ObjectSettings, World, WorldSettings
+from servoid.sim.world.file_arm import build_file_arm
+from servoid.sim.world.things import Thing
 
 MJCF = """
 <mujoco model="six">
@@ -184,20 +190,102 @@ def test_a_file_that_is_none_or_no_arm_is_refused(tmp_path: Path) -> None:
         make_world(name=written(tmp_path, "bad.xml", "<mujoco><worldbody>"), mount="a")
 
 
-def test_an_arm_that_a_package_ships_can_be_driven() -> None:
-    found = find_spec("dm_control")
+def test_a_urdf_says_how_fast_its_joints_may_turn(tmp_path: Path) -> None:
+    path = written(tmp_path, "two.urdf", URDF.replace('velocity="2"', 'velocity="0.7"', 1))
+    assert make_world(name=path, mount="wrist").arm.joints.speed[:2] == pytest.approx((0.7, 2.0))
+    slow = make_world(name=path, mount="wrist", speed=0.5)
+    assert slow.arm.joints.speed[:2] == pytest.approx((0.5, 0.5))
+
+
+OBJ = """v 0 0 0
+v 0.1 0 0
+v 0 0.1 0
+v 0 0 0.1
+f 1 3 2
+f 1 2 4
+f 1 4 3
+f 2 3 4
+"""
+
+
+def in_a_package(folder: Path, mesh: str) -> str:
+    """Write a URDF with a mesh as ROS packages hold them: urdf and meshes side by side."""
+    for name in ("urdf", "meshes"):
+        (folder / "two_support" / name).mkdir(parents=True)
+    (folder / "two_support" / "meshes" / "arm.obj").write_text(OBJ)
+    shape = f'<mesh filename="{mesh}"/>'
+    drawn = '<visual><geometry><mesh filename="package://two_support/arm.dae"/></geometry></visual>'
+    text = URDF.replace('<box size="0.06 0.06 0.4"/>', shape)
+    text = text.replace("<collision>", f"{drawn}<collision>")
+    return written(folder / "two_support" / "urdf", "two.urdf", text)
+
+
+@pytest.mark.parametrize(
+    "mesh",
+    [
+        "package://two_support/meshes/arm.obj",
+        "package://another_name/meshes/arm.obj",
+        "../meshes/arm.obj",
+    ],
+)
+def test_the_meshes_of_a_urdf_are_found_as_ros_would(tmp_path: Path, mesh: str) -> None:
+    world = make_world(name=in_a_package(tmp_path, mesh), mount="wrist")
+    assert world.arm.joints.names[:2] == ("lift", "turn")
+
+
+def test_a_urdf_without_masses_and_solid_shapes_is_seen_and_driven(tmp_path: Path) -> None:
+    text = re.sub(r"<inertial>.*?</inertial>", "", URDF, flags=re.DOTALL)
+    path = written(tmp_path, "two.urdf", text.replace("collision>", "visual>"))
+    world = make_world(name=path, mount="wrist", lag_s=0.03)
+    for _ in range(20):
+        world.arm.command(np.array([0.1, -0.1, 0.0, 0.0, 0.0]))
+    assert world.arm.state().velocities[:2] == pytest.approx((0.1, -0.1), abs=3e-3)
+    bare = text[: text.index("<collision>")] + text[text.index("</collision>") + 12 :]
+    assert len(shapes(path)) == 1 + len(shapes(written(tmp_path, "bare.urdf", bare)))
+
+
+def shapes(path: str) -> list[Thing]:
+    """List what can be seen of a file's arm."""
+    robot = build_file_arm(ArmSettings(name=path, mount="wrist"), read_arm().eyes)
+    return list(robot.things)
+
+
+def test_a_mesh_that_is_missing_is_named(tmp_path: Path) -> None:
+    path = in_a_package(tmp_path, "package://two_support/meshes/none.stl")
+    with pytest.raises(SimError, match=r"two.urdf: the mesh package://two_.*none.stl is not there"):
+        make_world(name=path, mount="wrist")
+
+
+def shipped_iiwa() -> str:
+    """Return the URDF of KUKA's LBR iiwa 14, which the wheel of rtb-data holds."""
+    found = find_spec("rtbdata")
     if found is None or found.origin is None:
-        pytest.skip("dm_control, which ships a Kinova Jaco, is not installed")
-    path = Path(found.origin).with_name("third_party") / "kinova" / "jaco_arm.xml"
-    wanted = (0.5, -0.5, -0.5, 0.5, -0.45, 0.0, 0.5)
-    world = make_world(
-        name=str(path),
-        mount="wristsite",
-        mount_from_hand=(1, 0, 0, 0, 0, 0, 0.1),
-        world_from_hand=wanted,
-    )
+        pytest.skip("rtb-data, which ships a KUKA iiwa, is not installed")
+    folder = Path(found.origin).with_name("xacro") / "kuka_description" / "kuka_lbr_iiwa"
+    return str(folder / "urdf" / "lbr_iiwa_14_r820.urdf")
+
+
+IIWA = {
+    "mount": "tool0",
+    "mount_from_hand": (1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.1),
+    "world_from_hand": (0.5, -0.5, -0.5, 0.5, -0.7, 0.0, 0.5),
+}
+
+
+def test_an_arm_that_a_package_ships_can_be_driven() -> None:
+    world = make_world(name=shipped_iiwa(), **IIWA)
     rest(world, 30)
-    hand = world.arm.world_from_hand(world.arm.state().positions)
-    assert hand.translation == pytest.approx(wanted[4:], abs=1e-5)
+    joints, hand = world.arm.joints, world.arm.world_from_hand(world.arm.state().positions)
+    assert joints.names[:7] == tuple(f"joint_a{number}" for number in range(1, 8))
+    assert joints.speed[3] == pytest.approx(1.3089)
+    assert hand.translation == pytest.approx(IIWA["world_from_hand"][4:], abs=1e-5)
     assert world.source.newest() is not None
     assert all((mask > 0).sum() > 100 for mask in world.masks())
+
+
+def test_an_arm_that_a_package_ships_servos_to_an_object_that_it_met(tmp_path: Path) -> None:
+    arm = {f"world.arm.{key}": value for key, value in IIWA.items()}
+    arm["world.arm.name"] = shipped_iiwa()
+    trial = small_trial(tmp_path, arm)
+    assert all(row.seen.estimate.status == "tracking" for row in trial.log.rows if row.seen)
+    assert rms(position_errors(trial.log, 1.5)) < 0.005

@@ -12,7 +12,7 @@ from servoid.cli.progress import progress_bar
 from servoid.cli.servo_order import Order
 from servoid.cli.servo_summary import print_servo_summary
 from servoid.output import check_folder, write_whole
-from servoid.record import ServoVideo, read_trajectory, write_servo_log
+from servoid.record import ServoVideo, read_trajectory, write_servo_log, write_servo_times
 from servoid.servo import ServoMetrics
 from servoid.sim.world import Path as ObjectPath
 from servoid.sim.world import Recorded, World
@@ -82,7 +82,7 @@ class _Run:
                 ServoVideo(
                     self._folder / "servo.mp4",
                     world.cameras,
-                    ("left", "right"),
+                    world.camera_names,
                     rate / self._every(world),
                     overview_px=_OVERVIEW_PX,
                 )
@@ -138,8 +138,10 @@ def _report(folder: Path, trial: ServoTrial, has_video: bool) -> None:
     log, settings = trial.log, trial.settings
     text = trial_toml(settings)
     metrics = ServoMetrics.of(log, settings.run.settle_s)
-    files = {"log": folder / "log.csv", "settings": folder / "run.toml"}
+    files = {name: folder / f"{name}.csv" for name in ("log", "times")}
+    files["settings"] = folder / "run.toml"
     write_servo_log(log, files["log"])
+    write_servo_times(log, files["times"])
     write_whole(files["settings"], text.encode())
     files["body"] = folder / "body.json"
     trial.meeting.result.save(files["body"], trial.appearance)
@@ -154,7 +156,7 @@ def _report(folder: Path, trial: ServoTrial, has_video: bool) -> None:
         metrics.figures(),
         ServoPictures(trial.world.overview(_OVERVIEW_PX), [*plots, model / "contact_sheet.png"]),
         settings=text,
-        notes=trial.meeting.result.all_notes,
+        notes=trial.meeting.all_notes,
     )
     if has_video:
         files["video"] = folder / "servo.mp4"

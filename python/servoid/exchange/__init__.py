@@ -3,6 +3,6 @@
 from servoid.exchange.bop import open_bop
 from servoid.exchange.colmap import open_colmap
 from servoid.exchange.nerfstudio import open_nerfstudio
-from servoid.exchange.opening import open_any
+from servoid.exchange.opening import is_capture, open_any
 
-__all__ = ["open_any", "open_bop", "open_colmap", "open_nerfstudio"]
+__all__ = ["is_capture", "open_any", "open_bop", "open_colmap", "open_nerfstudio"]

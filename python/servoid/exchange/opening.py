@@ -43,6 +43,15 @@ def open_any(
     return open_nerfstudio(path) if kind == "nerfstudio" else open_capture(path)
 
 
+def is_capture(path: Path) -> bool:
+    """Say whether `open_any` knows what lies in a folder, without reading it."""
+    try:
+        _kind(path)
+    except CaptureError:
+        return False
+    return True
+
+
 def _kind(path: Path) -> str:
     if is_file(path):
         if path.name in _COLMAP_FILES:

@@ -10,8 +10,12 @@ from servoid.observe.capture import (
 from servoid.observe.depth import read_depth
 from servoid.observe.finding import find_object
 from servoid.observe.images import read_image, read_mask
+from servoid.observe.instants import cameras_of, read_instants, tidy_image
+from servoid.observe.live import Live, LiveCamera, LiveSettings
 from servoid.observe.opening import open_capture
 from servoid.observe.picture import Picture
+from servoid.observe.recording import Recording
+from servoid.observe.rig_file import read_rig
 from servoid.observe.segment import grow_mask
 from servoid.observe.source import Instant, Source
 from servoid.observe.stereo import StereoDepth, rough_depth, stereo_depth
@@ -37,22 +41,30 @@ __all__ = [
     "HueTarget",
     "Instant",
     "Lens",
+    "Live",
+    "LiveCamera",
+    "LiveSettings",
     "MaskTarget",
     "Observation",
     "Picture",
+    "Recording",
     "Source",
     "StereoDepth",
     "Target",
     "Undistortion",
     "View",
+    "cameras_of",
     "find_object",
     "grow_mask",
     "open_capture",
     "parse_target",
     "read_depth",
     "read_image",
+    "read_instants",
     "read_mask",
+    "read_rig",
     "rough_depth",
     "stereo_depth",
+    "tidy_image",
     "undistortion",
 ]

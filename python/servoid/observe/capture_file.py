@@ -1,8 +1,9 @@
 """What `capture.toml` and `poses.csv` may say, and how they are read."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, TypeVar
 
 import msgspec
 import numpy as np
@@ -15,22 +16,28 @@ from servoid.observe.strict import check_version, convert, line_of, read_bytes
 POSES_HEADER = ("time_s", "x", "y", "z", "qw", "qx", "qy", "qz")
 
 Row = tuple[float, float, float, float]
+FileT = TypeVar("FileT", bound=msgspec.Struct)
 
 
-class CameraEntry(msgspec.Struct, frozen=True, kw_only=True):
-    """Holds one [[camera]] table of capture.toml."""
+class LensEntry(msgspec.Struct, frozen=True, kw_only=True):
+    """Holds what a [[camera]] table says of the camera itself."""
 
     name: Annotated[str, msgspec.Meta(min_length=1)]
-    images: Annotated[str, msgspec.Meta(min_length=1)]
-    masks: Annotated[str, msgspec.Meta(min_length=1)] | None = None
-    depths: Annotated[str, msgspec.Meta(min_length=1)] | None = None
-    depth_scale_m: Annotated[float, msgspec.Meta(gt=0)] | None = None
     size_px: tuple[int, int]
     model: str
     focal_px: tuple[float, float]
     center_px: tuple[float, float]
     distortion: tuple[float, ...] = ()
     rig_from_camera: tuple[Row, Row, Row, Row]
+
+
+class CameraEntry(LensEntry, frozen=True, kw_only=True):
+    """Holds one [[camera]] table of capture.toml."""
+
+    images: Annotated[str, msgspec.Meta(min_length=1)]
+    masks: Annotated[str, msgspec.Meta(min_length=1)] | None = None
+    depths: Annotated[str, msgspec.Meta(min_length=1)] | None = None
+    depth_scale_m: Annotated[float, msgspec.Meta(gt=0)] | None = None
 
 
 class RigEntry(msgspec.Struct, frozen=True, kw_only=True):
@@ -65,6 +72,23 @@ def read_capture_file(path: Path) -> tuple[CaptureFile, tuple[MountedLens, ...]]
         PoseError: a `rig_from_camera` is no rigid motion.
 
     """
+    file, text = read_versioned(path, CaptureFile, "captures")
+    for entry in file.camera:
+        if entry.depths is not None and entry.depth_scale_m is None:
+            raise CaptureError(
+                f"{path}, camera '{entry.name}': depths needs depth_scale_m, what one unit of the "
+                "files is in metres; write depth_scale_m = 0.001 for millimetres, or 1.0 for metres"
+            )
+    return file, mounted_lenses(path, file.camera, text)
+
+
+def read_versioned(path: Path, struct: type[FileT], kind: str) -> tuple[FileT, str]:
+    """Read a TOML file of version 1, of a `kind` such as captures; return it with its text.
+
+    Raises:
+        CaptureError: the file is missing or malformed, or a key is unknown.
+
+    """
     try:
         text = read_bytes(path, CaptureError).decode("utf-8")
         data = msgspec.toml.decode(text)
@@ -72,24 +96,30 @@ def read_capture_file(path: Path) -> tuple[CaptureFile, tuple[MountedLens, ...]]
         raise CaptureError(f"{path}: the file is not UTF-8 text; save it as UTF-8") from error
     except msgspec.DecodeError as error:
         raise CaptureError(f"{path} is not valid TOML: {error}") from error
-    check_version(data, str(path), CaptureError, "captures")
-    file = convert(data, CaptureFile, str(path), CaptureError, text)
-    names = [entry.name for entry in file.camera]
+    check_version(data, str(path), CaptureError, kind)
+    return convert(data, struct, str(path), CaptureError, text), text
+
+
+def mounted_lenses(path: Path, entries: Sequence[LensEntry], text: str) -> tuple[MountedLens, ...]:
+    """Return what the [[camera]] tables of a file, whose `text` is given, say of the cameras.
+
+    Raises:
+        CaptureError: two have one name.
+        CameraError: a camera cannot exist, or its model is unknown.
+        PoseError: a `rig_from_camera` is no rigid motion.
+
+    """
+    names = [entry.name for entry in entries]
     for name in names:
         if names.count(name) > 1:
             raise CaptureError(f"{path}: two cameras are named '{name}'; give each its own name")
-    return file, tuple(
+    return tuple(
         _read_lens(entry, f"{path}, camera '{entry.name}'", line_of(text, "rig_from_camera", index))
-        for index, entry in enumerate(file.camera)
+        for index, entry in enumerate(entries)
     )
 
 
-def _read_lens(entry: CameraEntry, place: str, pose_line: int | None) -> MountedLens:
-    if entry.depths is not None and entry.depth_scale_m is None:
-        raise CaptureError(
-            f"{place}: depths needs depth_scale_m, what one unit of the files is in metres; write "
-            "depth_scale_m = 0.001 for millimetres, or 1.0 for metres"
-        )
+def _read_lens(entry: LensEntry, place: str, pose_line: int | None) -> MountedLens:
     lens = make_lens(
         place,
         model=entry.model,

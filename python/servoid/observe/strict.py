@@ -78,15 +78,25 @@ def convert(
     try:
         return msgspec.convert(data, struct)
     except msgspec.ValidationError as reason:
-        what, _, where = str(reason).partition(" - at `$")
-        path = where.rstrip("`").lstrip(".")
-        at = f"{place}, {path}" if path else place
-        what = what.replace(" | null`", "`")  # that a key may also be left out
-        for word, plain in _PLAIN_WORDS.items():
-            what = what.replace(word, plain)
-        what += _choices(struct, path) if what.startswith("Invalid enum value") else ""
-        what += "" if "got" in what else _given(data, path)
-        raise error(f"{at}: {what[:1].lower()}{what[1:]}") from reason
+        raise error(explained(reason, data, struct, place)) from reason
+
+
+def explained(reason: msgspec.ValidationError, data: Any, kind: Any, place: str) -> str:
+    """Say in plain words why `data` at a `place` is not of a `kind`, a struct or another type."""
+    what, _, where = str(reason).partition(" - at `$")
+    path = where.rstrip("`").lstrip(".")
+    at = f"{place}, {path}" if path else place
+    what = what.replace(" | null`", "`")  # that a key may also be left out
+    for word, plain in _PLAIN_WORDS.items():
+        what = what.replace(word, plain)
+    what += _choices(kind, path) if what.startswith("Invalid enum value") else ""
+    what += "" if "got" in what else _given(data, path)
+    return f"{at}: {what[:1].lower()}{what[1:]}"
+
+
+def is_finite(data: Any) -> bool:
+    """Say if no number in `data` is NaN or infinite."""
+    return next(_not_finite(data, ()), None) is None
 
 
 def check_version(data: Any, place: str, error: type[ServoidError], kind: str) -> None:
@@ -165,10 +175,9 @@ def _structs_in(kind: Any) -> Iterator[type[msgspec.Struct]]:
         yield from _structs_in(argument)
 
 
-def _choices(struct: type[msgspec.Struct], path: str) -> str:
-    """Name what can be chosen at a path such as `joints.law`."""
-    kind: Any = struct
-    for name in re.sub(r"\[[^]]*\]", "", path).split("."):
+def _choices(kind: Any, path: str) -> str:
+    """Name what can be chosen in a struct at a path such as `joints.law`, or of a kind itself."""
+    for name in re.sub(r"\[[^]]*\]", "", path).split(".") if path else []:
         inner = next(_structs_in(kind), None)
         fields = {} if inner is None else {f.encode_name: f for f in msgspec.structs.fields(inner)}
         kind = fields[name].type if name in fields else None
@@ -198,7 +207,7 @@ def _not_finite(data: Any, where: tuple[str | int, ...]) -> Iterator[tuple[str |
     elif isinstance(data, dict):
         for key, value in data.items():
             yield from _not_finite(value, (*where, key))
-    elif isinstance(data, list):
+    elif isinstance(data, (list, tuple)):
         for index, value in enumerate(data):
             yield from _not_finite(value, (*where, index))
 

@@ -2,5 +2,6 @@
 
 from servoid._native import Pose
 from servoid.errors import PoseError
+from servoid.pose.looking import looking
 
-__all__ = ["Pose", "PoseError"]
+__all__ = ["Pose", "PoseError", "looking"]

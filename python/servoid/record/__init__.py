@@ -2,7 +2,7 @@
 
 from servoid.record.looks import write_looks
 from servoid.record.overlay import Overlay
-from servoid.record.servo_log import write_servo_log
+from servoid.record.servo_log import write_servo_log, write_servo_times
 from servoid.record.servo_overlay import ServoOverlay, ServoScene
 from servoid.record.servo_video import ServoVideo
 from servoid.record.trajectory import (
@@ -28,5 +28,6 @@ __all__ = [
     "waypoints",
     "write_looks",
     "write_servo_log",
+    "write_servo_times",
     "write_trajectory",
 ]

@@ -14,47 +14,56 @@ from servoid.servo import Reason, Seen, ServoLog, ServoRow
 
 _POSE = ("w", "x", "y", "z", "tx", "ty", "tz")
 _POSES = ("hand", "goal", "object_true", "object_predicted", "object_estimated")
-_SEEN = (
-    "image",
-    "image_time_s",
-    "status",
-    "confidence",
-    "off_left_u_px",
-    "off_left_v_px",
-    "off_right_u_px",
-    "off_right_v_px",
-)
+_SEEN = ("image", "image_time_s", "status", "confidence")
 
 
 def write_servo_log(log: ServoLog, path: str | Path) -> None:
     """Write a log as CSV, one line a control period; poses are (w, x, y, z, tx, ty, tz).
 
+    Nothing in it depends on the computer: the same run gives the same bytes.
+
     Raises:
         OutputError: the file cannot be written.
 
     """
+    cameras = log.cameras
+    _write(path, _header(log.names, cameras), (_cells(row, len(cameras)) for row in log.rows))
+
+
+def write_servo_times(log: ServoLog, path: str | Path) -> None:
+    """Write as CSV how long tracker and controller took on the wall in each control period.
+
+    Raises:
+        OutputError: the file cannot be written.
+
+    """
+    header = ["time_s", "track_s", "control_s"]
+    times = ((row.time_s, row.tick.track_s, row.tick.control_s) for row in log.rows)
+    _write(path, header, ([f"{time_s:.6f}", *_numbers(spent)] for time_s, *spent in times))
+
+
+def _write(path: str | Path, header: list[str], lines: Iterable[list[str]]) -> None:
     text = io.StringIO()
     table = csv.writer(text, lineterminator="\n")
-    table.writerow(_header(log.names))
-    table.writerows(_cells(row) for row in log.rows)
+    table.writerow(header)
+    table.writerows(lines)
     write_whole(Path(path), text.getvalue().encode())
 
 
-def _header(names: tuple[str, ...]) -> list[str]:
+def _header(names: tuple[str, ...], cameras: tuple[str, ...]) -> list[str]:
     return [
         "time_s",
         *(f"{kind}_{name}" for kind in ("q", "dq", "command") for name in names),
         *(f"{name}_{part}" for name in _POSES for part in _POSE),
         *(f"gaze_{name}" for name in ("tilt", "pan_left", "pan_right")),
         *_SEEN,
+        *(f"off_{camera}_{axis}_px" for camera in cameras for axis in "uv"),
         "holding",
         "limiting",
-        "track_s",
-        "control_s",
     ]
 
 
-def _cells(row: ServoRow) -> list[str]:
+def _cells(row: ServoRow, cameras: int) -> list[str]:
     tick, seen = row.tick, row.seen
     command = tick.command
     estimate = None if seen is None else seen.estimate
@@ -67,23 +76,24 @@ def _cells(row: ServoRow) -> list[str]:
         *_numbers(command.velocities),
         *(cell for pose in poses for cell in _pose(pose)),
         *_numbers(repeat(np.nan, 3) if command.gaze is None else command.gaze),
-        *_seen(seen),
+        *_seen(seen, cameras),
         _reasons(command.holding),
         _reasons(command.limiting),
-        *_numbers((tick.track_s, tick.control_s)),
     ]
 
 
-def _seen(seen: Seen | None) -> list[str]:
+def _seen(seen: Seen | None, cameras: int) -> list[str]:
     if seen is None:
-        return [""] * len(_SEEN)
-    cells = [str(seen.instant.index), f"{seen.instant.time_s:.6f}"]
-    if seen.estimate is None:
-        cells += ["dark", ""]
-    else:
-        cells += [seen.estimate.status, *_numbers([seen.estimate.confidence])]
-    cells += _numbers(seen.off_px.ravel()[:4])
-    return cells + [""] * (len(_SEEN) - len(cells))
+        return [""] * (len(_SEEN) + 2 * cameras)
+    said = ["dark", ""]
+    if seen.estimate is not None:
+        said = [seen.estimate.status, *_numbers([seen.estimate.confidence])]
+    return [
+        str(seen.instant.index),
+        f"{seen.instant.time_s:.6f}",
+        *said,
+        *_numbers(seen.off_px.ravel()),
+    ]
 
 
 def _pose(pose: Pose | None) -> list[str]:

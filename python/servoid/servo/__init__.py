@@ -3,10 +3,11 @@
 from servoid.servo.arm import Arm, Eyes, Joints, JointState
 from servoid.servo.controller import Command, Controller
 from servoid.servo.log import Seen, ServoLog, ServoRow, off_center
-from servoid.servo.looking import Viewpoint, next_viewpoint, visit
-from servoid.servo.loop import Goal, Tick, halt, servo
+from servoid.servo.looking import Viewpoint, VisitStep, next_viewpoint, visit
+from servoid.servo.loop import Goal, Tick, brought_to_rest, halt, servo
 from servoid.servo.metrics import Hold, ServoMetrics, Spread, holds
 from servoid.servo.reach import reached
+from servoid.servo.remembering import RememberingArm
 from servoid.servo.safety import Reason
 from servoid.servo.settings import (
     GazeMode,
@@ -32,6 +33,7 @@ __all__ = [
     "Joints",
     "LookSettings",
     "Reason",
+    "RememberingArm",
     "Seen",
     "ServoLog",
     "ServoMetrics",
@@ -42,6 +44,8 @@ __all__ = [
     "TargetFilter",
     "Tick",
     "Viewpoint",
+    "VisitStep",
+    "brought_to_rest",
     "halt",
     "holds",
     "next_viewpoint",

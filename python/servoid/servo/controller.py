@@ -103,11 +103,11 @@ class Controller:
         now = self._look_at(state)
         if now is None:
             return self._stop(state)
-        holding = self._trust.holding(state.time_s)
+        holding = self._trust.holding()
         if self._target.time_s is None:
             return self._hold(now, None, holding)
         target = self._target.predict(state.time_s)
-        authority = self._trust.authority(state.time_s)
+        authority = self._trust.authority()
         if not holding and authority == 1.0:
             self._sure = Prediction(
                 state.time_s, target.world_from_object, np.zeros(6), np.zeros(6)

@@ -81,6 +81,14 @@ class ServoLog:
         self.rows.append(replace(row, tick=replace(row.tick, instant=None), seen=seen))
 
     @property
+    def cameras(self) -> tuple[str, ...]:
+        """Return the cameras' names, or else numbers, by the first observation; none before it."""
+        seen = next((row.seen for row in self.rows if row.seen is not None), None)
+        if seen is None:
+            return ()
+        return seen.instant.names or tuple(str(place) for place in range(len(seen.off_px)))
+
+    @property
     def times(self) -> Floats:
         """Return the seconds since servoing began, (T,)."""
         return np.array([row.time_s - self.start_s for row in self.rows])

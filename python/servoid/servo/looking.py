@@ -7,7 +7,7 @@ import numpy as np
 
 from servoid._native import Body
 from servoid.observe.source import Instant, Source
-from servoid.pose import Pose
+from servoid.pose import Pose, looking
 from servoid.servo.arm import Arm, Floats
 from servoid.servo.controller import Command, Controller
 from servoid.servo.moving import change_between
@@ -30,6 +30,19 @@ class Viewpoint:
     world_from_hand: Pose
     positions: Floats
     gain: float
+
+
+@dataclass(frozen=True, eq=False)
+class VisitStep:
+    """One control period of a visit.
+
+    `instant` is the observation from the place, in the last step. `late` says that the hand has not
+    arrived in the time that it has, and looks from where it is.
+    """
+
+    command: Command
+    instant: Instant | None
+    late: bool
 
 
 def next_viewpoint(
@@ -57,7 +70,7 @@ def next_viewpoint(
         if gain < settings.least_gain or (best is not None and gain <= best.gain):
             continue
         for distance in np.linspace(settings.nearest, settings.farthest, _DISTANCES):
-            goal = _facing(place, way, float(distance))
+            goal = looking(place + distance * way, place)
             joints = reached(arm, goal, positions)
             if joints is not None:
                 best = Viewpoint(goal, joints, gain)
@@ -71,13 +84,14 @@ def visit(
     controller: Controller,
     goal: tuple[Pose, Floats],
     settings: LookSettings,
-) -> Iterator[tuple[Command, Instant | None]]:
+) -> Iterator[VisitStep]:
     """Bring the hand to a pose in the world, the eyes on a point (3,), and wait for an image there.
 
     Each step is one control period; the last one has the observation, None if it took too long.
+    The hand is still moving a little at its end: `halt` brings it to rest.
     """
     world_from_goal, point = goal
-    start_s, arrived_s = arm.state().time_s, None
+    start_s, arrived_s, late = arm.state().time_s, None, False
     while True:
         state = arm.state()
         # On the way no image is asked for: a simulation need not draw them.
@@ -86,26 +100,15 @@ def visit(
         twist = arm.jacobian(state.positions) @ state.velocities
         still = bool(np.abs(twist).max() < settings.still)
         near = np.linalg.norm(off[:3]) < settings.near and np.linalg.norm(off[3:]) < settings.near
-        late = state.time_s - start_s > settings.patience_s
-        if arrived_s is None and ((near and still) or late):
-            arrived_s = state.time_s
+        over = state.time_s - start_s > settings.patience_s
+        if arrived_s is None and ((near and still) or over):
+            arrived_s, late = state.time_s, not (near and still)
         command = controller.go_to(state, world_from_goal, point)
         arm.command(command.velocities)
         fresh = arrived_s is not None and instant is not None and instant.time_s > arrived_s
-        yield command, instant if fresh else None
+        yield VisitStep(command, instant if fresh else None, late)
         if fresh or state.time_s - start_s > 2.0 * settings.patience_s:
             return
-
-
-def _facing(place: Floats, way: Floats, distance: float) -> Pose:
-    """Return the pose of a hand that looks at a place along a unit way from it, x horizontal."""
-    forward = -way
-    right = np.cross([0.0, 0.0, -1.0], forward)
-    right /= np.linalg.norm(right)
-    matrix = np.eye(4)
-    matrix[:3, :3] = np.stack([right, np.cross(forward, right), forward], axis=1)
-    matrix[:3, 3] = place + distance * way
-    return Pose(matrix)
 
 
 def _cap(toward: Floats, widest_deg: float) -> Iterator[Floats]:

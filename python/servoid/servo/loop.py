@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 from servoid.observe.source import Instant, Source
@@ -36,7 +37,7 @@ def servo(
 
     `goal` gives the desired relation `goal_from_object` at a time of the arm's clock, or None for a
     hand that rests. The tracker must have started. When the caller leaves the loop, the arm is
-    still moving at the speeds of the last command; `halt` brings it to rest.
+    still moving at the speeds of the last command; `brought_to_rest` and `halt` brake it.
     """
     while True:
         state = arm.state()
@@ -60,6 +61,21 @@ def halt(arm: Arm, controller: Controller) -> Iterator[Command]:
         yield command
         if not command.velocities.any():
             return
+
+
+@contextmanager
+def brought_to_rest(
+    arm: Arm, controller: Controller, watch: Callable[[Command], None] = lambda _: None
+) -> Iterator[None]:
+    """Halt the arm when the block ends, however it ends: by an error or an interrupt, too.
+
+    `watch` hears of each command that brakes it.
+    """
+    try:
+        yield
+    finally:
+        for command in halt(arm, controller):
+            watch(command)
 
 
 def _track(tracker: Follower, instant: Instant) -> Estimate | None:

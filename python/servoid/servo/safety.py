@@ -50,8 +50,19 @@ class Trust:
         self._now_s = np.inf
 
     def advance(self, time_s: float) -> None:
-        """Take in what time it is on the arm's clock, to which those of observations belong."""
+        """Take in what time it is on the arm's clock, to which those of observations belong.
+
+        A gap that has become too long holds the arm; estimates that came in a row let it go.
+        """
         self._now_s = time_s
+        last = self._trusted_s
+        if last is None or time_s - last > self._settings.coast_s:
+            self._held = True
+            self._in_a_row = 0
+        elif self._jumps > _TOLERATED_JUMPS:
+            self._held = True
+        elif self._held and self._in_a_row >= self._settings.resume_after:
+            self._held, self._resumed_s = False, time_s
 
     def see(self, instant: Instant | None, estimate: TargetEstimate | None) -> None:
         """Take in an observation and what the tracker made of it; the filter learns if it may."""
@@ -63,28 +74,20 @@ class Trust:
         elif fault is not None:
             self._distrust(fault)
 
-    def holding(self, time_s: float) -> frozenset[Reason]:
-        """Return why the arm is held at a time; empty if it may move."""
-        last = self._trusted_s
-        if last is None or time_s - last > self._settings.coast_s:
-            self._held = True
-            self._in_a_row = 0
-        elif self._jumps > _TOLERATED_JUMPS:
-            self._held = True
-        elif self._held and self._in_a_row >= self._settings.resume_after:
-            self._held, self._resumed_s = False, time_s
+    def holding(self) -> frozenset[Reason]:
+        """Return why the arm is held at the time it is; empty if it may move."""
         if not self._held:
             return frozenset()
         reasons = {self._fault} if self._in_a_row == 0 else {Reason.RETURNING}
-        if last is None:
+        if self._trusted_s is None:
             reasons.add(Reason.NO_TARGET)
-        if self._watchdog.is_stale(time_s):
+        if self._watchdog.is_stale(self._now_s):
             reasons.add(Reason.NO_IMAGES)
         return frozenset(reasons)
 
-    def authority(self, time_s: float) -> float:
+    def authority(self) -> float:
         """Return the share of its speed that the hand has, which grows to 1 after a hold."""
-        return min(1.0, max(0.0, (time_s - self._resumed_s) / self._settings.resume_s))
+        return min(1.0, max(0.0, (self._now_s - self._resumed_s) / self._settings.resume_s))
 
     def _fault_of(self, estimate: TargetEstimate | None) -> Reason | None:
         """Return why an estimate must not be used at all."""

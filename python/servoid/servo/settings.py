@@ -4,10 +4,10 @@ from enum import Enum
 from pathlib import Path
 from typing import Annotated, Any
 
-import msgspec
 from msgspec import Meta
 
-from servoid.errors import ServoError
+from servoid.errors import ServoError, ServoidError
+from servoid.observe.checked import Checked
 from servoid.observe.strict import convert, read_toml
 
 Triple = tuple[float, float, float]
@@ -35,7 +35,15 @@ def _from_0(what: str) -> Meta:
     return Meta(ge=0, description=what)
 
 
-class TargetSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+class _Settings(Checked, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Is the base of settings of servoing."""
+
+    def refusal(self, message: str) -> ServoidError:
+        """Return the error that refuses a value."""
+        return ServoError(message)
+
+
+class TargetSettings(_Settings, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """How the motion of the object is filtered and predicted."""
 
     use_covariance: Annotated[
@@ -55,6 +63,9 @@ class TargetSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
     oddness: Annotated[
         float, _above("squared deviation (6 values) from which an estimate loses weight")
     ] = 17.0
+    compensate: Annotated[
+        bool, Meta(description="move what images showed ahead by the time that has passed since")
+    ] = True
     horizon_s: Annotated[float, _from_0("how far ahead motion is extrapolated, s")] = 0.25
     linear_speed: Annotated[float, _above("speed that the object cannot exceed, m/s")] = 1.0
     angular_speed: Annotated[float, _above("turning that it cannot exceed, rad/s")] = 6.0
@@ -65,7 +76,7 @@ class TargetSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
     ] = 5
 
 
-class HandSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+class HandSettings(_Settings, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """How the hand closes in on its goal."""
 
     position_gain: Annotated[float, _above("K_Pp of the position error, 1/s")] = 4.0
@@ -82,7 +93,7 @@ class HandSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     angular_acceleration: Annotated[float, _above("of the hand, rad/s²")] = 8.0
 
 
-class JointSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+class JointSettings(_Settings, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """How a hand velocity becomes joint speeds."""
 
     law: Annotated[
@@ -114,7 +125,7 @@ class JointSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     ] = 0.03
 
 
-class GazeSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+class GazeSettings(_Settings, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """How the eyes turn."""
 
     mode: Annotated[
@@ -127,7 +138,7 @@ class GazeSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     ] = True
 
 
-class SafetySettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+class SafetySettings(_Settings, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """When the arm is held, and where it may not go."""
 
     least_confidence: Annotated[
@@ -157,7 +168,7 @@ class SafetySettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
     ] = 0.8
 
 
-class LookSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+class LookSettings(_Settings, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """How the hand looks around an object before it is modelled."""
 
     count: Annotated[int, Meta(ge=1, description="places from which the object is looked at")] = 5
@@ -171,10 +182,10 @@ class LookSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     ] = 0.02
     near: Annotated[float, _above("error of the hand at which it has arrived, m and rad")] = 0.01
     still: Annotated[float, _above("speed of the hand below which it rests, m/s and rad/s")] = 0.02
-    patience_s: Annotated[float, _above("after which a place counts as reached all the same")] = 8.0
+    patience_s: Annotated[float, _above("after which the hand looks from where it is, s")] = 8.0
 
 
-class ServoSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+class ServoSettings(_Settings, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """How to servo, nested by stage."""
 
     look: LookSettings = LookSettings()
@@ -185,12 +196,14 @@ class ServoSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     safety: SafetySettings = SafetySettings()
 
     def __post_init__(self) -> None:
-        """Check what hangs together.
+        """Check each value, and what hangs together.
 
         Raises:
-            ServoError: a side of the workspace is empty, or looks are nearer than they may be.
+            ServoError: a value cannot be, a side of the workspace is empty, or looks are nearer
+                than they may be.
 
         """
+        super().__post_init__()
         look, least = self.look, self.safety.least_distance
         if not least < look.nearest <= look.farthest:
             raise ServoError(

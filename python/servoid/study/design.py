@@ -1,37 +1,18 @@
 """What a study is: settings, the trials that they ask for, and what is told of the results."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Generic, TypeVar
+from typing import Generic, TypeVar
 
 import msgspec
 
-from servoid.study.batch import Experiment
+from servoid.study.batch import Done, Results, Work
 from servoid.study.findings import Section
 
+__all__ = ["Done", "Results", "Study", "Work"]
+
 SettingsT = TypeVar("SettingsT", bound=msgspec.Struct)
-
-
-@dataclass(frozen=True)
-class Work:
-    """An experiment and the cases that it is to be run for."""
-
-    experiment: Experiment[Any, Any]
-    cases: Sequence[Any]
-
-
-@dataclass(frozen=True)
-class Done:
-    """A trial that was run: its row, or else what went wrong, as a sentence."""
-
-    case: Any
-    row: Any | None
-    failure: str = ""
-
-
-Results = Mapping[str, Sequence[Done]]
-"""What came of the trials, by the experiment's name, in the order of the cases."""
 
 
 @dataclass(frozen=True)

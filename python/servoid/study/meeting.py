@@ -1,7 +1,7 @@
 """A hand meets an object: it looks at it, looks around it, and a body of it is modelled."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -14,13 +14,21 @@ from servoid.model import ModelResult
 from servoid.observe import Instant, Source, open_capture
 from servoid.pose import Pose
 from servoid.record import write_looks
-from servoid.servo import Arm, Command, Controller, LookSettings, halt, next_viewpoint, visit
+from servoid.servo import (
+    Arm,
+    Command,
+    Controller,
+    LookSettings,
+    brought_to_rest,
+    next_viewpoint,
+    visit,
+)
 from servoid.track import Follower
 
 Masks = tuple[NDArray[np.uint8] | None, ...]
 Watch = Callable[[str, float, Instant | None, Command | None], None]
 
-_PATIENCE = 2000  # control periods in which the first image must come
+_PATIENCE = 2000  # control periods in which an image must come
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,7 +36,7 @@ class Meeting:
     """What is known of an object after it was looked at, at rest in the world.
 
     `looks` are the observations, `masks` those of the first, by camera, and `capture` the folder
-    that holds them. `world_from_hand` is where the hand first stood.
+    that holds them. `world_from_hand` is where the hand first stood. `notes` are for people.
     """
 
     looks: tuple[Instant, ...]
@@ -36,11 +44,17 @@ class Meeting:
     result: ModelResult
     capture: Path
     world_from_hand: Pose
+    notes: tuple[str, ...] = ()
 
     @property
     def body(self) -> Body:
         """Return the body, at its place in the world."""
         return self.result.body
+
+    @property
+    def all_notes(self) -> tuple[str, ...]:
+        """Return what is to be known of the looks and of the body."""
+        return (*self.notes, *self.result.all_notes)
 
     def teach(self, tracker: Follower) -> None:
         """Start a tracker with all that was seen."""
@@ -74,35 +88,79 @@ def meet(
         OutputError: the folder cannot be written.
 
     """
-    tell = watch or (lambda *_: None)
+    tour = _Tour(arm, source, controller, settings, watch or (lambda *_: None))
     home = arm.world_from_hand(arm.state().positions)
-    looks = [first_look(arm, source)]
-    masks = mask(looks[0])
-    tell("looking", 0.0, looks[0], None)
-    write_looks(folder, source.cameras, looks, masks)
-    result = model.fit_capture(open_capture(folder), request)
-    went = False
-    for number in range(1, settings.count):
-        positions = arm.state().positions
-        viewpoint = next_viewpoint(arm, result.body, looks, settings, positions)
-        if viewpoint is None:
-            break
-        went = True
-        goal = (viewpoint.world_from_hand, _middle(result.body))
-        for command, instant in visit(arm, source, controller, goal, settings):
-            tell("looking around", number / settings.count, instant, command)
-            if instant is not None and not instant.is_dark:
-                looks.append(instant)
-        _rest(arm, controller, tell, "looking around", number / settings.count)
-    if went:
-        for command, _ in visit(arm, source, controller, (home, _middle(result.body)), settings):
-            tell("coming back", 1.0, None, command)
-        _rest(arm, controller, tell, "coming back", 1.0)
-    if len(looks) > 1:
+    first = first_look(arm, source)
+    masks = mask(first)
+    tour.tell("looking", 0.0, first, None)
+
+    def modelled(looks: list[Instant], request: model.Request) -> ModelResult:
         write_looks(folder, source.cameras, looks, masks)
-        watched = replace(request, progress=lambda made: tell("modelling", made.share, None, None))
-        result = model.fit_capture(open_capture(folder), watched)
-    return Meeting(tuple(looks), masks, result, folder, home)
+        return model.fit_capture(open_capture(folder), request)
+
+    result = modelled([first], request)
+    looks = tour.around(result.body, first, home)
+    if len(looks) > 1:
+        watched = replace(
+            request, progress=lambda made: tour.tell("modelling", made.share, None, None)
+        )
+        result = modelled(looks, watched)
+    return Meeting(tuple(looks), masks, result, folder, home, tour.notes())
+
+
+@dataclass
+class _Tour:
+    """Brings a hand to one place after another; `late` counts those that it did not reach."""
+
+    arm: Arm
+    source: Source
+    controller: Controller
+    settings: LookSettings
+    tell: Watch
+    visited: int = field(default=0, init=False)
+    late: int = field(default=0, init=False)
+
+    def around(self, body: Body, first: Instant, home: Pose) -> list[Instant]:
+        """Return what is seen from places around a body, after the first look, and come back."""
+        looks, place = [first], np.array(body.world_from_object.translation)
+        for number in range(1, self.settings.count):
+            positions = self.arm.state().positions
+            viewpoint = next_viewpoint(self.arm, body, looks, self.settings, positions)
+            if viewpoint is None:
+                break
+            share = number / self.settings.count
+            seen = self._go("looking around", share, (viewpoint.world_from_hand, place))
+            looks += [] if seen is None or seen.is_dark else [seen]
+        if self.visited:
+            self._go("coming back", 1.0, (home, place))
+        return looks
+
+    def notes(self) -> tuple[str, ...]:
+        """Say what did not go as it should."""
+        if not self.late:
+            return ()
+        return (
+            f"{self.late} of {self.visited} places, the start among them, were not reached within "
+            f"{self.settings.patience_s:g} s (servo.look.patience_s); the hand looked from where "
+            "it was",
+        )
+
+    def _go(
+        self, stage: str, share: float, goal: tuple[Pose, NDArray[np.float64]]
+    ) -> Instant | None:
+        """Visit a place, and bring the arm to rest: nobody commands it during thought."""
+        seen, late = None, False
+
+        def watch(command: Command) -> None:
+            self.tell(stage, share, None, command)
+
+        with brought_to_rest(self.arm, self.controller, watch):
+            for step in visit(self.arm, self.source, self.controller, goal, self.settings):
+                self.tell(stage, share, step.instant, step.command)
+                seen, late = step.instant, step.late
+        self.visited += 1
+        self.late += late
+        return seen
 
 
 def first_look(arm: Arm, source: Source) -> Instant:
@@ -112,22 +170,22 @@ def first_look(arm: Arm, source: Source) -> Instant:
         ServoError: none comes.
 
     """
+    return awaited(arm, source, lambda instant: all(image is not None for image in instant.images))
+
+
+def awaited(arm: Arm, source: Source, suits: Callable[[Instant], bool] = lambda _: True) -> Instant:
+    """Return the next observation that suits; the arm, which rests, goes on resting.
+
+    Raises:
+        ServoError: none comes.
+
+    """
     rest = np.zeros(len(arm.joints.names))
     for _ in range(_PATIENCE):
         instant = source.newest()
-        if instant is not None and all(image is not None for image in instant.images):
+        if instant is not None and suits(instant):
             return instant
         arm.command(rest)
     raise ServoError(
         f"no image came within {_PATIENCE * arm.period_s:.0f} s; check that the cameras run"
     )
-
-
-def _rest(arm: Arm, controller: Controller, tell: Watch, stage: str, share: float) -> None:
-    """Bring the arm to rest: nobody commands it while it is thought about what it saw."""
-    for command in halt(arm, controller):
-        tell(stage, share, None, command)
-
-
-def _middle(body: Body) -> NDArray[np.float64]:
-    return np.array(body.world_from_object.translation)

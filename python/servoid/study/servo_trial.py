@@ -22,7 +22,7 @@ from servoid.servo import (
     ServoLog,
     ServoRow,
     Tick,
-    halt,
+    brought_to_rest,
     off_center,
     servo,
     visit,
@@ -31,13 +31,13 @@ from servoid.servo.arm import Floats
 from servoid.servo.moving import change_between
 from servoid.sim.world import Path as ObjectPath
 from servoid.sim.world import World
-from servoid.study.meeting import Masks, Meeting, meet
+from servoid.study.meeting import Masks, Meeting, awaited, meet
 from servoid.study.trial_settings import TrialSettings
 from servoid.study.truth import Truth
 from servoid.track import Estimate, Follower, Rememberer
 
 _LOOKS = "look"  # folder of what was seen while looking around
-_FINDING = 60  # observations in which the tracker must find the object after the looks
+_SPARE = 60  # observations after the looks in which the tracker may fail to see the object
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,10 +105,26 @@ def run_servo_trial(
     if prepared is not None:
         prepared(world)
     tell = watch or (lambda _: None)
+    meeting, goal = _met(world, settings, Path(folder) / _LOOKS, tell)
+    # What was seen on the way says nothing of how the object moves from now on.
+    controller = Controller(world.arm, settings.servo)
+    tracker = _start_tracker(world, meeting, settings, controller)
+    true = world.world_from_object_at(world.time_s)
+    truth = Truth(world, true.inverse() @ meeting.body.world_from_object)
+    trial = ServoTrial(settings, world, meeting, tracker, ServoLog.of(world.arm), truth)
+    _follow(trial, controller, lambda _: goal, tell)
+    return trial
 
-    def see(
-        stage: str, share: float, instant: Instant | None = None, command: Command | None = None
-    ) -> None:
+
+def _met(world: World, settings: TrialSettings, folder: Path, tell: Watch) -> tuple[Meeting, Pose]:
+    """Meet the object, and bring the hand to where servoing starts; return also what its goal is.
+
+    Raises:
+        As for `run_servo_trial`.
+
+    """
+
+    def see(stage: str, share: float, instant: Instant | None, command: Command | None) -> None:
         tell(TrialStep(stage, share, world.time_s, instant, command))
 
     controller = _guide(world, settings)
@@ -117,7 +133,7 @@ def run_servo_trial(
         world.source,
         controller,
         lambda _: _left_mask(world),
-        folder=Path(folder) / _LOOKS,
+        folder=folder,
         settings=settings.servo.look,
         request=model.Request(max_ellipsoids=settings.run.max_ellipsoids, seed=settings.track.seed),
         watch=see,
@@ -125,22 +141,7 @@ def run_servo_trial(
     goal = _goal(settings, meeting)
     if any(settings.run.start_offset) or any(settings.run.start_turn_deg):
         _take_place(world, controller, _start(settings, meeting, goal), settings, see)
-    # What was seen on the way says nothing of how the object moves from now on.
-    controller = Controller(world.arm, settings.servo)
-    tracker = _start_tracker(world, meeting, settings, controller)
-    trial = ServoTrial(
-        settings,
-        world,
-        meeting,
-        tracker,
-        ServoLog.of(world.arm),
-        Truth(
-            world,
-            world.world_from_object_at(world.time_s).inverse() @ meeting.body.world_from_object,
-        ),
-    )
-    _follow(trial, controller, lambda _: goal, tell)
-    return trial
+    return meeting, goal
 
 
 def _guide(world: World, settings: TrialSettings) -> Controller:
@@ -156,26 +157,19 @@ def _follow(trial: ServoTrial, controller: Controller, goal: Goal, tell: Watch) 
     """Servo for the seconds of the run, keep the log, and bring the arm to rest."""
     world, seconds = trial.world, trial.settings.run.seconds
     world.start_path()
-    for tick in servo(world.arm, world.source, trial.tracker, controller, goal):
-        row = _row(trial, tick, goal(tick.state.time_s))
-        trial.log.add(row)
-        since = tick.state.time_s - trial.log.start_s
-        tell(
-            TrialStep(
-                "servoing",
-                min(1.0, since / seconds),
-                tick.state.time_s,
-                tick.instant,
-                tick.command,
-                tick.estimate,
-                row,
-                trial,
-            )
-        )
-        if since >= seconds:
-            break
-    for command in halt(world.arm, controller):
+
+    def stopping(command: Command) -> None:
         tell(TrialStep("stopping", 1.0, world.time_s, None, command))
+
+    with brought_to_rest(world.arm, controller, stopping):
+        for tick in servo(world.arm, world.source, trial.tracker, controller, goal):
+            row = _row(trial, tick, goal(tick.state.time_s))
+            trial.log.add(row)
+            since = tick.state.time_s - trial.log.start_s
+            told = (tick.state.time_s, tick.instant, tick.command, tick.estimate)
+            tell(TrialStep("servoing", min(1.0, since / seconds), *told, row, trial))
+            if since >= seconds:
+                break
 
 
 def _row(trial: ServoTrial, tick: Tick, goal_from_object: Pose | None) -> ServoRow:
@@ -217,7 +211,7 @@ def _take_place(
     controller: Controller,
     start: tuple[Pose, Floats],
     settings: TrialSettings,
-    see: Callable[..., None],
+    see: Callable[[str, float, Instant | None, Command | None], None],
 ) -> None:
     """Bring the hand to where the run wants it to start.
 
@@ -226,10 +220,11 @@ def _take_place(
 
     """
     look = settings.servo.look
-    for command, _ in visit(world.arm, world.source, controller, start, look):
-        see("taking place", 0.0, None, command)
-    for command in halt(world.arm, controller):
-        see("taking place", 1.0, None, command)
+    with brought_to_rest(
+        world.arm, controller, lambda command: see("taking place", 1.0, None, command)
+    ):
+        for step in visit(world.arm, world.source, controller, start, look):
+            see("taking place", 0.0, None, step.command)
     hand = world.arm.world_from_hand(world.arm.state().positions)
     off = change_between(hand, start[0])
     shift, turned = float(np.linalg.norm(off[:3])), float(np.linalg.norm(off[3:]))
@@ -259,18 +254,18 @@ def _start_tracker(
     asked = settings.track
     tracker = asked.method.maker(world.cameras, meeting.body, asked.options())
     meeting.teach(tracker)
-    rest = np.zeros(len(world.arm.joints.names))
+    needed = settings.servo.safety.resume_after + 1
     found = 0
-    for _ in range(_FINDING):
-        while (instant := world.source.newest()) is None:
-            world.arm.command(rest)
+    for _ in range(needed + _SPARE):
+        instant = awaited(world.arm, world.source)
         estimate = tracker.step(instant.time_s, instant.world_from_camera, instant.images)
         controller.see(instant, estimate)
         found = found + 1 if estimate.status == "tracking" else 0
-        if found > settings.servo.safety.resume_after:
+        if found == needed:
             return tracker
     raise ServoError(
-        f"the tracker did not find the object within {_FINDING} images after looking around; look "
+        f"the tracker did not see the object in {needed} images in a row, of the "
+        f"{needed + _SPARE} after looking around; look "
         "from fewer places (servo.look.count), or choose an object with more pattern"
     )
 

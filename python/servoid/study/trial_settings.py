@@ -6,10 +6,11 @@ from typing import Annotated, Any
 import msgspec
 from msgspec import Meta
 
-from servoid.errors import ServoError
+from servoid.errors import ServoError, ServoidError
+from servoid.observe.checked import Checked
 from servoid.observe.strict import convert, read_toml
 from servoid.servo import ServoSettings, settings_toml
-from servoid.sim.world import WorldSettings
+from servoid.sim.world import BEFORE_HAND, WorldSettings
 from servoid.track import Method
 
 Triple = tuple[float, float, float]
@@ -17,14 +18,22 @@ NotNegative = Annotated[int, Meta(ge=0)]
 Count = Annotated[int, Meta(ge=1)]
 
 
-class RunSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+class _Settings(Checked, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Is the base of settings of a run."""
+
+    def refusal(self, message: str) -> ServoidError:
+        """Return the error that refuses a value."""
+        return ServoError(message)
+
+
+class RunSettings(_Settings, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """What is done, and for how long."""
 
     seconds: Annotated[float, Meta(gt=0, description="of servoing, s")] = 30.0
     goal: Annotated[
         Triple,
         Meta(description="where the object's middle shall be in the hand's frame, m"),
-    ] = (0.0, -0.09, 0.545)
+    ] = BEFORE_HAND
     start_offset: Annotated[
         Triple, Meta(description="where the hand starts, off its goal, in the goal's frame, m")
     ] = (0.0, 0.0, 0.0)
@@ -37,7 +46,7 @@ class RunSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     ] = 3.0
 
 
-class TrackingSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+class TrackingSettings(_Settings, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """How the object is tracked; what is not set is the tracker's own default."""
 
     method: Annotated[
@@ -46,14 +55,19 @@ class TrackingSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown
     seed: Annotated[NotNegative | None, Meta(description="of the tracker's searches")] = None
     population: Annotated[Count | None, Meta(description="hypotheses a generation")] = None
     generations: Annotated[Count | None, Meta(description="generations an image")] = None
+    surface: Annotated[
+        bool | None,
+        Meta(description="use the look of the surface; a plain, glossy object is better without"),
+    ] = None
 
     def __post_init__(self) -> None:
-        """Check what hangs together, before a run that would find it out late.
+        """Check each value, and what hangs together, before a run that would find it out late.
 
         Raises:
-            ServoError: the paper's method is to have several generations.
+            ServoError: a value cannot be, or the paper's method is to have several generations.
 
         """
+        super().__post_init__()
         if self.method is Method.PAPER and self.generations is not None:
             raise ServoError(
                 f"generations is {self.generations}, but the paper's method has one an image; "
@@ -62,11 +76,12 @@ class TrackingSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown
 
     def options(self) -> dict[str, Any]:
         """Return what was set, as the tracker's maker takes it."""
-        values = {name: getattr(self, name) for name in ("seed", "population", "generations")}
+        names = ("seed", "population", "generations", "surface")
+        values = {name: getattr(self, name) for name in names}
         return {name: value for name, value in values.items() if value is not None}
 
 
-class TrialSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+class TrialSettings(_Settings, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """A servo run in a simulated world."""
 
     run: RunSettings = RunSettings()

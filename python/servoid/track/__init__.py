@@ -1,9 +1,9 @@
 """Tracking: where an object is, in six degrees of freedom, in one observation after another."""
 
 from servoid._native import Estimate, Tracker, TrackSettings, place_body
+from servoid.observe import cameras_of, read_instants, tidy_image
 from servoid.track.follower import Evolver, Follower, Rememberer
 from servoid.track.following import Collector, TrackStep, follow, track_capture
-from servoid.track.instants import cameras_of, read_instants, tidy_image
 from servoid.track.learning import learn_appearance
 from servoid.track.request import Method, Request, Subject
 from servoid.track.result import Gap, Tracked, TrackResult

@@ -5,8 +5,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from servoid.errors import TrackError
-from servoid.observe import Capture, Instant
-from servoid.track.instants import chosen, read_instants
+from servoid.observe import Capture, Instant, Observation, read_instants
 from servoid.track.request import Request, Subject
 from servoid.track.result import Tracked, TrackResult
 from servoid.track.starting import Followed, begin
@@ -43,7 +42,7 @@ def follow(
     request = request or Request()
     subjects = [Subject()] if subjects is None else list(subjects)
     _check_names([subject.name for subject in subjects])
-    observations = chosen(capture, request.observations, request.every)
+    observations = _chosen(capture, request.observations, request.every)
     instants = read_instants(capture, observations)
     first = next((one for one in instants if not one.is_dark), None)
     if first is None:
@@ -149,3 +148,19 @@ def _check_names(names: list[str]) -> None:
     for name in names:
         if names.count(name) > 1:
             raise TrackError(f"two objects are named '{name}'; give each its own name")
+
+
+def _chosen(capture: Capture, observations: slice, every: int) -> list[Observation]:
+    """List which observations are meant: each `every`-th of the slice.
+
+    Raises:
+        TrackError: there is none.
+
+    """
+    found = capture.observations()[observations][::every]
+    if not found:
+        raise TrackError(
+            f"{capture.path}: the range of observations holds none of the {len(capture)}; choose "
+            f"among 0 to {len(capture) - 1}"
+        )
+    return found

@@ -11,9 +11,8 @@ from servoid import model
 from servoid._native import Body, Estimate, Pose, View, place_body, silhouette_ious
 from servoid.errors import TrackError
 from servoid.model.marking import mark
-from servoid.observe import Capture, CaptureView, Instant
+from servoid.observe import Capture, CaptureView, Instant, cameras_of
 from servoid.track.follower import Evolver, Follower, Rememberer
-from servoid.track.instants import cameras_of
 from servoid.track.request import Request, Subject
 from servoid.track.result import Tracked
 

@@ -5,6 +5,7 @@ from servoid.sim.world.objects import OBJECTS
 from servoid.sim.world.paths import KINDS, Path, Recorded, parse_path
 from servoid.sim.world.room import BACKGROUNDS
 from servoid.sim.world.settings import (
+    BEFORE_HAND,
     ArmSettings,
     CameraSettings,
     LightSettings,
@@ -16,6 +17,7 @@ from servoid.sim.world.world import World
 
 __all__ = [
     "BACKGROUNDS",
+    "BEFORE_HAND",
     "KINDS",
     "OBJECTS",
     "ArmSettings",

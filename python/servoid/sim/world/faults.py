@@ -2,7 +2,10 @@
 
 from typing import Annotated
 
-from msgspec import Meta, Struct
+from msgspec import Meta
+
+from servoid.errors import ServoidError, SimError
+from servoid.observe.checked import Checked
 
 Start = Annotated[float, Meta(ge=0.0, description="when it begins, after the path began")]
 Length = Annotated[float, Meta(gt=0.0, description="how long it lasts")]
@@ -10,7 +13,15 @@ Number = Annotated[int, Meta(ge=0, le=1)]
 Which = Annotated[Number | None, Meta(description="0, the left camera, or 1; none: both")]
 
 
-class DropImages(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag="drop"):
+class SimSettings(Checked, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Is the base of what is asked of a world."""
+
+    def refusal(self, message: str) -> ServoidError:
+        """Return the error that refuses a value."""
+        return SimError(message)
+
+
+class DropImages(SimSettings, frozen=True, kw_only=True, forbid_unknown_fields=True, tag="drop"):
     """Lets images of one camera get lost, or whole observations."""
 
     at_s: Start
@@ -18,7 +29,9 @@ class DropImages(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, 
     camera: Which = None
 
 
-class FreezeCamera(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag="freeze"):
+class FreezeCamera(
+    SimSettings, frozen=True, kw_only=True, forbid_unknown_fields=True, tag="freeze"
+):
     """Lets a camera deliver its last image again and again, with new time stamps."""
 
     at_s: Start
@@ -26,7 +39,7 @@ class FreezeCamera(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
     camera: Which = None
 
 
-class Occlude(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag="occlude"):
+class Occlude(SimSettings, frozen=True, kw_only=True, forbid_unknown_fields=True, tag="occlude"):
     """Slides a board before the object, and away again."""
 
     at_s: Start
@@ -39,7 +52,7 @@ class Occlude(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag
     ] = (0.22, 0.18)
 
 
-class Teleport(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag="teleport"):
+class Teleport(SimSettings, frozen=True, kw_only=True, forbid_unknown_fields=True, tag="teleport"):
     """Has the object be somewhere else from one moment on."""
 
     at_s: Start

@@ -12,13 +12,14 @@ from servoid.sim.world.head import add_head, head_things
 from servoid.sim.world.motions import compose, unit_row
 from servoid.sim.world.robot import HAND, Drive, Robot
 from servoid.sim.world.settings import ArmSettings
+from servoid.sim.world.urdf import read_urdf
 
 SUFFIXES = (".xml", ".mjcf", ".urdf")
 _ENDLESS = 2.0 * math.pi  # how far a joint without limits may turn to each side
 _REACH = 0.1  # of the post that carries the head, in m
 
 
-def build_file_arm(settings: ArmSettings, eyes: EyeLimits) -> Robot:
+def build_file_arm(settings: ArmSettings, eyes: EyeLimits, lag_s: float) -> Robot:
     """Build the arm of a file: its turning joints from the base to the mount are driven.
 
     Other joints, as those of fingers, are fixed, and the file's own actuators are left out.
@@ -27,14 +28,14 @@ def build_file_arm(settings: ArmSettings, eyes: EyeLimits) -> Robot:
         SimError: the file is missing or malformed, or does not hold the mount that is asked for.
 
     """
-    spec = _read(Path(settings.name))
+    spec, speeds = _read(Path(settings.name))
     model = _compiled(spec, settings.name)
     for index, body in enumerate(spec.bodies):
         body.name = body.name or f"servoid body {index}"
     mount, place = _mount(spec, model, settings)
     joints = _chain(spec, mount, settings.name)
     home = _home(model, [joint.name for joint in joints])
-    drives = tuple(_drive(model.joint(joint.name), settings) for joint in joints)
+    drives = tuple(_drive(model.joint(joint.name), settings, speeds, lag_s) for joint in joints)
     _strip(spec, {joint.name for joint in joints})
     looks = file_things(_compiled(spec, settings.name))
     row = compose(place, unit_row(settings.mount_from_hand))
@@ -52,16 +53,22 @@ def build_file_arm(settings: ArmSettings, eyes: EyeLimits) -> Robot:
     )
 
 
-def _read(path: Path) -> Any:
+def _read(path: Path) -> tuple[Any, dict[str, float]]:
+    """Return the `mujoco.MjSpec` of a file, and the speeds in rad/s that it sets to its joints."""
     mujoco = load_mujoco()
     if not path.is_file():
         raise SimError(f"there is no file {path}; give an arm's MJCF or URDF file")
+    urdf = read_urdf(path) if path.suffix.lower() == ".urdf" else None
     try:
-        spec = mujoco.MjSpec.from_file(str(path))
+        spec = (
+            mujoco.MjSpec.from_file(str(path))
+            if urdf is None
+            else mujoco.MjSpec.from_string(urdf.text)
+        )
     except ValueError as error:
         raise SimError(f"{path} cannot be read as an arm: {error}") from error
     spec.compiler.fusestatic = False  # the mount may be a body without a joint
-    return spec
+    return spec, {} if urdf is None else urdf.speeds
 
 
 def _compiled(spec: Any, name: str) -> Any:
@@ -117,17 +124,17 @@ def _home(model: Any, joints: list[str]) -> tuple[float, ...]:
     return tuple(float(angles[model.joint(name).qposadr[0]]) for name in joints)
 
 
-def _drive(joint: Any, settings: ArmSettings) -> Drive:
+def _drive(joint: Any, settings: ArmSettings, speeds: dict[str, float], lag_s: float) -> Drive:
     lower, upper = joint.range if joint.limited else (-_ENDLESS, _ENDLESS)
     bounded = bool(joint.actfrclimited[0]) if hasattr(joint, "actfrclimited") else False
     return Drive(
         joint=joint.name,
         lower=float(lower),
         upper=float(upper),
-        speed=settings.speed,
+        speed=min(settings.speed, speeds.get(joint.name, settings.speed)),
         acceleration=settings.acceleration,
         torque=float(joint.actfrcrange[1]) if bounded else math.inf,
-        lag_s=settings.lag_s,
+        lag_s=lag_s,
     )
 
 

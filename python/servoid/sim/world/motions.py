@@ -48,16 +48,3 @@ def compose(a_from_b: Floats, b_from_c: Floats) -> Floats:
     )
     place = a_from_b[..., 4:] + rotate(first, b_from_c[..., 4:])
     return np.concatenate([w, axis, place], axis=-1)
-
-
-def looking(position: Sequence[float], aim: Sequence[float]) -> Pose:
-    """Return where a camera stands that looks from one point of the world to another, z up."""
-    place = np.asarray(position, float)
-    forward = np.asarray(aim, float) - place
-    forward /= np.linalg.norm(forward)
-    right = np.cross(forward, [0.0, 0.0, 1.0])
-    right /= np.linalg.norm(right)
-    matrix = np.eye(4)
-    matrix[:3, 0], matrix[:3, 1], matrix[:3, 2] = right, np.cross(forward, right), forward
-    matrix[:3, 3] = place
-    return Pose(matrix)

@@ -2,8 +2,7 @@
 
 import math
 
-from servoid.pose import Pose
-from servoid.sim.world.motions import looking
+from servoid.pose import Pose, looking
 
 _LEAST = 0.5  # metres from the base to the object that are taken at least
 # Shares of the way from the base to the object, and of the object's height.

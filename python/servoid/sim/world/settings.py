@@ -2,20 +2,20 @@
 
 from typing import Annotated
 
-import msgspec
-from msgspec import Meta, Struct
+from msgspec import Meta
 
 from servoid.errors import SimError
-from servoid.sim.world.faults import Fault, Occlude
+from servoid.sim.world.faults import Fault, Occlude, SimSettings
 
 Triple = tuple[float, float, float]
 Seven = tuple[float, float, float, float, float, float, float]
+BEFORE_HAND: Triple = (0.0, -0.09, 0.545)  # where an object is met and kept, as in the paper
 Positive = Annotated[float, Meta(gt=0.0)]
 NotNegative = Annotated[float, Meta(ge=0.0)]
 Share = Annotated[float, Meta(ge=0.0, le=1.0)]
 
 
-class ArmSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+class ArmSettings(SimSettings, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """The arm, and the head with two eyes that it carries."""
 
     name: Annotated[str, Meta(description="a shipped arm, or an MJCF or URDF file")] = "pa10"
@@ -29,11 +29,23 @@ class ArmSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True)
         Seven,
         Meta(description="the hand, x right, y down, z forward, on it: w, x, y, z, tx, ty, tz"),
     ] = (1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    speed: Annotated[Positive, Meta(description="of the joints of a file's arm in rad/s")] = 2.0
+    speed: Annotated[
+        Positive,
+        Meta(description="most of the joints of a file's arm in rad/s; a URDF may say less"),
+    ] = 2.0
     acceleration: Annotated[
         Positive, Meta(description="of the joints of a file's arm in rad/s²")
     ] = 8.0
-    lag_s: Annotated[Positive, Meta(description="of the speed servos of a file's arm")] = 0.02
+    lag_s: Annotated[
+        Positive | None,
+        Meta(description="of the joints' speed servos; none: as the shipped arm's file says"),
+    ] = None
+    half_baseline: Annotated[
+        Positive | None,
+        Meta(
+            description="half the distance of the eyes in m; none: as the shipped arm's file says"
+        ),
+    ] = None
     turning_eyes: Annotated[
         bool, Meta(description="eyes with a shared tilt and a pan each, or fixed cameras")
     ] = True
@@ -50,7 +62,7 @@ class ArmSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True)
     ] = None
 
 
-class ObjectSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+class ObjectSettings(SimSettings, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """The object and where it is met."""
 
     name: Annotated[
@@ -60,15 +72,19 @@ class ObjectSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
             "plain_mug or two_ellipsoids"
         ),
     ] = "bottle"
+    radii: Annotated[
+        tuple[Positive, Positive, Positive] | None,
+        Meta(description="of the object named ellipsoid, along x, y, z in m; none: the paper's"),
+    ] = None
     hand_from_object: Annotated[
         Seven, Meta(description="where it waits before the hand: w, x, y, z, tx, ty, tz; Eq. 20")
-    ] = (1.0, 0.0, 0.0, 0.0, 0.0, -0.09, 0.545)
+    ] = (1.0, 0.0, 0.0, 0.0, *BEFORE_HAND)
     path: Annotated[
         str, Meta(description="still, or as line:0.2@5s, circle:0.1@10s, sine:0.15@10s, random:7")
     ] = "still"
 
 
-class CameraSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+class CameraSettings(SimSettings, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """The cameras in the eyes."""
 
     size_px: Annotated[tuple[int, int], Meta(description="width and height of an image")] = (
@@ -85,6 +101,10 @@ class CameraSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     latency_s: Annotated[
         float, Meta(ge=0.0, description="from the middle of the exposure to the image's arrival")
     ] = 0.04
+    compute_s: Annotated[
+        float,
+        Meta(ge=0.0, description="what a tracker takes: images are handed out that much later"),
+    ] = 0.0
     exposure_s: Annotated[
         float,
         Meta(ge=0.0, le=0.5, description="how long an image is exposed: what moves is blurred"),
@@ -97,8 +117,28 @@ class CameraSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
         float, Meta(ge=0.0, description="standard deviation of the noise in grey levels")
     ] = 1.5
 
+    def __post_init__(self) -> None:
+        """Check each value, and what hangs together.
 
-class LightSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+        Raises:
+            SimError: a value cannot be, or an exposure is longer than an image may take, or has
+                more moments than a pixel has rays.
+
+        """
+        super().__post_init__()
+        if self.moments > self.samples**2:
+            raise SimError(
+                f"an exposure has {self.moments} moments, but a pixel only {self.samples**2} "
+                "rays; lower cameras.moments or raise cameras.samples"
+            )
+        if self.exposure_s * self.rate_hz > 1.0:
+            raise SimError(
+                f"an exposure takes {self.exposure_s} s, but at {self.rate_hz:g} Hz there are "
+                f"{1.0 / self.rate_hz:.4g} s for each; lower cameras.exposure_s or cameras.rate_hz"
+            )
+
+
+class LightSettings(SimSettings, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """The light, and how it changes once the object's path begins."""
 
     level: Annotated[Positive, Meta(description="how bright it is; 1 exposes well")] = 1.0
@@ -117,7 +157,7 @@ class LightSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     swing_period_s: Annotated[Positive, Meta(description="how long a swing takes")] = 8.0
 
 
-class PhysicsSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+class PhysicsSettings(SimSettings, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """How time passes."""
 
     step_s: Annotated[Positive, Meta(description="physics step")] = 0.002
@@ -125,8 +165,23 @@ class PhysicsSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
         float, Meta(gt=0.0, le=0.25, description="control period, a multiple of the physics step")
     ] = 0.008
 
+    def __post_init__(self) -> None:
+        """Check each value, and what hangs together.
 
-class WorldSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+        Raises:
+            SimError: a value cannot be, or the period is no multiple of the step.
+
+        """
+        super().__post_init__()
+        steps = self.period_s / self.step_s
+        if round(steps) < 1 or abs(steps - round(steps)) > 1e-6:
+            raise SimError(
+                f"the control period is {self.period_s} s and the physics step {self.step_s} s; "
+                "make the period a multiple of the step"
+            )
+
+
+class WorldSettings(SimSettings, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """A world with an arm, an object and a room."""
 
     arm: ArmSettings = ArmSettings()
@@ -146,40 +201,17 @@ class WorldSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     seed: Annotated[int, Meta(ge=0, description="of the noise and of the clutter")] = 0
     threads: Annotated[int, Meta(ge=0, description="for drawing; 0: one for each core")] = 0
 
+    def __post_init__(self) -> None:
+        """Check each value, and what hangs together.
 
-def checked(settings: WorldSettings) -> WorldSettings:
-    """Return the settings as they are.
+        Raises:
+            SimError: a value cannot be, or boards differ in size.
 
-    Raises:
-        SimError: a value is of the wrong type, out of its range or at odds with another one.
-
-    """
-    try:
-        settings = msgspec.convert(msgspec.to_builtins(settings), WorldSettings, strict=False)
-    except msgspec.ValidationError as error:
-        message = str(error)
-        raise SimError(f"the world's settings: {message[:1].lower()}{message[1:]}") from error
-    physics, cameras = settings.physics, settings.cameras
-    steps = physics.period_s / physics.step_s
-    if round(steps) < 1 or abs(steps - round(steps)) > 1e-6:
-        raise SimError(
-            f"the control period is {physics.period_s} s and the physics step {physics.step_s} s; "
-            "make the period a multiple of the step"
-        )
-    if cameras.moments > cameras.samples**2:
-        raise SimError(
-            f"an exposure has {cameras.moments} moments, but a pixel only {cameras.samples**2} "
-            "rays; lower cameras.moments or raise cameras.samples"
-        )
-    boards = {fault.half_size for fault in settings.faults if isinstance(fault, Occlude)}
-    if len(boards) > 1:
-        raise SimError(
-            f"the boards of {len(boards)} occlusions differ in size, but a world has one board; "
-            "give all faults that occlude the same half_size"
-        )
-    if cameras.exposure_s * cameras.rate_hz > 1.0:
-        raise SimError(
-            f"an exposure takes {cameras.exposure_s} s, but at {cameras.rate_hz:g} Hz there are "
-            f"{1.0 / cameras.rate_hz:.4g} s for each; lower cameras.exposure_s or cameras.rate_hz"
-        )
-    return settings
+        """
+        super().__post_init__()
+        boards = {fault.half_size for fault in self.faults if isinstance(fault, Occlude)}
+        if len(boards) > 1:
+            raise SimError(
+                f"the boards of {len(boards)} occlusions differ in size, but a world has one "
+                "board; give all faults that occlude the same half_size"
+            )

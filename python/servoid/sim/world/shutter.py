@@ -79,7 +79,7 @@ class Shutter:
             exposure = Exposure(
                 index=self._next,
                 time_s=middle,
-                arrives_s=max(middle + cameras.latency_s, end),
+                arrives_s=max(middle + cameras.latency_s, end) + cameras.compute_s,
                 moments_s=moments,
                 positions=np.array([at(moment) for moment in moments]),
                 positions_at_time=at(middle),

@@ -7,6 +7,8 @@ from typing import Generic, TypeVar
 
 import msgspec
 
+from servoid.errors import StudyError
+
 CaseT = TypeVar("CaseT", bound=msgspec.Struct)
 RowT = TypeVar("RowT", bound=msgspec.Struct)
 
@@ -26,6 +28,19 @@ class Experiment(Generic[CaseT, RowT]):
     case: type[CaseT]
     row: type[RowT]
     version: int = 1
+
+    def __post_init__(self) -> None:
+        """Check that other processes can find the function.
+
+        Raises:
+            StudyError: it stands inside another function.
+
+        """
+        if "<" in self.run.__qualname__:
+            raise StudyError(
+                f"the experiment '{self.name}' runs {self.run.__qualname__}, which no other "
+                "process can find; define it at the top of a module"
+            )
 
     def key(self, case: CaseT) -> str:
         """Return a name for a case that no other case of any experiment has."""

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid._native import Camera, Lens
-from servoid.pose import Pose
-from servoid.sim.world.motions import STILL, Floats, compose, looking, pose_of, row_of, unit_row
+from servoid.pose import Pose, looking
+from servoid.sim.world.motions import STILL, Floats, compose, pose_of, row_of, unit_row
 from servoid.sim.world.objects import make_object
 from servoid.sim.world.room import make_room
 from servoid.sim.world.settings import CameraSettings, LightSettings

@@ -7,8 +7,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid._native import Camera, Pose
-from servoid.errors import ImageError, TrackError
-from servoid.observe import Capture, CaptureCamera, Instant, Observation, Picture
+from servoid.errors import ImageError
+from servoid.observe.capture import Capture, CaptureCamera, Observation
+from servoid.observe.ideal import Ideal
+from servoid.observe.picture import Picture
+from servoid.observe.source import Instant
 
 _MOST_UNKNOWN = 0.5  # an image of which more pixels are unknown shows nothing
 
@@ -21,22 +24,6 @@ def cameras_of(capture: Capture) -> tuple[Camera, ...]:
 
     """
     return tuple(camera.ideal.camera for camera in capture.cameras)
-
-
-def chosen(capture: Capture, observations: slice, every: int) -> list[Observation]:
-    """List which observations are meant: each `every`-th of the slice.
-
-    Raises:
-        TrackError: there is none.
-
-    """
-    found = capture.observations()[observations][::every]
-    if not found:
-        raise TrackError(
-            f"{capture.path}: the range of observations holds none of the {len(capture)}; choose "
-            f"among 0 to {len(capture) - 1}"
-        )
-    return found
 
 
 def read_instants(capture: Capture, observations: Sequence[Observation]) -> Iterator[Instant]:
@@ -103,18 +90,32 @@ def tidy_image(image: NDArray[Any]) -> tuple[NDArray[np.uint8] | None, str | Non
     return np.ascontiguousarray(pixels, dtype=np.uint8), notice
 
 
+def ideal_image(
+    name: str, ideal: Ideal, pixels: NDArray[Any]
+) -> tuple[NDArray[np.uint8] | None, str | None]:
+    """Return what the ideal pinhole of a lens sees of its image, and what is wrong with that.
+
+    `name` is the camera's, for the notice.
+    """
+    try:
+        image, notice = tidy_image(pixels)
+        if image is not None:
+            image = ideal.maps().image(image)
+    except ImageError as error:
+        image, notice = None, str(error)
+    return image, None if notice is None else f"camera {name}: {notice}"
+
+
 def _read(
     camera: CaptureCamera, picture: Picture | None
 ) -> tuple[NDArray[np.uint8] | None, str | None]:
     if picture is None:
         return None, f"camera {camera.name}: there is no image"
     try:
-        image, notice = tidy_image(picture.read(camera.lens.size_px))
-        if image is not None:
-            image = camera.ideal.maps().image(image)
+        pixels = picture.read(camera.lens.size_px)
     except ImageError as error:
-        image, notice = None, str(error)
-    return image, None if notice is None else f"camera {camera.name}: {notice}"
+        return None, f"camera {camera.name}: {error}"
+    return ideal_image(camera.name, camera.ideal, pixels)
 
 
 def _time_s(capture: Capture, observation: Observation) -> float:

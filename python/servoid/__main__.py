@@ -1,0 +1,5 @@
+"""`python -m servoid`, the same as `servoid`."""
+
+from servoid.cli import main
+
+main()

@@ -1,0 +1,149 @@
+"""`servoid study`: runs a study, shows how far it is, and prints what was found."""
+
+import textwrap
+from dataclasses import dataclass
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import typer
+
+from servoid.cli.progress import progress_bar
+from servoid.errors import MissingExtraError, StudyError
+from servoid.output import check_folder, make_folder
+from servoid.servo import settings_toml
+from servoid.study.batch import Headway, workers_for
+from servoid.study.design import Study
+from servoid.study.running import StudyReport, read_study_settings, run_study, study_named
+
+INTERRUPTED = 130
+
+_EXTRAS = {"matplotlib": "view", "pyarrow": "study", "mujoco": "sim", "daqp": "servo"}
+_WIDTH = 80
+_MINUTE = 60.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Order:
+    """What `servoid study` was asked for."""
+
+    name: str
+    out: Path | None
+    config: Path | None
+    quick: bool
+    workers: int | None
+    cluster: str | None
+
+    def settings(self, study: Study[Any]) -> msgspec.Struct:
+        """Return the settings that are meant.
+
+        Raises:
+            StudyError: there are two kinds of them, or the file cannot be read.
+
+        """
+        if self.config is None:
+            return study.quick if self.quick else study.settings()
+        if self.quick:
+            raise StudyError(
+                "a file of settings and --quick are both given; leave one of them out, or start "
+                f"your file from 'servoid study {self.name} --quick --print-config'"
+            )
+        return read_study_settings(study, self.config)
+
+
+def print_study_settings(order: Order) -> None:
+    """Print all settings as commented TOML."""
+    typer.echo(settings_toml(order.settings(study_named(order.name))), nl=False)
+
+
+def run_order(order: Order) -> None:
+    """Run a study, and print a summary."""
+    if order.out is None:
+        raise typer.BadParameter(
+            "nothing says where the results are to be written; give a folder, such as results",
+            param_hint="--out",
+        )
+    _check_extras()
+    study = study_named(order.name)
+    settings = order.settings(study)
+    workers = workers_for(order.workers, order.cluster)
+    check_folder(order.out)
+    make_folder(order.out)
+    folder = order.out / study.name
+    last: list[Headway] = []
+    try:
+        with progress_bar(f"study {study.name}, {workers.words}") as update:
+
+            def show(headway: Headway) -> None:
+                last[:] = [headway]
+                update(headway.done / max(1, headway.total), words_of(headway))
+
+            report = run_study(study, settings, folder, workers=workers, watch=show)
+    except KeyboardInterrupt as interrupt:
+        done = f"{last[0].done} of {last[0].total} trials" if last else "no trials"
+        typer.echo(
+            f"interrupted: {done} are done and kept; the same command goes on from there", err=True
+        )
+        raise typer.Exit(INTERRUPTED) from interrupt
+    _print_report(study, report, folder)
+
+
+def words_of(headway: Headway) -> str:
+    """Say how far a batch is."""
+    words = f"{headway.done} of {headway.total} trials"
+    if headway.failed:
+        words += f", {headway.failed} failed"
+    left = headway.seconds_left
+    if left is None or headway.done == headway.total:
+        return words
+    about = f"{left / _MINUTE:.0f} min" if left >= 1.5 * _MINUTE else f"{left:.0f} s"
+    return f"{words}, about {about} left"
+
+
+def _check_extras() -> None:
+    """Check that all is there that studies need.
+
+    Raises:
+        MissingExtraError: a library is not installed.
+
+    """
+    missing = [library for library in _EXTRAS if find_spec(library) is None]
+    if missing:
+        extras = ",".join(_EXTRAS[library] for library in missing)
+        raise MissingExtraError(
+            f"servoid study needs {', '.join(missing)}, not installed yet; "
+            f"install with: pip install 'servoid[{extras}]'"
+        )
+
+
+def _print_report(study: Study[Any], report: StudyReport, folder: Path) -> None:
+    """Print what was found, in 80 columns."""
+    typer.echo(study.title)
+    for section in report.sections:
+        typer.echo(f"\n{section.heading}")
+        for words in section.words[:1]:
+            _print_words(words)
+        for finding in section.findings:
+            _print_words(f"{finding.verdict.value}: {finding.ours}", "- ")
+    typer.echo()
+    for failure in report.failures:
+        _print_words(f"failed: {failure}")
+    if report.failures:
+        _print_words(
+            f"{len(report.failures)} of {report.trials} trials failed; the same command tries "
+            "them again"
+        )
+    typer.echo(f"  page    {report.page}")
+    typer.echo(f"  tables  {folder}/*.parquet, {folder}/*.csv")
+
+
+def _print_words(words: str, mark: str = "") -> None:
+    for line in textwrap.wrap(
+        words,
+        _WIDTH,
+        initial_indent=f"  {mark}",
+        subsequent_indent="  " + " " * len(mark),
+        break_on_hyphens=False,
+    ):
+        typer.echo(line)

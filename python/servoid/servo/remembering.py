@@ -1,0 +1,94 @@
+"""An arm that remembers where it was, for cameras on it whose images come later."""
+
+from collections import deque
+
+import numpy as np
+
+from servoid.errors import ServoError
+from servoid.pose import Pose
+from servoid.servo.arm import Arm, Eyes, Floats, Joints, JointState
+
+
+class RememberingArm:
+    """Drives another arm, and remembers the states that were read from it.
+
+    `world_from_cameras_at` is what a source of images needs to know where its cameras were.
+    """
+
+    def __init__(self, arm: Arm, seconds: float = 2.0) -> None:
+        """Take an arm; what is older than `seconds` is forgotten.
+
+        Raises:
+            ServoError: the arm does not know where its joints are.
+
+        """
+        self._arm, self._seconds = arm, seconds
+        self._states: deque[JointState] = deque()
+        self.state()
+        if not self._states:
+            raise ServoError(
+                "the arm's state holds numbers that are not finite; wait until its sensors answer"
+            )
+
+    @property
+    def joints(self) -> Joints:
+        """Return the joints and their limits."""
+        return self._arm.joints
+
+    @property
+    def eyes(self) -> Eyes | None:
+        """Return how the eyes turn, None if the cameras are fixed to the hand."""
+        return self._arm.eyes
+
+    @property
+    def period_s(self) -> float:
+        """Return the control period in seconds."""
+        return self._arm.period_s
+
+    def state(self) -> JointState:
+        """Return what the joints do now, and remember it."""
+        state = self._arm.state()
+        finite = np.isfinite([state.time_s, *state.positions]).all()
+        if finite and (not self._states or state.time_s > self._states[-1].time_s):
+            self._states.append(state)
+            while state.time_s - self._states[0].time_s > self._seconds:
+                self._states.popleft()
+        return state
+
+    def world_from_hand(self, positions: Floats) -> Pose:
+        """Return where the hand is with the joints at these positions."""
+        return self._arm.world_from_hand(positions)
+
+    def jacobian(self, positions: Floats) -> Floats:
+        """Return (6, N) float64: the hand's velocity, linear and angular in the world, by joint."""
+        return self._arm.jacobian(positions)
+
+    def world_from_cameras(self, positions: Floats) -> tuple[Pose, ...]:
+        """Return where each camera is with the joints at these positions."""
+        return self._arm.world_from_cameras(positions)
+
+    def command(self, velocities: Floats) -> None:
+        """Have the joints turn at (N,) rad/s, and return one control period later.
+
+        Raises:
+            ServoError: there are not N velocities, or one of them is no number.
+
+        """
+        self._arm.command(velocities)
+
+    def positions_at(self, time_s: float) -> Floats:
+        """Return where the joints were, (N,), between the states that were read.
+
+        Before the first that is remembered and after the last they are taken to have rested.
+        """
+        times = [state.time_s for state in self._states]
+        after = int(np.searchsorted(times, time_s))
+        if after in (0, len(times)):
+            return self._states[min(after, len(times) - 1)].positions.copy()
+        earlier, later = self._states[after - 1], self._states[after]
+        share = (time_s - earlier.time_s) / (later.time_s - earlier.time_s)
+        return earlier.positions + share * (later.positions - earlier.positions)
+
+    def world_from_cameras_at(self, time_s: float) -> tuple[Pose, ...]:
+        """Return where each camera was at a time of the arm's clock."""
+        return self._arm.world_from_cameras(self.positions_at(time_s))

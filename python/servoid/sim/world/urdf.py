@@ -1,0 +1,97 @@
+"""Reads an arm's URDF as MuJoCo takes it: with its meshes where they are on this machine."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from xml.etree import ElementTree
+
+from servoid.errors import SimError
+
+_READABLE = (".stl", ".obj", ".msh")
+_LEAST_MASS, _LEAST_INERTIA = "0.01", "0.0001"  # of a link of which the file says neither
+_PACKAGE = "package://"
+_FILE = "file://"
+
+
+@dataclass(frozen=True)
+class Urdf:
+    """A URDF with whole paths, and the speeds in rad/s that it allows the joints that it limits."""
+
+    text: str
+    speeds: dict[str, float]
+
+
+def read_urdf(path: Path) -> Urdf:
+    """Read a URDF; of each link its collision shapes stay, or else what is drawn of it.
+
+    Shapes for drawing are often of a format that MuJoCo does not know. A link without mass gets a
+    little, for MuJoCo moves none without.
+    `package://NAME/REST` is sought as ROS packages lie on a disk: REST in a folder above the file,
+    or NAME/REST in one.
+
+    Raises:
+        SimError: the file is no XML, or a mesh is nowhere to be found.
+
+    """
+    try:
+        root = ElementTree.fromstring(path.read_bytes())
+    except (ElementTree.ParseError, OSError) as error:
+        raise SimError(f"{path} cannot be read as an arm: {error}") from error
+    for link in root.iter("link"):
+        _keep_solid(link)
+    for mesh in root.iter("mesh"):
+        mesh.set("filename", str(_found(path, mesh.get("filename", ""))))
+    compiler = _compiler(root)
+    compiler.set("strippath", "false")
+    compiler.set("boundmass", _LEAST_MASS)
+    compiler.set("boundinertia", _LEAST_INERTIA)
+    return Urdf(ElementTree.tostring(root, encoding="unicode"), dict(_speeds(root)))
+
+
+def _keep_solid(link: ElementTree.Element) -> None:
+    """Take the shapes for drawing out of a link, or have them stand for its missing solid ones."""
+    bare = link.find("collision") is None
+    for visual in link.findall("visual"):
+        mesh = visual.find("geometry/mesh")
+        name = "" if mesh is None else mesh.get("filename", "")
+        if bare and (mesh is None or name.lower().endswith(_READABLE)):
+            visual.tag = "collision"
+        else:
+            link.remove(visual)
+
+
+def _found(path: Path, name: str) -> Path:
+    """Return the file that a URDF means by the name of a mesh."""
+    if name.startswith(_PACKAGE):
+        package, _, rest = name.removeprefix(_PACKAGE).partition("/")
+        above = path.resolve().parents
+        tried = [folder / part for folder in above for part in (f"{package}/{rest}", rest)]
+    else:
+        tried = [path.resolve().parent / name.removeprefix(_FILE)]
+    for file in tried:
+        if file.is_file():
+            return file
+    raise SimError(
+        f"{path}: the mesh {name} is not there; put it where the file says, seen from a folder "
+        "above the URDF, or change its name in the file"
+    )
+
+
+def _compiler(root: ElementTree.Element) -> ElementTree.Element:
+    """Return the element by which a URDF talks to MuJoCo."""
+    extension = root.find("mujoco")
+    if extension is None:
+        extension = ElementTree.SubElement(root, "mujoco")
+    compiler = extension.find("compiler")
+    return ElementTree.SubElement(extension, "compiler") if compiler is None else compiler
+
+
+def _speeds(root: ElementTree.Element) -> Iterator[tuple[str, float]]:
+    for joint in root.findall("joint"):
+        limit = joint.find("limit")
+        try:
+            speed = 0.0 if limit is None else float(limit.get("velocity", "0"))
+        except ValueError:
+            speed = 0.0
+        if speed > 0.0:
+            yield joint.get("name", ""), speed

@@ -1,0 +1,150 @@
+"""Eyes that see poses, not images, and see them late: a loop whose tracker makes no errors."""
+
+import math
+from collections import deque
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from servoid.observe import Camera, Instant
+from servoid.pose import Pose
+from servoid.servo.arm import Floats
+from servoid.sim.serial_arm import SerialArm
+
+Course = Callable[[float], Pose]
+Images = Sequence[NDArray[np.uint8] | None]
+
+_NUMBERS = 7  # of a pose
+_CLOSE_S = 1e-9
+_REMEMBERED_S = 2.0
+
+
+@dataclass(frozen=True)
+class Sight:
+    """How late poses arrive, and how often they are taken.
+
+    A pose arrives `latency_s` and `unknown_s` after it was taken. Its time stamp knows nothing of
+    `unknown_s`: it is so much later than the truth, and so are the cameras' poses that go with it.
+    """
+
+    rate_hz: float
+    latency_s: float
+    unknown_s: float = 0.0
+
+    @property
+    def delay_s(self) -> float:
+        """Return how old a pose is when it arrives."""
+        return self.latency_s + self.unknown_s
+
+
+@dataclass(frozen=True, eq=False)
+class LateEstimate:
+    """What a tracker's estimate has, of an object that was found without any error."""
+
+    time_s: float
+    world_from_object: Pose
+    covariance: Floats
+    status: str = "tracking"
+    confidence: float = 1.0
+    notices: list[str] = field(default_factory=list)
+    evaluations: int = 0
+    unobservable: Floats = field(default_factory=lambda: np.empty((0, 6)))
+    seconds: dict[str, float] = field(default_factory=dict)
+
+
+class LateSource:
+    """Implements `servoid.observe.Source`: each camera's image is the object's pose before it.
+
+    Ask for the newest in each control period, since the way of the joints is kept from there.
+    """
+
+    def __init__(self, arm: SerialArm, course: Course, sight: Sight) -> None:
+        """Take an arm at the beginning of its time; `course` gives `world_from_object`."""
+        self._arm, self._course, self._sight = arm, course, sight
+        self._went: deque[tuple[float, Floats]] = deque(
+            maxlen=math.ceil((_REMEMBERED_S + sight.delay_s) / arm.period_s)
+        )
+        self._next = 0
+
+    @property
+    def cameras(self) -> tuple[Camera, ...]:
+        """Return cameras of the least size: nothing is drawn."""
+        camera = Camera(size_px=(16, 16), focal_px=(16.0, 16.0), center_px=(7.5, 7.5))
+        return camera, camera
+
+    def newest(self) -> Instant | None:
+        """Return the newest observation that has arrived and was not returned yet, else None."""
+        state = self._arm.state()
+        self._went.append((state.time_s, state.positions))
+        found = None
+        while (
+            taken_s := self._next / self._sight.rate_hz
+        ) + self._sight.delay_s <= state.time_s + _CLOSE_S:
+            found = self._next, taken_s
+            self._next += 1
+        return None if found is None else self._seen(*found)
+
+    def _seen(self, index: int, taken_s: float) -> Instant:
+        world_from_object = self._course(taken_s)
+        images = tuple(
+            image_of(world_from_camera.inverse() @ world_from_object)
+            for world_from_camera in self._cameras_at(taken_s)
+        )
+        stamp_s = taken_s + self._sight.unknown_s
+        return Instant(index, stamp_s, self._cameras_at(stamp_s), images)
+
+    def _cameras_at(self, time_s: float) -> tuple[Pose, ...]:
+        """Return where the cameras were, between two control periods."""
+        end_s, end = self._went[-1]
+        for start_s, start in reversed(self._went):
+            if start_s <= time_s:
+                share = (time_s - start_s) / (end_s - start_s) if end_s > start_s else 0.0
+                return self._arm.world_from_cameras((1.0 - share) * start + share * end)
+            end_s, end = start_s, start
+        return self._arm.world_from_cameras(end)
+
+
+class Reader:
+    """Reads the pose that the first camera's image is.
+
+    It is a `servoid.track.Follower` but for the type of its estimates. `linear_sigma` in m and
+    `angular_sigma` in rad are how sure it says it is.
+    """
+
+    def __init__(self, linear_sigma: float, angular_sigma: float) -> None:
+        self._covariance = np.diag(np.repeat([linear_sigma, angular_sigma], 3) ** 2)
+
+    def start(
+        self,
+        time_s: float,
+        world_from_camera: Sequence[Pose],  # noqa: ARG002 (nothing is learned)
+        images: Images,  # noqa: ARG002
+        world_from_object: Pose,
+        masks: Images | None = None,  # noqa: ARG002
+    ) -> LateEstimate:
+        """Return the pose that was given."""
+        return LateEstimate(time_s, world_from_object, self._covariance)
+
+    def step(
+        self, time_s: float, world_from_camera: Sequence[Pose], images: Images
+    ) -> LateEstimate:
+        """Return where the object is if the camera stands where it is said to stand."""
+        image = images[0]
+        if image is None:
+            raise ValueError("the first camera delivered no image; a LateSource always does")
+        pose = world_from_camera[0] @ pose_of(image)
+        return LateEstimate(time_s, pose, self._covariance)
+
+
+def image_of(pose: Pose) -> NDArray[np.uint8]:
+    """Return a pose as an image (1, 56) uint8, which nobody but `pose_of` can read."""
+    numbers = np.array([*pose.quaternion, *pose.translation])
+    return numbers.view(np.uint8)[None]
+
+
+def pose_of(image: NDArray[np.uint8]) -> Pose:
+    """Return the pose that an image is."""
+    numbers = np.ascontiguousarray(image).reshape(-1).view(np.float64)
+    return Pose.from_parts(numbers[4:_NUMBERS].tolist(), numbers[:4].tolist())

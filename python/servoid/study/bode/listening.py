@@ -1,0 +1,139 @@
+"""Keeps what object, hand, eyes and recognition did in a run, along the object's first axes."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from servoid.pose import Pose
+from servoid.servo import Command, Tick
+from servoid.servo.arm import Floats
+from servoid.servo.settings import ServoSettings
+from servoid.sim.world import World
+
+_AT_LIMIT = 0.999
+_PARALLEL = 1e-3  # crossing lines of sight whose slopes differ less cross nowhere
+
+
+@dataclass(eq=False)
+class Course:
+    """Places over time: seconds since the path began (T,), true and told places (T, 3) in m."""
+
+    times: list[float] = field(default_factory=list)
+    truth: list[Floats] = field(default_factory=list)
+    told: list[Floats] = field(default_factory=list)
+
+    def add(self, time_s: float, truth: Floats, told: Floats) -> None:
+        """Keep a moment."""
+        self.times.append(time_s)
+        self.truth.append(truth)
+        self.told.append(told)
+
+
+class Listener:
+    """Hears the ticks of a run in a world whose object swings.
+
+    All places are in the frame that the object has at the start. `courses` are, by name: what the
+    tracker `seen` at the time of its images, the newest estimate `known` in a control period,
+    where the object is `predicted` to be then, where the eyes look (`gaze`), and the `hand`.
+    """
+
+    def __init__(self, world: World, object_from_body: Pose, settings: ServoSettings) -> None:
+        self._world, self._object_from_body, self._settings = world, object_from_body, settings
+        self._start_from_world = world.world_from_object_at(world.time_s).inverse()
+        self._began_s = world.time_s
+        self._known: Floats | None = None
+        self._last: Command | None = None
+        self.courses = {name: Course() for name in ("seen", "known", "predicted", "gaze", "hand")}
+        self.held_s = 0.0
+        self.joint_speed_share, self.joint_acceleration_share = 0.0, 0.0
+        self.limited = 0
+
+    def hear(self, tick: Tick, counts: bool) -> None:
+        """Take in a control period; only one that counts is kept."""
+        if tick.instant is not None and tick.estimate is not None:
+            found = self._body_place(tick.estimate.world_from_object)
+            if tick.estimate.status == "tracking":
+                self._known = found
+            if counts:
+                time_s = tick.instant.time_s
+                self.courses["seen"].add(time_s - self._began_s, self._truth(time_s), found)
+        if counts:
+            self._keep(tick)
+        self._last = tick.command
+
+    def _keep(self, tick: Tick) -> None:
+        time_s, command = tick.state.time_s, tick.command
+        arm = self._world.arm
+        if command.holding:
+            self.held_s += arm.period_s
+        truth = self._truth(time_s)
+        hand = arm.world_from_hand(tick.state.positions)
+        told = {
+            "known": self._known,
+            "predicted": (
+                None
+                if command.world_from_object is None
+                else self._body_place(command.world_from_object)
+            ),
+            "gaze": self._gaze(tick.state.positions, truth),
+            "hand": self._place(np.array(hand.translation)),
+        }
+        for name, place in told.items():
+            if place is not None:
+                self.courses[name].add(time_s - self._began_s, truth, place)
+        if self._last is not None:
+            self._watch_limits(command, self._last)
+
+    def _watch_limits(self, command: Command, last: Command) -> None:
+        """Note what share of the limits of joints and hand was in use."""
+        arm, settings = self._world.arm, self._settings
+        joints, hand = arm.joints, settings.hand
+        twist = np.linalg.norm(command.twist.reshape(2, 3), axis=1)
+        change = np.linalg.norm((command.twist - last.twist).reshape(2, 3), axis=1) / arm.period_s
+        speed = np.abs(command.velocities) / (settings.joints.speed_share * joints.speed)
+        turning = np.abs(command.velocities - last.velocities) / (
+            arm.period_s * settings.joints.acceleration_share * joints.acceleration
+        )
+        self.joint_speed_share = max(self.joint_speed_share, float(speed.max()))
+        self.joint_acceleration_share = max(self.joint_acceleration_share, float(turning.max()))
+        of_hand = np.concatenate(
+            [
+                twist / (hand.linear_speed, hand.angular_speed),
+                change / (hand.linear_acceleration, hand.angular_acceleration),
+            ]
+        )
+        most = max(speed.max(), turning.max(), of_hand.max())
+        self.limited += bool(most > _AT_LIMIT or command.limiting)
+
+    def _gaze(self, positions: Floats, truth: Floats) -> Floats:
+        """Return the point (3,) at which the eyes look.
+
+        Sideways it is where their axes pierce the plane across z that the object is in, both eyes'
+        mean; in depth, where the axes cross as seen from above, or the object's depth if nowhere.
+        """
+        places, slopes = [], []
+        for pose in self._world.arm.world_from_cameras(positions):
+            eye = self._start_from_world @ pose
+            axis = eye.matrix()[:3, 2]
+            place = np.array(eye.translation)
+            slopes.append(axis[:2] / axis[2])
+            places.append(place)
+        pierced = [
+            place[:2] + (truth[2] - place[2]) * slope
+            for place, slope in zip(places, slopes, strict=True)
+        ]
+        sideways, up = 0.5 * (pierced[0] + pierced[1])
+        narrowing = slopes[0][0] - slopes[1][0]
+        gap = pierced[1][0] - pierced[0][0]
+        depth = truth[2] + (gap / narrowing if abs(narrowing) > _PARALLEL else 0.0)
+        return np.array([sideways, up, depth])
+
+    def _truth(self, time_s: float) -> Floats:
+        world_from_object = self._world.world_from_object_at(time_s)
+        return self._body_place(world_from_object @ self._object_from_body)
+
+    def _body_place(self, world_from_body: Pose) -> Floats:
+        return self._place(np.array(world_from_body.translation))
+
+    def _place(self, point_in_world: Floats) -> Floats:
+        return self._start_from_world.transform(point_in_world[None])[0]

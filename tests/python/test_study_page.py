@@ -1,0 +1,78 @@
+import re
+from html.parser import HTMLParser
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from servoid.errors import OutputError
+from servoid.study.findings import Finding, Picture, Section, Table, Verdict
+from servoid.study.page import write_study_page
+
+
+class Reader(HTMLParser):
+    """Gathers the text of a page, its tags, and what it refers to."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.words: list[str] = []
+        self.links: list[str] = []
+        self.ids: set[str] = set()
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        if tag not in ("meta", "img"):
+            self.open.append(tag)
+        for name, value in attrs:
+            if name in ("src", "href"):
+                self.links.append(value or "")
+            if name == "id":
+                self.ids.add(value or "")
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        self.words.append(data)
+
+
+def a_section(picture: Path) -> Section:
+    return Section(
+        heading="Fig. 8: <the map> & more",
+        words=("The peak is 2 mm off.",),
+        findings=(Finding("wide along z", "90 mm", Verdict.PARTLY, "a narrow <baseline>"),),
+        pictures=(Picture(picture, "Maps & profiles"),),
+        tables=(Table(("fitness", "width"), [("points", "90 mm"), ("region", "12.5")], "Widths"),),
+    )
+
+
+def a_picture(folder: Path) -> Path:
+    path = folder / "map.png"
+    cv2.imwrite(str(path), np.zeros((4, 4, 3), np.uint8))
+    return path
+
+
+def test_a_page_needs_nothing_beside_it_and_says_all(tmp_path: Path) -> None:
+    section = a_section(a_picture(tmp_path))
+    page = write_study_page(
+        tmp_path, "A <study>", [section], asks="How far?", settings="a = '<b>'", notes=["1 failed"]
+    )
+    reader = Reader()
+    reader.feed(page.read_text(encoding="utf-8"))
+    assert reader.open == []
+    assert all(link.startswith(("data:image/png;base64,", "#")) for link in reader.links)
+    assert {link[1:] for link in reader.links if link.startswith("#")} <= reader.ids
+    text = re.sub(r"\s+", " ", " ".join(reader.words))
+    for words in (
+        "A <study>", "How far?", "Fig. 8: <the map> & more", "The peak is 2 mm off.",
+        "wide along z", "agrees in part", "a narrow <baseline>", "Maps & profiles",
+        "Widths", "region", "12.5", "a = '<b>'", "1 failed",
+    ):  # fmt: skip
+        assert words in text
+
+
+def test_a_picture_that_is_missing_is_named_and_no_page_is_left(tmp_path: Path) -> None:
+    with pytest.raises(OutputError, match=r"map\.png"):
+        write_study_page(tmp_path, "A study", [a_section(tmp_path / "map.png")])
+    assert list(tmp_path.iterdir()) == []

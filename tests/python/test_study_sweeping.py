@@ -18,7 +18,7 @@ from servoid.study.sweeping import (
     spread_of,
     varied,
 )
-from servoid.study.sweeping.panels import Scale
+from servoid.study.sweeping.panels import Scale, far_apart
 from servoid.study.tracking import TrackStudySettings
 
 NOTHING = "\n".join(
@@ -80,7 +80,7 @@ def test_no_case_is_tried_twice_and_the_centre_is_tried() -> None:
 
 def test_numbers_stand_in_their_order_with_the_centre_among_them() -> None:
     assert SIZE.values_with(2.0) == (1.0, 2.0, 4.0)
-    assert KIND.values_with(Kind.ROUND) == (Kind.FLAT, Kind.ROUND)
+    assert KIND.values_with(Kind.ROUND) == (Kind.ROUND, Kind.FLAT)
 
 
 def test_a_curve_is_the_median_between_the_extremes_of_the_seeds() -> None:
@@ -150,3 +150,11 @@ def test_settings_that_cannot_be_are_told_with_their_place(
 ) -> None:
     with pytest.raises(msgspec.ValidationError, match=says):
         msgspec.toml.decode(text, type=kind)
+
+
+@pytest.mark.parametrize("log", [False, True])
+def test_the_first_and_the_last_value_are_named_on_the_axis(log: bool) -> None:
+    numbers = [0.1, 0.2, 0.21, 0.22, 0.5, 1.0, 1.9, 2.0]
+    kept = far_apart(numbers, log)
+    assert (kept[0], kept[-1]) == (0.1, 2.0)
+    assert 1.9 not in kept

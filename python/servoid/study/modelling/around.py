@@ -9,18 +9,26 @@ from servoid.pose import Pose
 from servoid.sim.world.motions import Floats
 
 _UP = np.array([0.0, -1.0, 0.0])
-_GOLDEN = np.pi * (3.0 - np.sqrt(5.0))  # turns by which any number of views is spread well
+_GOLDEN = float(np.pi * (3.0 - np.sqrt(5.0)))  # by which any number of views is spread well
 
 
-def around(count: int, begin: float, elevations_deg: Sequence[float], away: float) -> list[Pose]:
+def around(
+    count: int,
+    begin: float,
+    elevations_deg: Sequence[float],
+    away: float,
+    *,
+    step: float = _GOLDEN,
+) -> list[Pose]:
     """Return `object_from_camera` of cameras on all sides of the object, at heights in turn.
 
-    `begin` in radians says where the first one is, each next one is 137.5 degrees on, so that even
-    two see different outlines; all look at the origin from `away` metres.
+    `begin` in radians says where the first one is. Each next one is `step` radians on: by
+    default 137.5 degrees, so that even two see different outlines. All look at the origin from
+    `away` metres.
     """
     poses = []
     for index in range(count):
-        azimuth = begin + _GOLDEN * index
+        azimuth = begin + step * index
         rise = np.radians(elevations_deg[index % len(elevations_deg)])
         level = np.array([np.cos(azimuth), 0.0, np.sin(azimuth)])
         poses.append(watching(away * (np.cos(rise) * level + np.sin(rise) * _UP)))

@@ -23,7 +23,7 @@ from servoid.study.modelling.trial import MODELLING
 from servoid.study.modelling.words import (
     center_words,
     enough_words,
-    hollow_words,
+    filling_words,
     matter_words,
     time_words,
 )
@@ -50,7 +50,7 @@ def tell_modelling(settings: ModelStudySettings, results: Results, folder: Path)
                 *center_words(plan, sweep),
                 *matter_words(plan, sweep),
                 *enough_words(plan, sweep),
-                *hollow_words(plan, sweep),
+                *filling_words(plan, sweep),
             ),
             pictures=(
                 Picture(

@@ -11,7 +11,6 @@ from servoid.study.modelling.figures import (
 from servoid.study.modelling.plan import ELLIPSOIDS, VIEWS, Plan
 from servoid.study.sweeping import Factor, Value, written
 
-_HOLLOW = 0.75  # of the object's volume; more is no matter
 _LOSS = 0.02  # of an IoU below the centre's: still close to it
 
 
@@ -71,23 +70,21 @@ def enough_words(plan: Plan, sweep: Trials) -> list[str]:
     ]
 
 
-def hollow_words(plan: Plan, sweep: Trials) -> list[str]:
-    """Say where bodies hold much less than the objects do."""
-    said = []
-    for factor in plan.factors:
-        shares = [
-            (share, value)
-            for value in plan.series[0].values(factor)
-            if (share := mean_of_objects(plan, sweep, (factor, value), filling)) is not None
-        ]
-        least = min(shares, key=lambda one: one[0], default=None)
-        if least is not None and least[0] < _HOLLOW:
-            said.append(f"{100.0 * least[0]:.0f} % with {_named(factor, least[1])}")
-    if not said:
+def filling_words(plan: Plan, sweep: Trials) -> list[str]:
+    """Say where bodies hold much less or much more than the objects do."""
+    found: list[tuple[float, str]] = []
+    for one in plan.series:
+        for factor in plan.factors:
+            for value in one.values(factor):
+                spread = sweep.spread(one, (factor, value), filling)
+                if spread is not None:
+                    found.append((spread.middle, f"{one.name} with {_named(factor, value)}"))
+    if not found:
         return []
+    least, most = min(found), max(found)
     return [
-        f"Bodies that hold much less than their objects, on average: {', '.join(said)}. Outlines "
-        "that contradict each other are met by thin leaves better than by a solid body."
+        f"Of all bodies one holds least of its object's volume, {_times(least[0])}, {least[1]}, "
+        f"and one most, {_times(most[0])}, {most[1]}."
     ]
 
 
@@ -127,6 +124,10 @@ def _volumes(plan: Plan, sweep: Trials, factor: Factor) -> list[tuple[Value, flo
 
 def _iou(pair: tuple[Value, float]) -> float:
     return pair[1]
+
+
+def _times(share: float) -> str:
+    return f"{share:.2f} times" if share < 10.0 else f"{share:.0f} times"
 
 
 def _named(factor: Factor, value: Value) -> str:

@@ -35,8 +35,8 @@ class Factor:
         return found
 
     def values_with(self, center: Value) -> tuple[Value, ...]:
-        """Return the values and that of the centre, numbers in their order."""
-        every = list(dict.fromkeys((*self.values, center)))
+        """Return that of the centre and the other values, numbers in their order."""
+        every = list(dict.fromkeys((center, *self.values)))
         numbers = [value for value in every if isinstance(value, float | int)]
         return tuple(sorted(numbers)) if len(numbers) == len(every) else tuple(every)
 

@@ -16,7 +16,8 @@ if TYPE_CHECKING:
 
 _WIDE_IN, _HIGH_IN = 9.6, 2.35
 _COLUMNS = 3
-_FEW_TICKS = 6
+_MOST_TICKS = 7
+_IN_LEGEND = 6
 _BESIDE = 0.13  # of the way from one name to the next: what stands side by side there
 
 
@@ -90,7 +91,7 @@ def draw_panels(panels: Sequence[Panel], scale: Scale) -> bytes:
         known.values(),
         list(known),
         loc="outside upper left",
-        ncols=min(4, len(known)),
+        ncols=min(_IN_LEGEND, len(known)),
         frameon=False,
         fontsize=10,
     )
@@ -167,19 +168,19 @@ def _set_ticks(axes: "Axes", panel: Panel) -> None:
     if panel.factor.log:
         axes.set_xscale("log")
         axes.xaxis.set_minor_locator(NullLocator())
-    kept = _far_apart(numbers, panel.factor.log)
+    kept = far_apart(numbers, panel.factor.log)
     axes.set_xticks(kept, [written(value) for value in kept])
 
 
-def _far_apart(numbers: Sequence[float], log: bool) -> list[float]:
+def far_apart(numbers: Sequence[float], log: bool) -> list[float]:
     """Return numbers whose labels do not touch, the first and the last among them."""
     at = [math.log(number) if log else number for number in numbers]
-    room = (at[-1] - at[0]) / _FEW_TICKS
+    room = (at[-1] - at[0]) / _MOST_TICKS
     kept = [len(at) - 1]
-    for index in range(len(at) - 2, -1, -1):
-        if at[kept[-1]] - at[index] >= room:
+    for index in range(len(at) - 2, 0, -1):
+        if min(at[kept[-1]] - at[index], at[index] - at[0]) >= room:
             kept.append(index)
-    return [numbers[index] for index in reversed(kept)]
+    return [numbers[index] for index in sorted({0, *kept})]
 
 
 def written(value: Value) -> str:

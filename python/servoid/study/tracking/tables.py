@@ -13,9 +13,8 @@ from servoid.study.tracking.metrics import (
     wrongly_sure,
 )
 from servoid.study.tracking.plan import Plan
+from servoid.study.tracking.words import HOLDS
 from servoid.track import Method
-
-HOLDS = 0.9  # success from which on a factor's value counts as held
 
 
 def limits(plan: Plan, panels: Sequence[Panel]) -> Table:

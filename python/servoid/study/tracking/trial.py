@@ -92,7 +92,7 @@ def known_of(name: str, ellipsoids: int) -> Known:
     design = design_of(name)
     views = [
         View(camera=_CAMERA, world_from_camera=pose, mask=design.mask(_CAMERA, pose))
-        for pose in around(_VIEWS, 0.3, _ELEVATIONS_DEG, _AWAY)
+        for pose in around(_VIEWS, 0.3, _ELEVATIONS_DEG, _AWAY, step=2.0 * np.pi / _VIEWS)
     ]
     settings = ModelSettings(max_ellipsoids=ellipsoids, delta=0.0, quick=True, threads=1)
     body = fit_body(Given(views=views), settings)[-1].body

@@ -17,6 +17,7 @@ from servoid.study.tracking.figures import Trials, position, turn
 from servoid.study.tracking.metrics import of_tracked, success, wrongly_sure
 from servoid.study.tracking.plan import BASELINE, HIDDEN, WAY, Plan
 
+HOLDS = 0.9  # success from which on a tracker counts as holding
 _LOSS = 0.05  # of the images; less is no matter
 _GROWTH = 1.25  # of an error; less is no matter
 
@@ -62,7 +63,7 @@ def cost_words(plan: Plan, panels: Sequence[Panel], sweep: Trials, near: float) 
             f"What costs it less than {_percent(_LOSS)} of the images wherever it was tried: "
             f"{', '.join(cheap)}."
         )
-    return said + _sure_words(plan, sweep, near)
+    return said + _single_words(plan, panels, cheap) + _sure_words(plan, sweep, near)
 
 
 def search_words(plan: Plan, panels: Sequence[Panel]) -> list[str]:
@@ -157,6 +158,27 @@ def eyes_words(plan: Plan, panels: Sequence[Panel]) -> list[str]:
             f"{eyes[0]} ones at the same baseline."
         )
     return said
+
+
+def _single_words(plan: Plan, panels: Sequence[Panel], cheap: Sequence[str]) -> list[str]:
+    """Say which of the factors that cost little by the median cost single scenes much."""
+    parts = []
+    for panel in panels:
+        curve = panel.curves[0]
+        pairs = [
+            (spread.low, value)
+            for value, spread in zip(curve.values, curve.spreads, strict=True)
+            if spread is not None
+        ]
+        least, value = min(pairs, key=lambda pair: pair[0], default=(1.0, ""))
+        if panel.factor.title in cheap and least < HOLDS:
+            parts.append(f"{_at(panel.factor, value)} {_percent(least)}")
+    if not parts:
+        return []
+    return [
+        f"Of these some cost {plan.ours.name} more in single scenes; the share that is left in the "
+        f"worst scene at the worst value: {'; '.join(parts)}."
+    ]
 
 
 def _sure_words(plan: Plan, sweep: Trials, near: float) -> list[str]:

@@ -155,6 +155,12 @@ def test_a_function_that_no_other_process_finds_is_refused() -> None:
         Experiment("inside", inside, Case, Row)
 
 
+@pytest.mark.parametrize("name", ["", "a b", "../a", "A", "a/b"])
+def test_a_name_that_no_file_should_have_is_refused(name: str) -> None:
+    with pytest.raises(StudyError, match="cannot name an experiment"):
+        Experiment(name, draw, Case, Row)
+
+
 def test_two_works_of_one_name_are_refused(tmp_path: Path) -> None:
     with pytest.raises(StudyError, match="join their cases"):
         run_batch([Work(DRAW, cases(1)), Work(DRAW, cases(2))], tmp_path)

@@ -1,6 +1,7 @@
 """What is tried in a batch: a pure function from a case to what came of it."""
 
 import hashlib
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Generic, TypeVar
@@ -8,6 +9,8 @@ from typing import Generic, TypeVar
 import msgspec
 
 from servoid.errors import StudyError
+
+_NAME = re.compile(r"[a-z][a-z0-9_.]*")
 
 CaseT = TypeVar("CaseT", bound=msgspec.Struct)
 RowT = TypeVar("RowT", bound=msgspec.Struct)
@@ -30,12 +33,16 @@ class Experiment(Generic[CaseT, RowT]):
     version: int = 1
 
     def __post_init__(self) -> None:
-        """Check that other processes can find the function.
+        """Check that its tables can be named, and that other processes can find the function.
 
         Raises:
-            StudyError: it stands inside another function.
+            StudyError: the name is no plain word, or the function stands inside another one.
 
         """
+        if not _NAME.fullmatch(self.name):
+            raise StudyError(
+                f"'{self.name}' cannot name an experiment; choose small letters, digits, _ and ."
+            )
         if "<" in self.run.__qualname__:
             raise StudyError(
                 f"the experiment '{self.name}' runs {self.run.__qualname__}, which no other "

@@ -191,4 +191,4 @@ def _row(case: ServoingCase, course: _Course) -> ServoingRow:
     )
 
 
-SERVOING = Experiment("paper servoing", run_servoing, ServoingCase, ServoingRow)
+SERVOING = Experiment("servoing", run_servoing, ServoingCase, ServoingRow)

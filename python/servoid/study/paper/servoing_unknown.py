@@ -130,4 +130,4 @@ def _track(trial: ServoTrial, times: Floats, pairs: Sequence[Sequence[Pose]]) ->
     )
 
 
-UNKNOWN = Experiment("paper servoing unknown", run_unknown, UnknownCase, UnknownRow)
+UNKNOWN = Experiment("servoing_unknown", run_unknown, UnknownCase, UnknownRow)

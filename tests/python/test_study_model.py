@@ -209,7 +209,7 @@ def test_what_is_told_is_what_the_rows_say(done: list[Done], tmp_path: Path) -> 
     volume, outline = (
         np.median([getattr(row, name) for row in rows]) for name in ("volume_iou", "outline_iou")
     )
-    assert f"two_ellipsoids {volume:.2f} and {outline:.2f}" in sections[0].words[0]
+    assert f"two_ellipsoids {volume:.2f} and {outline:.2f}" in " ".join(sections[0].words)
     assert f'"views",,4,two_ellipsoids,"",{volume:.6g},' in (tmp_path / "volume.csv").read_text()
     table = next(section for section in sections if section.tables).tables[0]
     assert all(len(cells) == len(table.headings) for cells in table.rows)

@@ -12,8 +12,10 @@ from servoid.errors import SimError
 from servoid.servo import settings_toml
 from servoid.study.design import Done
 from servoid.study.modelling import design_of
+from servoid.study.sweeping import Sweep
 from servoid.study.tracking import TRACK, TrackStudySettings
 from servoid.study.tracking.cases import Eyes, Scene, TrackCase, TrackRow
+from servoid.study.tracking.figures import success_panels
 from servoid.study.tracking.footage import SetUp, eyes_of, is_hidden, last_quarter, shoot
 from servoid.study.tracking.metrics import (
     of_tracked,
@@ -24,6 +26,7 @@ from servoid.study.tracking.metrics import (
 )
 from servoid.study.tracking.plan import layout
 from servoid.study.tracking.settings import QUICK, CenterSettings, SweepSettings
+from servoid.study.tracking.tables import limits
 from servoid.study.tracking.trial import TRACKING, run_track_case
 from servoid.study.tracking.way import rest_from_objects
 from servoid.track import Method
@@ -45,6 +48,7 @@ SMALL = TrackStudySettings(
         object=("two_ellipsoids",),
     ),
 )
+NOTHING = dict.fromkeys(SweepSettings.__struct_fields__, ())
 SCENE = layout(SMALL).ours.centers[0].scene
 
 
@@ -201,7 +205,7 @@ def test_what_is_told_is_what_the_rows_say(done: list[Done], tmp_path: Path) -> 
     center = layout(SMALL).ours.centers[0]
     row = next(one.row for one in done if one.case == center)
     share = success(row, SMALL.near)
-    assert f"servoid is right in {100.0 * share:.0f} % of the images" in sections[0].words[0]
+    assert f"servoid is right in {100.0 * share:.0f} % of the images" in " ".join(sections[0].words)
     line = f'"population",,24,servoid,"",{share:.6g},{share:.6g},{share:.6g}'
     assert line in (tmp_path / "success.csv").read_text(encoding="utf-8").splitlines()
     table = next(section for section in sections if section.heading == "All figures").tables[0]
@@ -218,3 +222,19 @@ def test_failed_trials_are_left_out_and_told(done: list[Done], tmp_path: Path) -
     assert "1 trials failed and are left out; why: the camera broke" in words
     lost = [replace(one, row=None, failure="the camera broke") for one in done]
     assert TRACK.tell(SMALL, {TRACKING.name: lost}, tmp_path)[0].heading == "No trial succeeded"
+
+
+def test_the_limits_name_what_holds_about_the_centre_and_elsewhere() -> None:
+    settings = changed(SMALL, sweep=SweepSettings(**{**NOTHING, "way_mm": (5.0, 40.0, 90.0)}))
+    plan = layout(settings)
+    worth = {5.0: True, 12.0: True, 40.0: False, 90.0: True}
+    done = []
+    for case in plan.cases():
+        holds = worth[case.scene.way_mm] and case.method is Method.REGION
+        status = ["tracking" if holds else "lost"] * 11
+        done.append(Done(case, row_of(status, [0.0] * 11)))
+    panels = success_panels(plan, Sweep(done), settings.near)
+    table = limits(plan, panels)
+    [cells] = [cells for cells in table.rows if cells[0].startswith("way")]
+    assert cells[3] == "5 to 12, and at 90"
+    assert cells[4] == "nowhere; 0 % in the centre"

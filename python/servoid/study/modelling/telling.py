@@ -47,8 +47,8 @@ def tell_modelling(settings: ModelStudySettings, results: Results, folder: Path)
         Section(
             "What matters most",
             (
-                *center_words(plan, sweep),
                 *matter_words(plan, sweep),
+                *center_words(plan, sweep),
                 *enough_words(plan, sweep),
                 *filling_words(plan, sweep),
             ),

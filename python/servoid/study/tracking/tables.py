@@ -3,7 +3,18 @@
 from collections.abc import Sequence
 
 from servoid.study.findings import Table
-from servoid.study.sweeping import Curve, Factor, Panel, Series, Value, at, holding, named, written
+from servoid.study.sweeping import (
+    Curve,
+    Factor,
+    Panel,
+    Series,
+    Value,
+    at,
+    holding,
+    known,
+    named,
+    written,
+)
 from servoid.study.tracking.cases import TrackCase
 from servoid.study.tracking.figures import Metric, Trials, position, turn
 from servoid.study.tracking.metrics import (
@@ -86,15 +97,20 @@ def _figures(
 
 
 def _held(curve: Curve, series: Series[TrackCase], factor: Factor) -> str:
-    values = holding(curve, series.center(factor), lambda share: share >= HOLDS)
+    """Write where a tracker holds: about the centre, then wherever else it was tried."""
+    center = series.center(factor)
+    values = holding(curve, center, lambda share: share >= HOLDS)
+    others = [value for value, share in known(curve) if share >= HOLDS and value not in values]
+    elsewhere = f"at {_listed(others)}" if others else ""
     if not values:
-        center = at(curve, series.center(factor))
-        return "nowhere" if center is None else f"nowhere; {100.0 * center:.0f} % in the centre"
+        share = at(curve, center)
+        here = "" if share is None else f"; {100.0 * share:.0f} % in the centre"
+        return f"{elsewhere or 'nowhere'}{here}"
     if not all(isinstance(value, float | int) for value in values):
         return _listed(values)
-    if len(values) == 1:
-        return f"only at {written(values[0])}"
-    return f"{written(values[0])} to {written(values[-1])}"
+    first, last = written(values[0]), written(values[-1])
+    about = f"only at {first}" if len(values) == 1 else f"{first} to {last}"
+    return f"{about}, and {elsewhere}" if elsewhere else about
 
 
 def _who(series: Series[TrackCase], plan: Plan) -> str:

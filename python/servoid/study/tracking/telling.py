@@ -57,8 +57,8 @@ def _matters(settings: TrackStudySettings, plan: Plan, sweep: Trials, folder: Pa
     return Section(
         "What matters most",
         (
-            *center_words(plan, sweep, settings.near),
             *cost_words(plan, panels, sweep, settings.near),
+            *center_words(plan, sweep, settings.near),
             *search_words(plan, panels),
             *found_again_words(plan, panels),
         ),

@@ -37,10 +37,7 @@ def write_study_page(
         "title": html.escape(title),
         "asks": html.escape(asks),
         "notes": _notes(notes),
-        "contents": "\n".join(
-            f'<li><a href="#s{number}">{html.escape(section.heading)}</a></li>'
-            for number, section in enumerate(sections, 1)
-        ),
+        "contents": "\n".join(_contents(*one) for one in enumerate(sections, 1)),
         "sections": "\n".join(_section(*one) for one in enumerate(sections, 1)),
         "settings": html.escape(settings),
     }
@@ -54,6 +51,17 @@ def write_study_page(
 def _notes(notes: Sequence[str]) -> str:
     items = "".join(f"<li>{html.escape(note)}</li>" for note in notes)
     return f'<ul class="notes">{items}</ul>' if items else ""
+
+
+def _contents(number: int, section: Section) -> str:
+    """Return a line that leads to a section, and the verdicts on its findings below it."""
+    verdicts = "".join(
+        f'<li><span class="{one.verdict.name.lower()}">{html.escape(one.verdict.value)}:</span> '
+        f"{html.escape(one.before)}</li>"
+        for one in section.findings
+    )
+    inner = f"<ul>{verdicts}</ul>" if verdicts else ""
+    return f'<li><a href="#s{number}">{html.escape(section.heading)}</a>{inner}</li>'
 
 
 def _section(number: int, section: Section) -> str:
@@ -94,14 +102,24 @@ def _picture(picture: Picture) -> str:
 
 def _table(table: Table) -> str:
     caption = f"<caption>{html.escape(table.caption)}</caption>" if table.caption else ""
-    heads = "".join(f"<th>{html.escape(head)}</th>" for head in table.headings)
-    rows = "\n".join(f"<tr>{''.join(map(_cell, row))}</tr>" for row in table.rows)
+    columns = zip(*table.rows, strict=True) if table.rows else ((),) * len(table.headings)
+    marks = [_mark(column) for column in columns]
+    heads = "".join(
+        f"<th{mark}>{html.escape(head)}</th>"
+        for head, mark in zip(table.headings, marks, strict=True)
+    )
+    rows = "\n".join(f"<tr>{''.join(map(_cell, row, marks))}</tr>" for row in table.rows)
     return (
         f'<div class="scroll"><table>{caption}\n<thead><tr>{heads}</tr></thead>\n'
         f"<tbody>\n{rows}\n</tbody></table></div>"
     )
 
 
-def _cell(text: str) -> str:
-    kind = ' class="number"' if _NUMBER.fullmatch(text) else ""
-    return f"<td{kind}>{html.escape(text)}</td>"
+def _mark(column: Sequence[str]) -> str:
+    """Return what makes a column of numbers stand under each other."""
+    numbers = [bool(_NUMBER.fullmatch(text)) for text in column if text]
+    return ' class="number"' if numbers and all(numbers) else ""
+
+
+def _cell(text: str, mark: str = "") -> str:
+    return f"<td{mark}>{html.escape(text)}</td>"

@@ -10,7 +10,7 @@ from typing_extensions import Self
 __all__ = ["Body", "Camera", "Estimate", "Given", "Lens", "Mesh", "ModelSettings"]
 __all__ += ["OneStepSettings", "OneStepTracker", "PaperSettings", "Pose", "Step", "TrackSettings"]
 __all__ += ["Tracker", "View", "__version__", "ellipsoid_colors", "fit_body", "fit_paper"]
-__all__ += ["Lighting", "Paint", "Stage", "place_body"]
+__all__ += ["Lighting", "Paint", "Stage", "paper_scores", "place_body"]
 __all__ += ["rough_body", "seen_surface", "silhouette_ious"]
 
 __version__: str
@@ -370,6 +370,9 @@ class OneStepSettings:
         turn: float | None = None,
         population: int | None = None,
         elites: int | None = None,
+        mutation_rate: float | None = None,
+        mutation_width: float | None = None,
+        least_width: float | None = None,
     ) -> Self: ...
     @property
     def seed(self) -> int: ...
@@ -389,6 +392,12 @@ class OneStepSettings:
     def population(self) -> int: ...
     @property
     def elites(self) -> int: ...
+    @property
+    def mutation_rate(self) -> float: ...
+    @property
+    def mutation_width(self) -> float: ...
+    @property
+    def least_width(self) -> float: ...
 
 @final
 class OneStepTracker:
@@ -427,6 +436,16 @@ class Tracker:
         self, time_s: float, world_from_camera: _Poses, images: _Images, near: Pose | None = None
     ) -> Estimate: ...
     def step(self, time_s: float, world_from_camera: _Poses, images: _Images) -> Estimate: ...
+    def worths(
+        self,
+        time_s: float,
+        world_from_camera: _Poses,
+        images: _Images,
+        poses: _Points,
+        *,
+        resolution: int = 0,
+        threads: int = 0,
+    ) -> _Points: ...
     def appearance(self) -> bytes: ...
     def recall(self, appearance: bytes) -> None: ...
     def evolve(self) -> bool: ...
@@ -441,6 +460,9 @@ def fit_body(
 def fit_paper(
     views: Sequence[View], settings: PaperSettings, progress: _Progress | None = None
 ) -> list[Step]: ...
+def paper_scores(
+    views: Sequence[View], body: Body, poses: _Points, settings: PaperSettings
+) -> _Points: ...
 def rough_body(
     views: Sequence[View],
     images: Sequence[NDArray[np.uint8]],

@@ -210,9 +210,9 @@ FILES = {
     ),
     "unknown key of a camera": (
         toml("distortion", "distorsion"),
-        r"capture\.toml, line 11, camera\[0\]: unknown key 'distorsion'; known keys: name, images, "
-        r"masks, depths, depth_scale_m, size_px, model, focal_px, center_px, distortion, "
-        r"rig_from_camera",
+        r"capture\.toml, line 11, camera\[0\]: unknown key 'distorsion'; known keys: name, "
+        r"size_px, model, focal_px, center_px, distortion, rig_from_camera, images, masks, depths, "
+        r"depth_scale_m",
     ),
     "unknown key of the rig": (
         toml("poses =", "path ="),

@@ -1,6 +1,7 @@
-"""Live cameras and recordings, as sources of observations."""
+"""Live cameras as sources of observations."""
 
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -14,15 +15,11 @@ from played_sources import (
     Played,
     live,
     rig,
-    write_capture,
 )
 
-from servoid.errors import CaptureError, ServoError
-from servoid.observe import Instant, Live, LiveSettings, Recording, read_rig
+from servoid.errors import CaptureError
+from servoid.observe import Instant, Live, LiveSettings, grabbing, read_rig
 from servoid.pose import Pose
-from servoid.servo import JointState, RememberingArm
-from servoid.sim.arm_file import read_arm
-from servoid.sim.serial_arm import SerialArm
 
 
 def observed(played: Played, seconds: float) -> list[Instant]:
@@ -129,6 +126,35 @@ def test_a_video_file_can_stand_for_a_live_camera(tmp_path: Path) -> None:
     assert np.abs(instant.images[0].astype(int) - 90).max() < 5
 
 
+def test_a_camera_that_was_unplugged_is_opened_anew(monkeypatch: pytest.MonkeyPatch) -> None:
+    clock, made = FakeClock(), []
+
+    class Unplugged(FakeVideo):
+        def __init__(self, device: int, _way: int) -> None:
+            super().__init__(clock, lost=() if made else range(5, 999_999))
+            made.append(device)
+
+        def isOpened(self) -> bool:  # noqa: N802
+            return True
+
+        def set(self, _key: int, _value: float) -> None:
+            pass
+
+    monkeypatch.setattr(cv2, "VideoCapture", Unplugged)
+    monkeypatch.setattr(grabbing, "_RETRY_S", 0.0)
+    (camera,) = rig("0")
+    with Live([replace(camera, device=3)], clock=clock) as source:
+        last_s = 0.0
+        for _ in range(400):
+            clock.advance()
+            instant = source.newest()
+            last_s = last_s if instant is None else instant.time_s
+        for video in clock.videos:
+            video.closed = True  # type: ignore
+    assert made == [3, 3]
+    assert last_s > clock() - 0.1
+
+
 def test_a_camera_that_cannot_be_opened_is_named(tmp_path: Path) -> None:
     with pytest.raises(CaptureError, match=r"camera left: OpenCV cannot open .*none.avi"):
         Live(rig(str(tmp_path / "none.avi")))
@@ -137,11 +163,13 @@ def test_a_camera_that_cannot_be_opened_is_named(tmp_path: Path) -> None:
 
 
 def test_cameras_are_closed_however_the_block_ends() -> None:
-    clock = FakeClock()
-    video = FakeVideo(clock)
-    with pytest.raises(ZeroDivisionError), Live(rig(video), clock=clock):
-        video.count = -1000  # so that it waits no longer
-        clock.advance(0.1)
+    class Endless(FakeVideo):
+        def grab(self) -> bool:
+            time.sleep(0.001)
+            return True
+
+    video = Endless(FakeClock())
+    with pytest.raises(ZeroDivisionError), Live(rig(video)):
         _ = 1 / 0
     assert video.closed
 
@@ -205,98 +233,6 @@ def test_a_rigs_file_that_cannot_be_is_refused(
 def test_settings_of_live_cameras_are_checked() -> None:
     with pytest.raises(CaptureError, match=r"LiveSettings.delay_s: expected a number >= 0.0, got"):
         LiveSettings(delay_s=-0.1)
-
-
-def test_a_recording_ends_with_its_last_observation(tmp_path: Path) -> None:
-    clock = FakeClock()
-    source = Recording(write_capture(tmp_path, 12), clock)
-    first = source.newest()
-    assert first is not None and first.time_s == clock()
-    clock.advance(5.0)
-    last = source.newest()
-    assert last is not None and (last.index, source.is_over) == (11, True)
-    assert last.time_s == pytest.approx(first.time_s + 11 / 30)
-    assert source.newest() is None
-
-
-def test_a_recording_plays_at_its_own_times_where_it_knows_them(tmp_path: Path) -> None:
-    poses = "time_s,x,y,z,qw,qx,qy,qz\n"
-    poses += "".join(f"{3.0 + 0.1 * k**2},{k},0,0,1,0,0,0\n" for k in range(4))
-    tmp_path.joinpath("poses.csv").write_text(poses)
-    clock = FakeClock(0.0)
-    capture = write_capture(tmp_path, 4, rate='[rig]\nposes = "poses.csv"')
-    source = Recording(capture, clock)
-    found = []
-    for _ in range(200):
-        instant = source.newest()
-        if instant is not None:
-            found.append((instant.time_s, instant.world_from_camera[0].translation[0]))
-        clock.advance()
-    assert found == [pytest.approx((0.1 * k**2, k)) for k in range(4)]
-
-
-def test_a_recording_without_times_must_be_told_its_rate(tmp_path: Path) -> None:
-    capture = write_capture(tmp_path, 3, rate="")
-    with pytest.raises(CaptureError, match="knows no times and no rate"):
-        Recording(capture, FakeClock())
-    assert Recording(capture, FakeClock(), rate_hz=10.0).newest() is not None
-
-
-def test_times_that_do_not_increase_are_refused(tmp_path: Path) -> None:
-    rows = "".join(f"{time_s},0,0,0,1,0,0,0\n" for time_s in (0.0, 0.2, 0.1))
-    tmp_path.joinpath("poses.csv").write_text(f"time_s,x,y,z,qw,qx,qy,qz\n{rows}")
-    capture = write_capture(tmp_path, 3, rate='[rig]\nposes = "poses.csv"')
-    with pytest.raises(CaptureError, match=r"observation 2 was taken at 0.1 s, which is not after"):
-        Recording(capture, FakeClock())
-
-
-def test_cameras_on_a_hand_are_where_the_arm_was_when_images_were_taken() -> None:
-    arm = RememberingArm(SerialArm(read_arm()))
-    clock = FakeClock(arm.state().time_s)
-    videos = FakeVideo(clock), FakeVideo(clock)
-    with Live(
-        rig(*videos),
-        clock=clock,
-        world_from_cameras=arm.world_from_cameras_at,
-        settings=LiveSettings(delay_s=0.025),
-    ) as source:
-        slowly, found = np.full(len(arm.joints.names), 0.3), 0
-        for _ in range(80):
-            arm.command(slowly)
-            arm.state()
-            clock.advance(arm.period_s)
-            instant = source.newest()
-            if instant is not None:
-                found += 1
-                there = arm.world_from_cameras(arm.positions_at(instant.time_s))
-                for pose, expected in zip(instant.world_from_camera, there, strict=True):
-                    assert pose.translation == pytest.approx(expected.translation)
-        for video in videos:
-            video.closed = True
-    assert found > 15
-
-
-def test_an_arm_remembers_where_its_joints_were_between_its_states() -> None:
-    arm = RememberingArm(SerialArm(read_arm()), seconds=0.1)
-    states = []
-    for _ in range(30):
-        states.append(arm.state())
-        arm.command(np.full(len(arm.joints.names), 0.2))
-    middle = 0.5 * (states[-1].time_s + states[-2].time_s)
-    expected = 0.5 * (states[-1].positions + states[-2].positions)
-    assert arm.positions_at(middle) == pytest.approx(expected)
-    assert arm.positions_at(np.inf) == pytest.approx(states[-1].positions)
-    assert arm.positions_at(0.0)[1] > states[3].positions[1]  # what is older is forgotten
-
-
-def test_an_arm_that_does_not_know_where_it_is_cannot_be_remembered() -> None:
-    class Lost(SerialArm):
-        def state(self) -> JointState:
-            state = super().state()
-            return JointState(state.time_s, state.positions * np.nan, state.velocities)
-
-    with pytest.raises(ServoError, match="are not finite"):
-        RememberingArm(Lost(read_arm()))
 
 
 def test_a_rig_at_rest_is_where_its_calibration_says() -> None:

@@ -104,4 +104,6 @@ def test_settings_show_what_they_hold() -> None:
     assert not given.region
     assert OneStepSettings(region=True).region
     assert OneStepSettings(region=True).points is None
+    wide = OneStepSettings(mutation_rate=0.4, mutation_width=0.2, least_width=0.1)
+    assert (wide.mutation_rate, wide.mutation_width, wide.least_width) == (0.4, 0.2, 0.1)
     assert (OneStepSettings().reach, OneStepSettings().turn) == (given.reach, given.turn)

@@ -227,6 +227,19 @@ def test_beyond_the_horizon_a_prediction_stands_still() -> None:
     assert not np.any(far.twist)
 
 
+def test_without_compensation_the_target_is_where_the_last_image_showed_it() -> None:
+    target = TargetFilter(TargetSettings(compensate=False))
+    for index in range(60):
+        time_s = index / 30
+        target.update(seen(to_and_fro(10)(time_s), time_s))
+    last_s = target.time_s
+    assert last_s is not None
+    now, soon = (target.predict(last_s + after) for after in (0.0, 0.1))
+    assert np.array_equal(now.world_from_object.matrix(), soon.world_from_object.matrix())
+    assert np.array_equal(now.twist, soon.twist)
+    assert np.linalg.norm(now.twist) > 0.0
+
+
 def test_a_filter_without_estimates_predicts_nothing() -> None:
     with pytest.raises(ServoError, match="no estimate has come yet"):
         TargetFilter(TargetSettings()).predict(0.0)

@@ -124,6 +124,7 @@ def test_every_setting_says_what_it_does() -> None:
         ("[run]\ngoal = [1, 2]", r"run.goal: expected a list of length 3, got 2"),
         ("[track]\nmethod = 'x'", r"track.method: .* 'x'; choose one of region, paper"),
         ("[track]\nmethod = 'paper'\ngenerations = 2", r"generations is 2, but the paper's method"),
+        ("[track]\nmethod = 'paper'\nsurface = true", "surface was given, but the paper's method"),
         ("[track]\nseed = -1", r"track.seed: expected a whole number >= 0, got -1"),
         ("[servo.look]\ncount = 0", r"servo.look.count: expected a whole number >= 1, got 0"),
         ("[servo.joints]\nlaw = 'x'", r"servo.joints.law: .* 'x'; choose one of qp, paper"),
@@ -226,3 +227,9 @@ def test_dotted_names_change_single_settings() -> None:
 def test_a_changed_setting_that_cannot_be_is_refused(values: dict[str, Any], says: str) -> None:
     with pytest.raises(ServoError, match=says):
         changed(TrialSettings(), values, "the options")
+
+
+def test_only_options_that_are_set_go_to_the_tracker() -> None:
+    assert TrialSettings().track.options() == {}
+    plain = changed(TrialSettings(), {"track.surface": False, "track.seed": 0}, "the test")
+    assert plain.track.options() == {"surface": False, "seed": 0}

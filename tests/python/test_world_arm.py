@@ -113,6 +113,25 @@ def test_eyes_turn_as_the_protocol_says(resting: World) -> None:
         assert np.abs(camera.matrix() - wanted.matrix()).max() < 1e-12
 
 
+def test_eyes_may_be_farther_from_each_other() -> None:
+    world = make_world(arm=ArmSettings(half_baseline=0.2))
+    eyes = world.arm.eyes
+    assert eyes is not None
+    assert eyes.half_baseline == 0.2
+    left, right = world.arm.world_from_cameras(random_angles(world, 4))
+    apart = np.linalg.norm(np.subtract(left.translation, right.translation))
+    assert abs(apart - 0.4) < 1e-9
+
+
+def test_slower_servos_answer_later() -> None:
+    reached = []
+    for lag_s in (0.01, 0.04):
+        world = make_world(arm=ArmSettings(lag_s=lag_s))
+        world.arm.command(np.array([0.05, *np.zeros(9)]))
+        reached.append(float(world.arm.state().velocities[0]))
+    assert 0.0 < reached[1] < 0.5 * reached[0]
+
+
 def test_a_commanded_speed_is_reached_with_the_lag_of_the_file() -> None:
     world = make_world()
     arm = read_arm("pa10")

@@ -6,7 +6,7 @@ import trimesh
 
 from servoid.errors import SimError
 from servoid.sim.world.meshes import as_mesh
-from servoid.sim.world.objects import OBJECTS, SPIN_AXES, make_object
+from servoid.sim.world.objects import OBJECTS, SPIN_AXES, make_object, spin_axis
 from servoid.sim.world.paths import KINDS
 from servoid.sim.world.room import BACKGROUNDS
 from servoid.sim.world.things import (
@@ -76,6 +76,20 @@ def test_the_papers_ellipsoid_is_90_mm_long_and_45_mm_thick() -> None:
     (thing,) = make_object("ellipsoid")
     assert isinstance(thing.shape, Ellipsoid)
     assert sorted(2000 * radius for radius in thing.shape.radii) == [45.0, 45.0, 90.0]
+
+
+def test_an_ellipsoid_may_have_other_radii() -> None:
+    (thing,) = make_object("ellipsoid", (0.03, 0.03, 0.06))
+    assert thing.shape == Ellipsoid((0.03, 0.03, 0.06))
+    assert spin_axis("ellipsoid", (0.03, 0.03, 0.06)) == (0.0, 0.0, 1.0)
+    assert spin_axis("ellipsoid", (0.06, 0.03, 0.03)) == (1.0, 0.0, 0.0)
+    assert spin_axis("ellipsoid", (0.03, 0.06, 0.03)) == (0.0, 1.0, 0.0)
+    assert spin_axis("ellipsoid", (0.03, 0.04, 0.05)) is None
+
+
+def test_only_the_ellipsoid_has_radii_to_choose() -> None:
+    with pytest.raises(SimError, match=r"object\.radii was given, but the object is 'mug'"):
+        make_object("mug", (0.1, 0.1, 0.1))
 
 
 @pytest.mark.parametrize(

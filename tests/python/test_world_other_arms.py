@@ -1,3 +1,4 @@
+import re
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -10,7 +11,10 @@ from servo_trials import position_errors, rms, small_trial
 
 from servoid.errors import SimError
 from servoid.servo import Arm
+from servoid.sim.arm_file import read_arm
 from servoid.sim.world import ArmSettings, CameraSettings, ObjectSettings, World, WorldSettings
+from servoid.sim.world.file_arm import build_file_arm
+from servoid.sim.world.things import Thing
 
 MJCF = """
 <mujoco model="six">
@@ -227,6 +231,23 @@ def in_a_package(folder: Path, mesh: str) -> str:
 def test_the_meshes_of_a_urdf_are_found_as_ros_would(tmp_path: Path, mesh: str) -> None:
     world = make_world(name=in_a_package(tmp_path, mesh), mount="wrist")
     assert world.arm.joints.names[:2] == ("lift", "turn")
+
+
+def test_a_urdf_without_masses_and_solid_shapes_is_seen_and_driven(tmp_path: Path) -> None:
+    text = re.sub(r"<inertial>.*?</inertial>", "", URDF, flags=re.DOTALL)
+    path = written(tmp_path, "two.urdf", text.replace("collision>", "visual>"))
+    world = make_world(name=path, mount="wrist", lag_s=0.03)
+    for _ in range(20):
+        world.arm.command(np.array([0.1, -0.1, 0.0, 0.0, 0.0]))
+    assert world.arm.state().velocities[:2] == pytest.approx((0.1, -0.1), abs=3e-3)
+    bare = text[: text.index("<collision>")] + text[text.index("</collision>") + 12 :]
+    assert len(shapes(path)) == 1 + len(shapes(written(tmp_path, "bare.urdf", bare)))
+
+
+def shapes(path: str) -> list[Thing]:
+    """List what can be seen of a file's arm."""
+    robot = build_file_arm(ArmSettings(name=path, mount="wrist"), read_arm().eyes)
+    return list(robot.things)
 
 
 def test_a_mesh_that_is_missing_is_named(tmp_path: Path) -> None:

@@ -42,6 +42,7 @@ fn native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(model::seen_surface, module)?)?;
     module.add_class::<paper::PaperSettings>()?;
     module.add_function(wrap_pyfunction!(paper::fit_paper, module)?)?;
+    module.add_function(wrap_pyfunction!(paper::paper_scores, module)?)?;
     module.add_function(wrap_pyfunction!(model::silhouette_ious, module)?)?;
     module.add_function(wrap_pyfunction!(model::ellipsoid_colors, module)?)?;
     Ok(())

@@ -20,7 +20,8 @@ impl OneStepSettings {
     /// Takes the defaults, except where a value is given.
     #[new]
     #[pyo3(signature = (*, seed=None, turns=None, region=None, points=None, alpha=None, reach=None,
-        turn=None, population=None, elites=None))]
+        turn=None, population=None, elites=None, mutation_rate=None, mutation_width=None,
+        least_width=None))]
     #[allow(clippy::too_many_arguments, reason = "all of them are named")]
     fn new(
         seed: Option<u64>,
@@ -32,6 +33,9 @@ impl OneStepSettings {
         turn: Option<f64>,
         population: Option<usize>,
         elites: Option<usize>,
+        mutation_rate: Option<f64>,
+        mutation_width: Option<f64>,
+        least_width: Option<f64>,
     ) -> PyResult<Self> {
         let default = core::OneStepSettings::default();
         let judge = judge(default.judge, region, points, alpha)?;
@@ -43,6 +47,9 @@ impl OneStepSettings {
         let search = GaSettings {
             population: population.unwrap_or(default.search.population),
             elites: elites.unwrap_or(default.search.elites),
+            mutation_rate: mutation_rate.unwrap_or(default.search.mutation_rate),
+            mutation_width: mutation_width.unwrap_or(default.search.mutation_width),
+            least_width: least_width.unwrap_or(default.search.least_width),
             ..default.search
         };
         let reach = reach.unwrap_or(default.reach);
@@ -109,6 +116,24 @@ impl OneStepSettings {
     #[getter]
     fn elites(&self) -> usize {
         self.0.search.elites
+    }
+
+    /// Share of genes that mutate.
+    #[getter]
+    fn mutation_rate(&self) -> f64 {
+        self.0.search.mutation_rate
+    }
+
+    /// Standard deviation of a mutation in the first generation, as a share of the gene's range.
+    #[getter]
+    fn mutation_width(&self) -> f64 {
+        self.0.search.mutation_width
+    }
+
+    /// Standard deviation below which success never narrows a mutation, as the same share.
+    #[getter]
+    fn least_width(&self) -> f64 {
+        self.0.search.least_width
     }
 }
 

@@ -1,12 +1,15 @@
+use numpy::{PyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use servoid::evolve::GaSettings;
 use servoid::fitness::Margin;
 use servoid::model as core;
 
-use crate::errors::named;
+use crate::errors::{named, raise};
 use crate::model::Step;
 use crate::observe::View;
+use crate::pose::read_poses;
 use crate::relay::relay;
+use crate::shape::Body;
 
 /// How the paper's own method proceeds; every default is written in the core.
 #[pyclass(frozen, module = "servoid", from_py_object)]
@@ -128,4 +131,23 @@ pub fn fit_paper(
     let views = views.iter().map(|view| view.get().core()).collect::<PyResult<Vec<_>>>()?;
     let fit = |report: core::Progress<'_>| core::paper(&views, &settings.0, report);
     Ok(relay(py, progress.as_ref(), fit)?.into_iter().map(Step).collect())
+}
+
+/// Scores a body at poses by the paper's fitness, the mask of each view being where the hue matches:
+/// poses (N, 7) float64, world_from_object as (w, x, y, z, tx, ty, tz), scores (N,) float64. Of the
+/// settings only points, alpha and threads count. Raises ModelError, PoseError.
+#[pyfunction]
+#[pyo3(signature = (views, body, poses, settings))]
+#[allow(clippy::needless_pass_by_value, reason = "as Python hands it over")]
+pub fn paper_scores<'py>(
+    py: Python<'py>,
+    views: Vec<Bound<'py, View>>,
+    body: Body,
+    poses: PyReadonlyArray2<'py, f64>,
+    settings: PaperSettings,
+) -> PyResult<Bound<'py, PyArray1<f64>>> {
+    let views = views.iter().map(|view| view.get().core()).collect::<PyResult<Vec<_>>>()?;
+    let poses = read_poses(&poses)?;
+    let scores = py.detach(|| core::paper_scores(&views, &body.0, &poses, &settings.0));
+    Ok(PyArray1::from_vec(py, scores.map_err(raise)?))
 }

@@ -125,3 +125,10 @@ pub fn read_rows<T: Copy + Element, const K: usize>(
     let array = array.as_array();
     Ok(array.rows().into_iter().map(|row| std::array::from_fn(|i| row[i])).collect())
 }
+
+/// Reads poses, (N, 7) float64, as (w, x, y, z, tx, ty, tz).
+pub fn read_poses(array: &PyReadonlyArray2<'_, f64>) -> PyResult<Vec<core::Pose>> {
+    let rows = read_rows::<_, 7>(array, "poses")?;
+    let pose = |&[w, i, j, k, x, y, z]: &[f64; 7]| core::Pose::from_parts([x, y, z], [w, i, j, k]);
+    rows.iter().map(pose).collect::<Result<_, _>>().map_err(raise)
+}

@@ -1,4 +1,4 @@
-use numpy::{PyArray2, PyReadonlyArrayDyn};
+use numpy::{PyArray2, PyReadonlyArray2, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use servoid::observe::{Mask, Observation};
@@ -7,7 +7,7 @@ use servoid::track as core;
 use crate::errors::raise;
 use crate::estimate::Estimate;
 use crate::observe::{Camera, Pixels};
-use crate::pose::{Pose, rows};
+use crate::pose::{Pose, read_poses, rows};
 use crate::shape::Body;
 
 /// Images or masks as Python gives them, None where a camera delivered nothing.
@@ -159,6 +159,32 @@ impl Tracker {
         let observation = observation(time_s, &world_from_camera, &images)?;
         let near = near.map(|pose| pose.0);
         py.detach(|| self.0.find(&observation, near)).map(Estimate).map_err(raise)
+    }
+
+    /// Says what poses are worth in images, by what was learned so far: poses (N, 7) float64,
+    /// world_from_object as (w, x, y, z, tx, ty, tz); (N, 2) float64, by regions and by surface
+    /// points, whose sum is the whole. Surface points are compared at a `resolution`, 0 the image's
+    /// own, 2 the coarsest. Nothing is learned. Raises TrackError, PoseError.
+    #[pyo3(signature = (time_s, world_from_camera, images, poses, *, resolution=0, threads=0))]
+    #[allow(clippy::too_many_arguments, reason = "an observation has three parts")]
+    #[allow(clippy::needless_pass_by_value, reason = "as Python hands it over")]
+    fn worths<'py>(
+        &self,
+        py: Python<'py>,
+        time_s: f64,
+        world_from_camera: Vec<Pose>,
+        images: Pictures<'py>,
+        poses: PyReadonlyArray2<'py, f64>,
+        resolution: usize,
+        threads: usize,
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let images = read(&images)?;
+        let observation = observation(time_s, &world_from_camera, &images)?;
+        let poses = read_poses(&poses)?;
+        let weighed = py.detach(|| self.0.worths(&observation, &poses, resolution, threads));
+        let weighed = weighed.map_err(raise)?;
+        let values: Vec<f64> = weighed.iter().flat_map(|one| [one.region, one.surface]).collect();
+        Ok(rows(py, &values, 2))
     }
 
     /// What the object looks like, as far as it was learned, as bytes.

@@ -5,7 +5,7 @@
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 use proptest::prelude::*;
 use servoid::fitness::{Fitness, Margin, Points, PointsError, PointsView};
-use servoid::model::{ModelError, PaperSettings, Step, paper};
+use servoid::model::{ModelError, PaperSettings, Step, paper, paper_scores};
 use servoid::observe::{Camera, Channels, ImageError, ImageView, Mask, RigError, View};
 use servoid::pose::{Pose, even_turn};
 use servoid::shape::{Body, Ellipsoid, silhouette};
@@ -326,4 +326,34 @@ fn with_a_margin_in_metres_a_splinter_wins_and_with_a_share_what_fills_the_targe
         let (share, metres) = (longest(Margin::Share(0.3)), longest(Margin::Metres(0.003)));
         assert!(share > 0.7 && metres < 0.6, "{seed}: {share} {metres}");
     }
+}
+
+#[test]
+fn many_poses_score_what_each_scores_on_any_number_of_threads() {
+    let images = drawn(&[target()]);
+    let body = Body::around(&[target()]).unwrap();
+    let masks = images
+        .each_ref()
+        .map(|image| Mask::new(ImageView::new(image, SIZE, Channels::Grey).unwrap()).unwrap());
+    let views: Vec<_> = masks
+        .into_iter()
+        .zip(eyes())
+        .map(|(mask, eye)| View::new(camera(), eye, mask).unwrap())
+        .collect();
+    let poses: Vec<_> = (0..600)
+        .map(|index| {
+            let off = Vector3::new(1e-4 * f64::from(index) - 0.03, 0.0, 0.0);
+            let pose = body.world_from_object();
+            Pose::from_rotation(pose.rotation(), pose.translation() + off)
+        })
+        .collect();
+    let settings =
+        PaperSettings { points: COUNT, alpha: Margin::Share(ALPHA), ..Default::default() };
+    let scores = |threads| {
+        paper_scores(&views, &body, &poses, &PaperSettings { threads, ..settings }).unwrap()
+    };
+    let one_by_one: Vec<_> =
+        poses.iter().map(|pose| points(&images).fitness(&body.at(*pose).in_world())).collect();
+    assert_eq!(scores(1), one_by_one);
+    assert_eq!(scores(3), one_by_one);
 }

@@ -246,3 +246,56 @@ fn what_cannot_be_tracked_is_refused() {
     timeless.time_s = f64::INFINITY;
     assert_eq!(fresh.step(&timeless), Err(TrackError::Time(f64::INFINITY)));
 }
+
+/// Poses around the start, on a grid, the start itself first.
+fn around_the_start() -> Vec<Pose> {
+    let offs = (0..700).map(|index| {
+        let step = |axis: i32| f64::from(index / 7_i32.pow(axis as u32) % 7 - 3) * 0.004;
+        Vector3::new(step(0), step(1), step(2))
+    });
+    let start = start();
+    let moved = offs.map(|off| Pose::from_rotation(start.rotation(), start.translation() + off));
+    std::iter::once(start).chain(moved).collect()
+}
+
+#[test]
+fn no_pose_around_is_worth_more_than_the_true_one() {
+    let stage = Stage::textured();
+    let tracker = started(
+        &stage,
+        TrackSettings::default(),
+        &stage.shot(0, &eyes(), Some(&moving(3))),
+        moving(3),
+    );
+    let shot = stage.shot(1, &eyes(), Some(&start()));
+    let worths = tracker.worths(&shot.observation(), &around_the_start(), 0, 0).unwrap();
+    let best = worths.iter().map(|one| one.total()).fold(f64::NEG_INFINITY, f64::max);
+    assert!(worths[0].total() > best - 0.02, "{} of {best}", worths[0].total());
+    assert!(worths[0].region > 0.5 && worths[0].surface > 0.5, "{:?}", worths[0]);
+}
+
+#[test]
+fn poses_are_worth_the_same_bits_on_any_number_of_threads_and_nothing_is_learned() {
+    let stage = Stage::textured();
+    let shot = stage.shot(0, &eyes(), Some(&start()));
+    let tracker = started(&stage, TrackSettings::default(), &shot, start());
+    let next = stage.shot(1, &eyes(), Some(&start()));
+    let bits = |threads: usize| -> Vec<u64> {
+        let worths = tracker.worths(&next.observation(), &around_the_start(), 2, threads).unwrap();
+        worths.iter().flat_map(|one| [one.region.to_bits(), one.surface.to_bits()]).collect()
+    };
+    assert_eq!(bits(1), bits(3));
+    assert_eq!(bits(1), bits(1));
+}
+
+#[test]
+fn what_is_not_known_or_not_there_is_worth_an_error() {
+    let stage = Stage::textured();
+    let shot = stage.shot(0, &eyes(), Some(&start()));
+    let fresh = Tracker::new(&stage.cameras(), &stage.body, TrackSettings::default()).unwrap();
+    let asked = fresh.worths(&shot.observation(), &[start()], 0, 1);
+    assert_eq!(asked.unwrap_err(), TrackError::NothingKnown);
+    let tracker = started(&stage, TrackSettings::default(), &shot, start());
+    let asked = tracker.worths(&shot.observation(), &[start()], 3, 1);
+    assert!(asked.unwrap_err().to_string().contains("resolution"));
+}

@@ -10,7 +10,9 @@ from servoid.errors import CaptureError
 
 _KEPT = 4  # images, among which the one nearest to the other cameras' is chosen
 _RETRY_S = 0.02
+_TRIES = 50  # in a row, after which a camera is opened anew: it may have been plugged in again
 _CLOSING_S = 2.0  # in which a driver must return from its last image
+_ADDRESS = "://"
 _PIPELINE = " ! "  # joins the parts of a GStreamer pipeline
 
 
@@ -40,10 +42,19 @@ class Shot:
 
 
 class Grabber:
-    """Fetches images as they come, and keeps the last ones; a failure is tried again."""
+    """Fetches images as they come, and keeps the last ones; a failure is tried again.
 
-    def __init__(self, name: str, video: Video, clock: Callable[[], float]) -> None:
-        self._video, self._clock = video, clock
+    With `reopen` a camera that goes on failing is opened anew.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        video: Video,
+        clock: Callable[[], float],
+        reopen: Callable[[], Video] | None = None,
+    ) -> None:
+        self._video, self._clock, self._reopen = video, clock, reopen
         self._shots: deque[Shot] = deque(maxlen=_KEPT)
         self._fault: str | None = None
         self._lock, self._over = Lock(), Event()
@@ -70,12 +81,24 @@ class Grabber:
             self._video.release()
 
     def _run(self) -> None:
+        failures = 0
         while not self._over.is_set():
             fault = self._fetch()
+            failures = 0 if fault is None else failures + 1
+            if self._reopen is not None and failures and failures % _TRIES == 0:
+                fault = self._anew(self._reopen)
             if fault is not None:
                 with self._lock:
                     self._fault = fault
                 self._over.wait(_RETRY_S)
+
+    def _anew(self, reopen: Callable[[], Video]) -> str:
+        self._video.release()
+        try:
+            self._video = reopen()
+        except CaptureError as error:
+            return str(error)
+        return "the camera was opened anew"
 
     def _fetch(self) -> str | None:
         """Take one image; return why there is none, or None."""
@@ -92,6 +115,15 @@ class Grabber:
             self._shots.append(Shot(time_s, pixels))
             self._last_s, self._fault = time_s, None
         return None
+
+
+def reopening(
+    name: str, device: int | str | Video, size_px: tuple[int, int]
+) -> Callable[[], Video] | None:
+    """Return what opens a device anew, None for a file or a driver's object."""
+    if isinstance(device, int) or (isinstance(device, str) and _ADDRESS in device):
+        return lambda: opened(name, device, size_px)
+    return None
 
 
 def opened(name: str, device: int | str | Video, size_px: tuple[int, int]) -> Video:

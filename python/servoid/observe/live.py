@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from servoid._native import Camera, Lens, Pose
 from servoid.errors import CaptureError, ServoidError
 from servoid.observe.checked import Checked
-from servoid.observe.grabbing import Grabber, Shot, Video, opened
+from servoid.observe.grabbing import Grabber, Shot, Video, opened, reopening
 from servoid.observe.ideal import Ideal
 from servoid.observe.instants import ideal_image
 from servoid.observe.source import Instant
@@ -92,7 +92,12 @@ class Live:
                 videos.append(opened(camera.name, camera.device, camera.lens.size_px))
                 stack.callback(videos[-1].release)
             self._grabbers = tuple(
-                Grabber(camera.name, video, clock)
+                Grabber(
+                    camera.name,
+                    video,
+                    clock,
+                    reopening(camera.name, camera.device, camera.lens.size_px),
+                )
                 for camera, video in zip(cameras, videos, strict=True)
             )
             stack.pop_all()  # all are open; from now on `close` closes them

@@ -63,6 +63,9 @@ class TargetSettings(_Settings, frozen=True, kw_only=True, forbid_unknown_fields
     oddness: Annotated[
         float, _above("squared deviation (6 values) from which an estimate loses weight")
     ] = 17.0
+    compensate: Annotated[
+        bool, Meta(description="move what images showed ahead by the time that has passed since")
+    ] = True
     horizon_s: Annotated[float, _from_0("how far ahead motion is extrapolated, s")] = 0.25
     linear_speed: Annotated[float, _above("speed that the object cannot exceed, m/s")] = 1.0
     angular_speed: Annotated[float, _above("turning that it cannot exceed, rad/s")] = 6.0

@@ -110,6 +110,8 @@ class TargetFilter:
     def predict(self, time_s: float) -> Prediction:
         """Return where the object is at a time; no farther ahead than `horizon_s` it stands still.
 
+        Where delays are not compensated, it is where the last images showed it.
+
         Raises:
             ServoError: there was no estimate yet.
 
@@ -117,10 +119,11 @@ class TargetFilter:
         if self._time_s is None:
             raise ServoError("no estimate has come yet; call update before predict")
         ahead = time_s - self._time_s
-        span = min(ahead, self._settings.horizon_s)
+        horizon = self._settings.horizon_s
+        span = min(ahead, horizon) if self._settings.compensate else 0.0
         twist, acceleration = self._motion
         pose = shifted_and_turned(self._pose, span * twist + 0.5 * span**2 * acceleration)
-        if ahead > span:
+        if ahead > horizon:
             return Prediction(time_s, pose, np.zeros(6), np.zeros(6))
         return Prediction(time_s, pose, twist + span * acceleration, acceleration.copy())
 

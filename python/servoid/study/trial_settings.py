@@ -55,12 +55,16 @@ class TrackingSettings(_Settings, frozen=True, kw_only=True, forbid_unknown_fiel
     seed: Annotated[NotNegative | None, Meta(description="of the tracker's searches")] = None
     population: Annotated[Count | None, Meta(description="hypotheses a generation")] = None
     generations: Annotated[Count | None, Meta(description="generations an image")] = None
+    surface: Annotated[
+        bool | None,
+        Meta(description="use the look of the surface; a plain, glossy object is better without"),
+    ] = None
 
     def __post_init__(self) -> None:
         """Check each value, and what hangs together, before a run that would find it out late.
 
         Raises:
-            ServoError: a value cannot be, or the paper's method is to have several generations.
+            ServoError: a value cannot be, or is one that the paper's method does not have.
 
         """
         super().__post_init__()
@@ -69,10 +73,16 @@ class TrackingSettings(_Settings, frozen=True, kw_only=True, forbid_unknown_fiel
                 f"generations is {self.generations}, but the paper's method has one an image; "
                 "leave it out, or choose the method region"
             )
+        if self.method is Method.PAPER and self.surface is not None:
+            raise ServoError(
+                "surface was given, but the paper's method does not look at the surface; leave it "
+                "out, or choose the method region"
+            )
 
     def options(self) -> dict[str, Any]:
         """Return what was set, as the tracker's maker takes it."""
-        values = {name: getattr(self, name) for name in ("seed", "population", "generations")}
+        names = ("seed", "population", "generations", "surface")
+        values = {name: getattr(self, name) for name in names}
         return {name: value for name, value in values.items() if value is not None}
 
 

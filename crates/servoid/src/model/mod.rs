@@ -22,13 +22,14 @@ pub use color::ellipsoid_colors;
 pub use evolved::evolved;
 pub use given::{Given, Weights};
 pub(crate) use levels::shrunk_overlap;
-pub use paper::{PaperSettings, paper};
+pub use paper::{PaperSettings, paper, paper_scores};
 pub use portraits::{Portrait, half_ball_direction};
 pub use progressive::{Progress, Step, progressive};
 pub use rough::{Unmarked, rough};
 pub use scene::silhouette_ious;
 pub use seen::{Seen, seen};
 pub use settings::Settings;
+pub(crate) use settings::workers;
 
 /// Why no body comes out.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

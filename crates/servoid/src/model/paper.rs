@@ -93,6 +93,38 @@ pub fn paper(
     })
 }
 
+/// Poses that one thread scores in a row.
+const PIECE: usize = 256;
+
+/// Scores a body at poses by the points term; of the settings only `points`, `alpha` and `threads`
+/// count. On any number of threads the bits are the same.
+///
+/// # Errors
+/// If there is no view, or a setting is out of its range.
+pub fn paper_scores(
+    views: &[View<'_>],
+    body: &Body,
+    poses: &[Pose],
+    settings: &PaperSettings,
+) -> Result<Vec<f64>, ModelError> {
+    let settings = settings.checked()?;
+    let points = points_of(views, &settings)?;
+    let of_piece = |piece: &[Pose]| -> Vec<f64> {
+        piece.iter().map(|&pose| points.fitness(&body.at(pose).in_world())).collect()
+    };
+    let pieces: Vec<_> =
+        workers(settings.threads)?.install(|| poses.par_chunks(PIECE).map(of_piece).collect());
+    Ok(pieces.concat())
+}
+
+fn points_of<'a>(views: &[View<'a>], settings: &PaperSettings) -> Result<Points<'a>, ModelError> {
+    let eye = |view: &View<'a>| {
+        PointsView::new(*view.camera(), &view.world_from_camera(), view.mask().image())
+    };
+    let eyes = views.iter().map(eye).collect::<Result<_, _>>()?;
+    Ok(Points::new(eyes, settings.points, settings.alpha)?)
+}
+
 /// What every ellipsoid is sought with.
 struct Search<'a> {
     points: Points<'a>,
@@ -114,11 +146,7 @@ impl<'a> Search<'a> {
         let middle = common_point(views)?;
         let unit = mean_radius(views, &middle);
         let world_from_box = Pose::from_rotation(views[0].world_from_camera().rotation(), middle);
-        let eye = |view: &View<'a>| {
-            PointsView::new(*view.camera(), &view.world_from_camera(), view.mask().image())
-        };
-        let eyes = views.iter().map(eye).collect::<Result<_, _>>()?;
-        let points = Points::new(eyes, settings.points, settings.alpha)?;
+        let points = points_of(views, settings)?;
         Ok(Self { points, settings, world_from_box, unit, progress })
     }
 

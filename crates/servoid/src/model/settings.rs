@@ -116,7 +116,7 @@ pub(super) fn check_positive(name: &'static str, given: usize) -> Result<(), Mod
 }
 
 /// Starts worker threads; 0 takes as many as the machine has.
-pub(super) fn workers(threads: usize) -> Result<rayon::ThreadPool, ModelError> {
+pub(crate) fn workers(threads: usize) -> Result<rayon::ThreadPool, ModelError> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
     pool.map_err(|_| ModelError::Threads(threads))
 }

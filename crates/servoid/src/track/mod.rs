@@ -11,6 +11,7 @@ mod estimate;
 mod growth;
 mod judge;
 mod keyframes;
+mod landscape;
 mod learn;
 mod motion;
 mod one_step;
@@ -32,6 +33,7 @@ pub use appearance::Appearance;
 pub use estimate::{Estimate, Notice, Status, Timing};
 pub use one_step::{Genes, Judge, OneStep, OneStepError, OneStepSettings};
 pub use placing::{Placement, place};
+pub use search::Worth;
 pub use settings::TrackSettings;
 pub use tracker::Tracker;
 

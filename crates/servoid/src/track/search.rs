@@ -107,9 +107,32 @@ const FEW_POINTS: f64 = 8.0;
 /// Least cosine between a point's normal and the way to a camera that sees it.
 const LEAST_FACING: f64 = 0.35;
 
+/// What a pose is worth by each kind of evidence, -1 to 1.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Worth {
+    /// Log-likelihood ratios inside the outline, as a share of what they could be.
+    pub region: f64,
+    /// Mean correlation of surface points.
+    pub surface: f64,
+}
+
+impl Worth {
+    /// Gives what both kinds say together: what poses are sought by. // (S48)
+    #[must_use]
+    pub fn total(&self) -> f64 {
+        self.region + self.surface
+    }
+}
+
 impl Judged<'_> {
     /// Scores a pose; -1 to 1 for each kind of evidence.
     pub(super) fn score(&self, pose: &Pose) -> f64 {
+        self.worth(pose, Pyramid::LEVELS - 1).total()
+    }
+
+    /// Says what a pose is worth, with points at the resolution `level`, or a finer one at which
+    /// they were learned.
+    pub(super) fn worth(&self, pose: &Pose, level: usize) -> Worth {
         let mut region = 0.0;
         let (mut surface, mut points) = (0.0, 0.0);
         for (camera, window) in self.sight.windows.iter().enumerate() {
@@ -119,7 +142,7 @@ impl Judged<'_> {
             }
             let mut look = |index: usize| {
                 let point = &self.sight.points.known[index].point;
-                let level = coarsest(&point.looks);
+                let level = coarsest(&point.looks[..=level]);
                 let found = point.correlation(&projection, &window.pyramid, level);
                 surface += found.unwrap_or(0.0).max(0.0);
                 points += 1.0;
@@ -143,10 +166,13 @@ impl Judged<'_> {
                 }
             }
         }
-        region / (RATIO * self.area.max(1.0)) + surface / (points + FEW_POINTS)
+        Worth {
+            region: region / (RATIO * self.area.max(1.0)),
+            surface: surface / (points + FEW_POINTS),
+        }
     }
 }
 
-fn coarsest<T>(looks: &[Option<T>; Pyramid::LEVELS]) -> usize {
+fn coarsest<T>(looks: &[Option<T>]) -> usize {
     looks.iter().rposition(Option::is_some).unwrap_or(0)
 }

@@ -4,16 +4,17 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from msgspec.structs import replace
 
 from servoid.errors import SimError
 from servoid.servo.gaze import fixation
-from servoid.sim.arm_file import read_arm
+from servoid.sim.arm_file import ArmFile, read_arm
 from servoid.sim.world.engine import load_mujoco
 from servoid.sim.world.file_arm import SUFFIXES, build_file_arm
 from servoid.sim.world.kinematics import Kinematics
 from servoid.sim.world.motions import Floats, pose_of, unit_row
 from servoid.sim.world.robot import Robot
-from servoid.sim.world.settings import WorldSettings
+from servoid.sim.world.settings import ArmSettings, WorldSettings
 from servoid.sim.world.shipped_arm import build_shipped_arm
 
 
@@ -26,8 +27,19 @@ def build_robot(settings: WorldSettings) -> Robot:
     """
     arm = settings.arm
     if Path(arm.name).suffix.lower() in SUFFIXES:
-        return build_file_arm(arm, read_arm().eyes)
-    return build_shipped_arm(read_arm(arm.name, arm.links), arm.turning_eyes)
+        file = _changed(read_arm(), arm)
+        return build_file_arm(arm, file.eyes, file.joints.lag_s)
+    return build_shipped_arm(_changed(read_arm(arm.name, arm.links), arm), arm.turning_eyes)
+
+
+def _changed(file: ArmFile, arm: ArmSettings) -> ArmFile:
+    """Return what an arm's file says, but for what the settings say otherwise."""
+    joints, eyes = file.joints, file.eyes
+    if arm.lag_s is not None:
+        joints = replace(joints, lag_s=arm.lag_s)
+    if arm.half_baseline is not None:
+        eyes = replace(eyes, half_baseline=arm.half_baseline)
+    return replace(file, joints=joints, eyes=eyes)
 
 
 def compile_robot(robot: Robot, step_s: float) -> Any:

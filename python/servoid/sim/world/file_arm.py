@@ -19,7 +19,7 @@ _ENDLESS = 2.0 * math.pi  # how far a joint without limits may turn to each side
 _REACH = 0.1  # of the post that carries the head, in m
 
 
-def build_file_arm(settings: ArmSettings, eyes: EyeLimits) -> Robot:
+def build_file_arm(settings: ArmSettings, eyes: EyeLimits, lag_s: float) -> Robot:
     """Build the arm of a file: its turning joints from the base to the mount are driven.
 
     Other joints, as those of fingers, are fixed, and the file's own actuators are left out.
@@ -35,7 +35,7 @@ def build_file_arm(settings: ArmSettings, eyes: EyeLimits) -> Robot:
     mount, place = _mount(spec, model, settings)
     joints = _chain(spec, mount, settings.name)
     home = _home(model, [joint.name for joint in joints])
-    drives = tuple(_drive(model.joint(joint.name), settings, speeds) for joint in joints)
+    drives = tuple(_drive(model.joint(joint.name), settings, speeds, lag_s) for joint in joints)
     _strip(spec, {joint.name for joint in joints})
     looks = file_things(_compiled(spec, settings.name))
     row = compose(place, unit_row(settings.mount_from_hand))
@@ -124,7 +124,7 @@ def _home(model: Any, joints: list[str]) -> tuple[float, ...]:
     return tuple(float(angles[model.joint(name).qposadr[0]]) for name in joints)
 
 
-def _drive(joint: Any, settings: ArmSettings, speeds: dict[str, float]) -> Drive:
+def _drive(joint: Any, settings: ArmSettings, speeds: dict[str, float], lag_s: float) -> Drive:
     lower, upper = joint.range if joint.limited else (-_ENDLESS, _ENDLESS)
     bounded = bool(joint.actfrclimited[0]) if hasattr(joint, "actfrclimited") else False
     return Drive(
@@ -134,7 +134,7 @@ def _drive(joint: Any, settings: ArmSettings, speeds: dict[str, float]) -> Drive
         speed=min(settings.speed, speeds.get(joint.name, settings.speed)),
         acceleration=settings.acceleration,
         torque=float(joint.actfrcrange[1]) if bounded else math.inf,
-        lag_s=settings.lag_s,
+        lag_s=lag_s,
     )
 
 

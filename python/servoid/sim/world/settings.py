@@ -36,7 +36,16 @@ class ArmSettings(SimSettings, frozen=True, kw_only=True, forbid_unknown_fields=
     acceleration: Annotated[
         Positive, Meta(description="of the joints of a file's arm in rad/s²")
     ] = 8.0
-    lag_s: Annotated[Positive, Meta(description="of the speed servos of a file's arm")] = 0.02
+    lag_s: Annotated[
+        Positive | None,
+        Meta(description="of the joints' speed servos; none: as the shipped arm's file says"),
+    ] = None
+    half_baseline: Annotated[
+        Positive | None,
+        Meta(
+            description="half the distance of the eyes in m; none: as the shipped arm's file says"
+        ),
+    ] = None
     turning_eyes: Annotated[
         bool, Meta(description="eyes with a shared tilt and a pan each, or fixed cameras")
     ] = True
@@ -63,6 +72,10 @@ class ObjectSettings(SimSettings, frozen=True, kw_only=True, forbid_unknown_fiel
             "plain_mug or two_ellipsoids"
         ),
     ] = "bottle"
+    radii: Annotated[
+        tuple[Positive, Positive, Positive] | None,
+        Meta(description="of the object named ellipsoid, along x, y, z in m; none: the paper's"),
+    ] = None
     hand_from_object: Annotated[
         Seven, Meta(description="where it waits before the hand: w, x, y, z, tx, ty, tz; Eq. 20")
     ] = (1.0, 0.0, 0.0, 0.0, *BEFORE_HAND)

@@ -7,6 +7,8 @@ from xml.etree import ElementTree
 
 from servoid.errors import SimError
 
+_READABLE = (".stl", ".obj", ".msh")
+_LEAST_MASS, _LEAST_INERTIA = "0.01", "0.0001"  # of a link of which the file says neither
 _PACKAGE = "package://"
 _FILE = "file://"
 
@@ -20,8 +22,10 @@ class Urdf:
 
 
 def read_urdf(path: Path) -> Urdf:
-    """Read a URDF; of each link the collision shapes stay, which MuJoCo can read and draw.
+    """Read a URDF; of each link its collision shapes stay, or else what is drawn of it.
 
+    Shapes for drawing are often of a format that MuJoCo does not know. A link without mass gets a
+    little, for MuJoCo moves none without.
     `package://NAME/REST` is sought as ROS packages lie on a disk: REST in a folder above the file,
     or NAME/REST in one.
 
@@ -34,12 +38,26 @@ def read_urdf(path: Path) -> Urdf:
     except (ElementTree.ParseError, OSError) as error:
         raise SimError(f"{path} cannot be read as an arm: {error}") from error
     for link in root.iter("link"):
-        for visual in link.findall("visual"):
-            link.remove(visual)  # often of a format that MuJoCo does not know
+        _keep_solid(link)
     for mesh in root.iter("mesh"):
         mesh.set("filename", str(_found(path, mesh.get("filename", ""))))
-    _compiler(root).set("strippath", "false")
+    compiler = _compiler(root)
+    compiler.set("strippath", "false")
+    compiler.set("boundmass", _LEAST_MASS)
+    compiler.set("boundinertia", _LEAST_INERTIA)
     return Urdf(ElementTree.tostring(root, encoding="unicode"), dict(_speeds(root)))
+
+
+def _keep_solid(link: ElementTree.Element) -> None:
+    """Take the shapes for drawing out of a link, or have them stand for its missing solid ones."""
+    bare = link.find("collision") is None
+    for visual in link.findall("visual"):
+        mesh = visual.find("geometry/mesh")
+        name = "" if mesh is None else mesh.get("filename", "")
+        if bare and (mesh is None or name.lower().endswith(_READABLE)):
+            visual.tag = "collision"
+        else:
+            link.remove(visual)
 
 
 def _found(path: Path, name: str) -> Path:

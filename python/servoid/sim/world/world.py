@@ -15,7 +15,7 @@ from servoid.sim.world.kinematics import Kinematics
 from servoid.sim.world.layout import Layout
 from servoid.sim.world.meshes import as_mesh
 from servoid.sim.world.motions import STILL, Floats, pose_of, row_of, unit_row
-from servoid.sim.world.objects import SPIN_AXES, make_object
+from servoid.sim.world.objects import make_object, spin_axis
 from servoid.sim.world.overview import overview_from
 from servoid.sim.world.paths import Path, parse_path
 from servoid.sim.world.room import make_room
@@ -51,7 +51,7 @@ class World:
         self.settings = settings = settings or WorldSettings()
         self._steps = round(settings.physics.period_s / settings.physics.step_s)
         path = path or parse_path(settings.object.path)
-        things = [*make_object(settings.object.name), *_board(settings)]
+        things = [*make_object(settings.object.name, settings.object.radii), *_board(settings)]
         things += make_room(settings.background, settings.seed)
         robot = build_robot(settings)
         things += robot.things
@@ -86,7 +86,7 @@ class World:
     @property
     def spin_axis(self) -> tuple[float, float, float] | None:
         """Return the unit axis of the object's frame about which it looks the same, if any."""
-        return SPIN_AXES.get(self.settings.object.name)
+        return spin_axis(self.settings.object.name, self.settings.object.radii)
 
     def start_path(self) -> None:
         """Let the object's path begin now; until then it rests.

@@ -8,6 +8,8 @@ from servoid.sim.world.objects.shapes import ellipsoid, painted_ellipsoid, two_e
 from servoid.sim.world.objects.vessels import bottle, mug, plain_bottle, plain_mug
 from servoid.sim.world.things import Thing
 
+Triple = tuple[float, float, float]
+
 OBJECTS: dict[str, Callable[[], tuple[Thing, ...]]] = {
     "bottle": bottle,
     "drill": drill,
@@ -20,18 +22,37 @@ OBJECTS: dict[str, Callable[[], tuple[Thing, ...]]] = {
 }
 # Objects that look the same however they are spun about an axis through their origin.
 SPIN_AXES = {"ellipsoid": (0.0, 1.0, 0.0), "plain_bottle": (0.0, 1.0, 0.0)}
+_ELLIPSOID = "ellipsoid"
+_AXES: tuple[Triple, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
-def make_object(name: str) -> tuple[Thing, ...]:
+def make_object(name: str, radii: Triple | None = None) -> tuple[Thing, ...]:
     """Return the parts of an object, the same each time.
 
+    `radii` in metres are those of the object named ellipsoid, if not the paper's.
+
     Raises:
-        SimError: there is no such object.
+        SimError: there is no such object, or it has no radii to choose.
 
     """
     if name not in OBJECTS:
         raise SimError(f"unknown object '{name}'; choose one of {', '.join(OBJECTS)}")
-    return OBJECTS[name]()
+    if radii is None:
+        return OBJECTS[name]()
+    if name != _ELLIPSOID:
+        raise SimError(
+            f"object.radii was given, but the object is '{name}'; leave radii out, or choose the "
+            f"object '{_ELLIPSOID}'"
+        )
+    return ellipsoid(radii)
 
 
-__all__ = ["OBJECTS", "SPIN_AXES", "make_object"]
+def spin_axis(name: str, radii: Triple | None = None) -> Triple | None:
+    """Return the unit axis of an object's frame about which it looks the same, if there is one."""
+    if radii is not None and radii[0] != radii[2]:
+        pairs = [radii[place - 1] == radii[place - 2] for place in range(3)]
+        return _AXES[pairs.index(True)] if any(pairs) else None
+    return SPIN_AXES.get(name)
+
+
+__all__ = ["OBJECTS", "SPIN_AXES", "make_object", "spin_axis"]

@@ -10,9 +10,9 @@ _PAPER = (0.0225, 0.045, 0.0225)
 _HUE = (0.86, 0.16, 0.11)
 
 
-def ellipsoid() -> tuple[Thing, ...]:
-    """Return the paper's ellipsoid of one hue, its long axis upright."""
-    return (Thing(Ellipsoid(_PAPER), Finish(color=_HUE, gloss=0.15), OBJECT),)
+def ellipsoid(radii: tuple[float, float, float] = _PAPER) -> tuple[Thing, ...]:
+    """Return the paper's ellipsoid of one hue, its long axis upright, or one with other radii."""
+    return (Thing(Ellipsoid(radii), Finish(color=_HUE, gloss=0.15), OBJECT),)
 
 
 def two_ellipsoids() -> tuple[Thing, ...]:

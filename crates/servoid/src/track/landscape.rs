@@ -1,0 +1,60 @@
+use rayon::prelude::*;
+
+use super::TrackError;
+use super::attempt::sight;
+use super::polish::Sight;
+use super::search::{Judged, Probes, Worth};
+use super::tracker::Tracker;
+use crate::model::workers;
+use crate::observe::{Observation, Pyramid};
+use crate::pose::Pose;
+
+/// Poses that one thread scores in a row.
+const PIECE: usize = 256;
+
+impl Tracker {
+    /// Says what poses are worth in an observation, by all that was learned so far, as the tracker
+    /// weighs them where it seeks the object anywhere. Nothing is learned from it.
+    ///
+    /// `resolution` is that of the surface points: 0 is the image's own, with which a pose is made
+    /// precise; each further one is half as fine, up to the coarsest, with which poses are sought. On
+    /// any number of `threads`, 0 for as many as the machine has, the bits are the same.
+    ///
+    /// # Errors
+    /// If there is not one entry a camera, the time stamp is no finite number, there is no such
+    /// resolution, or the object's look was never learned.
+    pub fn worths(
+        &self,
+        observation: &Observation<'_>,
+        poses: &[Pose],
+        resolution: usize,
+        threads: usize,
+    ) -> Result<Vec<Worth>, TrackError> {
+        if resolution >= Pyramid::LEVELS {
+            return Err(TrackError::Setting {
+                name: "resolution",
+                allowed: "0 (the image's own) to 2 (a quarter of it)",
+                given: resolution.to_string(),
+            });
+        }
+        if !self.colors.are_known() && self.points.known.is_empty() {
+            return Err(TrackError::NothingKnown);
+        }
+        let mut looking = self.clone();
+        looking.check(observation)?;
+        looking.look_all_over(observation);
+        let area = looking.area(&looking.motion.last());
+        let known = looking.points.known.len();
+        let most = known.min(looking.settings.points);
+        // Evenly, so that no side of the object is left out.
+        let probes: Vec<usize> = (0..most).map(|at| at * known / most).collect();
+        let judged =
+            Judged { sight: sight!(looking, observation), probes: Probes::Facing(&probes), area };
+        let of_piece = |piece: &[Pose]| -> Vec<Worth> {
+            piece.iter().map(|pose| judged.worth(pose, resolution)).collect()
+        };
+        let pieces: Vec<_> =
+            workers(threads)?.install(|| poses.par_chunks(PIECE).map(of_piece).collect());
+        Ok(pieces.concat())
+    }
+}

@@ -1,0 +1,1 @@
+"""The paper's experiments again: its fitness map, its model of two ellipsoids, its servoing."""

@@ -1,0 +1,75 @@
+"""How a body differs from the true one: where it is, what it fills, and where its parts are."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from servoid._native import Body, Camera, Pose
+
+Floats = NDArray[np.float64]
+
+_STEP = 0.0025
+_MARGIN = 0.01
+
+
+def shape_matrices(body: Body) -> tuple[Floats, Floats]:
+    """Return centres (K, 3) and shape matrices (K, 3, 3) of a body's ellipsoids in the world."""
+    turn = body.world_from_object.matrix()[:3, :3]
+    frames = [turn @ _rotation(quaternion) for quaternion in body.rotations]
+    spread = [
+        frame @ np.diag(radii**2) @ frame.T for frame, radii in zip(frames, body.radii, strict=True)
+    ]
+    return body.world_from_object.transform(body.centers), np.array(spread)
+
+
+def centroid(body: Body) -> Floats:
+    """Return the centroid (3,) of what a body fills, in the world."""
+    _, middle, _ = body.mass_properties()
+    return body.world_from_object.transform(middle[None])[0]
+
+
+def volume_iou(one: Body, other: Body) -> float:
+    """Return the volume that both bodies fill as a share of what any of them does.
+
+    It is counted on a grid of 2.5 mm.
+    """
+    points = _grid([one, other])
+    a, b = _inside(one, points), _inside(other, points)
+    return float((a & b).sum() / max(int((a | b).sum()), 1))
+
+
+def silhouette_iou(body: Body, camera: Camera, pose: Pose, mask: NDArray[np.uint8]) -> float:
+    """Return the overlap of a body's silhouette with a mask (H, W) uint8."""
+    seen, true = body.silhouette(camera, pose) != 0, mask != 0
+    return float((seen & true).sum() / max(int((seen | true).sum()), 1))
+
+
+def nearest_parts(body: Body, true: Body) -> list[int]:
+    """Return for each ellipsoid of the true body whose centre of the other body's is nearest."""
+    found, there = shape_matrices(body)[0], shape_matrices(true)[0]
+    away = np.linalg.norm(there[:, None] - found[None], axis=2)
+    return [int(index) for index in away.argmin(axis=1)]
+
+
+def _inside(body: Body, points: Floats) -> NDArray[np.bool_]:
+    inside = np.zeros(len(points), bool)
+    for center, spread in zip(*shape_matrices(body), strict=True):
+        off = points - center
+        inside |= np.einsum("ni,ij,nj->n", off, np.linalg.inv(spread), off) < 1.0
+    return inside
+
+
+def _grid(bodies: list[Body]) -> Floats:
+    """Return points (N, 3) over a box that holds all bodies."""
+    low, high = [], []
+    for body in bodies:
+        for center, spread in zip(*shape_matrices(body), strict=True):
+            reach = np.sqrt(np.diag(spread))
+            low.append(center - reach)
+            high.append(center + reach)
+    first, last = np.min(low, axis=0) - _MARGIN, np.max(high, axis=0) + _MARGIN
+    sides = [np.arange(a, b, _STEP) for a, b in zip(first, last, strict=True)]
+    return np.stack(np.meshgrid(*sides, indexing="ij"), axis=-1).reshape(-1, 3)
+
+
+def _rotation(quaternion: Floats) -> Floats:
+    return Pose.from_parts([0.0, 0.0, 0.0], quaternion.tolist()).matrix()[:3, :3]

@@ -1,0 +1,67 @@
+"""How wide the top of a fitness is: where it stays above a share of its peak."""
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+SHARE = 0.9
+
+
+class Ridge(msgspec.Struct, frozen=True, kw_only=True):
+    """Where the fitness stays above 90 % of its peak, in metres.
+
+    `along` are straight lines through the peak, along x, y and z. `crest` is along z, with the best
+    x and y at each depth: the ridge itself, which follows the line of sight. `crest_from_floor` is
+    the same where the share is counted from the lowest value of the whole map and not from 0.
+    `peak` is where the fitness is highest, relative to the true place. A width is None where the
+    fitness is not above 0 or the ridge leaves the range that was looked at.
+    """
+
+    along: list[float | None]
+    crest: float | None
+    crest_from_floor: float | None
+    peak: list[float]
+    height: float
+
+
+def width_at_share(
+    places: Floats, values: Floats, floor: float = 0.0, share: float = SHARE
+) -> float | None:
+    """Return how long the values (N,) stay above a share of their peak, around it, in metres.
+
+    The share is counted from `floor`; between places (N,) the values are joined by straight lines.
+    None if the peak is not above the floor, or if the values are still above at an end.
+    """
+    top = int(np.argmax(values))
+    least = floor + share * (values[top] - floor)
+    if not values[top] > floor:
+        return None
+    ends = []
+    for step in (-1, 1):
+        at = top
+        while 0 <= at < len(values) and values[at] >= least:
+            at += step
+        if not 0 <= at < len(values):
+            return None
+        inner = at - step
+        part = (values[inner] - least) / (values[inner] - values[at])
+        ends.append(places[inner] + part * (places[at] - places[inner]))
+    return float(ends[1] - ends[0])
+
+
+def peak_of(places: Floats, values: Floats) -> float:
+    """Return where the values (N,) over even places (N,) are highest.
+
+    It is the middle of what is within 1 % of the peak: the luck of one place does not move it far.
+    """
+    best = float(values.max())
+    high = values >= best - 0.01 * abs(best)
+    top = int(np.argmax(values))
+    first, last = top, top
+    while first > 0 and high[first - 1]:
+        first -= 1
+    while last < len(values) - 1 and high[last + 1]:
+        last += 1
+    return float(0.5 * (places[first] + places[last]))

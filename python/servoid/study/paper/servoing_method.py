@@ -1,0 +1,215 @@
+"""The paper's servoing method, and what takes the place of its parts."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum
+from typing import Annotated, cast
+
+import msgspec
+import numpy as np
+from msgspec import Meta
+
+from servoid._native import (
+    Body,
+    Estimate,
+    OneStepSettings,
+    OneStepTracker,
+    Tracker,
+    TrackSettings,
+)
+from servoid.pose import Pose
+from servoid.servo import GazeMode, JointLaw, ServoSettings
+from servoid.servo.arm import Floats
+from servoid.servo.settings import GazeSettings, HandSettings, JointSettings, TargetSettings
+from servoid.sim.world import World
+from servoid.sim.world.objects import make_object
+from servoid.sim.world.things import Ellipsoid
+from servoid.study.paper.servoing_settings import Constants, Search, Triple
+from servoid.track.follower import Follower, Images
+
+# So rough a motion that each estimate counts as it is: the paper does not filter.
+_UNSMOOTHED = TargetSettings(
+    compensate=False, use_covariance=False, linear_jerk=100.0, linear_jump=0.5
+)
+
+
+class Judge(Enum):
+    """What says where the object is."""
+
+    POINTS = "points"
+    REGION = "region"
+    SERVOID = "servoid"
+
+
+class Method(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """The paper's method, but for what servoid does in its place."""
+
+    judge: Annotated[
+        Judge,
+        Meta(
+            description="points or region for the 1-step genetic algorithm, or servoid's own "
+            "tracker, which finds out for itself how the object is turned"
+        ),
+    ] = Judge.POINTS
+    surface: Annotated[
+        bool,
+        Meta(description="let servoid's tracker use the look of the surface, beside outlines"),
+    ] = False
+    filtered: Annotated[
+        bool, Meta(description="filter estimates and move them ahead by their age")
+    ] = False
+    feed_forward: Annotated[
+        bool, Meta(description="add the target's velocity to that of hand and eyes")
+    ] = False
+    turn_told: Annotated[
+        bool, Meta(description="give servoing the object's true orientation, as the paper does")
+    ] = True
+    qp: Annotated[bool, Meta(description="joint speeds by a QP, not by the paper's law")] = False
+
+
+def servo_settings(method: Method, given: Constants) -> ServoSettings:
+    """Return how to servo by a method, with the paper's gains."""
+    law, eyes = given.law, given.eyes
+    return ServoSettings(
+        target=TargetSettings() if method.filtered else _UNSMOOTHED,
+        hand=HandSettings(
+            position_gain=law.position_gain,
+            position_rate_gain=law.position_rate_gain,
+            turn_gain=law.turn_gain,
+            turn_rate_gain=law.turn_rate_gain,
+            feed_forward=method.feed_forward,
+            linear_speed=law.speed,
+            linear_acceleration=law.acceleration,
+        ),
+        joints=JointSettings(
+            law=JointLaw.QP if method.qp else JointLaw.PAPER, feedback_gain=law.joint_gain
+        ),
+        gaze=GazeSettings(
+            mode=GazeMode.FIXATE if eyes.verging else GazeMode.PARALLEL,
+            gain=eyes.gaze_gain,
+            rate_gain=eyes.gaze_rate_gain,
+            feed_forward=method.feed_forward,
+        ),
+    )
+
+
+def body_of(name: str, radii: Triple | None) -> Body:
+    """Return the body that an object made of ellipsoids is, its frame that of the object."""
+    centers, sizes, turns = [], [], []
+    for thing in make_object(name, radii):
+        assert isinstance(thing.shape, Ellipsoid), f"{name} is not made of ellipsoids"
+        sizes.append(thing.shape.radii)
+        turns.append(thing.carrier_from_thing[:4])
+        centers.append(thing.carrier_from_thing[4:])
+    return Body(
+        world_from_object=Pose.identity(),
+        centers=np.array(centers, float),
+        radii=np.array(sizes, float),
+        rotations=np.array(turns, float),
+    )
+
+
+def make_follower(world: World, body: Body, method: Method, search: Search, seed: int) -> Follower:
+    """Make what tracks the object of a world by a method."""
+    if method.judge is Judge.SERVOID:
+        tracker = Tracker(world.cameras, body, TrackSettings(seed=seed, surface=method.surface))
+        return ToldTracker(world, tracker) if method.turn_told else tracker
+    region = method.judge is Judge.REGION
+    settings = OneStepSettings(
+        seed=seed,
+        turns=False,
+        region=region or None,
+        points=None if region else search.points,
+        alpha=None if region else search.alpha,
+        reach=search.reach,
+        population=search.population,
+        elites=min(search.elites, search.population - 1),
+        mutation_rate=search.mutation_rate,
+        mutation_width=search.mutation_width,
+        least_width=min(search.least_width, search.mutation_width),
+    )
+    return ToldTurn(world, body, settings, search.generations)
+
+
+@dataclass(frozen=True, eq=False)
+class ToldEstimate:
+    """An estimate whose orientation is replaced by the truth."""
+
+    time_s: float
+    world_from_object: Pose
+    covariance: Floats
+    unobservable: Floats
+    confidence: float
+    status: str
+    evaluations: int
+
+
+class ToldTracker:
+    """A tracker of all six degrees of freedom, of which the place is used."""
+
+    def __init__(self, world: World, tracker: Follower) -> None:
+        self._world, self._tracker = world, tracker
+
+    def start(
+        self,
+        time_s: float,
+        world_from_camera: Sequence[Pose],
+        images: Images,
+        world_from_object: Pose,
+        masks: Images | None = None,
+    ) -> Estimate:
+        """Learn what the object looks like, with the object at a known pose."""
+        return self._told(
+            self._tracker.start(time_s, world_from_camera, images, world_from_object, masks)
+        )
+
+    def step(self, time_s: float, world_from_camera: Sequence[Pose], images: Images) -> Estimate:
+        """Find the object in the next observation."""
+        return self._told(self._tracker.step(time_s, world_from_camera, images))
+
+    def _told(self, estimate: Estimate) -> Estimate:
+        found, truth = estimate.world_from_object, self._world.world_from_object_at(estimate.time_s)
+        turn = (truth.inverse() @ found).matrix()[:3, :3]
+        covariance = np.zeros((6, 6))
+        covariance[:3, :3] = turn @ estimate.covariance[:3, :3] @ turn.T
+        told = ToldEstimate(
+            time_s=estimate.time_s,
+            world_from_object=Pose.from_parts(found.translation, truth.quaternion),
+            covariance=covariance,
+            unobservable=np.zeros((0, 6)),
+            confidence=estimate.confidence,
+            status=estimate.status,
+            evaluations=estimate.evaluations,
+        )
+        return cast("Estimate", told)  # servoing asks nothing else of an estimate
+
+
+class ToldTurn:
+    """The 1-step genetic algorithm on x, y and z, told how the object is truly turned.
+
+    With several generations an image, the same image is bred on again and again.
+    """
+
+    def __init__(
+        self, world: World, body: Body, settings: OneStepSettings, generations: int
+    ) -> None:
+        self._world, self._generations = world, generations
+        self._tracker = OneStepTracker(world.cameras, body, settings)
+
+    def start(
+        self,
+        time_s: float,
+        world_from_camera: Sequence[Pose],
+        images: Images,
+        world_from_object: Pose,
+        masks: Images | None = None,
+    ) -> Estimate:
+        """Learn what the object looks like, with the object at a known pose."""
+        return self._tracker.start(time_s, world_from_camera, images, world_from_object, masks)
+
+    def step(self, time_s: float, world_from_camera: Sequence[Pose], images: Images) -> Estimate:
+        """Find the object in the next observation."""
+        self._tracker.set_orientation(self._world.world_from_object_at(time_s).quaternion)
+        for _ in range(self._generations - 1):
+            self._tracker.step(time_s, world_from_camera, images)
+        return self._tracker.step(time_s, world_from_camera, images)

@@ -1,0 +1,37 @@
+"""Sweeps: one factor is varied at a time, around a case in the centre, over several seeds."""
+
+from servoid.study.sweeping.checks import check_names, check_varied
+from servoid.study.sweeping.factor import Factor, Value, cases_around, varied
+from servoid.study.sweeping.panels import Curve, Panel, Scale, draw_panels, panels_csv, written
+from servoid.study.sweeping.reach import at, highest, holding, known, lowest
+from servoid.study.sweeping.series import Series, Sweep
+from servoid.study.sweeping.spread import Spread, confidence, spread_of
+from servoid.study.sweeping.words import band_words, failure_words, named
+
+__all__ = [
+    "Curve",
+    "Factor",
+    "Panel",
+    "Scale",
+    "Series",
+    "Spread",
+    "Sweep",
+    "Value",
+    "at",
+    "band_words",
+    "cases_around",
+    "check_names",
+    "check_varied",
+    "confidence",
+    "draw_panels",
+    "failure_words",
+    "highest",
+    "holding",
+    "known",
+    "lowest",
+    "named",
+    "panels_csv",
+    "spread_of",
+    "varied",
+    "written",
+]

@@ -1,0 +1,59 @@
+"""What is varied in a sweep, and the cases that come of it."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from enum import Enum
+from typing import TypeVar
+
+import msgspec
+
+CaseT = TypeVar("CaseT", bound=msgspec.Struct)
+
+Value = float | int | str | Enum
+
+
+@dataclass(frozen=True)
+class Factor:
+    """One thing that is varied while all else stays as it is in the centre.
+
+    `key` names the field of a case, dotted where it lies in a struct of the case. `log` asks for a
+    logarithmic axis; values that are no numbers stand side by side.
+    """
+
+    key: str
+    title: str
+    unit: str
+    values: tuple[Value, ...]
+    log: bool = False
+
+    def at(self, case: msgspec.Struct) -> Value:
+        """Return the value that a case has."""
+        found: msgspec.Struct | Value = case
+        for name in self.key.split("."):
+            found = getattr(found, name)
+        assert not isinstance(found, msgspec.Struct)
+        return found
+
+    def values_with(self, center: Value) -> tuple[Value, ...]:
+        """Return that of the centre and the other values, numbers in their order."""
+        every = list(dict.fromkeys((center, *self.values)))
+        numbers = [value for value in every if isinstance(value, float | int)]
+        return tuple(sorted(numbers)) if len(numbers) == len(every) else tuple(every)
+
+
+def varied(case: CaseT, key: str, value: Value) -> CaseT:
+    """Return a case in which the field with a dotted name has another value."""
+    name, _, rest = key.partition(".")
+    inner = varied(getattr(case, name), rest, value) if rest else value
+    return msgspec.structs.replace(case, **{name: inner})
+
+
+def cases_around(centers: Iterable[CaseT], factors: Sequence[Factor]) -> list[CaseT]:
+    """Return each centre and what the factors make of it, one factor at a time, none twice."""
+    found: dict[CaseT, None] = {}
+    for center in centers:
+        found[center] = None
+        for factor in factors:
+            for value in factor.values:
+                found[varied(center, factor.key, value)] = None
+    return list(found)

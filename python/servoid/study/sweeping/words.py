@@ -1,0 +1,30 @@
+"""What every study of sweeps says of its seeds, its failures and its factors."""
+
+from collections.abc import Sequence
+
+from servoid.study.design import Done
+from servoid.study.sweeping.factor import Factor
+from servoid.study.sweeping.spread import confidence
+
+_REASONS = 3  # that are told
+
+
+def band_words(seeds: int) -> str:
+    """Say what lines and bands of a picture are."""
+    return (
+        f"Lines are the median over {seeds} seeds, bands reach from the lowest to the highest: "
+        f"with {100.0 * confidence(seeds):.1f} % confidence the median over all seeds lies within."
+    )
+
+
+def failure_words(failed: Sequence[Done]) -> tuple[str, ...]:
+    """Say how many trials failed and why, or nothing."""
+    if not failed:
+        return ()
+    reasons = list(dict.fromkeys(done.failure for done in failed))
+    return (f"{len(failed)} trials failed and are left out; why: {'; '.join(reasons[:_REASONS])}",)
+
+
+def named(factor: Factor) -> str:
+    """Return a factor's name with its unit."""
+    return f"{factor.title} [{factor.unit}]" if factor.unit else factor.title

@@ -1,0 +1,233 @@
+"""The fitness map of the paper's Fig. 8: its pairs, its ridges, and what is told of it."""
+
+import csv
+from pathlib import Path
+
+import msgspec
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from servoid._native import PaperSettings, Pose, Tracker, TrackSettings, View, paper_scores
+from servoid.errors import PoseError, TrackError
+from servoid.servo.settings_text import settings_toml
+from servoid.sim.world import ArmSettings, CameraSettings, ObjectSettings, World, WorldSettings
+from servoid.study.batch import Done
+from servoid.study.findings import Verdict
+from servoid.study.paper.eye_pair import (
+    EyeMode,
+    EyePair,
+    Moment,
+    PairSettings,
+    paper_hand,
+    see,
+    true_body,
+)
+from servoid.study.paper.fitness_map import FITNESS_MAP
+from servoid.study.paper.map_case import Fitness, MapRow
+from servoid.study.paper.map_section import QUICK_MAP, MapSettings, map_section, map_work
+from servoid.study.paper.ridges import peak_of, width_at_share
+
+PNG = b"\x89PNG"
+SMALL = PairSettings(size_px=(320, 240), samples=1, background="plain")
+PLACE = Pose.from_parts([0.0, -0.1, 0.53], [1.0, 0.0, 0.0, 0.0])
+
+
+@pytest.fixture(scope="module")
+def pair() -> EyePair:
+    """Return a stereo pair of the patterned egg."""
+    return see(SMALL, Moment("painted_ellipsoid", PLACE, paper_hand(), EyeMode.VERGED, 3))
+
+
+@pytest.fixture(scope="module")
+def done() -> list[Done]:
+    """Return all trials of the quick maps."""
+    work = map_work(QUICK_MAP)
+    return [Done(case, work.experiment.run(case)) for case in work.cases]
+
+
+def poses_around(pair: EyePair) -> np.ndarray:
+    """Return poses (N, 7) of the object in the world, the true one first."""
+    random = np.random.default_rng(0)
+    off = np.vstack([np.zeros(3), random.uniform(-0.05, 0.05, (999, 3))])
+    turn = np.tile(pair.world_from_object.quaternion, (len(off), 1))
+    return np.hstack([turn, np.array(pair.world_from_object.translation) + off])
+
+
+def matches(pair: EyePair) -> list[View]:
+    """Return the true masks as match images."""
+    eyes = zip(pair.cameras, pair.world_from_cameras, pair.masks, strict=True)
+    return [View(camera=one, world_from_camera=pose, mask=mask) for one, pose, mask in eyes]
+
+
+def tracker_of(pair: EyePair) -> Tracker:
+    """Return a tracker that learned the object's look in the pair."""
+    tracker = Tracker(
+        pair.cameras, true_body("painted_ellipsoid", pair.world_from_object), TrackSettings()
+    )
+    tracker.start(0.0, pair.world_from_cameras, pair.images, pair.world_from_object, pair.masks)
+    return tracker
+
+
+@pytest.mark.parametrize("mode", EyeMode)
+def test_a_pair_is_what_the_eyes_of_the_worlds_arm_see(mode: EyeMode) -> None:
+    hand = (*paper_hand().quaternion, *paper_hand().translation)
+    world = World(
+        WorldSettings(
+            arm=ArmSettings(world_from_hand=hand, eyes_on_object=mode is EyeMode.VERGED),
+            object=ObjectSettings(
+                name="ellipsoid", hand_from_object=(1.0, 0.0, 0.0, 0.0, 0.0, -0.1, 0.53)
+            ),
+            cameras=CameraSettings(size_px=(320, 240), samples=1, moments=1, noise=0.0),
+            background="plain",
+        )
+    )
+    rest = np.zeros(len(world.arm.joints.names))
+    while (instant := world.source.newest()) is None:
+        world.arm.command(rest)
+    quiet = msgspec.structs.replace(SMALL, noise=0.0)
+    seen = see(quiet, Moment("ellipsoid", PLACE, paper_hand(), mode, 0))
+    for eye, other in zip(seen.world_from_cameras, instant.world_from_camera, strict=True):
+        assert np.abs(eye.matrix() - other.matrix()).max() < 1e-6
+    for image, other in zip(seen.images, instant.images, strict=True):
+        assert other is not None
+        assert np.abs(image.astype(float) - other).mean() < 0.05
+
+
+@pytest.mark.parametrize("name", ["ellipsoid", "painted_ellipsoid", "two_ellipsoids"])
+def test_the_true_body_has_the_silhouettes_that_are_seen(name: str) -> None:
+    seen = see(SMALL, Moment(name, PLACE, paper_hand(), EyeMode.PARALLEL, 0))
+    body = true_body(name, seen.world_from_object)
+    for camera, pose, mask in zip(seen.cameras, seen.world_from_cameras, seen.masks, strict=True):
+        drawn = body.silhouette(camera, pose) != 0
+        assert (drawn != (mask != 0)).sum() < 0.01 * drawn.sum()
+
+
+@given(half=st.floats(0.002, 0.04), height=st.floats(0.01, 100.0), share=st.floats(0.2, 0.95))
+def test_a_tent_is_as_wide_as_the_share_that_is_left(
+    half: float, height: float, share: float
+) -> None:
+    places = np.linspace(-0.05, 0.05, 20_001)
+    tent = height * np.maximum(0.0, 1.0 - np.abs(places) / half)
+    width = width_at_share(places, tent, share=share)
+    assert width == pytest.approx(2.0 * half * (1.0 - share), abs=2e-5)
+    # A floor lower by the height makes the same share twice as wide.
+    lower = width_at_share(places, tent, floor=-height, share=0.5 + 0.5 * share)
+    assert lower == pytest.approx(2.0 * half * (1.0 - share), abs=2e-5)
+
+
+def test_a_ridge_that_leaves_the_range_or_is_nowhere_above_its_floor_has_no_width() -> None:
+    places = np.linspace(0.0, 1.0, 11)
+    assert width_at_share(places, places) is None
+    assert width_at_share(places, -np.ones(11)) is None
+
+
+def test_the_peak_of_a_plateau_is_its_middle() -> None:
+    places = np.linspace(-1.0, 1.0, 201)
+    values = np.minimum(1.0, 1.5 - np.abs(places - 0.2))
+    assert peak_of(places, values) == pytest.approx(0.2, abs=0.011)
+
+
+def test_poses_score_the_same_one_by_one_and_on_any_number_of_threads(pair: EyePair) -> None:
+    poses, views = poses_around(pair), matches(pair)
+    body = true_body("painted_ellipsoid", pair.world_from_object)
+    many = paper_scores(views, body, poses, PaperSettings(points=100, threads=1))
+    three = paper_scores(views, body, poses, PaperSettings(points=100, threads=3))
+    alone = paper_scores(views, body, poses[7:8], PaperSettings(points=100))
+    assert (many == three).all()
+    assert alone[0] == many[7]
+    tracker = tracker_of(pair)
+    eyes, images = pair.world_from_cameras, pair.images
+    worths = tracker.worths(1.0, eyes, images, poses, threads=1)
+    assert worths.shape == (1000, 2)
+    assert (worths == tracker.worths(1.0, eyes, images, poses, threads=3)).all()
+    assert (worths[7:8] == tracker.worths(1.0, eyes, images, poses[7:8])).all()
+
+
+def test_every_fitness_is_highest_where_the_object_is(pair: EyePair) -> None:
+    poses = poses_around(pair)
+    body = true_body("painted_ellipsoid", pair.world_from_object)
+    points = paper_scores(matches(pair), body, poses, PaperSettings())
+    worths = tracker_of(pair).worths(1.0, pair.world_from_cameras, pair.images, poses)
+    for values in (points, worths[:, 0], worths[:, 1], worths.sum(axis=1)):
+        off = poses[int(values.argmax()), 4:] - poses[0, 4:]
+        assert np.linalg.norm(off) < 0.01
+
+
+def test_a_tracker_that_knows_nothing_and_poses_that_are_none_are_refused(pair: EyePair) -> None:
+    body = true_body("painted_ellipsoid", pair.world_from_object)
+    fresh = Tracker(pair.cameras, body)
+    eyes, images = pair.world_from_cameras, pair.images
+    with pytest.raises(TrackError, match="nothing is known"):
+        fresh.worths(1.0, eyes, images, poses_around(pair))
+    with pytest.raises(TrackError, match="resolution must be 0"):
+        tracker_of(pair).worths(1.0, eyes, images, poses_around(pair), resolution=3)
+    with pytest.raises(PoseError):
+        paper_scores(matches(pair), body, np.zeros((1, 7)), PaperSettings())
+
+
+def test_the_same_case_gives_the_same_row(done: list[Done]) -> None:
+    again = FITNESS_MAP.run(done[0].case)
+
+    def plain(row: MapRow) -> MapRow:
+        return msgspec.structs.replace(row, points_seconds=None, region_seconds=None)
+
+    first = done[0].row
+    assert isinstance(first, MapRow)
+    assert plain(again) == plain(first)
+    assert msgspec.json.decode(msgspec.json.encode(again), type=MapRow) == again
+
+
+def test_the_maps_hold_the_whole_box_and_peak_at_the_true_place(done: list[Done]) -> None:
+    case, row, ridges = done[0].case, done[0].row, done[1].row
+    assert isinstance(row, MapRow)
+    assert isinstance(ridges, MapRow)
+    count = case.trial.count
+    for one in row.fitnesses:
+        if one.fitness is Fitness.SOUGHT:
+            continue
+        assert np.array(one.xy).shape == np.array(one.xz).shape == (count, count)
+        assert np.array(one.xy).max() == np.array(one.yz).max() == np.array(one.xz).max()
+        spacing = 2.0 * case.trial.half / (count - 1)
+        assert np.abs(one.map_peak).max() <= spacing
+    assert not done[1].case.whole
+    assert ridges.fitnesses[0].xy == []
+
+
+def test_the_section_tells_findings_and_draws_its_pictures(
+    done: list[Done], tmp_path: Path
+) -> None:
+    section = map_section(QUICK_MAP, done, tmp_path)
+    assert len(section.findings) == 3
+    assert section.findings[2].verdict in (Verdict.BEYOND, Verdict.PARTLY)
+    for picture in section.pictures:
+        assert picture.file.read_bytes().startswith(PNG)
+        with picture.file.with_suffix(".csv").open() as file:
+            assert len(list(csv.reader(file))) > 100
+    for table in section.tables:
+        assert table.rows
+        assert all(len(row) == len(table.headings) for row in table.rows)
+    half = map_section(QUICK_MAP, [done[0], Done(done[1].case, None, "it broke")], tmp_path)
+    assert any("1 trials of this part failed" in words for words in half.words)
+    none = map_section(QUICK_MAP, [Done(one.case, None, "it broke") for one in done], tmp_path)
+    assert "failed" in none.words[0]
+
+
+def test_the_settings_are_printed_with_what_they_mean() -> None:
+    text = settings_toml(MapSettings())
+    assert 'objects = ["ellipsoid", "painted_ellipsoid"]' in text
+    assert "assumed" in text
+    assert "Sec. 5.1" in text
+
+
+def test_changed_numbers_are_tried_beside_the_rest_and_listed(
+    done: list[Done], tmp_path: Path
+) -> None:
+    varied = msgspec.structs.replace(QUICK_MAP, vary=True)
+    work = map_work(varied)
+    changed = work.cases[len(done) : len(done) + 2]
+    both = [*done, *(Done(case, work.experiment.run(case)) for case in changed)]
+    section = map_section(varied, both, tmp_path)
+    assert [row[0] for row in section.tables[2].rows] == ["as above", "α a third", "α three times"]
+    assert section.tables[0].rows == map_section(QUICK_MAP, done, tmp_path).tables[0].rows

@@ -1,0 +1,242 @@
+import math
+from pathlib import Path
+
+import msgspec
+import numpy as np
+import pytest
+
+from servoid.study.design import Done
+from servoid.study.findings import Section, Verdict
+from servoid.study.paper.sensitivity import (
+    BASE,
+    SENSITIVITY,
+    SensitivitySettings,
+    changes,
+    quick_sensitivity,
+    sensitivity_work,
+)
+from servoid.study.paper.sensitivity_telling import sensitivity_sections
+from servoid.study.paper.servoing import (
+    FAST,
+    FORWARD,
+    OTHER,
+    SLOW,
+    ServoingSettings,
+    quick_servoing,
+    servoing_work,
+)
+from servoid.study.paper.servoing_followed import Track, followed
+from servoid.study.paper.servoing_method import Judge, Method, body_of
+from servoid.study.paper.servoing_settings import Constants, Place, constants, with_constant
+from servoid.study.paper.servoing_swing import interval, response, swing, unswung
+from servoid.study.paper.servoing_telling import servoing_sections
+from servoid.study.paper.servoing_trial import (
+    SERVOING,
+    ServoingCase,
+    ServoingRow,
+    run_servoing,
+    start_place,
+)
+from servoid.study.paper.servoing_unknown import UNKNOWN, UnknownRow
+
+TIMES = np.arange(0.0, 30.0, 1.0 / 30.0)
+OMEGA = 0.628
+COARSE = with_constant(quick_servoing().constants, "scene.amplitude", 0.04)
+SHORT = ServoingCase(name="short", seed=3, omega=4.0, settle_s=0.3, periods=1, constants=COARSE)
+
+
+def late(lag_deg: float, gain: float) -> np.ndarray:
+    return 0.2 - gain * 0.15 * np.cos(OMEGA * TIMES - math.radians(lag_deg))
+
+
+@pytest.mark.parametrize(("lag_deg", "gain"), [(10.0, 0.9), (-4.0, 1.1), (170.0, 0.2)])
+def test_a_late_swing_has_its_lag_and_its_gain(lag_deg: float, gain: float) -> None:
+    found = response(TIMES, late(lag_deg, gain), late(0.0, 1.0), OMEGA)
+    assert abs(found.lag_deg - lag_deg) < 1e-9
+    assert abs(found.gain - gain) < 1e-12
+
+
+def test_nothing_is_left_of_a_swing_without_its_swing() -> None:
+    assert np.abs(unswung(TIMES, late(12.0, 0.7), OMEGA)).max() < 1e-12
+    assert abs(swing(TIMES, np.full(len(TIMES), 3.0), OMEGA)) < 1e-12
+
+
+def test_an_interval_is_that_of_students_t() -> None:
+    found = interval([1.0, 2.0, 3.0])
+    assert found.mean == 2.0
+    assert found.half is not None
+    assert abs(found.half - 4.303 / math.sqrt(3.0)) < 1e-9
+    assert interval([1.5]).half is None
+    assert interval([1.5]).written(1, " mm") == "1.5 mm"
+    assert interval([1.0, 1.0]).written(2) == "1.00 ± 0.00"
+
+
+def track(lag_deg: float, z_spread: float, seed: int = 0) -> Track:
+    random = np.random.default_rng(seed)
+    target = np.stack([late(0.0, 1.0) - 0.05, 0.0 * TIMES, 0.0 * TIMES], axis=1)
+    wrong = random.normal(size=target.shape) * (0.001, 0.001, z_spread)
+    hand = np.stack([late(lag_deg, 1.0) - 0.05, 0.0 * TIMES, 0.0 * TIMES], axis=1)
+    return Track(times=TIMES, target=target, seen=target + wrong, hand=hand)
+
+
+def test_figures_of_a_run_are_those_of_what_was_put_in() -> None:
+    found = followed(track(10.0, 0.004), OMEGA, 5.0, 2)
+    assert abs(found.hand_lag_deg - 10.0) < 1e-6
+    assert abs(found.seen_lag_deg) < 0.2
+    assert abs(found.seen_spread[2] - 0.004) < 0.0003
+    assert abs(found.seen_spread[0] - 0.001) < 0.0001
+    assert len(found.z_spread_by_period) == 2
+    assert abs(found.x_by_z) < 0.15
+    times = found.courses.seconds
+    assert min(np.diff(times)) > 1.0 / 16.0 - 1e-9
+    assert times[0] == 0.0
+
+
+def test_every_constant_has_a_source() -> None:
+    def leaves(settings: msgspec.Struct) -> int:
+        values = [getattr(settings, name) for name in settings.__struct_fields__]
+        return sum(leaves(one) if isinstance(one, msgspec.Struct) else 1 for one in values)
+
+    listed = constants(Constants())
+    assert len(listed) == leaves(Constants())
+    sources = {source for *_, source in listed}
+    assert {"assumed", "lab's papers", "Eq. (17)", "Eq. (20)", "Sec. 3.2"} <= sources
+    assert ("scene.amplitude", "0.15") in [(name, value) for name, value, *_ in listed]
+
+
+def test_a_constant_that_cannot_be_is_refused() -> None:
+    with pytest.raises(msgspec.ValidationError, match="latency_s"):
+        with_constant(Constants(), "eyes.latency_s", -1.0)
+
+
+def test_the_printed_start_is_beside_where_the_text_wants_the_object() -> None:
+    printed = with_constant(Constants(), "scene.place", Place.PRINTED)
+    np.testing.assert_allclose(start_place(printed), (-0.1, 0.0, 0.545), atol=1e-12)
+    assert start_place(Constants()) == (0.0, -0.09, 0.545)
+
+
+def test_the_body_of_two_ellipsoids_is_as_the_world_has_it() -> None:
+    assert len(body_of("two_ellipsoids", None)) == 2
+    assert body_of("ellipsoid", (0.01, 0.02, 0.03)).radii.tolist() == [[0.01, 0.02, 0.03]]
+
+
+def test_the_same_case_gives_the_same_row_and_another_seed_another_one() -> None:
+    one, two = (msgspec.json.encode(run_servoing(SHORT)) for _ in range(2))
+    other = msgspec.json.encode(run_servoing(msgspec.structs.replace(SHORT, seed=4)))
+    assert one == two
+    assert one != other
+    row = msgspec.json.decode(one, type=ServoingRow)
+    assert msgspec.json.encode(row) == one
+    assert b"null" not in one
+    assert row.held_share == 0.0
+
+
+def test_with_feed_forward_the_hand_lags_less() -> None:
+    fast = Method(judge=Judge.SERVOID, filtered=True, feed_forward=True, qp=True)
+    slower = msgspec.structs.replace(SHORT, omega=1.5, settle_s=1.0)
+    ahead = msgspec.structs.replace(slower, method=fast)
+    paper, best = (run_servoing(case).followed.hand_lag_deg for case in (slower, ahead))
+    assert paper > 15.0
+    assert abs(best) < 0.3 * paper
+
+
+def test_no_two_cases_have_the_same_key() -> None:
+    settings = ServoingSettings()
+    work = [*servoing_work(settings), *sensitivity_work(SensitivitySettings(), Constants())]
+    keys = [one.experiment.key(case) for one in work for case in one.cases]
+    assert len(keys) == len(set(keys))
+
+
+def test_only_what_the_paper_leaves_out_is_changed_and_each_change_changes_something() -> None:
+    given = Constants()
+    sources = {name: source for name, _, _, source in constants(given)}
+    found = changes(SensitivitySettings(), given)
+    assert {sources[one.constant] for one in found} == {"assumed", "lab's papers"}
+    for one in found:
+        assert with_constant(given, one.constant, one.value) != given
+    assert len({one.constant for one in found}) > 20
+
+
+def row_of(case: ServoingCase) -> ServoingRow:
+    lag_deg, z_spread = {SLOW: (3.0, 0.002), FORWARD: (0.2, 0.001)}.get(case.name, (10.0, 0.004))
+    if case.name.startswith("search.population"):
+        z_spread *= 3.0
+    return ServoingRow(
+        followed=followed(track(lag_deg, z_spread, case.seed), OMEGA, 5.0, 2),
+        seen_turn_deg=0.0,
+        held_share=0.0,
+        scored=60.0,
+    )
+
+
+def told(settings: ServoingSettings, folder: Path, failing: str = "") -> list[Section]:
+    known = UnknownRow(
+        ellipsoids=3,
+        looks=4,
+        followed=followed(track(0.3, 0.001), OMEGA, 5.0, 2),
+        hand_turn_deg=0.2,
+        seen_turn_deg=0.1,
+        held_share=0.0,
+    )
+    results = {}
+    for work in servoing_work(settings):
+        rows = [known if work.experiment is UNKNOWN else row_of(case) for case in work.cases]
+        results[work.experiment.name] = [
+            Done(case, row)
+            if work.experiment is UNKNOWN or case.name != failing
+            else Done(case, None, "no image came")
+            for case, row in zip(work.cases, rows, strict=True)
+        ]
+    return servoing_sections(settings, results, folder)
+
+
+def test_what_is_told_follows_from_the_rows(tmp_path: Path) -> None:
+    paper, cures, future = told(ServoingSettings(), tmp_path)
+    assert [one.verdict for one in paper.findings[:2]] == [Verdict.AGREES, Verdict.AGREES]
+    assert "lags 3.0 ± 0.0 degrees at T = 30 s and 10.0 ± 0.0" in paper.findings[0].ours
+    assert cures.findings[1].verdict is Verdict.BEYOND
+    assert "from 10.0 ± 0.0 to 0.20 ± 0.00" in cures.findings[1].ours
+    assert len(future.tables) == 2
+    for section in (paper, cures, future):
+        for picture in section.pictures:
+            assert picture.file.read_bytes().startswith(b"\x89PNG")
+            assert len(picture.file.with_suffix(".csv").read_text().splitlines()) > 3
+
+
+def test_runs_that_failed_are_left_out_and_said(tmp_path: Path) -> None:
+    paper = told(ServoingSettings(), tmp_path, failing=OTHER)[0]
+    assert any("runs failed and are left out: no image came" in words for words in paper.words)
+    assert OTHER not in [cells[0] for cells in paper.tables[0].rows]
+    assert told(ServoingSettings(), tmp_path, failing=FAST)[0].heading.startswith("The future")
+
+
+def test_the_constants_that_matter_come_first(tmp_path: Path) -> None:
+    settings = SensitivitySettings(base_seeds=3)
+    (work,) = sensitivity_work(settings, Constants())
+    results = {SENSITIVITY.name: [Done(case, row_of(case)) for case in work.cases]}
+    (section,) = sensitivity_sections(settings, Constants(), results, tmp_path)
+    lag, spread, listed = section.tables
+    assert spread.rows[0][0] == "search.population"
+    assert spread.rows[0][4] == "yes"
+    assert {cells[4] for cells in lag.rows} == {"no"}
+    assert "the spread of z on population" in section.findings[0].ours
+    assert section.pictures[0].file.is_file()
+    assert work.cases[0].name == BASE
+    assert len(listed.rows) == len(constants(Constants()))
+
+
+def test_the_quick_sensitivity_runs_and_is_told(tmp_path: Path) -> None:
+    settings, given = quick_sensitivity(), quick_servoing().constants
+    (work,) = sensitivity_work(settings, given)
+    assert len(work.cases) == 6
+    results = {SENSITIVITY.name: [Done(case, run_servoing(case)) for case in work.cases]}
+    (section,) = sensitivity_sections(settings, given, results, tmp_path)
+    assert section.tables[0].rows[0][0] == "law.position_gain"
+
+
+def test_the_quick_study_runs_and_is_told(tmp_path: Path) -> None:
+    settings = quick_servoing()
+    work = servoing_work(settings)[0]
+    chosen = [case for case in work.cases if case.name in (SLOW, FAST, FORWARD)]
+    results = {SERVOING.name: [Done(case, run_servoing(case)) for case in chosen]}
+    assert len(servoing_sections(settings, results, tmp_path)) == 2

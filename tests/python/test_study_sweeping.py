@@ -1,0 +1,160 @@
+from enum import Enum
+
+import msgspec
+import pytest
+
+from servoid.study.design import Done
+from servoid.study.modelling import ModelStudySettings
+from servoid.study.sweeping import (
+    Factor,
+    Series,
+    Sweep,
+    cases_around,
+    confidence,
+    draw_panels,
+    holding,
+    lowest,
+    panels_csv,
+    spread_of,
+    varied,
+)
+from servoid.study.sweeping.panels import Scale, far_apart
+from servoid.study.tracking import TrackStudySettings
+
+NOTHING = "\n".join(
+    f"{name} = []"
+    for name in ("views", "ellipsoids", "edge_px", "flipped", "holes", "place_mm", "turn_deg")
+)
+
+
+class Kind(Enum):
+    ROUND = "round"
+    FLAT = "flat"
+
+
+class Inner(msgspec.Struct, frozen=True):
+    size: float
+    kind: Kind = Kind.ROUND
+
+
+class Case(msgspec.Struct, frozen=True):
+    inner: Inner
+    seed: int
+    count: int = 3
+
+
+class Row(msgspec.Struct, frozen=True):
+    worth: float
+
+
+SIZE = Factor("inner.size", "size", "mm", (1.0, 4.0))
+COUNT = Factor("count", "count", "", (3, 9))
+KIND = Factor("inner.kind", "kind", "", (Kind.FLAT,))
+CENTERS = tuple(Case(Inner(2.0), seed) for seed in range(3))
+SERIES = Series("ours", "#0072B2", CENTERS)
+
+
+def trials() -> list[Done]:
+    """Return trials that are worth their size, more with a higher seed; the largest fails once."""
+    cases = cases_around(CENTERS, (SIZE, COUNT, KIND))
+    return [
+        Done(case, None, "too large")
+        if case.inner.size == 4.0 and case.seed == 0
+        else Done(case, Row(case.inner.size + 0.1 * case.seed))
+        for case in cases
+    ]
+
+
+def test_a_case_is_varied_in_one_field_alone_however_deep_it_lies() -> None:
+    case = CENTERS[1]
+    assert varied(case, "inner.size", 7.0) == Case(Inner(7.0), 1)
+    assert varied(case, "count", 8) == Case(Inner(2.0), 1, 8)
+    assert SIZE.at(varied(case, "inner.size", 7.0)) == 7.0
+
+
+def test_no_case_is_tried_twice_and_the_centre_is_tried() -> None:
+    cases = cases_around(CENTERS, (SIZE, COUNT, KIND))
+    assert len(cases) == len(set(cases)) == 3 * (1 + 2 + 1 + 1)
+    assert set(CENTERS) <= set(cases)
+
+
+def test_numbers_stand_in_their_order_with_the_centre_among_them() -> None:
+    assert SIZE.values_with(2.0) == (1.0, 2.0, 4.0)
+    assert KIND.values_with(Kind.ROUND) == (Kind.ROUND, Kind.FLAT)
+
+
+def test_a_curve_is_the_median_between_the_extremes_of_the_seeds() -> None:
+    curve = Sweep(trials()).curve(SERIES, SIZE, lambda row: row.worth)
+    middle = curve.spreads[1]
+    assert middle is not None
+    assert (middle.low, middle.middle, middle.high) == (2.0, 2.1, 2.2)
+
+
+def test_a_failed_trial_is_left_out_of_its_point() -> None:
+    sweep = Sweep(trials())
+    last = sweep.curve(SERIES, SIZE, lambda row: row.worth).spreads[2]
+    assert last is not None
+    assert (last.low, last.high) == (4.1, 4.2)
+    assert [done.failure for done in sweep.failed] == ["too large"]
+
+
+def test_what_is_not_known_has_no_spread() -> None:
+    assert spread_of([None, None]) is None
+    spread = spread_of([None, 3.0])
+    assert spread is not None and spread.text(1) == "3.0"
+
+
+@pytest.mark.parametrize("count", [2, 5, 8])
+def test_the_confidence_is_the_share_of_draws_whose_extremes_hold_the_median(count: int) -> None:
+    # All 2^n ways to fall above or below the median; two of them lie on one side.
+    assert confidence(count) == pytest.approx(1.0 - 2.0 / 2**count)
+
+
+def test_a_figure_holds_around_the_centre_only_as_far_as_it_is_not_interrupted() -> None:
+    factor = Factor("inner.size", "size", "mm", (1.0, 4.0, 8.0, 16.0))
+    cases = cases_around(CENTERS, (factor,))
+    worth = {1.0: 0.95, 2.0: 1.0, 4.0: 0.95, 8.0: 0.2, 16.0: 0.97}
+    done = [Done(case, Row(worth[case.inner.size])) for case in cases]
+    curve = Sweep(done).curve(SERIES, factor, lambda row: row.worth)
+    assert holding(curve, 2.0, lambda share: share >= 0.9) == [1.0, 2.0, 4.0]
+    assert lowest(curve) == (8.0, 0.2)
+
+
+def test_each_point_of_a_picture_has_its_line_of_numbers() -> None:
+    sweep = Sweep(trials())
+    panels = [sweep.panel([SERIES], one, lambda row: row.worth) for one in (SIZE, COUNT, KIND)]
+    assert draw_panels(panels, Scale("worth")).startswith(b"\x89PNG")
+    lines = panels_csv(panels, "worth").decode().splitlines()
+    assert lines[0] == "factor,unit,value,series,variant,worth,seeds_low,seeds_high"
+    assert '"size",mm,2,ours,"",2.1,2,2.2' in lines
+    assert len(lines) == 1 + 3 + 2 + 2
+
+
+@pytest.mark.parametrize(
+    ("kind", "text", "says"),
+    [
+        (
+            TrackStudySettings,
+            '[center]\nobject = "teapot"',
+            r"'teapot'; choose.*bottle.*center",
+        ),
+        (TrackStudySettings, '[sweep]\nobject = ["teapot"]', r"'teapot'; choose.*sweep"),
+        (ModelStudySettings, 'objects = ["teapot"]', r"'teapot'; choose one of bird"),
+        (ModelStudySettings, "[sweep]\n" + NOTHING, r"nothing is varied; .* views, .*sweep"),
+        (ModelStudySettings, "[sweep]\nviews = [1]", r">= 2 .*sweep.views"),
+        (TrackStudySettings, "[sweep]\nway_mm = [0.0]", r"> 0.0 .*sweep.way_mm"),
+    ],
+)
+def test_settings_that_cannot_be_are_told_with_their_place(
+    kind: type[msgspec.Struct], text: str, says: str
+) -> None:
+    with pytest.raises(msgspec.ValidationError, match=says):
+        msgspec.toml.decode(text, type=kind)
+
+
+@pytest.mark.parametrize("log", [False, True])
+def test_the_first_and_the_last_value_are_named_on_the_axis(log: bool) -> None:
+    numbers = [0.1, 0.2, 0.21, 0.22, 0.5, 1.0, 1.9, 2.0]
+    kept = far_apart(numbers, log)
+    assert (kept[0], kept[-1]) == (0.1, 2.0)
+    assert 1.9 not in kept

@@ -1,0 +1,220 @@
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+
+import msgspec
+import numpy as np
+import pytest
+from msgspec.structs import replace as changed
+
+from servoid.errors import SimError
+from servoid.servo import settings_toml
+from servoid.study.design import Done
+from servoid.study.modelling import design_of
+from servoid.study.tracking import TRACK, TrackStudySettings
+from servoid.study.tracking.cases import Eyes, Scene, TrackCase, TrackRow
+from servoid.study.tracking.footage import SetUp, eyes_of, is_hidden, last_quarter, shoot
+from servoid.study.tracking.metrics import (
+    of_tracked,
+    success,
+    success_at_end,
+    success_behind_board,
+    wrongly_sure,
+)
+from servoid.study.tracking.plan import layout
+from servoid.study.tracking.settings import QUICK, CenterSettings, SweepSettings
+from servoid.study.tracking.trial import TRACKING, run_track_case
+from servoid.study.tracking.way import rest_from_objects
+from servoid.track import Method
+
+SMALL = TrackStudySettings(
+    seeds=1,
+    images=12,
+    size_px=(160, 120),
+    center=CenterSettings(ellipsoids=1),
+    sweep=SweepSettings(
+        way_mm=(40.0,),
+        population=(8,),
+        generations=(2,),
+        ellipsoids=(),
+        noise=(20.0,),
+        light=(),
+        hidden=(1.0,),
+        baseline_mm=(60.0,),
+        object=("two_ellipsoids",),
+    ),
+)
+SCENE = layout(SMALL).ours.centers[0].scene
+
+
+def own_pixels(scene: Scene, index: int) -> np.ndarray:
+    """Return where the left eye would see the object if nothing stood before it."""
+    footage = shoot(scene)
+    eye_from_object = footage.world_from_cameras[0].inverse() @ footage.world_from_objects[index]
+    return design_of(scene.object).mask(footage.cameras[0], eye_from_object.inverse()) > 0
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_object_goes_equally_far_in_each_image_once_it_has_got_going(seed: int) -> None:
+    poses = rest_from_objects(seed, 0.002, 40)
+    places = np.array([pose.translation for pose in poses])
+    ways = np.linalg.norm(np.diff(places, axis=0), axis=1)
+    # Where the curve is bent, the straight way between two images is shorter.
+    assert ways.max() < 0.00201
+    assert np.median(ways[6:]) == pytest.approx(0.002, rel=0.01)
+    assert ways[0] < 0.001
+    assert np.abs(places).max() < 0.05
+
+
+def test_verged_eyes_meet_in_the_middle_of_the_path_and_parallel_ones_do_not() -> None:
+    middle = np.array([-0.89 - 0.545, 0.0, 0.5])
+    for kind in Eyes:
+        eyes = eyes_of(changed(SCENE, eyes=kind, baseline_mm=200.0))
+        apart = np.subtract(eyes[0].translation, eyes[1].translation)
+        assert np.linalg.norm(apart) == pytest.approx(0.2)
+        for eye in eyes:
+            aside = eye.inverse().transform(middle[None])[0][:2]
+            expected = 0.0 if kind is Eyes.VERGED else 0.1
+            assert np.linalg.norm(aside) == pytest.approx(expected, abs=1e-9)
+
+
+def test_the_masks_are_where_the_object_truly_is() -> None:
+    mask = shoot(SCENE).masks[0] > 0
+    own = own_pixels(SCENE, 0)
+    assert np.count_nonzero(mask != own) <= 0.02 * np.count_nonzero(own)
+
+
+@pytest.mark.parametrize("share", [0.3, 0.6, 1.0])
+def test_the_board_hides_the_share_that_was_asked_for(share: float) -> None:
+    scene = changed(SCENE, hidden=share, size_px=(320, 240))
+    index = scene.images // 2
+    seen, whole = (SetUp(one).masks(index) for one in (scene, changed(scene, hidden=0.0)))
+    hidden = [
+        1.0 - np.count_nonzero(one) / np.count_nonzero(every)
+        for one, every in zip(seen, whole, strict=True)
+    ]
+    # One eye sees a little more of it, the other a little less than one between them.
+    assert np.mean(hidden) == pytest.approx(share, abs=0.05)
+    assert np.ptp(hidden) < 0.3
+
+
+def test_the_board_stands_there_in_the_third_quarter_alone() -> None:
+    scene = changed(SCENE, hidden=0.5, images=40)
+    assert [is_hidden(scene, index) for index in (19, 20, 29, 30)] == [False, True, True, False]
+    assert last_quarter(40) == 30
+    assert not is_hidden(SCENE, 6)
+
+
+def test_the_light_changes_halfway() -> None:
+    images = shoot(changed(SCENE, light=0.4)).images
+    level = [float(pair[0].mean()) for pair in images]
+    assert max(level[6:]) < 0.8 * min(level[:6])
+
+
+def test_the_same_case_gives_the_same_row() -> None:
+    case = layout(SMALL).ours.centers[0]
+    first = run_track_case(case)
+    shoot.cache_clear()
+    assert run_track_case(case) == first
+    assert len(first.status) == len(first.add_share) == SMALL.images - 1
+
+
+def test_the_papers_tracker_is_told_the_orientation() -> None:
+    row = run_track_case(layout(SMALL).paper.centers[0])
+    assert max(row.turn_deg) < 1e-4
+    assert max(row.position_mm) > 0.1
+
+
+def test_an_unknown_object_fails_with_what_there_is() -> None:
+    case = layout(SMALL).ours.centers[0]
+    with pytest.raises(SimError, match="bottle"):
+        run_track_case(changed(case, scene=changed(case.scene, object="teapot")))
+
+
+def row_of(status: Sequence[str], add: Sequence[float]) -> TrackRow:
+    return TrackRow(
+        position_mm=[100.0 * share for share in add],
+        turn_deg=[0.0] * len(add),
+        add_share=list(add),
+        status=list(status),
+        evaluations=1.0,
+    )
+
+
+def test_only_what_is_said_to_be_tracked_and_near_is_a_success() -> None:
+    row = row_of(["tracking", "tracking", "lost", "searching"], [0.05, 0.3, 0.01, 0.5])
+    assert success(row, 0.1) == 0.25
+    assert wrongly_sure(row, 0.1) == 0.25
+    assert of_tracked(lambda one: one.position_mm, 50.0)(row) == pytest.approx(17.5)
+
+
+def test_what_was_never_tracked_has_no_error() -> None:
+    row = row_of(["lost", "lost"], [0.0, 0.0])
+    assert of_tracked(lambda one: one.position_mm, 50.0)(row) is None
+
+
+def test_quarters_are_told_apart_image_by_image() -> None:
+    scene = changed(SCENE, images=16, hidden=1.0)
+    seen = [not is_hidden(scene, index) for index in range(1, 16)]
+    row = row_of(["tracking" if one else "lost" for one in seen], [0.0] * 15)
+    assert success_behind_board(row, 0.1) == 0.0
+    assert success_at_end(row, 0.1) == 1.0
+
+
+def test_no_case_is_planned_twice_and_shared_scenes_follow_each_other() -> None:
+    cases = TRACK.plan(TrackStudySettings())[0].cases
+    assert len(cases) == len(set(cases))
+    scenes = [case.scene for case in cases]
+    changes = sum(one != other for one, other in pairwise(scenes))
+    assert changes == len(set(scenes)) - 1
+
+
+def test_generations_are_not_varied_for_the_papers_tracker() -> None:
+    cases: Sequence[TrackCase] = TRACK.plan(QUICK)[0].cases
+    assert {case.generations for case in cases if case.method is Method.PAPER} == {1}
+
+
+def test_a_factor_without_values_is_not_varied() -> None:
+    titles = [factor.title for factor in layout(SMALL).factors]
+    assert "ellipsoids" not in titles
+    assert "object" in titles
+
+
+def test_the_settings_read_back_as_they_are_printed() -> None:
+    text = settings_toml(TrackStudySettings())
+    assert msgspec.toml.decode(text, type=TrackStudySettings) == TrackStudySettings()
+
+
+@pytest.fixture(scope="module")
+def done() -> list[Done]:
+    cases = TRACK.plan(SMALL)[0].cases
+    return [Done(case, TRACKING.run(case)) for case in cases]
+
+
+def test_what_is_told_is_what_the_rows_say(done: list[Done], tmp_path: Path) -> None:
+    sections = TRACK.tell(SMALL, {TRACKING.name: done}, tmp_path)
+    pictures = [picture.file for section in sections for picture in section.pictures]
+    assert [file.name for file in pictures] == ["success.png", "error.png", "large_errors.png"]
+    for file in pictures:
+        assert file.read_bytes().startswith(b"\x89PNG")
+    center = layout(SMALL).ours.centers[0]
+    row = next(one.row for one in done if one.case == center)
+    share = success(row, SMALL.near)
+    assert f"servoid is right in {100.0 * share:.0f} % of the images" in sections[0].words[0]
+    line = f'"population",,24,servoid,"",{share:.6g},{share:.6g},{share:.6g}'
+    assert line in (tmp_path / "success.csv").read_text(encoding="utf-8").splitlines()
+    table = next(section for section in sections if section.heading == "All figures").tables[0]
+    assert all(len(cells) == len(table.headings) for cells in table.rows)
+    assert {cells[0] for cells in table.rows} >= {"way between images [mm]", "object"}
+
+
+def test_failed_trials_are_left_out_and_told(done: list[Done], tmp_path: Path) -> None:
+    failing = [
+        replace(one, row=None, failure="the camera broke") if place == 3 else one
+        for place, one in enumerate(done)
+    ]
+    words = TRACK.tell(SMALL, {TRACKING.name: failing}, tmp_path)[-1].words
+    assert "1 trials failed and are left out; why: the camera broke" in words
+    lost = [replace(one, row=None, failure="the camera broke") for one in done]
+    assert TRACK.tell(SMALL, {TRACKING.name: lost}, tmp_path)[0].heading == "No trial succeeded"

@@ -103,12 +103,9 @@ def maps_png(
     figure = new_figure(_WIDE_IN, 3.1 * rows + 0.4)
     figure.suptitle(title, x=0.02, ha="left", color=INK, fontsize=12)
     panels = list(figure.subplots(rows, 2, squeeze=False).flat)
-    tops: dict[str, float] = {}
-    for one in maps:
-        known = one.scale * one.values[np.isfinite(one.values)]
-        tops[one.unit] = max(tops.get(one.unit, 0.0), float(known.max(initial=0.0)))
     for axes, one in zip(panels, maps, strict=False):
-        _draw_map(axes, one, tops[one.unit])
+        alike = [other.scale * other.values.ravel() for other in maps if other.unit == one.unit]
+        _draw_map(axes, one, np.concatenate(alike))
         axes.set_xticks(range(len(rates_hz)), [f"{rate:g}" for rate in rates_hz])
         axes.set_yticks(range(len(latencies_s)), [f"{1e3 * late:g}" for late in latencies_s])
         axes.set_xlabel("images a second [Hz]", color=INK, fontsize=10)
@@ -118,11 +115,14 @@ def maps_png(
     return png(figure)
 
 
-def _draw_map(axes: "Axes", one: MarginMap, top: float) -> None:
+def _draw_map(axes: "Axes", one: MarginMap, alike: Floats) -> None:
+    """Draw a map in the shades that it shares with those of the same unit, of all values (N,)."""
     values = one.scale * one.values
-    # Ratios matter more than differences, and both ends should be told apart.
-    bounded = np.where(np.isinf(values), top, values)
-    shades = np.log1p(bounded) / np.log1p(max(top, 1e-9))
+    known = alike[np.isfinite(alike) & (alike > 0.0)]
+    low, high = (known.min(), known.max()) if known.size else (1.0, 1.0)
+    # Ratios matter more than differences.
+    span = max(np.log(high / low), 1e-9)
+    shades = np.log(np.clip(values, low, high) / low) / span
     axes.imshow(shades, cmap="cividis", vmin=0.0, vmax=1.0, origin="lower", aspect="auto")
     for (row, column), value in np.ndenumerate(values):
         if np.isnan(value):

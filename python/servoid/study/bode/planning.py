@@ -28,7 +28,7 @@ MAPS: dict[str, tuple[Loop, str]] = {
     "servoid, eyes follow": (SERVOID, "delay"),
     "servoid, fixed eyes": (FIXED_EYES, "delay"),
     "no feed-forward, eyes follow": (NO_FEED_FORWARD, "delay"),
-    "neither feed-forward nor prediction": (NO_PREDICTION, "delay"),
+    "neither feed-forward nor prediction, eyes follow": (NO_PREDICTION, "delay"),
     "the paper's law, no time stamps": (PAPER, "gain"),
 }
 """Loops and what is sought of them at each latency and rate, by what they are called."""

@@ -126,7 +126,7 @@ class Spread:
     def words(self, digits: int, scale: float = 1.0, beyond: str = "") -> str:
         """Say it as `median (least to greatest)`, where `beyond` stands for what is beyond."""
         middle, low, high = (
-            beyond if value is None else f"{scale * value:.{digits}f}"
+            beyond if value is None else f"{round(scale * value, digits) + 0.0:.{digits}f}"
             for value in (self.middle, self.low, self.high)
         )
         return middle if low == high else f"{middle} ({low} to {high})"

@@ -258,7 +258,8 @@ def _start_tracker(
     """
     asked = settings.track
     tracker = asked.method.maker(world.cameras, meeting.body, asked.options())
-    meeting.teach(tracker)
+    # Turns that images tell badly stay as they were when the object was modelled.
+    controller.see(None, meeting.teach(tracker))
     rest = np.zeros(len(world.arm.joints.names))
     found = 0
     for _ in range(_FINDING):

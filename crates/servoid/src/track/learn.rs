@@ -278,3 +278,29 @@ fn distance(
         && variance < (WORST * radius).powi(2);
     good.then_some((along, variance))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::observe::{Channels, Pyramid};
+
+    const SIDE: usize = 24;
+
+    fn corner(brightness: impl Fn(f64, f64) -> f64) -> Option<[f64; 2]> {
+        let middle = 0.5 * SIDE as f64;
+        let pixel = |i: usize| brightness((i % SIDE) as f64 - middle, (i / SIDE) as f64 - middle);
+        let pixels: Vec<_> = (0..SIDE * SIDE).map(|i| pixel(i).clamp(0.0, 255.0) as u8).collect();
+        let image = ImageView::new(&pixels, [SIDE; 2], Channels::Grey).unwrap();
+        let mut pyramid = Pyramid::default();
+        pyramid.read(&image, [0; 2], [SIDE; 2]);
+        best_corner(pyramid.plane(0), [7; 2])
+    }
+
+    #[test]
+    fn a_ridge_that_grows_brighter_along_itself_is_no_corner_and_a_spot_is_one() {
+        let ridge = |u: f64, v: f64| 100.0 + 5.0 * v + 60.0 * (-0.08 * u * u).exp();
+        assert_eq!(corner(ridge), None);
+        let spot = |u: f64, v: f64| 100.0 + 60.0 * (-0.08 * (u * u + v * v)).exp();
+        assert!(corner(spot).is_some());
+    }
+}

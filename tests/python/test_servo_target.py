@@ -200,6 +200,20 @@ def test_a_turn_that_is_told_well_is_followed_beside_one_that_is_not() -> None:
     np.testing.assert_allclose(error, 0.0, atol=0.01)
 
 
+def test_a_turn_that_is_told_for_a_moment_does_not_throw_the_object_about() -> None:
+    target = TargetFilter(TargetSettings())
+    errors = []
+    for index in range(300):
+        unsure = np.repeat([0.0005, 0.009 if 200 <= index < 203 else 0.03], 3)
+        astray = 0.05 + 0.02 * (-1) ** index
+        wrong = WORLD_FROM_OBJECT @ Pose.exp([0.0, 0.0, 0.0, astray if index else 0.0, 0.0, 0.0])
+        target.update(seen(wrong, index / 30, unsure))
+        predicted = target.predict(index / 30 + LATENCY_S).world_from_object
+        errors.append(change_between(WORLD_FROM_OBJECT, predicted)[3:])
+    assert np.abs(errors[:200]).max() < 1e-6
+    assert np.abs(errors[200:]).max() < 0.05
+
+
 def test_an_axis_that_is_named_twice_is_one_axis() -> None:
     estimate = seen(WORLD_FROM_OBJECT, 0.0, np.array([0.001, 0.001, 0.001, 0.5, 0.002, 0.002]))
     estimate.unobservable = np.array([[0.0, 0.0, 0.0, 0.998, 0.06, 0.0]])

@@ -146,6 +146,15 @@ fn two_eyes_see_where_the_surface_is_although_the_body_is_too_small() {
 }
 
 #[test]
+fn the_outline_of_a_plain_object_is_no_pattern_although_the_body_is_too_large() {
+    let stage = Stage::ball(0.0);
+    let larger = Ellipsoid::new(0, [0.0; 3], [0.056; 3], [1.0, 0.0, 0.0, 0.0]).unwrap();
+    let body = Body::new(Pose::identity(), vec![larger]).unwrap();
+    let tracker = followed(&stage, &body, 20);
+    assert!(tracker.surface().count() <= 2, "{}", tracker.surface().count());
+}
+
+#[test]
 fn an_object_is_found_again_by_its_look_without_a_pose() {
     for channels in [Channels::Rgb, Channels::Grey] {
         let stage = Stage { channels, ..Stage::textured() };

@@ -190,13 +190,16 @@ class TargetFilter:
         """Move the state towards a seen pose, by what either is worth."""
         change = change_between(self._pose, seen)
         told, count = 3 + turns.told.shape[1], turns.axes.shape[1]
-        look = np.zeros((6, 18))
-        look[:3, :3], look[3:told, 3:6] = np.eye(3), turns.told.T
-        look[told:, 9:12] = turns.axes.T  # about open axes the object is supposed to rest
-        surprise = np.concatenate([look[:told, :6] @ change, -turns.axes.T @ self._motion[0, 3:]])
-        spread = np.zeros((6, 6))
+        # About open axes the object is supposed to rest; if nothing said so, the first turn that is
+        # told would throw it about, for by then it might be turned and turning in any way.
+        look = np.zeros((6 + count, 18))
+        look[:3, :3], look[3:told, 3:6], look[told:6, 3:6] = np.eye(3), turns.told.T, turns.axes.T
+        look[6:, 9:12] = turns.axes.T
+        surprise = np.concatenate([look[:6, :6] @ change, -turns.axes.T @ self._motion[0, 3:]])
+        spread = np.zeros((6 + count, 6 + count))
         spread[:told, :told] = look[:told, :6] @ noise @ look[:told, :6].T
-        spread[told:, told:] = _OPEN_SPEED**2 * np.eye(count)
+        spread[told:6, told:6] = self._settings.open_turn**2 * np.eye(count)
+        spread[6:, 6:] = _OPEN_SPEED**2 * np.eye(count)
         shared = look @ self._covariance
         known = shared @ look.T
         oddness = float(surprise @ np.linalg.solve(known + spread, surprise))

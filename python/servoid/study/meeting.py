@@ -23,7 +23,7 @@ from servoid.servo import (
     next_viewpoint,
     visit,
 )
-from servoid.track import Follower
+from servoid.track import Estimate, Follower
 
 Masks = tuple[NDArray[np.uint8] | None, ...]
 Watch = Callable[[str, float, Instant | None, Command | None], None]
@@ -56,13 +56,19 @@ class Meeting:
         """Return what is to be known of the looks and of the body."""
         return (*self.notes, *self.result.all_notes)
 
-    def teach(self, tracker: Follower) -> None:
-        """Start a tracker with all that was seen."""
+    def teach(self, tracker: Follower) -> Estimate:
+        """Start a tracker with all that was seen; return where the object was as it was modelled.
+
+        What the tracker says of the other looks is not as true: the body was fitted to all of them.
+        """
         pose = self.body.world_from_object
         first = self.looks[0]
-        tracker.start(first.time_s, first.world_from_camera, first.images, pose, self.masks)
+        modelled = tracker.start(
+            first.time_s, first.world_from_camera, first.images, pose, self.masks
+        )
         for look in self.looks[1:]:
             tracker.step(look.time_s, look.world_from_camera, look.images)
+        return modelled
 
 
 def meet(

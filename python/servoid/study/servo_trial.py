@@ -253,7 +253,8 @@ def _start_tracker(
     """
     asked = settings.track
     tracker = asked.method.maker(world.cameras, meeting.body, asked.options())
-    meeting.teach(tracker)
+    # Turns that images tell badly stay as they were when the object was modelled.
+    controller.see(None, meeting.teach(tracker))
     needed = settings.servo.safety.resume_after + 1
     found = 0
     for _ in range(needed + _SPARE):

@@ -8,6 +8,7 @@ use super::learn::Lesson;
 use super::motion::Motion;
 use super::points::Points;
 use super::regain::ROUNDS;
+use super::scatter::Scatter;
 use super::tracker::Tracker;
 use crate::observe::{Channels, Mask, Observation, check_image_size};
 use crate::pose::Pose;
@@ -33,6 +34,7 @@ impl Tracker {
         self.check(observation)?;
         self.check_masks(masks)?;
         self.motion = Motion::at_rest(observation.time_s, world_from_object);
+        self.scatter = Scatter::new(self.solid.radius);
         self.colors = Colors::new(self.settings.local_colors);
         self.points = Points::default();
         if !self.look(observation, &world_from_object, START_MARGIN) {

@@ -1,17 +1,20 @@
+use std::f64::consts::FRAC_PI_4;
+
 use nalgebra::{Matrix2, Vector2, Vector3};
 
+use super::colors::Colors;
 use super::points::{InView, Known, PLACE_PX, noise};
 use super::polish::Sight;
 use super::solid::Hit;
 use super::window::Window;
 use crate::fitness::SurfacePoint;
-use crate::observe::{Mask, Plane};
+use crate::observe::{ImageView, Mask, Plane};
 use crate::pose::Pose;
 use crate::shape::{Outline, Projection};
 
 /// Pixels along the side of a cell in which one point is learned.
 const CELL_PX: usize = 10;
-/// Least smaller eigenvalue of the gradients' mean square for which a place is a corner.
+/// Least smaller eigenvalue of the gradients' covariance for which a place is a corner.
 const LEAST_CORNER: f32 = 6.0;
 /// Range of distances in which a point is sought, as a share of the body's radius.
 const REACH: f64 = 0.35;
@@ -25,6 +28,12 @@ const LEAST_MARGIN_PX: f64 = 5.0;
 const AROUND_PX: f64 = 3.0;
 /// Sum of the log-likelihood ratios of nine pixels below which they are background.
 const AGAINST: f64 = -4.0;
+
+/// Pixels from a place to those beside its patch, and between those.
+const BESIDE_PX: f64 = 5.0;
+const APART_PX: f64 = 1.5;
+/// Sum of the log-likelihood ratios of four pixels below which they are background.
+const AGAINST_BESIDE: f64 = -3.0;
 
 /// Where new points are sought.
 pub(super) struct Lesson<'a> {
@@ -120,7 +129,25 @@ fn is_object(
     let (Some(colors), Some(image)) = (sight.colors, &sight.images[camera]) else { return true };
     let window = &sight.windows[camera];
     let ratios = around.filter_map(|place| window.ratio(image, colors, place.x, place.y));
-    ratios.sum::<f64>() > AGAINST
+    ratios.sum::<f64>() > AGAINST && is_within(window, image, colors, pixel)
+}
+
+/// Says whether the colours all around a patch do not speak against it: its pattern would be the
+/// outline, which does not move as the surface does.
+fn is_within(
+    window: &Window,
+    image: &ImageView<'_>,
+    colors: &Colors,
+    pixel: &Vector2<f64>,
+) -> bool {
+    (0..8).all(|way| {
+        let (sine, cosine) = (f64::from(way) * FRAC_PI_4).sin_cos();
+        let (out, aside) = (Vector2::new(cosine, sine), Vector2::new(-sine, cosine) * APART_PX);
+        let last = out * BESIDE_PX;
+        let places = [last, last - out * APART_PX, last + aside, last - aside];
+        let ratio = |by: &Vector2<f64>| window.ratio(image, colors, pixel.x + by.x, pixel.y + by.y);
+        places.iter().filter_map(ratio).sum::<f64>() > AGAINST_BESIDE
+    })
 }
 
 fn is_taken(
@@ -144,14 +171,18 @@ fn best_corner(plane: &Plane, [left, top]: [usize; 2]) -> Option<[f64; 2]> {
         if !(u > 4 && v > 4 && plane.holds((u + 5) as f64, (v + 5) as f64)) {
             continue;
         }
-        let (mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0);
+        let (mut x, mut y, mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0, 0.0, 0.0);
         for step in 0..16 {
             let (du, dv) = (step % 4 * 2, step / 4 * 2);
             let sample = plane.sample((u + du) as f32 - 3.0, (v + dv) as f32 - 3.0);
+            x += sample.right;
+            y += sample.down;
             xx += sample.right * sample.right;
             xy += sample.right * sample.down;
             yy += sample.down * sample.down;
         }
+        // An even slope is shading: only what differs from it is a pattern.
+        let (xx, xy, yy) = (xx - x * x / 16.0, xy - x * y / 16.0, yy - y * y / 16.0);
         let (half, apart) = (0.5 * (xx + yy), 0.5 * (xx - yy));
         let least = (half - (apart * apart + xy * xy).sqrt()) / 16.0;
         if least > best.0 {
@@ -179,7 +210,7 @@ fn point_at(
         SurfacePoint::learn(projection, &window.pyramid, [hit, normal, toward], reach_px)?;
     let mut variance = (0.1 * radius).powi(2);
     let others = sight.windows.iter().enumerate().filter(|(other, _)| *other != camera);
-    for (_, window) in others {
+    for (other, window) in others {
         let Some(projection) = window.projection(pose) else { continue };
         let Some(other_eye) = projection.eye() else { continue };
         let way = (other_eye - hit).normalize();
@@ -188,6 +219,12 @@ fn point_at(
         }
         let (along, found) = distance(&point, &projection, window, radius)?;
         point.position = hit + toward * along;
+        let (beside, _) = projection.pixel(&point.position)?;
+        if let (Some(colors), Some(image)) = (sight.colors, &sight.images[other])
+            && !is_within(window, image, colors, &beside)
+        {
+            return None;
+        }
         variance = found;
         break;
     }
@@ -240,4 +277,30 @@ fn distance(
         && along.abs() < 1.2 * REACH * radius
         && variance < (WORST * radius).powi(2);
     good.then_some((along, variance))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::observe::{Channels, Pyramid};
+
+    const SIDE: usize = 24;
+
+    fn corner(brightness: impl Fn(f64, f64) -> f64) -> Option<[f64; 2]> {
+        let middle = 0.5 * SIDE as f64;
+        let pixel = |i: usize| brightness((i % SIDE) as f64 - middle, (i / SIDE) as f64 - middle);
+        let pixels: Vec<_> = (0..SIDE * SIDE).map(|i| pixel(i).clamp(0.0, 255.0) as u8).collect();
+        let image = ImageView::new(&pixels, [SIDE; 2], Channels::Grey).unwrap();
+        let mut pyramid = Pyramid::default();
+        pyramid.read(&image, [0; 2], [SIDE; 2]);
+        best_corner(pyramid.plane(0), [7; 2])
+    }
+
+    #[test]
+    fn a_ridge_that_grows_brighter_along_itself_is_no_corner_and_a_spot_is_one() {
+        let ridge = |u: f64, v: f64| 100.0 + 5.0 * v + 60.0 * (-0.08 * u * u).exp();
+        assert_eq!(corner(ridge), None);
+        let spot = |u: f64, v: f64| 100.0 + 60.0 * (-0.08 * (u * u + v * v)).exp();
+        assert!(corner(spot).is_some());
+    }
 }

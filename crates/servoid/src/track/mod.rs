@@ -20,6 +20,7 @@ mod points;
 mod polish;
 mod recover;
 mod regain;
+mod scatter;
 mod search;
 mod senses;
 mod settings;

@@ -45,6 +45,8 @@ const LEAST_FACING: f64 = 0.3;
 const LEAST_LIKE: f64 = 0.6;
 /// Points are kept up to this number.
 const MOST: usize = 600;
+/// Points that there is room for: those that are kept, and what an image may bring.
+const ROOM: usize = MOST + 40;
 /// A point that agrees with less than this share of the images is dropped.
 const LEAST_QUALITY: f32 = 0.4;
 /// Correlation from which on a point counts as recognised.
@@ -79,6 +81,14 @@ impl Points {
             }
             thin(out, begin, most);
         }
+    }
+
+    /// Takes in new points, in memory that is there at once for as many as are ever kept.
+    pub(super) fn add(&mut self, fresh: &mut Vec<Known>) {
+        if self.known.capacity() < ROOM {
+            self.known.reserve(ROOM.saturating_sub(self.known.len()));
+        }
+        self.known.append(fresh);
     }
 
     /// Judges points by what images said of them, and drops those that no longer agree.

@@ -81,6 +81,6 @@ impl Tracker {
         let sight = sight!(self, observation);
         self.fresh.clear();
         learn(&sight, pose, &self.desk.in_view, lesson, &mut self.fresh);
-        self.points.known.append(&mut self.fresh);
+        self.points.add(&mut self.fresh);
     }
 }

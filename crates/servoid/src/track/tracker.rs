@@ -9,6 +9,7 @@ use super::motion::Motion;
 use super::points::{Known, Points};
 use super::polish::Desk;
 use super::recover::Recovery;
+use super::scatter::Scatter;
 use super::search::{Leeway, Search};
 use super::senses::Senses;
 use super::settings::TrackSettings;
@@ -34,6 +35,7 @@ pub struct Tracker {
     pub(super) search: Search,
     pub(super) recovery: Recovery,
     pub(super) motion: Motion,
+    pub(super) scatter: Scatter,
     pub(super) senses: Senses,
     pub(super) windows: Vec<Window>,
     pub(super) desk: Desk,
@@ -82,6 +84,7 @@ impl Tracker {
             cameras: cameras.to_vec(),
             body: body.clone(),
             surprise: surprise_at_first(&solid),
+            scatter: Scatter::new(solid.radius),
             solid,
             points: Points::default(),
             colors: Colors::new(settings.local_colors),
@@ -180,6 +183,7 @@ impl Tracker {
             self.unseen += 1;
             self.status = if self.unseen > LOST_AFTER { Status::Lost } else { Status::Searching };
             self.motion.wait(time_s);
+            self.scatter.pause();
             return;
         }
         let regained = self.status != Status::Tracking;
@@ -193,6 +197,7 @@ impl Tracker {
             return;
         }
         self.motion.follow(time_s, attempt.pose);
+        self.scatter.follow(time_s, attempt.pose);
         let off = (expected.inverse() * attempt.pose).log();
         let (across, turned) = (off.fixed_rows::<3>(0).norm(), off.fixed_rows::<3>(3).norm());
         self.surprise.0 += 0.3 * (across - self.surprise.0);
@@ -233,7 +238,7 @@ impl Tracker {
         Estimate {
             time_s: observation.time_s,
             world_from_object: if tracked { attempt.pose } else { self.motion.last() },
-            covariance: known.covariance,
+            covariance: known.covariance + self.scatter.covariance(),
             unobservable: known.unobservable,
             confidence,
             status: self.status,

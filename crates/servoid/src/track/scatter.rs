@@ -1,0 +1,128 @@
+use nalgebra::{Matrix6, Vector6};
+
+use super::senses::FARTHEST_S;
+use crate::pose::{Pose, Twist};
+
+/// How much poses that were found one after the other differ by what no motion does: the change of
+/// their acceleration from image to image.
+#[derive(Debug, Clone)]
+pub(super) struct Scatter {
+    last: Option<(f64, Pose)>,
+    /// The motions from image to image, the newest first, with the seconds that they took.
+    steps: [Option<(f64, Twist)>; 2],
+    covariance: Matrix6<f64>,
+    /// Images that were compared, and what is supposed counts for one.
+    count: f64,
+}
+
+/// Largest difference between the times of images for which their steps are compared.
+const UNEVEN: f64 = 0.2;
+/// Least share of the newest image.
+const RATE: f64 = 0.05;
+/// Variance of the third difference of independent values.
+const THIRD: f64 = 20.0;
+/// Variance of an error beside that of the part of it that differs from image to image: objects with
+/// and without a pattern err by about three times as much as shows.
+const LASTING: f64 = 9.0;
+
+/// Standard deviation, in radii and radians, that is supposed before images were compared.
+const AT_FIRST: f64 = 0.01;
+
+impl Scatter {
+    pub(super) fn new(radius: f64) -> Self {
+        let (across, turn) = ((AT_FIRST * radius).powi(2), AT_FIRST.powi(2));
+        let diagonal = Vector6::new(across, across, across, turn, turn, turn);
+        let covariance = Matrix6::from_diagonal(&diagonal);
+        Self { last: None, steps: [None; 2], covariance, count: 1.0 }
+    }
+
+    /// Takes a pose that was found.
+    pub(super) fn follow(&mut self, time_s: f64, world_from_object: Pose) {
+        let Some((before_s, before)) = self.last.replace((time_s, world_from_object)) else {
+            return;
+        };
+        let newest = (time_s - before_s, (before.inverse() * world_from_object).log());
+        let [last, first] = self.steps;
+        self.steps = [Some(newest), last];
+        if let (Some(last), Some(first)) = (last, first)
+            && is_even([newest.0, last.0, first.0])
+        {
+            let change = newest.1 - 2.0 * last.1 + first.1;
+            self.count += 1.0;
+            let seen = change * change.transpose() / THIRD;
+            self.covariance += RATE.max(1.0 / self.count) * (seen - self.covariance);
+        }
+    }
+
+    /// Forgets where the object was, since it was lost on the way.
+    pub(super) fn pause(&mut self) {
+        (self.last, self.steps) = (None, [None; 2]);
+    }
+
+    /// Gives the covariance of an error, in the object's frame, as far as it shows from image to
+    /// image.
+    pub(super) fn covariance(&self) -> Matrix6<f64> {
+        LASTING * self.covariance
+    }
+}
+
+fn is_even(seconds: [f64; 3]) -> bool {
+    let most = seconds.iter().copied().fold(0.0, f64::max);
+    let least = seconds.iter().copied().fold(f64::INFINITY, f64::min);
+    least > 0.0 && most < FARTHEST_S && most < (1.0 + UNEVEN) * least
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{UnitQuaternion, Vector3};
+
+    use super::*;
+
+    const RADIUS: f64 = 0.05;
+
+    /// Follows an object along x, `place` metres from where it began at each image.
+    fn followed(seconds: impl Fn(usize) -> f64, place: impl Fn(usize) -> f64) -> Scatter {
+        let mut scatter = Scatter::new(RADIUS);
+        for index in 0..200 {
+            let pose = Pose::from_rotation(UnitQuaternion::identity(), Vector3::x() * place(index));
+            scatter.follow(seconds(index), pose);
+        }
+        scatter
+    }
+
+    fn even(index: usize) -> f64 {
+        index as f64 / 30.0
+    }
+
+    /// The same numbers each time, evenly in -1 to 1.
+    fn random(index: usize) -> f64 {
+        let mixed = (index as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        ((mixed ^ (mixed >> 29)).wrapping_mul(0xbf58_476d_1ce4_e5b9) >> 11) as f64
+            / (1_u64 << 52) as f64
+            - 1.0
+    }
+
+    #[test]
+    fn a_motion_that_speeds_up_evenly_does_not_scatter() {
+        let scatter = followed(even, |index| 1e-4 * (index * index) as f64);
+        let left = scatter.covariance()[(0, 0)] / Scatter::new(RADIUS).covariance()[(0, 0)];
+        assert!(left < 1e-4, "{left}");
+    }
+
+    #[test]
+    fn errors_that_differ_from_image_to_image_show_whole_and_in_their_direction_only() {
+        let scatter = followed(even, |index| 0.003 * random(index));
+        let covariance = scatter.covariance();
+        let true_one = LASTING * 0.003_f64.powi(2) / 3.0;
+        let share = covariance[(0, 0)] / true_one;
+        assert!((0.5..2.0).contains(&share), "{share}");
+        assert!(covariance[(1, 1)] < 1e-3 * covariance[(0, 0)]);
+    }
+
+    #[test]
+    fn images_at_uneven_times_are_not_compared() {
+        let uneven = |index: usize| even(index) + 0.01 * (index % 2) as f64;
+        let scatter = followed(uneven, |index| 0.003 * random(index));
+        assert_eq!(scatter.covariance(), Scatter::new(RADIUS).covariance());
+    }
+}

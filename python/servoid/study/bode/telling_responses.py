@@ -14,7 +14,7 @@ from servoid.study.bode.spread import HALF_POWER, Bode, Spread
 from servoid.study.bode.tables import write_responses
 from servoid.study.design import Done
 from servoid.study.findings import Finding, Picture, Section, Table, Verdict
-from servoid.study.sweeping import confidence
+from servoid.study.sweeping import percent_sure
 
 SIGNALS = {
     "seen": "where the tracker saw it, at the time of the image",
@@ -68,7 +68,7 @@ def _hand(settings: ResponseSettings, curves: Curves, folder: Path) -> Section:
         f"{len(settings.depth_lines)} others in depth, all at once; the real loop follows it, with "
         f"images that are drawn and a tracker that is servoid's own. In each of the {runs} runs of "
         "each variant the phases, the noise and the room are others. A line is the median of the "
-        f"runs, a band reaches from the least to the greatest: with {100 * confidence(runs):.0f} % "
+        f"runs, a band reaches from the least to the greatest: with {percent_sure(runs, 0)} % "
         "probability it holds the median of all such runs.",
         f"At {settings.lag_hz:g} Hz, a period of {1.0 / settings.lag_hz:g} s, the hand lags the "
         f"object by {told} with feed-forward and by {untold} without.",

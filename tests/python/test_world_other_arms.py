@@ -246,7 +246,9 @@ def test_a_urdf_without_masses_and_solid_shapes_is_seen_and_driven(tmp_path: Pat
 
 def shapes(path: str) -> list[Thing]:
     """List what can be seen of a file's arm."""
-    robot = build_file_arm(ArmSettings(name=path, mount="wrist"), read_arm().eyes)
+    file = read_arm()
+    settings = ArmSettings(name=path, mount="wrist")
+    robot = build_file_arm(settings, file.eyes, file.joints.lag_s)
     return list(robot.things)
 
 

@@ -221,7 +221,8 @@ def _doubts(settings: ResponseSettings, kept: Kept) -> tuple[str, ...]:
         *words,
         f"With all amplitudes halved the hand's gain differs by {100 * float(np.median(off)):.0f} "
         f"% as a median over frequencies and runs, and by {100 * max(off):.0f} % at most, from "
-        "that of the run with the same seed (feed-forward, eyes follow).",
+        "that of the run with the same seed (feed-forward, eyes follow). Noise is part of that, "
+        "and weighs twice as much at half the amplitude.",
     )
 
 

@@ -197,9 +197,11 @@ def test_trials_that_failed_are_left_out(tmp_path: Path) -> None:
     assert list(runs.values()) == [seeds - 1, seeds, seeds, seeds]
 
 
-def test_nothing_but_failures_is_nothing_to_tell(tmp_path: Path) -> None:
+def test_nothing_but_failures_is_told(tmp_path: Path) -> None:
     failed = {
         work.experiment.name: [Done(case, None, "no") for case in work.cases]
         for work in BODE.plan(SMALL)
     }
-    assert list(BODE.tell(SMALL, failed, tmp_path)) == []
+    [section] = BODE.tell(SMALL, failed, tmp_path)
+    assert "No run succeeded" in section.words[0]
+    assert section.pictures == ()

@@ -2,8 +2,9 @@ import numpy as np
 import pytest
 
 from servoid.study.bode.response import Answer, ResponseRow
-from servoid.study.bode.spread import HALF_POWER, Bode, Spread, confidence, leaving
+from servoid.study.bode.spread import HALF_POWER, Bode, Spread, leaving
 from servoid.study.bode.swinging import Swing, Swinging, amplitudes
+from servoid.study.sweeping import confidence
 
 LINES = (1, 2, 4, 7, 11, 20)
 

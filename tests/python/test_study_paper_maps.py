@@ -189,6 +189,8 @@ def test_the_maps_hold_the_whole_box_and_peak_at_the_true_place(done: list[Done]
             continue
         assert np.array(one.xy).shape == np.array(one.xz).shape == (count, count)
         assert np.array(one.xy).max() == np.array(one.yz).max() == np.array(one.xz).max()
+        if one.fitness is Fitness.SURFACE:
+            continue  # an object of one hue has no pattern to tell where it is
         spacing = 2.0 * case.trial.half / (count - 1)
         assert np.abs(one.map_peak).max() <= spacing
     assert not done[1].case.whole

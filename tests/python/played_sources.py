@@ -69,19 +69,24 @@ class FakeVideo:
         self.clock, self.lost, self.size_px = clock, lost, size_px
         self.first_s, self.rate_hz, self.count = clock() + shift_s, rate_hz, 0
         self.closed = False
+        self.is_fetched = False  # an image that came is being stamped and kept
         clock.videos.append(self)
 
     @property
     def next_s(self) -> float:
-        return np.inf if self.closed else self.first_s + (self.count + 1) / self.rate_hz
+        if self.closed or self.is_fetched:
+            return np.inf if self.closed else -np.inf
+        return self.first_s + (self.count + 1) / self.rate_hz
 
     def grab(self) -> bool:
         with self.clock.turn:
+            self.is_fetched = False
             self.clock.turn.notify_all()
             while self.clock.time_s < self.next_s and not self.closed:
                 self.clock.turn.wait(0.05)
             self.count += 1
-            return self.count - 1 not in self.lost
+            self.is_fetched = self.count - 1 not in self.lost
+            return self.is_fetched
 
     def retrieve(self) -> tuple[bool, np.ndarray]:
         width, height = self.size_px
@@ -90,7 +95,9 @@ class FakeVideo:
         return True, image
 
     def release(self) -> None:
-        self.closed = True
+        with self.clock.turn:
+            self.closed = True
+            self.clock.turn.notify_all()
 
 
 def lens(distortion: tuple[float, ...] = ()) -> Lens:

@@ -3,6 +3,7 @@
 import time
 from dataclasses import replace
 from pathlib import Path
+from threading import Event
 
 import cv2
 import numpy as np
@@ -68,6 +69,13 @@ def test_images_that_were_taken_too_far_apart_are_no_pair() -> None:
     alone = [one for one in found if one.notices]
     assert alone
     assert all(one.notices[0].endswith("ms apart") and not one.is_dark for one in alone)
+
+
+def test_no_image_of_a_live_camera_is_delivered_twice() -> None:
+    found = observed(live(lost=range(6, 25), settings=LiveSettings(apart_s=1.0)), 1.5)
+    for images in zip(*(one.images for one in found), strict=True):
+        numbers = [int(image[0, 0, 0]) for image in images if image is not None]
+        assert len(numbers) == len(set(numbers)) > 20
 
 
 def test_nothing_comes_of_live_cameras_that_all_fail() -> None:
@@ -172,6 +180,29 @@ def test_cameras_are_closed_however_the_block_ends() -> None:
     with pytest.raises(ZeroDivisionError), Live(rig(video)):
         _ = 1 / 0
     assert video.closed
+
+
+def test_a_camera_whose_driver_hangs_is_closed_once_it_returns(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    released = Event()
+
+    class Hanging(FakeVideo):
+        def grab(self) -> bool:
+            return released.wait(10.0)
+
+        def release(self) -> None:
+            super().release()
+            gone.set()
+
+    gone = Event()
+    monkeypatch.setattr(grabbing, "_CLOSING_S", 0.01)
+    video = Hanging(FakeClock())
+    with Live(rig(video)):
+        pass
+    assert not video.closed
+    released.set()
+    assert gone.wait(10.0)
 
 
 RIG = """version = 1

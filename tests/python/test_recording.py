@@ -66,6 +66,11 @@ def test_a_recording_without_times_must_be_told_its_rate(tmp_path: Path) -> None
     assert Recording(capture, FakeClock(), rate_hz=10.0).newest() is not None
 
 
+def test_a_rate_of_zero_is_refused_even_if_the_recording_knows_one(tmp_path: Path) -> None:
+    with pytest.raises(CaptureError, match="the rate is not positive"):
+        Recording(write_capture(tmp_path, 3), FakeClock(), rate_hz=0.0)
+
+
 def test_times_that_do_not_increase_are_refused(tmp_path: Path) -> None:
     rows = "".join(f"{time_s},0,0,0,1,0,0,0\n" for time_s in (0.0, 0.2, 0.1))
     tmp_path.joinpath("poses.csv").write_text(f"time_s,x,y,z,qw,qx,qy,qz\n{rows}")

@@ -17,7 +17,7 @@ from servo_loop import (
 )
 
 from servoid.pose import Pose
-from servoid.servo import GazeMode, JointLaw, Reason, ServoSettings, brought_to_rest
+from servoid.servo import Command, GazeMode, JointLaw, Reason, ServoSettings, brought_to_rest
 from servoid.servo.moving import shifted_and_turned
 from servoid.servo.settings import GazeSettings, HandSettings, JointSettings
 from servoid.sim.arm_file import read_arm
@@ -294,3 +294,15 @@ def test_an_arm_is_brought_to_rest_within_its_limits_however_a_block_ends(
     for _ in range(50):
         loop.arm.command(told[-1])
     assert np.abs(loop.arm.state().velocities).max() < 1e-4
+
+
+def test_an_arm_is_brought_to_rest_though_who_watches_it_fails() -> None:
+    loop = Loop(to_and_fro(4.0))
+
+    def fail(_: Command) -> None:
+        raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError), brought_to_rest(loop.arm, loop.controller, fail):
+        last = loop.run(2.0)[-1].command.velocities
+    assert np.abs(last).max() > 0.02
+    assert not loop.controller.rest(loop.arm.state()).velocities.any()

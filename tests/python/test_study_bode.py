@@ -16,10 +16,11 @@ from servoid.study.bode.planning import HALF, MAPS, VARIANTS
 from servoid.study.bode.response import RESPONSE, Answer, ResponseCase, ResponseRow
 from servoid.study.bode.spread import HALF_POWER, leaving
 from servoid.study.design import Done, Results
-from servoid.study.findings import Section
+from servoid.study.findings import Section, Verdict
 
 SMALL = BODE.quick
 CORNER_HZ = {True: 4.0, False: 0.5}
+APART = {"seeds": 0.001}  # by which share of the gain
 
 
 def answer(case: ResponseCase, signal: str, axis: str) -> Answer:
@@ -27,7 +28,7 @@ def answer(case: ResponseCase, signal: str, axis: str) -> Answer:
     lines = case.sideways_lines if axis == "sideways" else case.depth_lines
     hz = case.base_hz * np.array(lines)
     corner = CORNER_HZ[case.feed_forward] if signal == "hand" else np.inf
-    ratio = (1.0 + 0.001 * case.seed) / (1.0 + 1j * hz / corner)
+    ratio = (1.0 + APART["seeds"] * case.seed) / (1.0 + 1j * hz / corner)
     return Answer(
         signal=signal,
         axis=axis,
@@ -119,6 +120,8 @@ def test_settings_read_back_from_their_toml() -> None:
         ({"depth_lines": []}, r"one line or more"),
         ({"lag_hz": 0.12}, r"lag_hz is 0.12; choose one of 0.05, 0.1,"),
         ({"seeds": 1}, r"seeds"),
+        ({"object": "bottel"}, r"unknown object 'bottel'; choose one of .*bottle"),
+        ({"background": "clutter"}, r"unknown background 'clutter'; choose one of"),
     ],
 )
 def test_settings_that_cannot_be_are_refused(values: dict[str, object], message: str) -> None:
@@ -156,6 +159,32 @@ def test_sentences_say_what_the_rows_say(told: tuple[Path, list[Section]]) -> No
     assert "more than 256 at the corners" in loop.words[1]
     assert any("bears 30 ms" in words and "16 degrees" in words for words in loop.words)
     assert loop.tables[0].rows[0][-1] == "20"  # half of ten times 4 a second
+
+
+def test_a_peak_and_a_cure_of_the_lag_are_told_only_where_they_are(
+    told: tuple[Path, list[Section]], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    (hand,) = [section for section in told[1] if section.heading == "The hand"]
+    assert not any("peak" in words for words in hand.words)
+    assert hand.findings[0].verdict is Verdict.BEYOND
+    monkeypatch.setitem(CORNER_HZ, True, 0.4)  # as if feed-forward did harm
+    (hand,) = [
+        section
+        for section in BODE.tell(SMALL, results(), tmp_path)
+        if section.heading == "The hand"
+    ]
+    assert hand.findings[0].verdict is Verdict.AGREES
+    assert "does not take it away" in hand.findings[0].why
+
+
+def test_halved_amplitudes_are_compared_with_the_run_of_the_same_seed(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    pytest.importorskip("matplotlib")
+    monkeypatch.setitem(APART, "seeds", 0.2)  # but what is halved answers as the whole does
+    sections = BODE.tell(SMALL, results(), tmp_path)
+    (doubts,) = [one for one in sections if one.heading == "Is that a frequency response?"]
+    assert "differs by 0 % as a median over frequencies and runs, and by 0 %" in doubts.words[-1]
 
 
 def test_trials_that_failed_are_left_out(tmp_path: Path) -> None:

@@ -22,6 +22,8 @@ from servoid.study.modelling.plan import layout
 from servoid.study.modelling.settings import CenterSettings, SweepSettings
 from servoid.study.modelling.trial import MODELLING, run_model_case
 from servoid.study.modelling.voxels import voxels_of
+from servoid.study.modelling.words import enough_words
+from servoid.study.sweeping import Sweep
 
 SMALL = ModelStudySettings(
     objects=("two_ellipsoids", "bottle"),
@@ -215,7 +217,16 @@ def test_what_is_told_is_what_the_rows_say(done: list[Done], tmp_path: Path) -> 
     assert all(len(cells) == len(table.headings) for cells in table.rows)
 
 
+def test_noise_is_borne_only_as_far_as_no_value_before_breaks_the_body(done: list[Done]) -> None:
+    good, bad = (changed(done[0].row, volume_iou=iou) for iou in (0.9, 0.2))
+    asked = changed(SMALL, sweep=changed(SMALL.sweep, edge_px=(1.0, 2.0, 4.0)))
+    (work,) = MODEL.plan(asked)
+    made = [Done(case, bad if case.edge_px == 2.0 else good) for case in work.cases]
+    (words,) = enough_words(layout(asked), Sweep(made))
+    assert "up to 1 px" in words
+
+
 def test_failed_trials_are_left_out_and_told(done: list[Done], tmp_path: Path) -> None:
     failing = [replace(done[0], row=None, failure="no light"), *done[1:]]
     words = MODEL.tell(SMALL, {MODELLING.name: failing}, tmp_path)[-1].words
-    assert "1 trials failed and are left out; why: no light" in words
+    assert "1 trial failed and is left out; why: no light" in words

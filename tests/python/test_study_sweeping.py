@@ -15,6 +15,7 @@ from servoid.study.sweeping import (
     holding,
     lowest,
     panels_csv,
+    percent_sure,
     spread_of,
     varied,
 )
@@ -108,6 +109,11 @@ def test_what_is_not_known_has_no_spread() -> None:
 def test_the_confidence_is_the_share_of_draws_whose_extremes_hold_the_median(count: int) -> None:
     # All 2^n ways to fall above or below the median; two of them lie on one side.
     assert confidence(count) == pytest.approx(1.0 - 2.0 / 2**count)
+
+
+def test_no_number_of_seeds_makes_a_band_certain() -> None:
+    assert [percent_sure(seeds, 0) for seeds in (2, 6, 40)] == ["50", "97", "99"]
+    assert percent_sure(40, 1) == "99.9"
 
 
 def test_a_figure_holds_around_the_centre_only_as_far_as_it_is_not_interrupted() -> None:

@@ -219,7 +219,7 @@ def test_failed_trials_are_left_out_and_told(done: list[Done], tmp_path: Path) -
         for place, one in enumerate(done)
     ]
     words = TRACK.tell(SMALL, {TRACKING.name: failing}, tmp_path)[-1].words
-    assert "1 trials failed and are left out; why: the camera broke" in words
+    assert "1 trial failed and is left out; why: the camera broke" in words
     lost = [replace(one, row=None, failure="the camera broke") for one in done]
     assert TRACK.tell(SMALL, {TRACKING.name: lost}, tmp_path)[0].heading == "No trial succeeded"
 

@@ -74,13 +74,20 @@ class Grabber:
             return now_s - self._last_s, fault
 
     def close(self) -> None:
-        """End the thread and close the camera."""
+        """End the thread, which closes the camera.
+
+        A driver that hangs is not waited for; the camera is closed once it returns.
+        """
         self._over.set()
         self._thread.join(_CLOSING_S)
-        if not self._thread.is_alive():  # else its driver hangs, and would crash
-            self._video.release()
 
     def _run(self) -> None:
+        try:
+            self._grab_on()
+        finally:
+            self._video.release()
+
+    def _grab_on(self) -> None:
         failures = 0
         while not self._over.is_set():
             fault = self._fetch()
@@ -93,11 +100,11 @@ class Grabber:
                 self._over.wait(_RETRY_S)
 
     def _anew(self, reopen: Callable[[], Video]) -> str:
-        self._video.release()
         try:
+            self._video.release()
             self._video = reopen()
-        except CaptureError as error:
-            return str(error)
+        except Exception as error:  # the next try may do
+            return _said(error)
         return "the camera was opened anew"
 
     def _fetch(self) -> str | None:
@@ -108,13 +115,17 @@ class Grabber:
             time_s = self._clock()
             found, pixels = self._video.retrieve()
         except Exception as error:  # whatever a driver raises, the arm must hear of it as silence
-            return str(error) or type(error).__name__
+            return _said(error)
         if not found:
             return "the image cannot be decoded"
         with self._lock:
             self._shots.append(Shot(time_s, pixels))
             self._last_s, self._fault = time_s, None
         return None
+
+
+def _said(error: Exception) -> str:
+    return str(error) or type(error).__name__
 
 
 def reopening(

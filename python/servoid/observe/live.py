@@ -173,7 +173,8 @@ class Live:
     ) -> tuple[NDArray[np.uint8] | None, str | None]:
         """Return the image of a camera nearest to a moment, and what is wrong with it, or None."""
         name = self._rig[place].name
-        shot = min(known, key=lambda one: abs(one.time_s - moment_s), default=None)
+        fresh = [one for one in known if one.time_s > self._used_s[place]]
+        shot = min(fresh, key=lambda one: abs(one.time_s - moment_s), default=None)
         apart_s = np.inf if shot is None else abs(shot.time_s - moment_s)
         if shot is None or apart_s > self._settings.apart_s:
             silence_s, reason = self._grabbers[place].silence(now_s)

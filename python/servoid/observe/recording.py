@@ -68,7 +68,7 @@ def _seconds(capture: Capture, rate_hz: float | None) -> np.ndarray:
     if len(capture) == 0:
         raise CaptureError(f"{capture.path} holds no observation that could be played")
     if rate_hz is not None or capture.times_s is None:
-        rate_hz = rate_hz or capture.rate_hz
+        rate_hz = capture.rate_hz if rate_hz is None else rate_hz
         if rate_hz is None or not rate_hz > 0.0:
             raise CaptureError(
                 f"{capture.path} knows no times and no rate, or the rate is not positive; give "

@@ -69,13 +69,18 @@ def brought_to_rest(
 ) -> Iterator[None]:
     """Halt the arm when the block ends, however it ends: by an error or an interrupt, too.
 
-    `watch` hears of each command that brakes it.
+    `watch` hears of each command that brakes it. If it raises, the arm is braked all the same.
     """
     try:
         yield
     finally:
-        for command in halt(arm, controller):
-            watch(command)
+        braking = halt(arm, controller)
+        try:
+            for command in braking:
+                watch(command)
+        finally:
+            for _ in braking:
+                pass
 
 
 def _track(tracker: Follower, instant: Instant) -> Estimate | None:

@@ -96,7 +96,7 @@ class TargetFilter:
         elapsed = estimate.time_s - self._time_s
         if elapsed <= 0.0:
             return Verdict.OUTDATED
-        expected = self.predict(estimate.time_s).world_from_object
+        expected = self._after(min(elapsed, self._settings.horizon_s))
         turns = OpenTurns.of(estimate, self._settings.open_turn)
         seen = turns.left_out(expected, estimate.world_from_object)
         if not self._can_reach(expected, seen, elapsed):
@@ -121,10 +121,10 @@ class TargetFilter:
         ahead = time_s - self._time_s
         horizon = self._settings.horizon_s
         span = min(ahead, horizon) if self._settings.compensate else 0.0
-        twist, acceleration = self._motion
-        pose = shifted_and_turned(self._pose, span * twist + 0.5 * span**2 * acceleration)
+        pose = self._after(span)
         if ahead > horizon:
             return Prediction(time_s, pose, np.zeros(6), np.zeros(6))
+        twist, acceleration = self._motion
         return Prediction(time_s, pose, twist + span * acceleration, acceleration.copy())
 
     def forget(self) -> None:
@@ -134,6 +134,11 @@ class TargetFilter:
         """
         self._time_s = None
         self._strangers.clear()
+
+    def _after(self, elapsed: float) -> Pose:
+        """Return where the object is so long after the last used estimate."""
+        twist, acceleration = self._motion
+        return shifted_and_turned(self._pose, elapsed * twist + 0.5 * elapsed**2 * acceleration)
 
     def _start(self, estimate: TargetEstimate) -> None:
         seen = estimate.world_from_object
@@ -174,11 +179,8 @@ class TargetFilter:
 
     def _advance(self, elapsed: float) -> None:
         """Move the state and its covariance ahead in time."""
-        twist, acceleration = self._motion
-        self._pose = shifted_and_turned(
-            self._pose, elapsed * twist + 0.5 * elapsed**2 * acceleration
-        )
-        self._motion[0] += elapsed * acceleration
+        self._pose = self._after(elapsed)
+        self._motion[0] += elapsed * self._motion[1]
         half = 0.5 * elapsed**2
         step = np.kron(
             np.array([[1.0, elapsed, half], [0.0, 1.0, elapsed], [0.0, 0.0, 1.0]]), np.eye(6)

@@ -152,7 +152,7 @@ def _content(folder: Path) -> str:
         folders.sort()
         for name in sorted(names):
             path = Path(root) / name
-            about = path.stat()
+            about = path.stat() if path.exists() else path.lstat()  # a link may lead nowhere
             line = f"{path.relative_to(folder)} {about.st_size} {about.st_mtime_ns}\n"
             digest.update(line.encode(errors="surrogateescape"))
     return digest.hexdigest()[:24]

@@ -27,7 +27,7 @@ def read_urdf(path: Path) -> Urdf:
     Shapes for drawing are often of a format that MuJoCo does not know. A link without mass gets a
     little, for MuJoCo moves none without.
     `package://NAME/REST` is sought as ROS packages lie on a disk: REST in a folder above the file,
-    or NAME/REST in one.
+    or NAME/REST in one; other names beside the file, or in the `meshdir` that it tells MuJoCo.
 
     Raises:
         SimError: the file is no XML, or a mesh is nowhere to be found.
@@ -39,9 +39,10 @@ def read_urdf(path: Path) -> Urdf:
         raise SimError(f"{path} cannot be read as an arm: {error}") from error
     for link in root.iter("link"):
         _keep_solid(link)
-    for mesh in root.iter("mesh"):
-        mesh.set("filename", str(_found(path, mesh.get("filename", ""))))
     compiler = _compiler(root)
+    meshes = path.resolve().parent / compiler.get("meshdir", "")
+    for mesh in root.iter("mesh"):
+        mesh.set("filename", str(_found(path, meshes, mesh.get("filename", ""))))
     compiler.set("strippath", "false")
     compiler.set("boundmass", _LEAST_MASS)
     compiler.set("boundinertia", _LEAST_INERTIA)
@@ -60,14 +61,15 @@ def _keep_solid(link: ElementTree.Element) -> None:
             link.remove(visual)
 
 
-def _found(path: Path, name: str) -> Path:
-    """Return the file that a URDF means by the name of a mesh."""
+def _found(path: Path, meshes: Path, name: str) -> Path:
+    """Return the file that a URDF, whose meshes may lie in a folder, means by a mesh's name."""
     if name.startswith(_PACKAGE):
         package, _, rest = name.removeprefix(_PACKAGE).partition("/")
         above = path.resolve().parents
         tried = [folder / part for folder in above for part in (f"{package}/{rest}", rest)]
     else:
-        tried = [path.resolve().parent / name.removeprefix(_FILE)]
+        plain = name.removeprefix(_FILE)
+        tried = [path.resolve().parent / plain, meshes / plain, meshes / Path(plain).name]
     for file in tried:
         if file.is_file():
             return file

@@ -16,11 +16,12 @@ from servoid.servo.gaze import fixation
 from servoid.servo.moving import change_between, shifted_and_turned
 from servoid.sim.arm_file import read_arm
 from servoid.sim.serial_arm import SerialArm
+from servoid.sim.world import BEFORE_HAND, PhysicsSettings
 from servoid.study.batch import Experiment
 from servoid.study.bode.late_sight import LateSource, Reader, Sight
 from servoid.track import Follower
 
-GOAL_FROM_OBJECT = Pose.from_parts([0.0, -0.09, 0.545], [1.0, 0.0, 0.0, 0.0])
+GOAL_FROM_OBJECT = Pose.from_parts(BEFORE_HAND, [1.0, 0.0, 0.0, 0.0])
 
 GAINS = (0.5, 256.0)
 """The least and the greatest factor on the hand's gains that is tried."""
@@ -35,7 +36,7 @@ _WATCHED_S = 4.2  # after it, in three parts of which the first passes unwatched
 _GROWN = 100.0  # steps: an error beyond needs no waiting
 _GONE, _GONE_S = 1e-2, 0.5  # steps, and for how long: a smaller error does not come back
 _HALVINGS = 4  # of the octave in which stability ends
-_PERIOD_S = 0.008
+_PERIOD_S = PhysicsSettings().period_s
 _SIGMA = (0.0002, 0.003)  # m and rad: what the tracker says of small images, in the other part
 _BELIEVING = 1e4  # m/s² per root s: with such a jerk the filter takes each pose as it is
 

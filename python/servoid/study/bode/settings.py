@@ -6,6 +6,8 @@ import msgspec
 from msgspec import Meta
 
 from servoid.errors import StudyError
+from servoid.sim.world import BACKGROUNDS, OBJECTS
+from servoid.study.sweeping import check_names
 
 Line = Annotated[int, Meta(ge=1)]
 NotNegative = Annotated[float, Meta(ge=0)]
@@ -41,12 +43,15 @@ class ResponseSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown
     ] = 0.1
 
     def __post_init__(self) -> None:
-        """Check that frequencies do not meet.
+        """Check that what is asked for exists, and that frequencies do not meet.
 
         Raises:
-            StudyError: a line is in both lists, twice in one, or is not there to tell a lag.
+            StudyError: there is no such object or background, or a line is in both lists, twice in
+                one, or is not there to tell a lag.
 
         """
+        check_names([self.object], OBJECTS)
+        check_names([self.background], BACKGROUNDS, "background")
         lines = (*self.sideways_lines, *self.depth_lines)
         twice = sorted({line for line in lines if lines.count(line) > 1})
         if twice or not self.sideways_lines or not self.depth_lines:

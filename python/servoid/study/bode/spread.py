@@ -15,8 +15,7 @@ HALF_POWER = 2.0**-0.5
 class Band:
     """The median and the least and greatest of all runs, at each frequency, (L,) each.
 
-    Whatever their distribution, the median of all possible runs lies between the least and the
-    greatest of n with the probability 1 - 2^(1 - n).
+    `servoid.study.sweeping.confidence` says how likely they hold the median of all possible runs.
     """
 
     middle: Floats
@@ -27,11 +26,6 @@ class Band:
     def of(cls, values: Floats) -> "Band":
         """Sum up values (n, L) of n runs."""
         return cls(np.median(values, axis=0), values.min(axis=0), values.max(axis=0))
-
-
-def confidence(runs: int) -> float:
-    """Return the probability that a band of so many runs holds the median."""
-    return 1.0 - 2.0 ** (1 - runs)
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,6 +8,8 @@ import numpy as np
 from servoid.output import write_whole
 from servoid.servo import ServoSettings
 from servoid.servo.arm import Floats
+from servoid.sim.arm_file import read_arm
+from servoid.sim.world import CameraSettings
 from servoid.study.bode.drawing import MarginMap, maps_png
 from servoid.study.bode.margin import DELAYS_S, GAINS, SERVOID, MarginCase, MarginRow
 from servoid.study.bode.planning import MAPS
@@ -64,7 +66,8 @@ def _gain_words(kept: Kept) -> tuple[str, ...]:
     ]
     begins = (
         "Here no images are drawn: exact poses arrive late, at the cameras' rate, at the real "
-        "controller, with an arm without physics whose joints' speeds lag by 20 ms. A small step "
+        "controller, with an arm without physics whose joints' speeds lag by "
+        f"{1e3 * read_arm().joints.lag_s:g} ms. A small step "
         "of the object shows if errors fade. The margin of gain is the factor on both gains of the "
         "hand, of position and turn, at which they no longer do; the margin of delay is the "
         "further delay that nobody told the loop of at which they no longer do, with the gains as "
@@ -74,18 +77,17 @@ def _gain_words(kept: Kept) -> tuple[str, ...]:
         return (begins,)
     return (
         begins,
-        "With time stamps neither latency nor rate is part of the loop that leads the hand. A pose "
-        "is put into the world by where the cameras were when the image was taken, so a resting "
-        "object rests in the world however the hand moves, and the hand closes in by its joints' "
-        "sensors. Latency and rate cost accuracy while the object moves, not stability: the "
-        f"margin of gain is {_range(edges, GAINS[1])} at the corners of the map, and comes "
-        "from the lag of the joints and the control period.",
+        f"With time stamps the margin of gain is {_range(edges, GAINS[1])} at the corners of the "
+        "map. A pose is put into the world by where the cameras were when the image was taken, so "
+        "a resting object rests in the world however the hand moves, and the hand closes in by its "
+        "joints' sensors: neither latency nor rate is part of the loop that leads it. They cost "
+        "accuracy while the object moves.",
     )
 
 
 def _delay_words(maps: dict[str, Floats]) -> tuple[str, ...]:
     words = [
-        "That holds as long as time stamps are right. A stamp that is wrong makes a hand or an eye "
+        "That asks for time stamps that are right. A stamp that is wrong makes a hand or an eye "
         "that moves look like an object that moves, and the prediction feeds that back. How far "
         "stamps may be off:"
     ]
@@ -116,13 +118,15 @@ def _phase_words(settings: MarginSettings, kept: Kept) -> tuple[str, ...]:
 
 
 def _usual(settings: MarginSettings) -> tuple[float, float]:
-    late = min(settings.latencies_s, key=lambda one: abs(one - 0.04))
-    return late, min(settings.rates_hz, key=lambda one: abs(one - 30.0))
+    usual = CameraSettings()
+    late = min(settings.latencies_s, key=lambda one: abs(one - usual.latency_s))
+    return late, min(settings.rates_hz, key=lambda one: abs(one - usual.rate_hz))
 
 
 def _gain_table(settings: MarginSettings, edges: Floats) -> Table:
     """Say which position gain to use at most where there are no time stamps."""
-    gain = ServoSettings().hand.position_gain
+    hand = ServoSettings().hand
+    gain = hand.position_gain
     rows = [
         (
             f"{1e3 * late:g} ms",
@@ -133,9 +137,9 @@ def _gain_table(settings: MarginSettings, edges: Floats) -> Table:
     return Table(
         ("latency", *(f"{rate:g} Hz" for rate in settings.rates_hz)),
         rows,
-        "Without time stamps: use at most this servo.hand.position_gain, in 1/s (and twice as much "
-        f"turn_gain), which is {settings.share:g} times the gain at which a loop with the paper's "
-        f"law swings. The default is {gain:g}.",
+        "Without time stamps: use at most this servo.hand.position_gain, in 1/s (and "
+        f"{hand.turn_gain / gain:g} times as much turn_gain), which is {settings.share:g} times "
+        f"the gain at which a loop with the paper's law swings. The default is {gain:g}.",
     )
 
 

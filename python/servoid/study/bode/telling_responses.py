@@ -10,10 +10,11 @@ from servoid.study.bode.drawing import AXES, bode_png
 from servoid.study.bode.planning import HALF, VARIANTS
 from servoid.study.bode.response import ResponseCase, ResponseRow
 from servoid.study.bode.settings import ResponseSettings
-from servoid.study.bode.spread import Bode, Spread, confidence
+from servoid.study.bode.spread import HALF_POWER, Bode, Spread
 from servoid.study.bode.tables import write_responses
 from servoid.study.design import Done
 from servoid.study.findings import Finding, Picture, Section, Table, Verdict
+from servoid.study.sweeping import percent_sure
 
 SIGNALS = {
     "seen": "where the tracker saw it, at the time of the image",
@@ -26,6 +27,7 @@ _HEARD = ("seen", "known", "predicted")
 _BEST, _PLAIN = "feed-forward, eyes follow", "no feed-forward, eyes follow"
 
 Curves = dict[tuple[str, str, str], Bode]
+Kept = Sequence[tuple[ResponseCase, ResponseRow]]
 
 
 def tell_responses(settings: ResponseSettings, done: Sequence[Done], folder: Path) -> list[Section]:
@@ -39,11 +41,11 @@ def tell_responses(settings: ResponseSettings, done: Sequence[Done], folder: Pat
         _hand(settings, curves, folder),
         _gaze(settings, curves, folder),
         _recognition(settings, curves, folder),
-        _linearity(settings, kept, curves),
+        _linearity(settings, kept),
     ]
 
 
-def gather(kept: Sequence[tuple[ResponseCase, ResponseRow]]) -> Curves:
+def gather(kept: Kept) -> Curves:
     """Gather what was heard, by variant, signal and axis."""
     curves: Curves = {}
     for name, variant in VARIANTS.items():
@@ -66,25 +68,19 @@ def _hand(settings: ResponseSettings, curves: Curves, folder: Path) -> Section:
         f"{len(settings.depth_lines)} others in depth, all at once; the real loop follows it, with "
         f"images that are drawn and a tracker that is servoid's own. In each of the {runs} runs of "
         "each variant the phases, the noise and the room are others. A line is the median of the "
-        f"runs, a band reaches from the least to the greatest: with {100 * confidence(runs):.0f} % "
+        f"runs, a band reaches from the least to the greatest: with {percent_sure(runs, 0)} % "
         "probability it holds the median of all such runs.",
         f"At {settings.lag_hz:g} Hz, a period of {1.0 / settings.lag_hz:g} s, the hand lags the "
         f"object by {told} with feed-forward and by {untold} without.",
         f"With feed-forward the hand is within 3 dB of the object up to "
-        f"{_hz(best.faithful_hz, highest)}; above, it swings wider than the object does, at most "
-        f"{best.peak.words(1)} times as wide, near {best.peak_hz:.2g} Hz. Without, its amplitude "
-        f"falls by 3 dB at {_hz(plain.bandwidth_hz, highest)}, and is at most "
-        f"{plain.peak.words(2)} times the object's.",
-        "What is fed forward is motion that was seen a latency ago: motion that has turned round "
-        "since then is fed forward wrongly. Feed-forward serves what moves slowly, and pays for it "
-        "with a peak.",
+        f"{_hz(best.faithful_hz, highest)}; it swings at most {best.peak.words(2)} times as wide "
+        f"as the object, near {best.peak_hz:.2g} Hz. Without, its amplitude falls by 3 dB at "
+        f"{_hz(plain.bandwidth_hz, highest)}, and is at most {plain.peak.words(2)} times the "
+        "object's.",
+        *_peak_words(best, plain),
     )
-    finding = Finding(
-        before="The hand follows the moving object with a phase lag (Section 5.3).",
-        ours=f"At {settings.lag_hz:g} Hz {untold} without feed-forward, {told} with it.",
-        verdict=Verdict.BEYOND,
-        why="The lag is that of a loop that answers errors only; the object's estimated velocity "
-        "takes it away.",
+    finding = _lag_finding(
+        f"At {settings.lag_hz:g} Hz {untold} without feed-forward, {told} with it.", lags
     )
     picture = _draw(
         folder / "hand.png",
@@ -95,6 +91,30 @@ def _hand(settings: ResponseSettings, curves: Curves, folder: Path) -> Section:
     )
     table = _variants(settings, curves, "hand")
     return Section("The hand", words, (finding,), (picture,), (table,))
+
+
+def _peak_words(best: Bode, plain: Bode) -> tuple[str, ...]:
+    """Say what feed-forward costs, if the hand swings wider for it in the middle of the runs."""
+    if not max(best.gain.middle) > max(1.0, *plain.gain.middle) / HALF_POWER:
+        return ()
+    return (
+        "What is fed forward is motion that was seen a latency ago: motion that has turned round "
+        "since then is fed forward wrongly. Feed-forward serves what moves slowly, and pays for it "
+        "with a peak.",
+    )
+
+
+def _lag_finding(ours: str, lags: Sequence[Spread]) -> Finding:
+    """Compare the lags with feed-forward and without, of which phases are the negative."""
+    told, untold = (-(lag.middle or 0.0) for lag in lags)
+    is_less = abs(told) < abs(untold)
+    return Finding(
+        before="The hand follows the moving object with a phase lag (Section 5.3).",
+        ours=ours,
+        verdict=Verdict.DIFFERS if untold <= 0.0 else Verdict.BEYOND if is_less else Verdict.AGREES,
+        why="The lag is that of a loop that answers errors only; the object's estimated velocity "
+        + ("takes it away." if is_less else "does not take it away here."),
+    )
 
 
 def _gaze(settings: ResponseSettings, curves: Curves, folder: Path) -> Section:
@@ -130,10 +150,11 @@ def _recognition(settings: ResponseSettings, curves: Curves, folder: Path) -> Se
         f"in depth; its delay is {seen.delay_s.words(1, 1000.0)} ms.",
         f"By the time it is used it is {known.delay_s.words(0, 1000.0)} ms old: the latency, and "
         "the wait for the next image.",
-        "The filter's prediction takes that away at low frequencies, and swings too wide at high "
-        f"ones: at most {ahead.peak.words(1)} times sideways and {depth.peak.words(1)} times in "
-        f"depth. It is within 3 dB up to {_hz(ahead.faithful_hz, _highest(settings))} sideways. "
-        "It is the filter that the peaks of hand and gaze come from.",
+        f"The filter's prediction of where it is by then lags by "
+        f"{_lag(ahead.phase_at(settings.lag_hz))} at {settings.lag_hz:g} Hz, and swings at most "
+        f"{ahead.peak.words(2)} times as wide as the object sideways and {depth.peak.words(2)} "
+        f"times in depth. It is within 3 dB up to {_hz(ahead.faithful_hz, _highest(settings))} "
+        "sideways. Hand and gaze follow it, with its peaks.",
     )
     picture = _draw(
         folder / "recognition.png",
@@ -144,9 +165,7 @@ def _recognition(settings: ResponseSettings, curves: Curves, folder: Path) -> Se
     return Section("Recognition", words, (), (picture,))
 
 
-def _linearity(
-    settings: ResponseSettings, kept: Sequence[tuple[ResponseCase, ResponseRow]], curves: Curves
-) -> Section:
+def _linearity(settings: ResponseSettings, kept: Kept) -> Section:
     """Say whether the answers may be called a frequency response at all."""
     rows = []
     for name, variant in VARIANTS.items():
@@ -176,14 +195,10 @@ def _linearity(
         rows,
         "What keeps the answers from being linear.",
     )
-    return Section(
-        "Is that a frequency response?", _doubts(settings, kept, curves), (), (), (table,)
-    )
+    return Section("Is that a frequency response?", _doubts(settings, kept), (), (), (table,))
 
 
-def _doubts(
-    settings: ResponseSettings, kept: Sequence[tuple[ResponseCase, ResponseRow]], curves: Curves
-) -> tuple[str, ...]:
+def _doubts(settings: ResponseSettings, kept: Kept) -> tuple[str, ...]:
     runs = [row for case, row in kept if case.scale == 1.0]
     acceleration = max(row.joint_acceleration_share for row in runs)
     limited = [row.limited_share for row in runs]
@@ -192,28 +207,43 @@ def _doubts(
         f"reached. The single sines are no faster than {1e3 * settings.speed:g} mm/s and no wider "
         f"than {1e3 * settings.amplitude:g} mm, for which joints turn at "
         f"{100 * max(row.joint_speed_share for row in runs):.0f} % of their fastest or less.",
-        "The jumps of the estimate from image to image ask for more acceleration than hand and "
-        f"joints may have ({100 * acceleration:.0f} % of the joints' limits at most), so that they "
-        "take some of them in two or three control periods: this was so in "
-        f"{100 * min(limited):.1f} to {100 * max(limited):.1f} % of the control periods of a run. "
-        "At frequencies at which nothing moves the hand shows what this noise does to it; it is "
-        "the turn of the object, told with some noise, that swings the hand sideways at its "
-        "distance.",
+        "The jumps of the estimate from image to image can ask for more acceleration than hand and "
+        f"joints may have: they used {100 * acceleration:.0f} % of the joints' limits at most, and "
+        f"a limit of joints or hand was reached in {100 * min(limited):.1f} to "
+        f"{100 * max(limited):.1f} % of the control periods of a run. At frequencies at which "
+        "nothing moves the hand shows what this noise does to it.",
     )
-    halved = [row for case, row in kept if case.scale == HALF]
-    off: list[float] = []
-    for axis in AXES:
-        small, whole = Bode.of(halved, "hand", axis), curves.get((_BEST, "hand", axis))
-        if small is not None and whole is not None:
-            off += np.abs(small.gain.middle / whole.gain.middle - 1.0).tolist()
-    if not off:
+    pairs = _halved(kept)
+    if not pairs:
         return words
+    off = [abs(half / whole - 1.0) for half, whole in pairs]
     return (
         *words,
         f"With all amplitudes halved the hand's gain differs by {100 * float(np.median(off)):.0f} "
-        f"% as a median over frequencies, and by {100 * max(off):.0f} % at most ({len(halved)} "
-        "runs, feed-forward, eyes follow).",
+        f"% as a median over frequencies and runs, and by {100 * max(off):.0f} % at most, from "
+        "that of the run with the same seed (feed-forward, eyes follow). Noise is part of that, "
+        "and weighs twice as much at half the amplitude.",
     )
+
+
+def _halved(kept: Kept) -> list[tuple[float, float]]:
+    """Pair the hand's gains with half the amplitudes with those of the same seed with the whole."""
+    runs = {
+        (case.seed, case.scale): row
+        for case, row in kept
+        if (case.feed_forward, case.eyes_follow) == VARIANTS[_BEST]
+    }
+    pairs: list[tuple[float, float]] = []
+    for (seed, scale), row in runs.items():
+        whole = runs.get((seed, 1.0))
+        if scale != HALF or whole is None:
+            continue
+        for axis in AXES:
+            half_of, whole_of = row.answer("hand", axis), whole.answer("hand", axis)
+            if half_of is not None and whole_of is not None:
+                gains = np.abs(half_of.ratio), np.abs(whole_of.ratio)
+                pairs += zip(*(gain.tolist() for gain in gains), strict=True)
+    return pairs
 
 
 def _variants(settings: ResponseSettings, curves: Curves, signal: str) -> Table:

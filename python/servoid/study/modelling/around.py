@@ -9,7 +9,7 @@ from servoid.pose import Pose
 from servoid.sim.world.motions import Floats
 
 _UP = np.array([0.0, -1.0, 0.0])
-_GOLDEN = float(np.pi * (3.0 - np.sqrt(5.0)))  # by which any number of views is spread well
+GOLDEN = float(np.pi * (3.0 - np.sqrt(5.0)))  # by which any number of views is spread well
 
 
 def around(
@@ -18,7 +18,7 @@ def around(
     elevations_deg: Sequence[float],
     away: float,
     *,
-    step: float = _GOLDEN,
+    step: float = GOLDEN,
 ) -> list[Pose]:
     """Return `object_from_camera` of cameras on all sides of the object, at heights in turn.
 

@@ -19,7 +19,7 @@ from servoid.study.modelling.voxels import Voxels, voxels_of
 
 _BIRD = "bird"
 _BIRD_SPACING = 0.003
-_VOXELS = 80  # along the longest side
+VOXELS = 80  # along the longest side
 DESIGNS = (_BIRD, *OBJECTS)
 
 
@@ -71,7 +71,7 @@ def design_of(name: str) -> Design:
     vertices, faces = _bird() if name == _BIRD else _shipped(name)
     stage = Stage()
     stage.add_mesh(vertices, faces, Paint())
-    return Design(vertices, faces, voxels_of(vertices, faces, _VOXELS), stage)
+    return Design(vertices, faces, voxels_of(vertices, faces, VOXELS), stage)
 
 
 def _shipped(name: str) -> tuple[Floats, NDArray[np.int64]]:

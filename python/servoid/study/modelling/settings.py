@@ -42,7 +42,7 @@ class SweepSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
         """Check that something is varied.
 
         Raises:
-            ValueError: nothing is.
+            StudyError: nothing is.
 
         """
         check_varied(self)
@@ -69,7 +69,7 @@ class ModelStudySettings(Struct, frozen=True, kw_only=True, forbid_unknown_field
         """Check that there are such objects.
 
         Raises:
-            ValueError: there is no such object.
+            StudyError: there is no such object.
 
         """
         check_names(self.objects, DESIGNS)

@@ -1,9 +1,12 @@
 """What the study of modelling found, in sentences, pictures and a table."""
 
+from math import degrees
 from pathlib import Path
 
 from servoid.study.design import Results
 from servoid.study.findings import Picture, Section, Table
+from servoid.study.modelling.around import GOLDEN
+from servoid.study.modelling.designs import VOXELS
 from servoid.study.modelling.figures import (
     OUTLINE,
     SECONDS,
@@ -19,7 +22,7 @@ from servoid.study.modelling.figures import (
 )
 from servoid.study.modelling.plan import Plan, layout
 from servoid.study.modelling.settings import ModelStudySettings
-from servoid.study.modelling.trial import MODELLING
+from servoid.study.modelling.trial import AWAY, ELEVATIONS_DEG, JUDGES, MODELLING
 from servoid.study.modelling.words import (
     center_words,
     enough_words,
@@ -60,8 +63,8 @@ def tell_modelling(settings: ModelStudySettings, results: Results, folder: Path)
                 ),
                 Picture(
                     folder / OUTLINE,
-                    "The same of outlines in eight views that were not modelled from, whose masks "
-                    "and poses are exact.",
+                    f"The same of outlines in {JUDGES} views that were not modelled from, whose "
+                    "masks and poses are exact.",
                 ),
             ),
         ),
@@ -80,10 +83,11 @@ def tell_modelling(settings: ModelStudySettings, results: Results, folder: Path)
             "How it was done",
             (
                 f"{sweep.count} trials. Masks of {width} x {height} pixels are drawn from the "
-                "objects' designs by cameras 0.5 m away, 137.5 degrees from one to the next and at "
-                "three heights in turn; where the first one stands, the noise and the search "
-                "differ from seed to seed.",
-                "The volume is compared in the place where the object truly stands, in 80 voxels "
+                f"objects' designs by cameras {AWAY:g} m away, {degrees(GOLDEN):.1f} degrees from "
+                f"one to the next and at {len(ELEVATIONS_DEG)} heights in turn; where the first "
+                "one stands, the noise and the search differ from seed to seed.",
+                "The volume is compared in the place where the object truly stands, in "
+                f"{VOXELS} voxels "
                 "along its longest side. A hollow that is walled in on all sides, as a mug's, "
                 "counts as full: no outline shows it.",
                 "Outlines are off by smooth noise; wrong pixels lie anywhere in the mask; cameras "

@@ -12,10 +12,10 @@ from servoid.study.modelling.cases import ModelCase, ModelRow
 from servoid.study.modelling.designs import DESIGNS, design_of
 from servoid.study.modelling.noise import spoilt_mask, spoilt_pose
 
-_AWAY = 0.5  # metres from the object to the cameras
+AWAY = 0.5  # metres from the object to the cameras
 _FOCAL_OF_WIDTH = 1.25
-_ELEVATIONS_DEG = (20.0, 45.0, 5.0)
-_JUDGES, _JUDGES_BEGIN, _JUDGES_ELEVATIONS_DEG = 8, 1.0, (32.0, 12.0, 55.0)
+ELEVATIONS_DEG = (20.0, 45.0, 5.0)
+JUDGES, _JUDGES_BEGIN, _JUDGES_ELEVATIONS_DEG = 8, 1.0, (32.0, 12.0, 55.0)
 
 
 def run_model_case(case: ModelCase) -> ModelRow:
@@ -30,7 +30,7 @@ def run_model_case(case: ModelCase) -> ModelRow:
     design, camera = design_of(case.object), _camera(case.size_px)
     begin = float(random.uniform(0.0, 2.0 * np.pi))
     views = []
-    for pose in around(case.views, begin, _ELEVATIONS_DEG, _AWAY):
+    for pose in around(case.views, begin, ELEVATIONS_DEG, AWAY):
         mask = spoilt_mask(design.mask(camera, pose), case, random)
         spoilt = spoilt_pose(pose, case, random)
         views.append(View(camera=camera, world_from_camera=spoilt, mask=mask))
@@ -57,7 +57,7 @@ def _judges(name: str, size_px: tuple[int, int]) -> tuple[View, ...]:
     design, camera = design_of(name), _camera(size_px)
     return tuple(
         View(camera=camera, world_from_camera=pose, mask=design.mask(camera, pose))
-        for pose in around(_JUDGES, _JUDGES_BEGIN, _JUDGES_ELEVATIONS_DEG, _AWAY)
+        for pose in around(JUDGES, _JUDGES_BEGIN, _JUDGES_ELEVATIONS_DEG, AWAY)
     )
 
 

@@ -1,5 +1,8 @@
 """Sentences about how modelling went; each number in them is computed from the trials."""
 
+from functools import partial
+from operator import le
+
 from servoid.study.modelling.figures import (
     Trials,
     filling,
@@ -9,7 +12,7 @@ from servoid.study.modelling.figures import (
     volume,
 )
 from servoid.study.modelling.plan import ELLIPSOIDS, VIEWS, Plan
-from servoid.study.sweeping import Factor, Value, written
+from servoid.study.sweeping import Factor, Value, beside, written
 
 _LOSS = 0.02  # of an IoU below the centre's: still close to it
 
@@ -57,7 +60,7 @@ def enough_words(plan: Plan, sweep: Trials) -> list[str]:
         center = dict(pairs).get(plan.series[0].center(factor))
         if center is None:
             continue
-        close = [value for value, iou in pairs if iou >= center - _LOSS]
+        close = beside(pairs, plan.series[0].center(factor), partial(le, center - _LOSS))
         few = factor.key in (VIEWS, ELLIPSOIDS)
         said.append(
             _named(factor, close[0]) if few else f"{factor.title} up to {_shown(factor, close[-1])}"

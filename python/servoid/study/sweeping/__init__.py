@@ -3,10 +3,10 @@
 from servoid.study.sweeping.checks import check_names, check_varied
 from servoid.study.sweeping.factor import Factor, Value, cases_around, varied
 from servoid.study.sweeping.panels import Curve, Panel, Scale, draw_panels, panels_csv, written
-from servoid.study.sweeping.reach import at, highest, holding, known, lowest
+from servoid.study.sweeping.reach import at, beside, highest, holding, known, lowest
 from servoid.study.sweeping.series import Series, Sweep
 from servoid.study.sweeping.spread import Spread, confidence, spread_of
-from servoid.study.sweeping.words import band_words, failure_words, named
+from servoid.study.sweeping.words import band_words, failure_words, named, percent_sure
 
 __all__ = [
     "Curve",
@@ -19,6 +19,7 @@ __all__ = [
     "Value",
     "at",
     "band_words",
+    "beside",
     "cases_around",
     "check_names",
     "check_varied",
@@ -31,6 +32,7 @@ __all__ = [
     "lowest",
     "named",
     "panels_csv",
+    "percent_sure",
     "spread_of",
     "varied",
     "written",

@@ -1,6 +1,6 @@
 """What a curve says in words: where it is worst, and how far from the centre it holds."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from servoid.study.sweeping.factor import Value
 from servoid.study.sweeping.panels import Curve
@@ -34,7 +34,11 @@ def holding(curve: Curve, center: Value, holds: Callable[[float], bool]) -> list
 
     Of values that are no numbers, all at which it holds.
     """
-    pairs = known(curve)
+    return beside(known(curve), center, holds)
+
+
+def beside(pairs: Sequence[Known], center: Value, holds: Callable[[float], bool]) -> list[Value]:
+    """Return the values next to the centre up to which a figure holds, as `holding` does."""
     if not all(isinstance(value, float | int) for value, _ in pairs):
         return [value for value, figure in pairs if holds(figure)]
     places = [place for place, (value, _) in enumerate(pairs) if value == center]

@@ -13,8 +13,13 @@ def band_words(seeds: int) -> str:
     """Say what lines and bands of a picture are."""
     return (
         f"Lines are the median over {seeds} seeds, bands reach from the lowest to the highest: "
-        f"with {100.0 * confidence(seeds):.1f} % confidence the median over all seeds lies within."
+        f"with {percent_sure(seeds, 1)} % confidence the median over all seeds lies within."
     )
+
+
+def percent_sure(seeds: int, digits: int) -> str:
+    """Write the confidence in a band of so many seeds in percent; no number makes it 100."""
+    return f"{min(100.0 * confidence(seeds), 100.0 - 0.1**digits):.{digits}f}"
 
 
 def failure_words(failed: Sequence[Done]) -> tuple[str, ...]:
@@ -22,7 +27,8 @@ def failure_words(failed: Sequence[Done]) -> tuple[str, ...]:
     if not failed:
         return ()
     reasons = list(dict.fromkeys(done.failure for done in failed))
-    return (f"{len(failed)} trials failed and are left out; why: {'; '.join(reasons[:_REASONS])}",)
+    count = "1 trial failed and is" if len(failed) == 1 else f"{len(failed)} trials failed and are"
+    return (f"{count} left out; why: {'; '.join(reasons[:_REASONS])}",)
 
 
 def named(factor: Factor) -> str:

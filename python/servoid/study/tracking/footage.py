@@ -12,7 +12,7 @@ from servoid.pose import Pose, looking
 from servoid.sim.world.motions import STILL, Floats, compose, pose_of, row_of, unit_row
 from servoid.sim.world.objects import make_object
 from servoid.sim.world.room import make_room
-from servoid.sim.world.settings import CameraSettings, LightSettings
+from servoid.sim.world.settings import BEFORE_HAND, CameraSettings, LightSettings
 from servoid.sim.world.shutter import make_lens
 from servoid.sim.world.stages import Image, Raycaster, Shot
 from servoid.sim.world.things import BOARD, OBJECT, Box, Finish, Thing
@@ -21,7 +21,7 @@ from servoid.study.tracking.way import rest_from_objects
 
 RATE_HZ = 30.0
 _EYES = (-0.89, 0.0, 0.5)  # the middle between them; where the paper's hand starts
-_AWAY = 0.545  # metres before them, where the object's path has its middle
+AWAY = BEFORE_HAND[2]  # metres before them, where the object's path has its middle
 _BOARD = Box((0.3, 0.3, 0.002))
 _CARD = Finish(color=(0.45, 0.36, 0.27))
 _CLEAR = 0.01  # metres between the board and what it hides
@@ -177,9 +177,9 @@ def _room(seed: int) -> tuple[tuple[Thing, ...], Raycaster]:
 
 
 def _head() -> Pose:
-    return looking(_EYES, (_EYES[0] - _AWAY, *_EYES[1:]))
+    return looking(_EYES, (_EYES[0] - AWAY, *_EYES[1:]))
 
 
 def _rest() -> Pose:
     """Return the frame in the world in whose origin the object's path has its middle."""
-    return _head() @ pose_of((*STILL[:4], 0.0, 0.0, _AWAY))
+    return _head() @ pose_of((*STILL[:4], 0.0, 0.0, AWAY))

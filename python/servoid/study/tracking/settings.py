@@ -37,7 +37,7 @@ class CenterSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
         """Check that there is such an object.
 
         Raises:
-            ValueError: there is none.
+            StudyError: there is none.
 
         """
         check_names([self.object], OBJECTS)
@@ -74,7 +74,7 @@ class SweepSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
         """Check that something is varied, and that there are such objects.
 
         Raises:
-            ValueError: nothing is, or there is no such object.
+            StudyError: nothing is, or there is no such object.
 
         """
         check_varied(self)

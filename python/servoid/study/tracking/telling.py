@@ -14,10 +14,11 @@ from servoid.study.tracking.figures import (
     error_panels,
     success_panels,
 )
+from servoid.study.tracking.footage import AWAY
 from servoid.study.tracking.plan import Plan, layout
 from servoid.study.tracking.settings import TrackStudySettings
 from servoid.study.tracking.tables import every_figure, limits
-from servoid.study.tracking.trial import TRACKING
+from servoid.study.tracking.trial import TRACKING, VIEWS
 from servoid.study.tracking.words import (
     center_words,
     cost_words,
@@ -97,10 +98,10 @@ def _done(settings: TrackStudySettings, sweep: Trials) -> Section:
         "How it was done",
         (
             f"{sweep.count} trials of {settings.images} images of {width} x {height} pixels from "
-            "each of two eyes, which stand still 0.545 m before the middle of the object's path, a "
-            "smooth random curve in six degrees of freedom. The same seed gives the same path, "
-            "room, noise and search.",
-            "The body was modelled beforehand from ten exact outlines around the object; both "
+            f"each of two eyes, which stand still {AWAY:g} m before the middle of the "
+            "object's path, a smooth random curve in six degrees of freedom. The same seed gives "
+            "the same path, room, noise and search.",
+            f"The body was modelled beforehand from {VIEWS} exact outlines around the object; both "
             "trackers begin at the true pose. The paper's 1-step GA is told the true orientation "
             "in each image, as in the paper's experiments, and seeks x, y and z; its score is that "
             "of the paper's points.",

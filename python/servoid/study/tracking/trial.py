@@ -17,7 +17,7 @@ from servoid.study.tracking.footage import shoot
 from servoid.study.truth import spun_like
 from servoid.track import Estimate
 
-_VIEWS, _ELEVATIONS_DEG = 10, (12.0, 40.0, -15.0)
+VIEWS, _ELEVATIONS_DEG = 10, (12.0, 40.0, -15.0)
 _AWAY = 0.5
 _CAMERA = Camera(size_px=(320, 240), focal_px=(343.0, 343.0), center_px=(159.5, 119.5))
 _POINTS = 400  # of an object's surface
@@ -92,7 +92,7 @@ def known_of(name: str, ellipsoids: int) -> Known:
     design = design_of(name)
     views = [
         View(camera=_CAMERA, world_from_camera=pose, mask=design.mask(_CAMERA, pose))
-        for pose in around(_VIEWS, 0.3, _ELEVATIONS_DEG, _AWAY, step=2.0 * np.pi / _VIEWS)
+        for pose in around(VIEWS, 0.3, _ELEVATIONS_DEG, _AWAY, step=2.0 * np.pi / VIEWS)
     ]
     settings = ModelSettings(max_ellipsoids=ellipsoids, delta=0.0, quick=True, threads=1)
     body = fit_body(Given(views=views), settings)[-1].body

@@ -170,6 +170,13 @@ def test_a_camera_that_cannot_be_opened_is_named(tmp_path: Path) -> None:
         Live([])
 
 
+def test_a_password_is_not_shown() -> None:
+    with pytest.raises(CaptureError) as refused:
+        Live(rig("file://user:secret@host/none"))
+    assert "secret" not in str(refused.value)
+    assert "@host/none" in str(refused.value)
+
+
 def test_cameras_are_closed_however_the_block_ends() -> None:
     class Endless(FakeVideo):
         def grab(self) -> bool:

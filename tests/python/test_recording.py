@@ -181,6 +181,23 @@ def test_an_arm_remembers_where_its_joints_were_between_its_states() -> None:
     assert arm.positions_at(0.0)[1] > states[3].positions[1]  # what is older is forgotten
 
 
+def test_an_arm_whose_clock_begins_anew_is_remembered_from_then_on() -> None:
+    class Restarted(SerialArm):
+        early_s = 0.0
+
+        def state(self) -> JointState:
+            state = super().state()
+            return JointState(state.time_s - self.early_s, state.positions, state.velocities)
+
+    inner = Restarted(read_arm())
+    arm = RememberingArm(inner)
+    for tick in range(40):
+        inner.early_s = 0.0 if tick < 20 else 0.1
+        state = arm.state()
+        arm.command(np.full(len(arm.joints.names), 0.2))
+    assert arm.positions_at(np.inf) == pytest.approx(state.positions)
+
+
 def test_an_arm_that_does_not_know_where_it_is_cannot_be_remembered() -> None:
     class Lost(SerialArm):
         def state(self) -> JointState:

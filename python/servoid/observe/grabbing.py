@@ -1,5 +1,6 @@
 """Fetches the images of one live camera in a thread of its own."""
 
+import re
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -13,6 +14,7 @@ _RETRY_S = 0.02
 _TRIES = 50  # in a row, after which a camera is opened anew: it may have been plugged in again
 _CLOSING_S = 2.0  # in which a driver must return from its last image
 _ADDRESS = "://"
+_PASSWORD = re.compile(r"//[^/@]*@")  # of an address, which no message shall show
 _PIPELINE = " ! "  # joins the parts of a GStreamer pipeline
 
 
@@ -151,8 +153,9 @@ def opened(name: str, device: int | str | Video, size_px: tuple[int, int]) -> Vi
     pipeline = isinstance(device, str) and _PIPELINE in device
     video = cv2.VideoCapture(device, cv2.CAP_GSTREAMER if pipeline else cv2.CAP_ANY)
     if not video.isOpened():
+        shown = _PASSWORD.sub("//***@", str(device))
         raise CaptureError(
-            f"camera {name}: OpenCV cannot open {device!r}; check that it is there and that no "
+            f"camera {name}: OpenCV cannot open '{shown}'; check that it is there and that no "
             "other program uses it; for a pipeline OpenCV must be built with GStreamer; or give "
             "an object with grab, retrieve and release as the device"
         )

@@ -46,6 +46,8 @@ def servo(
         estimate = None if instant is None else _track(tracker, instant)
         tracked = time.perf_counter()
         if instant is not None:
+            state = arm.state()  # tracking took its time, in which a real arm went on
+        if instant is not None:
             controller.see(instant, estimate)
         command = controller.command(state, goal(state.time_s))
         done = time.perf_counter()

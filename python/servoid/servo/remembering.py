@@ -49,6 +49,8 @@ class RememberingArm:
         """Return what the joints do now, and remember it."""
         state = self._arm.state()
         finite = np.isfinite([state.time_s, *state.positions]).all()
+        if finite and self._states and state.time_s < self._states[-1].time_s:
+            self._states.clear()  # the arm's clock began anew
         if finite and (not self._states or state.time_s > self._states[-1].time_s):
             self._states.append(state)
             while state.time_s - self._states[0].time_s > self._seconds:

@@ -72,7 +72,15 @@ def dawdle(case: Case) -> Row:
     return draw(Case(case.seed, case.inner))
 
 
+def linger(case: Case) -> Row:
+    """Say in a folder that it was begun, and then take far longer than anybody waits."""
+    (Path(case.folder or "") / str(case.seed)).touch()
+    time.sleep(600.0)
+    return draw(Case(case.seed))
+
+
 DRAW = Experiment("draw", draw, Case, Row)
 STUMBLE = Experiment("stumble", stumble, Case, Row)
 NO_NUMBER = Experiment("no_number", no_number, Case, Row)
 DAWDLE = Experiment("dawdle", dawdle, Case, Row)
+LINGER = Experiment("linger", linger, Case, Row)

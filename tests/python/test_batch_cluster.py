@@ -43,19 +43,26 @@ def started(*arguments: str) -> Iterator[subprocess.Popen[bytes]]:
 
 @pytest.fixture
 def address() -> Iterator[str]:
+    """Start a scheduler."""
+    with scheduler() as (address, _):
+        yield address
+
+
+@contextmanager
+def scheduler() -> Iterator[tuple[str, subprocess.Popen[bytes]]]:
     """Start a scheduler and wait for its port."""
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         port = probe.getsockname()[1]
     options = ("--host", "127.0.0.1", "--port", str(port), "--no-dashboard")
-    with started("distributed.cli.dask_scheduler", *options):
+    with started("distributed.cli.dask_scheduler", *options) as process:
         for _ in range(200):
             try:
                 socket.create_connection(("127.0.0.1", port), 0.2).close()
                 break
             except OSError:
                 time.sleep(0.1)
-        yield f"tcp://127.0.0.1:{port}"
+        yield f"tcp://127.0.0.1:{port}", process
 
 
 @contextmanager
@@ -87,6 +94,21 @@ def test_a_batch_goes_through_although_one_of_two_workers_is_killed_midway(
     near = run_batch([Work(DRAW, seeds)], tmp_path / "near")["draw"]
     assert [trial.row for trial in done["dawdle"]] == [trial.row for trial in near]
     assert [trial.failure for trial in done["dawdle"]] == [trial.failure for trial in near]
+
+
+def test_a_scheduler_that_is_lost_midway_is_told_and_what_was_done_is_kept(tmp_path: Path) -> None:
+    cases = [Case(seed) for seed in range(4, 12)]
+    with scheduler() as (address, process), workers(address, 1):
+
+        def kill(headway: Headway) -> None:
+            if headway.done == 2:
+                process.kill()
+
+        with pytest.raises(StudyError, match=r"was lost .* what is done is kept"):
+            run_batch([Work(DAWDLE, cases)], tmp_path, workers_for(None, address), kill)
+    heard: list[Headway] = []
+    run_batch([Work(DAWDLE, cases)], tmp_path, watch=heard.append)
+    assert heard[0].recalled >= 2
 
 
 def test_a_scheduler_that_does_not_answer_is_told(

@@ -25,6 +25,7 @@ from servoid.study.paper.eye_pair import (
     true_body,
 )
 from servoid.study.paper.fitness_map import FITNESS_MAP
+from servoid.study.paper.left_out import map_variants
 from servoid.study.paper.map_case import Fitness, MapRow
 from servoid.study.paper.map_section import QUICK_MAP, MapSettings, map_section, map_work
 from servoid.study.paper.ridges import peak_of, width_at_share
@@ -192,7 +193,9 @@ def test_the_maps_hold_the_whole_box_and_peak_at_the_true_place(done: list[Done]
         if one.fitness is Fitness.SURFACE:
             continue  # an object of one hue has no pattern to tell where it is
         spacing = 2.0 * case.trial.half / (count - 1)
-        assert np.abs(one.map_peak).max() <= spacing
+        # On one hue the surface alone knows hardly a point, and no place of a wide grid is near it.
+        if one.fitness is not Fitness.SURFACE:
+            assert np.abs(one.map_peak).max() <= spacing
     assert not done[1].case.whole
     assert ridges.fitnesses[0].xy == []
 
@@ -214,6 +217,22 @@ def test_the_section_tells_findings_and_draws_its_pictures(
     assert any("1 trials of this part failed" in words for words in half.words)
     none = map_section(QUICK_MAP, [Done(one.case, None, "it broke") for one in done], tmp_path)
     assert "failed" in none.words[0]
+
+
+def test_without_a_map_nothing_is_said_to_agree_on_its_peak(
+    done: list[Done], tmp_path: Path
+) -> None:
+    ridges = [Done(done[0].case, None, "it broke"), done[1]]
+    position = map_section(QUICK_MAP, ridges, tmp_path).findings[0]
+    assert position.verdict is Verdict.DIFFERS
+    assert position.ours == "No map was made."
+
+
+def test_a_change_that_changes_nothing_is_no_trial() -> None:
+    pair = msgspec.structs.replace(QUICK_MAP.trial.pair, background="plain", noise=0.0)
+    trial = msgspec.structs.replace(QUICK_MAP.trial, pair=pair)
+    assert trial not in [changed for _, changed in map_variants(trial)]
+    assert len(map_variants(trial)) == len(map_variants(QUICK_MAP.trial)) - 2
 
 
 def test_the_settings_are_printed_with_what_they_mean() -> None:

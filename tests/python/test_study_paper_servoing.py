@@ -203,6 +203,41 @@ def test_what_is_told_follows_from_the_rows(tmp_path: Path) -> None:
             assert len(picture.file.with_suffix(".csv").read_text().splitlines()) > 3
 
 
+def wider(case: ServoingCase) -> ServoingRow:
+    """Return a run whose hand swings too wide once its target's velocity is fed forward."""
+    row = row_of(case)
+    gain = 1.5 if case.name == FORWARD else row.followed.hand_gain
+    followed_so = msgspec.structs.replace(row.followed, hand_gain=gain)
+    return msgspec.structs.replace(row, followed=followed_so)
+
+
+def test_a_hand_that_swings_too_wide_is_not_said_to_follow_better(tmp_path: Path) -> None:
+    settings = ServoingSettings()
+    results = {
+        SERVOING.name: [Done(case, wider(case)) for case in servoing_work(settings)[0].cases]
+    }
+    _, cures, future = servoing_sections(settings, results, tmp_path)
+    assert cures.findings[1].verdict is Verdict.PARTLY
+    assert "to 1.500 ± 0.000 of the object's" in cures.findings[1].ours
+    # Both methods lag alike in these rows.
+    assert future.findings[0].verdict is Verdict.PARTLY
+
+
+def test_a_single_period_does_not_tell_what_grows_with_time(tmp_path: Path) -> None:
+    settings, results = ServoingSettings(), {}
+    for work in servoing_work(settings)[:1]:
+        rows = [row_of(case) for case in work.cases]
+        short = [
+            msgspec.structs.replace(
+                row, followed=msgspec.structs.replace(row.followed, z_spread_by_period=[0.004])
+            )
+            for row in rows
+        ]
+        results[work.experiment.name] = list(map(Done, work.cases, short))
+    paper = servoing_sections(settings, results, tmp_path)[0]
+    assert "a single period does not tell" in paper.findings[2].ours
+
+
 def test_runs_that_failed_are_left_out_and_said(tmp_path: Path) -> None:
     paper = told(ServoingSettings(), tmp_path, failing=OTHER)[0]
     assert any("runs failed and are left out: no image came" in words for words in paper.words)

@@ -4,12 +4,11 @@ from collections.abc import Mapping
 
 import typer
 
+from servoid.cli.headway import watched_batch
 from servoid.cli.modelling import Order
-from servoid.cli.progress import progress_bar
-from servoid.cli.studying import words_of
 from servoid.cli.values import Method
 from servoid.errors import ModelError
-from servoid.study.batch import Done, Headway, workers_for
+from servoid.study.batch import Done, workers_for
 from servoid.study.captures import CaptureCase, model_folder
 
 FAILED = 1
@@ -19,11 +18,7 @@ def run_each(order: Order, workers: int | None, cluster: str | None) -> None:
     """Model all captures of a folder, and print a line for each."""
     _check(order)
     place = workers_for(workers, cluster)
-    with progress_bar(f"modelling, {place.words}") as update:
-
-        def show(headway: Headway) -> None:
-            update(headway.done / headway.total, words_of(headway))
-
+    with watched_batch(f"modelling, {place.words}") as show:
         folder = model_folder(order.source, order.out, _case(order), workers=place, watch=show)
     _print_table(folder.trials)
     for name in folder.passed_over:

@@ -9,19 +9,16 @@ from typing import Any
 import msgspec
 import typer
 
-from servoid.cli.progress import progress_bar
+from servoid.cli.headway import watched_batch
 from servoid.errors import MissingExtraError, StudyError
 from servoid.output import check_folder, make_folder
 from servoid.servo import settings_toml
-from servoid.study.batch import Headway, workers_for
+from servoid.study.batch import workers_for
 from servoid.study.design import Study
 from servoid.study.running import StudyReport, read_study_settings, run_study, study_named
 
-INTERRUPTED = 130
-
 _EXTRAS = {"matplotlib": "view", "pyarrow": "study", "mujoco": "sim", "daqp": "servo"}
 _WIDTH = 80
-_MINUTE = 60.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -71,34 +68,9 @@ def run_order(order: Order) -> None:
     check_folder(order.out)
     make_folder(order.out)
     folder = order.out / study.name
-    last: list[Headway] = []
-    try:
-        with progress_bar(f"study {study.name}, {workers.words}") as update:
-
-            def show(headway: Headway) -> None:
-                last[:] = [headway]
-                update(headway.done / max(1, headway.total), words_of(headway))
-
-            report = run_study(study, settings, folder, workers=workers, watch=show)
-    except KeyboardInterrupt as interrupt:
-        done = f"{last[0].done} of {last[0].total} trials" if last else "no trials"
-        typer.echo(
-            f"interrupted: {done} are done and kept; the same command goes on from there", err=True
-        )
-        raise typer.Exit(INTERRUPTED) from interrupt
+    with watched_batch(f"study {study.name}, {workers.words}") as show:
+        report = run_study(study, settings, folder, workers=workers, watch=show)
     _print_report(study, report, folder)
-
-
-def words_of(headway: Headway) -> str:
-    """Say how far a batch is."""
-    words = f"{headway.done} of {headway.total} trials"
-    if headway.failed:
-        words += f", {headway.failed} failed"
-    left = headway.seconds_left
-    if left is None or headway.done == headway.total:
-        return words
-    about = f"{left / _MINUTE:.0f} min" if left >= 1.5 * _MINUTE else f"{left:.0f} s"
-    return f"{words}, about {about} left"
 
 
 def _check_extras() -> None:

@@ -11,7 +11,7 @@ from servoid.study.batch.attempt import attempt, failed
 from servoid.study.batch.workers import Entries, Task
 
 if TYPE_CHECKING:
-    from distributed import Client
+    from distributed import Client, Future
 
 _CONNECT_S = 10.0
 _WORKERS_S = 60.0
@@ -37,7 +37,8 @@ class Cluster:
 
         Raises:
             MissingExtraError: Dask is not installed.
-            StudyError: the scheduler does not answer, has no workers, or they have another servoid.
+            StudyError: the scheduler does not answer, has no workers, or they have another servoid;
+                or it was lost midway.
 
         """
         if find_spec("distributed") is None:
@@ -51,13 +52,29 @@ class Cluster:
                 for task in tasks
             }
             for future in as_completed(places, loop=client.loop):
-                task = places[future]
-                error = future.exception()
-                if error is None:
-                    yield task.place, future.result()
-                else:
-                    yield task.place, failed(task.case, f"the cluster gave it up: {error}")
+                yield places[future].place, _entry(future, places[future], self.address)
                 future.release()
+
+
+def _entry(future: "Future[bytes]", task: Task, address: str) -> bytes:
+    """Return what came of a task that has ended.
+
+    Raises:
+        StudyError: nobody knows, as the scheduler was lost.
+
+    """
+    from distributed import CancelledError
+
+    try:
+        error = future.exception()
+        if error is None:
+            return future.result()
+    except (CancelledError, OSError) as lost:
+        raise StudyError(
+            f"the Dask scheduler at {address} was lost ({_line(lost)}); what is done is kept: "
+            "start the scheduler again, and the same command goes on from there"
+        ) from lost
+    return failed(task.case, f"the cluster gave it up: {error}")
 
 
 def _connected(address: str) -> "Client":

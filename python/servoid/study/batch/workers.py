@@ -1,9 +1,8 @@
 """Where trials run: in this process, in processes of this machine, or on a cluster."""
 
-import multiprocessing
 import os
 from collections.abc import Generator, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures import FIRST_COMPLETED, Future, wait
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
 from typing import Any, Protocol
@@ -11,6 +10,7 @@ from typing import Any, Protocol
 from servoid.errors import StudyError
 from servoid.study.batch.attempt import attempt, failed
 from servoid.study.batch.experiment import Experiment
+from servoid.study.batch.pool import process_pool
 
 _ATTEMPTS = 3  # deaths of its process after which a trial is the one to blame
 _AHEAD = 2  # trials a process has waiting, so that it never idles
@@ -99,28 +99,25 @@ class Processes:
 
     def _round(self, tasks: Sequence[Task], number: int) -> Iterator[tuple[int, bytes | None]]:
         """Run tasks until all are done or a process dies; None is said of those it may have hit."""
-        context = multiprocessing.get_context("spawn")
         waiting = list(reversed(tasks))
         running: dict[Future[bytes], int] = {}
-        pool = ProcessPoolExecutor(number, context, initializer=_take_one_core)
         try:
-            while waiting or running:
-                while waiting and len(running) < _AHEAD * number:
-                    task = waiting.pop()
-                    running[pool.submit(attempt, task.experiment, task.case)] = task.place
-                ended, _ = wait(running, return_when=FIRST_COMPLETED)
-                broken = any(isinstance(one.exception(), BrokenProcessPool) for one in ended)
-                for future in sorted(running if broken else ended, key=lambda one: running[one]):
-                    place = running.pop(future)
-                    lost = broken and (not future.done() or future.exception() is not None)
-                    yield place, None if lost else future.result()
-                if broken:
-                    return
+            with process_pool(number) as submit:
+                while waiting or running:
+                    while waiting and len(running) < _AHEAD * number:
+                        task = waiting.pop()
+                        running[submit(attempt, task.experiment, task.case)] = task.place
+                    ended, _ = wait(running, return_when=FIRST_COMPLETED)
+                    broken = any(isinstance(one.exception(), BrokenProcessPool) for one in ended)
+                    for future in sorted(running if broken else ended, key=lambda x: running[x]):
+                        place = running.pop(future)
+                        lost = broken and (not future.done() or future.exception() is not None)
+                        yield place, None if lost else future.result()
+                    if broken:
+                        return
         except BrokenProcessPool:
             for place in running.values():
                 yield place, None
-        finally:
-            pool.shutdown(wait=True, cancel_futures=True)
 
 
 def available_cores() -> int:
@@ -146,12 +143,3 @@ def workers_for(processes: int | None, cluster: str | None) -> Workers:
 
         return Cluster(cluster)
     return InProcess() if processes == 1 else Processes(processes)
-
-
-def _take_one_core() -> None:
-    """Keep a trial's process to one core: there are as many processes as cores."""
-    # Read when the first threads start, which is after this.
-    os.environ["RAYON_NUM_THREADS"] = "1"
-    import cv2
-
-    cv2.setNumThreads(1)

@@ -21,7 +21,7 @@ def map_variants(trial: MapTrial) -> list[tuple[str, MapTrial]]:
     width, height = pair.size_px
     fine = replace(pair, size_px=(2 * width, 2 * height))
     coarse = replace(pair, size_px=(width // 2, height // 2))
-    return [
+    variants = [
         ("α a third", replace(trial, alpha=trial.alpha / 3.0)),
         ("α three times", replace(trial, alpha=3.0 * trial.alpha)),
         ("a fifth of the points", replace(trial, points=max(1, trial.points // 5))),
@@ -30,15 +30,17 @@ def map_variants(trial: MapTrial) -> list[tuple[str, MapTrial]]:
         ("four times the noise", replace(trial, pair=replace(pair, noise=4.0 * pair.noise))),
         ("a plain background", replace(trial, pair=replace(pair, background="plain"))),
     ]
+    return [(words, changed) for words, changed in variants if changed != trial]
 
 
 def two_variants(trial: TwoTrial) -> list[tuple[str, TwoTrial]]:
     """Return the trial with one number of the paper's procedure changed at a time."""
-    return [
+    variants = [
         ("α a third", replace(trial, alpha=trial.alpha / 3.0)),
         ("α three times", replace(trial, alpha=3.0 * trial.alpha)),
         ("a third of the generations", replace(trial, generations=max(1, trial.generations // 3))),
     ]
+    return [(words, changed) for words, changed in variants if changed != trial]
 
 
 def map_table(trial: MapTrial, done: Sequence[Done]) -> Table:

@@ -147,14 +147,17 @@ def _position(kinds: Sequence[Kind]) -> Finding:
         ]
         for fitness in (Fitness.POINTS, Fitness.FULL)
     }
-    points, full = (max(values, default=0.0) for values in off.values())
+    before = "The fitness is highest at the true position of the object."
+    if not all(off.values()):
+        return Finding(before, "No map was made.", Verdict.DIFFERS, "Its trials failed.")
+    points, full = (max(values) for values in off.values())
     count = len(off[Fitness.POINTS])
     agrees = points < 1e-6
     return Finding(
-        before="The fitness is highest at the true position of the object.",
-        ours=f"In {count} maps the highest place lies at most {_MM * points:.0f} mm off the true "
-        f"one along an axis with the paper's points, and at most {_MM * full:.0f} mm with region "
-        "and surface.",
+        before=before,
+        ours=f"In {count} map{'' if count == 1 else 's'} the highest place lies at most "
+        f"{_MM * points:.0f} mm off the true one along an axis with the paper's points, "
+        f"and at most {_MM * full:.0f} mm with region and surface.",
         verdict=Verdict.AGREES if agrees else Verdict.PARTLY,
         why="The true pose is one of the places, and what is drawn is what the model expects."
         if agrees

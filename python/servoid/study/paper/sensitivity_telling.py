@@ -14,6 +14,7 @@ from servoid.study.paper.servoing_settings import Constants, constants
 from servoid.study.paper.servoing_swing import Interval, interval
 from servoid.study.paper.servoing_trial import ServoingRow
 
+_MOSTLY = 0.9  # share of the runs in which a finding holds for the most part
 _UNITS = ("s", "hz", "px", "deg")
 
 Take = Callable[[ServoingRow], float]
@@ -139,6 +140,8 @@ def _every_row(
 
 
 def _findings(found: dict[str, list[Changed]], rows: Sequence[ServoingRow]) -> tuple[Finding, ...]:
+    if not rows:
+        return ()
     lag, spread = (_named(found[name]) for name in (LAG, SPREAD))
     late = sum(row.followed.hand_lag_deg > 0.0 for row in rows)
     unsteady = sum(row.followed.seen_spread[2] > row.followed.seen_spread[0] for row in rows)
@@ -149,10 +152,17 @@ def _findings(found: dict[str, list[Changed]], rows: Sequence[ServoingRow]) -> t
             "constants do is not more than what the seed does.",
             verdict=Verdict.PARTLY,
             why=f"The hand lags in {late} of {len(rows)} runs with another value, and z is less "
-            f"steady than x in {unsteady}: the findings do not hang on what is assumed, but the "
-            "paper's curves cannot be redrawn without it.",
+            f"steady than x in {unsteady}: the findings {_hang(min(late, unsteady), len(rows))} on "
+            "what is assumed, and the paper's curves cannot be redrawn without it.",
         ),
     )
+
+
+def _hang(least: int, count: int) -> str:
+    """Say how far findings that were met so many times hang on something."""
+    if least == count:
+        return "do not hang"
+    return "hardly hang" if least >= _MOSTLY * count else "hang"
 
 
 def _named(changed: Sequence[Changed]) -> str:

@@ -111,7 +111,7 @@ def _findings(
                 ours="With the body of two ellipsoids given, the paper's method follows with "
                 f"{lags[0].written(1)} degrees of lag and {spreads[0].written(1)} mm of spread in "
                 f"z, servoid's with {lags[1].written(2)} degrees and {spreads[1].written(2)} mm.",
-                verdict=Verdict.BEYOND,
+                verdict=Verdict.BEYOND if _better(lags, spreads) else Verdict.PARTLY,
                 why="Both fitness terms take any number of ellipsoids.",
             )
         )
@@ -134,6 +134,12 @@ def _findings(
             )
         )
     return tuple(findings)
+
+
+def _better(lags: Sequence[Interval], spreads: Sequence[Interval]) -> bool:
+    """Return whether servoid's method, the second of each pair, is late less and sees z better."""
+    late, spread = abs(lags[1].mean), spreads[1].mean
+    return late <= _SMALL_LAG_DEG and late < abs(lags[0].mean) and spread < spreads[0].mean
 
 
 def _table(found: Sequence[tuple[str, _Rows]]) -> Table:

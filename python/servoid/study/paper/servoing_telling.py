@@ -143,7 +143,10 @@ def _recognises(slow: _Motion) -> Finding:
         f"degrees; no coordinate was ever more than {1e3 * worst:.0f} mm off.",
         verdict=Verdict.AGREES if works else Verdict.DIFFERS,
         why="From one image to the next the object moves by much less than the population is "
-        "wide, so one generation finds it again.",
+        "wide, so one generation finds it again."
+        if works
+        else "One generation an image does not keep up: gains, noise or search are not the "
+        "laboratory's.",
     )
 
 
@@ -159,15 +162,23 @@ def _unsteady(slow: _Motion, fast: _Motion) -> Finding:
         before=f"At {fast.period} recognition becomes unstable in z as time passes.",
         ours=f"The recognised z spreads by {spreads[1].written(1)} mm at {fast.period} (x by "
         f"{across.written(1)} mm) and by {spreads[0].written(1)} mm at {slow.period}; it was "
-        f"{worst:.0f} mm off at worst. In the last period it spreads {growth.written(2)} times as "
-        f"much as in the first: it {'grows' if grows else 'does not grow'} with time.",
+        f"{worst:.0f} mm off at worst. {_over_time(fast, growth, grows)}",
         verdict=verdict,
         why="The fitness changes little along z, so that one generation an image, led by a few "
         "points, picks places far apart along it, the more so the faster the object moves away "
         "from the population. How far depends on the population and its reach, which are assumed. "
-        "What lets it grow with time in the laboratory the paper does not say; here each search is "
-        "centred on the last answer in the world, and nothing builds up.",
+        "What lets it grow with time in the laboratory the paper does not say"
+        + ("." if grows else "; here each search is centred on the last answer in the world."),
     )
+
+
+def _over_time(fast: _Motion, growth: Interval, grows: bool) -> str:
+    """Say whether z spreads more and more."""
+    if any(len(row.followed.z_spread_by_period) < 2 for row in fast.rows):
+        return "Whether that grows with time a single period does not tell."
+    clear = "it grows with time" if grows else "no growth with time is clear"
+    times = f"{growth.written(2)} times as much as in the first"
+    return f"In the last period it spreads {times}: {clear}."
 
 
 def _spoils(slow: _Motion, fast: _Motion) -> Finding:

@@ -1,0 +1,46 @@
+"""Shows how far a batch is, and what of it is kept when it is interrupted."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import typer
+
+from servoid.cli.progress import progress_bar
+from servoid.study.batch import Headway
+from servoid.study.batch.running import Watch
+
+INTERRUPTED = 130
+
+_MINUTE = 60.0
+
+
+@contextmanager
+def watched_batch(task: str) -> Iterator[Watch]:
+    """Show a bar while the block runs a batch with what it gets; Ctrl-C exits with a sentence."""
+    last: list[Headway] = []
+    try:
+        with progress_bar(task) as update:
+
+            def show(headway: Headway) -> None:
+                last[:] = [headway]
+                update(headway.done / max(1, headway.total), words_of(headway))
+
+            yield show
+    except KeyboardInterrupt as interrupt:
+        done = f"{last[0].done} of {last[0].total} trials" if last else "no trials"
+        typer.echo(
+            f"interrupted: {done} are done and kept; the same command goes on from there", err=True
+        )
+        raise typer.Exit(INTERRUPTED) from interrupt
+
+
+def words_of(headway: Headway) -> str:
+    """Say how far a batch is."""
+    words = f"{headway.done} of {headway.total} trials"
+    if headway.failed:
+        words += f", {headway.failed} failed"
+    left = headway.seconds_left
+    if left is None or headway.done == headway.total:
+        return words
+    about = f"{left / _MINUTE:.0f} min" if left >= 1.5 * _MINUTE else f"{left:.0f} s"
+    return f"{words}, about {about} left"

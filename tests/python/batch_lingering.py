@@ -1,0 +1,16 @@
+"""A program with a batch that takes longer than anybody waits; its argument is a folder."""
+
+import sys
+from pathlib import Path
+
+from batch_trials import LINGER, Case
+
+from servoid.study.batch import Processes, Work, run_batch
+
+if __name__ == "__main__":
+    folder = Path(sys.argv[1])
+    cases = [Case(seed, folder=str(folder)) for seed in range(6)]
+    try:
+        run_batch([Work(LINGER, cases)], folder / "out", Processes(2))
+    except KeyboardInterrupt:
+        sys.stdout.write("interrupted\n")

@@ -1,0 +1,24 @@
+import pytest
+import typer
+
+from servoid.cli.headway import INTERRUPTED, watched_batch, words_of
+from servoid.study.batch import Headway
+
+
+def test_an_interrupted_batch_exits_and_says_what_is_kept(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    with pytest.raises(typer.Exit) as stopped, watched_batch("a batch") as show:
+        show(Headway(done=3, failed=1, total=7, recalled=2, seconds_left=9.0))
+        raise KeyboardInterrupt
+    assert stopped.value.exit_code == INTERRUPTED
+    said = capsys.readouterr().err
+    assert said == (
+        "interrupted: 3 of 7 trials are done and kept; the same command goes on from there\n"
+    )
+
+
+def test_the_time_left_is_said_in_seconds_and_then_in_minutes() -> None:
+    assert words_of(Headway(2, 1, 9, 0, 40.0)) == "2 of 9 trials, 1 failed, about 40 s left"
+    assert words_of(Headway(2, 0, 9, 0, 600.0)) == "2 of 9 trials, about 10 min left"
+    assert words_of(Headway(9, 0, 9, 0, 0.0)) == "9 of 9 trials"

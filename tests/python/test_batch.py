@@ -122,6 +122,11 @@ def test_a_newer_version_of_an_experiment_takes_no_older_rows() -> None:
     assert len({DRAW.key(case) for case in (*cases(50), Case(0, Inner(2.0)))}) == 51
 
 
+def test_a_case_that_holds_no_finite_number_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(StudyError, match="numbers must be finite"):
+        run_batch([Work(DRAW, [Case(0, Inner(float("nan")))])], tmp_path)
+
+
 def test_equal_cases_are_one_trial(tmp_path: Path) -> None:
     marks = tmp_path / "marks"
     marks.mkdir()

@@ -8,6 +8,7 @@ from typing import Generic, TypeVar
 
 import msgspec
 
+from servoid._native import __version__
 from servoid.errors import StudyError
 
 _NAME = re.compile(r"[a-z][a-z0-9_.]*")
@@ -23,7 +24,8 @@ class Experiment(Generic[CaseT, RowT]):
     `run` is a function at the top of a module. Its case holds all that matters, the seed too, so
     that the same case gives the same row on any machine, in any order. Cases and rows are frozen
     msgspec structs of numbers, texts, truth values, and lists or structs of these. `version` goes
-    up when the same case no longer gives the same row: older results are not taken for new ones.
+    up when the same case no longer gives the same row: older results are not taken for new ones,
+    nor those of another version of servoid.
     """
 
     name: str
@@ -51,5 +53,6 @@ class Experiment(Generic[CaseT, RowT]):
 
     def key(self, case: CaseT) -> str:
         """Return a name for a case that no other case of any experiment has."""
-        content = msgspec.json.encode([self.name, self.version, msgspec.to_builtins(case)])
+        about = [__version__, self.name, self.version, msgspec.to_builtins(case)]
+        content = msgspec.json.encode(about)
         return hashlib.sha256(content).hexdigest()[:24]

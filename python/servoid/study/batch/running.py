@@ -116,7 +116,16 @@ def _missing(works: Sequence[Work], found: dict[_Where, Done | None]) -> dict[st
 
 def _task(works: Sequence[Work], index: int, where: _Where) -> Task:
     number, place = where
-    return Task(index, works[number].experiment, msgspec.json.encode(works[number].cases[place]))
+    experiment, case = works[number].experiment, works[number].cases[place]
+    content = msgspec.json.encode(case)
+    try:
+        msgspec.json.decode(content, type=experiment.case)
+    except msgspec.ValidationError as error:
+        raise StudyError(
+            f"a case of the experiment {experiment.name} does not hold what it should: {error}; "
+            "numbers must be finite"
+        ) from error
+    return Task(index, experiment, content)
 
 
 def _check_names(works: Sequence[Work]) -> None:

@@ -17,6 +17,7 @@ from servoid.study.paper.servoing_settings import Place
 from servoid.study.paper.servoing_swing import Interval
 from servoid.study.paper.servoing_trial import SERVOING, ServoingRow
 
+_SHARED = 0.25  # of x's variance that goes with z, from which on z spoils x
 _UNSTEADY = 1.2  # times as wide counts as wider
 _RECOGNISED_M = 0.03  # farther off, an object of this size counts as missed
 
@@ -185,7 +186,7 @@ def _spoils(slow: _Motion, fast: _Motion) -> Finding:
     shared = fast.mean(lambda row: row.x_by_z)
     seen = [one.mean(lambda row: 1e3 * row.seen_spread[0]) for one in (slow, fast)]
     hand = [one.mean(lambda row: 1e3 * row.hand_jitter[0]) for one in (slow, fast)]
-    linked = shared.half is not None and abs(shared.mean) > shared.half
+    linked = shared.mean**2 >= _SHARED
     spoilt = seen[1].mean > _UNSTEADY * seen[0].mean
     agrees = {2: Verdict.AGREES, 1: Verdict.PARTLY, 0: Verdict.DIFFERS}[linked + spoilt]
     return Finding(

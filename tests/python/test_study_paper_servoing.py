@@ -4,9 +4,11 @@ from pathlib import Path
 import msgspec
 import numpy as np
 import pytest
+import scipy.stats
 
 from servoid.study.design import Done
 from servoid.study.findings import Section, Verdict
+from servoid.study.paper.intervals import interval
 from servoid.study.paper.sensitivity import (
     BASE,
     SENSITIVITY,
@@ -28,7 +30,7 @@ from servoid.study.paper.servoing import (
 from servoid.study.paper.servoing_followed import Track, followed
 from servoid.study.paper.servoing_method import Judge, Method, body_of
 from servoid.study.paper.servoing_settings import Constants, Place, constants, with_constant
-from servoid.study.paper.servoing_swing import interval, response, swing, unswung
+from servoid.study.paper.servoing_swing import response, swing, unswung
 from servoid.study.paper.servoing_telling import servoing_sections
 from servoid.study.paper.servoing_trial import (
     SERVOING,
@@ -67,6 +69,10 @@ def test_an_interval_is_that_of_students_t() -> None:
     assert found.half is not None
     assert abs(found.half - 4.303 / math.sqrt(3.0)) < 1e-9
     assert interval([1.5]).half is None
+    for count in (2, 11, 12, 31):
+        values = np.arange(count, dtype=float).tolist()
+        expected = scipy.stats.t.ppf(0.975, count - 1) * scipy.stats.sem(values)
+        assert interval(values).half == pytest.approx(expected, rel=2e-3)
     assert interval([1.5]).written(1, " mm") == "1.5 mm"
     assert interval([1.0, 1.0]).written(2) == "1.00 ± 0.00"
 

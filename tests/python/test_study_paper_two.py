@@ -10,7 +10,7 @@ from servoid._native import Body, Pose
 from servoid.study.batch import Done
 from servoid.study.paper.body_errors import centroid, nearest_parts, volume_iou
 from servoid.study.paper.eye_pair import paper_hand, true_body
-from servoid.study.paper.intervals import interval_of, mean_interval
+from servoid.study.paper.intervals import interval, mean_interval
 from servoid.study.paper.two_case import OBJECT_NAME, Procedure, TwoRow
 from servoid.study.paper.two_section import (
     QUICK_TWO,
@@ -70,12 +70,12 @@ def test_parts_are_told_apart_and_the_centroid_moves_with_the_body() -> None:
 
 def test_an_interval_holds_its_mean_and_narrows_with_more_values() -> None:
     values = np.random.default_rng(0).normal(3.0, 1.0, 400).tolist()
-    few, many = interval_of(values[:20]), interval_of(values)
+    few, many = interval(values[:20]), interval(values)
     assert few.low < few.mean < few.high
     assert many.high - many.low < 0.5 * (few.high - few.low)
-    assert interval_of([2.0]).written() == "2.0"
+    assert interval([0.002]).mm() == "2.0"
     assert mean_interval([]) is None
-    assert interval_of(values) == many
+    assert interval(values) == many
 
 
 def test_looks_from_around_or_depth_give_the_volume_that_a_pair_leaves_open(

@@ -6,7 +6,7 @@ from msgspec.structs import replace
 
 from servoid.study.batch import Done
 from servoid.study.findings import Table
-from servoid.study.paper.intervals import interval_of
+from servoid.study.paper.intervals import interval
 from servoid.study.paper.map_case import Fitness, MapCase, MapRow, MapTrial
 from servoid.study.paper.map_tables import AT_SHARE, Kind
 from servoid.study.paper.two_case import Procedure, TwoCase, TwoRow, TwoTrial
@@ -80,14 +80,14 @@ def two_table(trial: TwoTrial, done: Sequence[Done]) -> Table:
             same = _paper_rows(done)
             found = [row for case, row in same if case.trial == trial and case.seed in seeds]
         if found:
-            off = (interval_of([abs(row.error[axis]) for row in found]) for axis in range(3))
+            off = (interval([abs(row.error[axis]) for row in found]) for axis in range(3))
             rows.append(
                 (
                     words,
                     str(len(found)),
-                    *(one.written(_MM) for one in off),
-                    interval_of([row.volume_iou for row in found]).written(1.0, 2),
-                    interval_of([row.silhouette_iou for row in found]).written(1.0, 2),
+                    *(one.mm() for one in off),
+                    interval([row.volume_iou for row in found]).written(2),
+                    interval([row.silhouette_iou for row in found]).written(2),
                 )
             )
     return Table(

@@ -123,7 +123,7 @@ def _words(settings: MapSettings) -> tuple[str, ...]:
         "The width of a ridge is how far along z the fitness stays above 90 % of its peak, with "
         "the best x and y at each depth; all these fitnesses are 0 where nothing of the object "
         "is seen, so that the share has the same meaning for each. Counted from the lowest value "
-        "in the box, the ridges are wider (table). Intervals are 95 %, by the bootstrap over "
+        "in the box, the ridges are wider (table). Intervals are 95 %, by Student's t over "
         "seeds.",
         "servoid does not answer with the best of these scores. It goes on from there to the place "
         "where the likelihood of surface points and outline is greatest (S47). The ridge of the "
@@ -176,8 +176,8 @@ def _ridge(kinds: Sequence[Kind]) -> Finding:
     return Finding(
         before="Along z the top of the fitness is wider than along x and y.",
         ours=f"With the paper's points and the {kind.title}, the fitness stays above 90 % of its "
-        f"peak for {across.written(_MM)} mm along x, {along.written(_MM)} mm along z, and "
-        f"{ridge.written(_MM)} mm along the ridge itself.",
+        f"peak for {across.mm()} mm along x, {along.mm()} mm along z, and "
+        f"{ridge.mm()} mm along the ridge itself.",
         verdict=Verdict.AGREES if ratio > 2.0 else Verdict.PARTLY,
         why=f"A millimetre along z moves the outlines {ratio:.1f} times less than one along x. How "
         "wide the paper's own ridge is in millimetres it does not say, nor α, on which it hangs.",

@@ -142,4 +142,4 @@ def seconds(kinds: Sequence[Kind]) -> Table:
 
 
 def _cell(interval: Interval | None, digits: int = 1) -> str:
-    return "" if interval is None else interval.written(_MM, digits)
+    return "" if interval is None else interval.mm(digits)

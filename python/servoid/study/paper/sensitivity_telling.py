@@ -7,11 +7,11 @@ from pathlib import Path
 
 from servoid.study.design import Done, Results
 from servoid.study.findings import Finding, Section, Table, Verdict
+from servoid.study.paper.intervals import Interval, interval
 from servoid.study.paper.sensitivity import BASE, SENSITIVITY, SensitivitySettings, changes
 from servoid.study.paper.sensitivity_plot import Effect, draw_tornado
 from servoid.study.paper.servoing_rows import constants_table, failures, period
 from servoid.study.paper.servoing_settings import Constants, constants
-from servoid.study.paper.servoing_swing import Interval, interval
 from servoid.study.paper.servoing_trial import ServoingRow
 
 _MOSTLY = 0.9  # share of the runs in which a finding holds for the most part

@@ -6,11 +6,11 @@ from pathlib import Path
 
 from servoid.study.design import Results
 from servoid.study.findings import Finding, Section, Table, Verdict
+from servoid.study.paper.intervals import Interval, interval
 from servoid.study.paper.servoing import SEVERAL, SEVERAL_BEST, SIX_BEST, ServoingSettings
 from servoid.study.paper.servoing_followed import Followed
 from servoid.study.paper.servoing_plots import Column, draw_courses
 from servoid.study.paper.servoing_rows import failures, over, period, response_table, rows_of
-from servoid.study.paper.servoing_swing import Interval, interval
 from servoid.study.paper.servoing_unknown import UNKNOWN, UnknownRow
 
 _SMALL_LAG_DEG = 3.0

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from servoid.output import write_together
 from servoid.study.findings import Picture
+from servoid.study.paper.intervals import Interval
 from servoid.study.paper.servoing_followed import Courses
-from servoid.study.paper.servoing_swing import Interval
 from servoid.view.axes import DISTINCT, dress, new_figure, png
 from servoid.view.page import INK, QUIET_INK
 

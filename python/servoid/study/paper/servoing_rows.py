@@ -5,9 +5,9 @@ from collections.abc import Callable, Sequence
 
 from servoid.study.design import Done, Results
 from servoid.study.findings import Table
+from servoid.study.paper.intervals import Interval, interval
 from servoid.study.paper.servoing_followed import Followed
 from servoid.study.paper.servoing_settings import Constants, constants
-from servoid.study.paper.servoing_swing import Interval, interval
 from servoid.study.paper.servoing_trial import SERVOING, ServoingRow
 
 _HEADINGS = (

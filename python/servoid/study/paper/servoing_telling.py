@@ -7,6 +7,7 @@ from pathlib import Path
 
 from servoid.study.design import Results
 from servoid.study.findings import Finding, Section, Verdict
+from servoid.study.paper.intervals import Interval
 from servoid.study.paper.servoing import FAST, OTHER, SLOW, ServoingSettings
 from servoid.study.paper.servoing_cures import cure_section
 from servoid.study.paper.servoing_followed import Followed
@@ -14,7 +15,6 @@ from servoid.study.paper.servoing_future import future_sections
 from servoid.study.paper.servoing_plots import Column, draw_courses
 from servoid.study.paper.servoing_rows import failures, over, period, response_table, rows_of
 from servoid.study.paper.servoing_settings import Place
-from servoid.study.paper.servoing_swing import Interval
 from servoid.study.paper.servoing_trial import SERVOING, ServoingRow
 
 _SHARED = 0.25  # of x's variance that goes with z, from which on z spoils x

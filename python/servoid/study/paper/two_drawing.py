@@ -13,7 +13,7 @@ from servoid._native import Body, Pose
 from servoid.output import write_whole
 from servoid.study.paper.body_errors import Floats, shape_matrices
 from servoid.study.paper.eye_pair import EyePair, paper_hand, true_body
-from servoid.study.paper.intervals import interval_of
+from servoid.study.paper.intervals import interval
 from servoid.study.paper.two_case import OBJECT_NAME, Procedure, TwoCase, TwoRow
 from servoid.view.axes import DISTINCT, dress, new_figure, png
 
@@ -165,9 +165,9 @@ def _dots(panel: "Axes", values: Mapping[Procedure, Sequence[float]], label: str
         beside = place + np.linspace(-0.22, 0.22, len(numbers)) if len(numbers) > 1 else [place]
         color = DISTINCT[1] if kind is Procedure.PAPER else _MODEL
         panel.plot(numbers, beside, ".", color=color, alpha=0.45, markersize=5)
-        interval = interval_of(numbers)
-        panel.plot([interval.low, interval.high], [place] * 2, color=_TRUE, linewidth=2.2)
-        panel.plot(interval.mean, place, "D", color=_TRUE, markersize=5)
+        found = interval(numbers)
+        panel.plot([found.low, found.high], [place] * 2, color=_TRUE, linewidth=2.2)
+        panel.plot(found.mean, place, "D", color=_TRUE, markersize=5)
     panel.set_xlabel(label, fontsize=10.5)
     dress(panel)
     panel.grid(axis="x", color="#e6e6e6", linewidth=0.8)

@@ -10,7 +10,7 @@ from msgspec import Meta
 
 from servoid.study.batch import Done, Work
 from servoid.study.findings import Finding, Picture, Section, Table, Verdict
-from servoid.study.paper.intervals import interval_of
+from servoid.study.paper.intervals import interval
 from servoid.study.paper.left_out import two_table, two_variants
 from servoid.study.paper.two_case import Procedure, TwoCase, TwoRow, TwoTrial
 from servoid.study.paper.two_drawing import NAMES, Shown, draw_errors, draw_models
@@ -113,7 +113,7 @@ def _words(settings: TwoSettings) -> tuple[str, ...]:
         "it prints none of these numbers. servoid's has the same pair; or the pair and the depth "
         "measured from it; or the pair and a depth camera in the left eye with a noise of "
         f"{100.0 * trial.depth_noise:g} % of the depth; or {count} pairs, from around the object.",
-        "Intervals are 95 %, by the bootstrap over seeds.",
+        "Intervals are 95 %, by Student's t over seeds.",
     )
 
 
@@ -127,18 +127,18 @@ def _findings(rows: Rows) -> list[Finding]:
 
 
 def _shape(paper: Sequence[TwoRow]) -> Finding:
-    silhouette = interval_of([row.silhouette_iou for row in paper])
-    volume = interval_of([row.volume_iou for row in paper])
-    ratio = interval_of([row.volume_ratio for row in paper])
-    low = interval_of([float(np.linalg.norm(row.part_errors[1])) for row in paper])
+    silhouette = interval([row.silhouette_iou for row in paper])
+    volume = interval([row.volume_iou for row in paper])
+    ratio = interval([row.volume_ratio for row in paper])
+    low = interval([float(np.linalg.norm(row.part_errors[1])) for row in paper])
     agrees = silhouette.mean >= _ALIKE
     return Finding(
         before="The shape of the model agrees with the object: two of the ellipsoids make up its "
         "upper part, the third its lower part.",
         ours=f"By the paper's procedure the silhouettes overlap with the true ones by "
-        f"{silhouette.written(1.0, 2)} (intersection over union), the volumes by "
-        f"{volume.written(1.0, 2)}; the model holds {ratio.written(1.0, 1)} times the volume, and "
-        f"the centre nearest to the lower ellipsoid's is {low.written(_MM)} mm away.",
+        f"{silhouette.written(2)} (intersection over union), the volumes by "
+        f"{volume.written(2)}; the model holds {ratio.written(1)} times the volume, and "
+        f"the centre nearest to the lower ellipsoid's is {low.mm()} mm away.",
         verdict=Verdict.AGREES if agrees else Verdict.DIFFERS,
         why="All parts are covered, and little else."
         if agrees
@@ -150,15 +150,15 @@ def _shape(paper: Sequence[TwoRow]) -> Finding:
 
 
 def _place(paper: Sequence[TwoRow]) -> Finding:
-    x, y, z = (interval_of([abs(row.error[axis]) for row in paper]) for axis in range(3))
+    x, y, z = (interval([abs(row.error[axis]) for row in paper]) for axis in range(3))
     worst = max((x, "x"), (y, "y"), (z, "z"), key=lambda pair: pair[0].mean)[1]
-    part = [interval_of([abs(row.part_errors[0][axis]) for row in paper]) for axis in range(3)]
+    part = [interval([abs(row.part_errors[0][axis]) for row in paper]) for axis in range(3)]
     return Finding(
         before="The model is off in x and in z.",
-        ours=f"The centroid is off by {x.written(_MM)} mm in x, {y.written(_MM)} mm in y and "
-        f"{z.written(_MM)} mm in z, mean of the amounts, most in {worst}; the centre nearest to "
-        f"the upper ellipsoid's by {part[0].written(_MM)}, {part[1].written(_MM)} and "
-        f"{part[2].written(_MM)} mm.",
+        ours=f"The centroid is off by {x.mm()} mm in x, {y.mm()} mm in y and "
+        f"{z.mm()} mm in z, mean of the amounts, most in {worst}; the centre nearest to "
+        f"the upper ellipsoid's by {part[0].mm()}, {part[1].mm()} and "
+        f"{part[2].mm()} mm.",
         verdict=Verdict.AGREES if y.mean < min(x.mean, z.mean) else Verdict.PARTLY,
         why="z is the weak direction of a pair. x and y err because ellipsoids that are too large "
         "pull the centroid along; which of the two errs more depends on how the object lies, and "
@@ -170,25 +170,23 @@ def _beyond(rows: Rows, paper: Sequence[TwoRow]) -> list[Finding]:
     said = []
     volumes: dict[Procedure, float] = {}
     nearer: list[bool] = []
-    before = interval_of([_length(row) for row in paper])
+    before = interval([_length(row) for row in paper])
     for kind in (Procedure.PAIR, Procedure.STEREO, Procedure.DEPTH, Procedure.LOOKS):
         own = rows.get(kind)
         if own:
-            off = interval_of([_length(row) for row in own])
-            volume = interval_of([row.volume_iou for row in own])
+            off = interval([_length(row) for row in own])
+            volume = interval([row.volume_iou for row in own])
             volumes[kind] = volume.mean
             nearer.append(off.mean < before.mean)
             said.append(
-                f"{_plain(kind)}: centroid off by {off.written(_MM, 2)} mm, volume IoU "
-                f"{volume.written(1.0, 3)}."
+                f"{_plain(kind)}: centroid off by {off.mm(2)} mm, volume IoU {volume.written(3)}."
             )
     if not said:
         return []
     return [
         Finding(
             before="To model arbitrary shapes from one pair (the paper's aim).",
-            ours=f"The paper's procedure: centroid off by {before.written(_MM, 2)} mm. "
-            + " ".join(said),
+            ours=f"The paper's procedure: centroid off by {before.mm(2)} mm. " + " ".join(said),
             verdict=Verdict.BEYOND if all(nearer) else Verdict.PARTLY,
             why="servoid counts a pixel once, however many ellipsoids cover it, and moves all "
             "ellipsoids together. A pair alone leaves the thickness along the line of sight open, "
@@ -239,13 +237,10 @@ def _table(rows: Rows) -> Table:
                 (
                     _plain(kind),
                     str(len(found)),
-                    *(
-                        interval_of([abs(row.error[axis]) for row in found]).written(_MM, 2)
-                        for axis in range(3)
-                    ),
-                    interval_of([row.volume_iou for row in found]).written(1.0, 3),
-                    interval_of([row.silhouette_iou for row in found]).written(1.0, 3),
-                    interval_of([row.volume_ratio for row in found]).written(1.0, 2),
+                    *(interval([abs(row.error[axis]) for row in found]).mm(2) for axis in range(3)),
+                    interval([row.volume_iou for row in found]).written(3),
+                    interval([row.silhouette_iou for row in found]).written(3),
+                    interval([row.volume_ratio for row in found]).written(2),
                     f"{np.mean([row.seconds for row in found]):.2f}",
                 )
             )
@@ -270,15 +265,11 @@ def _parts(rows: Rows) -> Table:
                         _plain(kind),
                         name,
                         *(
-                            interval_of(
-                                [abs(row.part_errors[part][axis]) for row in found]
-                            ).written(_MM)
+                            interval([abs(row.part_errors[part][axis]) for row in found]).mm()
                             for axis in range(3)
                         ),
                         *(
-                            interval_of([row.radius_errors[part][axis] for row in found]).written(
-                                _MM
-                            )
+                            interval([row.radius_errors[part][axis] for row in found]).mm()
                             for axis in range(3)
                         ),
                     )

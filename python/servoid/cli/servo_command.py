@@ -159,7 +159,8 @@ def servo(
 
     [bold]servoid servo --config run.toml --object drill --path random:3 --out out/run[/bold]
     """
-    from servoid.cli.servo_order import Order, check_extras, print_settings
+    from servoid.cli.extras import check_extras
+    from servoid.cli.servo_order import EXTRAS, Order, print_settings
 
     triples = {
         "run.goal": (goal, "--goal"),
@@ -192,7 +193,7 @@ def servo(
     if print_config:
         print_settings(order)
     else:
-        check_extras()
+        check_extras("servoid servo", EXTRAS)
         from servoid.cli.servoing import run_servo
 
         run_servo(order)

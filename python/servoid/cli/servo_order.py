@@ -1,16 +1,14 @@
 """What `servoid servo` was asked for, and the settings that it means."""
 
 from dataclasses import dataclass
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 import typer
 
-from servoid.errors import MissingExtraError
 from servoid.study import TrialSettings, changed, read_trial_settings, trial_toml
 
-_EXTRAS = {"mujoco": "sim", "daqp": "servo", "matplotlib": "view"}
+EXTRAS = {"mujoco": "sim", "daqp": "servo", "matplotlib": "view"}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,19 +29,3 @@ class Order:
 def print_settings(order: Order) -> None:
     """Print all settings as commented TOML."""
     typer.echo(trial_toml(order.settings()), nl=False)
-
-
-def check_extras() -> None:
-    """Check that all is there that a run needs, so that nothing turns out missing one by one.
-
-    Raises:
-        MissingExtraError: a library is not installed.
-
-    """
-    missing = [library for library in _EXTRAS if find_spec(library) is None]
-    if missing:
-        extras = ",".join(_EXTRAS[library] for library in missing)
-        raise MissingExtraError(
-            f"servoid servo needs {', '.join(missing)}, not installed yet; "
-            f"install with: pip install 'servoid[{extras}]'"
-        )

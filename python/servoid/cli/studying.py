@@ -2,15 +2,15 @@
 
 import textwrap
 from dataclasses import dataclass
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 import msgspec
 import typer
 
+from servoid.cli.extras import check_extras
 from servoid.cli.headway import watched_batch
-from servoid.errors import MissingExtraError, StudyError
+from servoid.errors import StudyError
 from servoid.output import check_folder, make_folder
 from servoid.servo import settings_toml
 from servoid.study.batch import workers_for
@@ -61,7 +61,7 @@ def run_order(order: Order) -> None:
             "nothing says where the results are to be written; give a folder, such as results",
             param_hint="--out",
         )
-    _check_extras()
+    check_extras("servoid study", _EXTRAS)
     study = study_named(order.name)
     settings = order.settings(study)
     workers = workers_for(order.workers, order.cluster)
@@ -71,22 +71,6 @@ def run_order(order: Order) -> None:
     with watched_batch(f"study {study.name}, {workers.words}") as show:
         report = run_study(study, settings, folder, workers=workers, watch=show)
     _print_report(study, report, folder)
-
-
-def _check_extras() -> None:
-    """Check that all is there that studies need.
-
-    Raises:
-        MissingExtraError: a library is not installed.
-
-    """
-    missing = [library for library in _EXTRAS if find_spec(library) is None]
-    if missing:
-        extras = ",".join(_EXTRAS[library] for library in missing)
-        raise MissingExtraError(
-            f"servoid study needs {', '.join(missing)}, not installed yet; "
-            f"install with: pip install 'servoid[{extras}]'"
-        )
 
 
 def _print_report(study: Study[Any], report: StudyReport, folder: Path) -> None:

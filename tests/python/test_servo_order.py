@@ -7,7 +7,7 @@ import pytest
 import typer.main
 from conftest import Command, everything_in
 
-from servoid.cli import servo_order
+from servoid.cli import extras
 from servoid.cli.app import app
 from servoid.study import TrialSettings
 
@@ -15,13 +15,15 @@ from servoid.study import TrialSettings
 def test_everything_that_is_missing_is_named_at_once(
     servoid_command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(servo_order, "find_spec", lambda library: library != "daqp" or None)
+    monkeypatch.setattr(extras, "find_spec", lambda library: library != "daqp" or None)
     assert "pip install 'servoid[servo]'" in servoid_command("servo", "--out", tmp_path / "a").err
-    monkeypatch.setattr(servo_order, "find_spec", lambda _library: None)
+    monkeypatch.setattr(extras, "find_spec", lambda _library: None)
     outcome = servoid_command("servo", "--out", tmp_path / "b")
     assert outcome.code == 1
     assert outcome.err.startswith("error: servoid servo needs mujoco, daqp, matplotlib, not")
     assert outcome.err.endswith("pip install 'servoid[sim,servo,view]'\n")
+    outcome = servoid_command("study", "bode", "--out", tmp_path / "b")
+    assert outcome.err.startswith("error: servoid study needs matplotlib, pyarrow, mujoco, daqp")
     assert everything_in(tmp_path) == {}
 
 

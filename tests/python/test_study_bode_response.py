@@ -44,7 +44,7 @@ def test_a_frequency_alone_is_answered_as_it_is_among_others(
         one, among = ratio(alone, signal, axis)[0], ratio(many, signal, axis)[place]
         assert abs(one - among) < least * max(1.0, abs(one))
     # The hand swings with the noise of the object's turn, too.
-    assert abs(ratio(alone, "hand", axis)[0] - ratio(many, "hand", axis)[place]) < 0.2
+    assert abs(ratio(alone, "hand", axis)[0] - ratio(many, "hand", axis)[place]) < 0.3
 
 
 def test_the_same_case_gives_the_same_row(many: ResponseRow) -> None:
@@ -56,7 +56,8 @@ def test_recognition_is_right_when_it_is_taken_and_late_when_it_is_used(many: Re
         assert np.abs(ratio(many, "seen", axis) - 1.0).max() < 0.04
         late_s = -np.angle(ratio(many, "known", axis)) / (2.0 * np.pi * hz)
         # The latency, and half the time between images and half a control period.
-        np.testing.assert_allclose(late_s, 0.04 + 0.5 / 30.0 + 0.004, atol=0.006)
+        # An error of 0.04 of the amplitude is one of 13 ms at half a hertz.
+        np.testing.assert_allclose(late_s, 0.04 + 0.5 / 30.0 + 0.004, atol=0.013)
 
 
 def test_feed_forward_takes_the_lag_away(many: ResponseRow) -> None:

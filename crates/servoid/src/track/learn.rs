@@ -15,7 +15,7 @@ use crate::shape::{Outline, Projection};
 /// Pixels along the side of a cell in which one point is learned.
 const CELL_PX: usize = 10;
 /// Least smaller eigenvalue of the gradients' covariance for which a place is a corner.
-const LEAST_CORNER: f32 = 6.0;
+const LEAST_CORNER: f32 = 3.0;
 /// Range of distances in which a point is sought, as a share of the body's radius.
 const REACH: f64 = 0.35;
 /// Least correlation between two cameras' images of a new point.

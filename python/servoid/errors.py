@@ -8,6 +8,10 @@ class ServoidError(Exception):
     """Says what was given, what is allowed and what to do."""
 
 
+class BackendError(ServoidError, ValueError):
+    """Is raised when a back end is asked for that this machine does not have."""
+
+
 class PoseError(ServoidError, ValueError):
     """Is raised for numbers that are no rigid motion."""
 

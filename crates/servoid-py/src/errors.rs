@@ -39,6 +39,12 @@ impl Named for shape::ShapeError {
     }
 }
 
+impl Named for fitness::BackendError {
+    fn class(&self) -> &'static str {
+        "BackendError"
+    }
+}
+
 impl Named for fitness::SightError {
     fn class(&self) -> &'static str {
         "ModelError"

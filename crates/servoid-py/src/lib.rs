@@ -1,7 +1,9 @@
 //! The Python face of the core: converts, releases the interpreter, calls, converts back.
 
+mod backend;
 mod errors;
 mod estimate;
+mod exact;
 mod lens;
 mod model;
 mod observe;
@@ -19,6 +21,12 @@ use pyo3::prelude::*;
 #[pymodule(name = "_native")]
 fn native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    module.add_function(wrap_pyfunction!(backend::backend, module)?)?;
+    module.add_function(wrap_pyfunction!(backend::backends, module)?)?;
+    module.add_function(wrap_pyfunction!(backend::force_backend, module)?)?;
+    // A wrong name is told by the import, and not by each call that would use it.
+    backend::force_named()?;
+    exact::add_to(module)?;
     module.add_class::<pose::Pose>()?;
     module.add_class::<observe::Camera>()?;
     module.add_class::<lens::Lens>()?;

@@ -1,5 +1,5 @@
 //! What one candidate costs: the region score over row intervals beside a pass over the pixels,
-//! both in this run, on one thread.
+//! both in this run, on one thread. `SERVOID_BACKEND` forces the vector instructions by name.
 
 use divan::{Bencher, black_box};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
@@ -13,6 +13,12 @@ use servoid::shape::{Projection, Quadric, QuadricGradient};
 const DEPTH_M: f64 = 0.5;
 
 fn main() {
+    if let Ok(name) = std::env::var("SERVOID_BACKEND") {
+        match Backend::named(&name) {
+            Ok(backend) => backend.force(),
+            Err(_) => std::process::abort(),
+        }
+    }
     divan::main();
 }
 
@@ -55,7 +61,7 @@ fn ellipsoids(count: usize, height_px: f64, focal: f64) -> Vec<Quadric> {
 
 #[divan::bench(args = [1, 5])]
 fn candidate(bencher: Bencher<'_, '_>, count: usize) {
-    let region = stereo([640, 480], 1, Backend::fastest());
+    let region = stereo([640, 480], 1, Backend::used());
     let body = ellipsoids(count, 100.0, 576.0);
     bencher.bench_local(|| region.score(black_box(&body)));
 }
@@ -69,14 +75,14 @@ fn candidate_without_vector_instructions(bencher: Bencher<'_, '_>, count: usize)
 
 #[divan::bench(args = [1, 5])]
 fn candidate_on_every_fourth_row(bencher: Bencher<'_, '_>, count: usize) {
-    let region = stereo([640, 480], 4, Backend::fastest());
+    let region = stereo([640, 480], 4, Backend::used());
     let body = ellipsoids(count, 100.0, 576.0);
     bencher.bench_local(|| region.score(black_box(&body)));
 }
 
 #[divan::bench(args = [1, 5])]
 fn candidate_with_gradient(bencher: Bencher<'_, '_>, count: usize) {
-    let region = stereo([640, 480], 1, Backend::fastest());
+    let region = stereo([640, 480], 1, Backend::used());
     let body = ellipsoids(count, 100.0, 576.0);
     let mut gradient = vec![QuadricGradient::default(); count];
     bencher.bench_local(|| region.score_and_gradient(black_box(&body), &mut gradient));
@@ -85,7 +91,7 @@ fn candidate_with_gradient(bencher: Bencher<'_, '_>, count: usize) {
 /// The same sum taken pixel by pixel within the rows that the outlines reach.
 #[divan::bench(args = [1, 5])]
 fn candidate_pixel_by_pixel(bencher: Bencher<'_, '_>, count: usize) {
-    let region = stereo([640, 480], 1, Backend::fastest());
+    let region = stereo([640, 480], 1, Backend::used());
     let body = ellipsoids(count, 100.0, 576.0);
     bencher.bench_local(|| region.views().iter().map(|view| by_pixels(view, &body)).sum::<f64>());
 }
@@ -110,7 +116,7 @@ fn by_pixels(view: &RegionView, body: &[Quadric]) -> f64 {
 /// The object spans the same share of the image at each size: the cost grows with the rows.
 #[divan::bench(args = [1, 2, 4])]
 fn candidate_in_an_image_times(bencher: Bencher<'_, '_>, scale: usize) {
-    let region = stereo([320 * scale, 240 * scale], 1, Backend::fastest());
+    let region = stereo([320 * scale, 240 * scale], 1, Backend::used());
     let body = ellipsoids(5, 50.0 * scale as f64, 288.0 * scale as f64);
     bencher.bench_local(|| region.score(black_box(&body)));
 }

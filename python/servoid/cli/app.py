@@ -116,6 +116,14 @@ def sample(
 
 
 @app.command()
+def doctor() -> None:
+    """Say what servoid runs on here: versions, vector instructions, libraries."""
+    from servoid.cli.doctor import run_doctor
+
+    run_doctor()
+
+
+@app.command()
 def export(
     body: Annotated[
         Path, typer.Argument(metavar="BODY", help="A body, a .json file that model wrote.")

@@ -1,7 +1,9 @@
 """Runs the command line and turns every failure into one clear line and an exit code."""
 
 import os
+import signal
 import sys
+import threading
 import traceback
 from collections.abc import Sequence
 from typing import NoReturn
@@ -20,6 +22,7 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
     # The decoders write to standard error by themselves; servoid says what is wrong with a file.
     os.environ.setdefault("OPENCV_LOG_LEVEL", "SILENT")
     os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
+    _heed_interrupts()
     try:
         from servoid.cli.app import app
 
@@ -36,6 +39,13 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
             raise
         _fail(_bug(error), BUG)
     sys.exit(0)
+
+
+def _heed_interrupts() -> None:
+    """Let Ctrl-C interrupt, also where a shell started this in the background, deaf to it."""
+    main_thread = threading.current_thread() is threading.main_thread()
+    if main_thread and signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def _bug(error: BaseException) -> str:

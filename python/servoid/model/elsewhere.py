@@ -6,6 +6,7 @@ from numpy.typing import NDArray
 from servoid.errors import CameraError, TargetError
 from servoid.model.sights import Sights
 from servoid.observe import CaptureView, rough_depth
+from servoid.pose import exact
 
 _MARGIN = 1.0  # around the seen points, as a share of how wide they are: an object is as deep
 _LEAST_SHARE = 0.1  # of the nearest seen point's depth, whatever the margin
@@ -65,7 +66,7 @@ def _range(view: CaptureView, sights: Sights) -> tuple[float, float]:
     """Give the depths in a view between which the object lies."""
     points = view.world_from_camera.inverse().transform(sights.points)
     low, high = np.quantile(points, (_WRONG, 1.0 - _WRONG), axis=0)
-    margin = _MARGIN * float(np.hypot(*(high - low)[:2]))
+    margin = _MARGIN * exact.norm((high - low)[:2])
     return max(float(low[2]) - margin, _LEAST_SHARE * float(low[2])), float(high[2]) + margin
 
 

@@ -24,6 +24,7 @@ from servoid.model.sights import (
 from servoid.model.spreading import spread_masks
 from servoid.observe import Capture, CaptureView, HueTarget, Target
 from servoid.observe.hue import hue_window
+from servoid.pose import exact
 
 _ONE_SIDE_DEG = 90.0
 
@@ -174,7 +175,7 @@ def _distance(distance_m: float | None, alone: bool) -> float:
 def _from_one_side(views: Sequence[CaptureView]) -> bool:
     """Say if all cameras look in about the same direction."""
     axes = np.array([view.world_from_camera.matrix()[:3, 2] for view in views])
-    return bool((axes @ axes.T).min() > np.cos(np.radians(_ONE_SIDE_DEG)))
+    return bool(exact.product(axes, axes.T).min() > exact.cos(np.radians(_ONE_SIDE_DEG)))
 
 
 def _measured(marked: Marked, notes: list[str]) -> Sights:

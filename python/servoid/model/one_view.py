@@ -61,7 +61,9 @@ def half_thickness_px(mask: NDArray[np.uint8]) -> NDArray[np.float64]:
     import cv2
 
     inside = (np.pad(mask, 1) != 0).astype(np.uint8)
-    radius = cv2.distanceTransform(inside, cv2.DIST_L2, cv2.DIST_MASK_PRECISE).astype(np.float64)
+    distance = cv2.distanceTransform(inside, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+    # OpenCV's last bits hang on how many threads it has; squares of true distances are whole.
+    radius = np.sqrt(np.rint(np.square(distance.astype(np.float64))))
     # A disc is one of the largest if no neighbour's is larger by the way to it.
     largest = (inside > 0) & (radius > cv2.dilate(radius, np.ones((3, 3))) - 0.6)
     reach_squared = np.zeros_like(radius)
@@ -75,6 +77,6 @@ def _raise_ball(reach_squared: NDArray[np.float64], row: int, column: int, radiu
     size = int(radius)
     rows = np.arange(max(row - size, 0), min(row + size + 1, reach_squared.shape[0]))
     columns = np.arange(max(column - size, 0), min(column + size + 1, reach_squared.shape[1]))
-    ball = radius**2 - np.square(rows - row)[:, None] - np.square(columns - column)[None]
+    ball = radius * radius - np.square(rows - row)[:, None] - np.square(columns - column)[None]
     window = reach_squared[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
     np.maximum(window, ball, out=window)

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from servoid.errors import MeshError
 from servoid.observe import Camera, CaptureView, stereo_depth
-from servoid.pose import Pose
+from servoid.pose import Pose, exact
 
 _MOST_POINTS = 6000
 _LARGEST_ERROR = 0.008  # of a measured depth, as a share of it
@@ -118,5 +118,5 @@ def sights_of_cloud(
             "the cloud has no normals, so nothing says which side of its points is outside; give "
             "the place from which it was seen with --viewpoint X,Y,Z, or save it with normals"
         )
-    known = np.linalg.norm(normals, axis=1) > 0.0
+    known = exact.lengths(normals) > 0.0
     return join_sights([Sights(points[known], -_HAIR * normals[known])])

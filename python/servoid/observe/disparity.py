@@ -5,6 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from servoid.observe.smoothing import gaussian
+
 Gray = NDArray[np.uint8]
 Field = NDArray[np.floating]
 
@@ -77,12 +79,13 @@ def _refine(one: Field, other: Field, start: Field, known: NDArray[np.bool_]) ->
     In each step the other image is warped by the whole field, so that slanted surfaces agree as
     well as those that face the cameras.
     """
-    first = _smooth(np.where(known, start, 0.0), known, 1.5)
+    smooth, mean = _Average(known, _SMOOTH_PX), _Average(known, _SIGMA_PX)
+    first = smooth.of(np.where(known, start, 0.0))
     field = first
     for _ in range(_STEPS - 1):
-        step = _compare(one, other, field, known)
-        field = _smooth(field - step.move, known, _SMOOTH_PX)
-    step = _compare(one, other, field, known)
+        step = _compare(one, other, field, mean)
+        field = smooth.of(field - step.move)
+    step = _compare(one, other, field, mean)
     field = field - step.move
     good = known & (np.abs(field - first) < _LARGEST_CORRECTION_PX)
     good &= (step.sigma_px < _LARGEST_SIGMA_PX) & (step.agreement > _LEAST_AGREEMENT)
@@ -90,6 +93,19 @@ def _refine(one: Field, other: Field, start: Field, known: NDArray[np.bool_]) ->
         np.where(good, field, np.nan).astype(np.float32),
         np.where(good, step.sigma_px, np.nan).astype(np.float32),
     )
+
+
+class _Average:
+    """Averages with Gaussian weights over the known pixels only."""
+
+    def __init__(self, known: NDArray[np.bool_], sigma_px: float) -> None:
+        self._known, self._sigma_px = known, sigma_px
+        weight = gaussian(known.astype(np.float32), sigma_px)
+        self._weight = np.maximum(weight, np.float32(1e-6))
+
+    def of(self, values: NDArray[np.floating]) -> Field:
+        held = np.where(self._known, values, 0.0).astype(np.float32)
+        return gaussian(held, self._sigma_px) / self._weight
 
 
 @dataclass(frozen=True)
@@ -101,7 +117,7 @@ class _Comparison:
     agreement: Field
 
 
-def _compare(one: Field, other: Field, field: Field, known: NDArray[np.bool_]) -> _Comparison:
+def _compare(one: Field, other: Field, field: Field, mean: _Average) -> _Comparison:
     """Warp the other image by a field and take one step of Lucas and Kanade."""
     import cv2
 
@@ -109,25 +125,25 @@ def _compare(one: Field, other: Field, field: Field, known: NDArray[np.bool_]) -
         np.arange(one.shape[1], dtype=np.float32), np.arange(one.shape[0], dtype=np.float32)
     )
     warped = np.asarray(cv2.remap(other, columns - field, rows, cv2.INTER_CUBIC), np.float32)
-    (here, power), (there, power_there) = (_flatten(image, known) for image in (one, warped))
+    (here, power), (there, power_there) = (_flatten(image, mean) for image in (one, warped))
     there = there * np.sqrt((power + _LEAST_NOISE) / (power_there + _LEAST_NOISE))
     slope = 0.5 * (_slope(here) + _slope(there))
     residual = here - there
-    stiffness = _mean(slope * slope, known) + _LEAST_STIFFNESS
-    noise = np.sqrt(_mean(residual * residual, known)) + _LEAST_NOISE
+    stiffness = mean.of(slope * slope) + _LEAST_STIFFNESS
+    noise = np.sqrt(mean.of(residual * residual)) + _LEAST_NOISE
     # A Gaussian weighs 4 pi sigma^2 pixels as one mean; as neighbours err alike, a tenth counts.
-    samples = 0.4 * np.pi * _SIGMA_PX**2
+    samples = 0.4 * np.pi * _SIGMA_PX * _SIGMA_PX
     return _Comparison(
-        move=np.clip(_mean(slope * residual, known) / stiffness, -0.5, 0.5),
+        move=np.clip(mean.of(slope * residual) / stiffness, -0.5, 0.5),
         sigma_px=noise / np.sqrt(stiffness * samples),
-        agreement=_mean(here * there, known) / (power + np.float32(1e-6)),
+        agreement=mean.of(here * there) / (power + np.float32(1e-6)),
     )
 
 
-def _flatten(image: Field, known: NDArray[np.bool_]) -> tuple[Field, Field]:
+def _flatten(image: Field, mean: _Average) -> tuple[Field, Field]:
     """Take the local mean away; return the rest and its local power."""
-    flat = image - _mean(image, known)
-    return flat, _mean(flat * flat, known)
+    flat = image - mean.of(image)
+    return flat, mean.of(flat * flat)
 
 
 def _slope(image: NDArray[np.floating]) -> Field:
@@ -135,17 +151,3 @@ def _slope(image: NDArray[np.floating]) -> Field:
 
     kernel = np.array([[-0.5, 0.0, 0.5]], np.float32)
     return np.asarray(cv2.filter2D(image.astype(np.float32), -1, kernel), np.float32)
-
-
-def _mean(values: NDArray[np.floating], known: NDArray[np.bool_]) -> Field:
-    return _smooth(values, known, _SIGMA_PX)
-
-
-def _smooth(values: NDArray[np.floating], known: NDArray[np.bool_], sigma_px: float) -> Field:
-    """Average with Gaussian weights over the known pixels only."""
-    import cv2
-
-    weight = np.asarray(cv2.GaussianBlur(known.astype(np.float32), (0, 0), sigma_px), np.float32)
-    held = np.where(known, values, 0.0).astype(np.float32)
-    total = np.asarray(cv2.GaussianBlur(held, (0, 0), sigma_px), np.float32)
-    return total / np.maximum(weight, np.float32(1e-6))

@@ -7,6 +7,7 @@ from servoid.observe.growth import grow_from_box, grow_from_click
 from servoid.observe.hue import hue_planes, match_image
 from servoid.observe.images import read_image, read_mask
 from servoid.observe.segment import Image, Mask, check_image
+from servoid.observe.smoothing import gaussian
 from servoid.observe.target import (
     BackgroundTarget,
     BoxTarget,
@@ -115,16 +116,13 @@ def changed_part(image: Image, background: Image) -> Mask:
     """
     import cv2
 
-    now, empty = (
-        np.asarray(cv2.GaussianBlur(one.astype(np.float32), (0, 0), 1.0))
-        for one in (image, background)
-    )
+    now, empty = (gaussian(one.astype(np.float32), 1.0) for one in (image, background))
     change = now - empty
     fine = change - np.asarray(cv2.medianBlur(change, 5))
     noise = 1.4826 * float(np.median(np.abs(fine)))
     power = np.maximum((empty * empty).sum(axis=2), 1.0)
     light = np.clip((now * empty).sum(axis=2) / power, _DEEPEST_SHADOW, _BRIGHTEST)
-    left_over = np.sqrt(((now - light[..., None] * empty) ** 2).sum(axis=2))
+    left_over = np.sqrt(np.square(now - light[..., None] * empty).sum(axis=2))
     chosen = np.where(left_over > max(_LEAST_CHANGE, 8.0 * noise), 255, 0).astype(np.uint8)
     across = 2 * round(max(image.shape) / 400) + 1
     disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (across, across))

@@ -17,8 +17,11 @@ from servoid.observe.segment import (
     cut,
     refine_border,
 )
+from servoid.observe.smoothing import gaussian
+from servoid.pose import exact
 
 _BINS = 16
+_CELLS = _BINS * _BINS * _BINS
 _LATER_STARTS = 1.0 / 1.5  # the plain start is left only for one that is clearly better
 _GOOD_ENOUGH = 0.8
 _CLICK_RADII = (0.06, 0.09, 0.13, 0.19, 0.28, 0.4, 0.55, 0.8)
@@ -66,16 +69,15 @@ def grow_from_click(image: Image, u: float, v: float) -> Mask:
     """
     height, width = image.shape[:2]
     rows, columns = np.ogrid[:height, :width]
-    distance = np.hypot(rows - v, columns - u)
+    distance = exact.hypot(rows - v, columns - u)
     before: Mask = np.zeros((height, width), np.uint8)
     best, best_worth = None, 0.0
     for share in _CLICK_RADII:
         radius = share * max(height, width)
         window, small, mask, offered = _cut_disc(image, distance, radius)
         full = window.full(mask, image.shape)
-        worth = (
-            _click_worth(small, mask, offered) * share**0.3 * (0.2 + _overlap(full, before)) ** 0.5
-        )
+        agreement = np.sqrt(0.2 + _overlap(full, before))
+        worth = _click_worth(small, mask, offered) * exact.power(share, 0.3) * agreement
         if worth > best_worth:
             best, best_worth = (window, mask), worth
         before = full
@@ -134,9 +136,7 @@ def _overlap(one: Mask, other: Mask) -> float:
 
 def _starts(small: Image, inside: NDArray[np.bool_]) -> Iterator[NDArray[np.uint8]]:
     """Yield labels to start from, between which only their success can decide."""
-    import cv2
-
-    ratio = np.asarray(cv2.GaussianBlur(_log_ratio(small, inside), (0, 0), 1.0))
+    ratio = gaussian(_log_ratio(small, inside), 1.0)
     yield np.where(inside, MAYBE, NOT).astype(np.uint8)
     for level in (0.0, max(0.0, float(np.median(ratio[inside])))):
         likely = inside & (ratio > level)
@@ -154,13 +154,13 @@ def _log_ratio(small: Image, inside: NDArray[np.bool_]) -> NDArray[np.float32]:
     index = (bins[..., 0] * _BINS + bins[..., 1]) * _BINS + bins[..., 2]
     shares = []
     for pixels in (inside, ~inside):
-        counts = np.bincount(index[pixels], minlength=_BINS**3).astype(np.float64)
+        counts = np.bincount(index[pixels], minlength=_CELLS).astype(np.float64)
         counts = counts.reshape(_BINS, _BINS, _BINS)
         for axis in range(3):
             counts = _spread(counts, axis)
         shares.append(counts.ravel() / counts.sum())
-    rare = 0.2 / _BINS**3  # what a colour that was never seen is worth
-    return np.log((shares[0] + rare) / (shares[1] + rare))[index].astype(np.float32)
+    rare = 0.2 / _CELLS  # what a colour that was never seen is worth
+    return exact.log((shares[0] + rare) / (shares[1] + rare))[index].astype(np.float32)
 
 
 def _spread(counts: NDArray[np.float64], axis: int) -> NDArray[np.float64]:
@@ -178,7 +178,7 @@ def _edges(small: Image) -> NDArray[np.float32]:
 
     smooth = np.asarray(cv2.GaussianBlur(small, (0, 0), 0.7)).astype(np.float32)
     across, down = (np.asarray(cv2.Sobel(smooth, -1, *way)) for way in ((1, 0), (0, 1)))
-    strength = np.sqrt((across**2 + down**2).sum(axis=2))
+    strength = np.sqrt((across * across + down * down).sum(axis=2))
     return (strength / max(1.0, float(np.quantile(strength, 0.8)))).astype(np.float32)
 
 
@@ -211,4 +211,4 @@ def _tightness(mask: Mask, inside: NDArray[np.bool_]) -> float:
         taken, offered = (np.flatnonzero(px.any(axis=axis))[[0, -1]] for px in (mask, inside))
         gaps += float(np.abs(taken - offered).sum()) / float(offered[1] - offered[0] + 1)
     share = float((mask != 0).sum()) / float(inside.sum())
-    return float(np.exp(-3.0 * gaps)) * (1.0 if share < 0.95 else 0.5)
+    return exact.exp(-3.0 * gaps) * (1.0 if share < 0.95 else 0.5)

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from servoid.errors import ImageError, MaskError
 from servoid.observe.target import HueTarget
+from servoid.pose import exact
 
 if TYPE_CHECKING:
     FloatArray = NDArray[np.floating[Any]]
@@ -107,10 +108,11 @@ def hue_planes(image: NDArray[np.uint8]) -> tuple["FloatArray", "FloatArray", "F
 
 
 def _window_around(hues_deg: "FloatArray") -> tuple[float, float]:
-    mean = np.exp(1j * np.radians(hues_deg)).mean()
-    middle_deg = float(np.degrees(np.angle(mean)))
-    length = min(max(float(np.abs(mean)), 1e-9), 1.0)
+    hues = np.radians(hues_deg.astype(np.float64))
+    x, y = float(exact.cos(hues).mean()), float(exact.sin(hues).mean())
+    middle_deg = float(np.degrees(exact.arctan2(y, x)))
+    length = min(max(exact.hypot(x, y), 1e-9), 1.0)
     # Source: Mardia, Jupp, *Directional Statistics* (2000), Sec. 2.3.
-    spread_deg = float(np.degrees(np.sqrt(-2.0 * np.log(length))))
+    spread_deg = float(np.degrees(np.sqrt(-2.0 * exact.log(length))))
     half_deg = min(max(_SPREADS * spread_deg, _LEAST_HALF_WIDTH_DEG), _MOST_HALF_WIDTH_DEG)
     return (middle_deg - half_deg) % 360.0, (middle_deg + half_deg) % 360.0

@@ -5,11 +5,12 @@ from numpy.typing import NDArray
 
 from servoid._native import Camera, Lens, Pose
 from servoid.errors import CameraError
+from servoid.pose import exact
 
 MAX_SPAN_DEG = 120.0
 """The widest object that a pinhole camera is turned to, and the widest picture along an axis."""
 
-_MAX_TANGENT = float(np.tan(np.radians(MAX_SPAN_DEG / 2.0)))
+_MAX_TANGENT = exact.tan(np.radians(MAX_SPAN_DEG / 2.0))
 _MAX_GROWTH = 2.0  # Of the longer side: a picture four times as large costs four times as much.
 _LEAST_PX = 64.0  # The least bound for a side, however small the lens's picture.
 _MARGIN = 0.25  # Of the object's size, on each side: its background is needed too.
@@ -50,7 +51,8 @@ def camera_towards(lens: Lens, object_px: NDArray[np.float64]) -> tuple[Camera, 
             "calibration"
         )
     axis = _middle_of_cone(rays)
-    span = 2.0 * np.degrees(np.arccos(np.clip((rays @ axis).min(), -1.0, 1.0)))
+    cosine = np.clip(exact.product(rays, axis).min(), -1.0, 1.0)
+    span = 2.0 * np.degrees(exact.arccos(cosine))
     if span > MAX_SPAN_DEG:
         raise CameraError(
             f"the object spans {span:.0f} degrees in the lens's picture; at most "
@@ -117,28 +119,28 @@ def _middle_of_cone(rays: NDArray[np.float64]) -> NDArray[np.float64]:
     import cv2
 
     axis = rays.mean(axis=0)
-    if np.linalg.norm(axis) < 1e-6:
+    if exact.norm(axis) < 1e-6:
         axis = rays[0]
     for _ in range(3):
-        turn = _turn_to(axis / np.linalg.norm(axis))
+        turn = _turn_to(axis / exact.norm(axis))
         local = turn.inverse().transform(rays)
         plane = local[:, :2] / np.maximum(1.0 + local[:, 2:], 1e-6)
         (x, y), radius = cv2.minEnclosingCircle(plane.astype(np.float32))
-        off = float(np.hypot(x, y))
+        off = exact.hypot(x, y)
         # The cone's two edges in the plane through its axis, as angles.
-        angle = np.arctan(off + radius) + np.arctan(off - radius)
-        across = np.array([x, y]) * (np.sin(angle) / off if off > 0.0 else 0.0)
-        axis = turn.transform(np.array([[across[0], across[1], np.cos(angle)]]))[0]
+        angle = exact.arctan(off + radius) + exact.arctan(off - radius)
+        across = np.array([x, y]) * (exact.sin(angle) / off if off > 0.0 else 0.0)
+        axis = turn.transform(np.array([[across[0], across[1], exact.cos(angle)]]))[0]
     return axis
 
 
 def _turn_to(axis: NDArray[np.float64]) -> Pose:
     """Return the shortest rotation that takes the z axis to `axis`, of length 1."""
     across = np.array([-axis[1], axis[0], 0.0])
-    sine = float(np.linalg.norm(across))
+    sine = exact.norm(across)
     if sine < 1e-12:
         return Pose.identity()
-    turn = across / sine * np.arctan2(sine, axis[2])
+    turn = across / sine * exact.arctan2(sine, axis[2])
     return Pose.exp([0.0, 0.0, 0.0, float(turn[0]), float(turn[1]), 0.0])
 
 

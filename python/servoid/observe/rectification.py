@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from servoid._native import Camera, Pose
 from servoid.errors import CameraError
+from servoid.pose import exact
 
 _MOST_FORWARD = 0.8  # of the baseline along the line of sight; beyond, images show no disparity
 
@@ -36,7 +37,7 @@ class Rectification:
         """
         matrix = a_from_b.matrix()
         turn, offset = matrix[:3, :3], matrix[:3, 3]
-        baseline = float(np.linalg.norm(offset))
+        baseline = exact.norm(offset)
         if baseline < 1e-9:
             raise CameraError(
                 "the two cameras stand in the same place, so nothing is seen from two sides; "
@@ -44,25 +45,26 @@ class Rectification:
             )
         across = offset / baseline
         sight = np.array([0.0, 0.0, 1.0]) + turn[:, 2]
-        if np.linalg.norm(sight) < 0.5 or turn[2, 2] < 0.0:
+        if exact.norm(sight) < 0.5 or turn[2, 2] < 0.0:
+            apart = np.degrees(exact.arccos(np.clip(turn[2, 2], -1.0, 1.0)))
             raise CameraError(
-                f"the two cameras look {np.degrees(np.arccos(np.clip(turn[2, 2], -1, 1))):.0f} "
-                "degrees apart and have no field in common; give two that look at the same place"
+                f"the two cameras look {apart:.0f} degrees apart and have no field in common; "
+                "give two that look at the same place"
             )
-        sight /= np.linalg.norm(sight)
-        if abs(across @ sight) > _MOST_FORWARD:
+        sight /= exact.norm(sight)
+        if abs(exact.dot(across, sight)) > _MOST_FORWARD:
             raise CameraError(
                 "one camera stands behind the other: their baseline is along the line of sight, "
                 "where images show no disparity; give two cameras side by side or above each other"
             )
-        sight -= (across @ sight) * across
-        sight /= np.linalg.norm(sight)
+        sight -= exact.dot(across, sight) * across
+        sight /= exact.norm(sight)
         rectified_from_a = np.stack([across, np.cross(sight, across), sight])
         return cls(
             camera_a=camera_a,
             camera_b=camera_b,
             rectified_from_a=rectified_from_a,
-            rectified_from_b=rectified_from_a @ turn,
+            rectified_from_b=exact.product(rectified_from_a, turn),
             focal_px=float(np.mean(camera_a.focal_px)),
             baseline=baseline,
         )
@@ -79,7 +81,7 @@ class Rectification:
         self, turn: NDArray[np.float64], camera: Camera, pixels: NDArray[np.float64]
     ) -> NDArray[np.float64]:
         slopes = (pixels - np.array(camera.center_px)) / np.array(camera.focal_px)
-        rays = np.column_stack([slopes, np.ones(len(slopes))]) @ turn.T
+        rays = exact.product(np.column_stack([slopes, np.ones(len(slopes))]), turn.T)
         with np.errstate(divide="ignore", invalid="ignore"):
             flat = self.focal_px * rays[:, :2] / rays[:, 2:]
         flat[rays[:, 2] <= 1e-3] = np.nan
@@ -111,7 +113,7 @@ class Rectification:
         )
         (focal_u, focal_v), (center_u, center_v) = camera.focal_px, camera.center_px
         matrix = np.array([[focal_u, 0.0, center_u], [0.0, focal_v, center_v], [0.0, 0.0, 1.0]])
-        image_from_part = matrix @ turn.T @ flat_from_part
+        image_from_part = exact.product(matrix, turn.T, flat_from_part)
         if shrink > 1.5:
             image = np.asarray(cv2.GaussianBlur(image, (0, 0), 0.45 * shrink), np.uint8)
         flags = cv2.INTER_CUBIC | cv2.WARP_INVERSE_MAP

@@ -183,7 +183,7 @@ def _color_lines(
             ],
             axis=2,
         )
-        / np.maximum(determinant, smooth**3)[..., None]
+        / np.maximum(determinant, smooth * smooth * smooth)[..., None]
     )
     offset = level - (slope * center).sum(axis=2)
     return mean(np.concatenate([slope, offset[..., None]], axis=2))

@@ -9,6 +9,7 @@ from servoid._native import Camera, Pose
 from servoid.errors import ImageError, TargetError
 from servoid.observe.disparity import Match, coarse_disparity, match
 from servoid.observe.rectification import Rectification
+from servoid.pose import exact
 
 _MARGIN_PX = 12
 _COARSE_SIDE_PX = 64.0
@@ -69,7 +70,7 @@ def stereo_depth(
     # Matching takes memory for each pixel and disparity, so large images are matched smaller.
     cells = float(part.size_px[0]) * part.size_px[1] * (farthest - nearest)
     if cells > _MOST_CELLS:
-        share = (_MOST_CELLS / cells) ** (1.0 / 3.0)
+        share = exact.power(_MOST_CELLS / cells, 1.0 / 3.0)
         pair = replace(pair, focal_px=share * pair.focal_px)
         part = _Part.around(pair, wanted)
         nearest, farthest = int(share * nearest), int(share * farthest) + 1
@@ -113,7 +114,7 @@ def rough_depth(
     part = _Part.around(pair, wanted)
     most = _largest_px(pair, part)
     cells = float(part.size_px[0]) * part.size_px[1] * most
-    shrink = max(1.0, (cells / _MOST_ROUGH_CELLS) ** (1.0 / 3.0))
+    shrink = max(1.0, exact.power(cells / _MOST_ROUGH_CELLS, 1.0 / 3.0))
     found, known = _coarse(pair, part, (_gray(image_a), _gray(image_b)), most, shrink)
     disparity = np.where(known, found, np.float32(np.nan)).astype(np.float32)
     small = _Part(
@@ -167,7 +168,7 @@ def _range_px(
     most = _largest_px(pair, part)
     shrink = float(np.clip(min(part.size_px) / _COARSE_SIDE_PX, 1.0, _MOST_COARSE))
     cells = float(part.size_px[0]) * part.size_px[1] * most
-    shrink = max(shrink, (cells / _MOST_COARSE_CELLS) ** (1.0 / 3.0))
+    shrink = max(shrink, exact.power(cells / _MOST_COARSE_CELLS, 1.0 / 3.0))
     found, known = _coarse(pair, part, grays, most, shrink)
     size = found.shape[1], found.shape[0]
     inside = _warp_mask(pair, part, wanted, size, shrink) & known
@@ -293,7 +294,8 @@ def _back(
     # At a step in depth the mean of its two sides is neither.
     disparity = np.where(np.abs(smooth - sharp) < 0.5, smooth, sharp) + shift
     slopes = (pixels - np.array(pair.camera_a.center_px)) / np.array(pair.camera_a.focal_px)
-    rays_z = np.column_stack([slopes, np.ones(len(slopes))]) @ pair.rectified_from_a[2]
+    rays = np.column_stack([slopes, np.ones(len(slopes))])
+    rays_z = exact.product(rays, pair.rectified_from_a[2])
     with np.errstate(divide="ignore", invalid="ignore"):
         depths = pair.focal_px * pair.baseline / (disparity * rays_z)
         sigmas = depths / disparity * read(found.sigma_px, cv2.INTER_NEAREST)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from servoid._native import Camera, Lens, Pose
 from servoid.errors import ImageError, MaskError, ServoidError
 from servoid.observe.ideal_camera import camera_along_the_axis, camera_towards, sees
+from servoid.pose import exact
 
 _LEAST_DEPTH = 1e-6  # Of a direction of length 1: below, it lies beside the lens.
 
@@ -81,7 +82,7 @@ class Undistortion:
             return None
         read_px = np.rint(self.map_px.astype(np.float64)).reshape(-1, 2)
         rays = self.lens.rays(read_px)
-        depth_in_camera = rays @ self.lens_from_camera.matrix()[:3, 2]
+        depth_in_camera = exact.product(rays, self.lens_from_camera.matrix()[:3, 2])
         known = rays[:, 2] > _LEAST_DEPTH
         share = np.where(known, depth_in_camera / np.where(known, rays[:, 2], 1.0), 0.0)
         return share.reshape(self.map_px.shape[:2])

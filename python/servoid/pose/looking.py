@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from servoid._native import Pose
 from servoid.errors import PoseError
+from servoid.pose import exact
 
 
 def looking(
@@ -23,7 +24,7 @@ def looking(
     here = np.asarray(place, dtype=np.float64)
     forward = np.asarray(aim, dtype=np.float64) - here
     right = np.cross(forward, [0.0, 0.0, 1.0])
-    lengths = np.linalg.norm(forward), np.linalg.norm(right)
+    lengths = exact.norm(forward), exact.norm(right)
     if not min(lengths) > 0.0:
         raise PoseError(
             f"to look from {here.tolist()} to {np.asarray(aim).tolist()} can be done in any turn; "

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from servoid.observe.source import Instant
-from servoid.pose import Pose
+from servoid.pose import Pose, exact
 from servoid.servo.arm import Arm, Floats, JointState
 from servoid.servo.desired import goal_error
 from servoid.servo.gaze import GazeControl
@@ -166,7 +166,9 @@ class Controller:
     def _approached(self, now: _Now, twist: Floats) -> Floats:
         """Return how far the wanted hand velocity (6,) may change since the last tick."""
         # After a hold there is no last wish, and the hand does what its joints were told.
-        last = now.jacobian @ now.previous[self._hand] if self._wish is None else self._wish
+        last = self._wish
+        if last is None:
+            last = exact.product(now.jacobian, now.previous[self._hand])
         self._wish = approached(twist, last, self._settings.hand, self._arm.period_s)
         return self._wish
 
@@ -174,7 +176,7 @@ class Controller:
         """Return joint speeds (n,) that make the hand no faster than it may be."""
         settings = self._settings.hand
         fastest = authority * settings.linear_speed, authority * settings.angular_speed
-        return velocities * float(shares(jacobian @ velocities, *fastest).min())
+        return velocities * float(shares(exact.product(jacobian, velocities), *fastest).min())
 
     def _hold(self, now: _Now, target: Prediction | None, holding: frozenset[Reason]) -> Command:
         """Bring the hand to rest along its way; the eyes stay on what is known of the target."""
@@ -195,7 +197,7 @@ class Controller:
         """Add the eyes to the hand's joint speeds (n,), keep to all limits, and remember it."""
         velocities = self._limits.braked(now.previous)
         velocities[self._hand] = now.window.part(self._hand).bounded(hand)
-        twist = now.jacobian @ velocities[self._hand]
+        twist = exact.product(now.jacobian, velocities[self._hand])
         angles = None
         if self._gaze is not None and target is not None:
             gaze = self._gaze.wanted(now.world_from_hand, twist, target.place, target.twist[:3])
@@ -220,17 +222,17 @@ class Controller:
         if not np.isfinite([state.time_s, *state.positions, *state.velocities]).all():
             return None
         self._trust.advance(state.time_s)
-        previous = state.velocities
+        velocities = previous = np.asarray(state.velocities, np.float64)
         if self._previous is not None:
             age = state.time_s - self._previous[0]
             if not age > _MISSED_PERIODS * self._arm.period_s:
                 previous = self._previous[1]
-        jacobian = self._arm.jacobian(state.positions)[:, self._hand]
+        jacobian = np.asarray(self._arm.jacobian(state.positions), np.float64)[:, self._hand]
         return _Now(
             state,
             self._arm.world_from_hand(state.positions),
             jacobian,
-            jacobian @ state.velocities[self._hand],
+            exact.product(jacobian, velocities[self._hand]),
             previous,
             self._limits.window(state.positions, previous),
         )

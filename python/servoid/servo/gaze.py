@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from servoid.pose import Pose
+from servoid.pose import Pose, exact
 from servoid.servo.arm import Eyes, Floats, JointState
 from servoid.servo.limits import Window
 from servoid.servo.settings import GazeMode, GazeSettings
@@ -25,12 +25,12 @@ def fixation(half_baseline: float, point_in_head: Floats, velocity_in_head: Floa
     x, y, z = point_in_head
     x_rate, y_rate, z_rate = velocity_in_head
     # Seen from the tilted head, the target is straight ahead but for the pans.
-    ahead = max(float(np.hypot(y, z)), _NEAREST)
+    ahead = max(exact.hypot(y, z), _NEAREST)
     ahead_rate = (y * y_rate + z * z_rate) / ahead
-    angles, rates = [np.arctan2(y, z)], [(z * y_rate - y * z_rate) / ahead**2]
+    angles, rates = [exact.arctan2(y, z)], [(z * y_rate - y * z_rate) / (ahead * ahead)]
     for aside in (x + half_baseline, x - half_baseline):
-        angles.append(np.arctan2(aside, ahead))
-        rates.append((ahead * x_rate - aside * ahead_rate) / (ahead**2 + aside**2))
+        angles.append(exact.arctan2(aside, ahead))
+        rates.append((ahead * x_rate - aside * ahead_rate) / (ahead * ahead + aside * aside))
     return Gaze(np.array(angles), np.array(rates))
 
 
@@ -47,7 +47,8 @@ def seen_from_head(
     x, y, z = hand_twist[3:]
     a, b, c = offset
     carried = hand_twist[:3] + np.array([y * c - z * b, z * a - x * c, x * b - y * a])
-    return turn.T @ (point - world_from_head[:3, 3]), turn.T @ (velocity - carried)
+    place = exact.product(turn.T, point - world_from_head[:3, 3])
+    return place, exact.product(turn.T, velocity - carried)
 
 
 class GazeControl:

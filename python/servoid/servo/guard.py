@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from servoid.pose import Pose
+from servoid.pose import Pose, exact
 from servoid.servo.arm import Floats
 from servoid.servo.limits import stoppable_speed
 from servoid.servo.safety import Reason
@@ -28,8 +28,8 @@ class Keep:
 
     def slowed(self, velocities: Floats, jacobian: Floats) -> Floats:
         """Return joint speeds (n,), slowed down together as far as the bounds ask for."""
-        linear = jacobian[:3] @ velocities
-        speeds = np.concatenate([linear, -linear, [self.toward @ linear]])
+        linear = exact.product(jacobian[:3], velocities)
+        speeds = np.concatenate([linear, -linear, [exact.dot(self.toward, linear)]])
         bounds = np.concatenate([self.upper, -self.lower, [self.closing]])
         fast = speeds > np.maximum(bounds, 0.0) + _NOTED
         if not np.any(fast):
@@ -49,7 +49,7 @@ class Guard:
         """Return the goal, moved into the workspace and away from the object if it must be."""
         place = np.array(world_from_goal.translation)
         away = place - object_in_world
-        distance = float(np.linalg.norm(away))
+        distance = exact.norm(away)
         if _BLIND < distance < self._settings.least_distance:
             place = object_in_world + away * (self._settings.least_distance / distance)
         place = np.minimum(np.maximum(place, self._lower), self._upper)
@@ -58,7 +58,7 @@ class Guard:
     def keep(self, hand: Floats, object_in_world: Floats, object_velocity: Floats) -> Keep:
         """Return what bounds the hand at a place (3,) in the world, before the object (3,)."""
         away = object_in_world - hand
-        distance = float(np.linalg.norm(away))
+        distance = exact.norm(away)
         toward = away / distance if distance > _BLIND else np.zeros(3)
         apart = distance - self._settings.least_distance
         room = np.array([*(hand - self._lower), *(self._upper - hand), apart])
@@ -66,13 +66,13 @@ class Guard:
         speeds = np.copysign(
             stoppable_speed(np.abs(room), self._settings.braking, self._reaction_s), room
         )
-        closing = float(speeds[6] + toward @ object_velocity)
+        closing = float(speeds[6]) + exact.dot(toward, object_velocity)
         return Keep(-speeds[:3], speeds[3:6], toward, closing)
 
     def kept(self, twist: Floats, keep: Keep) -> tuple[Floats, frozenset[Reason]]:
         """Return a hand velocity (6,) in the world within bounds, and what it ran into."""
         result, reasons = twist.copy(), set()
-        excess = float(keep.toward @ result[:3]) - keep.closing
+        excess = exact.dot(keep.toward, result[:3]) - keep.closing
         if excess > 0.0 and np.any(keep.toward):
             result[:3] -= excess * keep.toward
             if excess > _NOTED:

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from servoid.pose import exact
 from servoid.servo.arm import Floats
 from servoid.servo.moving import Moving
 from servoid.servo.settings import HandSettings
@@ -19,15 +20,12 @@ def correction(hand_from_goal: Moving, world_from_hand: Floats, settings: HandSe
     `world_from_hand` is (4, 4); only its turn is used.
     """
     turn = world_from_hand[:3, :3]
-    offset = turn @ hand_from_goal.matrix[:3, 3]
+    offset = exact.product(turn, hand_from_goal.matrix[:3, 3])
+    off = exact.product(turn, quaternion_error(hand_from_goal))
     rates = hand_from_goal.twist
-    linear = (
-        settings.position_gain * offset + settings.position_rate_gain * turn @ rates[:3]
-    )  # Eq. (12)
-    angular = (
-        settings.turn_gain * turn @ quaternion_error(hand_from_goal)
-        + settings.turn_rate_gain * turn @ rates[3:]
-    )  # Eq. (13)
+    moving, turning = exact.product(turn, rates[:3]), exact.product(turn, rates[3:])
+    linear = settings.position_gain * offset + settings.position_rate_gain * moving  # Eq. (12)
+    angular = settings.turn_gain * off + settings.turn_rate_gain * turning  # Eq. (13)
     return np.concatenate([linear, angular])
 
 

@@ -3,6 +3,7 @@
 import numpy as np
 
 from servoid.errors import MissingExtraError
+from servoid.pose import exact
 from servoid.servo.arm import Arm, Floats, JointState
 from servoid.servo.joints import HandWish
 from servoid.servo.limits import Window
@@ -34,7 +35,7 @@ class QuadraticJoints:
         self._solve = daqp.solve
         self._settings = settings
         self._count = arm.joints.hand_count
-        self._posture = arm.state().positions[: self._count]
+        self._posture = np.asarray(arm.state().positions, np.float64)[: self._count]
         self._weights = np.repeat([1.0, settings.angular_weight], 3)
         self._no_rows = np.empty((0, self._count))
 
@@ -46,19 +47,21 @@ class QuadraticJoints:
         answer, _, flag, _ = self._solve(hessian, slope, self._no_rows, window.upper, window.lower)
         if flag not in _OPTIMAL or not np.all(np.isfinite(answer)):
             # The box is never empty, so only numbers can have gone wrong: the free optimum, cut.
-            answer = -np.linalg.solve(hessian, slope)
+            answer = -exact.solve(hessian, slope)
         return window.bounded(np.asarray(answer, dtype=np.float64))
 
     def _cost(self, positions: Floats, jacobian: Floats, twist: Floats) -> tuple[Floats, Floats]:
         """Return H (n, n) and f (n,) of the cost x H x / 2 + f x of joint speeds x."""
         settings = self._settings
-        left, values, right = np.linalg.svd(self._weights[:, None] * jacobian)
-        damping = settings.damping * np.maximum(0.0, 1.0 - values / settings.damped_below)
-        worth = np.full(self._count, _POSTURE_WEIGHT)
-        worth[: len(values)] = values**2 + damping**2 + _TINY
-        wanted = left.T @ (self._weights * twist)
-        slope = -right[: len(values)].T @ (values * wanted[: len(values)])
-        free = right[len(values) :]
+        weighted = self._weights[:, None] * jacobian
+        # Those of the hand's motion come last; what is before them moves the hand nowhere.
+        squares, axes = exact.eigh(exact.product(weighted.T, weighted))
+        squares = np.maximum(squares, 0.0)
+        free = axes[:, : max(0, self._count - len(weighted))]
+        lack = np.maximum(0.0, 1.0 - np.sqrt(squares) / settings.damped_below)
+        worth = squares + np.square(settings.damping * lack) + _TINY
+        worth[: free.shape[1]] = _POSTURE_WEIGHT
         pull = settings.posture_gain * (self._posture - positions)
-        slope -= _POSTURE_WEIGHT * free.T @ (free @ pull)
-        return (right.T * worth) @ right, slope
+        free_pull = exact.product(free, exact.product(free.T, pull))
+        slope = -exact.product(weighted.T, self._weights * twist) - _POSTURE_WEIGHT * free_pull
+        return exact.product(axes * worth, axes.T), slope

@@ -5,7 +5,7 @@ from typing import Protocol
 
 import numpy as np
 
-from servoid.pose import Pose
+from servoid.pose import Pose, exact
 from servoid.servo.arm import Arm, Floats, JointState
 from servoid.servo.limits import Window
 from servoid.servo.reach import stepped
@@ -34,10 +34,10 @@ class HandJoints(Protocol):
 
 def pseudo_inverse(jacobian: Floats) -> Floats:
     """Return (n, 6): the least joint speeds for a hand velocity, of a Jacobian (6, n)."""
-    square = jacobian @ jacobian.T
+    square = exact.product(jacobian, jacobian.T)
     # A trace of damping keeps exactly singular poses solvable.
     square[np.diag_indices(6)] += _TINY
-    return np.linalg.solve(square, jacobian).T  # Eq. (15)
+    return exact.solve(square, jacobian).T  # Eq. (15)
 
 
 class PaperJoints:
@@ -58,10 +58,8 @@ class PaperJoints:
         """Return (n,) rad/s inside the window; too fast ones are slowed down together."""
         count = self._arm.joints.hand_count
         desired = self.joints_at(wish.world_from_goal, state.positions)  # Eq. (14)
-        wanted = (
-            self._settings.feedback_gain * (desired - state.positions)[:count]
-            + pseudo_inverse(jacobian) @ wish.twist
-        )  # Eq. (16)
+        feedback = self._settings.feedback_gain * (desired - state.positions)[:count]
+        wanted = feedback + exact.product(pseudo_inverse(jacobian), wish.twist)  # Eq. (16)
         fastest = self._settings.speed_share * self._arm.joints.speed[:count]
         return window.bounded(wanted / max(1.0, float(np.max(np.abs(wanted) / fastest))))
 

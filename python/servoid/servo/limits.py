@@ -15,7 +15,7 @@ def stoppable_speed(room: Floats, deceleration: Floats | float, reaction_s: floa
     less than that deceleration.
     """
     head = np.maximum(room, 0.0)
-    return deceleration * (np.sqrt(reaction_s**2 + 2.0 * head / deceleration) - reaction_s)
+    return deceleration * (np.sqrt(np.square(reaction_s) + 2.0 * head / deceleration) - reaction_s)
 
 
 @dataclass(frozen=True, eq=False)

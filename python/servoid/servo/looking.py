@@ -7,7 +7,7 @@ import numpy as np
 
 from servoid._native import Body
 from servoid.observe.source import Instant, Source
-from servoid.pose import Pose, looking
+from servoid.pose import Pose, exact, looking
 from servoid.servo.arm import Arm, Floats
 from servoid.servo.controller import Command, Controller
 from servoid.servo.moving import change_between
@@ -97,9 +97,10 @@ def visit(
         # On the way no image is asked for: a simulation need not draw them.
         instant = None if arrived_s is None else source.newest()
         off = change_between(arm.world_from_hand(state.positions), world_from_goal)
-        twist = arm.jacobian(state.positions) @ state.velocities
+        jacobian = np.asarray(arm.jacobian(state.positions), np.float64)
+        twist = exact.product(jacobian, np.asarray(state.velocities, np.float64))
         still = bool(np.abs(twist).max() < settings.still)
-        near = np.linalg.norm(off[:3]) < settings.near and np.linalg.norm(off[3:]) < settings.near
+        near = exact.norm(off[:3]) < settings.near and exact.norm(off[3:]) < settings.near
         over = state.time_s - start_s > settings.patience_s
         if arrived_s is None and ((near and still) or over):
             arrived_s, late = state.time_s, not (near and still)
@@ -113,13 +114,13 @@ def visit(
 
 def _cap(toward: Floats, widest_deg: float) -> Iterator[Floats]:
     """Give unit ways from an object that are near the one from which it was first seen."""
-    length = float(np.linalg.norm(toward))
-    azimuth, rise = np.arctan2(toward[1], toward[0]), np.arcsin(toward[2] / length)
+    length = exact.norm(toward)
+    azimuth, rise = exact.arctan2(toward[1], toward[0]), exact.arcsin(toward[2] / length)
     widest = np.radians(widest_deg)
     for across in np.linspace(-widest, widest, _ACROSS):
         for up in np.linspace(-widest, widest, _UP):
-            if np.hypot(across, up) > 1.05 * widest or not _LOWEST < rise + up < _HIGHEST:
+            if exact.hypot(across, up) > 1.05 * widest or not _LOWEST < rise + up < _HIGHEST:
                 continue
             high, around = rise + up, azimuth + across
-            flat = np.cos(high)
-            yield np.array([flat * np.cos(around), flat * np.sin(around), np.sin(high)])
+            flat = exact.cos(high)
+            yield np.array([flat * exact.cos(around), flat * exact.sin(around), exact.sin(high)])

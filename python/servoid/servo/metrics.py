@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from servoid.pose import exact
 from servoid.servo.arm import Floats
 from servoid.servo.log import ServoLog
 from servoid.servo.safety import Reason
@@ -77,7 +78,7 @@ class ServoMetrics:
     def of(cls, log: ServoLog, settle_s: float) -> "ServoMetrics":
         """Measure a log."""
         errors = log.hand_errors[log.times >= settle_s]
-        distances = np.linalg.norm(errors[:, :3], axis=1)
+        distances = exact.lengths(errors[:, :3])
         distances = distances[np.isfinite(distances)]
         off = [seen.off_px for time_s, seen in log.seen if time_s >= settle_s]
         estimates = [seen.estimate for _, seen in log.seen]
@@ -87,8 +88,8 @@ class ServoMetrics:
             settle_s=settle_s,
             position_rms=_rms(distances),
             position_95=float(np.percentile(distances, 95.0)) if len(distances) else np.nan,
-            turn_rms=_rms(np.linalg.norm(errors[:, 3:], axis=1)),
-            fixation_rms_px=_rms(np.array([np.linalg.norm(eye) for eyes in off for eye in eyes])),
+            turn_rms=_rms(exact.lengths(errors[:, 3:])),
+            fixation_rms_px=_rms(np.array([exact.norm(eye) for eyes in off for eye in eyes])),
             tracked_share=float(np.mean(tracked)) if tracked else np.nan,
             observations=len(tracked),
             holds=tuple(holds(log)),
@@ -187,5 +188,5 @@ def _fastest(log: ServoLog) -> float:
         return np.nan
     seconds = np.diff(log.times)
     later = seconds > 0.0  # a clock that stands still says nothing of speed
-    steps = np.linalg.norm(np.diff(places, axis=0), axis=1)
+    steps = exact.lengths(np.diff(places, axis=0))
     return float((steps[later] / seconds[later]).max()) if later.any() else np.nan

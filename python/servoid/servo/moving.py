@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from servoid.pose import Pose
+from servoid.pose import Pose, exact
 from servoid.servo.arm import Floats
 
 
@@ -53,11 +53,11 @@ class Moving:
         matrix = pose.matrix()
         first, second = np.zeros((4, 4)), np.zeros((4, 4))
         turning = cross_matrix(twist[3:])
-        first[:3, :3] = turning @ matrix[:3, :3]
+        first[:3, :3] = exact.product(turning, matrix[:3, :3])
         first[:3, 3] = twist[:3]
-        second[:3, :3] = turning @ first[:3, :3]
+        second[:3, :3] = exact.product(turning, first[:3, :3])
         if acceleration is not None:
-            second[:3, :3] += cross_matrix(acceleration[3:]) @ matrix[:3, :3]
+            second[:3, :3] += exact.product(cross_matrix(acceleration[3:]), matrix[:3, :3])
             second[:3, 3] = acceleration[:3]
         return cls(matrix, first, second)
 
@@ -69,23 +69,25 @@ class Moving:
     @property
     def twist(self) -> Floats:
         """Return (6,): velocity of b's origin in m/s and turning of b in rad/s, both in `a`."""
-        turning = self.first[:3, :3] @ self.matrix[:3, :3].T
+        turning = exact.product(self.first[:3, :3], self.matrix[:3, :3].T)
         angular = (turning[2, 1], turning[0, 2], turning[1, 0])
         return np.array([*self.first[:3, 3], *angular])
 
     def inverse(self) -> "Moving":
         """Return `b_from_a`."""
         inverse = Pose(self.matrix).inverse().matrix()
-        first = -inverse @ self.first @ inverse
-        second = -inverse @ self.second @ inverse - 2.0 * first @ self.first @ inverse
-        return Moving(inverse, first, second)
+        first = -exact.product(inverse, self.first, inverse)
+        second = exact.product(inverse, self.second, inverse)
+        both = exact.product(first, self.first, inverse)
+        return Moving(inverse, first, -second - 2.0 * both)
 
     def __matmul__(self, other: "Moving") -> "Moving":
         """Chain `a_from_b` with `b_from_c`, by the product rule."""
+        product = exact.product
         return Moving(
-            self.matrix @ other.matrix,
-            self.first @ other.matrix + self.matrix @ other.first,
-            self.second @ other.matrix
-            + 2.0 * self.first @ other.first
-            + self.matrix @ other.second,
+            product(self.matrix, other.matrix),
+            product(self.first, other.matrix) + product(self.matrix, other.first),
+            product(self.second, other.matrix)
+            + 2.0 * product(self.first, other.first)
+            + product(self.matrix, other.second),
         )

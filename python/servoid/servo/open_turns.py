@@ -5,7 +5,7 @@ from typing import Protocol
 
 import numpy as np
 
-from servoid.pose import Pose
+from servoid.pose import Pose, exact
 from servoid.servo.arm import Floats
 from servoid.servo.moving import change_between, shifted_and_turned
 
@@ -55,15 +55,16 @@ class OpenTurns:
         alike; a hand that followed would swing about the object.
         """
         turns = estimate.unobservable[:, 3:]
-        turns = turns[np.linalg.norm(turns, axis=1) > _MOSTLY_TURN]
-        variances, axes = np.linalg.eigh(estimate.covariance[3:, 3:])
-        turns = np.concatenate([turns, axes.T[variances > widest**2]])
+        turns = turns[exact.lengths(turns) > _MOSTLY_TURN]
+        variances, axes = exact.eigh(estimate.covariance[3:, 3:])
+        turns = np.concatenate([turns, axes.T[variances > widest * widest]])
         if len(turns) == 0:
             return cls(np.empty((3, 0)), np.eye(3))
         # Both may name the same axis, so directions that are nearly alike count once.
-        basis, values, _ = np.linalg.svd(estimate.world_from_object.matrix()[:3, :3] @ turns.T)
-        count = int(np.sum(values > _APART))
-        return cls(basis[:, :count], basis[:, count:])
+        spread = exact.product(estimate.world_from_object.matrix()[:3, :3], turns.T)
+        squares, axes = exact.eigh(exact.product(spread, spread.T))
+        apart = squares > _APART * _APART
+        return cls(axes[:, apart], axes[:, ~apart])
 
     def left_out(self, expected: Pose, seen: Pose) -> Pose:
         """Return the seen pose, turned about the open axes as the expected one is."""
@@ -71,7 +72,7 @@ class OpenTurns:
             return seen
         for _ in range(_PASSES):
             turn = change_between(expected, seen)[3:]
-            back = -self.axes @ (self.axes.T @ turn)
+            back = -exact.product(self.axes, exact.product(self.axes.T, turn))
             seen = shifted_and_turned(seen, np.concatenate([np.zeros(3), back]))
             if np.abs(back).max() < _ENOUGH:
                 break

@@ -4,7 +4,7 @@ from typing import Protocol
 
 import numpy as np
 
-from servoid.pose import Pose
+from servoid.pose import Pose, exact
 from servoid.servo.arm import Floats, Joints
 from servoid.servo.moving import change_between
 
@@ -13,6 +13,7 @@ _TINY = 1e-9
 _STEP = 0.3  # rad: no step turns a joint farther
 _STEPS = 150
 _REACHED = 1e-6  # m and rad
+_STALLED = 1e-3  # of what is left: a step so short leads nowhere, as a limit is in its way
 
 
 class Chain(Protocol):
@@ -43,10 +44,10 @@ def stepped(
     error = float(np.abs(change).max())
     if error < _TINY:
         return positions, error
-    slope = arm.jacobian(positions)[:, free]
-    square = slope.T @ slope
-    square[np.diag_indices(len(square))] += _TINY + _DAMPING * float(change @ change)
-    turn = np.linalg.solve(square, slope.T @ change)
+    slope = np.asarray(arm.jacobian(positions), np.float64)[:, free]
+    square = exact.product(slope.T, slope)
+    square[np.diag_indices(len(square))] += _TINY + _DAMPING * exact.dot(change, change)
+    turn = exact.solve(square, exact.product(slope.T, change))
     turn *= min(1.0, _STEP / max(_STEP, float(np.abs(turn).max())))
     moved = positions.copy()
     moved[free] += turn
@@ -63,7 +64,10 @@ def reached(
     free = free or slice(0, arm.joints.hand_count)
     positions = np.clip(start, arm.joints.lower, arm.joints.upper)
     for _ in range(_STEPS):
-        positions, error = stepped(arm, positions, world_from_goal, free)
+        moved, error = stepped(arm, positions, world_from_goal, free)
         if error < _REACHED:
-            return positions
+            return moved
+        if np.abs(moved - positions).max() < _STALLED * error:
+            return None
+        positions = moved
     return None

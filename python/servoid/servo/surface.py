@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid._native import Body
-from servoid.pose import Pose
+from servoid.pose import Pose, exact
 from servoid.servo.arm import Floats
 
 _FACING = 0.35  # least cosine between a surface's normal and the way to an eye that sees it well
@@ -25,7 +25,7 @@ class _Solid:
 
     def within(self, points: Floats) -> Floats:
         """Return points (N, 3) in the frame in which the ellipsoid is a ball of radius 1."""
-        return (points - self.center) @ self.axes / self.radii
+        return exact.product(points - self.center, self.axes) / self.radii
 
 
 class Surface:
@@ -37,13 +37,13 @@ class Surface:
         places, normals, areas = [], [], []
         for solid in self._solids:
             outward = ways / solid.radii
-            length = np.linalg.norm(outward, axis=1)
-            place = (ways * solid.radii) @ solid.axes.T + solid.center
+            length = exact.lengths(outward)
+            place = exact.product(ways * solid.radii, solid.axes.T) + solid.center
             others = [other for other in self._solids if other is not solid]
-            outside = [(other.within(place) ** 2).sum(axis=1) >= 1.0 for other in others]
+            outside = [np.square(other.within(place)).sum(axis=1) >= 1.0 for other in others]
             keep = np.logical_and.reduce([np.ones(len(ways), np.bool_), *outside])
             places.append(place[keep])
-            normals.append(((outward / length[:, None]) @ solid.axes.T)[keep])
+            normals.append(exact.product(outward / length[:, None], solid.axes.T)[keep])
             areas.append((np.prod(solid.radii) * length)[keep])
         area = np.concatenate(areas).cumsum()
         chosen = np.searchsorted(area, (np.arange(_PLACES) + 0.5) / _PLACES * area[-1])
@@ -56,11 +56,11 @@ class Surface:
     def seen_from(self, eye: Floats) -> NDArray[np.bool_]:
         """Return which places an eye at a point (3,) of the world sees well, (N,) bool."""
         ways = eye - self.places
-        ways /= np.linalg.norm(ways, axis=1, keepdims=True)
+        ways /= exact.lengths(ways)[:, None]
         seen = (ways * self.normals).sum(axis=1) > _FACING
         for solid in self._solids:
             start = solid.within(self.places)
-            way = ways @ solid.axes / solid.radii
+            way = exact.product(ways, solid.axes) / solid.radii
             a, b = (way * way).sum(axis=1), (start * way).sum(axis=1)
             c = (start * start).sum(axis=1) - 1.0
             square = b * b - a * c
@@ -81,5 +81,5 @@ def _even_ways(count: int) -> Floats:
     """Return unit vectors (N, 3) all around, on a spiral."""
     height = 1.0 - 2.0 * (np.arange(count) + 0.5) / count
     around = np.pi * (1.0 + np.sqrt(5.0)) * np.arange(count)
-    flat = np.sqrt(1.0 - height**2)
-    return np.stack([flat * np.cos(around), flat * np.sin(around), height], axis=1)
+    flat = np.sqrt(1.0 - height * height)
+    return np.stack([flat * exact.cos(around), flat * exact.sin(around), height], axis=1)

@@ -7,7 +7,7 @@ from typing import Protocol
 import numpy as np
 
 from servoid.errors import ServoError
-from servoid.pose import Pose
+from servoid.pose import Pose, exact
 from servoid.servo.arm import Floats
 from servoid.servo.moving import change_between, shifted_and_turned
 from servoid.servo.open_turns import OpenTurns, UnsureEstimate
@@ -74,8 +74,8 @@ class TargetFilter:
 
     def __init__(self, settings: TargetSettings) -> None:
         self._settings = settings
-        self._floor = np.repeat([settings.linear_noise, settings.angular_noise], 3) ** 2
-        self._drive = np.repeat([settings.linear_jerk, settings.angular_jerk], 3) ** 2
+        self._floor = np.square(np.repeat([settings.linear_noise, settings.angular_noise], 3))
+        self._drive = np.square(np.repeat([settings.linear_jerk, settings.angular_jerk], 3))
         self._time_s: float | None = None
         self._pose = Pose.identity()
         self._met = False
@@ -138,7 +138,7 @@ class TargetFilter:
     def _after(self, elapsed: float) -> Pose:
         """Return where the object is so long after the last used estimate."""
         twist, acceleration = self._motion
-        return shifted_and_turned(self._pose, elapsed * twist + 0.5 * elapsed**2 * acceleration)
+        return shifted_and_turned(self._pose, elapsed * (twist + 0.5 * elapsed * acceleration))
 
     def _start(self, estimate: TargetEstimate) -> None:
         seen = estimate.world_from_object
@@ -149,14 +149,14 @@ class TargetFilter:
         self._motion = np.zeros((2, 6))
         self._covariance = np.zeros((18, 18))
         self._covariance[:6, :6] = self._noise(estimate)
-        self._covariance[6:12, 6:12] = np.diag(np.repeat(_START_SPEED, 3) ** 2)
-        self._covariance[12:, 12:] = np.diag(np.repeat(_START_ACCELERATION, 3) ** 2)
+        self._covariance[6:12, 6:12] = np.diag(np.square(np.repeat(_START_SPEED, 3)))
+        self._covariance[12:, 12:] = np.diag(np.square(np.repeat(_START_ACCELERATION, 3)))
         self._strangers.clear()
 
     def _can_reach(self, expected: Pose, seen: Pose, elapsed: float) -> bool:
         settings = self._settings
         change = change_between(expected, seen)
-        shift, turn = float(np.linalg.norm(change[:3])), float(np.linalg.norm(change[3:]))
+        shift, turn = exact.norm(change[:3]), exact.norm(change[3:])
         return (
             shift <= settings.linear_jump + settings.linear_speed * elapsed
             and turn <= settings.angular_jump + settings.angular_speed * elapsed
@@ -181,12 +181,11 @@ class TargetFilter:
         """Move the state and its covariance ahead in time."""
         self._pose = self._after(elapsed)
         self._motion[0] += elapsed * self._motion[1]
-        half = 0.5 * elapsed**2
-        step = np.kron(
-            np.array([[1.0, elapsed, half], [0.0, 1.0, elapsed], [0.0, 0.0, 1.0]]), np.eye(6)
-        )
+        half = 0.5 * elapsed * elapsed
+        step = np.eye(18) + elapsed * np.eye(18, k=6) + half * np.eye(18, k=12)
         spread = _white_jerk(elapsed)
-        self._covariance = step @ self._covariance @ step.T + np.kron(spread, np.diag(self._drive))
+        moved = exact.product(step, self._covariance, step.T)
+        self._covariance = moved + np.kron(spread, np.diag(self._drive))
 
     def _correct(self, seen: Pose, noise: Floats, turns: OpenTurns) -> None:
         """Move the state towards a seen pose, by what either is worth."""
@@ -197,19 +196,18 @@ class TargetFilter:
         look = np.zeros((6 + count, 18))
         look[:3, :3], look[3:told, 3:6], look[told:6, 3:6] = np.eye(3), turns.told.T, turns.axes.T
         look[6:, 9:12] = turns.axes.T
-        surprise = np.concatenate([look[:6, :6] @ change, -turns.axes.T @ self._motion[0, 3:]])
+        turning = exact.product(turns.axes.T, self._motion[0, 3:])
+        surprise = np.concatenate([exact.product(look[:6, :6], change), -turning])
         spread = np.zeros((6 + count, 6 + count))
-        spread[:told, :told] = look[:told, :6] @ noise @ look[:told, :6].T
-        spread[told:6, told:6] = self._settings.open_turn**2 * np.eye(count)
-        spread[6:, 6:] = _OPEN_SPEED**2 * np.eye(count)
-        shared = look @ self._covariance
-        known = shared @ look.T
-        oddness = float(surprise @ np.linalg.solve(known + spread, surprise))
-        gain = np.linalg.solve(
-            known + spread * max(1.0, oddness / self._settings.oddness), shared
-        ).T
-        self._move(gain @ surprise)
-        left = self._covariance - gain @ shared
+        spread[:told, :told] = exact.product(look[:told, :6], noise, look[:told, :6].T)
+        spread[told:6, told:6] = np.square(self._settings.open_turn) * np.eye(count)
+        spread[6:, 6:] = np.square(_OPEN_SPEED) * np.eye(count)
+        shared = exact.product(look, self._covariance)
+        known = exact.product(shared, look.T)
+        oddness = exact.dot(surprise, exact.solve(known + spread, surprise))
+        gain = exact.solve(known + spread * max(1.0, oddness / self._settings.oddness), shared).T
+        self._move(exact.product(gain, surprise))
+        left = self._covariance - exact.product(gain, shared)
         self._covariance = 0.5 * (left + left.T)
 
     def _move(self, change: Floats) -> None:
@@ -221,14 +219,15 @@ class TargetFilter:
         """Return (6, 6): the covariance of an estimate in the world, no less than the floor."""
         noise = np.diag(self._floor)
         if self._settings.use_covariance:
-            turn = np.kron(np.eye(2), estimate.world_from_object.matrix()[:3, :3])
-            noise += turn @ estimate.covariance @ turn.T
+            turn = np.zeros((6, 6))
+            turn[:3, :3] = turn[3:, 3:] = estimate.world_from_object.matrix()[:3, :3]
+            noise += exact.product(turn, estimate.covariance, turn.T)
         return noise
 
 
 def _white_jerk(elapsed: float) -> Floats:
     """Return (3, 3): covariance of position, speed and acceleration by a white jerk of one."""
-    powers = elapsed ** np.arange(1, 6)
+    powers = np.cumprod(np.full(5, elapsed))
     return np.array(
         [
             [powers[4] / 20.0, powers[3] / 8.0, powers[2] / 6.0],

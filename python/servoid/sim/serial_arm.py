@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from servoid.errors import ServoError, SimError
-from servoid.pose import Pose
+from servoid.pose import Pose, exact
 from servoid.servo.arm import Eyes, Floats, Joints, JointState
 from servoid.servo.reach import reached
 from servoid.sim.arm_file import ArmFile
@@ -137,12 +137,12 @@ class SerialArm:
         if self._last_frames is not None and self._last_frames[0] == asked:
             return self._last_frames[1]
         angles = positions[: self._joints.hand_count, None, None]
-        links = self._fixed + np.cos(angles) * self._cosine + np.sin(angles) * self._sine
+        links = self._fixed + exact.cos(angles) * self._cosine + exact.sin(angles) * self._sine
         frames = np.empty((len(links) + 1, 4, 4))
         frames[0] = links[0]
         for index in range(1, len(links)):
-            np.matmul(frames[index - 1], links[index], out=frames[index])
-        np.matmul(frames[-2], self._flange_from_hand, out=frames[-1])
+            frames[index] = exact.product(frames[index - 1], links[index])
+        frames[-1] = exact.product(frames[-2], self._flange_from_hand)
         self._last_frames = asked, frames
         return frames
 
@@ -173,8 +173,8 @@ def _lagged(
     after_ramp = speed + slope * ramp
     left = wanted - after_ramp
     rest = time_s - ramp
-    faded = left * np.exp(-rest / lag_s)
-    travel = speed * ramp + 0.5 * slope * ramp**2 + wanted * rest - lag_s * (left - faded)
+    faded = left * exact.exp(-rest / lag_s)
+    travel = speed * ramp + 0.5 * slope * ramp * ramp + wanted * rest - lag_s * (left - faded)
     return travel, wanted - faded
 
 
@@ -214,7 +214,7 @@ def _link_parts(arm: ArmFile) -> tuple[Floats, Floats, Floats]:
         raise SimError(f"{len(along[_ODD])} lengths are needed, but there are {len(arm.lengths)}")
     along[_ODD] = arm.lengths
     fixed, cosine, sine = (np.zeros((len(twists), 4, 4)) for _ in range(3))
-    cos, sin = np.cos(twists), np.sin(twists)
+    cos, sin = exact.cos(twists), exact.sin(twists)
     cosine[:, 0, 0] = 1.0
     cosine[:, 1, 1], cosine[:, 2, 1] = cos, sin
     sine[:, 0, 1] = -1.0

@@ -12,7 +12,7 @@ from servoid import model
 from servoid.errors import ServoError
 from servoid.observe import Instant
 from servoid.output import make_folder
-from servoid.pose import Pose
+from servoid.pose import Pose, exact
 from servoid.servo import (
     Command,
     Controller,
@@ -227,7 +227,7 @@ def _take_place(
             see("taking place", 0.0, None, step.command)
     hand = world.arm.world_from_hand(world.arm.state().positions)
     off = change_between(hand, start[0])
-    shift, turned = float(np.linalg.norm(off[:3])), float(np.linalg.norm(off[3:]))
+    shift, turned = exact.norm(off[:3]), exact.norm(off[3:])
     if max(shift, turned) > look.near:
         asked = settings.run
         raise ServoError(

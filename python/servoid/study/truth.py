@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from servoid.pose import Pose
+from servoid.pose import Pose, exact
 from servoid.sim.world import World
 
 
@@ -34,5 +34,5 @@ class Truth:
 def spun_like(pose: Pose, other: Pose, axis: NDArray[np.float64]) -> Pose:
     """Return a pose spun about its own unit axis (3,) so that it is turned least from another."""
     w, *vector = (pose.inverse() @ other).quaternion
-    angle = 2.0 * np.arctan2(axis @ np.array(vector), w)
+    angle = 2.0 * exact.arctan2(exact.dot(axis, np.array(vector)), w)
     return pose @ Pose.exp([0.0, 0.0, 0.0, *(angle * axis)])

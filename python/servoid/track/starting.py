@@ -12,6 +12,7 @@ from servoid._native import Body, Estimate, Pose, View, place_body, silhouette_i
 from servoid.errors import TrackError
 from servoid.model.marking import mark
 from servoid.observe import Capture, CaptureView, Instant, cameras_of
+from servoid.pose import exact
 from servoid.track.follower import Evolver, Follower, Rememberer
 from servoid.track.request import Request, Subject
 from servoid.track.result import Tracked
@@ -158,7 +159,7 @@ def _looks_otherwise(make: Callable[[], Follower], instant: Instant, subject: Su
     except TrackError:  # what is remembered does not fit these cameras: it says nothing
         return False
     off = (subject.start.inverse() @ found.world_from_object).log()
-    near = np.linalg.norm(off[:3]) < subject.body.radii.max() and np.linalg.norm(off[3:]) < _TURN
+    near = exact.norm(off[:3]) < subject.body.radii.max() and exact.norm(off[3:]) < _TURN
     return found.status != "tracking" or not bool(near)
 
 

@@ -156,7 +156,7 @@ impl Ga {
         let champion = self.population[..elites].iter().map(|e| e.score).fold(f64::MIN, f64::max);
         sort(&mut self.population);
         let success = elites > 0 && self.population[0].score > champion;
-        let factor = if success { WIDTH_GROWTH } else { WIDTH_GROWTH.powf(-0.25) };
+        let factor = if success { WIDTH_GROWTH } else { libm::pow(WIDTH_GROWTH, -0.25) };
         self.width = (self.width * factor).clamp(self.settings.least_width, WIDEST);
         self.best.clone_from(&self.population[0]);
         self.breed();

@@ -62,6 +62,6 @@ pub(super) fn reflect(genes: &mut [f64], ranges: &[(f64, f64)]) {
 
 /// Draws a number from the standard normal distribution (Box, Muller 1958).
 fn gaussian(rng: &mut Rng) -> f64 {
-    let radius = (-2.0 * (1.0 - rng.random::<f64>()).ln()).sqrt();
-    radius * (std::f64::consts::TAU * rng.random::<f64>()).cos()
+    let radius = (-2.0 * libm::log(1.0 - rng.random::<f64>())).sqrt();
+    radius * libm::cos(std::f64::consts::TAU * rng.random::<f64>())
 }

@@ -1,9 +1,8 @@
 use std::mem::MaybeUninit;
 
-use super::lanes::Lanes;
+use super::lanes::{Lanes, Running};
 use super::map::ScoreMap;
 use super::rows::{Crossing, RowGroup, RowOutline, RowOutlines, Sums};
-use crate::shape::Body;
 
 /// How a sum over the union changes with the five numbers of one outline, in the order of
 /// [`crate::shape::Outline`]: centre u, centre v, slope, half width, half height.
@@ -39,7 +38,7 @@ impl<L: Lanes> Lean<L> {
     }
 }
 
-/// Running sums over the exposed ends of one outline: of the weight w, of w·below, of w·root, and of
+/// Half of the running sums over the exposed ends of one outline, or all where a vector holds them: of the weight w, of w·below, of w·root, and of
 /// w times both parts of the [`Lean`], where the left end counts with the opposite sign.
 #[derive(Clone, Copy)]
 struct Moments<L: Lanes>([L; 5]);
@@ -65,10 +64,10 @@ impl<L: Lanes> Moments<L> {
     }
 
     #[inline(always)]
-    unsafe fn gradient(&self, outline: &RowOutline, weight: f64) -> OutlineGradient {
+    unsafe fn gradient(&self, other: &Self, outline: &RowOutline, weight: f64) -> OutlineGradient {
         let mut totals = [0.0; 5];
-        for (total, lanes) in totals.iter_mut().zip(self.0) {
-            *total = weight * f64::from(unsafe { lanes.total() });
+        for (total, (lanes, others)) in totals.iter_mut().zip(self.0.into_iter().zip(other.0)) {
+            *total = weight * f64::from(unsafe { lanes.total(others) });
         }
         let [both, below, root, steep, square] = totals;
         let taper = f64::from(outline.half_width) * f64::from(outline.per_half_height);
@@ -80,62 +79,91 @@ impl<L: Lanes> Moments<L> {
 /// boundary, since the inside of the union does not change.
 ///
 /// # Safety
-/// The instruction set of `L` must be enabled in the caller; `gradients` has one entry an outline.
+/// The instruction set of `L` must be enabled in the caller; `gradients` has one entry an outline,
+/// and there are at most `ROOM` outlines.
 #[inline(always)]
-pub(super) unsafe fn union_gradients<L: Lanes>(
+pub(super) unsafe fn union_gradients<L: Lanes, const ROOM: usize>(
     map: &ScoreMap,
     outlines: &RowOutlines,
     gradients: &mut [OutlineGradients],
 ) -> Sums {
-    // SAFETY: rows run from 0 to the last kept one, and columns are cut to the image; only the
-    // first `outlines.len()` moments and `count` crossings, which were written, are read.
+    // SAFETY: rows run from 0 to the last kept one; only moments that were written are read.
     unsafe {
         let all = outlines.as_slice();
         let zero = Moments::<L>::zero();
-        let mut moments = [const { MaybeUninit::uninit() }; Body::MAX_ELLIPSOIDS];
-        for place in moments.iter_mut().take(all.len()) {
-            place.write((zero, zero));
+        let mut moments = [const { [const { MaybeUninit::uninit() }; ROOM] }; 2];
+        for part in moments.iter_mut().take(L::PARTS) {
+            for place in part.iter_mut().take(all.len()) {
+                place.write((zero, zero));
+            }
         }
-        let (mut score, mut area) = (L::splat(0.0), L::splat(0.0));
+        let (mut score, mut area) = (Running::<L>::zero(), Running::zero());
         let mut row = outlines.first;
         while row <= outlines.last && !all.is_empty() {
-            let group = RowGroup::<L>::new(map, row);
-            let mut crossings =
-                [const { MaybeUninit::<(usize, Crossing<L>)>::uninit() }; Body::MAX_ELLIPSOIDS];
-            let mut count = 0;
-            for (index, outline) in all.iter().enumerate() {
-                if outline.reaches(row, L::COUNT) {
-                    let crossing = Crossing::new(outline, &group).without_empty(&group);
-                    crossings[count].write((index, crossing));
-                    count += 1;
-                }
-            }
-            let crossings: &[(usize, Crossing<L>)] =
-                std::slice::from_raw_parts(crossings.as_ptr().cast(), count);
-            for at in 0..count {
-                let (begin, end) = exposed(crossings, at);
-                if !L::any(L::or(begin, end)) {
-                    continue;
-                }
-                let (index, crossing) = &crossings[at];
-                let moments = moments[*index].assume_init_mut();
-                let (gain, length) =
-                    add_ends(&group, crossing, begin, end, moments, all[*index].quarter_per_blunt);
-                score = score.add(gain);
-                area = area.add(length);
-            }
+            // Written out, so that each part's place is known when this is compiled.
+            let (gain, length) = add_group(map, all, row, &mut moments[0]);
+            score.add(gain);
+            area.add(length);
             row += L::COUNT;
+            if L::PARTS == 2 && row <= outlines.last {
+                let (gain, length) = add_group(map, all, row, &mut moments[1]);
+                score.add(gain);
+                area.add(length);
+                row += L::COUNT;
+            }
         }
         let weight = map.stride() as f64;
         for (index, (outline, out)) in all.iter().zip(gradients).enumerate() {
-            let (of_score, of_area) = moments[index].assume_init_ref();
-            out.score = of_score.gradient(outline, weight * ScoreMap::QUANTUM);
-            out.area = of_area.gradient(outline, weight);
+            let [one, other] = [0, L::PARTS - 1].map(|part| moments[part][index].assume_init_ref());
+            out.score = one.0.gradient(&other.0, outline, weight * ScoreMap::QUANTUM);
+            out.area = one.1.gradient(&other.1, outline, weight);
         }
         Sums {
             score: weight * ScoreMap::QUANTUM * f64::from(score.total()),
             area: weight * f64::from(area.total()),
         }
+    }
+}
+
+/// Gives the score and the area of a vector of rows, and adds it to the outlines' moments.
+///
+/// # Safety
+/// `row` must be a kept row; there is one written moment an outline, and there are at most `ROOM`.
+#[inline(always)]
+unsafe fn add_group<L: Lanes, const ROOM: usize>(
+    map: &ScoreMap,
+    all: &[RowOutline],
+    row: usize,
+    moments: &mut [MaybeUninit<(Moments<L>, Moments<L>)>; ROOM],
+) -> (L, L) {
+    // SAFETY: columns are cut to the image; only `count` crossings, which were written, are read.
+    unsafe {
+        let group = RowGroup::<L>::new(map, row);
+        let mut crossings = [const { MaybeUninit::<(usize, Crossing<L>)>::uninit() }; ROOM];
+        let mut count = 0;
+        for (index, outline) in all.iter().enumerate() {
+            if outline.reaches(row, L::COUNT) {
+                let crossing = Crossing::new(outline, &group).without_empty(&group);
+                crossings[count].write((index, crossing));
+                count += 1;
+            }
+        }
+        let crossings: &[(usize, Crossing<L>)] =
+            std::slice::from_raw_parts(crossings.as_ptr().cast(), count);
+        let (mut score, mut area) = (L::splat(0.0), L::splat(0.0));
+        for at in 0..count {
+            let (begin, end) = exposed(crossings, at);
+            if !L::any(L::or(begin, end)) {
+                continue;
+            }
+            let (index, crossing) = &crossings[at];
+            let moments = moments[*index].assume_init_mut();
+            let (gain, length) =
+                add_ends(&group, crossing, begin, end, moments, all[*index].quarter_per_blunt);
+            score = score.add(gain);
+            area = area.add(length);
+        }
+        (score, area)
     }
 }
 

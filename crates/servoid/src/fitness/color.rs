@@ -67,7 +67,7 @@ fn log_ratios(object: &[f64], background: &[f64]) -> Vec<i16> {
     let pairs = object.iter().zip(background);
     // A bin that neither histogram has seen says nothing.
     let ratio = |(&o, &b): (&f64, &f64)| {
-        if o + b == 0.0 { 0.0 } else { (share(o, objects) / share(b, backgrounds)).ln() }
+        if o + b == 0.0 { 0.0 } else { libm::log(share(o, objects) / share(b, backgrounds)) }
     };
     pairs.map(|pair| quanta(ratio(pair))).collect()
 }

@@ -62,7 +62,7 @@ pub fn contour(
 
 /// Gives a place on an ellipse and its unit normal there.
 fn place(outline: &Outline, angle: f64) -> (Vector2<f64>, Vector2<f64>) {
-    let (sin, cos) = angle.sin_cos();
+    let (sin, cos) = libm::sincos(angle);
     let below = outline.half_height * sin;
     let right = outline.slope * below + outline.half_width * cos;
     let across = cos / outline.half_width;
@@ -114,7 +114,7 @@ pub fn boundary(
     for (at, sum) in sums.iter().take(count + 1).enumerate() {
         // The boundary lies between two places.
         let offset = (at as f64 - reach as f64 - 0.5) * step_px;
-        let weight = (sum - most).exp();
+        let weight = libm::exp(sum - most);
         total += weight;
         first += weight * offset;
         second += weight * offset * offset;

@@ -52,7 +52,7 @@ impl Total {
     }
 
     fn joined(&self, log_sum: f64) -> f64 {
-        (log_sum / self.weights()).exp()
+        libm::exp(log_sum / self.weights())
     }
 }
 
@@ -61,7 +61,8 @@ impl Fitness for Total {
         if let [only] = self.0.as_slice() {
             return only.evidence.score(hypothesis);
         }
-        let log = |part: &Weighted| part.weight * part.evidence.score(hypothesis).max(LEAST).ln();
+        let log =
+            |part: &Weighted| part.weight * libm::log(part.evidence.score(hypothesis).max(LEAST));
         self.joined(self.0.iter().map(log).sum())
     }
 }
@@ -76,7 +77,7 @@ impl Differentiable for Total {
         let mut log_sum = 0.0;
         for part in &self.0 {
             let score = part.evidence.score_and_gradient(hypothesis, &mut part_gradient);
-            log_sum += part.weight * score.max(LEAST).ln();
+            log_sum += part.weight * libm::log(score.max(LEAST));
             let scale = if score > LEAST { part.weight / score } else { 0.0 };
             for (sum, one) in gradient.iter_mut().zip(&part_gradient) {
                 sum.add_scaled(one, scale);

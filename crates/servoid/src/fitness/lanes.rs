@@ -1,4 +1,12 @@
 //! Vectors of rows: the few operations that the row kernels need, for each instruction set.
+//!
+//! Every instruction set gives the same bits. Each operation is rounded as IEEE 754 has it, no
+//! multiplication is fused with an addition, and rows are added up in one order: sixteen running
+//! sums, whatever a register holds, of which number i takes every sixteenth row. Where a register
+//! holds eight, even and odd groups of rows have sums of their own.
+
+/// Running sums that rows are spread over before they are added up.
+const SUMS: usize = 16;
 
 /// A vector of single-precision numbers, one a row.
 ///
@@ -6,8 +14,10 @@
 /// Methods of an implementation may only run where its instruction set is present, inside a
 /// function that enables it, so that they are inlined there.
 pub(super) unsafe trait Lanes: Copy {
-    /// Rows a vector.
+    /// Rows a vector: 8 or 16.
     const COUNT: usize;
+    /// Vectors that hold the sixteen running sums.
+    const PARTS: usize = SUMS / Self::COUNT;
     /// One truth value a row.
     type Truth: Copy;
     /// One offset into a table a row.
@@ -22,8 +32,11 @@ pub(super) unsafe trait Lanes: Copy {
     unsafe fn sub(self, other: Self) -> Self;
     unsafe fn mul(self, other: Self) -> Self;
     unsafe fn div(self, other: Self) -> Self;
-    /// Gives `self * factor + term`.
-    unsafe fn mul_add(self, factor: Self, term: Self) -> Self;
+    /// Gives `self * factor + term`, rounded twice.
+    #[inline(always)]
+    unsafe fn mul_add(self, factor: Self, term: Self) -> Self {
+        unsafe { self.mul(factor).add(term) }
+    }
     /// Gives the lesser; `other` if `self` is not a number.
     unsafe fn min(self, other: Self) -> Self;
     /// Gives the greater; `other` if `self` is not a number.
@@ -37,13 +50,47 @@ pub(super) unsafe trait Lanes: Copy {
     unsafe fn and_not(left: Self::Truth, right: Self::Truth) -> Self::Truth;
     unsafe fn any(truth: Self::Truth) -> bool;
     unsafe fn select(truth: Self::Truth, yes: Self, no: Self) -> Self;
-    /// Adds the rows up in a fixed order.
-    unsafe fn total(self) -> f32;
+    /// Adds sixteen running sums up, in halves: 8 to 8, 4 to 4, 2 to 2. Where one vector holds them
+    /// all, `other` is left out.
+    unsafe fn total(self, other: Self) -> f32;
     /// Reads entries k and k + 1, k = floor(self), of the row at each offset.
     ///
     /// # Safety
     /// `offset + k + 1` must lie inside the table for every row.
     unsafe fn pairs(self, table: *const f32, offsets: Self::Offsets) -> (Self, Self, Self);
+}
+
+/// Sixteen running sums over vectors of rows that are added one after another, without a gap.
+#[derive(Clone, Copy)]
+pub(super) struct Running<L: Lanes> {
+    /// What the next vector is added to, and what the one after it is.
+    next: L,
+    after: L,
+}
+
+impl<L: Lanes> Running<L> {
+    #[inline(always)]
+    pub unsafe fn zero() -> Self {
+        unsafe { Self { next: L::splat(0.0), after: L::splat(0.0) } }
+    }
+
+    #[inline(always)]
+    pub unsafe fn add(&mut self, rows: L) {
+        unsafe {
+            let sum = self.next.add(rows);
+            if L::PARTS == 1 {
+                self.next = sum;
+            } else {
+                // Which of the two is which does not matter in the end: a + b is b + a.
+                (self.next, self.after) = (self.after, sum);
+            }
+        }
+    }
+
+    #[inline(always)]
+    pub unsafe fn total(self) -> f32 {
+        unsafe { self.next.total(self.after) }
+    }
 }
 
 /// Eight rows in plain arrays: runs everywhere.
@@ -97,10 +144,6 @@ unsafe impl Lanes for Portable {
         self.zip(other, |a, b| a / b)
     }
     #[inline(always)]
-    unsafe fn mul_add(self, factor: Self, term: Self) -> Self {
-        Self(std::array::from_fn(|i| self.0[i] * factor.0[i] + term.0[i]))
-    }
-    #[inline(always)]
     unsafe fn min(self, other: Self) -> Self {
         self.zip(other, |a, b| if a < b { a } else { b })
     }
@@ -141,8 +184,10 @@ unsafe impl Lanes for Portable {
         Self(std::array::from_fn(|i| if truth[i] { yes.0[i] } else { no.0[i] }))
     }
     #[inline(always)]
-    unsafe fn total(self) -> f32 {
-        self.0.iter().sum()
+    unsafe fn total(self, other: Self) -> f32 {
+        let eight = self.zip(other, |a, b| a + b).0;
+        let four: [f32; 4] = std::array::from_fn(|i| eight[i] + eight[i + 4]);
+        (four[0] + four[2]) + (four[1] + four[3])
     }
     #[inline(always)]
     unsafe fn pairs(self, table: *const f32, offsets: [usize; 8]) -> (Self, Self, Self) {

@@ -4,11 +4,11 @@ use std::arch::x86_64::*;
 
 use super::lanes::Lanes;
 
-/// Eight rows: needs AVX2 and FMA.
+/// Eight rows: needs AVX2.
 #[derive(Clone, Copy)]
 pub(super) struct Avx2(__m256);
 
-/// Sixteen rows: needs AVX-512 F, DQ and VL, AVX2 and FMA.
+/// Sixteen rows: needs AVX-512 F, DQ and VL, and AVX2.
 #[derive(Clone, Copy)]
 pub(super) struct Avx512(__m512);
 
@@ -31,7 +31,16 @@ unsafe fn read_two(table: *const f32, index: &[u32], first: usize) -> __m128d {
     }
 }
 
-// SAFETY: every method is inlined into a function that enables AVX2 and FMA.
+#[inline(always)]
+unsafe fn total_of_eight(eight: __m256) -> f32 {
+    unsafe {
+        let four = _mm_add_ps(_mm256_castps256_ps128(eight), _mm256_extractf128_ps::<1>(eight));
+        let two = _mm_add_ps(four, _mm_movehl_ps(four, four));
+        _mm_cvtss_f32(_mm_add_ss(two, _mm_movehdup_ps(two)))
+    }
+}
+
+// SAFETY: every method is inlined into a function that enables AVX2.
 unsafe impl Lanes for Avx2 {
     const COUNT: usize = 8;
     type Truth = __m256;
@@ -71,10 +80,6 @@ unsafe impl Lanes for Avx2 {
     #[inline(always)]
     unsafe fn div(self, other: Self) -> Self {
         unsafe { Self(_mm256_div_ps(self.0, other.0)) }
-    }
-    #[inline(always)]
-    unsafe fn mul_add(self, factor: Self, term: Self) -> Self {
-        unsafe { Self(_mm256_fmadd_ps(self.0, factor.0, term.0)) }
     }
     #[inline(always)]
     unsafe fn min(self, other: Self) -> Self {
@@ -117,13 +122,8 @@ unsafe impl Lanes for Avx2 {
         unsafe { Self(_mm256_blendv_ps(no.0, yes.0, truth)) }
     }
     #[inline(always)]
-    unsafe fn total(self) -> f32 {
-        unsafe {
-            let four =
-                _mm_add_ps(_mm256_castps256_ps128(self.0), _mm256_extractf128_ps::<1>(self.0));
-            let two = _mm_add_ps(four, _mm_movehl_ps(four, four));
-            _mm_cvtss_f32(_mm_add_ss(two, _mm_movehdup_ps(two)))
-        }
+    unsafe fn total(self, other: Self) -> f32 {
+        unsafe { total_of_eight(_mm256_add_ps(self.0, other.0)) }
     }
     #[inline(always)]
     unsafe fn pairs(self, table: *const f32, offsets: __m256i) -> (Self, Self, Self) {
@@ -144,7 +144,7 @@ unsafe impl Lanes for Avx2 {
     }
 }
 
-// SAFETY: every method is inlined into a function that enables AVX-512 F, DQ, VL, AVX2 and FMA.
+// SAFETY: every method is inlined into a function that enables AVX-512 F, DQ, VL and AVX2.
 unsafe impl Lanes for Avx512 {
     const COUNT: usize = 16;
     type Truth = __mmask16;
@@ -189,10 +189,6 @@ unsafe impl Lanes for Avx512 {
         unsafe { Self(_mm512_div_ps(self.0, other.0)) }
     }
     #[inline(always)]
-    unsafe fn mul_add(self, factor: Self, term: Self) -> Self {
-        unsafe { Self(_mm512_fmadd_ps(self.0, factor.0, term.0)) }
-    }
-    #[inline(always)]
     unsafe fn min(self, other: Self) -> Self {
         unsafe { Self(_mm512_min_ps(self.0, other.0)) }
     }
@@ -202,15 +198,7 @@ unsafe impl Lanes for Avx512 {
     }
     #[inline(always)]
     unsafe fn sqrt(self) -> Self {
-        // The square root instruction takes more than twice as long as an estimate of 14 bits and
-        // one Newton step, which are exact to rounding.
-        unsafe {
-            let positive = _mm512_cmp_ps_mask::<_CMP_GT_OQ>(self.0, _mm512_setzero_ps());
-            let inverse = _mm512_maskz_rsqrt14_ps(positive, self.0);
-            let root = _mm512_mul_ps(self.0, inverse);
-            let error = _mm512_fnmadd_ps(root, root, self.0);
-            Self(_mm512_fmadd_ps(_mm512_mul_ps(error, _mm512_set1_ps(0.5)), inverse, root))
-        }
+        unsafe { Self(_mm512_sqrt_ps(self.0)) }
     }
     #[inline(always)]
     unsafe fn less(self, other: Self) -> __mmask16 {
@@ -241,8 +229,11 @@ unsafe impl Lanes for Avx512 {
         unsafe { Self(_mm512_mask_blend_ps(truth, no.0, yes.0)) }
     }
     #[inline(always)]
-    unsafe fn total(self) -> f32 {
-        unsafe { _mm512_reduce_add_ps(self.0) }
+    unsafe fn total(self, _other: Self) -> f32 {
+        unsafe {
+            let (low, high) = (_mm512_castps512_ps256(self.0), _mm512_extractf32x8_ps::<1>(self.0));
+            total_of_eight(_mm256_add_ps(low, high))
+        }
     }
     #[inline(always)]
     unsafe fn pairs(self, table: *const f32, offsets: __m512i) -> (Self, Self, Self) {

@@ -21,7 +21,7 @@ mod surface;
 mod sweep;
 mod volume;
 
-pub use backend::Backend;
+pub use backend::{Backend, BackendError};
 pub use color::ColorModel;
 pub use contour::{ContourPoint, Offset, boundary, contour};
 pub use evidence::{Evidence, Total};

@@ -37,7 +37,7 @@ impl Overlap {
         };
         let region_views = views.iter().map(region_view).collect();
         let filled_px = views.iter().map(|view| view.filled.iter().sum()).collect();
-        let region = Region::with_backend(region_views, Backend::fastest());
+        let region = Region::with_backend(region_views, Backend::used());
         Self { views, region, filled_px }
     }
 

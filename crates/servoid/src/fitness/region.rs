@@ -29,7 +29,7 @@ impl Region {
     /// Joins the images.
     #[must_use]
     pub fn new(views: Vec<RegionView>) -> Self {
-        Self::with_backend(views, Backend::fastest())
+        Self::with_backend(views, Backend::used())
     }
 
     /// Joins the images and chooses the vector instructions.

@@ -22,6 +22,10 @@ pub(super) struct RowOutline {
 /// it counts as unseen.
 const FARTHEST: f64 = 1e6;
 
+/// Rows within this share of the outline's place and reach count as reached, so that rounding to
+/// single precision never opens a row that is left out: a kernel may or may not visit it.
+const SLACK: f64 = 1e-6;
+
 /// A row that no outline reaches.
 const FAR_AWAY: f32 = 1e9;
 
@@ -30,13 +34,14 @@ impl RowOutline {
     #[inline(always)]
     pub fn new(outline: &Outline, map: &ScoreMap) -> Option<Self> {
         let reach = outline.reach(map.stride() as f64);
+        let reach_v = outline.center_v.abs() + reach;
+        let reach = reach + SLACK * reach_v;
         let top = (outline.center_v - reach) * map.per_stride();
         let bottom = (outline.center_v + reach) * map.per_stride();
         let last_row = map.rows() as f64 - 1.0;
         // Fails for NaN as well.
         let reaches = top <= last_row && bottom >= 0.0 && outline.half_height > 0.0;
         let reach_u = outline.center_u.abs() + outline.half_width;
-        let reach_v = outline.center_v.abs() + reach;
         let bounded = reach_u < FARTHEST && reach_v < FARTHEST;
         if !reaches || !bounded {
             return None;

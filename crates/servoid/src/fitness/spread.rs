@@ -5,7 +5,7 @@ use crate::shape::{Quadric, QuadricGradient};
 /// the size, and grows without bound as the ellipsoid gets flat or thin.
 #[must_use]
 pub fn spread(quadric: &Quadric) -> f64 {
-    3.0 * (quadric.factor.norm_squared() / 3.0).ln() - 2.0 * quadric.bulk().ln()
+    3.0 * libm::log(quadric.factor.norm_squared() / 3.0) - 2.0 * libm::log(quadric.bulk())
 }
 
 /// Gives how the spread changes with the quadric; `None` for one without volume.

@@ -1,24 +1,21 @@
 use std::mem::MaybeUninit;
 
-use super::lanes::Lanes;
+use super::lanes::{Lanes, Running};
 use super::map::ScoreMap;
-use super::rows::{Crossing, RowGroup, RowOutlines, Sums};
-use crate::shape::Body;
-
-type Stack<L> = [MaybeUninit<L>; Body::MAX_ELLIPSOIDS];
+use super::rows::{Crossing, RowGroup, RowOutline, RowOutlines, Sums};
 
 /// Intervals of a vector of rows, sorted by where they begin.
-struct Sorted<L: Lanes> {
-    begins: Stack<L>,
-    ends: Stack<L>,
+struct Sorted<L: Lanes, const ROOM: usize> {
+    begins: [MaybeUninit<L>; ROOM],
+    ends: [MaybeUninit<L>; ROOM],
     count: usize,
 }
 
-impl<L: Lanes> Sorted<L> {
+impl<L: Lanes, const ROOM: usize> Sorted<L, ROOM> {
     /// Sorts one interval in. // insertion sort, the same exchanges in every row
     #[inline(always)]
     unsafe fn insert(&mut self, mut begin: L, mut end: L) {
-        // SAFETY: the first `count` entries were written, and a body has at most MAX_ELLIPSOIDS.
+        // SAFETY: the first `count` entries were written, and there are at most ROOM outlines.
         unsafe {
             for at in (0..self.count).rev() {
                 let (other, other_end) =
@@ -48,42 +45,59 @@ impl<L: Lanes> Sorted<L> {
 /// where the union begins and ends.
 ///
 /// # Safety
-/// The instruction set of `L` must be enabled in the caller.
+/// The instruction set of `L` must be enabled in the caller; there are at most `ROOM` outlines.
 #[inline(always)]
-pub(super) unsafe fn union_sums<L: Lanes>(map: &ScoreMap, outlines: &RowOutlines) -> Sums {
-    // SAFETY: rows run from 0 to the last kept one, and columns are cut to the image.
+pub(super) unsafe fn union_sums<L: Lanes, const ROOM: usize>(
+    map: &ScoreMap,
+    outlines: &RowOutlines,
+) -> Sums {
+    // SAFETY: rows run from 0 to the last kept one.
     unsafe {
-        let (mut score, mut area) = (L::splat(0.0), L::splat(0.0));
+        let (mut score, mut area) = (Running::<L>::zero(), Running::zero());
         let mut row = outlines.first;
         while row <= outlines.last && !outlines.as_slice().is_empty() {
-            let group = RowGroup::<L>::new(map, row);
-            let mut reached =
-                outlines.as_slice().iter().filter(|outline| outline.reaches(row, L::COUNT));
-            let pair = (reached.next(), reached.next());
-            let (gain, length) = match pair {
-                (Some(only), None) => {
-                    let crossing = Crossing::new(only, &group);
-                    run(&group, crossing.begin, crossing.end)
-                }
-                (Some(one), Some(two)) => {
-                    let stack = [const { MaybeUninit::uninit() }; Body::MAX_ELLIPSOIDS];
-                    let mut sorted = Sorted { begins: stack, ends: stack, count: 0 };
-                    for outline in [one, two].into_iter().chain(reached) {
-                        let crossing = Crossing::new(outline, &group).without_empty(&group);
-                        sorted.insert(crossing.begin, crossing.end);
-                    }
-                    sweep(&group, &sorted)
-                }
-                _ => (L::splat(0.0), L::splat(0.0)),
-            };
-            score = score.add(gain);
-            area = area.add(length);
+            let (gain, length) = group_sums::<L, ROOM>(map, outlines.as_slice(), row);
+            score.add(gain);
+            area.add(length);
             row += L::COUNT;
         }
         let weight = map.stride() as f64;
         Sums {
             score: weight * ScoreMap::QUANTUM * f64::from(score.total()),
             area: weight * f64::from(area.total()),
+        }
+    }
+}
+
+/// Gives the score and the area of a vector of rows.
+///
+/// # Safety
+/// `row` must be a kept row, and there are at most `ROOM` outlines.
+#[inline(always)]
+unsafe fn group_sums<L: Lanes, const ROOM: usize>(
+    map: &ScoreMap,
+    all: &[RowOutline],
+    row: usize,
+) -> (L, L) {
+    // SAFETY: columns are cut to the image.
+    unsafe {
+        let group = RowGroup::<L>::new(map, row);
+        let mut reached = all.iter().filter(|outline| outline.reaches(row, L::COUNT));
+        match (reached.next(), reached.next()) {
+            (Some(only), None) => {
+                let crossing = Crossing::new(only, &group);
+                run(&group, crossing.begin, crossing.end)
+            }
+            (Some(one), Some(two)) => {
+                let stack = [const { MaybeUninit::uninit() }; ROOM];
+                let mut sorted = Sorted::<L, ROOM> { begins: stack, ends: stack, count: 0 };
+                for outline in [one, two].into_iter().chain(reached) {
+                    let crossing = Crossing::new(outline, &group).without_empty(&group);
+                    sorted.insert(crossing.begin, crossing.end);
+                }
+                sweep(&group, &sorted)
+            }
+            _ => (L::splat(0.0), L::splat(0.0)),
         }
     }
 }
@@ -95,7 +109,10 @@ unsafe fn run<L: Lanes>(group: &RowGroup<L>, begin: L, end: L) -> (L, L) {
 }
 
 #[inline(always)]
-unsafe fn sweep<L: Lanes>(group: &RowGroup<L>, sorted: &Sorted<L>) -> (L, L) {
+unsafe fn sweep<L: Lanes, const ROOM: usize>(
+    group: &RowGroup<L>,
+    sorted: &Sorted<L, ROOM>,
+) -> (L, L) {
     unsafe {
         let zero = L::splat(0.0);
         let (start, mut reached) = sorted.get(0);

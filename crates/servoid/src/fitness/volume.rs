@@ -23,7 +23,7 @@ impl Volume {
     pub fn new(grid: Grid) -> Self {
         let slices = slices(&grid, &balance(&grid.filled));
         let filled = grid.filled.iter().sum();
-        Self { grid, slices, filled, backend: Backend::fastest() }
+        Self { grid, slices, filled, backend: Backend::used() }
     }
 
     fn sums(&self, hypothesis: &[Quadric]) -> Sums {

@@ -184,7 +184,7 @@ impl<'a> Search<'a> {
             }
             None => self.world_from_box.transform(&(place * REACH * self.unit)),
         };
-        let radii = [genes[3], genes[4], genes[5]].map(|size| size.exp() * self.unit);
+        let radii = [genes[3], genes[4], genes[5]].map(|size| libm::exp(size) * self.unit);
         let turn = self.world_from_box.rotation() * even_turn(genes[6], genes[7], genes[8]);
         let quaternion = Pose::from_rotation(turn, center).quaternion();
         Ok(Ellipsoid::new(0, center.into(), radii, quaternion)?)
@@ -196,6 +196,6 @@ impl<'a> Search<'a> {
 }
 
 fn ranges() -> [(f64, f64); 9] {
-    let (place, size, share) = ((-1.0, 1.0), (RADII.0.ln(), RADII.1.ln()), (0.0, 1.0));
+    let (place, size, share) = ((-1.0, 1.0), (libm::log(RADII.0), libm::log(RADII.1)), (0.0, 1.0));
     [place, place, place, size, size, size, share, share, share]
 }

@@ -20,7 +20,7 @@ pub(super) fn search(
     settings: &Settings,
     rng: Rng,
 ) -> Result<Quadric, ModelError> {
-    let size = (RADII.0.ln(), RADII.1.ln());
+    let size = (libm::log(RADII.0), libm::log(RADII.1));
     let (place, share) = ((-1.0, 1.0), (0.0, 1.0));
     let ranges = [place, place, place, size, size, size, share, share, share, share];
     let mut ga = Ga::new(&ranges, settings.search, rng)?;
@@ -37,7 +37,7 @@ pub(super) fn search(
 /// Reads the genes of an ellipsoid: place (3), logarithms of the radii (3), turn (3), parent (1).
 fn decode(genes: &[f64], standing: &[Quadric]) -> Quadric {
     let place = Vector3::new(genes[0], genes[1], genes[2]);
-    let radii = Vector3::new(genes[3].exp(), genes[4].exp(), genes[5].exp());
+    let radii = Vector3::new(libm::exp(genes[3]), libm::exp(genes[4]), libm::exp(genes[5]));
     let turn = even_turn(genes[6], genes[7], genes[8]);
     let factor = turn.to_rotation_matrix().into_inner() * Matrix3::from_diagonal(&radii);
     // One share of the gene is for a place of its own: an object may have parts that do not touch.

@@ -50,7 +50,7 @@ fn slope(k: &[f64; 8], point: &Vector2<f64>) -> Matrix2<f64> {
 /// Gives the tangent of the angle off the axis up to which the model is one to one: (S26).
 pub(super) fn limit(k: &[f64; 8]) -> f64 {
     let (over, under) = quotient(k);
-    let pull = 6.0 * k[2].hypot(k[3]);
+    let pull = 6.0 * libm::hypot(k[2], k[3]);
     let rising = [1.0, 3.0 * over[1], 5.0 * over[2], 7.0 * over[3]];
     let turning = [0.0, 2.0 * under[1], 4.0 * under[2], 6.0 * under[3]];
     let (gain, loss) = (product(&rising, &under), product(&over, &turning));

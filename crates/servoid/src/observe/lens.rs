@@ -59,7 +59,7 @@ impl Lens {
     #[must_use]
     pub fn limit(&self) -> f64 {
         match self.distortion {
-            Distortion::None | Distortion::BrownConrady(_) => self.reach.atan(),
+            Distortion::None | Distortion::BrownConrady(_) => libm::atan(self.reach),
             Distortion::KannalaBrandt(_) => self.reach,
         }
     }
@@ -80,7 +80,7 @@ impl Lens {
             }
             Distortion::KannalaBrandt(k) => {
                 let across = p.xy().norm();
-                let angle = across.atan2(p.z);
+                let angle = libm::atan2(across, p.z);
                 if angle >= self.reach || (across == 0.0 && p.z <= 0.0) {
                     return None;
                 }
@@ -110,8 +110,9 @@ impl Lens {
             Distortion::KannalaBrandt(k) => {
                 let far = flat.xy().norm();
                 let angle = kannala_brandt::angle(k, self.reach, far)?;
-                let across = if far > 0.0 { flat.xy() * (angle.sin() / far) } else { flat.xy() };
-                Some(across.push(angle.cos()))
+                let across =
+                    if far > 0.0 { flat.xy() * (libm::sin(angle) / far) } else { flat.xy() };
+                Some(across.push(libm::cos(angle)))
             }
         }
     }

@@ -7,7 +7,12 @@ use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 pub fn even_turn(first: f64, second: f64, third: f64) -> UnitQuaternion<f64> {
     let (low, high) = ((1.0 - first).sqrt(), first.sqrt());
     let (a, b) = (std::f64::consts::TAU * second, std::f64::consts::TAU * third);
-    let q = Quaternion::new(high * b.cos(), low * a.sin(), low * a.cos(), high * b.sin());
+    let q = Quaternion::new(
+        high * libm::cos(b),
+        low * libm::sin(a),
+        low * libm::cos(a),
+        high * libm::sin(b),
+    );
     UnitQuaternion::new_normalize(q)
 }
 
@@ -19,5 +24,5 @@ pub fn even_turn(first: f64, second: f64, third: f64) -> UnitQuaternion<f64> {
 pub fn even_direction(index: usize, height: f64) -> Vector3<f64> {
     let golden = std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
     let (ring, angle) = ((1.0 - height * height).sqrt(), golden * index as f64);
-    Vector3::new(ring * angle.cos(), ring * angle.sin(), height)
+    Vector3::new(ring * libm::cos(angle), ring * libm::sin(angle), height)
 }

@@ -155,7 +155,7 @@ pub(crate) fn left_jacobian(angular: &Vector3<f64>) -> Matrix3<f64> {
     let (first, second) = if angle < SMALL_ANGLE {
         (0.5 - angle * angle / 24.0, 1.0 / 6.0 - angle * angle / 120.0)
     } else {
-        ((1.0 - angle.cos()) / angle.powi(2), (angle - angle.sin()) / angle.powi(3))
+        ((1.0 - libm::cos(angle)) / angle.powi(2), (angle - libm::sin(angle)) / angle.powi(3))
     };
     Matrix3::identity() + cross * first + cross * cross * second
 }
@@ -167,7 +167,7 @@ fn inverse_left_jacobian(angular: &Vector3<f64>) -> Matrix3<f64> {
         1.0 / 12.0 + angle * angle / 720.0
     } else {
         let half = 0.5 * angle;
-        (1.0 - half * half.cos() / half.sin()) / angle.powi(2)
+        (1.0 - half * libm::cos(half) / libm::sin(half)) / angle.powi(2)
     };
     Matrix3::identity() - cross * 0.5 + cross * cross * second
 }

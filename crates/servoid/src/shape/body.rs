@@ -109,6 +109,6 @@ fn weighted_points(ellipsoids: &[Ellipsoid]) -> Vec<(Vector3<f64>, f64)> {
 fn ball_point(i: usize) -> Vector3<f64> {
     let share = (i as f64 + 0.5) / MOMENT_POINTS as f64;
     // A second irrational step decouples the radius from the height.
-    let radius = (i as f64 * 0.754_877_666_246_693).fract().cbrt();
+    let radius = libm::cbrt((i as f64 * 0.754_877_666_246_693).fract());
     even_direction(i, 1.0 - 2.0 * share) * radius
 }

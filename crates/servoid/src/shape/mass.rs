@@ -131,7 +131,7 @@ impl Part {
         let mut sums = Moments::default();
         for line in 0..lines {
             let angle = 2.0 * PI * (line as f64 + turn) / lines as f64;
-            let foot = Vector3::new(distance * angle.cos(), distance * angle.sin(), 0.0);
+            let foot = Vector3::new(distance * libm::cos(angle), distance * libm::sin(angle), 0.0);
             let [length, first, second] = self.rest(&foot, half, &mut spans);
             let along = Vector3::z();
             let mixed = foot * along.transpose() * first;
@@ -201,7 +201,7 @@ mod tests {
     use super::*;
 
     fn ellipsoid(center: [f64; 3], radii: [f64; 3], turn: f64) -> Ellipsoid {
-        let (sin, cos) = (turn / 2.0).sin_cos();
+        let (sin, cos) = libm::sincos(turn / 2.0);
         Ellipsoid::new(0, center, radii, [cos, 0.6 * sin, 0.0, 0.8 * sin]).unwrap()
     }
 
@@ -210,7 +210,7 @@ mod tests {
         let chain: Vec<_> = (0..7)
             .map(|i| {
                 let x = 0.03 * f64::from(i);
-                ellipsoid([x, 0.01 * x.sin(), 0.0], [0.04, 0.02, 0.01 + x / 9.0], x * 40.0)
+                ellipsoid([x, 0.01 * libm::sin(x), 0.0], [0.04, 0.02, 0.01 + x / 9.0], x * 40.0)
             })
             .collect();
         let usual = union_moments(&chain, RINGS, LINES);

@@ -3,8 +3,9 @@ use wide::f32x8;
 #[cfg(target_arch = "x86_64")]
 use super::lanes_x86::Avx2;
 use super::render::{Job, draw};
+use crate::fitness::Backend;
 
-/// The fastest arithmetic that this processor has; all give the same bits.
+/// The arithmetic that rays are cast with; all give the same bits.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Best {
     Portable,
@@ -13,9 +14,10 @@ pub(super) enum Best {
 }
 
 impl Best {
-    pub fn found() -> Self {
+    /// Gives what goes with a back end, which this processor has.
+    pub fn of(backend: Backend) -> Self {
         #[cfg(target_arch = "x86_64")]
-        if is_x86_feature_detected!("avx2") {
+        if backend.has_avx2() {
             return Self::Avx2;
         }
         Self::Portable
@@ -45,7 +47,7 @@ mod tests {
     use crate::pose::Pose;
 
     fn pose(x: f64, y: f64, turn: f64) -> Pose {
-        let (s, c) = (0.5 * turn).sin_cos();
+        let (s, c) = libm::sincos(0.5 * turn);
         Pose::from_parts([x, y, 0.6], [c, 0.6 * s, 0.8 * s, 0.0]).unwrap()
     }
 

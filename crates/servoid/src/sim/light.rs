@@ -56,7 +56,7 @@ impl Lighting {
 static LINEAR: LazyLock<[f32; 256]> = LazyLock::new(|| {
     std::array::from_fn(|i| {
         let x = i as f64 / 255.0;
-        let y = if x <= 0.04045 { x / 12.92 } else { ((x + 0.055) / 1.055).powf(2.4) };
+        let y = if x <= 0.04045 { x / 12.92 } else { libm::pow((x + 0.055) / 1.055, 2.4) };
         y as f32
     })
 });
@@ -72,7 +72,7 @@ const STEPS: usize = 4096;
 static GREY: LazyLock<[f32; STEPS]> = LazyLock::new(|| {
     let grey = |i: usize| {
         let x = (i as f64 / (STEPS - 1) as f64).powi(2);
-        let y = if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * x.powf(1.0 / 2.4) - 0.055 };
+        let y = if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * libm::pow(x, 1.0 / 2.4) - 0.055 };
         (255.0 * y) as f32
     };
     std::array::from_fn(grey)

@@ -134,8 +134,8 @@ impl<S: Scalar> Rays<S> {
         let axis = sum.try_normalize(0.0)?;
         let cosine = directions.iter().map(|d| d.dot(&axis)).fold(1.0, f64::min);
         // A little more, for what rounding moves.
-        let angle = cosine.acos() + 1e-5;
-        Some(Cone { axis, cosine: angle.cos(), sine: angle.sin() })
+        let angle = libm::acos(cosine) + 1e-5;
+        Some(Cone { axis, cosine: libm::cos(angle), sine: libm::sin(angle) })
     }
 
     /// Gives the unit directions that bound a tile.

@@ -15,6 +15,7 @@ use super::surface::{Seen, seen};
 use super::trace::{nearest, shaded};
 use super::vector::{Vector, splat};
 use super::{SimError, within};
+use crate::fitness::Backend;
 
 /// How an image is taken.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -66,7 +67,7 @@ impl Stage {
     /// # Errors
     /// If poses do not fit the things or each other, or a setting is out of range.
     pub fn render(&self, scene: &Scene<'_>, exposure: &Exposure) -> Result<Vec<u8>, SimError> {
-        self.render_by(scene, exposure, Best::found())
+        self.render_by(scene, exposure, Best::of(Backend::used()))
     }
 
     pub(super) fn render_by(

@@ -12,7 +12,7 @@ const STEPS: usize = 1024;
 static QUANTILES: LazyLock<[[f32; 2]; STEPS]> = LazyLock::new(|| {
     let mut table = Vec::with_capacity(STEPS + 1);
     let (mut x, mut below, step): (f64, f64, f64) = (-6.0, 0.0, 1e-4);
-    let density = |x: f64| (-0.5 * x * x).exp() / (2.0 * std::f64::consts::PI).sqrt();
+    let density = |x: f64| libm::exp(-0.5 * x * x) / (2.0 * std::f64::consts::PI).sqrt();
     // The half up to the median; the other is its mirror image.
     for i in 0..STEPS / 2 {
         let share = (i as f64).max(0.25) / STEPS as f64;

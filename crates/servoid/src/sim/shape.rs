@@ -34,9 +34,9 @@ impl Shape {
         let radius = match self {
             Self::Ellipsoid { radii } => radii.iter().copied().fold(0.0, f64::max),
             Self::Capsule { radius, half_length } => radius + half_length,
-            Self::Cylinder { radius, half_length } => radius.hypot(*half_length),
-            Self::Box { half_size: [x, y, z] } => x.hypot(*y).hypot(*z),
-            Self::Plane { half_size: [x, y] } => x.hypot(*y),
+            Self::Cylinder { radius, half_length } => libm::hypot(*radius, *half_length),
+            Self::Box { half_size: [x, y, z] } => libm::hypot(libm::hypot(*x, *y), *z),
+            Self::Plane { half_size: [x, y] } => libm::hypot(*x, *y),
             Self::Mesh(mesh) => return mesh.ball(),
         };
         ([0.0; 3], radius)

@@ -13,8 +13,6 @@ use crate::pose::Pose;
 
 /// The coarsest resolution.
 pub(super) const COARSEST: usize = Pyramid::LEVELS - 1;
-/// Share of the usual confidence below which a pose is made precise once more, from coarser images.
-const DOUBTFUL: f64 = 0.9;
 /// Pixels by which the object may be off for the finest resolution, and the next, to find it.
 const FORESEEN_PX: [f64; COARSEST] = [0.8, 3.0];
 
@@ -163,7 +161,8 @@ impl Tracker {
         held.sum()
     }
 
-    /// Makes a guess precise; once more from the coarsest resolution where the outcome is doubtful.
+    /// Makes a guess precise. Where the outcome is doubtful, the expected pose is tried as well, and
+    /// both from the coarsest resolution; what is best supported is kept.
     pub(super) fn precise(
         &mut self,
         observation: &Observation<'_>,
@@ -171,8 +170,7 @@ impl Tracker {
         guess: &Pose,
     ) -> Attempt {
         let mut attempt = self.attempt(observation, guess, self.coarsest(expected));
-        let enough = self.settings.trusted.max(DOUBTFUL * self.usual.confidence);
-        if attempt.verdict.confidence < enough {
+        if self.is_doubtful(&attempt.verdict) {
             attempt = self.attempt(observation, guess, COARSEST);
         }
         if self.status != Status::Tracking {

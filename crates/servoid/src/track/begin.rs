@@ -3,12 +3,9 @@ use super::attempt::Attempt;
 use super::clock::Clock;
 use super::colors::Colors;
 use super::estimate::{Estimate, Status};
-use super::keyframes::Keyframes;
 use super::learn::Lesson;
 use super::motion::Motion;
-use super::points::Points;
 use super::regain::ROUNDS;
-use super::scatter::Scatter;
 use super::tracker::Tracker;
 use crate::observe::{Channels, Mask, Observation, check_image_size};
 use crate::pose::Pose;
@@ -31,12 +28,11 @@ impl Tracker {
         masks: &[Option<Mask<'_>>],
     ) -> Result<Estimate, TrackError> {
         let mut clock = Clock::start();
-        self.check(observation)?;
         self.check_masks(masks)?;
+        // Nothing is left of what was before.
+        *self = Self::new(&self.cameras, &self.body, self.settings)?;
+        self.check(observation)?;
         self.motion = Motion::at_rest(observation.time_s, world_from_object);
-        self.scatter = Scatter::new(self.solid.radius);
-        self.colors = Colors::new(self.settings.local_colors);
-        self.points = Points::default();
         if !self.look(observation, &world_from_object, START_MARGIN) {
             return Err(TrackError::NotInView);
         }
@@ -46,7 +42,6 @@ impl Tracker {
             self.learn_colors(observation, &world_from_object, 1.0);
         }
         self.look(observation, &world_from_object, START_MARGIN);
-        self.keyframes = Keyframes::default();
         self.keep_masked(observation, &world_from_object, masks);
         self.points_in_view(&world_from_object);
         if self.settings.surface {

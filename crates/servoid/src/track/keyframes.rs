@@ -77,7 +77,7 @@ impl Keyframes {
     pub(super) fn unseen(&self) -> impl Iterator<Item = Vector3<f64>> + '_ {
         // From the opposite side an outline is nearly the same.
         let known = |way: &Vector3<f64>| {
-            self.all.iter().any(|one| one.toward.dot(way).abs() > UNSEEN.cos())
+            self.all.iter().any(|one| one.toward.dot(way).abs() > libm::cos(UNSEEN))
         };
         (0..SIDES).map(|side| half_ball_direction(side, SIDES)).filter(move |way| !known(way))
     }

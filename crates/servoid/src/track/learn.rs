@@ -141,7 +141,7 @@ fn is_within(
     pixel: &Vector2<f64>,
 ) -> bool {
     (0..8).all(|way| {
-        let (sine, cosine) = (f64::from(way) * FRAC_PI_4).sin_cos();
+        let (sine, cosine) = libm::sincos(f64::from(way) * FRAC_PI_4);
         let (out, aside) = (Vector2::new(cosine, sine), Vector2::new(-sine, cosine) * APART_PX);
         let last = out * BESIDE_PX;
         let places = [last, last - out * APART_PX, last + aside, last - aside];
@@ -298,9 +298,9 @@ mod tests {
 
     #[test]
     fn a_ridge_that_grows_brighter_along_itself_is_no_corner_and_a_spot_is_one() {
-        let ridge = |u: f64, v: f64| 100.0 + 5.0 * v + 60.0 * (-0.08 * u * u).exp();
+        let ridge = |u: f64, v: f64| 100.0 + 5.0 * v + 60.0 * libm::exp(-0.08 * u * u);
         assert_eq!(corner(ridge), None);
-        let spot = |u: f64, v: f64| 100.0 + 60.0 * (-0.08 * (u * u + v * v)).exp();
+        let spot = |u: f64, v: f64| 100.0 + 60.0 * libm::exp(-0.08 * (u * u + v * v));
         assert!(corner(spot).is_some());
     }
 }

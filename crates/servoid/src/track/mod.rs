@@ -27,6 +27,7 @@ mod settings;
 mod solid;
 mod teach;
 mod tracker;
+mod trust;
 mod usual;
 mod window;
 

@@ -45,8 +45,11 @@ pub(super) struct Desk {
 
 /// Longest step, in radii and radians.
 const MOST_STEP: f64 = 0.35;
-/// Most steps at each resolution, the finest first.
-const STEPS: [usize; Pyramid::LEVELS] = [4, 3, 3];
+/// Most steps at each resolution, the finest first. They end where they have converged: a quarter of
+/// these left the pose of an object that turns behind, until another one looked better.
+const STEPS: [usize; Pyramid::LEVELS] = [16, 12, 12];
+/// Size of a step, in radii, from which on it is one of the last, at the finest resolution.
+const CONVERGED: f64 = 1e-3;
 /// Pixels along the outline from one line to the next.
 const LINE_SPACING_PX: f64 = 8.0;
 /// Places on one side of a line and pixels from one to the next, the finest first.
@@ -90,7 +93,7 @@ pub(super) fn polish(
             pose = pose * Pose::exp(&step);
             let turn = step.fixed_rows::<3>(3).norm() * sight.solid.radius;
             if step.fixed_rows::<3>(0).norm() + turn
-                < 1e-3 * f64::from(1 << level) * sight.solid.radius
+                < CONVERGED * f64::from(1 << level) * sight.solid.radius
             {
                 break;
             }
@@ -159,7 +162,7 @@ fn add_lines(
 ) {
     for place in &desk.contour {
         if let Some(offset) = boundary(place, LINES[level], &ratio) {
-            desk.outline.0 += (-0.5 * (offset.mean_px / NEAR_PX).powi(2)).exp();
+            desk.outline.0 += libm::exp(-0.5 * (offset.mean_px / NEAR_PX).powi(2));
             desk.outline.1 += 1.0;
             let by_motion = by_motion(&place.slope, &place.rim).tr_mul(&place.normal);
             let weight = LINE_SHARE / (offset.variance_px + SHAPE_PX);

@@ -120,11 +120,11 @@ fn places(
     out.clear();
     let open = judged.sight.windows.iter().find_map(|window| window.rays(COLUMNS));
     let Some((eye, rays)) = open else { return 0 };
-    let steps = ((far / near).ln() / DISTANCE_STEP).ceil().clamp(1.0, 40.0) as usize;
+    let steps = (libm::log(far / near) / DISTANCE_STEP).ceil().clamp(1.0, 40.0) as usize;
     for ray in rays {
         for step in 0..steps {
             let share = (step as f64 + 0.5) / steps as f64;
-            let distance = near * (far / near).powf(share);
+            let distance = near * libm::pow(far / near, share);
             let place: Vector3<f64> = eye + ray * distance;
             for _ in 0..2 {
                 let turn = even_turn(rng.random(), rng.random(), rng.random());

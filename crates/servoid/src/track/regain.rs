@@ -1,6 +1,5 @@
 use super::TrackError;
 use super::attempt::{Attempt, COARSEST, sight};
-use super::estimate::Status;
 use super::polish::Sight;
 use super::tracker::{MARGIN, Tracker};
 use crate::observe::Observation;
@@ -10,15 +9,6 @@ use crate::pose::Pose;
 const NEAR_MARGIN: f64 = 0.8;
 /// How far from a pose the object is sought, in radii and radians.
 const NEAR_LEEWAY: (f64, f64) = (0.6, 0.8);
-/// Confidence and share of the usual support from which on no other candidate is looked at.
-const SURE: (f64, f64) = (0.7, 0.6);
-/// Share of the surface points that are usually seen of an object, below which one that was sought is
-/// not believed to be found: its outline alone fits too many poses.
-const LEAST_RECOGNISED: f64 = 0.25;
-/// How far an object must be off to have leapt, in radii and radians, and the share of the usual
-/// surface points that must then be seen.
-const LEAP: f64 = 0.1;
-const LANDED: f64 = 0.6;
 /// Rounds in which an object is sought near a pose, and anywhere, when time does not press.
 pub(super) const ROUNDS: (usize, usize) = (2, 5);
 /// Smallest image of the object that is sought, in pixels.
@@ -98,11 +88,6 @@ impl Tracker {
         Ok(evaluations)
     }
 
-    fn is_sure(&self, attempt: &Attempt) -> bool {
-        let verdict = attempt.verdict;
-        verdict.confidence > SURE.0 && verdict.support > SURE.1 * self.usual.support
-    }
-
     /// Makes candidates precise and keeps the best, if it is better than the attempt; windows are
     /// those of the best in the end.
     fn choose(
@@ -128,30 +113,6 @@ impl Tracker {
             *attempt = self.attempt(observation, &pose, COARSEST);
         }
         self.doubt(attempt);
-    }
-
-    /// Halves the confidence in a pose at which too little of the surface is recognised, where the
-    /// object was not tracked just before.
-    pub(super) fn doubt(&self, attempt: &mut Attempt) {
-        if self.status != Status::Tracking {
-            // Only where it was a moment ago may something be thought to hide it.
-            attempt.verdict.confidence = attempt.verdict.visible;
-        }
-        if attempt.verdict.recognised < LEAST_RECOGNISED * self.usual.recognised {
-            attempt.verdict.confidence *= 0.5;
-        }
-    }
-
-    /// Halves the confidence in a pose that is farther from where the object was expected than its
-    /// motion explains, unless much of the surface is recognised there.
-    pub(super) fn doubt_leap(&self, expected: &Pose, attempt: &mut Attempt) {
-        let off = (expected.inverse() * attempt.pose).log();
-        let (across, turned) = (off.fixed_rows::<3>(0).norm(), off.fixed_rows::<3>(3).norm());
-        let (near, slight) = self.leeway();
-        let leapt = across > near.max(LEAP * self.solid.radius) || turned > slight.max(LEAP);
-        if leapt && attempt.verdict.recognised < LANDED * self.usual.recognised {
-            attempt.verdict.confidence *= 0.5;
-        }
     }
 
     /// Gives how far from the first camera the object was last, if it was met.

@@ -4,6 +4,7 @@ use super::certainty::certainty;
 use super::clock::Clock;
 use super::colors::Colors;
 use super::estimate::{Estimate, Notice, Status};
+use super::judge::Verdict;
 use super::keyframes::Keyframes;
 use super::motion::Motion;
 use super::points::{Known, Points};
@@ -14,7 +15,7 @@ use super::search::{Leeway, Search};
 use super::senses::Senses;
 use super::settings::TrackSettings;
 use super::solid::Solid;
-use super::teach::DOUBT;
+use super::trust::{CLEAR, DOUBT};
 use super::usual::Usual;
 use super::window::Window;
 use crate::evolve;
@@ -52,13 +53,11 @@ pub struct Tracker {
     pub(super) lessons: usize,
     /// Clear images until the last doubt is over.
     pub(super) doubt: usize,
+    /// Whether the object that was found again last was proved to be the one that was lost.
+    pub(super) proved: bool,
     pub(super) notices: Vec<Notice>,
 }
 
-/// Confidence below which part of the object counts as hidden.
-pub(super) const CLEAR: f64 = 0.8;
-/// Images without the object after which it counts as lost.
-const LOST_AFTER: usize = 15;
 /// Share of the object's size by which windows are larger than it at least, and where it was found
 /// just now.
 const LEAST_MARGIN: f64 = 0.2;
@@ -103,6 +102,7 @@ impl Tracker {
             cell: 0,
             lessons: 0,
             doubt: 0,
+            proved: true,
             notices: Vec::new(),
         })
     }
@@ -130,9 +130,14 @@ impl Tracker {
         if self.status == Status::Tracking {
             self.doubt_leap(&expected, &mut attempt);
         }
-        if attempt.verdict.confidence < least && self.can_see() {
+        let missed = attempt.verdict.confidence < least;
+        if (missed || !self.proved) && self.can_see() {
             least = self.settings.trusted;
             evaluations += self.regain(observation, &expected, &mut attempt)?;
+            if self.has_leapt(&expected, &attempt.pose) {
+                // What is found there is found again, and no more followed.
+                self.status = self.without();
+            }
             clock.lap(|timing| &mut timing.search);
         }
         self.settle(observation.time_s, &expected, &attempt, least);
@@ -181,7 +186,7 @@ impl Tracker {
     pub(super) fn settle(&mut self, time_s: f64, expected: &Pose, attempt: &Attempt, least: f64) {
         if attempt.verdict.confidence < least {
             self.unseen += 1;
-            self.status = if self.unseen > LOST_AFTER { Status::Lost } else { Status::Searching };
+            self.status = self.without();
             self.motion.wait(time_s);
             self.scatter.pause();
             return;
@@ -194,8 +199,11 @@ impl Tracker {
             // Where it was before it was lost says nothing of how it moves now.
             self.motion = Motion::at_rest(time_s, attempt.pose);
             self.surprise = surprise_at_first(&self.solid);
+            self.proved = false;
+            self.prove(&attempt.verdict);
             return;
         }
+        self.prove(&attempt.verdict);
         self.motion.follow(time_s, attempt.pose);
         self.scatter.follow(time_s, attempt.pose);
         let off = (expected.inverse() * attempt.pose).log();
@@ -213,16 +221,6 @@ impl Tracker {
         if self.status == Status::Tracking { beyond.clamp(LEAST_MARGIN, MARGIN) } else { MARGIN }
     }
 
-    /// Gives the confidence from which on a pose is believed.
-    fn least_confidence(&self) -> f64 {
-        let TrackSettings { trusted, held, .. } = self.settings;
-        if self.status == Status::Tracking { held } else { trusted }
-    }
-
-    pub(super) fn was_seen_lately(&self) -> bool {
-        self.unseen <= LOST_AFTER
-    }
-
     /// Puts an attempt into words.
     pub(super) fn estimate(
         &mut self,
@@ -230,18 +228,19 @@ impl Tracker {
         attempt: &Attempt,
     ) -> Estimate {
         let known = certainty(&attempt.normal, self.solid.radius);
-        let tracked = self.status == Status::Tracking;
-        let confidence = attempt.verdict.confidence;
-        if tracked && confidence < CLEAR {
-            self.notices.push(Notice::Hidden { hidden: 100.0 * (1.0 - confidence) });
+        let followed = self.status == Status::Tracking;
+        let told = followed && self.is_confirmed(&attempt.verdict);
+        let Verdict { visible, confidence, .. } = attempt.verdict;
+        if followed && visible < CLEAR {
+            self.notices.push(Notice::Hidden { hidden: 100.0 * (1.0 - visible) });
         }
         Estimate {
             time_s: observation.time_s,
-            world_from_object: if tracked { attempt.pose } else { self.motion.last() },
+            world_from_object: if followed { attempt.pose } else { self.motion.last() },
             covariance: known.covariance + self.scatter.covariance(),
             unobservable: known.unobservable,
             confidence,
-            status: self.status,
+            status: if followed && !told { Status::Searching } else { self.status },
             notices: std::mem::take(&mut self.notices),
             evaluations: 0,
             timing: Default::default(),

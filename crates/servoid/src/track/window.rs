@@ -150,7 +150,7 @@ impl Window {
     /// Gives the sum of the scores inside the body's outline at a pose, and the pixels inside.
     pub(super) fn region(&self, projection: &Projection, solid: &Solid) -> (f64, f64) {
         let here = projection.shifted(self.first_px.map(|x| x as f64));
-        let sums = self.map.sums(Backend::fastest(), &here, &solid.quadrics);
+        let sums = self.map.sums(Backend::used(), &here, &solid.quadrics);
         (sums.score, sums.area)
     }
 

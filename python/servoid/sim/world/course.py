@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from servoid.pose import Pose
+from servoid.pose import Pose, exact
 from servoid.sim.world.faults import Occlude, Teleport, is_on
 from servoid.sim.world.motions import Floats, compose, row_of
 from servoid.sim.world.paths import Path, twist_at
@@ -43,7 +43,7 @@ class Course:
         level = light.level
         if light.step_at_s is not None and since >= light.step_at_s:
             level *= light.step_to
-        swing = math.sin(2.0 * math.pi * max(since, 0.0) / light.swing_period_s)
+        swing = exact.sin(2.0 * math.pi * max(since, 0.0) / light.swing_period_s)
         return level * (1.0 + light.swing * swing)
 
     def board_at(self, time_s: float) -> Floats:

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from servoid.pose import exact
 from servoid.sim.world.engine import load_mujoco
 from servoid.sim.world.kinematics import Kinematics
 from servoid.sim.world.motions import Floats
@@ -26,7 +27,7 @@ class Drives:
         self._places, self._speeds = kinematics.places, kinematics.speeds
         step = model.opt.timestep
         self._lag = np.array([drive.lag_s for drive in robot.drives])
-        self._gain = -np.expm1(-step / self._lag) / step  # exact for a command that lasts a step
+        self._gain = -exact.expm1(-step / self._lag) / step  # exact for a command that lasts a step
         self._acceleration = np.array([drive.acceleration for drive in robot.drives])
         self._speed = np.array([drive.speed for drive in robot.drives])
         self._torque = np.array([drive.torque for drive in robot.drives])

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from servoid.pose import exact
 from servoid.sim.world.engine import load_mujoco
 from servoid.sim.world.meshes import as_mesh
 from servoid.sim.world.motions import Floats
@@ -137,7 +138,7 @@ def _quads(corners: list[Floats]) -> MeshShape:
         across = np.cross(quad[1] - quad[0], quad[3] - quad[0])
         middle = quad.mean(axis=0)
         a, b, c, d = 4 * index + np.arange(4)
-        turned = across @ middle < 0.0
+        turned = exact.dot(across, middle) < 0.0
         faces += [[a, c, b], [a, d, c]] if turned else [[a, b, c], [a, c, d]]
     coordinates = np.tile([[0.0, 1.0], [1.0, 1.0], [1.0, 0.0], [0.0, 0.0]], (len(corners), 1))
     return MeshShape(vertices, np.array(faces, np.int64), coordinates)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from servoid._native import Lens
 from servoid.errors import SimError
+from servoid.pose import exact
 from servoid.sim.world.engine import load_mujoco
 from servoid.sim.world.gl_context import make_context
 from servoid.sim.world.gl_model import build_model
@@ -70,7 +71,7 @@ class OpenGl:
         colors = np.empty((height, width, 3), np.uint8)
         shares = np.empty((height, width), np.float32)
         self._render(lens.size_px, colors, shares, numbered=True)
-        ids = colors.astype(np.int32) @ np.array([1, 1 << 8, 1 << 16], np.int32) - 1
+        ids = (colors * np.array([1, 1 << 8, 1 << 16], np.int32)).sum(axis=-1, dtype=np.int32) - 1
         # Shares are 1 at the near plane and 0 at the far one, even in 1 / depth.
         nearness = shares.astype(np.float64) * (1.0 / _NEAR - 1.0 / _FAR) + 1.0 / _FAR
         depths = np.where(ids >= 0, 1.0 / nearness, np.nan).astype(np.float32)
@@ -109,7 +110,8 @@ class OpenGl:
 
     def _light(self, shot: Shot) -> None:
         lamp = self._scene.lights[0]
-        away = -np.asarray(shot.toward) / np.linalg.norm(shot.toward)
+        toward = np.asarray(shot.toward, dtype=np.float64)
+        away = -toward / exact.norm(toward)
         lamp.dir[:] = away
         lamp.diffuse[:] = min(_KEY * shot.level, 1.0)
         lamp.ambient[:] = min(_AMBIENT * shot.level, 1.0)

@@ -65,4 +65,4 @@ def _weigh(body: Any, mass: float, radius: float) -> None:
     """Give a body the mass and inertia of a ball."""
     body.explicitinertial = True
     body.mass = mass
-    body.inertia = [0.4 * mass * radius**2] * 3
+    body.inertia = [0.4 * mass * radius * radius] * 3

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from servoid.pose import exact
 from servoid.sim.world.course import Course
 from servoid.sim.world.kinematics import Kinematics
 from servoid.sim.world.motions import STILL, Floats, compose, row_of
@@ -23,7 +24,7 @@ class Layout:
     ) -> None:
         self._kinematics, self._course = kinematics, course
         self._carried = np.array([thing.carrier_from_thing for thing in things], float)
-        self._carried[:, :4] /= np.linalg.norm(self._carried[:, :4], axis=1, keepdims=True)
+        self._carried[:, :4] /= exact.lengths(self._carried[:, :4])[:, None]
         bodies = model.nbody
         own = {ROOM: bodies, OBJECT: bodies + 1, BOARD: bodies + 2}
         self._carriers = np.array(

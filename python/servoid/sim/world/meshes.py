@@ -3,6 +3,7 @@
 import numpy as np
 
 from servoid.errors import SimError
+from servoid.pose import exact
 from servoid.sim.world.objects.loft import lathe
 from servoid.sim.world.things import Box, Capsule, Cylinder, Ellipsoid, MeshShape, Shape
 
@@ -21,11 +22,11 @@ def as_mesh(shape: Shape) -> MeshShape:
         case MeshShape():
             return shape
         case Ellipsoid(radii):
-            ball = lathe([(float(np.cos(one)), float(np.sin(one))) for one in angles])
+            ball = lathe([(exact.cos(float(one)), exact.sin(float(one))) for one in angles])
             return MeshShape(ball.vertices * radii, ball.faces, ball.texture_coordinates)
         case Capsule(radius, half):
-            bend = [(radius * np.cos(one), radius * np.sin(one)) for one in angles]
-            ends = [(float(r), float(z) + np.copysign(half, z)) for r, z in bend if abs(z) > 1e-9]
+            bend = [(radius * exact.cos(float(a)), radius * exact.sin(float(a))) for a in angles]
+            ends = [(r, z + float(np.copysign(half, z))) for r, z in bend if abs(z) > 1e-9]
             return lathe(ends)
         case Cylinder(radius, half):
             return lathe([(radius, -half), (radius, half)])

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from servoid.pose import Pose
+from servoid.pose import Pose, exact
 
 Floats = NDArray[np.float64]
 
@@ -25,7 +25,7 @@ def pose_of(row: Floats | Sequence[float]) -> Pose:
 def unit_row(numbers: Sequence[float] | Floats) -> Floats:
     """Return (w, x, y, z, tx, ty, tz) as a row (7,), its quaternion made to length 1."""
     row = np.array(numbers, dtype=np.float64)
-    row[:4] /= np.linalg.norm(row[:4])
+    row[:4] /= exact.norm(row[:4])
     return row
 
 

@@ -1,8 +1,6 @@
 """Where to stand to see an arm, its head and the object at once."""
 
-import math
-
-from servoid.pose import Pose, looking
+from servoid.pose import Pose, exact, looking
 
 _LEAST = 0.5  # metres from the base to the object that are taken at least
 # Shares of the way from the base to the object, and of the object's height.
@@ -13,7 +11,7 @@ _AIM_AHEAD, _AIM_ASIDE, _AIM_ABOVE = 0.60, -0.03, 0.84
 def overview_from(object_in_world: tuple[float, float, float]) -> Pose:
     """Return where a camera stands that sees the arm at the origin and an object before it."""
     x, y, z = object_in_world
-    reach = math.hypot(x, y)
+    reach = exact.hypot(x, y)
     ahead = (x / reach, y / reach) if reach > 1e-6 else (-1.0, 0.0)
     reach, high = max(reach, _LEAST), max(z, 0.5 * _LEAST)
 

@@ -8,7 +8,7 @@ from typing import Protocol
 import numpy as np
 
 from servoid.errors import SimError
-from servoid.pose import Pose
+from servoid.pose import Pose, exact
 from servoid.sim.world.motions import Floats
 
 _AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
@@ -55,9 +55,7 @@ class Line:
 
     def start_from_object(self, time_s: float) -> Pose:
         """Return the object's pose in the frame that it has at the start."""
-        share = min(max(time_s / self.seconds, 0.0), 1.0)
-        gone = self.length * share**3 * (10.0 - 15.0 * share + 6.0 * share**2)
-        return _shift(self.direction, gone)
+        return _shift(self.direction, self.length * _soft_share(time_s / self.seconds))
 
 
 @dataclass(frozen=True)
@@ -71,7 +69,7 @@ class Sine:
     def start_from_object(self, time_s: float) -> Pose:
         """Return the object's pose in the frame that it has at the start."""
         phase = 2.0 * math.pi * max(time_s, 0.0) / self.period_s
-        return _shift(self.direction, self.amplitude * (1.0 - math.cos(phase)))  # Eq. (19)
+        return _shift(self.direction, self.amplitude * (1.0 - exact.cos(phase)))  # Eq. (19)
 
 
 @dataclass(frozen=True)
@@ -87,7 +85,7 @@ class Circle:
         soft = _SOFT_SHARE * self.period_s
         phase = 2.0 * math.pi * _soft_time(time_s, soft) / self.period_s
         first, second = _across(self.axis)
-        place = self.radius * (math.sin(phase) * first + (1.0 - math.cos(phase)) * second)
+        place = self.radius * (exact.sin(phase) * first + (1.0 - exact.cos(phase)) * second)
         return Pose.from_parts(place.tolist(), (1.0, 0.0, 0.0, 0.0))
 
 
@@ -104,7 +102,7 @@ class Random:
 
     def start_from_object(self, time_s: float) -> Pose:
         """Return the object's pose in the frame that it has at the start."""
-        waves = self._heights * np.sin(self._rates * max(time_s, 0.0) + self._phases)
+        waves = self._heights * exact.sin(self._rates * max(time_s, 0.0) + self._phases)
         motion = _soft_share(time_s / _SOFT_S) * waves.sum(axis=1)
         turn = Pose.exp([0.0, 0.0, 0.0, *motion[3:]])
         return Pose.from_parts(motion[:3].tolist(), turn.quaternion)
@@ -227,10 +225,10 @@ def _shift(direction: tuple[float, float, float], length: float) -> Pose:
 
 def _soft_share(share: float) -> float:
     share = min(max(share, 0.0), 1.0)
-    return share**3 * (10.0 - 15.0 * share + 6.0 * share**2)
+    return share * share * share * (10.0 - (15.0 - 6.0 * share) * share)
 
 
 def _soft_time(time_s: float, soft_s: float) -> float:
     """Return a time that begins to run slowly and runs as it should after `soft_s`."""
     share = min(max(time_s / soft_s, 0.0), 1.0)
-    return soft_s * (share**3 - 0.5 * share**4) + max(time_s - soft_s, 0.0)
+    return soft_s * share * share * share * (1.0 - 0.5 * share) + max(time_s - soft_s, 0.0)

@@ -9,6 +9,7 @@ from collections.abc import Callable
 import numpy as np
 
 from servoid.errors import SimError
+from servoid.pose import exact
 from servoid.sim.world.motions import Floats
 from servoid.sim.world.objects.prints import Sheet, grain
 from servoid.sim.world.things import (
@@ -254,13 +255,13 @@ def _wallpaper() -> Texture:
 
 def _placed(place: tuple[float, float, float], yaw_deg: float = 0.0) -> tuple[float, ...]:
     half = math.radians(0.5 * yaw_deg)
-    return (math.cos(half), 0.0, 0.0, math.sin(half), *place)
+    return (exact.cos(half), 0.0, 0.0, exact.sin(half), *place)
 
 
 def _facing(place: tuple[float, float, float], yaw_deg: float) -> Floats:
     """Place a plane upright, its x level and its y up; it faces +x, turned about z."""
     half = math.radians(0.5 * yaw_deg)
-    turn = np.array([math.cos(half), 0.0, 0.0, math.sin(half)])
+    turn = np.array([exact.cos(half), 0.0, 0.0, exact.sin(half)])
     # Its own z along the world's x, its x along y, its y along z.
     upright = np.array([0.5, 0.5, 0.5, 0.5])
     w = turn[0] * upright[0] - turn[3] * upright[3]

@@ -126,10 +126,11 @@ class CameraSettings(SimSettings, frozen=True, kw_only=True, forbid_unknown_fiel
 
         """
         super().__post_init__()
-        if self.moments > self.samples**2:
+        rays = self.samples * self.samples
+        if self.moments > rays:
             raise SimError(
-                f"an exposure has {self.moments} moments, but a pixel only {self.samples**2} "
-                "rays; lower cameras.moments or raise cameras.samples"
+                f"an exposure has {self.moments} moments, but a pixel only {rays} rays; "
+                "lower cameras.moments or raise cameras.samples"
             )
         if self.exposure_s * self.rate_hz > 1.0:
             raise SimError(

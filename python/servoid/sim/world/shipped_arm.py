@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from servoid.pose import exact
 from servoid.sim.arm_file import ArmFile
 from servoid.sim.world.engine import load_mujoco
 from servoid.sim.world.head import add_head, head_things
@@ -28,7 +29,7 @@ def build_shipped_arm(arm: ArmFile, turning_eyes: bool) -> Robot:
     body = spec.worldbody
     for index, name in enumerate(arm.joints.names):
         twist = math.radians(arm.chain.twists_deg[index])
-        quaternion = [math.cos(0.5 * twist), math.sin(0.5 * twist), 0.0, 0.0]
+        quaternion = [exact.cos(0.5 * twist), exact.sin(0.5 * twist), 0.0, 0.0]
         body = body.add_body(name=f"{name} link", pos=offsets[index].tolist(), quat=quaternion)
         body.add_joint(name=name, axis=[0.0, 0.0, 1.0])
         _weigh(body, arm, index)
@@ -36,7 +37,7 @@ def build_shipped_arm(arm: ArmFile, turning_eyes: bool) -> Robot:
     hand = body.add_body(name=HAND, pos=list(mount[4:]), quat=list(mount[:4]))
     hand.explicitinertial = True
     hand.mass = arm.hand.mass
-    hand.inertia = [0.4 * arm.hand.mass * 0.08**2] * 3
+    hand.inertia = [0.4 * arm.hand.mass * 0.08 * 0.08] * 3
     eyes = add_head(hand, arm.eyes, turning_eyes)
     drives = tuple(_drive(arm, index) for index in range(len(arm.joints.names)))
     return Robot(
@@ -56,7 +57,7 @@ def _offsets(arm: ArmFile) -> list[Floats]:
     for index, twist_deg in enumerate(arm.chain.twists_deg):
         length = next(lengths) if index % 2 == 0 else 0.0
         twist = math.radians(twist_deg)
-        offsets.append(length * np.array([0.0, -math.sin(twist), math.cos(twist)]))
+        offsets.append(length * np.array([0.0, -exact.sin(twist), exact.cos(twist)]))
     return offsets
 
 
@@ -77,9 +78,9 @@ def _weigh(body: Any, arm: ArmFile, index: int) -> None:
     """Give a link the mass and inertia of a cylinder along it: before a bend, the half it holds."""
     mass, radius = arm.joints.mass[index], _RADIUS[index]
     start, end = _span(arm, index)
-    length = max(float(np.linalg.norm(end - start)), 2.0 * radius)
-    across = mass * (length**2 / 12.0 + radius**2 / 4.0)
-    along = 0.5 * mass * radius**2
+    length = max(exact.norm(end - start), 2.0 * radius)
+    across = mass * (length * length / 12.0 + radius * radius / 4.0)
+    along = 0.5 * mass * radius * radius
     body.explicitinertial = True
     body.mass = mass
     body.ipos = (0.5 * (start + end)).tolist()
@@ -99,7 +100,7 @@ def _span(arm: ArmFile, index: int) -> tuple[Floats, Floats]:
     if index % 2 == 1:
         return zero, 0.5 * offsets[index + 1]
     share = 1.0 if index in (0, len(offsets) - 1) else 0.5
-    return np.array([0.0, 0.0, -share * float(np.linalg.norm(offsets[index]))]), zero
+    return np.array([0.0, 0.0, -share * exact.norm(offsets[index])]), zero
 
 
 def _links(arm: ArmFile, offsets: list[Floats]) -> list[Thing]:
@@ -114,7 +115,7 @@ def _links(arm: ArmFile, offsets: list[Floats]) -> list[Thing]:
     for index, name in enumerate(arm.joints.names):
         carrier, radius = f"{name} link", _RADIUS[index]
         start, end = _span(arm, index)
-        half = 0.5 * float(np.linalg.norm(end - start))
+        half = 0.5 * exact.norm(end - start)
         middle = 0.5 * (start + end)
         turn = _ALONG_Y if abs(end - start)[1] > 1e-9 else (1.0, 0.0, 0.0, 0.0)
         if index == 0:

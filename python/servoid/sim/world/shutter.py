@@ -8,6 +8,7 @@ import numpy as np
 
 from servoid._native import Camera, Lens
 from servoid.observe import Instant, undistortion
+from servoid.pose import exact
 from servoid.sim.world.course import Course
 from servoid.sim.world.drives import Drives
 from servoid.sim.world.faults import DropImages, FreezeCamera, concerns, is_on
@@ -162,7 +163,7 @@ def make_lens(cameras: CameraSettings) -> Lens:
 
     """
     width, height = cameras.size_px
-    focal = cameras.focal_px or 0.5 * width / math.tan(math.radians(0.5 * _SIGHT_DEG))
+    focal = cameras.focal_px or 0.5 * width / exact.tan(math.radians(0.5 * _SIGHT_DEG))
     return Lens(
         model="brown_conrady" if cameras.distortion else "pinhole",
         size_px=(width, height),

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from servoid.pose import exact
 from servoid.sim.world.motions import STILL, Floats
 
 ROOM, OBJECT, BOARD = "room", "object", "board"  # carriers that are no part of an arm
@@ -93,4 +94,4 @@ class Thing:
 
 
 def _linear(part: float) -> float:
-    return part / 12.92 if part <= 0.04045 else ((part + 0.055) / 1.055) ** 2.4
+    return part / 12.92 if part <= 0.04045 else exact.power((part + 0.055) / 1.055, 2.4)

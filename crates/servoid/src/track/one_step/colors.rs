@@ -77,7 +77,7 @@ fn certainty(model: &ColorModel, image: &ImageView<'_>, marked: &ImageView<'_>) 
     let (mut sum, mut count) = (0.0, 0);
     for v in 0..image.size_px()[1] {
         for (u, _) in marked.row(v).iter().enumerate().filter(|(_, m)| **m != 0) {
-            sum += (0.5 * model.score(image.rgb(u, v))).tanh().max(0.0);
+            sum += libm::tanh(0.5 * model.score(image.rgb(u, v))).max(0.0);
             count += 1;
         }
     }

@@ -58,7 +58,7 @@ impl Spread {
     pub fn learn(&mut self, ranked: &[Pose]) -> Matrix6<f64> {
         let motions = self.motions(ranked);
         let half = motions.len().div_ceil(2);
-        let by_rank = |rank: usize| ((half as f64 + 0.5) / (rank as f64 + 1.0)).ln();
+        let by_rank = |rank: usize| libm::log((half as f64 + 0.5) / (rank as f64 + 1.0));
         let weights: Vec<_> = (0..half).map(by_rank).collect();
         let (about_best, about_mean) = moments(&motions, &weights);
         let (_, of_all) = moments(&motions, &vec![1.0; motions.len()]);

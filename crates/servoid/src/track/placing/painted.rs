@@ -46,7 +46,8 @@ impl Painted {
             }
             let count = away.len() as f64;
             let light = away.iter().sum::<Vector3<f64>>() / count;
-            let worth = |off: &Vector3<f64>| (-0.5 * (off - light).norm_squared() / SPREAD2).exp();
+            let worth =
+                |off: &Vector3<f64>| libm::exp(-0.5 * (off - light).norm_squared() / SPREAD2);
             total += away.iter().map(worth).sum::<f64>() / count;
             views += 1.0;
         }

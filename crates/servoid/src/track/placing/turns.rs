@@ -84,7 +84,7 @@ impl Bounds {
     }
 
     fn size(&self) -> f64 {
-        (self.last[0] - self.first[0]).hypot(self.last[1] - self.first[1])
+        libm::hypot(self.last[0] - self.first[0], self.last[1] - self.first[1])
     }
 }
 

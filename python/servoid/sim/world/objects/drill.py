@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from servoid.pose import exact
 from servoid.sim.world.objects.loft import Section, loft, top_first
 from servoid.sim.world.objects.prints import Sheet, grain
 from servoid.sim.world.objects.vessels import upright
@@ -55,7 +56,7 @@ def _grip() -> MeshShape:
     for height in heights:
         share = (_TOP - 0.018 - height) / (_TOP + 0.037)
         x = -0.032 - 0.020 * share
-        wide = 0.021 - 0.004 * np.sin(np.pi * share)
+        wide = 0.021 - 0.004 * exact.sin(np.pi * share)
         sections.append(Section((x, 0.0, float(height)), (float(wide) + 0.003, 0.0165), 2.6))
     return top_first(loft(sections[::-1], around=48))
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from servoid.pose import exact
 from servoid.sim.world.motions import Floats
 from servoid.sim.world.things import MeshShape
 
@@ -53,7 +54,7 @@ def loft(
     rings = [_ring(section, around, across_u, across_v) for section in sections]
     rings = [_cap(rings[0]), *rings, _cap(rings[-1])]
     points = np.array(rings)
-    ways = np.linalg.norm(np.diff(points, axis=0), axis=2).mean(axis=1)
+    ways = exact.lengths(np.diff(points, axis=0)).mean(axis=1)
     gone = np.concatenate([[0.0], np.cumsum(ways)])
     v = np.repeat(gone / gone[-1], around + 1)
     u = np.tile(np.linspace(0.0, 1.0, around + 1), len(rings))
@@ -64,11 +65,11 @@ def loft(
 def tube(centers: Floats, radius: float, around: int = 24) -> MeshShape:
     """Lay a round tube along a line of points (N, 3) in the x-z plane, its ends closed."""
     along = np.gradient(centers, axis=0)
-    along /= np.linalg.norm(along, axis=1, keepdims=True)
+    along /= exact.lengths(along)[:, None]
     aside = np.cross([0.0, 1.0, 0.0], along)
     angles = np.linspace(0.0, 2.0 * np.pi, around + 1)[None, :, None]
     rings = centers[:, None] + radius * (
-        np.cos(angles) * aside[:, None] + np.sin(angles) * np.array([0.0, 1.0, 0.0])
+        exact.cos(angles) * aside[:, None] + exact.sin(angles) * np.array([0.0, 1.0, 0.0])
     )
     points = np.concatenate([_cap(rings[0])[None], rings, _cap(rings[-1])[None]])
     v = np.repeat(np.linspace(0.0, 1.0, len(points)), around + 1)
@@ -81,14 +82,18 @@ def _ring(section: Section, around: int, across_u: Floats, across_v: Floats) -> 
     """Return points (around + 1, 3) in even steps round a cross-section, the first one twice."""
     power = 2.0 / section.corner
     angles = np.linspace(0.0, 2.0 * np.pi, _FINE * around + 1)
-    cosine, sine = np.cos(angles), np.sin(angles)
-    first = section.half_size[0] * np.sign(cosine) * np.abs(cosine) ** power
-    second = section.half_size[1] * np.sign(sine) * np.abs(sine) ** power
-    gone = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(first), np.diff(second)))])
+    cosine, sine = exact.cos(angles), exact.sin(angles)
+    first = section.half_size[0] * np.sign(cosine) * _powers(np.abs(cosine), power)
+    second = section.half_size[1] * np.sign(sine) * _powers(np.abs(sine), power)
+    gone = np.concatenate([[0.0], np.cumsum(exact.hypot(np.diff(first), np.diff(second)))])
     even = np.linspace(0.0, gone[-1], around + 1)
     first, second = np.interp(even, gone, first), np.interp(even, gone, second)
     first[-1], second[-1] = first[0], second[0]
     return np.asarray(section.center) + first[:, None] * across_u + second[:, None] * across_v
+
+
+def _powers(numbers: Floats, exponent: float) -> Floats:
+    return np.array([exact.power(number, exponent) for number in numbers.tolist()])
 
 
 def _cap(ring: Floats) -> Floats:

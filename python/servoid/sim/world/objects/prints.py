@@ -87,13 +87,15 @@ class Sheet:
         self._shade = 1.0 + strength * _lumps((height, width), size, self._random)
 
     def finish(self) -> Texture:
-        """Return the sheet as a texture."""
+        """Return the sheet as a texture that nobody can write on."""
         import cv2
 
         small = cv2.resize(self._pixels, self._size_px, interpolation=cv2.INTER_AREA)
         if self._shade is not None:
             small = np.clip(small * self._shade[..., None], 0.0, 255.0)
-        return np.ascontiguousarray(small, dtype=np.uint8)
+        texture = np.ascontiguousarray(small, dtype=np.uint8)
+        texture.setflags(write=False)
+        return texture
 
     def _at(self, x: float, y: float) -> tuple[int, int]:
         return round(x * self._pixels.shape[1]), round(y * self._pixels.shape[0])

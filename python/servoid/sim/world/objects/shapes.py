@@ -2,6 +2,7 @@
 
 import math
 
+from servoid.pose import exact
 from servoid.sim.world.objects.prints import Sheet
 from servoid.sim.world.things import OBJECT, Ellipsoid, Finish, Thing
 
@@ -18,7 +19,7 @@ def ellipsoid(radii: tuple[float, float, float] = _PAPER) -> tuple[Thing, ...]:
 def two_ellipsoids() -> tuple[Thing, ...]:
     """Return the paper's second object: a lying ellipsoid on a standing one."""
     half = math.radians(15.0)
-    upper = (math.cos(half), 0.0, 0.0, math.sin(half), 0.006, -0.034, 0.0)
+    upper = (exact.cos(half), 0.0, 0.0, exact.sin(half), 0.006, -0.034, 0.0)
     lower = (1.0, 0.0, 0.0, 0.0, 0.0, 0.026, 0.0)
     finish = Finish(color=_HUE, gloss=0.15)
     return (

@@ -2,9 +2,11 @@
 
 import math
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 
+from servoid.pose import exact
 from servoid.sim.world.motions import rotate
 from servoid.sim.world.objects.loft import lathe, tube
 from servoid.sim.world.objects.prints import Sheet
@@ -65,13 +67,15 @@ def _bottle(glass: Finish, cap: Finish) -> tuple[Thing, ...]:
 
 def _mug(clay: Finish, handle: Finish) -> tuple[Thing, ...]:
     angles = np.linspace(-0.5 * np.pi, 0.5 * np.pi, 25)
-    bow = np.stack([0.0392 + 0.030 * np.cos(angles), np.zeros(25), 0.030 * np.sin(angles)], axis=1)
+    out, up = 0.0392 + 0.030 * exact.cos(angles), 0.030 * exact.sin(angles)
+    bow = np.stack([out, np.zeros(25), up], axis=1)
     return (
         Thing(upright(lathe(_MUG)), clay, OBJECT),
         Thing(upright(tube(bow, 0.0062)), handle, OBJECT),
     )
 
 
+@cache
 def _bottle_label() -> Texture:
     """Return what lies around the bottle, from the neck at the top to the middle of its bottom."""
     sheet = Sheet((720, 800), _TEAL, seed=21)
@@ -99,6 +103,7 @@ def _bottle_label() -> Texture:
     return sheet.finish()
 
 
+@cache
 def _mug_print() -> Texture:
     """Return what lies around the mug, from the middle of its inside over the rim to its bottom."""
     sheet = Sheet((760, 800), (0.95, 0.94, 0.90), seed=22)

@@ -1,0 +1,231 @@
+//! What a verdict is worth: every threshold from which on a pose is followed, said or learned from.
+
+use super::attempt::Attempt;
+use super::estimate::Status;
+use super::judge::Verdict;
+use super::settings::TrackSettings;
+use super::tracker::Tracker;
+use crate::pose::Pose;
+
+/// Confidence below which part of the object counts as hidden.
+pub(super) const CLEAR: f64 = 0.8;
+/// Confidence from which on a pose that is followed is said to be tracked. Between `held` and this
+/// about half of the poses are wrong.
+const SAID: f64 = 0.6;
+/// Share of the trusted confidence that is left of a pose's at which something does not fit, so that
+/// however well the rest fits, it is not trusted.
+const DOUBTED: f64 = 0.9;
+/// Share of the usual confidence below which a pose is made precise once more, from coarser images.
+const DOUBTFUL: f64 = 0.9;
+/// Confidence and share of the usual support from which on no other candidate is looked at.
+const SURE: (f64, f64) = (0.7, 0.6);
+/// Surface points that are usually seen of an object with a pattern: its turn is not believed without
+/// some of them.
+const PATTERN: f64 = 12.0;
+/// Surface points that suffice, however many there are else.
+const MANY: f64 = 24.0;
+/// Share of the surface points that are usually seen of an object, below which one that was sought is
+/// not believed to be found: its outline alone fits too many poses.
+const LEAST_RECOGNISED: f64 = 0.25;
+/// How far an object must be off to have leapt, in radii and radians, and the share of the usual
+/// surface points that must then be seen.
+const LEAP: f64 = 0.1;
+const LANDED: f64 = 0.6;
+/// Share of the usual surface points that must be seen for what is learned to be true, after a doubt
+/// and when the last images were clear: a side that turns into view brings its points one by one.
+const WELL_RECOGNISED: (f64, f64) = (0.6, 0.3);
+/// Clear images after which a doubt is over.
+pub(super) const DOUBT: usize = 8;
+/// Confidence from which on colours are learned.
+const COLOR_CONFIDENCE: f64 = 0.65;
+/// Confidence and share of the usual surface points that prove that an object which was found again is
+/// the one that was lost, at its true pose, and no look-alike's: one that teaches is wrong for good.
+const PROVED: (f64, f64) = (0.85, 0.5);
+/// Images without the object after which it counts as lost.
+const LOST_AFTER: usize = 15;
+
+/// What an image may teach.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Teachable {
+    pub(super) colors: bool,
+    /// What is usual, surface points and views.
+    pub(super) surface: bool,
+}
+
+impl Tracker {
+    /// Gives the confidence from which on a pose is believed.
+    pub(super) fn least_confidence(&self) -> f64 {
+        let TrackSettings { trusted, held, .. } = self.settings;
+        if self.status == Status::Tracking { held } else { trusted }
+    }
+
+    /// Says whether a pose that is followed may be told as tracked.
+    pub(super) fn is_confirmed(&self, verdict: &Verdict) -> bool {
+        let usual = self.usual.recognised;
+        let least = (LEAST_RECOGNISED * usual).min(MANY);
+        let known = usual < PATTERN || verdict.recognised >= least;
+        self.proved && verdict.confidence >= SAID.max(self.settings.held) && known
+    }
+
+    /// Takes a pose of an object that was found again for proved, if so much is seen of it.
+    pub(super) fn prove(&mut self, verdict: &Verdict) {
+        let (confidence, share) = PROVED;
+        let explained = verdict.recognised >= share * self.usual.recognised;
+        self.proved |= verdict.confidence >= confidence && explained;
+    }
+
+    /// Says whether it pays to make a pose precise once more.
+    pub(super) fn is_doubtful(&self, verdict: &Verdict) -> bool {
+        verdict.confidence < self.settings.trusted.max(DOUBTFUL * self.usual.confidence)
+    }
+
+    pub(super) fn is_sure(&self, attempt: &Attempt) -> bool {
+        let verdict = attempt.verdict;
+        verdict.confidence > SURE.0 && verdict.support > SURE.1 * self.usual.support
+    }
+
+    pub(super) fn was_seen_lately(&self) -> bool {
+        self.unseen <= LOST_AFTER
+    }
+
+    /// Takes the trust out of a pose at which too little of the surface is recognised, where the
+    /// object was not tracked just before.
+    pub(super) fn doubt(&self, attempt: &mut Attempt) {
+        if self.status != Status::Tracking {
+            // Only where it was a moment ago may something be thought to hide it.
+            attempt.verdict.confidence = attempt.verdict.visible;
+        }
+        if attempt.verdict.recognised < LEAST_RECOGNISED * self.usual.recognised {
+            self.distrust(attempt);
+        }
+    }
+
+    /// Takes the trust out of a pose that is farther from where the object was expected than its
+    /// motion explains, unless much of the surface is recognised there.
+    pub(super) fn doubt_leap(&self, expected: &Pose, attempt: &mut Attempt) {
+        let landed = attempt.verdict.recognised >= LANDED * self.usual.recognised;
+        if self.has_leapt(expected, &attempt.pose) && !landed {
+            self.distrust(attempt);
+        }
+    }
+
+    /// Says whether a pose is farther from where the object was expected than its motion explains.
+    pub(super) fn has_leapt(&self, expected: &Pose, pose: &Pose) -> bool {
+        let off = (expected.inverse() * *pose).log();
+        let (across, turned) = (off.fixed_rows::<3>(0).norm(), off.fixed_rows::<3>(3).norm());
+        let (near, slight) = self.leeway();
+        across > near.max(LEAP * self.solid.radius) || turned > slight.max(LEAP)
+    }
+
+    fn distrust(&self, attempt: &mut Attempt) {
+        attempt.verdict.confidence *= DOUBTED * self.settings.trusted;
+    }
+
+    /// Says what a pose that is followed may teach.
+    pub(super) fn teachable(&mut self, verdict: &Verdict) -> Teachable {
+        let &Verdict { visible, recognised, .. } = verdict;
+        let (is_clear, usual) = (visible >= CLEAR, self.usual.recognised);
+        self.doubt = if is_clear { self.doubt.saturating_sub(1) } else { DOUBT };
+        if !self.is_confirmed(verdict) {
+            return Teachable { colors: false, surface: false };
+        }
+        // What hides the object must not become part of it, nor must a pose that is a little off
+        // teach where its points are.
+        let (doubted, sure) = WELL_RECOGNISED;
+        let least = if self.doubt > 0 { doubted } else { sure };
+        let surface = is_clear && recognised >= least * usual;
+        Teachable { colors: visible >= COLOR_CONFIDENCE, surface }
+    }
+
+    /// Gives the status of an object that was not found once more.
+    pub(super) fn without(&self) -> Status {
+        if self.was_seen_lately() { Status::Searching } else { Status::Lost }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::observe::Camera;
+    use crate::shape::{Body, Ellipsoid};
+    use crate::track::usual::Usual;
+
+    /// Makes a tracker that has seen an object with some surface points.
+    fn tracker(status: Status, recognised: f64) -> Tracker {
+        let camera = Camera::new([640, 480], [600.0; 2], [320.0, 240.0]).unwrap();
+        let ball = Ellipsoid::new(0, [0.0; 3], [0.05; 3], [1.0, 0.0, 0.0, 0.0]).unwrap();
+        let body = Body::new(Pose::identity(), vec![ball]).unwrap();
+        let mut tracker = Tracker::new(&[camera], &body, TrackSettings::default()).unwrap();
+        let usual = Usual { recognised, support: recognised, confidence: 0.9, ..Usual::default() };
+        (tracker.status, tracker.usual) = (status, usual);
+        tracker
+    }
+
+    fn verdict(confidence: f64, recognised: f64) -> Verdict {
+        let (visible, support) = (confidence, recognised);
+        Verdict { visible, confidence, support, recognised, ratio: 1.0, outline: 1.0 }
+    }
+
+    fn attempt(verdict: Verdict) -> Attempt {
+        Attempt { verdict, ..Attempt::nothing(Pose::identity(), 0.05) }
+    }
+
+    #[test]
+    fn a_pose_that_is_doubted_is_never_trusted() {
+        for step in 1..=20 {
+            let mut tracker = tracker(Status::Searching, 60.0);
+            tracker.settings.trusted = 0.05 * f64::from(step);
+            let mut sought = attempt(verdict(1.0, 10.0));
+            tracker.doubt(&mut sought);
+            assert!(sought.verdict.confidence < tracker.settings.trusted);
+            let mut leapt = attempt(verdict(1.0, 30.0));
+            let far = Pose::exp(&crate::pose::Twist::new(0.2, 0.0, 0.0, 0.0, 0.0, 0.0));
+            tracker.doubt_leap(&far, &mut leapt);
+            assert!(leapt.verdict.confidence < tracker.settings.trusted);
+        }
+    }
+
+    #[test]
+    fn a_pose_is_told_only_with_some_of_the_points_of_an_object_that_has_them() {
+        let patterned = tracker(Status::Tracking, 60.0);
+        assert!(!patterned.is_confirmed(&verdict(1.0, 0.0)));
+        assert!(!patterned.is_confirmed(&verdict(1.0, 14.0)));
+        assert!(patterned.is_confirmed(&verdict(0.7, 20.0)));
+        assert!(tracker(Status::Tracking, 3.0).is_confirmed(&verdict(0.7, 0.0)));
+    }
+
+    #[test]
+    fn a_pose_may_be_followed_that_is_not_told() {
+        let tracker = tracker(Status::Tracking, 60.0);
+        let doubtful = verdict(0.5 * (tracker.least_confidence() + SAID), 50.0);
+        assert!(doubtful.confidence > tracker.least_confidence());
+        assert!(!tracker.is_confirmed(&doubtful));
+    }
+
+    #[test]
+    fn what_is_not_told_teaches_nothing() {
+        let mut tracker = tracker(Status::Tracking, 60.0);
+        let nothing = Teachable { colors: false, surface: false };
+        assert_eq!(tracker.teachable(&verdict(0.9, 10.0)), nothing);
+        assert_eq!(tracker.teachable(&verdict(0.5, 60.0)), nothing);
+        let all = Teachable { colors: true, surface: true };
+        assert_eq!(tracker.teachable(&verdict(0.9, 60.0)), all);
+    }
+
+    #[test]
+    fn an_object_that_was_found_again_is_told_and_teaches_once_its_old_points_prove_it() {
+        let mut tracker = tracker(Status::Searching, 60.0);
+        let like = attempt(verdict(0.8, 45.0));
+        for time in 0..100 {
+            tracker.settle(f64::from(time), &Pose::identity(), &like, 0.5);
+            assert_eq!(tracker.status, Status::Tracking);
+            assert!(!tracker.is_confirmed(&like.verdict));
+            let taught = tracker.teachable(&like.verdict);
+            assert_eq!(taught, Teachable { colors: false, surface: false });
+        }
+        let itself = attempt(verdict(0.95, 55.0));
+        tracker.settle(100.0, &Pose::identity(), &itself, 0.5);
+        assert!(tracker.is_confirmed(&itself.verdict));
+        assert!(tracker.is_confirmed(&like.verdict), "what was proved stays so");
+    }
+}

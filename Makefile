@@ -3,11 +3,13 @@ SHELL := bash
 .SHELLFLAGS := -euo pipefail -c
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help demo samples test lint bench docs clean prerequisites
+.PHONY: help demo samples test test-extended test-all lint bench docs clean prerequisites
 
 PYTHON ?= python3
 CARGO ?= cargo
 BIN := .venv/bin
+# A file's tests stay together, as they share what is drawn for them.
+PYTEST := $(BIN)/python -m pytest --numprocesses auto --maxprocesses 4 --dist loadfile
 
 # One interpreter for every build: a change of it would rebuild the binding.
 export PYO3_PYTHON := $(CURDIR)/$(BIN)/python
@@ -21,7 +23,7 @@ RUST_FILES := $(shell find crates -type f \( -name '*.rs' -o -name Cargo.toml \)
 RUST_NEEDED := $(shell sed -n 's/^rust-version = "\(.*\)"/\1/p' Cargo.toml)
 
 help: ## list the targets
-	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-7s %s\n", $$1, $$2 }' $(firstword $(MAKEFILE_LIST))
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-13s %s\n", $$1, $$2 }' $(firstword $(MAKEFILE_LIST))
 
 demo: .venv/.package ## let a simulated arm meet an object, model it, and follow it; make a video and a report
 	@mkdir -p out
@@ -38,9 +40,14 @@ samples: .venv/.package ## draw captures to try things on; model one and track t
 
 # The binding is left out of `cargo test`: its tests are the Python ones, and linking
 # it as a program would need a Python built as a shared library.
-test: .venv/.package ## run every test, of Rust and of Python
+test: .venv/.package ## run the laws, and each command once; all that a change needs at first
 	$(CARGO) test --workspace --exclude servoid-py
-	$(BIN)/python -m pytest
+	$(PYTEST) -m 'not extended'
+
+test-extended: .venv/.package ## run what `make test` leaves out: studies, pages, faults, more seeds
+	$(PYTEST) -m extended
+
+test-all: test test-extended ## run every test, of Rust and of Python
 
 lint: .venv/.package ## check formatting, warnings, types, and the stub of the native module
 	$(CARGO) fmt --all --check
@@ -66,20 +73,26 @@ clean: ## remove what these targets made
 	find python tests docs examples -type d -name __pycache__ -prune -exec rm -rf {} +
 	rm -rf target
 
+# What is missing is told all at once, not one thing after another.
 prerequisites:
-	@command -v $(PYTHON) >/dev/null || { \
-	  echo "Python is missing: install Python 3.10 or newer, or name one with PYTHON=..." >&2; exit 1; }
-	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 10))' || { \
-	  echo "$$($(PYTHON) --version) is too old: servoid needs 3.10 or newer; name one with PYTHON=..." >&2; \
-	  exit 1; }
-	@$(PYTHON) -c 'import ensurepip, venv' 2>/dev/null || { \
-	  echo "Python cannot make virtual environments: install its venv module (Debian: python3-venv)" >&2; \
-	  exit 1; }
-	@command -v $(CARGO) >/dev/null || { \
-	  echo "Rust is missing: install Rust $(RUST_NEEDED) or newer with rustup" >&2; exit 1; }
-	@found=$$($(CARGO) --version | awk '{ print $$2 }'); \
-	  printf '%s\n' "$(RUST_NEEDED)" "$$found" | sort -V -C || { \
-	  echo "Rust $$found is too old: servoid needs $(RUST_NEEDED) or newer; try 'rustup update'" >&2; exit 1; }
+	@missing=(); \
+	tell() { missing+=("$$1"); }; \
+	if ! command -v $(PYTHON) >/dev/null; then \
+	  tell "Python is missing: install Python 3.10 or newer, or name one with PYTHON=..."; \
+	elif ! $(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 10))'; then \
+	  tell "$$($(PYTHON) --version) is too old: servoid needs 3.10 or newer; name one with PYTHON=..."; \
+	elif ! $(PYTHON) -c 'import ensurepip, venv' 2>/dev/null; then \
+	  tell "Python cannot make virtual environments: install its venv module (Debian: python3-venv)"; \
+	fi; \
+	if ! found=$$($(CARGO) --version 2>/dev/null | awk '{ print $$2 }') || [ -z "$$found" ]; then \
+	  tell "Rust is missing: install Rust $(RUST_NEEDED) or newer with rustup"; \
+	elif ! printf '%s\n' "$(RUST_NEEDED)" "$$found" | sort -V -C; then \
+	  tell "Rust $$found is too old: servoid needs $(RUST_NEEDED) or newer; try 'rustup update'"; \
+	fi; \
+	if ! command -v cc >/dev/null; then \
+	  tell "A C compiler is missing, which Rust links with: install one (Debian: build-essential)"; \
+	fi; \
+	if [ $${#missing[@]} -gt 0 ]; then printf '%s\n' "$${missing[@]}" >&2; exit 1; fi
 
 .venv/.tools: pyproject.toml | prerequisites
 	$(PYTHON) -m venv .venv

@@ -1,5 +1,6 @@
 """A program with a batch that takes longer than anybody waits; its argument is a folder."""
 
+import signal
 import sys
 from pathlib import Path
 
@@ -8,6 +9,7 @@ from batch_trials import LINGER, Case
 from servoid.study.batch import Processes, Work, run_batch
 
 if __name__ == "__main__":
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # deaf to it in the background
     folder = Path(sys.argv[1])
     cases = [Case(seed, folder=str(folder)) for seed in range(6)]
     try:

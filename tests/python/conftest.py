@@ -1,13 +1,16 @@
 """Captures that the tests draw themselves: an independent account of what a camera sees."""
 
+import signal
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from importlib import import_module
 from pathlib import Path
 
 import cv2
+import hypothesis
 import numpy as np
 import pytest
+from drawn import Drawn, once
 from fake_tracker import FakeSettings, FakeTracker
 from numpy.typing import NDArray
 from recordings import Alone, Recording, recorder, track_alone
@@ -22,6 +25,7 @@ SIZE_PX = (160, 120)
 FOCAL_PX = 210.0
 CENTER_PX = (79.5, 59.5)
 BACKGROUND = (90, 90, 90)
+QUICK_EXAMPLES = 20
 REAL_PHOTOS = Path(__file__).parents[2].parent / "shared" / "data" / "photos"
 
 
@@ -102,6 +106,7 @@ class Drawing:
             rotations=np.array([turn.as_quat(scalar_first=True) for turn in turns]),
         )
 
+    @once
     def write(self, folder: Path) -> Path:
         """Write the drawing as a capture with one camera that moves; return its folder."""
         for name in ("images", "masks"):
@@ -177,6 +182,16 @@ class Outcome:
 Command = Callable[..., Outcome]
 
 
+def pytest_configure(config: pytest.Config) -> None:
+    """Try fewer examples in the quick tests; let Ctrl-C interrupt background runs, too."""
+    hypothesis.settings.register_profile("whole", deadline=None)
+    hypothesis.settings.register_profile("quick", deadline=None, max_examples=QUICK_EXAMPLES)
+    quick = config.option.markexpr == "not extended"
+    hypothesis.settings.load_profile("quick" if quick else "whole")
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
 @pytest.fixture
 def servoid_command(capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Command:
     """Run `servoid ARGUMENTS` in this process, in a terminal 80 columns wide."""
@@ -238,13 +253,20 @@ def fake_core(monkeypatch: pytest.MonkeyPatch) -> type[FakeTracker]:
 
 
 @pytest.fixture(scope="session")
-def recording(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Recording]:
+def drawn(pytestconfig: pytest.Config) -> Drawn:
+    """Draw, or fetch what an earlier run of the tests drew in the same way."""
+    cache = getattr(pytestconfig, "cache", None)
+    return Drawn(None if cache is None else cache.mkdir("drawn"))
+
+
+@pytest.fixture(scope="session")
+def recording(tmp_path_factory: pytest.TempPathFactory, drawn: Drawn) -> Callable[[str], Recording]:
     """Make a short recording of the moving scene, by its name in `SCENARIOS`."""
-    return recorder(tmp_path_factory.mktemp("recordings"))
+    return recorder(tmp_path_factory.mktemp("recordings"), drawn)
 
 
 @pytest.fixture(scope="session")
 def alone(recording: Callable[[str], Recording], tmp_path_factory: pytest.TempPathFactory) -> Alone:
     """Track the moving toy once, with no body, for all tests that need a track or a body."""
     folder = tmp_path_factory.mktemp("alone")
-    return track_alone(recording("colour"), folder, "--video", "o.mp4", threads=2)
+    return track_alone(recording("colour"), folder, "--video", "o.mp4")

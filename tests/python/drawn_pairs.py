@@ -6,6 +6,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 from conftest import write_png
+from drawn import once
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
@@ -86,6 +87,7 @@ class Pair:
         pose = self.world_from_left
         return points @ pose[:3, :3].T + pose[:3, 3]
 
+    @once
     def write(
         self,
         folder: Path,

@@ -1,20 +1,25 @@
 """Short recordings of the moving scene, and how a track of one agrees with what is true."""
 
+import io
 import os
 import subprocess
 import sys
 from collections.abc import Callable, Iterable, Sequence
+from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
 import cv2
 import numpy as np
+import pytest
+from drawn import Drawn
 from faults import Moment, Moments
 from numpy.typing import NDArray
 from tracking_errors import TrackingErrors, tracking_errors
 
 from servoid._native import Tracker, TrackSettings, View, silhouette_ious
+from servoid.cli import main
 from servoid.observe import Capture, open_capture
 from servoid.pose import Pose
 from servoid.record import Waypoint, read_trajectory
@@ -106,37 +111,48 @@ class Alone:
         return tracker
 
 
-def recorder(folder: Path) -> Callable[[str], Recording]:
+def recorder(folder: Path, drawn: Drawn) -> Callable[[str], Recording]:
     """Return what makes each recording of `SCENARIOS` once, when it is asked for."""
     made: dict[str, Recording] = {}
 
     def record(name: str) -> Recording:
         if name not in made:
-            path = write_moving_sample(folder / name.replace(" ", "_"), SCENARIOS[name])
-            made[name] = Recording(path, MovingScene(SCENARIOS[name]))
+            scenario, path = SCENARIOS[name], folder / name.replace(" ", "_")
+            drawn(path, "moving", scenario, lambda new: write_moving_sample(new, scenario))
+            made[name] = Recording(path, MovingScene(scenario))
         return made[name]
 
     return record
 
 
-def run_servoid(folder: Path, *arguments: object, threads: int | None = None) -> str:
+def run_servoid(folder: Path, *arguments: object) -> str:
+    """Run `servoid ARGUMENTS` in a folder, in this process; return what it says."""
+    said, complaints = io.StringIO(), io.StringIO()
+    with pytest.MonkeyPatch.context() as patch, pytest.raises(SystemExit) as ended:
+        patch.chdir(folder)
+        patch.setenv("COLUMNS", "80")
+        patch.setenv("NO_COLOR", "1")
+        with redirect_stdout(said), redirect_stderr(complaints):
+            main([str(argument) for argument in arguments])
+    assert not ended.value.code, complaints.getvalue()
+    return said.getvalue()
+
+
+def run_apart(folder: Path, *arguments: object, threads: int | None = None) -> str:
     """Run `servoid ARGUMENTS` in a folder and a process of its own; return what it says."""
     environment = os.environ | {"COLUMNS": "80", "NO_COLOR": "1"}
     if threads is not None:
         environment["RAYON_NUM_THREADS"] = str(threads)
-    command = [sys.executable, "-c", "from servoid.cli import main; main()", *map(str, arguments)]
+    command = [sys.executable, "-m", "servoid", *map(str, arguments)]
     done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     return done.stdout
 
 
-def track_alone(
-    recording: Recording, folder: Path, *options: object, threads: int | None = None
-) -> Alone:
+def track_alone(recording: Recording, folder: Path, *options: object) -> Alone:
     """Track a recording with no body, into a folder."""
     arguments = ("track", recording.folder, "--save-body", "body.json", *options)
-    said = run_servoid(folder, *arguments, threads=threads)
-    return Alone(recording, folder, said)
+    return Alone(recording, folder, run_servoid(folder, *arguments))
 
 
 def placed(body: Body, world_from_object: Pose) -> Body:

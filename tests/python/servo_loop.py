@@ -66,13 +66,14 @@ class Loop:
     positions: Floats | None = None
     spoil: Callable[[Instant, FakeEstimate], Seen] = lambda instant, estimate: (instant, estimate)
     noise: tuple[float, float] = (0.0, 0.0)  # m and rad
+    seed: int = 0  # of the noise
     goal: Callable[[float], Pose | None] = lambda _: GOAL_FROM_OBJECT
 
     def __post_init__(self) -> None:
         positions = None if self.positions is None else self.positions.tolist()
         self.arm = SerialArm(read_arm(), PERIOD_S, positions)
         self.controller = Controller(self.arm, self.settings)
-        self.random = np.random.default_rng(0)
+        self.random = np.random.default_rng(self.seed)
         self.taken = 0
         self.on_the_way: list[Seen] = []
         self.ticks: list[Tick] = []

@@ -29,8 +29,15 @@ ARMS: dict[str, Callable[[], Arm]] = {
 }
 
 
-@pytest.fixture(params=ARMS.values(), ids=ARMS.keys())
+@pytest.fixture(scope="module", params=ARMS.values(), ids=ARMS.keys())
 def arm(request: pytest.FixtureRequest) -> Arm:
+    """Return an arm that all tests share which do not move it."""
+    return request.param()
+
+
+@pytest.fixture(params=ARMS.values(), ids=ARMS.keys())
+def own_arm(request: pytest.FixtureRequest) -> Arm:
+    """Return an arm that a test may move."""
     return request.param()
 
 
@@ -105,29 +112,29 @@ def test_a_positive_tilt_looks_down_and_a_positive_pan_to_the_right(arm: Arm) ->
         np.testing.assert_allclose(axis, expected, atol=1e-12)
 
 
-def test_time_passes_by_one_period_with_each_command(arm: Arm) -> None:
+def test_time_passes_by_one_period_with_each_command(own_arm: Arm) -> None:
     times = []
     for _ in range(5):
-        times.append(arm.state().time_s)
-        arm.command(np.zeros(len(arm.joints.names)))
-    np.testing.assert_allclose(np.diff(times), arm.period_s, rtol=1e-6)
+        times.append(own_arm.state().time_s)
+        own_arm.command(np.zeros(len(own_arm.joints.names)))
+    np.testing.assert_allclose(np.diff(times), own_arm.period_s, rtol=1e-6)
 
 
-def test_joints_reach_the_speed_that_they_are_told(arm: Arm) -> None:
-    before = arm.state().positions
+def test_joints_reach_the_speed_that_they_are_told(own_arm: Arm) -> None:
+    before = own_arm.state().positions
     wanted = 0.1 * np.resize([1.0, -1.0], len(before))
-    for _ in range(int(0.5 / arm.period_s)):
-        arm.command(wanted)
-    state = arm.state()
+    for _ in range(int(0.5 / own_arm.period_s)):
+        own_arm.command(wanted)
+    state = own_arm.state()
     np.testing.assert_allclose(state.velocities, wanted, atol=0.005)
     assert np.all((state.positions - before) * np.sign(wanted) > 0.03)
 
 
-def test_joints_stop_at_their_limits(arm: Arm) -> None:
-    for _ in range(int(12.0 / arm.period_s)):
-        arm.command(arm.joints.speed)
-    state = arm.state()
-    assert np.all(state.positions <= arm.joints.upper + 1e-3)
+def test_joints_stop_at_their_limits(own_arm: Arm) -> None:
+    for _ in range(int(12.0 / own_arm.period_s)):
+        own_arm.command(own_arm.joints.speed)
+    state = own_arm.state()
+    assert np.all(state.positions <= own_arm.joints.upper + 1e-3)
     np.testing.assert_allclose(state.velocities, 0, atol=1e-3)
 
 

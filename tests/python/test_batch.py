@@ -72,6 +72,7 @@ def test_a_number_that_is_none_makes_a_trial_fail(tmp_path: Path) -> None:
     assert "value" in done[0].failure
 
 
+@pytest.mark.extended
 def test_a_trial_that_kills_its_process_is_recorded_and_stops_no_other(tmp_path: Path) -> None:
     done = run_batch([Work(STUMBLE, cases(8))], tmp_path, Processes(2))["stumble"]
     assert [trial.row is None for trial in done] == [seed in (3, 4, 5) for seed in range(8)]

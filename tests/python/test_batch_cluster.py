@@ -20,6 +20,8 @@ from batch_trials import DAWDLE, DRAW, Case
 from servoid.errors import StudyError
 from servoid.study.batch import Headway, Work, run_batch, workers_for
 
+pytestmark = pytest.mark.extended
+
 HERE = Path(__file__).parent
 
 

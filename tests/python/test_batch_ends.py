@@ -8,6 +8,7 @@ import time
 from pathlib import Path
 
 import pytest
+from tiers import tiered
 
 pytest.importorskip("pyarrow", reason="tables of trials need pyarrow")
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals are sent to a group")
@@ -42,7 +43,7 @@ def wait_for_trials(process: subprocess.Popen[str], folder: Path) -> None:
         time.sleep(0.1)
 
 
-@pytest.mark.parametrize("early", [True, False])
+@pytest.mark.parametrize("early", tiered([False, True]))
 def test_an_interrupt_ends_all_processes_at_once_and_says_nothing_of_them(
     tmp_path: Path, early: bool
 ) -> None:
@@ -57,7 +58,7 @@ def test_an_interrupt_ends_all_processes_at_once_and_says_nothing_of_them(
     assert process.returncode == 0
 
 
-@pytest.mark.parametrize("how", [signal.SIGTERM, signal.SIGKILL])
+@pytest.mark.parametrize("how", tiered([signal.SIGKILL, signal.SIGTERM]))
 def test_trials_end_with_the_process_that_asked_for_them(tmp_path: Path, how: int) -> None:
     process = started(tmp_path)
     wait_for_trials(process, tmp_path)

@@ -1,8 +1,6 @@
 """`servoid model --each`, through the command line."""
 
 import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -10,14 +8,9 @@ import pytest
 pytest.importorskip("pyarrow", reason="tables of trials need pyarrow")
 
 import pyarrow.parquet
-from conftest import Drawing
+from conftest import Command, Drawing
 
 FAST = ("--max-ellipsoids", "2", "--delta", "0", "--views", "::4")
-
-
-def servoid(*arguments: object) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "servoid", *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, check=False)
 
 
 @pytest.fixture(scope="module")
@@ -33,17 +26,21 @@ def captures(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def test_each_capture_gives_the_body_that_it_gives_alone(captures: Path, tmp_path: Path) -> None:
-    ran = servoid("model", captures, "--each", "--out", tmp_path / "all", "--workers", 2, *FAST)
-    assert ran.returncode == 1
-    assert "torn: " in ran.stdout
-    assert "matches no file" in ran.stdout
-    assert "1 of 3 captures could not be modelled" in ran.stderr
-    assert "empty holds no capture" in ran.stdout
-    assert all(len(line) <= 80 for line in ran.stdout.splitlines() if str(tmp_path) not in line
+def test_each_capture_gives_the_body_that_it_gives_alone(
+    captures: Path, tmp_path: Path, servoid_command: Command
+) -> None:
+    ran = servoid_command(
+        "model", captures, "--each", "--out", tmp_path / "all", "--workers", 2, *FAST
+    )
+    assert ran.code == 1
+    assert "torn: " in ran.out
+    assert "matches no file" in ran.out
+    assert "1 of 3 captures could not be modelled" in ran.err
+    assert "empty holds no capture" in ran.out
+    assert all(len(line) <= 80 for line in ran.out.splitlines() if str(tmp_path) not in line
                and "torn: " not in line)  # fmt: skip
-    alone = servoid("model", captures / "bird", "--out", tmp_path / "bird.json", *FAST)
-    assert alone.returncode == 0
+    alone = servoid_command("model", captures / "bird", "--out", tmp_path / "bird.json", *FAST)
+    assert alone.code == 0
     for name in ("bird", "same"):
         assert (tmp_path / "all" / f"{name}.json").read_bytes() == (
             tmp_path / "bird.json"
@@ -55,16 +52,16 @@ def test_each_capture_gives_the_body_that_it_gives_alone(captures: Path, tmp_pat
 
 
 def test_a_capture_that_was_modelled_is_modelled_again_only_if_it_changed(
-    captures: Path, tmp_path: Path
+    captures: Path, tmp_path: Path, servoid_command: Command
 ) -> None:
     folder = tmp_path / "captures"
     shutil.copytree(captures / "bird", folder / "bird")
     command = ("model", folder, "--each", "--out", tmp_path / "all", "--workers", 1, *FAST)
     for _ in range(2):
-        assert servoid(*command).returncode == 0
+        assert servoid_command(*command).code == 0
         assert len(list((tmp_path / "all" / "trials" / "captures").iterdir())) == 1
     (folder / "bird" / "capture.toml").touch()
-    assert servoid(*command).returncode == 0
+    assert servoid_command(*command).code == 0
     assert len(list((tmp_path / "all" / "trials" / "captures").iterdir())) == 2
 
 
@@ -82,9 +79,9 @@ def test_a_capture_that_was_modelled_is_modelled_again_only_if_it_changed(
     ],
 )
 def test_what_cannot_be_is_told_in_a_line(
-    captures: Path, arguments: tuple[str, ...], says: str
+    captures: Path, arguments: tuple[str, ...], says: str, servoid_command: Command
 ) -> None:
-    ran = servoid(*(part.format(captures) for part in arguments))
-    assert ran.returncode in (1, 2)
-    assert says in " ".join(ran.stderr.replace("│", " ").split())
-    assert "Traceback" not in ran.stderr
+    ran = servoid_command(*(part.format(captures) for part in arguments))
+    assert ran.code in (1, 2)
+    assert says in " ".join(ran.err.replace("│", " ").split())
+    assert "Traceback" not in ran.err

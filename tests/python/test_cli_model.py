@@ -157,6 +157,7 @@ def test_a_report_replaces_its_own_pictures_and_leaves_other_files(
     assert "ellipsoids" in (report / "sheet.png").read_text()
 
 
+@pytest.mark.extended
 def test_a_report_that_fails_leaves_nothing_behind(
     drawn_capture: Path, tmp_path: Path, servoid_command: Command, put_view: Callable[..., None]
 ) -> None:

@@ -101,6 +101,7 @@ def test_the_files_of_a_run_say_the_same(ran: tuple[Path, Outcome]) -> None:
     assert "painted_ellipsoid" in page and "<img" in page
 
 
+@pytest.mark.extended
 def test_the_settings_of_a_run_repeat_it_to_the_bit(ran: tuple[Path, Outcome]) -> None:
     folder, _ = ran
     first = folder / "run"
@@ -214,6 +215,7 @@ def interrupt_at(monkeypatch: pytest.MonkeyPatch, stage: str, share: float) -> N
     monkeypatch.setattr(servoing._Run, "watch", watching)
 
 
+@pytest.mark.extended
 def test_what_was_done_until_an_interrupt_is_written(
     servoid_command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

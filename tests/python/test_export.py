@@ -14,13 +14,14 @@ from exported_bodies import Array, Truth, bodies, random_body, rotation_of, trut
 from hypothesis import HealthCheck, given, settings
 from plyfile import PlyData
 from scipy.spatial.transform import Rotation
+from tiers import tiered
 
 from servoid.exchange.export import FORMATS, export_body
 from servoid.exchange.export.splat import SIGMA, SPLATS
 from servoid.shape import BodyFile
 
 DENSITY = 730.0
-FRAMES = pytest.mark.parametrize("frame", ["object", "world"])
+FRAMES = pytest.mark.parametrize("frame", tiered(["world", "object"]))
 few = settings(
     max_examples=4, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
 )

@@ -1,34 +1,24 @@
 """Captures without masks: a target in one view is enough."""
 
 import re
-from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 import pytest
-from body_measures import WorldBody
-from conftest import BACKGROUND, SIZE_PX, Command, Drawing, Outcome, write_png
+from conftest import Command, Drawing, Outcome
+from scenes_model import (
+    BY_TARGET,
+    box_around,
+    click_on,
+    of_one_color,
+    outline_figures,
+    picture_target,
+    without_masks,
+)
 
 from servoid.errors import ModelError
 from servoid.model import Request, fit_capture
 from servoid.observe import open_capture
 from servoid.shape import load_body
-
-
-def without_masks(folder: Path) -> Path:
-    """Delete a capture's masks, and what its capture.toml says of them."""
-    for path in (folder / "masks").iterdir():
-        path.unlink()
-    toml = folder / "capture.toml"
-    toml.write_text(re.sub(r"masks = .*\n", "", toml.read_text()))
-    return folder
-
-
-def box_around(drawing: Drawing, index: int) -> str:
-    """Write the box around the object, 3 pixels larger than it on each side."""
-    rows, columns = np.nonzero(drawing.mask(drawing.world_from_cameras()[index]))
-    corners = (columns.min() - 3, rows.min() - 3, columns.max() + 3, rows.max() + 3)
-    return "box:" + ",".join(map(str, corners))
 
 
 @pytest.fixture
@@ -49,7 +39,7 @@ def test_a_box_in_one_view_is_enough_for_all_views(
     outcome, out = model(servoid_command, unmarked, "--target", target)
     assert outcome.code == 0, outcome.err
     file = load_body(out)
-    assert WorldBody.of(file).ious(drawing).min() > 0.9
+    assert BY_TARGET["box"].beyond(outline_figures(file, drawing)) == []
     assert file.made_by is not None
     assert file.made_by.targets == (target,)
     assert file.made_by.views == tuple(f"eye/{index:04}" for index in range(8))
@@ -61,32 +51,25 @@ def test_a_hue_window_is_meant_for_all_views(
 ) -> None:
     outcome, out = model(servoid_command, unmarked, "--target", "hue:215..20")
     assert outcome.code == 0, outcome.err
-    assert WorldBody.of(load_body(out)).ious(drawing).min() > 0.9
+    assert BY_TARGET["hue"].beyond(outline_figures(load_body(out), drawing)) == []
 
 
 def test_a_click_finds_what_has_one_colour(tmp_path: Path, servoid_command: Command) -> None:
-    one, other = Drawing().ellipsoids
-    drawing = Drawing((one, replace(other, color=one.color)))
+    drawing = of_one_color()
     folder = without_masks(drawing.write(tmp_path / "photos"))
-    pose = np.linalg.inv(drawing.world_from_cameras()[0])
-    x, y, z = pose[:3, :3] @ one.center + pose[:3, 3]
-    target = f"click:{79.5 + 210 * x / z:.0f},{59.5 + 210 * y / z:.0f}"
-    outcome, out = model(servoid_command, folder, "--target", target)
+    outcome, out = model(servoid_command, folder, "--target", click_on(drawing))
     assert outcome.code == 0, outcome.err
-    assert WorldBody.of(load_body(out)).ious(drawing).mean() > 0.85
+    assert BY_TARGET["click"].beyond(outline_figures(load_body(out), drawing)) == []
 
 
 @pytest.mark.parametrize("kind", ["mask", "background"])
 def test_a_picture_from_elsewhere_is_a_target(
     kind: str, unmarked: Path, drawing: Drawing, servoid_command: Command, tmp_path: Path
 ) -> None:
-    empty = np.full((*SIZE_PX[::-1], 3), BACKGROUND, np.uint8)
-    pictures = {"mask": drawing.mask(drawing.world_from_cameras()[5]), "background": empty}
-    write_png(tmp_path / "mine.png", pictures[kind])
-    target = f"{kind}:{tmp_path / 'mine.png'}@eye/0005"
+    target = picture_target(kind, drawing, tmp_path)
     outcome, out = model(servoid_command, unmarked, "--target", target)
     assert outcome.code == 0, outcome.err
-    assert WorldBody.of(load_body(out)).ious(drawing).min() > 0.9
+    assert BY_TARGET[kind].beyond(outline_figures(load_body(out), drawing)) == []
 
 
 def test_an_object_in_a_recording_may_move_unless_observations_are_chosen(

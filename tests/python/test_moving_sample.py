@@ -63,6 +63,7 @@ def test_the_files_hold_what_the_scene_shows(written: Path) -> None:
         np.testing.assert_allclose(np.column_stack([turn, row[1:4]]), truth[:3], atol=1e-9)
 
 
+@pytest.mark.extended
 def test_the_rig_in_a_hand_writes_poses_in_which_the_toy_rests(tmp_path: Path) -> None:
     scenario = Scenario(count=3, size="small", hand=True, one_camera=True, grey=True)
     folder = write_moving_sample(tmp_path / "a", scenario)
@@ -79,6 +80,7 @@ def test_the_rig_in_a_hand_writes_poses_in_which_the_toy_rests(tmp_path: Path) -
 
 
 @pytest.mark.skipif(not SCORER.exists(), reason="the tools are not beside this clone")
+@pytest.mark.skipif(sys.version_info < (3, 11), reason="the tool needs Python 3.11")
 def test_the_scorer_reads_the_recording_and_agrees_with_the_tests_own_measure(
     written: Path, tmp_path: Path
 ) -> None:

@@ -146,6 +146,7 @@ def test_brightness_follows_how_a_point_faces_the_light() -> None:
     assert np.quantile(away, 0.9) < 0.15  # of those, some shine
 
 
+@pytest.mark.extended
 @pytest.mark.parametrize("seed", [0, 1])
 def test_the_occluder_hides_a_third_of_the_toy_and_is_gone_at_both_ends(seed: int) -> None:
     made = MovingScene(Scenario(size="small", seed=seed, occluder=True, one_camera=True))
@@ -170,6 +171,7 @@ def test_the_same_scenario_gives_the_same_bits_in_any_order() -> None:
         np.testing.assert_array_equal(one, other)
 
 
+@pytest.mark.extended
 def test_another_seed_gives_another_way_and_another_room() -> None:
     one, other = (MovingScene(Scenario(size="small", seed=seed)) for seed in (0, 1))
     assert np.abs(one.left_from_object(9) - other.left_from_object(9)).max() > 0.01
@@ -192,6 +194,7 @@ def test_the_toy_moves_five_millimetres_and_two_degrees_an_image(seed: int) -> N
     assert 50.0 < np.degrees(max(away)) < 60.0
 
 
+@pytest.mark.extended
 def test_a_hand_moves_the_rig_and_the_toy_rests() -> None:
     made = MovingScene(Scenario(size="small", hand=True, one_camera=True))
     objects = [

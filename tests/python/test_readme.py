@@ -11,17 +11,21 @@ from pathlib import Path
 
 import jsonschema
 import pytest
+from drawn import Drawn
 from recordings import Recording
 
 from servoid.observe import open_capture
+from servoid.sim import write_sample
 
 ROOT = Path(__file__).parents[2]
 PROGRAMS = Path(sys.executable).parent
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
 PAGES = [page for page in PAGES if "_build" not in page.parts]
 EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
+QUICK_EXAMPLE = ROOT / "examples" / "model_a_capture.py"
 FENCE = re.compile(r"^(`{3,})([^\n`]*)\n(.*?)^\1$", re.MULTILINE | re.DOTALL)
-TARGETS = set(re.findall(r"^([a-z]+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.M))
+VARIABLE = re.compile(r"[A-Z_]+=.*")
+TARGETS = set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.M))
 
 
 @dataclass(frozen=True)
@@ -52,8 +56,12 @@ def commands(block: Block) -> list[str]:
 
 
 def run(command: list[str], folder: Path) -> str:
+    """Run a command, before whose name variables of its environment may be set."""
     environment = os.environ | {"PATH": f"{PROGRAMS}{os.pathsep}{os.environ['PATH']}"}
     environment |= {"MPLBACKEND": "agg", "NO_COLOR": "1"}
+    while VARIABLE.fullmatch(command[0]):
+        name, _, value = command[0].partition("=")
+        environment, command = environment | {name: value}, command[1:]
     done = subprocess.run(
         command, cwd=folder, env=environment, capture_output=True, text=True, timeout=120
     )
@@ -75,10 +83,8 @@ def execute(block: Block, folder: Path) -> None:
 
 
 @pytest.fixture(scope="session")
-def sample(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("pages") / "sample"
-    run(["servoid", "sample", str(folder)], folder.parent)
-    return folder
+def sample(tmp_path_factory: pytest.TempPathFactory, drawn: Drawn) -> Path:
+    return drawn(tmp_path_factory.mktemp("pages") / "sample", "sample", (), write_sample)
 
 
 @pytest.fixture(scope="session")
@@ -96,13 +102,19 @@ def folder(tmp_path: Path, sample: Path, moving: Path) -> Path:
     return tmp_path
 
 
-@pytest.mark.parametrize("page", TYPED, ids=lambda page: str(page.relative_to(ROOT)))
+def unless(path: Path, quick: Path) -> object:
+    """Return a parameter whose test is a quick one for one path only."""
+    marks = [] if path == quick else [pytest.mark.extended]
+    return pytest.param(path, marks=marks, id=path.relative_to(ROOT).as_posix())
+
+
+@pytest.mark.parametrize("page", [unless(page, ROOT / "README.md") for page in TYPED])
 def test_what_a_page_tells_to_type_works(page: Path, folder: Path) -> None:
     for block in blocks(page.read_text(encoding="utf-8")):
         execute(block, folder)
 
 
-@pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.name)
+@pytest.mark.parametrize("example", [unless(one, QUICK_EXAMPLE) for one in EXAMPLES])
 def test_an_example_runs_and_says_what_it_found(example: Path, folder: Path) -> None:
     assert run([sys.executable, str(example)], folder).strip()
 
@@ -131,7 +143,7 @@ def test_the_make_targets_that_pages_name_exist() -> None:
     named = {
         target
         for page in PAGES
-        for target in re.findall(r"`make ([a-z]+)`", page.read_text(encoding="utf-8"))
+        for target in re.findall(r"`make ([a-z-]+)`", page.read_text(encoding="utf-8"))
     }
     assert {"demo", "test"} <= named <= TARGETS
 
@@ -170,6 +182,11 @@ def test_a_block_that_fails_is_reported(tmp_path: Path) -> None:
         execute(Block("python", "raise SystemExit('no such thing')"), tmp_path)
     with pytest.raises(AssertionError, match="make nothing"):
         execute(Block("console", "$ make nothing"), tmp_path)
+
+
+def test_a_variable_before_a_command_is_in_its_environment(tmp_path: Path) -> None:
+    told = shlex.join([sys.executable, "-c", "import os; assert os.environ['WORD'] == 'a b'"])
+    execute(Block("console", f"$ WORD='a b' {told}\n"), tmp_path)
 
 
 def test_fenced_blocks_are_found_with_their_language() -> None:

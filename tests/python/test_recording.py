@@ -142,6 +142,7 @@ def hand_off_goal(arm: Ticking) -> float:
     return float(np.linalg.norm(((goal @ off).inverse() @ hand).translation))
 
 
+@pytest.mark.extended
 def test_an_arm_servos_with_live_cameras_and_is_held_when_they_fall_silent() -> None:
     pytest.importorskip("daqp", reason="servoing within all limits needs daqp")
     clock = FakeClock()

@@ -45,11 +45,17 @@ def pixels(path: Path) -> NDArray[np.uint8]:
     return np.asarray(image, np.uint8)
 
 
+@pytest.fixture(scope="module")
+def written(result: ModelResult, tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
+    """Write a report once, for all that only read it."""
+    return write_report(result, tmp_path_factory.mktemp("written") / "report")
+
+
 def test_a_report_is_a_page_three_pictures_and_a_summary_and_nothing_else(
-    result: ModelResult, tmp_path: Path
+    written: list[Path],
 ) -> None:
-    folder = tmp_path / "report"
-    assert write_report(result, folder) == [folder / name for name in NAMES]
+    folder = written[0].parent
+    assert written == [folder / name for name in NAMES]
     assert sorted(path.name for path in folder.iterdir()) == sorted(NAMES)
     for name in PICTURES:
         picture = pixels(folder / name)
@@ -57,13 +63,17 @@ def test_a_report_is_a_page_three_pictures_and_a_summary_and_nothing_else(
         assert picture.std() > 10  # not blank
 
 
-def test_the_same_result_gives_the_same_bytes(result: ModelResult, tmp_path: Path) -> None:
-    first, second = (write_report(result, tmp_path / name) for name in ("a", "b"))
-    assert [path.read_bytes() for path in first] == [path.read_bytes() for path in second]
+def test_the_same_result_gives_the_same_bytes_and_leaves_other_files_alone(
+    result: ModelResult, written: list[Path], tmp_path: Path
+) -> None:
+    (tmp_path / "notes.txt").write_text("mine")
+    again = write_report(result, tmp_path)
+    assert [path.read_bytes() for path in again] == [path.read_bytes() for path in written]
+    assert (tmp_path / "notes.txt").read_text() == "mine"
 
 
-def test_the_summary_says_what_the_result_says(result: ModelResult, tmp_path: Path) -> None:
-    summary = json.loads(write_report(result, tmp_path)[-1].read_text())
+def test_the_summary_says_what_the_result_says(result: ModelResult, written: list[Path]) -> None:
+    summary = json.loads(written[-1].read_text())
     assert summary["count"] == len(result.body)
     assert summary["fitness"] == result.fitness
     assert summary["seconds"] == result.seconds
@@ -79,6 +89,7 @@ def test_the_summary_says_what_the_result_says(result: ModelResult, tmp_path: Pa
     assert [row["count"] for row in summary["steps"]] == [step.count for step in result.steps]
 
 
+@pytest.mark.extended
 def test_without_unused_views_the_summary_has_none_for_them(
     result: ModelResult, tmp_path: Path
 ) -> None:
@@ -86,12 +97,6 @@ def test_without_unused_views_the_summary_has_none_for_them(
     summary = json.loads(write_report(alone, tmp_path)[-1].read_text())
     assert summary["iou_unused"] is None
     assert {row["iou_unused"] for row in summary["steps"]} == {None}
-
-
-def test_other_files_of_the_folder_are_left_alone(result: ModelResult, tmp_path: Path) -> None:
-    (tmp_path / "notes.txt").write_text("mine")
-    write_report(result, tmp_path)
-    assert (tmp_path / "notes.txt").read_text() == "mine"
 
 
 def test_a_report_that_breaks_off_writes_nothing(
@@ -227,6 +232,7 @@ def test_up_is_what_the_cameras_call_up(result: ModelResult) -> None:
     assert np.mean(agree) > 0.1
 
 
+@pytest.mark.extended
 def test_a_real_capture_gets_a_report(photos: Callable[[str], Path], tmp_path: Path) -> None:
     views = open_capture(photos("temple")).views()
     write_report(fit(views, max_ellipsoids=3), tmp_path)

@@ -107,7 +107,7 @@ def test_the_version_is_written_the_same_everywhere() -> None:
     changes = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
     entries = re.findall(r"^## (\S+)", changes, flags=re.MULTILINE)
     assert len(versions) == 1
-    assert entries[0] == versions[0]
+    assert next(entry for entry in entries if entry != "Unreleased") == versions[0]
 
 
 def test_both_licences_name_the_holder_and_the_year() -> None:

@@ -15,6 +15,7 @@ from servo_loop import (
     position_errors,
     to_and_fro,
 )
+from tiers import tiered
 
 from servoid.observe.source import Instant
 from servoid.pose import Pose
@@ -121,7 +122,7 @@ def hand_accelerations(loop: Loop, ticks: list[Tick]) -> np.ndarray:
     return np.linalg.norm(np.diff(twists, axis=0), axis=1) / loop.arm.period_s
 
 
-@pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: fault.__name__)
+@pytest.mark.parametrize("fault", tiered(FAULTS, 3), ids=lambda fault: fault.__name__)
 def test_a_fault_brings_the_arm_to_rest_smoothly_and_afterwards_it_goes_on(
     fault: Callable[[Instant, FakeEstimate], Seen],
 ) -> None:
@@ -162,6 +163,7 @@ def test_a_short_gap_is_bridged_by_the_prediction() -> None:
     assert position_errors(between(ticks, 3, 6)).max() < 5e-3
 
 
+@pytest.mark.extended
 def test_a_target_that_was_moved_away_is_approached_from_rest() -> None:
     def moved(instant: Instant, estimate: FakeEstimate) -> Seen:
         if instant.time_s >= FIRST_S:
@@ -178,6 +180,7 @@ def test_a_target_that_was_moved_away_is_approached_from_rest() -> None:
     assert broken_limits(loop) == []
 
 
+@pytest.mark.extended
 def test_a_plain_bottle_that_is_found_again_with_another_spin_does_not_move_the_hand() -> None:
     def spun(instant: Instant, estimate: FakeEstimate) -> Seen:
         estimate.unobservable = np.array([[0.0, 0.0, 0.0, 0.0, 1.0, 0.0]])
@@ -194,7 +197,7 @@ def test_a_plain_bottle_that_is_found_again_with_another_spin_does_not_move_the_
     assert position_errors(between(ticks, FIRST_S, 9.0)).max() < 5e-3
 
 
-@pytest.mark.parametrize("guesses", [1, 4, 9])
+@pytest.mark.parametrize("guesses", tiered([1, 4, 9]))
 def test_wrong_guesses_about_a_hidden_target_do_not_turn_the_eyes_away_for_good(
     guesses: int,
 ) -> None:

@@ -326,6 +326,7 @@ def test_a_report_holds_everything_and_asks_for_nothing_from_elsewhere(shown: Sh
         assert all(reason.value in text for reason in hold.reasons)
 
 
+@pytest.mark.extended
 def test_nothing_is_written_where_nothing_can_be_written(shown: Shown, tmp_path: Path) -> None:
     none = tmp_path / "none"
     with pytest.raises(OutputError, match="cannot write"):

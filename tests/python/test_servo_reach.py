@@ -3,6 +3,7 @@ import pytest
 from servo_loop import WORLD_FROM_OBJECT, WORLD_FROM_START
 
 from servoid.pose import Pose
+from servoid.servo import reach
 from servoid.servo.moving import change_between, shifted_and_turned
 from servoid.servo.reach import reached
 from servoid.sim.arm_file import read_arm
@@ -36,3 +37,29 @@ def test_what_lies_beyond_the_arm_is_not_reached(arm: SerialArm) -> None:
     assert reached(arm, WORLD_FROM_OBJECT, arm.state().positions) is None
     far = Pose.from_parts([3.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0])
     assert reached(arm, far, arm.state().positions) is None
+
+
+def test_only_ways_that_lead_nowhere_are_given_up_early(
+    arm: SerialArm, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    random = np.random.default_rng(4)
+    lower, upper = np.maximum(arm.joints.lower, -3.0), np.minimum(arm.joints.upper, 3.0)
+    ways = [
+        (arm.world_from_hand(random.uniform(lower, upper)), random.uniform(lower, upper))
+        for _ in range(30)
+    ]
+    steps: list[int] = []
+    step = reach.stepped
+
+    def counted(*way: object) -> object:
+        steps.append(1)
+        return step(*way)  # type: ignore
+
+    monkeypatch.setattr(reach, "stepped", counted)
+    early, early_steps = [reached(arm, *way) for way in ways], len(steps)
+    monkeypatch.setattr(reach, "_STALLED", 0.0)
+    late, late_steps = [reached(arm, *way) for way in ways], len(steps) - early_steps
+    assert 5 < sum(found is None for found in late) < 25
+    for found, expected in zip(early, late, strict=True):
+        assert np.array_equal(found, expected) if expected is not None else found is None
+    assert early_steps < late_steps

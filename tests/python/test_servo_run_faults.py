@@ -1,6 +1,4 @@
-from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -8,38 +6,34 @@ import pytest
 pytest.importorskip("mujoco", reason="simulated worlds need mujoco")
 pytest.importorskip("daqp", reason="servoing within all limits needs daqp")
 
-from servo_trials import position_errors, small_trial
+from scenes_faults import (
+    AT_S,
+    CREEPING,
+    FAULTS,
+    HOLDING,
+    MOVED_AWAY,
+    ONE_LOST,
+    SECONDS,
+    STILL,
+    fault_figures,
+    faulty,
+    held_figures,
+    held_speed,
+    moved_away,
+    moved_away_figures,
+    no_numbers,
+    one_lost,
+    one_lost_figures,
+    with_no_numbers,
+)
 
-import servoid.study.servo_trial as servo_trial
 from servoid.pose import Pose
-from servoid.servo import Reason, ServoLog
+from servoid.servo import Reason
 from servoid.study import ServoTrial
 
-AT_S, SECONDS = 1.2, 1.0
-NOTICED_S = 0.6  # delay of images, what is bridged, and braking
-SLIDING_S = 0.3  # in which the board that occludes is on its way out
+pytestmark = pytest.mark.extended
 
-FAULTS: dict[str, tuple[dict[str, Any], Reason]] = {
-    "images_dropped": ({"type": "drop", "seconds": SECONDS}, Reason.NO_IMAGES),
-    "both_cameras_frozen": ({"type": "freeze", "seconds": SECONDS}, Reason.FROZEN),
-    "one_camera_frozen": ({"type": "freeze", "seconds": SECONDS, "camera": 1}, Reason.FROZEN),
-    "occluded": ({"type": "occlude", "seconds": 1.6}, Reason.LOST),
-}
-
-
-def between(log: ServoLog, from_s: float, to_s: float) -> np.ndarray:
-    return (log.times >= from_s) & (log.times < to_s)
-
-
-def hand_speeds(log: ServoLog) -> np.ndarray:
-    """Return how fast the hand is from each control period to the next, in m/s."""
-    places = np.array([row.world_from_hand.translation for row in log.rows])
-    return np.linalg.norm(np.diff(places, axis=0), axis=1) / np.diff(log.times)
-
-
-def reasons(log: ServoLog, from_s: float, to_s: float) -> set[Reason]:
-    chosen = np.flatnonzero(between(log, from_s, to_s))
-    return {reason for place in chosen for reason in log.rows[place].tick.command.holding}
+STILL_M_S = 5e-3  # of a hand that is held, far above what is seen but where the object half is
 
 
 def check_limits(trial: ServoTrial) -> None:
@@ -50,97 +44,33 @@ def check_limits(trial: ServoTrial) -> None:
     assert np.all(np.abs(log.commands) <= joints.speed)
 
 
-def faulty(folder: Path, fault: dict[str, Any] | None, **more: Any) -> ServoTrial:
-    faults = [] if fault is None else [{"at_s": AT_S, **fault}]
-    values = {"servo.look.count": 1, "run.seconds": 4.8, "world.faults": faults}
-    return small_trial(folder, values | more)
-
-
 @pytest.mark.parametrize("name", FAULTS)
 def test_a_fault_stops_the_hand_smoothly_and_afterwards_it_is_at_its_goal_again(
     name: str, tmp_path: Path
 ) -> None:
-    fault, reason = FAULTS[name]
-    trial = faulty(tmp_path, fault)
-    log, until = trial.log, AT_S + fault["seconds"]
+    trial = faulty(tmp_path, 0, FAULTS[name][0])
     check_limits(trial)
-    assert reasons(log, 0.3, AT_S) == set()
-    assert reason in reasons(log, AT_S, until + 0.1)
-    held = between(log, AT_S + NOTICED_S, until - SLIDING_S)[1:]
-    assert hand_speeds(log)[held].max() < 5e-3
-    assert not log.rows[-1].tick.command.holding
-    assert position_errors(log, log.times[-1] - 0.5).max() < 0.02
+    assert HOLDING[name].beyond(fault_figures(name, trial.log)) == []
+    if name != CREEPING:
+        assert held_speed(trial.log, AT_S + SECONDS) < STILL_M_S
 
 
 def test_one_lost_camera_does_not_stop_the_hand(tmp_path: Path) -> None:
-    trial = faulty(tmp_path, {"type": "drop", "seconds": SECONDS, "camera": 0})
+    trial = faulty(tmp_path, 0, ONE_LOST)
     check_limits(trial)
-    assert reasons(trial.log, 0.3, 9.0) == set()
-    assert position_errors(trial.log, 1.0).max() < 0.05
-    assert position_errors(trial.log, trial.log.times[-1] - 0.5).max() < 0.02
+    assert one_lost.beyond(one_lost_figures(trial.log)) == []
 
 
 def test_an_object_that_was_moved_away_is_met_again_from_rest(tmp_path: Path) -> None:
-    away = {"type": "teleport", "by": [0.1, -0.05, 0.0]}
-    trial = faulty(tmp_path, away, **{"world.object.path": "still"})
-    log = trial.log
+    trial = faulty(tmp_path, 0, MOVED_AWAY, **STILL)
     check_limits(trial)
-    jumped = {Reason.TELEPORT, Reason.SEARCHING, Reason.LOST}  # as the tracker takes it
-    assert jumped & reasons(log, AT_S, 2.5)
-    assert position_errors(log, AT_S + 0.1)[0] == pytest.approx(0.11, abs=0.02)
-    resting = hand_speeds(log)[between(log, AT_S + 0.3, AT_S + 0.4)[1:]]
-    assert resting.max() < 0.02
-    assert hand_speeds(log).max() < 0.5
-    assert not log.rows[-1].tick.command.holding
-    assert position_errors(log, log.times[-1] - 0.5).max() < 0.02
+    assert moved_away.beyond(moved_away_figures(trial.log)) == []
 
 
-@dataclass
-class NoPose:
-    """A pose that another tracker than ours may report."""
-
-    def matrix(self) -> np.ndarray:
-        return np.full((4, 4), np.nan)
-
-
-@dataclass
-class Spoilt:
-    """An estimate whose pose is no pose."""
-
-    estimate: Any
-    world_from_object: Any = field(default_factory=NoPose)
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self.estimate, name)
-
-
-@dataclass
-class Failing:
-    """Passes on what a tracker says but for a second in which its poses are no numbers."""
-
-    tracker: Any
-    from_s: float
-
-    def step(self, time_s: float, poses: Any, images: Any) -> Any:
-        estimate = self.tracker.step(time_s, poses, images)
-        failing = self.from_s <= time_s < self.from_s + SECONDS
-        return Spoilt(estimate) if failing else estimate
-
-
-def test_poses_that_are_no_numbers_hold_the_arm(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    start = servo_trial._start_tracker
-
-    def failing(world: Any, *given: Any) -> Failing:
-        return Failing(start(world, *given), world.time_s + AT_S)
-
-    monkeypatch.setattr(servo_trial, "_start_tracker", failing)
-    trial = faulty(tmp_path, None)
-    log = trial.log
+def test_poses_that_are_no_numbers_hold_the_arm(tmp_path: Path) -> None:
+    trial = with_no_numbers(tmp_path, 0)
     check_limits(trial)
-    assert reasons(log, AT_S, AT_S + SECONDS) >= {Reason.NOT_FINITE}
-    held = between(log, AT_S + NOTICED_S, AT_S + SECONDS)[1:]
-    assert hand_speeds(log)[held].max() < 5e-3
-    assert position_errors(log, log.times[-1] - 0.5).max() < 0.02
-    assert isinstance(log.rows[-1].truth, Pose)
+    figures = held_figures(trial.log, Reason.NOT_FINITE, AT_S + SECONDS)
+    assert no_numbers.beyond(figures) == []
+    assert held_speed(trial.log, AT_S + SECONDS) < STILL_M_S
+    assert isinstance(trial.log.rows[-1].truth, Pose)

@@ -129,6 +129,7 @@ def test_settings_that_cannot_be_are_refused(values: dict[str, object], message:
         convert({"response": values}, BodeSettings, "the text", StudyError)
 
 
+@pytest.mark.extended
 def test_every_figure_has_its_numbers_beside_it(told: tuple[Path, list[Section]]) -> None:
     folder, sections = told
     pictures = [picture.file for section in sections for picture in section.pictures]
@@ -147,6 +148,7 @@ def test_every_figure_has_its_numbers_beside_it(told: tuple[Path, list[Section]]
     assert len(margins) == len(BODE.plan(SMALL)[1].cases)
 
 
+@pytest.mark.extended
 def test_sentences_say_what_the_rows_say(told: tuple[Path, list[Section]]) -> None:
     sections = {section.heading: section for section in told[1]}
     lag = np.degrees(np.arctan(SMALL.response.lag_hz / CORNER_HZ[False]))
@@ -161,6 +163,7 @@ def test_sentences_say_what_the_rows_say(told: tuple[Path, list[Section]]) -> No
     assert loop.tables[0].rows[0][-1] == "20"  # half of ten times 4 a second
 
 
+@pytest.mark.extended
 def test_a_peak_and_a_cure_of_the_lag_are_told_only_where_they_are(
     told: tuple[Path, list[Section]], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
@@ -177,6 +180,7 @@ def test_a_peak_and_a_cure_of_the_lag_are_told_only_where_they_are(
     assert "does not take it away" in hand.findings[0].why
 
 
+@pytest.mark.extended
 def test_halved_amplitudes_are_compared_with_the_run_of_the_same_seed(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
@@ -187,6 +191,7 @@ def test_halved_amplitudes_are_compared_with_the_run_of_the_same_seed(
     assert "differs by 0 % as a median over frequencies and runs, and by 0 %" in doubts.words[-1]
 
 
+@pytest.mark.extended
 def test_trials_that_failed_are_left_out(tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
     sections = BODE.tell(SMALL, results(failed=1), tmp_path)

@@ -101,6 +101,7 @@ def critical_factor() -> float:
     return float(next(gain for gain in gains if radius(gain) > 1.0)) / 4.0
 
 
+@pytest.mark.extended
 @pytest.mark.parametrize(("latency_s", "rate_hz"), [(0.0, 120.0), (0.2, 10.0)])
 def test_with_stamps_the_gain_is_bounded_by_the_joints_alone(
     latency_s: float, rate_hz: float
@@ -110,18 +111,21 @@ def test_with_stamps_the_gain_is_bounded_by_the_joints_alone(
     assert not stable(SERVOID, latency_s, rate_hz, factor=1.05 * critical)
 
 
+@pytest.mark.extended
 def test_without_stamps_the_gain_is_bounded_by_the_latency() -> None:
     assert stable(PAPER, 0.0, 60.0, factor=8.0)
     assert not stable(PAPER, 0.12, 60.0, factor=8.0)
     assert stable(PAPER, 0.12, 60.0, factor=1.0)
 
 
+@pytest.mark.extended
 def test_eyes_that_follow_bear_less_delay_than_fixed_ones() -> None:
     assert stable(SERVOID, 0.04, 30.0, unknown_s=0.02)
     assert not stable(SERVOID, 0.04, 30.0, unknown_s=0.035)
     assert stable(FIXED_EYES, 0.04, 30.0, unknown_s=0.035)
 
 
+@pytest.mark.extended
 def test_the_edge_that_is_found_parts_stable_from_unstable() -> None:
     row = run_margin(case(FIXED_EYES))
     assert row.edge is not None and DELAYS_S[0] < row.edge < DELAYS_S[1]

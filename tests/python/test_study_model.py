@@ -64,12 +64,14 @@ def test_a_ball_that_is_netted_is_closed_and_as_large_as_it_is() -> None:
     np.testing.assert_allclose(distance(vertices), 0.0, atol=1e-6)
 
 
+@pytest.mark.extended
 def test_the_bird_is_as_large_as_its_mesh() -> None:
     design = design_of("bird")
     mesh = Mesh(vertices=design.vertices, faces=design.faces)
     assert design.voxels.total == pytest.approx(mesh.volume, rel=0.01)
 
 
+@pytest.mark.extended
 def test_voxels_lie_where_the_signed_distance_is_negative() -> None:
     x, y, z = design_of("bird").voxels.middles.T
     points = np.stack([x, z, -y]) + np.array(bird.BOUND_CENTER)[:, None]
@@ -201,6 +203,7 @@ def test_no_case_is_planned_twice() -> None:
     assert len(cases) == len(set(cases))
 
 
+@pytest.mark.extended
 def test_what_is_told_is_what_the_rows_say(done: list[Done], tmp_path: Path) -> None:
     sections = MODEL.tell(SMALL, {MODELLING.name: done}, tmp_path)
     pictures = [picture.file for section in sections for picture in section.pictures]
@@ -217,6 +220,7 @@ def test_what_is_told_is_what_the_rows_say(done: list[Done], tmp_path: Path) -> 
     assert all(len(cells) == len(table.headings) for cells in table.rows)
 
 
+@pytest.mark.extended
 def test_noise_is_borne_only_as_far_as_no_value_before_breaks_the_body(done: list[Done]) -> None:
     good, bad = (changed(done[0].row, volume_iou=iou) for iou in (0.9, 0.2))
     asked = changed(SMALL, sweep=changed(SMALL.sweep, edge_px=(1.0, 2.0, 4.0)))
@@ -226,6 +230,7 @@ def test_noise_is_borne_only_as_far_as_no_value_before_breaks_the_body(done: lis
     assert "up to 1 px" in words
 
 
+@pytest.mark.extended
 def test_failed_trials_are_left_out_and_told(done: list[Done], tmp_path: Path) -> None:
     failing = [replace(done[0], row=None, failure="no light"), *done[1:]]
     words = MODEL.tell(SMALL, {MODELLING.name: failing}, tmp_path)[-1].words

@@ -8,8 +8,17 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scenes_studies import (
+    BEFORE_HAND,
+    SMALL,
+    eye_pair,
+    highest_off,
+    matches,
+    poses_around,
+    tracker_of,
+)
 
-from servoid._native import PaperSettings, Pose, Tracker, TrackSettings, View, paper_scores
+from servoid._native import PaperSettings, Tracker, paper_scores
 from servoid.errors import PoseError, TrackError
 from servoid.servo.settings_text import settings_toml
 from servoid.sim.world import ArmSettings, CameraSettings, ObjectSettings, World, WorldSettings
@@ -19,7 +28,6 @@ from servoid.study.paper.eye_pair import (
     EyeMode,
     EyePair,
     Moment,
-    PairSettings,
     paper_hand,
     see,
     true_body,
@@ -31,14 +39,12 @@ from servoid.study.paper.map_section import QUICK_MAP, MapSettings, map_section,
 from servoid.study.paper.ridges import peak_of, width_at_share
 
 PNG = b"\x89PNG"
-SMALL = PairSettings(size_px=(320, 240), samples=1, background="plain")
-PLACE = Pose.from_parts([0.0, -0.1, 0.53], [1.0, 0.0, 0.0, 0.0])
 
 
 @pytest.fixture(scope="module")
 def pair() -> EyePair:
     """Return a stereo pair of the patterned egg."""
-    return see(SMALL, Moment("painted_ellipsoid", PLACE, paper_hand(), EyeMode.VERGED, 3))
+    return eye_pair(3)
 
 
 @pytest.fixture(scope="module")
@@ -46,29 +52,6 @@ def done() -> list[Done]:
     """Return all trials of the quick maps."""
     work = map_work(QUICK_MAP)
     return [Done(case, work.experiment.run(case)) for case in work.cases]
-
-
-def poses_around(pair: EyePair) -> np.ndarray:
-    """Return poses (N, 7) of the object in the world, the true one first."""
-    random = np.random.default_rng(0)
-    off = np.vstack([np.zeros(3), random.uniform(-0.05, 0.05, (999, 3))])
-    turn = np.tile(pair.world_from_object.quaternion, (len(off), 1))
-    return np.hstack([turn, np.array(pair.world_from_object.translation) + off])
-
-
-def matches(pair: EyePair) -> list[View]:
-    """Return the true masks as match images."""
-    eyes = zip(pair.cameras, pair.world_from_cameras, pair.masks, strict=True)
-    return [View(camera=one, world_from_camera=pose, mask=mask) for one, pose, mask in eyes]
-
-
-def tracker_of(pair: EyePair) -> Tracker:
-    """Return a tracker that learned the object's look in the pair."""
-    tracker = Tracker(
-        pair.cameras, true_body("painted_ellipsoid", pair.world_from_object), TrackSettings()
-    )
-    tracker.start(0.0, pair.world_from_cameras, pair.images, pair.world_from_object, pair.masks)
-    return tracker
 
 
 @pytest.mark.parametrize("mode", EyeMode)
@@ -88,7 +71,7 @@ def test_a_pair_is_what_the_eyes_of_the_worlds_arm_see(mode: EyeMode) -> None:
     while (instant := world.source.newest()) is None:
         world.arm.command(rest)
     quiet = msgspec.structs.replace(SMALL, noise=0.0)
-    seen = see(quiet, Moment("ellipsoid", PLACE, paper_hand(), mode, 0))
+    seen = see(quiet, Moment("ellipsoid", BEFORE_HAND, paper_hand(), mode, 0))
     for eye, other in zip(seen.world_from_cameras, instant.world_from_camera, strict=True):
         assert np.abs(eye.matrix() - other.matrix()).max() < 1e-6
     for image, other in zip(seen.images, instant.images, strict=True):
@@ -98,7 +81,7 @@ def test_a_pair_is_what_the_eyes_of_the_worlds_arm_see(mode: EyeMode) -> None:
 
 @pytest.mark.parametrize("name", ["ellipsoid", "painted_ellipsoid", "two_ellipsoids"])
 def test_the_true_body_has_the_silhouettes_that_are_seen(name: str) -> None:
-    seen = see(SMALL, Moment(name, PLACE, paper_hand(), EyeMode.PARALLEL, 0))
+    seen = see(SMALL, Moment(name, BEFORE_HAND, paper_hand(), EyeMode.PARALLEL, 0))
     body = true_body(name, seen.world_from_object)
     for camera, pose, mask in zip(seen.cameras, seen.world_from_cameras, seen.masks, strict=True):
         drawn = body.silhouette(camera, pose) != 0
@@ -147,13 +130,7 @@ def test_poses_score_the_same_one_by_one_and_on_any_number_of_threads(pair: EyeP
 
 
 def test_every_fitness_is_highest_where_the_object_is(pair: EyePair) -> None:
-    poses = poses_around(pair)
-    body = true_body("painted_ellipsoid", pair.world_from_object)
-    points = paper_scores(matches(pair), body, poses, PaperSettings())
-    worths = tracker_of(pair).worths(1.0, pair.world_from_cameras, pair.images, poses)
-    for values in (points, worths[:, 0], worths[:, 1], worths.sum(axis=1)):
-        off = poses[int(values.argmax()), 4:] - poses[0, 4:]
-        assert np.linalg.norm(off) < 0.01
+    assert highest_off(pair, poses_around(pair)) < 0.01
 
 
 def test_a_tracker_that_knows_nothing_and_poses_that_are_none_are_refused(pair: EyePair) -> None:
@@ -200,6 +177,7 @@ def test_the_maps_hold_the_whole_box_and_peak_at_the_true_place(done: list[Done]
     assert ridges.fitnesses[0].xy == []
 
 
+@pytest.mark.extended
 def test_the_section_tells_findings_and_draws_its_pictures(
     done: list[Done], tmp_path: Path
 ) -> None:
@@ -242,6 +220,7 @@ def test_the_settings_are_printed_with_what_they_mean() -> None:
     assert "Sec. 5.1" in text
 
 
+@pytest.mark.extended
 def test_changed_numbers_are_tried_beside_the_rest_and_listed(
     done: list[Done], tmp_path: Path
 ) -> None:

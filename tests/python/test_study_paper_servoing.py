@@ -5,6 +5,7 @@ import msgspec
 import numpy as np
 import pytest
 import scipy.stats
+from scenes_studies import SHORT, paper_fed_forward
 
 from servoid.study.design import Done
 from servoid.study.findings import Section, Verdict
@@ -28,7 +29,7 @@ from servoid.study.paper.servoing import (
     servoing_work,
 )
 from servoid.study.paper.servoing_followed import Track, followed
-from servoid.study.paper.servoing_method import Judge, Method, body_of
+from servoid.study.paper.servoing_method import body_of
 from servoid.study.paper.servoing_settings import Constants, Place, constants, with_constant
 from servoid.study.paper.servoing_swing import response, swing, unswung
 from servoid.study.paper.servoing_telling import servoing_sections
@@ -43,8 +44,6 @@ from servoid.study.paper.servoing_unknown import UNKNOWN, UnknownRow
 
 TIMES = np.arange(0.0, 30.0, 1.0 / 30.0)
 OMEGA = 0.628
-COARSE = with_constant(quick_servoing().constants, "scene.amplitude", 0.04)
-SHORT = ServoingCase(name="short", seed=3, omega=4.0, settle_s=0.3, periods=1, constants=COARSE)
 
 
 def late(lag_deg: float, gain: float) -> np.ndarray:
@@ -126,6 +125,7 @@ def test_the_body_of_two_ellipsoids_is_as_the_world_has_it() -> None:
     assert body_of("ellipsoid", (0.01, 0.02, 0.03)).radii.tolist() == [[0.01, 0.02, 0.03]]
 
 
+@pytest.mark.extended
 def test_the_same_case_gives_the_same_row_and_another_seed_another_one() -> None:
     one, two = (msgspec.json.encode(run_servoing(SHORT)) for _ in range(2))
     other = msgspec.json.encode(run_servoing(msgspec.structs.replace(SHORT, seed=4)))
@@ -137,13 +137,9 @@ def test_the_same_case_gives_the_same_row_and_another_seed_another_one() -> None
     assert row.held_share == 0.0
 
 
+@pytest.mark.extended
 def test_with_feed_forward_the_hand_lags_less() -> None:
-    fast = Method(judge=Judge.SERVOID, filtered=True, feed_forward=True, qp=True)
-    slower = msgspec.structs.replace(SHORT, omega=1.5, settle_s=1.0)
-    ahead = msgspec.structs.replace(slower, method=fast)
-    paper, best = (run_servoing(case).followed.hand_lag_deg for case in (slower, ahead))
-    assert paper > 15.0
-    assert abs(best) < 0.3 * paper
+    assert paper_fed_forward.broken(3) == []
 
 
 def test_no_two_cases_have_the_same_key() -> None:
@@ -196,6 +192,7 @@ def told(settings: ServoingSettings, folder: Path, failing: str = "") -> list[Se
     return servoing_sections(settings, results, folder)
 
 
+@pytest.mark.extended
 def test_what_is_told_follows_from_the_rows(tmp_path: Path) -> None:
     paper, cures, future = told(ServoingSettings(), tmp_path)
     assert [one.verdict for one in paper.findings[:2]] == [Verdict.AGREES, Verdict.AGREES]
@@ -217,6 +214,7 @@ def wider(case: ServoingCase) -> ServoingRow:
     return msgspec.structs.replace(row, followed=followed_so)
 
 
+@pytest.mark.extended
 def test_a_hand_that_swings_too_wide_is_not_said_to_follow_better(tmp_path: Path) -> None:
     settings = ServoingSettings()
     results = {
@@ -229,6 +227,7 @@ def test_a_hand_that_swings_too_wide_is_not_said_to_follow_better(tmp_path: Path
     assert future.findings[0].verdict is Verdict.PARTLY
 
 
+@pytest.mark.extended
 def test_a_single_period_does_not_tell_what_grows_with_time(tmp_path: Path) -> None:
     settings, results = ServoingSettings(), {}
     for work in servoing_work(settings)[:1]:
@@ -244,6 +243,7 @@ def test_a_single_period_does_not_tell_what_grows_with_time(tmp_path: Path) -> N
     assert "a single period does not tell" in paper.findings[2].ours
 
 
+@pytest.mark.extended
 def test_runs_that_failed_are_left_out_and_said(tmp_path: Path) -> None:
     paper = told(ServoingSettings(), tmp_path, failing=OTHER)[0]
     assert any("runs failed and are left out: no image came" in words for words in paper.words)
@@ -266,6 +266,7 @@ def test_the_constants_that_matter_come_first(tmp_path: Path) -> None:
     assert len(listed.rows) == len(constants(Constants()))
 
 
+@pytest.mark.extended
 def test_the_quick_sensitivity_runs_and_is_told(tmp_path: Path) -> None:
     settings, given = quick_sensitivity(), quick_servoing().constants
     (work,) = sensitivity_work(settings, given)
@@ -275,6 +276,7 @@ def test_the_quick_sensitivity_runs_and_is_told(tmp_path: Path) -> None:
     assert section.tables[0].rows[0][0] == "law.position_gain"
 
 
+@pytest.mark.extended
 def test_the_quick_study_runs_and_is_told(tmp_path: Path) -> None:
     settings = quick_servoing()
     work = servoing_work(settings)[0]

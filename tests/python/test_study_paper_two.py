@@ -5,6 +5,7 @@ from pathlib import Path
 import msgspec
 import numpy as np
 import pytest
+from scenes_studies import TWO, paper_two, two_figures
 
 from servoid._native import Body, Pose
 from servoid.study.batch import Done
@@ -13,14 +14,13 @@ from servoid.study.paper.eye_pair import paper_hand, true_body
 from servoid.study.paper.intervals import interval, mean_interval
 from servoid.study.paper.two_case import OBJECT_NAME, Procedure, TwoRow
 from servoid.study.paper.two_section import (
-    QUICK_TWO,
     TwoSettings,
     two_section,
     two_work,
 )
 
 PNG = b"\x89PNG"
-SETTINGS = msgspec.structs.replace(QUICK_TWO, procedures=tuple(Procedure), seeds=1)
+SETTINGS = TWO
 
 
 @pytest.fixture(scope="module")
@@ -78,20 +78,15 @@ def test_an_interval_holds_its_mean_and_narrows_with_more_values() -> None:
     assert interval(values) == many
 
 
+@pytest.mark.extended
 def test_looks_from_around_or_depth_give_the_volume_that_a_pair_leaves_open(
     done: list[Done],
 ) -> None:
-    paper, pair = row_of(done, Procedure.PAPER), row_of(done, Procedure.PAIR)
-    assert pair.silhouette_iou > 0.98
-    assert pair.volume_iou < 0.9
-    for procedure in (Procedure.DEPTH, Procedure.LOOKS):
-        row = row_of(done, procedure)
-        assert row.volume_iou > 0.95
-        assert np.linalg.norm(row.error) < 0.002
-        assert np.abs(row.part_errors).max() < 0.004
-        assert row.volume_iou > paper.volume_iou
+    rows = {procedure: row_of(done, procedure) for procedure in Procedure}
+    assert paper_two.beyond(two_figures(rows)) == []
 
 
+@pytest.mark.extended
 def test_the_errors_are_in_the_frame_of_the_hand_and_the_model_can_be_drawn_again(
     done: list[Done],
 ) -> None:
@@ -101,6 +96,7 @@ def test_the_errors_are_in_the_frame_of_the_hand_and_the_model_can_be_drawn_agai
     assert len(row.centers) == len(row.radii) == len(row.rotations) == 3
 
 
+@pytest.mark.extended
 def test_the_same_case_gives_the_same_row(done: list[Done]) -> None:
     work = two_work(SETTINGS)
     for procedure in (Procedure.PAPER, Procedure.LOOKS):
@@ -110,6 +106,7 @@ def test_the_same_case_gives_the_same_row(done: list[Done]) -> None:
         assert plain[0] == plain[1]
 
 
+@pytest.mark.extended
 def test_the_section_tells_findings_and_draws_its_pictures(
     done: list[Done], tmp_path: Path
 ) -> None:
@@ -131,6 +128,7 @@ def test_the_whole_has_thirty_seeds_of_every_procedure() -> None:
     assert len(set(map(two_work(TwoSettings()).experiment.key, cases))) == len(cases)
 
 
+@pytest.mark.extended
 def test_changed_numbers_are_tried_beside_the_rest_and_listed(
     done: list[Done], tmp_path: Path
 ) -> None:

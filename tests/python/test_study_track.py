@@ -7,6 +7,7 @@ import msgspec
 import numpy as np
 import pytest
 from msgspec.structs import replace as changed
+from tiers import tiered
 
 from servoid.errors import SimError
 from servoid.servo import settings_toml
@@ -89,7 +90,7 @@ def test_the_masks_are_where_the_object_truly_is() -> None:
     assert np.count_nonzero(mask != own) <= 0.02 * np.count_nonzero(own)
 
 
-@pytest.mark.parametrize("share", [0.3, 0.6, 1.0])
+@pytest.mark.parametrize("share", tiered([0.6, 0.3, 1.0]))
 def test_the_board_hides_the_share_that_was_asked_for(share: float) -> None:
     scene = changed(SCENE, hidden=share, size_px=(320, 240))
     index = scene.images // 2
@@ -196,6 +197,7 @@ def done() -> list[Done]:
     return [Done(case, TRACKING.run(case)) for case in cases]
 
 
+@pytest.mark.extended
 def test_what_is_told_is_what_the_rows_say(done: list[Done], tmp_path: Path) -> None:
     sections = TRACK.tell(SMALL, {TRACKING.name: done}, tmp_path)
     pictures = [picture.file for section in sections for picture in section.pictures]
@@ -213,6 +215,7 @@ def test_what_is_told_is_what_the_rows_say(done: list[Done], tmp_path: Path) -> 
     assert {cells[0] for cells in table.rows} >= {"way between images [mm]", "object"}
 
 
+@pytest.mark.extended
 def test_failed_trials_are_left_out_and_told(done: list[Done], tmp_path: Path) -> None:
     failing = [
         replace(one, row=None, failure="the camera broke") if place == 3 else one

@@ -189,6 +189,7 @@ def test_a_body_that_nothing_places_or_that_fits_no_mask_is_refused(video: Path)
         track_capture(capture, [known(body=rod, start=None)])
 
 
+@pytest.mark.extended
 def test_without_a_body_the_first_observation_is_modelled_and_tracked_from_there(
     video: Path, fake_core: type[FakeTracker]
 ) -> None:
@@ -239,6 +240,7 @@ def test_the_body_evolves_every_few_trusted_observations_unless_told_not_to(
     assert result.evolutions == 1
 
 
+@pytest.mark.extended
 def test_a_body_made_on_the_spot_evolves_and_one_that_was_given_does_not_unless_asked(
     video: Path, fake_core: type[FakeTracker]
 ) -> None:
@@ -355,6 +357,7 @@ def test_the_paper_s_tracker_scores_one_generation_an_image_and_takes_its_own_se
         track_capture(capture, [subject], Request(method=Method.PAPER, generations=3))
 
 
+@pytest.mark.extended
 def test_a_moving_object_is_followed_from_its_mask_alone(video: Path) -> None:
     [result] = track_capture(open_capture(video), request=Request(seed=1))
     first, last = (result.estimates[at].world_from_object.translation for at in (0, -1))
@@ -364,6 +367,7 @@ def test_a_moving_object_is_followed_from_its_mask_alone(video: Path) -> None:
     assert list(result.stage_seconds) == ["look", "search", "polish", "judge", "learn"]
 
 
+@pytest.mark.extended
 def test_a_camera_that_dies_on_the_way_does_not_end_the_track(own_video: Path) -> None:
     capture = open_capture(own_video)
     for index in range(3, 6):

@@ -15,6 +15,8 @@ from servoid.sim.world.motions import row_of
 from servoid.sim.world.stages import Raycaster, Shot
 from servoid.sim.world.things import Box, Capsule, Cylinder, Ellipsoid, Finish, Plane, Thing
 
+pytestmark = pytest.mark.extended
+
 REST = np.zeros(10)
 
 

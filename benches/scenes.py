@@ -1,0 +1,126 @@
+"""Measure anew what chance does to the scenes of the tests, and the bounds that follow from it.
+
+Each scene of `tests/python/scenes_*.py` runs with seeds 0, 1, 2 and so on. The medians and the
+worst figures replace those of `tests/python/scenes.tsv`, whole or not at all; margins stay as they
+are there. Prints each figure with its worst seeds, and the bound that it had before. A scene that
+fails for a seed is told with the error, and then nothing is written.
+
+Run it with: python benches/scenes.py [--seeds N] [SCENE ...]
+A SCENE is the beginning of a name, such as `servo`; without one, all are measured.
+"""
+
+import argparse
+import sys
+from collections.abc import Iterable
+from dataclasses import replace
+from pathlib import Path
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+from servoid.output import write_whole
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "python"))
+
+from scene_table import (
+    SEEDS,
+    TABLE,
+    Figures,
+    Row,
+    Scene,
+    Sense,
+    all_scenes,
+    bound_of,
+    parse,
+    written,
+)
+
+SCENES = all_scenes()
+Rows = dict[tuple[str, str], Row]
+WORST_SEEDS = 3  # that are printed
+
+
+def arguments() -> argparse.Namespace:
+    """Read the command line."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
+    parser.add_argument("scene", nargs="*", help="the beginning of a scene's name")
+    parser.add_argument("--seeds", type=int, default=SEEDS, help=f"how many (default {SEEDS})")
+    given = parser.parse_args()
+    if given.seeds < SEEDS:
+        parser.error(f"{given.seeds} seeds are too few to tell the worst; give {SEEDS} or more")
+    for start in given.scene:
+        if not any(name.startswith(start) for name in SCENES):
+            parser.error(f"no scene begins with '{start}'; there are: {', '.join(SCENES)}")
+    return given
+
+
+def chosen(starts: list[str]) -> list[Scene]:
+    """Return the scenes whose names begin so."""
+    return [
+        one
+        for name, one in SCENES.items()
+        if not starts or any(name.startswith(start) for start in starts)
+    ]
+
+
+def measured(scene: Scene, runs: list[Figures], old: Rows) -> Iterable[Row]:
+    """Join what the seeds gave, with the margins that were chosen before."""
+    failing = tuple(seed for seed, run in enumerate(runs) if scene.fails(run))
+    if failing:
+        print(f"{scene.name} fails with seeds {', '.join(map(str, failing))}")
+    for measure, kind in scene.measures.items():
+        values = [float(run[measure]) for run in runs]
+        row = Row.of((scene.name, measure), kind, values, failing)
+        before = old.get((row.scene, row.measure))
+        if before is not None:
+            bound = bound_of(row.worst, before.margin, row.sense)
+            row = replace(row, margin=before.margin, bound=bound)
+        tell(row, values, before)
+        yield row
+
+
+def tell(row: Row, values: list[float], before: Row | None) -> None:
+    """Print a row, with the seeds that gave the worst."""
+    order = sorted(range(len(values)), key=values.__getitem__, reverse=row.sense is Sense.AT_MOST)
+    seeds = ", ".join(f"{seed}: {values[seed]:.3g}" for seed in order[:WORST_SEEDS])
+    had = "new" if before is None else f"before {before.bound:g}"
+    print(
+        f"{row.scene}: {row.measure} {row.sense.value} {row.bound:g} {row.unit} ({had}); "
+        f"median {row.median:g}, worst by seed {seeds}",
+        flush=True,
+    )
+
+
+def main() -> None:
+    """Measure, and write the table."""
+    given = arguments()
+    scenes = chosen(given.scene)
+    old = parse(TABLE.read_text(encoding="utf-8")) if TABLE.exists() else {}
+    wanted = {(name, measure) for name, one in SCENES.items() for measure in one.measures}
+    new: Rows = {key: row for key, row in old.items() if key in wanted}
+    failed = 0
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
+    console = Console(stderr=True)
+    with Progress(
+        *columns, TimeRemainingColumn(), console=console, disable=not console.is_terminal
+    ) as bar:
+        task = bar.add_task("", total=given.seeds * len(scenes))
+        for scene in scenes:
+            runs = []
+            for seed in range(given.seeds):
+                bar.update(task, description=f"{scene.name}, seed {seed}")
+                try:
+                    runs.append(scene.figures(seed))
+                except Exception as error:
+                    failed += 1
+                    print(f"{scene.name}: seed {seed} fails: {error!r}", flush=True)
+                bar.advance(task)
+            if len(runs) == given.seeds:
+                new |= {(row.scene, row.measure): row for row in measured(scene, runs, old)}
+    if failed:
+        sys.exit(f"{failed} runs failed; {TABLE.name} stays as it was")
+    write_whole(TABLE, written(new).encode())
+
+
+if __name__ == "__main__":
+    main()

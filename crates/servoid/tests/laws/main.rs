@@ -1,0 +1,31 @@
+//! Laws of the core, in one program: what they share is built and linked once.
+
+#![allow(
+    clippy::disallowed_methods,
+    clippy::unwrap_used,
+    reason = "a test that cannot go on has failed; what it expects may come from any library"
+)]
+
+mod contour;
+mod evidence;
+mod evolved;
+mod geometry;
+mod lens;
+mod mass;
+mod mesh;
+mod modelling;
+mod one_step;
+mod placing;
+mod points;
+mod pyramid;
+mod raycast;
+mod scenes;
+mod score;
+mod search;
+mod shapes;
+mod sights;
+mod surface;
+mod track;
+mod track_faults;
+mod track_learning;
+mod volume;

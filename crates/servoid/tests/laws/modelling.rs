@@ -1,0 +1,368 @@
+//! Laws of modelling, on silhouettes drawn by the tests.
+
+use crate::scenes::holds;
+use nalgebra::{Rotation3, UnitQuaternion, Vector3, Vector6};
+use servoid::fitness::Sight;
+use servoid::model::{
+    Given, ModelError, Settings, Step, Unmarked, Weights, ellipsoid_colors, progressive, rough,
+    seen, silhouette_ious,
+};
+use servoid::observe::{Camera, Channels, ImageView, Mask, View};
+use servoid::pose::{Pose, even_direction};
+use servoid::shape::{Body, Ellipsoid, Mesh, silhouette};
+
+const SIZE: [usize; 2] = [160, 120];
+
+fn given<'a>(views: &'a [View<'a>]) -> Given<'a> {
+    Given { views, ..Given::default() }
+}
+
+pub fn solid(center: [f64; 3], radii: [f64; 3]) -> Ellipsoid {
+    Ellipsoid::new(0, center, radii, [0.9, 0.1, 0.3, 0.3]).unwrap()
+}
+
+pub fn pair() -> Vec<Ellipsoid> {
+    vec![solid([0.0; 3], [0.09, 0.05, 0.04]), solid([0.03, 0.09, 0.02], [0.03, 0.05, 0.03])]
+}
+
+/// Cameras on two rings around the origin that look at it.
+fn poses() -> Vec<Pose> {
+    let place = |i: usize| {
+        let angle = i as f64 * std::f64::consts::TAU / 7.0;
+        let height = if i.is_multiple_of(2) { 0.15 } else { 0.35 };
+        let eye = Vector3::new(0.6 * angle.cos(), 0.6 * angle.sin(), height);
+        let look = Rotation3::face_towards(&-eye, &-Vector3::z());
+        Pose::from_rotation(UnitQuaternion::from_rotation_matrix(&look), eye)
+    };
+    (0..7).map(place).collect()
+}
+
+/// Masks of ellipsoids, seen from cameras that were moved with them.
+pub struct Scene {
+    camera: Camera,
+    poses: Vec<Pose>,
+    masks: Vec<Vec<u8>>,
+}
+
+impl Scene {
+    pub fn new(ellipsoids: &[Ellipsoid]) -> Self {
+        let camera = Camera::new(SIZE, [260.0; 2], [79.5, 59.5]).unwrap();
+        let body = Body::new(Pose::identity(), ellipsoids.to_vec()).unwrap();
+        let masks = poses().iter().map(|pose| silhouette(&body, &camera, pose)).collect();
+        Self { camera, poses: poses(), masks }
+    }
+
+    fn moved(mut self, motion: &Pose, scale: f64) -> Self {
+        for pose in &mut self.poses {
+            *pose = *motion * Pose::from_rotation(pose.rotation(), pose.translation() * scale);
+        }
+        self
+    }
+
+    pub fn views(&self) -> Vec<View<'_>> {
+        let mut views = vec![];
+        for (pose, mask) in self.poses.iter().zip(&self.masks) {
+            let image = ImageView::new(mask, SIZE, Channels::Grey).unwrap();
+            views.push(View::new(self.camera, *pose, Mask::new(image).unwrap()).unwrap());
+        }
+        views
+    }
+
+    pub fn model(&self, settings: Settings) -> Vec<Step> {
+        progressive(&given(&self.views()), &settings, &mut |_, _, _| true).unwrap()
+    }
+}
+
+pub fn exactly(count: usize) -> Settings {
+    Settings { max_ellipsoids: count, delta: 0.0, ..Settings::default() }
+}
+
+#[test]
+fn one_ellipsoid_is_found_within_a_millimetre() {
+    holds("modelling one ellipsoid");
+}
+
+#[test]
+fn the_overlap_never_falls_and_the_count_is_exactly_as_asked() {
+    holds("modelling with a count");
+}
+
+#[test]
+fn modelling_stops_when_another_ellipsoid_gains_less_than_delta() {
+    holds("modelling that stops");
+}
+
+#[test]
+fn the_same_seed_gives_the_same_bits_on_any_thread_count() {
+    let scene = Scene::new(&pair());
+    let on = |threads| scene.model(Settings { threads, ..exactly(3) });
+    let one = on(1);
+    assert_eq!(one, on(2));
+    assert_eq!(one, on(3));
+    assert_ne!(one, scene.model(Settings { seed: 1, ..exactly(3) }));
+}
+
+#[test]
+fn moving_turning_and_scaling_the_world_does_the_same_to_the_body_and_changes_nothing_else() {
+    let still = Scene::new(&pair()).model(exactly(3));
+    let motions = [
+        (Vector6::new(3.0, -1.0, 0.5, 0.0, 0.0, 0.0), 1.0),
+        (Vector6::new(0.0, 0.0, 0.0, 1.0, -0.7, 2.0), 1.0),
+        (Vector6::new(-0.3, 0.2, 7.0, -0.4, 0.9, 0.1), 25.0),
+    ];
+    for (twist, scale) in motions {
+        let motion = Pose::exp(&twist);
+        let moved = Scene::new(&pair()).moved(&motion, scale).model(exactly(3));
+        for (one, two) in still.iter().zip(&moved) {
+            assert_eq!(one.fitness.to_bits(), two.fitness.to_bits());
+            let expected = one.body.transformed(&motion, scale).in_world();
+            for (a, b) in expected.iter().zip(two.body.in_world()) {
+                let (a, b) = (a.quadric(), b.quadric());
+                assert!((a.center - b.center).norm() < 1e-9 * scale * 10.0);
+                assert!((a.shape_matrix() - b.shape_matrix()).amax() < 1e-9 * scale * scale);
+            }
+        }
+    }
+}
+
+#[test]
+fn views_that_cannot_be_modelled_are_refused() {
+    let scene = Scene::new(&pair());
+    let views = scene.views();
+    let refused = |views: &[View<'_>]| {
+        progressive(&given(views), &exactly(1), &mut |_, _, _| true).unwrap_err()
+    };
+    assert!(matches!(refused(&[]), ModelError::TooFewViews(0)));
+    assert!(matches!(refused(&views[..1]), ModelError::TooFewViews(1)));
+    assert!(matches!(refused(&[views[0], views[0]]), ModelError::NoBaseline));
+    let mut apart = Scene::new(&pair());
+    apart.poses[3] = Pose::exp(&Vector6::new(5.0, 0.0, 0.0, 0.0, 0.0, 0.0)) * apart.poses[3];
+    assert!(matches!(refused(&apart.views()), ModelError::NoCommonPoint { .. }));
+    let mut behind = Scene::new(&pair());
+    let around = Pose::exp(&Vector6::new(0.0, 0.0, 0.0, 0.0, std::f64::consts::PI, 0.0));
+    behind.poses[2] = behind.poses[2] * around;
+    assert!(matches!(refused(&behind.views()), ModelError::NoCommonPoint { .. }));
+}
+
+#[test]
+fn settings_out_of_range_are_refused_by_name() {
+    let scene = Scene::new(&pair());
+    let refused = |settings| {
+        let error =
+            progressive(&given(&scene.views()), &settings, &mut |_, _, _| true).unwrap_err();
+        error.to_string()
+    };
+    assert!(refused(exactly(0)).starts_with("max_ellipsoids must be 1 to 64"));
+    assert!(refused(exactly(65)).contains("but it is 65"));
+    for delta in [-0.1, 1.0, f64::NAN] {
+        assert!(refused(Settings { delta, ..exactly(2) }).starts_with("delta must be"));
+    }
+}
+
+#[test]
+fn weights_out_of_range_are_refused_by_name() {
+    let scene = Scene::new(&pair());
+    for bad in [-1.0, f64::NAN, f64::INFINITY] {
+        let wrong = [
+            ("silhouette_weight", Weights { silhouettes: bad, ..Weights::default() }),
+            ("volume_weight", Weights { volume: bad, ..Weights::default() }),
+            ("depth_weight", Weights { depth: bad, ..Weights::default() }),
+        ];
+        for (expected, weights) in wrong {
+            let given = Given { views: &scene.views(), weights, ..Given::default() };
+            let refused = progressive(&given, &exactly(1), &mut |_, _, _| true).unwrap_err();
+            assert!(matches!(refused, ModelError::Setting { name, .. } if name == expected));
+        }
+    }
+}
+
+#[test]
+fn whoever_watches_can_stop_the_work() {
+    let scene = Scene::new(&pair());
+    let mut heard = 0;
+    let stopped = progressive(&given(&scene.views()), &exactly(4), &mut |_, _, _| {
+        heard += 1;
+        false
+    });
+    assert_eq!(stopped, Err(ModelError::Stopped));
+    assert!(heard >= 1);
+}
+
+#[test]
+fn each_ellipsoid_takes_the_colour_of_the_pixels_in_which_it_is_foremost() {
+    let scene = Scene::new(&pair());
+    let body = Body::new(Pose::identity(), pair()).unwrap();
+    let one = |index: usize, pose: &Pose| {
+        let alone = Body::new(Pose::identity(), vec![pair()[index]]).unwrap();
+        silhouette(&alone, &scene.camera, pose)
+    };
+    let paint = |pose: &Pose| -> Vec<u8> {
+        // Where both are seen the pixel is grey: a median does not mind.
+        let both = one(0, pose).into_iter().zip(one(1, pose));
+        both.flat_map(|pixel| match pixel {
+            (255, 0) => [220, 20, 10],
+            (0, 255) => [10, 30, 230],
+            _ => [128; 3],
+        })
+        .collect()
+    };
+    let bytes: Vec<Vec<u8>> = scene.poses.iter().map(paint).collect();
+    let images: Vec<_> =
+        bytes.iter().map(|b| ImageView::new(b, SIZE, Channels::Rgb).unwrap()).collect();
+    let colors = ellipsoid_colors(&body, &scene.views(), &images).unwrap();
+    assert_eq!(colors, [[220, 20, 10], [10, 30, 230]]);
+    assert!(ellipsoid_colors(&body, &scene.views(), &images[..2]).is_err());
+}
+
+/// A dumbbell as a closed mesh: two balls of unlike sizes, side by side.
+pub fn dumbbell() -> Mesh {
+    let (rings, around) = (16_usize, 24_usize);
+    let (mut corners, mut faces) = (vec![], vec![]);
+    for (center, radius) in [(-0.06, 0.05), (0.06, 0.03)] {
+        let first = corners.len();
+        for ring in 0..=rings {
+            let polar = std::f64::consts::PI * ring as f64 / rings as f64;
+            for step in 0..around {
+                let turn = std::f64::consts::TAU * step as f64 / around as f64;
+                let out = radius * polar.sin();
+                corners.push([center + out * turn.cos(), out * turn.sin(), radius * polar.cos()]);
+            }
+        }
+        let at = |ring: usize, step: usize| first + ring * around + step % around;
+        for ring in 0..rings {
+            for step in 0..around {
+                faces.push([at(ring, step), at(ring + 1, step), at(ring + 1, step + 1)]);
+                faces.push([at(ring, step), at(ring + 1, step + 1), at(ring, step + 1)]);
+            }
+        }
+        // At the poles a ring is one place: its corners are one.
+        for ring in [0, rings] {
+            let pole = at(ring, 0);
+            let ends = at(ring, 0)..=at(ring, around - 1);
+            for face in &mut faces {
+                face.iter_mut().filter(|i| ends.contains(*i)).for_each(|i| *i = pole);
+            }
+        }
+    }
+    faces.retain(|[a, b, c]| a != b && b != c && c != a);
+    Mesh::new(corners, faces).unwrap()
+}
+
+pub fn model_mesh(mesh: &Mesh, settings: &Settings) -> Vec<Step> {
+    let given = Given { mesh: Some(mesh), ..Given::default() };
+    progressive(&given, settings, &mut |_, _, _| true).unwrap()
+}
+
+#[test]
+fn a_mesh_of_two_balls_is_two_ellipsoids() {
+    holds("modelling a mesh");
+}
+
+#[test]
+fn a_mesh_is_fitted_better_by_each_ellipsoid_with_the_same_bits_on_any_thread_count() {
+    let on = |threads| model_mesh(&dumbbell(), &Settings { threads, ..exactly(3) });
+    let steps = on(1);
+    assert_eq!(steps.iter().map(|s| s.body.ellipsoids().len()).collect::<Vec<_>>(), [1, 2, 3]);
+    assert!(steps.windows(2).all(|pair| pair[1].fitness >= pair[0].fitness));
+    assert_eq!(on(2), steps);
+}
+
+#[test]
+fn evidence_that_is_held_out_finds_the_count_that_the_views_bear() {
+    holds("modelling held out");
+}
+
+/// Lines of sight to a ball about the origin from all around, from the top down.
+fn sights(radius: f64) -> Vec<Sight> {
+    let sight = |i: usize| {
+        let unit = even_direction(i, 1.0 - (2 * i + 1) as f64 / 400.0);
+        Sight { point: unit * radius, direction: -unit, eye: 0.0 }
+    };
+    (0..400).map(sight).collect()
+}
+
+#[test]
+fn what_has_no_weight_is_not_held_out_to_choose_by() {
+    let scene = Scene::new(&[solid([0.0; 3], [0.05; 3])]);
+    let (all_views, all_sights) = (scene.views(), sights(0.05));
+    let fit = |views: usize, sights: usize, silhouettes: f64, depth: f64, held_out: bool| {
+        let weights = Weights { silhouettes, depth, ..Weights::default() };
+        let (views, sights) = (&all_views[..views], &all_sights[..sights]);
+        let given = Given { views, sights, weights, ..Given::default() };
+        let settings = Settings { held_out, max_ellipsoids: 2, ..Settings::default() }.quick();
+        progressive(&given, &settings, &mut |_, _, _| true)
+    };
+    let all = all_views.len();
+    // Enough of what does not count, too little of what does: all of it is modelled from.
+    for (views, sights, silhouettes, depth) in [(3, 400, 1.0, 0.0), (all, 100, 0.0, 1.0)] {
+        let chosen = fit(views, sights, silhouettes, depth, true).unwrap();
+        assert_eq!(chosen, fit(views, sights, silhouettes, depth, false).unwrap());
+    }
+    for held_out in [true, false] {
+        assert_eq!(fit(all, 400, 0.0, 0.0, held_out).unwrap_err(), ModelError::Nothing);
+    }
+}
+
+#[test]
+fn half_a_ball_is_seen_from_one_side_and_all_of_it_from_all_sides() {
+    let scene = Scene::new(&[solid([0.0; 3], [0.05; 3])]);
+    let views = scene.views();
+    let body = Body::around(&[solid([0.0; 3], [0.05; 3])]).unwrap();
+    let all = seen(&body, &views, &[]);
+    assert!(all.share > 0.9, "{}", all.share);
+    let one = seen(&body, &views[..1], &[]);
+    assert!((0.3..0.5).contains(&one.share), "{}", one.share);
+    let away = views[0].world_from_camera().rotation() * Vector3::z();
+    let toward = body.world_from_object().rotation() * Vector3::from(one.unseen_toward.unwrap());
+    assert!(toward.dot(&away) > 0.95);
+    let hidden = Body::around(&[solid([0.0; 3], [0.05; 3]), solid([0.0; 3], [0.02; 3])]).unwrap();
+    assert_eq!(seen(&hidden, &views[..1], &[]).by_ellipsoid[1], 1.0);
+}
+
+#[test]
+fn what_was_not_seen_on_opposite_sides_lies_towards_none() {
+    let body = Body::around(&[solid([0.0; 3], [0.05; 3])]).unwrap();
+    let band: Vec<_> =
+        sights(0.05).into_iter().filter(|sight| sight.direction.z.abs() < 0.5).collect();
+    let found = seen(&body, &[], &band);
+    assert!((0.4..0.7).contains(&found.share), "{}", found.share);
+    assert_eq!(found.unseen_toward, None);
+    // Nothing of it was seen: that is all around as well.
+    let found = seen(&body, &[], &[]);
+    assert_eq!((found.share, found.unseen_toward), (0.0, None));
+    let above: Vec<_> = band.into_iter().chain(sights(0.05)[..200].to_vec()).collect();
+    let toward = seen(&body, &[], &above).unseen_toward.unwrap();
+    let toward = body.world_from_object().rotation() * Vector3::from(toward);
+    assert!(toward.z < -0.95, "{toward}");
+}
+
+/// Models an object that is marked in one picture and painted in all; gives the overlaps.
+pub fn painted_rough(settings: &Settings) -> Vec<f64> {
+    let truth = solid([0.0, 0.0, 0.0], [0.05, 0.04, 0.03]);
+    let scene = Scene::new(&[truth]);
+    let views = scene.views();
+    let paint = |view: &View<'_>| -> Vec<u8> {
+        let drawn =
+            silhouette(&Body::around(&[truth]).unwrap(), view.camera(), &view.world_from_camera());
+        let color = |&m: &u8| if m == 0 { [60, 90, 70] } else { [200, 60, 40] };
+        drawn.iter().flat_map(color).collect()
+    };
+    let pictures: Vec<Vec<u8>> = views.iter().map(paint).collect();
+    let image = |i: usize| {
+        ImageView::new(&pictures[i], views[i].camera().size_px(), Channels::Rgb).unwrap()
+    };
+    let unmarked: Vec<Unmarked<'_>> = (1..views.len())
+        .map(|i| Unmarked {
+            camera: *views[i].camera(),
+            world_from_camera: views[i].world_from_camera(),
+            image: image(i),
+        })
+        .collect();
+    let body = rough(&[(views[0], image(0))], &unmarked, &[], settings).unwrap();
+    silhouette_ious(&body, &views)
+}
+
+#[test]
+fn an_object_marked_in_one_picture_is_found_in_the_others_by_its_colour() {
+    holds("modelling unmarked pictures");
+}

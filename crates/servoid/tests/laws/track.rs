@@ -1,0 +1,223 @@
+//! Laws of the tracker, on small scenes drawn by the tests.
+
+use crate::scenes::holds;
+use crate::shapes::drawn::{Shot, Stage, eyes};
+use nalgebra::{UnitQuaternion, Vector3};
+use servoid::fitness::Backend;
+use servoid::model::Settings;
+use servoid::pose::Pose;
+use servoid::track::{Estimate, Status, TrackError, TrackSettings, Tracker};
+
+/// Where the object starts.
+pub fn start() -> Pose {
+    let turn = UnitQuaternion::from_euler_angles(0.3, -0.4, 0.2);
+    Pose::from_rotation(turn, Vector3::new(0.01, -0.01, 0.05))
+}
+
+/// Where an object is that moves and turns evenly: 9 cm and 50 degrees a second.
+pub fn moving(index: usize) -> Pose {
+    let time = index as f64 / 30.0;
+    let shift = Vector3::new(0.06, -0.03, 0.06) * time;
+    let turn = UnitQuaternion::from_scaled_axis(Vector3::new(0.5, 0.6, -0.4) * time);
+    Pose::from_rotation(turn * start().rotation(), start().translation() + shift)
+}
+
+/// Gives a stage and settings with a seed.
+pub fn seeded(seed: u64, stage: Stage) -> (Stage, TrackSettings) {
+    (Stage { seed, ..stage }, TrackSettings { seed, ..TrackSettings::default() })
+}
+
+pub fn started(stage: &Stage, settings: TrackSettings, shot: &Shot, pose: Pose) -> Tracker {
+    let mut tracker = Tracker::new(&stage.cameras(), &stage.body, settings).unwrap();
+    let estimate = tracker.start(&shot.observation(), pose, &[]).unwrap();
+    assert_eq!(estimate.status, Status::Tracking);
+    tracker
+}
+
+/// Follows the moving object; gives the estimates after the first.
+pub fn followed(stage: &Stage, settings: TrackSettings, count: usize) -> Vec<Estimate> {
+    let shot = |index: usize| stage.shot(index, &eyes(), Some(&moving(index)));
+    let mut tracker = started(stage, settings, &shot(0), moving(0));
+    (1..count).map(|index| tracker.step(&shot(index).observation()).unwrap()).collect()
+}
+
+#[test]
+fn a_moving_and_turning_object_is_followed_within_a_millimetre_and_a_degree() {
+    holds("track moving");
+}
+
+#[test]
+fn grey_pictures_will_do() {
+    holds("track grey");
+}
+
+#[test]
+fn points_alone_and_colours_alone_will_do() {
+    holds("track by points");
+    holds("track plain by colours");
+    holds("track plain");
+}
+
+#[test]
+fn the_same_seed_gives_the_same_bits_with_each_back_end() {
+    let bits = || -> Vec<u64> {
+        let estimates = followed(&Stage::textured(), TrackSettings::default(), 6);
+        let numbers = estimates.iter().flat_map(|e| {
+            let pose = e.world_from_object.matrix();
+            pose.iter().chain(&e.covariance).copied().chain([e.confidence]).collect::<Vec<_>>()
+        });
+        numbers.map(f64::to_bits).collect()
+    };
+    let fastest = bits();
+    // Laws beside this one may run with these, too: what they compute does not change.
+    for backend in Backend::available() {
+        backend.force();
+        assert_eq!(bits(), fastest, "{backend:?}");
+    }
+}
+
+#[test]
+fn a_second_start_equals_a_first() {
+    let stage = Stage::textured();
+    let shot = |index: usize| stage.shot(index, &eyes(), Some(&moving(index)));
+    let (one, two, three) = (shot(3), shot(4), shot(5));
+    let mut old = started(&stage, TrackSettings::default(), &shot(0), moving(0));
+    for index in 1..3 {
+        old.step(&shot(index).observation()).unwrap();
+    }
+    let mut new = Tracker::new(&stage.cameras(), &stage.body, TrackSettings::default()).unwrap();
+    let mut estimates = [&mut old, &mut new].map(|tracker| {
+        let first = tracker.start(&one.observation(), moving(3), &[]).unwrap();
+        let later = [&two, &three].map(|shot| tracker.step(&shot.observation()).unwrap());
+        [vec![first], later.into()].concat()
+    });
+    estimates.iter_mut().flatten().for_each(|one| one.timing = Default::default());
+    let [again, first] = estimates;
+    assert_eq!(again, first);
+}
+
+#[test]
+fn the_covariance_is_symmetric_and_positive() {
+    for stage in [Stage::textured(), Stage::ball(0.0)] {
+        for estimate in followed(&stage, TrackSettings::default(), 4) {
+            let covariance = estimate.covariance;
+            assert!((covariance - covariance.transpose()).amax() < 1e-9 * covariance.amax());
+            assert!(covariance.symmetric_eigenvalues().min() > 0.0, "{covariance}");
+        }
+    }
+}
+
+#[test]
+fn the_turns_of_a_plain_ball_are_open_and_those_of_a_patterned_one_are_not() {
+    holds("track balls");
+}
+
+/// Follows a ball at rest; gives the last estimate.
+pub fn followed_ball(stage: &Stage, settings: TrackSettings) -> Estimate {
+    let shot = |index: usize| stage.shot(index, &eyes(), Some(&start()));
+    let mut tracker = started(stage, settings, &shot(0), start());
+    (1..4).map(|index| tracker.step(&shot(index).observation()).unwrap()).last().unwrap()
+}
+
+#[test]
+fn where_the_eyes_turn_after_it_an_object_at_rest_stays_at_rest() {
+    holds("track turning eyes");
+}
+
+#[test]
+fn an_object_that_is_gone_is_lost_and_found_again_when_it_is_back() {
+    holds("track gone");
+}
+
+#[test]
+fn an_object_that_is_half_hidden_is_followed_and_said_to_be() {
+    holds("track half hidden");
+}
+
+#[test]
+fn an_object_is_found_near_a_pose_and_anywhere_without_one() {
+    holds("track found anywhere");
+    holds("track found near");
+}
+
+#[test]
+fn what_cannot_be_tracked_is_refused() {
+    let stage = Stage::textured();
+    let made = |settings| Tracker::new(&stage.cameras(), &stage.body, settings).map(|_| ());
+    let usual = TrackSettings::default();
+    for (settings, what) in [
+        (TrackSettings { population: 7, ..usual }, "population"),
+        (TrackSettings { generations: 0, ..usual }, "generations"),
+        (TrackSettings { budget_s: Some(0.0), ..usual }, "budget_s"),
+        (TrackSettings { budget_s: Some(f64::NAN), ..usual }, "budget_s"),
+        (TrackSettings { surface: false, region: false, ..usual }, "surface and region"),
+        (TrackSettings { points: 0, ..usual }, "points"),
+        (TrackSettings { trusted: 1.1, ..usual }, "trusted"),
+        (TrackSettings { trusted: f64::NAN, ..usual }, "trusted"),
+        (TrackSettings { held: 0.0, ..usual }, "held"),
+        (TrackSettings { trusted: 0.3, held: 0.4, ..usual }, "held"),
+    ] {
+        let refused = made(settings);
+        assert!(matches!(refused, Err(TrackError::Setting { name, .. }) if name == what));
+    }
+    let growth = Settings { max_ellipsoids: 0, ..usual.growth };
+    assert!(matches!(made(TrackSettings { growth, ..usual }), Err(TrackError::Model(_))));
+    let none = Tracker::new(&[], &stage.body, usual);
+    assert!(matches!(none, Err(TrackError::NoCamera)));
+    let shot = stage.shot(0, &eyes(), Some(&start()));
+    let mut tracker = Tracker::new(&stage.cameras(), &stage.body, usual).unwrap();
+    let behind = Pose::from_rotation(UnitQuaternion::identity(), Vector3::new(0.0, 0.0, -3.0));
+    let start = tracker.start(&shot.observation(), behind, &[]);
+    assert_eq!(start, Err(TrackError::NotInView));
+    let mut fresh = Tracker::new(&stage.cameras(), &stage.body, usual).unwrap();
+    assert_eq!(fresh.find(&shot.observation(), None), Err(TrackError::NothingKnown));
+    let mut one_eyed = shot.observation();
+    one_eyed.images.pop();
+    let wrong = TrackError::Count { what: "images", cameras: 2, given: 1 };
+    assert_eq!(fresh.step(&one_eyed), Err(wrong));
+    let mut timeless = shot.observation();
+    timeless.time_s = f64::INFINITY;
+    assert_eq!(fresh.step(&timeless), Err(TrackError::Time(f64::INFINITY)));
+}
+
+/// Poses around the start, on a grid, the start itself first.
+pub fn around_the_start() -> Vec<Pose> {
+    let offs = (0..700).map(|index| {
+        let step = |axis: i32| f64::from(index / 7_i32.pow(axis as u32) % 7 - 3) * 0.004;
+        Vector3::new(step(0), step(1), step(2))
+    });
+    let start = start();
+    let moved = offs.map(|off| Pose::from_rotation(start.rotation(), start.translation() + off));
+    std::iter::once(start).chain(moved).collect()
+}
+
+#[test]
+fn no_pose_around_is_worth_more_than_the_true_one() {
+    holds("track worth");
+}
+
+#[test]
+fn poses_are_worth_the_same_bits_on_any_number_of_threads_and_nothing_is_learned() {
+    let stage = Stage::textured();
+    let shot = stage.shot(0, &eyes(), Some(&start()));
+    let tracker = started(&stage, TrackSettings::default(), &shot, start());
+    let next = stage.shot(1, &eyes(), Some(&start()));
+    let bits = |threads: usize| -> Vec<u64> {
+        let worths = tracker.worths(&next.observation(), &around_the_start(), 2, threads).unwrap();
+        worths.iter().flat_map(|one| [one.region.to_bits(), one.surface.to_bits()]).collect()
+    };
+    assert_eq!(bits(1), bits(3));
+    assert_eq!(bits(1), bits(1));
+}
+
+#[test]
+fn what_is_not_known_or_not_there_is_worth_an_error() {
+    let stage = Stage::textured();
+    let shot = stage.shot(0, &eyes(), Some(&start()));
+    let fresh = Tracker::new(&stage.cameras(), &stage.body, TrackSettings::default()).unwrap();
+    let asked = fresh.worths(&shot.observation(), &[start()], 0, 1);
+    assert_eq!(asked.unwrap_err(), TrackError::NothingKnown);
+    let tracker = started(&stage, TrackSettings::default(), &shot, start());
+    let asked = tracker.worths(&shot.observation(), &[start()], 3, 1);
+    assert!(asked.unwrap_err().to_string().contains("resolution"));
+}

@@ -1,0 +1,200 @@
+//! Laws of what the tracker makes of cameras that fail.
+
+use std::sync::OnceLock;
+
+use crate::scenes::holds;
+use crate::shapes::drawn::{SIZE, Shot, Stage, eyes};
+use nalgebra::{UnitQuaternion, Vector3};
+use proptest::prelude::*;
+use servoid::observe::{Camera, Channels, ImageView, Mask, Observation, RigError};
+use servoid::pose::Pose;
+use servoid::shape::{Body, Ellipsoid};
+use servoid::track::{Notice, Status, TrackError, TrackSettings, Tracker};
+
+pub fn start() -> Pose {
+    let turn = UnitQuaternion::from_euler_angles(0.3, -0.4, 0.2);
+    Pose::from_rotation(turn, Vector3::new(0.01, -0.01, 0.05))
+}
+
+pub fn shot_of(seed: u64, index: usize) -> Shot {
+    Stage { seed, ..Stage::textured() }.shot(index, &eyes(), Some(&start()))
+}
+
+fn shot(index: usize) -> Shot {
+    shot_of(0, index)
+}
+
+/// A tracker that has followed an object at rest up to image 5; that of seed 0 is kept.
+pub fn settled_of(seed: u64) -> Tracker {
+    static SETTLED: OnceLock<Tracker> = OnceLock::new();
+    let settle = || {
+        let stage = Stage::textured();
+        let settings = TrackSettings { seed, ..TrackSettings::default() };
+        let mut tracker = Tracker::new(&stage.cameras(), &stage.body, settings).unwrap();
+        tracker.start(&shot_of(seed, 0).observation(), start(), &[]).unwrap();
+        for index in 1..6 {
+            tracker.step(&shot_of(seed, index).observation()).unwrap();
+        }
+        tracker
+    };
+    if seed == 0 { SETTLED.get_or_init(settle).clone() } else { settle() }
+}
+
+fn settled() -> Tracker {
+    settled_of(0)
+}
+
+pub fn one_color(level: u8) -> Vec<u8> {
+    vec![level; SIZE[0] * SIZE[1] * 3]
+}
+
+pub fn view(pixels: &[u8]) -> ImageView<'_> {
+    ImageView::new(pixels, SIZE, Channels::Rgb).unwrap()
+}
+
+#[test]
+fn a_camera_that_is_missing_at_the_start_is_said() {
+    let stage = Stage::textured();
+    let settings = TrackSettings::default();
+    let mut tracker = Tracker::new(&stage.cameras(), &stage.body, settings).unwrap();
+    let shot = shot(0);
+    let mut seen = shot.observation();
+    seen.images[1] = None;
+    let found = tracker.start(&seen, start(), &[]).unwrap();
+    assert!(found.notices.contains(&Notice::NoImage(1)), "{:?}", found.notices);
+}
+
+#[test]
+fn the_other_camera_goes_on_where_one_fails() {
+    holds("faults of one camera");
+}
+
+#[test]
+fn where_all_cameras_fail_no_pose_is_called_tracked_and_the_object_is_found_after_that() {
+    holds("faults of all cameras");
+}
+
+#[test]
+fn without_any_image_the_object_is_supposed_to_stay() {
+    let mut tracker = settled();
+    let before = tracker.body().unwrap().world_from_object();
+    let mut observation = shot(6).observation().clone_without_images();
+    for index in 6..12 {
+        observation.time_s = index as f64 / 30.0;
+        let found = tracker.step(&observation).unwrap();
+        assert_ne!(found.status, Status::Tracking);
+        assert_eq!(found.world_from_object, before);
+        assert_eq!(found.notices, [Notice::NoImage(0), Notice::NoImage(1)]);
+    }
+}
+
+trait Blind {
+    fn clone_without_images(&self) -> Observation<'static>;
+}
+
+impl Blind for Observation<'_> {
+    fn clone_without_images(&self) -> Observation<'static> {
+        let world_from_camera = self.world_from_camera.clone();
+        Observation { time_s: self.time_s, world_from_camera, images: vec![None; 2] }
+    }
+}
+
+#[test]
+fn an_observation_that_comes_twice_is_said_and_teaches_nothing() {
+    holds("faults of repetition");
+}
+
+#[test]
+fn time_that_goes_back_stands_still_or_jumps_is_said_and_the_object_is_followed() {
+    holds("faults of time");
+}
+
+#[test]
+fn an_object_beside_the_image_is_not_called_tracked() {
+    let mut tracker = settled();
+    let away = Pose::from_rotation(UnitQuaternion::identity(), Vector3::new(2.0, 0.0, -0.45));
+    let shot = Stage::textured().shot(6, &[away; 2], Some(&start()));
+    let found = tracker.step(&shot.observation()).unwrap();
+    assert_ne!(found.status, Status::Tracking);
+    assert!(found.notices.contains(&Notice::OutOfImage(0)), "{:?}", found.notices);
+}
+
+#[test]
+fn a_mask_that_has_not_its_cameras_size_is_refused() {
+    let stage = Stage::textured();
+    let pixels: Vec<u8> = (0..64 * 48).map(|at| u8::from(at % 64 > 20)).collect();
+    let mask = Mask::new(ImageView::new(&pixels, [64, 48], Channels::Grey).unwrap()).unwrap();
+    let wrong = RigError::ImageSize { camera: 1, expected: SIZE, given: [64, 48] };
+    let mut tracker =
+        Tracker::new(&stage.cameras(), &stage.body, TrackSettings::default()).unwrap();
+    let (shot, masks) = (shot(0), [None, Some(mask)]);
+    let started = tracker.start(&shot.observation(), start(), &masks);
+    assert_eq!(started, Err(TrackError::Image(wrong)));
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 12, failure_persistence: None, ..Default::default() })]
+
+    #[test]
+    fn no_observation_makes_the_tracker_panic(
+        steps in prop::collection::vec((0..5_u8, 0..5_u8, -2.0..2.0_f64, -3.0..3.0_f64), 1..6),
+    ) {
+        let mut tracker = settled();
+        let (good, black) = (shot(6), one_color(0));
+        let noise: Vec<u8> =
+            (0..black.len()).map(|i| ((i * 2_654_435_761) >> 13) as u8).collect();
+        let small = ImageView::new(&black[..27], [3, 3], Channels::Rgb).unwrap();
+        let image = |kind: u8, camera: usize| match kind {
+            0 => None,
+            1 => Some(view(&black)),
+            2 => Some(view(&noise)),
+            3 => Some(small),
+            _ => Some(view(&good.pictures[camera])),
+        };
+        for (left, right, time_s, away) in steps {
+            let turn = UnitQuaternion::from_euler_angles(away, 0.1 * away, -away);
+            let eye = Pose::from_rotation(turn, Vector3::new(away, 0.0, -0.45));
+            let world_from_camera = vec![eyes()[0], eye];
+            let images = vec![image(left, 0), image(right, 1)];
+            let found = tracker.step(&Observation { time_s, world_from_camera, images }).unwrap();
+            prop_assert!((0.0..=1.0).contains(&found.confidence));
+            prop_assert!(found.world_from_object.matrix().iter().all(|x| x.is_finite()));
+            prop_assert!(found.covariance.iter().all(|x| x.is_finite()));
+        }
+    }
+
+    #[test]
+    fn no_size_of_an_image_and_no_pose_makes_the_tracker_panic(
+        size in prop::array::uniform2(1..140_usize), twist in prop::array::uniform6(-0.3..0.3_f64),
+        count in 1..20_usize, grey in any::<bool>(),
+    ) {
+        let camera = Camera::new(size, [120.0; 2], size.map(|n| 0.5 * n as f64)).unwrap();
+        let solid = |i: usize| {
+            let center = [0.01 * i as f64, -0.02, 0.005 * i as f64];
+            Ellipsoid::new(0, center, [0.08, 0.05, 0.06], [1.0, 0.0, 0.0, 0.0]).unwrap()
+        };
+        let body = Body::new(Pose::identity(), (0..count).map(solid).collect()).unwrap();
+        let channels = if grey { Channels::Grey } else { Channels::Rgb };
+        let bytes = size[0] * size[1] * channels.count();
+        let pictures: Vec<Vec<u8>> = (0..4_usize)
+            .map(|k| (0..bytes).map(|i| (((i + 3 * k) * 2_654_435_761) >> 12) as u8).collect())
+            .collect();
+        let mut tracker = Tracker::new(&[camera; 2], &body, TrackSettings::default()).unwrap();
+        let shot = |k: usize| Observation {
+            time_s: k as f64 / 30.0,
+            world_from_camera: eyes().to_vec(),
+            images: pictures[k..k + 2]
+                .iter()
+                .map(|picture| Some(ImageView::new(picture, size, channels).unwrap()))
+                .collect(),
+        };
+        if tracker.start(&shot(0), Pose::exp(&twist.into()), &[]).is_ok() {
+            for k in 1..3 {
+                let found = tracker.step(&shot(k)).unwrap();
+                prop_assert!((0.0..=1.0).contains(&found.confidence));
+                prop_assert!(found.world_from_object.matrix().iter().all(|x| x.is_finite()));
+            }
+            tracker.evolve().unwrap();
+        }
+    }
+}

@@ -1,0 +1,207 @@
+//! Laws of what a tracker learns: the body that evolves, and the look that is kept for another day.
+
+use std::sync::OnceLock;
+
+use crate::scenes::holds;
+use crate::shapes::drawn::{Stage, eyes};
+use nalgebra::{UnitQuaternion, Vector3};
+use proptest::prelude::*;
+use servoid::model::{Portrait, half_ball_direction, silhouette_ious};
+use servoid::observe::Observation;
+use servoid::pose::Pose;
+use servoid::shape::{Body, Ellipsoid};
+use servoid::track::{Appearance, Status, TrackError, TrackSettings, Tracker};
+
+/// Where an object is that turns by about 130 degrees in all.
+pub fn turning(index: usize) -> Pose {
+    let turn = UnitQuaternion::from_scaled_axis(Vector3::new(0.2, 1.0, 0.1) * 0.05 * index as f64);
+    Pose::from_rotation(turn, Vector3::new(0.0, 0.0, 0.05))
+}
+
+/// The body that the stage shows, but all too small.
+pub fn too_small(stage: &Stage) -> Body {
+    let smaller = |e: &Ellipsoid| {
+        let radii = (e.radii() * 0.85).into();
+        Ellipsoid::new(0, e.center().into(), radii, e.quaternion()).unwrap()
+    };
+    let ellipsoids = stage.body.ellipsoids().iter().map(smaller).collect();
+    Body::new(Pose::identity(), ellipsoids).unwrap()
+}
+
+/// Follows the turning object with a body that is not quite right; gives how many images were not
+/// tracked, too.
+pub fn followed(stage: &Stage, body: &Body, count: usize) -> (Tracker, f64) {
+    let shot = |index: usize| stage.shot(index, &eyes(), Some(&turning(index)));
+    let settings = TrackSettings { seed: stage.seed, ..TrackSettings::default() };
+    let mut tracker = Tracker::new(&stage.cameras(), body, settings).unwrap();
+    let pictures: Vec<_> = eyes().iter().map(|eye| stage.mask(eye, &turning(0))).collect();
+    let masks = crate::shapes::drawn::masks(&pictures);
+    tracker.start(&shot(0).observation(), turning(0), &masks).unwrap();
+    let mut not_tracking = 0.0;
+    for index in 1..count {
+        let found = tracker.step(&shot(index).observation()).unwrap();
+        not_tracking += f64::from(u8::from(found.status != Status::Tracking));
+    }
+    (tracker, not_tracking)
+}
+
+/// A tracker that has followed a body that is too small; that of seed 0 is kept.
+pub fn settled_of(seed: u64) -> (Tracker, f64) {
+    static SETTLED: OnceLock<(Tracker, f64)> = OnceLock::new();
+    let stage = Stage { seed, ..Stage::textured() };
+    let settle = || followed(&stage, &too_small(&stage), 45);
+    if seed == 0 { SETTLED.get_or_init(settle).clone() } else { settle() }
+}
+
+fn settled() -> Tracker {
+    settled_of(0).0
+}
+
+/// Mean overlap of a body's silhouettes with those of what the stage shows, from all around.
+pub fn overlap(ellipsoids: &[Ellipsoid], stage: &Stage) -> f64 {
+    let truth = stage.body.at(Pose::identity());
+    let around = (0..12).map(|side| half_ball_direction(side, 12));
+    let portraits = Portrait::of_body(&truth, around).unwrap();
+    let views: Vec<_> = portraits.iter().map(|portrait| portrait.view().unwrap()).collect();
+    let body = Body::new(Pose::identity(), ellipsoids.to_vec()).unwrap();
+    let ious = silhouette_ious(&body, &views);
+    ious.iter().sum::<f64>() / ious.len() as f64
+}
+
+#[test]
+fn a_body_that_is_too_small_grows_to_what_was_seen_and_its_frame_stays() {
+    holds("learning a size");
+}
+
+#[test]
+fn sides_that_were_not_seen_stay_as_they_are_believed_to_be() {
+    holds("learning one side");
+}
+
+#[test]
+fn the_same_images_let_the_body_evolve_to_the_same_bits_on_any_number_of_threads() {
+    let grown = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let mut tracker = settled();
+        pool.install(|| tracker.evolve().unwrap());
+        tracker.body().unwrap()
+    };
+    assert_eq!(grown(1), grown(3));
+}
+
+#[test]
+fn before_anything_is_seen_no_body_evolves() {
+    let stage = Stage::textured();
+    let settings = TrackSettings::default();
+    let mut tracker = Tracker::new(&stage.cameras(), &stage.body, settings).unwrap();
+    assert!(!tracker.evolve().unwrap());
+    assert_eq!(tracker.body().unwrap(), stage.body);
+}
+
+/// Gives how far from what the stage shows the surface points lie that a tracker learned, the
+/// median in millimetres.
+pub fn depth_error(tracker: &Tracker, stage: &Stage) -> f64 {
+    let off = |place: &Vector3<f64>, solid: &Ellipsoid| {
+        let away = place - solid.center();
+        let share = (solid.factor().try_inverse().unwrap() * away).norm();
+        1000.0 * ((share - 1.0) * away.norm() / share).abs()
+    };
+    let solids = stage.body.ellipsoids();
+    let nearest = |place: &Vector3<f64>| solids.iter().map(|e| off(place, e)).fold(1e9, f64::min);
+    let mut all: Vec<_> = tracker.surface().map(|point| nearest(&point.position)).collect();
+    all.sort_by(f64::total_cmp);
+    all[all.len() / 2]
+}
+
+#[test]
+fn two_eyes_see_where_the_surface_is_although_the_body_is_too_small() {
+    holds("learning depth");
+}
+
+#[test]
+fn the_outline_of_a_plain_object_is_no_pattern_although_the_body_is_too_large() {
+    holds("learning a plain outline");
+}
+
+#[test]
+fn an_object_is_found_again_by_its_look_without_a_pose() {
+    holds("learning a look in colour");
+    holds("learning looks in grey");
+}
+
+#[test]
+fn a_look_learned_in_colours_is_known_in_grey_pictures_near_a_pose_only_and_so_is_the_reverse() {
+    holds("learning from colour for grey");
+    holds("learning from grey for colour");
+}
+
+/// Learns what the stage shows from four sides, with eight eyes about the object's frame.
+pub fn look_of_all_eyes(stage: &Stage) -> Appearance {
+    let sides = [0, 8, 16, 24].map(|index| (index, turning(index)));
+    let shots = sides.map(|(index, there)| stage.shot(index, &eyes(), Some(&there)));
+    let parts: Vec<_> = shots.iter().map(|shot| shot.observation()).collect();
+    let about = |(_, there): &(usize, Pose)| eyes().map(|eye| there.inverse() * eye);
+    let all = Observation {
+        time_s: 0.0,
+        world_from_camera: sides.iter().flat_map(about).collect(),
+        images: parts.iter().flat_map(|part| part.images.clone()).collect(),
+    };
+    let marked = |(_, there): &(usize, Pose)| eyes().map(|eye| stage.mask(&eye, there));
+    let pictures: Vec<_> = sides.iter().flat_map(marked).collect();
+    let settings = TrackSettings { seed: stage.seed, ..TrackSettings::default() };
+    let mut tracker = Tracker::new(&[stage.camera; 8], &stage.body, settings).unwrap();
+    tracker.start(&all, Pose::identity(), &crate::shapes::drawn::masks(&pictures)).unwrap();
+    tracker.appearance()
+}
+
+#[test]
+fn a_look_that_many_eyes_learned_is_known_to_one() {
+    holds("learning with many eyes for one");
+}
+
+#[test]
+fn a_look_that_is_written_is_read_as_it_was() {
+    let look = settled().appearance();
+    let bytes = look.to_bytes();
+    assert_eq!(Appearance::from_bytes(&bytes).as_ref(), Ok(&look));
+    assert_eq!(Appearance::from_bytes(&bytes).unwrap().to_bytes(), bytes);
+    let empty = Appearance::default();
+    assert_eq!(Appearance::from_bytes(&empty.to_bytes()), Ok(empty));
+}
+
+#[test]
+fn a_look_that_is_cut_short_or_goes_on_is_refused() {
+    let bytes = settled().appearance().to_bytes();
+    for length in (0..bytes.len()).step_by(97) {
+        let refused = Appearance::from_bytes(&bytes[..length]);
+        assert_eq!(refused, Err(TrackError::Appearance(length)));
+    }
+    let longer = [bytes.as_slice(), &[0]].concat();
+    assert_eq!(Appearance::from_bytes(&longer), Err(TrackError::Appearance(longer.len())));
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 24, failure_persistence: None, ..Default::default() })]
+
+    #[test]
+    fn no_bytes_of_a_look_make_the_tracker_panic(
+        changes in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..40),
+    ) {
+        let mut bytes = settled().appearance().to_bytes();
+        for (place, byte) in &changes {
+            let at = 17 + place.index(bytes.len() - 17);
+            bytes[at] = *byte;
+        }
+        if let Ok(look) = Appearance::from_bytes(&bytes) {
+            let stage = Stage::textured();
+            let mut tracker = settled();
+            tracker.recall(&look);
+            for index in 45..47 {
+                let shot = stage.shot(index, &eyes(), Some(&turning(index)));
+                let found = tracker.step(&shot.observation()).unwrap();
+                prop_assert!((0.0..=1.0).contains(&found.confidence));
+                prop_assert!(found.world_from_object.matrix().iter().all(|x| x.is_finite()));
+            }
+        }
+    }
+}

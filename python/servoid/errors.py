@@ -1,11 +1,20 @@
 """The exceptions that servoid raises on purpose: every one of them is a `ServoidError`."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
 
 
 class ServoidError(Exception):
     """Says what was given, what is allowed and what to do."""
+
+    def at(self, place: str) -> "ServoidError":
+        """Return the same error with a place, such as a file and a line, before its message."""
+        return type(self)(f"{place}: {self}")
 
 
 class BackendError(ServoidError, ValueError):
@@ -30,6 +39,30 @@ class MaskError(ServoidError, ValueError):
 
 class TargetError(ServoidError, ValueError):
     """Is raised for a target that cannot be read or that finds no object in its image."""
+
+
+class DoubtError(TargetError):
+    """Is raised for a target that may mean several objects: nothing is chosen silently.
+
+    `image`, (H, W, 3) uint8 RGB, is where the object was sought, as it was recorded. `masks`,
+    (H, W) uint8 each, are the answers, 255 on the object; the first one is what is used if the
+    caller trusts the target all the same.
+    """
+
+    def __init__(
+        self, message: str, image: "NDArray[np.uint8]", masks: "Sequence[NDArray[np.uint8]]"
+    ) -> None:
+        super().__init__(message)
+        self.image = image
+        self.masks = tuple(masks)
+
+    def __reduce__(self) -> "tuple[object, ...]":
+        """Say how to make a copy, in another process too."""
+        return DoubtError, (str(self), self.image, self.masks)
+
+    def at(self, place: str) -> "DoubtError":
+        """Return this error with a place before its message."""
+        return DoubtError(f"{place}: {self}", self.image, self.masks)
 
 
 class CaptureError(ServoidError, ValueError):
@@ -94,4 +127,4 @@ def located(place: str) -> Iterator[None]:
     try:
         yield
     except ServoidError as error:
-        raise type(error)(f"{place}: {error}") from error
+        raise error.at(place) from error

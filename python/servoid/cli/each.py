@@ -62,6 +62,7 @@ def _case(order: Order) -> CaptureCase:
         views=_bounds(order.views),
         observations=None if order.observations is None else _bounds(order.observations),
         distance=order.distance,
+        trust_targets=order.trust_targets,
         max_ellipsoids=order.max_ellipsoids,
         delta=order.delta,
         seed=order.seed,

@@ -36,6 +36,13 @@ def model(
             "end if not for the first view. May be given several times.",
         ),
     ] = None,
+    trust_targets: Annotated[
+        bool,
+        typer.Option(
+            "--trust-targets",
+            help="Use a target even if it may mean several objects; the summary then says so.",
+        ),
+    ] = False,
     max_ellipsoids: Annotated[
         int | None,
         typer.Option(
@@ -168,6 +175,7 @@ def model(
         out=out,
         report=report,
         targets=tuple(target or ()),
+        trust_targets=trust_targets,
         method=method,
         views=chosen,
         observations=instants,

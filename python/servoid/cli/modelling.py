@@ -5,6 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+from servoid.cli.doubting import settled
 from servoid.cli.progress import progress_bar
 from servoid.cli.summary import print_summary
 from servoid.cli.values import Method
@@ -37,6 +38,7 @@ class Order:
     out: Path
     report: Path | None
     targets: tuple[str, ...]
+    trust_targets: bool
     method: Method
     views: slice
     observations: slice | None
@@ -55,7 +57,7 @@ def run_model(order: Order) -> None:
     _check_outputs(order.out, order.report)
     targets = [parse_target(text) for text in order.targets]
     write_report = _report_writer() if order.report is not None else None
-    result = _fit(order, targets)
+    result = settled(lambda trusted: _fit(order, targets, trusted=trusted), order)
     files: list[Path] = []
     if order.report is not None and write_report is not None:
         files = _write_report_whole(write_report, result, order.report)
@@ -80,7 +82,7 @@ def _report_writer() -> WriteReport:
     return write_report
 
 
-def _fit(order: Order, targets: list[Target]) -> ModelResult:
+def _fit(order: Order, targets: list[Target], *, trusted: bool) -> ModelResult:
     with progress_bar("modelling") as update:
 
         def show(progress: Progress) -> None:
@@ -95,6 +97,7 @@ def _fit(order: Order, targets: list[Target]) -> ModelResult:
             delta=order.delta,
             seed=order.seed,
             threads=order.threads,
+            trust_targets=trusted,
             progress=show,
         )
         if order.source.is_file() and order.source.suffix.lower() in SUFFIXES:

@@ -50,6 +50,14 @@ def track(
             rich_help_panel=_OBJECT,
         ),
     ] = None,
+    trust_targets: Annotated[
+        bool,
+        typer.Option(
+            "--trust-targets",
+            help="Use a target even if it may mean several objects; the summary then says so.",
+            rich_help_panel=_OBJECT,
+        ),
+    ] = False,
     start: Annotated[
         list[str] | None,
         typer.Option(
@@ -187,6 +195,7 @@ def track(
             capture=capture,
             bodies=tuple(body or ()),
             targets=tuple(target or ()),
+            trust_targets=trust_targets,
             starts=tuple(start or ()),
             distance=distance,
             out=out,

@@ -4,11 +4,12 @@ import itertools
 import statistics
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import typer
 
+from servoid.cli.doubting import settled
 from servoid.cli.progress import progress_bar
 from servoid.cli.subjects import read_subjects
 from servoid.cli.track_summary import print_track_summary
@@ -51,6 +52,7 @@ class Order:
     capture: Path
     bodies: tuple[str, ...]
     targets: tuple[str, ...]
+    trust_targets: bool
     starts: tuple[str, ...]
     distance: float | None
     out: Path
@@ -72,9 +74,14 @@ def run_track(order: Order) -> None:
     _check_outputs(order, subjects)
     capture = open_any(order.capture)
     collector = Collector()
+
+    def work(trusted: bool) -> BaseException | None:
+        asked = replace(order, trust_targets=trusted)
+        with _video(asked, capture, len(subjects)) as film:
+            return _follow(asked, capture, subjects, collector, film)
+
     try:
-        with _video(order, capture, len(subjects)) as film:
-            stopped = _follow(order, capture, subjects, collector, film)
+        stopped = settled(work, order)
     except OutputError as error:  # the video's: the poses are worth as much without it
         if not len(collector):
             raise
@@ -143,6 +150,7 @@ def _request(order: Order, progress: Callable[[Progress], None]) -> Request:
         observations=order.observations,
         every=order.every,
         distance_m=order.distance,
+        trust_targets=order.trust_targets,
         progress=progress,
     )
 

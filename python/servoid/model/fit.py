@@ -32,7 +32,8 @@ class Request:
     """How a body is to be modelled; None takes the core's default.
 
     With neither `max_ellipsoids` nor `delta` the count is chosen by evidence that is held out.
-    Weights say how often each kind of evidence counts.
+    Weights say how often each kind of evidence counts. With `trust_targets` a target that may mean
+    several objects is used all the same, and a note of the result says so.
     """
 
     max_ellipsoids: int | None = None
@@ -42,6 +43,7 @@ class Request:
     silhouette_weight: float | None = None
     volume_weight: float | None = None
     depth_weight: float | None = None
+    trust_targets: bool = False
     progress: Callable[[Progress], None] | None = None
 
     def settings(self) -> ModelSettings:

@@ -48,6 +48,7 @@ def fit_capture(
     far the object is, which one image without depth does not say.
 
     Raises:
+        DoubtError: a target may mean several objects, and the request does not trust it.
         TargetError: nothing says where the object is, or it is not found.
         ModelError: too few views, views that see no common point, or a setting out of range.
         CameraError, CaptureError, ImageError, MaskError: a file cannot be used.
@@ -55,8 +56,8 @@ def fit_capture(
     """
     start = time.perf_counter()
     request = request or Request()
-    marked = mark(capture, targets, observations)
-    notes: list[str] = []
+    marked = mark(capture, targets, observations, trusted=request.trust_targets)
+    notes = list(marked.notes)
     known = list(marked.views)
     sights = join_sights(sights_of_views(known))
     if not len(sights) and _from_one_side([*known, *marked.others]):
@@ -64,7 +65,8 @@ def fit_capture(
     alone = len(known) + len(marked.others) == 1 and not len(sights)
     if alone or distance_m is not None:
         result = fit_one_view(known[0], _distance(distance_m, alone), request)
-        return replace(result, targets=tuple(map(str, targets)))
+        notes += result.notes
+        return replace(result, targets=tuple(map(str, targets)), notes=tuple(notes))
     if marked.others and (len(known) < 2 or marked.from_targets):
         known = _with_spread(marked, sights, request, notes)
     used, unused = divide(known, views)
@@ -85,14 +87,15 @@ def mark_everywhere(
         As for `fit_capture`; views in which the object is not found are left out.
 
     """
-    marked = mark(capture, targets, observations)
+    request = request or Request()
+    marked = mark(capture, targets, observations, trusted=request.trust_targets)
     if not marked.others:
         return list(marked.views)
     sights = join_sights(sights_of_views(marked.views))
     if not len(sights):
         sights = _measured(marked, [])
     try:
-        return _with_spread(marked, sights, request or Request(), [])
+        return _with_spread(marked, sights, request, [])
     except (ModelError, TargetError):
         return list(marked.views)
 
@@ -115,7 +118,7 @@ def fit_capture_by_paper(
     """
     start = time.perf_counter()
     request = request or Request()
-    marked = mark(capture, targets, observations)
+    marked = mark(capture, targets, observations, trusted=request.trust_targets)
     hues = [target for target in targets if isinstance(target, HueTarget)]
     first = marked.views[0]
     window = (
@@ -151,7 +154,7 @@ def fit_capture_by_paper(
         native_used=tuple(natives),
         surface=Surface.of(body, natives, NO_SIGHTS),
         targets=tuple(map(str, targets)),
-        notes=(f"hue window {window[0]:.0f} to {window[1]:.0f} degrees",),
+        notes=(*marked.notes, f"hue window {window[0]:.0f} to {window[1]:.0f} degrees"),
         seconds=time.perf_counter() - start,
     )
 

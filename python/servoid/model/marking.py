@@ -4,41 +4,59 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from servoid.errors import TargetError
-from servoid.observe import Capture, CaptureView, HueTarget, Target, find_object
+from servoid.observe import (
+    Capture,
+    CaptureView,
+    Depth,
+    HueTarget,
+    Target,
+    seek_object,
+    undoubted,
+)
 
 
 @dataclass(frozen=True)
 class Marked:
     """The views of a capture that may be used: those that say where the object is, and others.
 
-    `from_targets` says if a target marked the first ones, and not the capture's own masks.
+    `from_targets` says if a target marked the first ones, and not the capture's own masks; `notes`
+    are what a person should know of what they found.
     """
 
     views: tuple[CaptureView, ...]
     others: tuple[CaptureView, ...]
     from_targets: bool
+    notes: tuple[str, ...] = ()
 
 
 def mark(
-    capture: Capture, targets: Sequence[Target] = (), observations: slice | None = None
+    capture: Capture,
+    targets: Sequence[Target] = (),
+    observations: slice | None = None,
+    *,
+    trusted: bool = False,
 ) -> Marked:
     """Find the object in a capture: by targets, or else by the capture's masks.
 
+    Targets are in the pixels of the images as they were recorded, with the lens's distortion. With
+    `trusted` a target that may mean several objects is used all the same, and a note says so.
     Without `observations` all are used, except in a recording, where the object may move: there it
     is the one that shows where the object is. A target that names no view is meant for the first
     one, a hue window for all.
 
     Raises:
+        DoubtError: a target may mean several objects.
         TargetError: nothing says where the object is, a target names no view, or finds nothing.
         ImageError, MaskError: a file cannot be used.
 
     """
     views = _chosen(capture, targets, observations)
     marked: dict[str, CaptureView] = {}
+    notes: list[str] = []
     for target in targets:
         for view in _meant(target, views):
             try:
-                marked[view.name] = view.with_mask(find_object(target, view.image()))
+                marked[view.name] = _found(target, view, notes, trusted=trusted)
             except TargetError:
                 # A hue window may hold nothing in some of the views, but not in all.
                 if not isinstance(target, HueTarget) or target.view is not None:
@@ -59,7 +77,21 @@ def mark(
         views=tuple(marked[view.name] for view in views if view.name in marked),
         others=tuple(view for view in views if view.name not in marked),
         from_targets=bool(targets),
+        notes=tuple(notes),
     )
+
+
+def _found(target: Target, view: CaptureView, notes: list[str], *, trusted: bool) -> CaptureView:
+    """Return a view with the mask that a target means in it, as it was recorded."""
+    image, metres = view.recorded_image(), view.recorded_depth()
+    depth = None if metres is None else Depth(metres, view.lens.focal_px[0])
+    found = seek_object(target, image, depth)
+    if not trusted:
+        undoubted(found, target, image)
+    elif found.doubt is not None:
+        notes.append(f"the target '{target}' was trusted, although {found.doubt}")
+    notes.extend(f"the target '{target}': {note}" for note in found.notes)
+    return view.with_recorded_mask(found.mask)
 
 
 def _chosen(

@@ -8,7 +8,8 @@ from servoid.observe.capture import (
     Observation,
 )
 from servoid.observe.depth import read_depth
-from servoid.observe.finding import find_object
+from servoid.observe.doubts import Depth
+from servoid.observe.finding import Found, find_object, seek_object, undoubted
 from servoid.observe.images import read_image, read_mask
 from servoid.observe.instants import cameras_of, read_instants, tidy_image
 from servoid.observe.live import Live, LiveCamera, LiveSettings
@@ -38,6 +39,8 @@ __all__ = [
     "CaptureCamera",
     "CaptureView",
     "ClickTarget",
+    "Depth",
+    "Found",
     "HueTarget",
     "Instant",
     "Lens",
@@ -64,7 +67,9 @@ __all__ = [
     "read_mask",
     "read_rig",
     "rough_depth",
+    "seek_object",
     "stereo_depth",
     "tidy_image",
     "undistortion",
+    "undoubted",
 ]

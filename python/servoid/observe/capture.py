@@ -54,7 +54,8 @@ class CaptureView:
     `lens` and `world_from_lens` are the real camera, as the files know it. `camera`,
     `world_from_camera` and all that the methods return belong to the ideal pinhole: without
     distortion, and turned towards the object if the lens is a fisheye. `given_mask` is a mask in
-    the ideal pinhole's pixels, (H, W) uint8, that takes precedence over the file.
+    the ideal pinhole's pixels, (H, W) uint8, that takes precedence over the others;
+    `recorded_mask` is one in the pixels of the image as it was recorded, instead of the file's.
     """
 
     camera_name: str
@@ -66,6 +67,7 @@ class CaptureView:
     world_from_lens: Pose
     depth_scale_m: float | None = None
     given_mask: NDArray[np.uint8] | None = None
+    recorded_mask: NDArray[np.uint8] | None = None
     shared: Ideal | None = None
 
     @property
@@ -80,13 +82,15 @@ class CaptureView:
 
     @property
     def has_mask(self) -> bool:
-        """Say if the view knows where the object is, from a file or from `with_mask`."""
-        return self.given_mask is not None or self.mask_path is not None
+        """Say if the view knows where the object is, from a file or because it was told."""
+        known = (self.given_mask, self.recorded_mask, self.mask_path)
+        return any(mask is not None for mask in known)
 
     @cached_property
     def ideal(self) -> Ideal:
         """Return the ideal pinhole, with what turns the lens's images into its own."""
-        return self.shared or Ideal(self.lens, self.mask_path)
+        mask = self.mask_path if self.recorded_mask is None else self.recorded_mask
+        return self.shared or Ideal(self.lens, mask)
 
     @cached_property
     def camera(self) -> Camera:
@@ -121,6 +125,33 @@ class CaptureView:
         given = (mask != 0).astype(np.uint8) * np.uint8(255)
         return replace(self, given_mask=given, shared=self.ideal)
 
+    def with_recorded_mask(self, mask: NDArray[np.uint8]) -> "CaptureView":
+        """Return this view with a mask in the recorded image's pixels: non-zero on the object.
+
+        The pinhole of a fisheye turns to it, as to a mask in a file.
+
+        Raises:
+            MaskError: the mask is not (H, W) of the recorded image's size.
+
+        """
+        width, height = self.lens.size_px
+        if mask.shape != (height, width):
+            raise MaskError(
+                f"{self.name}: the mask has shape {mask.shape}; the image has {(height, width)}"
+            )
+        recorded = (mask != 0).astype(np.uint8) * np.uint8(255)
+        shared = None if needs_object(self.lens) else self.shared
+        return replace(self, given_mask=None, recorded_mask=recorded, shared=shared)
+
+    def recorded_image(self) -> NDArray[np.uint8]:
+        """Read the image as it was recorded, with the lens's distortion: (H, W, 3) uint8, RGB.
+
+        Raises:
+            ImageError: as for `image`.
+
+        """
+        return self.picture.read(self.lens.size_px)
+
     def image(self) -> NDArray[np.uint8]:
         """Read the image: (H, W, 3) uint8, RGB.
 
@@ -128,7 +159,7 @@ class CaptureView:
             ImageError: the file is missing, damaged or of another size than the camera's.
 
         """
-        return self.ideal.maps().image(self.picture.read(self.lens.size_px))
+        return self.ideal.maps().image(self.recorded_image())
 
     def mask(self) -> NDArray[np.uint8]:
         """Read the mask: (H, W) uint8, 255 on the object and 0 elsewhere.
@@ -140,6 +171,8 @@ class CaptureView:
         """
         if self.given_mask is not None:
             return self.given_mask
+        if self.recorded_mask is not None:
+            return self.ideal.maps().mask(self.recorded_mask)
         if self.mask_path is None:
             raise MaskError(f"{self.name} has no mask; write one and name it like the image")
         return self.ideal.maps().mask(read_mask(self.mask_path, self.lens.size_px))
@@ -152,6 +185,20 @@ class CaptureView:
             CaptureError: nothing says which unit the file counts in.
 
         """
+        depth = self.recorded_depth()
+        if depth is None:
+            return None
+        seen = self.ideal.maps().depth(depth).astype(np.float32)
+        seen[seen == 0.0] = np.nan  # beyond what the lens sees
+        return seen
+
+    def recorded_depth(self) -> NDArray[np.float32] | None:
+        """Read the depth image in the pixels of the recorded image; otherwise as `depth`.
+
+        Raises:
+            ImageError, CaptureError: as for `depth`.
+
+        """
         if self.depth_path is None:
             return None
         if self.depth_scale_m is None:
@@ -159,10 +206,7 @@ class CaptureView:
                 f"{self.depth_path}: nothing says what one unit is in metres; give depth_scale_m, "
                 "such as 0.001 for millimetres"
             )
-        depth = read_depth(self.depth_path, self.lens.size_px, self.depth_scale_m)
-        seen = self.ideal.maps().depth(depth).astype(np.float32)
-        seen[seen == 0.0] = np.nan  # beyond what the lens sees
-        return seen
+        return read_depth(self.depth_path, self.lens.size_px, self.depth_scale_m)
 
     def view(self) -> View:
         """Read the mask and join it with the camera and its pose, ready for modelling.
@@ -172,7 +216,8 @@ class CaptureView:
 
         """
         mask = self.mask()
-        with located(self.name if self.given_mask is not None else str(self.mask_path)):
+        told = self.given_mask is not None or self.recorded_mask is not None
+        with located(self.name if told else str(self.mask_path)):
             return View(camera=self.camera, world_from_camera=self.world_from_camera, mask=mask)
 
 

@@ -1,9 +1,14 @@
 """Finds the object that a target means in its image."""
 
+from dataclasses import dataclass, replace
+
 import numpy as np
 
-from servoid.errors import TargetError, located
-from servoid.observe.growth import grow_from_box, grow_from_click
+from servoid.errors import DoubtError, TargetError, located
+from servoid.observe.answers import CLEAR, HAND_PX, STEADY, Answers
+from servoid.observe.boxes import Corners, grow_from_box, larger, pixels_in
+from servoid.observe.clicks import grow_from_click
+from servoid.observe.doubts import Depth, far_sides, is_thin, parted_by_depth, thickness_left
 from servoid.observe.hue import hue_planes, match_image
 from servoid.observe.images import read_image, read_mask
 from servoid.observe.segment import Image, Mask, check_image
@@ -22,31 +27,83 @@ _DEEPEST_SHADOW = 0.45
 _BRIGHTEST = 1.15
 
 
-def find_object(target: Target, image: Image) -> Mask:
+@dataclass(frozen=True, eq=False)
+class Found:
+    """What a target means in its image, and how sure that is.
+
+    `mask` is (H, W) uint8, 255 on the object. `doubt` says why it may be another object, None if
+    nothing speaks against it; `answers` are then the masks between which a person must choose, of
+    which `mask` is the first. `notes` are what a person should know in any case.
+    """
+
+    mask: Mask
+    answers: tuple[Mask, ...]
+    doubt: str | None = None
+    notes: tuple[str, ...] = ()
+
+
+def find_object(
+    target: Target, image: Image, depth: Depth | None = None, *, trusted: bool = False
+) -> Mask:
     """Find the object that a target means in an image: the mask, (H, W) uint8, 255 on the object.
 
     Args:
         target: a mask, a box, a click, a hue window or a picture of the empty background; which
             view it is meant for is the caller's business.
         image: (H, W, 3) uint8, RGB.
+        depth: what a depth camera saw in the same pixels, if there is one.
+        trusted: use the mask that is most likely, even if another object may be meant.
 
     Raises:
+        DoubtError: another object may be meant: the target moved by 3 px finds another one, or
+            several are as likely, or depth parts it.
         TargetError: the target lies outside the image, or finds nothing or everything.
         MaskError: the file of a mask cannot be read or has another size than the image.
         ImageError: the same for the picture of a background.
 
     """
+    found = seek_object(target, image, depth)
+    return found.mask if trusted else undoubted(found, target, image)
+
+
+def undoubted(found: Found, target: Target, image: Image) -> Mask:
+    """Return the mask that was found for a target in an image, if there is no doubt about it.
+
+    Raises:
+        DoubtError: there is.
+
+    """
+    if found.doubt is None:
+        return found.mask
+    message = f"the target '{target}': {found.doubt}; {_CURES[type(target)]}"
+    raise DoubtError(message, image, found.answers)
+
+
+def seek_object(target: Target, image: Image, depth: Depth | None = None) -> Found:
+    """Find the object that a target means in an image, and say how sure that is.
+
+    Arguments and errors are those of `find_object`; what is doubtful raises nothing here.
+    """
     check_image(image)
     with located(f"the target '{target}'"):
-        mask = _find(target, image)
-        if not mask.any():
+        if depth is not None and depth.metres.shape != image.shape[:2]:
+            raise TargetError(
+                f"the depth image has the shape {depth.metres.shape}, the image "
+                f"{image.shape[:2]}; give depth in the pixels of the image"
+            )
+        found = _find(target, image)
+        if not found.mask.any():
             raise TargetError(_nothing_found(target, image))
-        if mask.all():
+        if found.mask.all():
             raise TargetError(
                 "the whole image was taken for the object; some of the background must be seen, "
                 f"so {_REMEDIES[type(target)]}"
             )
-    return mask
+    parting = None if depth is None else parted_by_depth(found.mask, depth)
+    if parting is None:
+        return found
+    doubt = parting.words if found.doubt is None else f"{found.doubt}; and {parting.words}"
+    return replace(found, doubt=doubt, answers=(*found.answers, parting.near, parting.far))
 
 
 _REMEDIES: dict[type, str] = {
@@ -57,34 +114,96 @@ _REMEDIES: dict[type, str] = {
     BackgroundTarget: "take the picture of the empty place with the same camera, pose and exposure",
 }
 
+_CURES: dict[type, str] = {
+    MaskTarget: "draw a mask that covers the object and nothing else",
+    BoxTarget: "draw a box that nearly touches the object on all four sides, or give a mask",
+    ClickTarget: "draw a box around the object, or give a mask",
+    HueTarget: "choose a narrower hue window, or give a mask",
+    BackgroundTarget: "give a mask, or a box around the object",
+}
 
-def _find(target: Target, image: Image) -> Mask:
+
+def _find(target: Target, image: Image) -> Found:
     size_px = image.shape[1], image.shape[0]
     match target:
         case MaskTarget(path=path):
-            return read_mask(path, size_px)
+            return _drawn(read_mask(path, size_px))
         case BackgroundTarget(path=path):
-            return changed_part(image, read_image(path, size_px))
+            return _alone(changed_part(image, read_image(path, size_px)))
         case HueTarget():
-            return hue_part(image, target)
+            return _alone(hue_part(image, target))
         case BoxTarget():
-            return grow_from_box(image, _box_mask(target, size_px))
-        case ClickTarget(u=u, v=v):
-            if not (-0.5 <= u < size_px[0] - 0.5 and -0.5 <= v < size_px[1] - 0.5):
-                raise TargetError(
-                    f"the click lies outside the image, which has u from 0 to {size_px[0] - 1} "
-                    f"and v from 0 to {size_px[1] - 1}"
-                )
-            return grow_from_click(image, u, v)
+            return _in_box(image, target)
+        case ClickTarget():
+            return _at_click(image, target)
 
 
-def _box_mask(box: BoxTarget, size_px: tuple[int, int]) -> Mask:
-    width, height = size_px
-    columns = np.arange(width)
-    rows = np.arange(height)
-    inside = ((rows >= box.v0 - 0.5) & (rows <= box.v1 + 0.5))[:, None] & (
-        (columns >= box.u0 - 0.5) & (columns <= box.u1 + 0.5)
+def _alone(mask: Mask) -> Found:
+    return Found(mask, (mask,))
+
+
+def _drawn(mask: Mask) -> Found:
+    if not mask.any() or not is_thin(mask):
+        return _alone(mask)
+    return Found(
+        mask,
+        (mask,),
+        f"the mask is a line and no area: it keeps {100.0 * thickness_left(mask):.0f} % of its "
+        f"pixels if its border is moved by {HAND_PX:.0f} px, and half is needed",
     )
+
+
+def _in_box(image: Image, target: BoxTarget) -> Found:
+    box = (target.u0, target.v0, target.u1, target.v1)
+    _check_box(pixels_in(box, image.shape))
+    answers = grow_from_box(image, box)
+    mask = answers.sharp(image)
+    mask[pixels_in(larger(box), image.shape) == 0] = 0
+    return replace(
+        _found(image, mask, answers, "a box moved"),
+        notes=_far_away(mask, box) if mask.any() else (),
+    )
+
+
+def _at_click(image: Image, target: ClickTarget) -> Found:
+    height, width = image.shape[:2]
+    if not (-0.5 <= target.u < width - 0.5 and -0.5 <= target.v < height - 0.5):
+        raise TargetError(
+            f"the click lies outside the image, which has u from 0 to {width - 1} and v from 0 to "
+            f"{height - 1}"
+        )
+    answers = grow_from_click(image, target.u, target.v)
+    return _found(image, answers.sharp(image), answers, "a click moved")
+
+
+def _found(image: Image, mask: Mask, answers: Answers, moved: str) -> Found:
+    doubt = None
+    if answers.steadiness < STEADY:
+        doubt = (
+            f"{moved} by {HAND_PX:.0f} px finds another object: its mask overlaps the most common "
+            f"one by {answers.steadiness:.2f} (intersection over union), and {STEADY} is needed"
+        )
+    elif answers.clearness < CLEAR:
+        doubt = (
+            "several objects fit it about as well: their masks overlap the most common one by "
+            f"{answers.clearness:.2f} on average (intersection over union), and {CLEAR} is needed"
+        )
+    return Found(mask, (mask, *answers.shown(image.shape)[1:]), doubt)
+
+
+def _far_away(mask: Mask, box: Corners) -> tuple[str, ...]:
+    sides = far_sides(mask, box)
+    if not sides:
+        return ()
+    names = " and ".join((", ".join(sides[:-1]), sides[-1]) if len(sides) > 1 else sides)
+    return (
+        f"the object that was found does not reach the {names} of its box; if a part of it is "
+        "missing, draw the box closer around it",
+    )
+
+
+def _check_box(inside: Mask) -> None:
+    height, width = inside.shape
     if not inside.any():
         raise TargetError(
             f"the box lies outside the image, which has u from 0 to {width - 1} and v from 0 to "
@@ -95,7 +214,6 @@ def _box_mask(box: BoxTarget, size_px: tuple[int, int]) -> Mask:
             "the box covers the whole image, so nothing shows the background; draw it closer "
             "around the object, or give a mask"
         )
-    return np.where(inside, 255, 0).astype(np.uint8)
 
 
 def hue_part(image: Image, window: HueTarget) -> Mask:

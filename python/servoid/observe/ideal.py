@@ -5,6 +5,7 @@ from pathlib import Path
 from threading import Lock
 
 import numpy as np
+from numpy.typing import NDArray
 
 from servoid._native import Camera, Lens, Pose
 from servoid.errors import located
@@ -18,12 +19,12 @@ class Ideal:
     """The pinhole camera that sees what a lens saw, without its distortion.
 
     Views that share an `Ideal` share its maps. A fisheye lens sees more than a pinhole can, so its
-    pinhole looks at the object: `mask_path` says where that is.
+    pinhole looks at the object: `mask` says where that is, a file or (H, W) in the lens's pixels.
     """
 
-    def __init__(self, lens: Lens, mask_path: Path | None = None) -> None:
+    def __init__(self, lens: Lens, mask: Path | NDArray[np.uint8] | None = None) -> None:
         self.lens = lens
-        self._mask_path = mask_path if needs_object(lens) else None
+        self._mask = mask if needs_object(lens) else None
         self._lock = Lock()
 
     @cached_property
@@ -42,12 +43,14 @@ class Ideal:
             return _maps(self)
 
     def _undistortion(self) -> Undistortion:
-        if self._mask_path is None:
+        if self._mask is None:
             return undistortion(self.lens)
-        rows, columns = np.nonzero(read_mask(self._mask_path, self.lens.size_px))
+        of_file = isinstance(self._mask, Path)
+        mask = read_mask(self._mask, self.lens.size_px) if of_file else self._mask
+        rows, columns = np.nonzero(mask)
         if len(rows) == 0:  # joining the view with an empty mask says what is wrong
             return undistortion(self.lens)
-        with located(str(self._mask_path)):
+        with located(str(self._mask) if of_file else "the object"):
             return undistortion(self.lens, np.stack([columns, rows], axis=1).astype(np.float64))
 
 

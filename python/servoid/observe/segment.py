@@ -43,6 +43,14 @@ class Window:
         small_px = max(1, round(shrink * width)), max(1, round(shrink * height))
         return cls(rows, columns, small_px)
 
+    @classmethod
+    def whole(cls, shape: tuple[int, ...], longest_px: int) -> "Window":
+        """Frame a whole image of a shape (H, W, ...)."""
+        height, width = shape[:2]
+        shrink = min(1.0, longest_px / max(height, width))
+        small_px = max(1, round(shrink * width)), max(1, round(shrink * height))
+        return cls(slice(0, height), slice(0, width), small_px)
+
     def small(self, pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:
         """Cut the window out and shrink it, each new pixel the mean of those it covers."""
         import cv2

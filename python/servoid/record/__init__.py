@@ -1,5 +1,6 @@
 """Recording: estimates become files, and files trajectories."""
 
+from servoid.record.answers import draw_answers
 from servoid.record.looks import write_looks
 from servoid.record.overlay import Overlay
 from servoid.record.servo_log import write_servo_log, write_servo_times
@@ -22,6 +23,7 @@ __all__ = [
     "Waypoint",
     "check_suffix",
     "check_video",
+    "draw_answers",
     "image_video",
     "overlay_video",
     "read_trajectory",

@@ -40,6 +40,9 @@ class CaptureCase(msgspec.Struct, frozen=True, kw_only=True):
     distance: Annotated[float | None, Meta(description="of the object, for one image alone, m")] = (
         None
     )
+    trust_targets: Annotated[
+        bool, Meta(description="use targets that may mean several objects")
+    ] = False
     max_ellipsoids: int | None = None
     delta: float | None = None
     seed: int | None = None
@@ -68,7 +71,11 @@ def model_capture(case: CaptureCase) -> CaptureRow:
     capture = open_any(case.capture)
     targets = [parse_target(text) for text in case.targets]
     request = Request(
-        max_ellipsoids=case.max_ellipsoids, delta=case.delta, seed=case.seed, threads=1
+        max_ellipsoids=case.max_ellipsoids,
+        delta=case.delta,
+        seed=case.seed,
+        threads=1,
+        trust_targets=case.trust_targets,
     )
     instants = None if case.observations is None else slice(*case.observations)
     chosen = {"observations": instants, "views": slice(*case.views)}

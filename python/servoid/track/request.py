@@ -60,7 +60,8 @@ class Request:
     that the first observation did not show, and those that were given do not. `evolve_every` is how
     many observations pass until a body may evolve again. `distance_m` is how far an object
     is in the first observation, which one image without depth does not say. `maker` makes the
-    trackers, if not the method's own. `progress` hears of the modelling that may come first.
+    trackers, if not the method's own. With `trust_targets` a target that may mean several objects
+    is used all the same. `progress` hears of the modelling that may come first.
     """
 
     method: Method = Method.REGION
@@ -76,6 +77,7 @@ class Request:
     observations: slice = field(default_factory=lambda: slice(None))
     every: int = 1
     distance_m: float | None = None
+    trust_targets: bool = False
     maker: Maker | None = None
     progress: Callable[[Progress], None] | None = None
 

@@ -98,6 +98,7 @@ def begin(capture: Capture, instant: Instant, subject: Subject, request: Request
     Raises:
         TrackError: nothing says where a known body is, it does not fit its mask, or a setting is
             out of range.
+        DoubtError: a target may mean several objects, and the request does not trust it.
         TargetError: nothing says where the object is, or it is not found.
         ModelError, CameraError, ImageError, MaskError: as for `model.fit_capture`.
 
@@ -166,7 +167,9 @@ def _looks_otherwise(make: Callable[[], Follower], instant: Instant, subject: Su
 def _look(capture: Capture, instant: Instant, subject: Subject, request: Request) -> _Known:
     usable = _usable(capture, instant)
     only = slice(instant.index, instant.index + 1)
-    asked = model.Request(seed=request.seed, progress=request.progress)
+    asked = model.Request(
+        seed=request.seed, trust_targets=request.trust_targets, progress=request.progress
+    )
     if subject.body is None:
         made = model.fit_capture(
             usable,
@@ -178,21 +181,22 @@ def _look(capture: Capture, instant: Instant, subject: Subject, request: Request
         masks = _masks(usable, made.used_views)
         return _Known(made.body, made.body.world_from_object, masks, made.colors, made.all_notes)
     masks: Masks | None = None
+    notes: tuple[str, ...] = ()
     if subject.targets or any(view.index == instant.index for view in usable.views()):
         # A mask in one camera alone does not say how far the object is.
-        views = (
-            model.mark_everywhere(usable, asked, targets=subject.targets, observations=only)
-            if subject.start is None
-            else mark(usable, subject.targets, only).views
-        )
+        if subject.start is None:
+            views = model.mark_everywhere(usable, asked, targets=subject.targets, observations=only)
+        else:
+            marked = mark(usable, subject.targets, only, trusted=request.trust_targets)
+            views, notes = marked.views, marked.notes
         masks = _masks(usable, views)
     start = subject.start
     if masks is not None and start is not None:
         there = _touches(capture, instant, placed(subject.body, start), masks)
         if not there:
-            return _Known(subject.body, start, None, subject.colors, (_ELSEWHERE,))
+            return _Known(subject.body, start, None, subject.colors, (*notes, _ELSEWHERE))
     pose = start or _placed(capture, instant, subject, masks, request.seed)
-    return _Known(subject.body, pose, masks, subject.colors)
+    return _Known(subject.body, pose, masks, subject.colors, notes)
 
 
 def _touches(capture: Capture, instant: Instant, body: Body, masks: Masks) -> bool:

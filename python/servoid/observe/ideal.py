@@ -45,12 +45,14 @@ class Ideal:
     def _undistortion(self) -> Undistortion:
         if self._mask is None:
             return undistortion(self.lens)
-        of_file = isinstance(self._mask, Path)
-        mask = read_mask(self._mask, self.lens.size_px) if of_file else self._mask
+        if isinstance(self._mask, Path):
+            place, mask = str(self._mask), read_mask(self._mask, self.lens.size_px)
+        else:
+            place, mask = "the object", self._mask
         rows, columns = np.nonzero(mask)
         if len(rows) == 0:  # joining the view with an empty mask says what is wrong
             return undistortion(self.lens)
-        with located(str(self._mask) if of_file else "the object"):
+        with located(place):
             return undistortion(self.lens, np.stack([columns, rows], axis=1).astype(np.float64))
 
 

@@ -1,7 +1,9 @@
 """Find the objects of the research captures from a box and from clicks, and compare with masks.
 
 Prints one line a capture: intersection over union for boxes 5 % larger than the mask and for
-clicks inside it, and the milliseconds that one growth of a mask takes. Skips what is not there.
+clicks inside it, with a ? after what is refused; and the milliseconds that one growth of a mask, a
+box and a click take. Then, of boxes that differ by 3 px, how many are refused, and how well the
+masks of the others agree. Skips what is not there.
 """
 
 import time
@@ -11,19 +13,30 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from servoid.errors import TargetError
 from servoid.observe import (
     BoxTarget,
     CaptureView,
     ClickTarget,
     Target,
-    find_object,
     grow_mask,
     open_capture,
+    seek_object,
 )
 
 DATA = Path(__file__).resolve().parents[2] / "shared" / "data"
 CAPTURES = {"photos": ("skull", "temple", "blowtorch"), "stereo": ("mustard", "drill", "teabox")}
+ALONE = {
+    "real": ("cube_hand",),
+    "mono": ("dragon_red",),
+    "hard": ("bleach_turn", "mug_sway", "mustard_half", "sugar_jump"),
+}
 VIEWS = 6
+SLACKS = (0.0, 0.05, 0.15, 0.3)  # by which a box is larger than the object, on each side
+MOVES = (
+    (0, 0, 0, 0), (-3, -3, 3, 3), (3, 3, -3, -3), (3, 3, 3, 3), (-3, -3, -3, -3), (3, -3, 3, -3),
+    (-3, 3, -3, 3),
+)  # fmt: skip
 
 Mask = NDArray[np.uint8]
 
@@ -33,11 +46,12 @@ def overlap(one: Mask, other: Mask) -> float:
     return float(((one > 0) & (other > 0)).sum() / ((one > 0) | (other > 0)).sum())
 
 
-def box(mask: Mask) -> Target:
+def box(mask: Mask, slack: float = 0.05, move: tuple[int, ...] = MOVES[0]) -> Target:
     """Draw a box around a mask, 5 % of its size larger on each side."""
     rows, columns = np.nonzero(mask)
-    du, dv = 0.05 * np.ptp(columns), 0.05 * np.ptp(rows)
-    return BoxTarget(columns.min() - du, rows.min() - dv, columns.max() + du, rows.max() + dv)
+    du, dv = slack * np.ptp(columns), slack * np.ptp(rows)
+    corners = columns.min() - du, rows.min() - dv, columns.max() + du, rows.max() + dv
+    return BoxTarget(*(corner + by for corner, by in zip(corners, move, strict=True)))
 
 
 def clicks(mask: Mask) -> list[Target]:
@@ -47,6 +61,70 @@ def clicks(mask: Mask) -> list[Target]:
     other = np.random.default_rng(0).integers(len(rows))
     v, u = np.unravel_index(depth.argmax(), depth.shape)
     return [ClickTarget(int(u), int(v)), ClickTarget(int(columns[other]), int(rows[other]))]
+
+
+def score(target: Target, image: NDArray[np.uint8], mask: Mask) -> str:
+    """Compare what a target finds with a mask; mark what is doubtful."""
+    found = seek_object(target, image)
+    return f"{overlap(found.mask, mask):.2f}{'' if found.doubt is None else '?'}"
+
+
+def steadiness(view: CaptureView) -> list[tuple[int, list[float]]]:
+    """Say for each slack how many moved boxes are accepted, and how each two of them agree."""
+    image, mask = view.image(), view.mask()
+    told = []
+    for slack in SLACKS:
+        found = [sought(box(mask, slack, move), image) for move in MOVES]
+        sure = [one for one in found if one is not None]
+        pairs = [overlap(one, other) for at, one in enumerate(sure) for other in sure[:at]]
+        told.append((len(sure), pairs))
+    return told
+
+
+def sought(target: Target, image: NDArray[np.uint8]) -> Mask | None:
+    """Return what a target finds; None if it is refused."""
+    try:
+        found = seek_object(target, image)
+    except TargetError:
+        return None
+    return found.mask if found.doubt is None else None
+
+
+def print_steadiness() -> None:
+    """Print one line a capture, and one for all."""
+    whole: list[float] = []
+    accepted = asked = 0
+    for kind, names in {**CAPTURES, **ALONE}.items():
+        for name in names:
+            folder = DATA / kind / name
+            if not folder.is_dir():
+                print(f"{name}: not there, skipped")
+                continue
+            told = steadiness(open_capture(folder).views()[0])
+            words = [
+                f"{slack:.0%} larger: {count} of {len(MOVES)} accepted"
+                + (f", agree to {min(pairs):.2f}" if pairs else "")
+                for slack, (count, pairs) in zip(SLACKS, told, strict=True)
+            ]
+            print(f"{name}: {'; '.join(words)}")
+            whole += [pair for _, pairs in told for pair in pairs]
+            accepted += sum(count for count, _ in told)
+            asked += len(told) * len(MOVES)
+    if whole:
+        print(
+            f"boxes moved by 3 px: {accepted} of {asked} accepted; these agree to {min(whole):.2f} "
+            f"at worst, {np.median(whole):.2f} in the median"
+        )
+
+
+def target_ms(target: Target, image: NDArray[np.uint8]) -> float:
+    """Time a target."""
+    times = []
+    for _ in range(3):
+        start = time.perf_counter()
+        sought(target, image)
+        times.append(time.perf_counter() - start)
+    return 1000.0 * min(times)
 
 
 def growth_ms(view: CaptureView, mask: Mask) -> float:
@@ -75,17 +153,18 @@ def main() -> None:
             views = views[:: max(1, len(views) // VIEWS)][:VIEWS]
             masks = [view.mask() for view in views]
             pairs = list(zip(views, masks, strict=True))
-            boxed = [overlap(find_object(box(mask), view.image()), mask) for view, mask in pairs]
+            boxed = [score(box(mask), view.image(), mask) for view, mask in pairs]
             clicked = [
-                overlap(find_object(click, view.image()), mask)
-                for view, mask in pairs
-                for click in clicks(mask)
+                score(click, view.image(), mask) for view, mask in pairs for click in clicks(mask)
             ]
+            image = views[0].image()
             print(
-                f"{name}: box {' '.join(f'{one:.2f}' for one in boxed)}, "
-                f"clicks {' '.join(f'{one:.2f}' for one in clicked)}, "
-                f"growth {growth_ms(*pairs[0]):.0f} ms"
+                f"{name}: box {' '.join(boxed)}, clicks {' '.join(clicked)}, "
+                f"growth {growth_ms(*pairs[0]):.0f} ms, "
+                f"box {target_ms(box(masks[0]), image):.0f} ms, "
+                f"click {target_ms(clicks(masks[0])[0], image):.0f} ms"
             )
+    print_steadiness()
 
 
 if __name__ == "__main__":

@@ -10,13 +10,14 @@ from servoid.observe.segment import Image, Mask, Window, grow_mask, refine_borde
 HAND_PX = 3.0
 """By how much a person may miss what is meant with a box, a click or a mask, in pixels."""
 
-STEADY = 0.92
+STEADY = 0.94
 """The least overlap of each answer with what most of them say."""
 
-CLEAR = 0.82
+CLEAR = 0.8
 """The least overlap of all that may be meant with it, on average."""
 
 _DIFFERENT = 0.9  # overlap below which two answers are shown as two
+_NO_OTHER = 0.9  # overlap above which a sharp mask is still the rough one
 _MOST_SHOWN = 4
 _COARSE = 1.5  # pixels of the small image by which its cut may miss a border
 
@@ -63,7 +64,7 @@ class Answers:
         if not rough.any() or (possible != 0).all():
             return rough
         grown = grow_mask(image, np.asarray(certain, np.uint8), possible, likely=rough, rounds=2)
-        return grown if overlap(grown, rough) > STEADY else rough
+        return grown if overlap(grown, rough) > _NO_OTHER else rough
 
     def shown(self, shape: tuple[int, ...]) -> tuple[Mask, ...]:
         """Return the answers that differ, in an image's size; what most say is the first."""

@@ -177,18 +177,23 @@ def _at_click(image: Image, target: ClickTarget) -> Found:
 
 
 def _found(image: Image, mask: Mask, answers: Answers, moved: str) -> Found:
-    doubt = None
+    doubt, clearness = None, _floor(answers.clearness)
     if answers.steadiness < STEADY:
         doubt = (
             f"{moved} by {HAND_PX:.0f} px finds another object: its mask overlaps the most common "
-            f"one by {answers.steadiness:.2f} (intersection over union), and {STEADY} is needed"
+            f"one by {_floor(answers.steadiness)} (intersection over union), and {STEADY} is needed"
         )
     elif answers.clearness < CLEAR:
         doubt = (
             "several objects fit it about as well: their masks overlap the most common one by "
-            f"{answers.clearness:.2f} on average (intersection over union), and {CLEAR} is needed"
+            f"{clearness} on average (intersection over union), and {CLEAR} is needed"
         )
     return Found(mask, (mask, *answers.shown(image.shape)[1:]), doubt)
+
+
+def _floor(share: float) -> str:
+    """Write a share with two digits, never a larger one: what is too little must look so."""
+    return f"{int(100.0 * share) / 100.0:.2f}"
 
 
 def _far_away(mask: Mask, box: Corners) -> tuple[str, ...]:

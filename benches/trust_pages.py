@@ -55,7 +55,7 @@ def grouped(rows: Sequence[Row], name_of: Callable[[Row], str]) -> dict[str, Row
 
 def table(title: str, rows: dict[str, Row]) -> str:
     """Write rows as a page shows them: shares in per cent, medians and worst over the runs."""
-    lines = [(title, *TITLES, *FURTHER)]
+    lines: list[tuple[str, ...]] = [(title, *TITLES, *FURTHER)]
     for name, row in rows.items():
         shares = (row.tracked_percent, row.right_percent)
         shares = (*shares, float(np.median(row.wrong_percent)), max(row.wrong_percent))

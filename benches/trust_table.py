@@ -115,6 +115,7 @@ def row_of(key: Key, runs: Sequence[Verdicts]) -> Row:
 def joined(key: Key, rows: Iterable[Row]) -> Row:
     """Join rows to one; ADD is then the median of theirs."""
     rows = list(rows)
+    adds = [one.add_mm for one in rows if not np.isnan(one.add_mm)]
 
     def total(part: Callable[[Row], Counts]) -> Counts:
         return tuple(np.sum([part(one) for one in rows], axis=0).tolist())
@@ -130,7 +131,7 @@ def joined(key: Key, rows: Iterable[Row]) -> Row:
         wrong=strung(lambda one: one.wrong),
         longest=strung(lambda one: one.longest),
         found_after=strung(lambda one: one.found_after),
-        add_mm=float(np.nanmedian([one.add_mm for one in rows])),
+        add_mm=float(np.median(adds)) if adds else np.nan,
         told=total(lambda one: one.told),
         told_right=total(lambda one: one.told_right),
         tracking=total(lambda one: one.tracking),

@@ -82,7 +82,8 @@ def coarse(capture: Capture, _seed: int, _folder: Path) -> Capture:
 
     def paint(image: Image, _number: int, _index: int) -> Image:
         data = np.frombuffer(encode(".jpg", image, QUALITY), np.uint8)
-        return np.ascontiguousarray(cv2.imdecode(data, cv2.IMREAD_COLOR)[..., ::-1], np.uint8)
+        stored = np.asarray(cv2.imdecode(data, cv2.IMREAD_COLOR), np.uint8)
+        return np.ascontiguousarray(stored[..., ::-1])
 
     return painted(capture, paint)
 

@@ -91,7 +91,7 @@ class Course:
             angles = [np.radians(self.turned_deg(index)) for index in range(self.images)]
             turns = [Pose.exp([0.0, 0.0, 0.0, *(angle * axis)]) for angle in angles]
             ways = zip(made.world_from_objects, turns, strict=True)
-            made.world_from_objects = [way @ turn for way, turn in ways]
+            made.world_from_objects = tuple(way @ turn for way, turn in ways)
         return made
 
 

@@ -17,7 +17,7 @@ from servoid.track import Tracked
 
 WRONG_M, WRONG_SHARE, WRONG_RAD = 0.02, 0.1, np.radians(15.0)
 SCALES = np.exp(np.linspace(-0.5, 0.5, 41))  # that are tried where one camera leaves it open
-POINTS = 2000  # of a mesh's vertices that are compared
+POINTS, FEW = 2000, 200  # of a mesh's vertices that are compared, and for a scale
 CAPPED_M = 0.05  # errors above do not count for a scale
 
 Floats = NDArray[np.float64]
@@ -130,7 +130,7 @@ def _scale(found: Sequence[Pose], true: Sequence[Pose], points: Floats, tracking
     some, their = [found[place] for place in chosen], [true[place] for place in chosen]
 
     def cost(scale: float) -> float:
-        add = _errors([_shrunk(one, scale) for one in some], their, points[::10]).add
+        add = _errors([_shrunk(one, scale) for one in some], their, points[:FEW]).add
         return float(np.median(np.minimum(add, CAPPED_M)))
 
     return min(map(float, SCALES), key=cost) if len(places) else 1.0

@@ -64,10 +64,15 @@ def table(title: str, rows: dict[str, Row]) -> str:
             (
                 *(name, str(sum(row.images)), *(f"{one:.1f}" for one in shares)),
                 *(str(max(row.longest)), str(len(row.found_after)), str(len(row.found)), after),
-                *(f"{row.add_mm:.1f}", *(f"{one:.0f}" for one in row.covered_percent)),
+                *(shown(row.add_mm, 1), *(shown(one, 0) for one in row.covered_percent)),
             )
         )
     return "".join("\t".join(line) + "\n" for line in lines)
+
+
+def shown(number: float, digits: int) -> str:
+    """Write a number, or a dash where there is none."""
+    return "-" if np.isnan(number) else f"{number:.{digits}f}"
 
 
 def picture(whole: Row, rows: dict[str, Row]) -> bytes:

@@ -76,8 +76,11 @@ class Row:
 
     @property
     def covered_percent(self) -> list[float]:
-        """Return the share that the covariance covers: of places, of turns, and of both."""
-        return [100.0 * one / max(self.right, 1) for one in self.covered]
+        """Return the share that the covariance covers: of places, of turns, and of both.
+
+        They are NaN where nothing was tracked rightly.
+        """
+        return [100.0 * one / self.right if self.right else np.nan for one in self.covered]
 
 
 def row_of(key: Key, runs: Sequence[Verdicts]) -> Row:

@@ -3,11 +3,13 @@ SHELL := bash
 .SHELLFLAGS := -euo pipefail -c
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help demo samples test test-extended test-all lint bench docs clean prerequisites
+.PHONY: help demo samples test test-extended test-all lint bench trust docs clean prerequisites
 
 PYTHON ?= python3
 CARGO ?= cargo
 BIN := .venv/bin
+# What the scripts share, and what has a target of its own.
+NO_BENCHES := benches/sequences.py benches/variants.py $(wildcard benches/trust*.py)
 # A file's tests stay together, as they share what is drawn for them.
 PYTEST := $(BIN)/python -m pytest --numprocesses auto --maxprocesses 4 --dist loadfile
 
@@ -59,7 +61,10 @@ lint: .venv/.package ## check formatting, warnings, types, and the stub of the n
 
 bench: .venv/.package ## measure speed
 	$(CARGO) bench -p servoid
-	@for script in $(filter-out benches/sequences.py,$(wildcard benches/*.py)); do echo "$$script"; $(BIN)/python "$$script"; done
+	@for script in $(filter-out $(NO_BENCHES),$(wildcard benches/*.py)); do echo "$$script"; $(BIN)/python "$$script"; done
+
+trust: .venv/.package ## measure how far the tracker's words can be trusted; takes hours
+	$(BIN)/python benches/trust.py
 
 docs: .venv/.package .venv/.docs ## build the documentation in docs/_build
 	$(BIN)/sphinx-build -W --keep-going -q -b html docs docs/_build

@@ -24,6 +24,7 @@ from servoid import model
 from servoid.exchange import open_any
 from servoid.model import fit_sights, sights_of_cloud
 from servoid.observe import Capture, Instant
+from servoid.observe.instants import poses_of
 from servoid.pose import Pose
 from servoid.record import waypoints, write_trajectory
 from servoid.shape import Body
@@ -33,6 +34,8 @@ SHARED = Path(__file__).resolve().parents[2] / "shared"
 SCORER = SHARED / "tools" / "score_track.py"
 STEREO = ("stereo/mustard", "stereo/drill", "stereo/mustard_hand", "stereo/teabox")
 MONO = ("mono/dragon_red",)
+HARD = ("hard/bleach_turn", "hard/mug_sway", "hard/mustard_half", "hard/sugar_jump")
+REAL = ("real/cube_hand",)  # of one camera
 SURFACE_POINTS = 8000
 
 _LINE = re.compile(
@@ -67,7 +70,8 @@ class Recording:
 
     @cached_property
     def _truth(self) -> list[dict[str, str]]:
-        with (self.folder / "truth" / "left_from_object.csv").open() as file:
+        (path,) = (self.folder / "truth").glob("*_from_object.csv")
+        with path.open() as file:
             return list(csv.DictReader(file))
 
     def left_from_mesh(self, index: int) -> Pose:
@@ -80,6 +84,16 @@ class Recording:
         """Return the true pose of the mesh in the world."""
         instant = next(self.instants([index]))
         return instant.world_from_camera[0] @ self.left_from_mesh(index)
+
+    @cached_property
+    def true_poses(self) -> list[Pose | None]:
+        """Return world_from_mesh of each observation, None where the truth is not known."""
+        return [
+            poses_of(self.capture, one)[0] @ self.left_from_mesh(one.index)
+            if self._truth[one.index].get("valid", "1") == "1"
+            else None
+            for one in self.capture.observations()
+        ]
 
     def instants(self, indices: Iterable[int] | None = None) -> Iterator[Instant]:
         """Read observations, all of them or those of some indices."""

@@ -1,0 +1,87 @@
+"""Courses that lead a tracker to be wrongly sure, and how often it is."""
+
+import tempfile
+from collections.abc import Sequence
+from functools import cache, partial
+from pathlib import Path
+
+import numpy as np
+from scene_table import Figures, Scene, scene
+from trust_scenes import COURSES, write_course
+from trust_verdicts import Verdicts, verdicts
+
+from servoid.observe import open_capture
+from servoid.pose import Pose
+from servoid.record import read_trajectory
+from servoid.study.tracking.trial import known_of
+from servoid.track import Request, Subject, track_capture
+
+ELLIPSOIDS = 5
+MOST = {"wrong": "%", "wrong in a row": "images"}
+LEAST = {"right": "%"}
+KNOWN, LOOKED_AT = "known", "looked at"  # a body of many views, or one of the first look
+OPEN = {"plain"}  # where the law does not hold yet, so that only its figures are kept
+
+
+@cache
+def _shelf() -> tempfile.TemporaryDirectory[str]:
+    return tempfile.TemporaryDirectory()
+
+
+@cache
+def drawn_course(name: str, seed: int) -> Path:
+    """Draw a course; it stays while the process runs."""
+    return write_course(Path(_shelf().name) / f"{name} {seed}", name, seed)
+
+
+def true_poses(folder: Path) -> list[Pose]:
+    """Read where the object of a drawn course truly is, in the capture's world."""
+    points = read_trajectory(folder / "truth" / "left_from_object.csv")
+    return [point.world_from_object for point in points]
+
+
+def followed(name: str, how: str, seed: int, folder: Path | None = None) -> Verdicts:
+    """Track the object of a course, and judge the track."""
+    folder = drawn_course(name, seed) if folder is None else folder
+    course, truth = COURSES[name], true_poses(folder)
+    subject = Subject()
+    if how == KNOWN:
+        body = known_of(course.object_of(seed), ELLIPSOIDS).body
+        subject = Subject(body=body, start=truth[0] @ body.world_from_object)
+    result = track_capture(open_capture(folder), [subject], Request(seed=seed))[0]
+    return verdicts(result.tracked, truth, course.vertices(seed))
+
+
+def trust_figures(found: Verdicts) -> Figures:
+    """Say how often a track was right, and wrong and said to be tracked."""
+    return {
+        "wrong": 100.0 * float(np.mean(found.trusted_wrong)),
+        "wrong in a row": found.longest_wrong,
+        "right": 100.0 * float(np.mean(found.right)),
+    }
+
+
+def trusts_twice(figures: Figures) -> bool:
+    """Say whether a wrong pose was said to be tracked in two images in a row."""
+    return figures["wrong in a row"] > 1
+
+
+def never(_figures: Figures) -> bool:
+    """Say that nothing fails as a whole."""
+    return False
+
+
+def _course_scenes(names: Sequence[str]) -> dict[tuple[str, str], Scene]:
+    def run(name: str, how: str, seed: int, _folder: Path) -> Figures:
+        return trust_figures(followed(name, how, seed))
+
+    return {
+        (name, how): scene(
+            f"trust {name}, {how}", MOST, LEAST, never if name in OPEN else trusts_twice
+        )(partial(run, name, how))
+        for name in names
+        for how in (KNOWN, LOOKED_AT)
+    }
+
+
+TRUSTED = _course_scenes(list(COURSES))

@@ -1,0 +1,137 @@
+"""Draws what leads a tracker to be wrongly sure: turns, a board, leaps, and objects without print.
+
+A course is drawn as a capture with its truth, as the research recordings are laid out: a stereo
+pair, a mask in the first left image only, `truth/left_from_object.csv` and `truth/mesh.obj`.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from servoid.pose import Pose
+from servoid.record import Waypoint, write_trajectory
+from servoid.sim.surface import obj_text
+from servoid.study.modelling import design_of
+from servoid.study.tracking.cases import Eyes, Scene
+from servoid.study.tracking.footage import RATE_HZ, SetUp
+
+SMALL, FULL = (320, 240), (640, 480)
+PRINTED, PLAIN = ("bottle", "mug", "drill", "painted_ellipsoid"), ("plain_mug", "two_ellipsoids")
+NOISE, BASELINE_MM = 2.0, 100.0  # grey levels; from eye to eye
+TILT = 0.2  # of the axis of a turn, each way
+
+_CAMERA = """
+[[camera]]
+name = "{name}"
+images = "{name}/*.png"
+{masks}size_px = [{size[0]}, {size[1]}]
+model = "pinhole"
+focal_px = [{focal[0]!r}, {focal[1]!r}]
+center_px = [{center[0]!r}, {center[1]!r}]
+rig_from_camera = {pose}
+"""
+
+
+def on_and_on(index: int) -> float:
+    """Return how far an object has turned that turns on and on, in degrees: 4.5 an image."""
+    return 4.5 * max(index - 3, 0)
+
+
+def sway(index: int) -> float:
+    """Return how far an object has turned that turns to and fro, in degrees: up to 4 an image."""
+    return 50.0 * float(np.sin(0.08 * index))
+
+
+@dataclass(frozen=True)
+class Course:
+    """What happens to an object, and to which: objects take turns from seed to seed.
+
+    `way_mm` is how far its middle goes from image to image, `hidden` the share of it that a board
+    hides in the third quarter, and `turned_deg` how far it has turned about an axis that is nearly
+    upright.
+    """
+
+    objects: tuple[str, ...]
+    images: int
+    way_mm: float
+    hidden: float = 0.0
+    turned_deg: Callable[[int], float] | None = None
+
+    def object_of(self, seed: int) -> str:
+        """Return which object a seed shows."""
+        return self.objects[seed % len(self.objects)]
+
+    def vertices(self, seed: int) -> NDArray[np.float64]:
+        """Return the vertices (N, 3) of the object that a seed shows, in its own frame."""
+        return design_of(self.object_of(seed)).vertices
+
+    def set_up(self, seed: int, size_px: tuple[int, int]) -> SetUp:
+        """Return what a seed shows, ready to be drawn."""
+        scene = Scene(
+            object=self.object_of(seed),
+            way_mm=self.way_mm,
+            noise=NOISE,
+            light=1.0,
+            hidden=self.hidden,
+            baseline_mm=BASELINE_MM,
+            eyes=Eyes.VERGED,
+            images=self.images,
+            size_px=size_px,
+            seed=seed,
+        )
+        made = SetUp(scene)
+        if self.turned_deg is not None:
+            random = np.random.default_rng([seed, 11])
+            axis = np.array([0.0, 1.0, 0.0]) + random.uniform(-TILT, TILT, 3)
+            axis *= random.choice((-1.0, 1.0)) / np.linalg.norm(axis)
+            angles = [np.radians(self.turned_deg(index)) for index in range(self.images)]
+            turns = [Pose.exp([0.0, 0.0, 0.0, *(angle * axis)]) for angle in angles]
+            ways = zip(made.world_from_objects, turns, strict=True)
+            made.world_from_objects = tuple(way @ turn for way, turn in ways)
+        return made
+
+
+COURSES = {
+    "turn": Course(PRINTED, 60, 3.0, turned_deg=on_and_on),
+    "half hidden": Course(PRINTED, 48, 6.0, hidden=0.5),
+    "jump": Course(PRINTED, 40, 36.0),
+    "plain": Course(PLAIN, 60, 3.0, turned_deg=sway),
+}
+
+
+def write_course(folder: Path, name: str, seed: int, size_px: tuple[int, int] = SMALL) -> Path:
+    """Draw a course as a capture with its truth into a new folder; return the folder."""
+    made = COURSES[name].set_up(seed, size_px)
+    for inner in ("left", "right", "masks", "truth"):
+        (folder / inner).mkdir(parents=True)
+    _write_png(folder / "masks" / "0000.png", made.masks(0)[0])
+    for index in range(len(made.world_from_objects)):
+        for side, image in zip(("left", "right"), made.images(index), strict=True):
+            _write_png(folder / side / f"{index:04}.png", image[..., ::-1])
+    left = made.eyes[0].inverse()
+    poses = [left @ world_from_object for world_from_object in made.world_from_objects]
+    points = [Waypoint(index / RATE_HZ, pose) for index, pose in enumerate(poses)]
+    write_trajectory(folder / "truth" / "left_from_object.csv", points)
+    design = design_of(COURSES[name].object_of(seed))
+    (folder / "truth" / "mesh.obj").write_text(obj_text(design.vertices, design.faces))
+    tables = [
+        _CAMERA.format(
+            name=side,
+            masks='masks = "masks/*.png"\n' if side == "left" else "",
+            size=size_px,
+            focal=made.camera.focal_px,
+            center=made.camera.center_px,
+            pose=(left @ eye).matrix().tolist(),
+        )
+        for side, eye in zip(("left", "right"), made.eyes, strict=True)
+    ]
+    (folder / "capture.toml").write_text(f"version = 1\nrate_hz = {RATE_HZ}\n{''.join(tables)}")
+    return folder
+
+
+def _write_png(path: Path, pixels: NDArray[np.uint8]) -> None:
+    assert cv2.imwrite(str(path), np.ascontiguousarray(pixels))

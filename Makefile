@@ -3,15 +3,17 @@ SHELL := bash
 .SHELLFLAGS := -euo pipefail -c
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help demo samples test test-extended test-all lint bench trust docs clean prerequisites
+.PHONY: lint-rust lint-python help demo samples test test-extended test-all lint bench trust docs clean prerequisites
 
 PYTHON ?= python3
 CARGO ?= cargo
 BIN := .venv/bin
 # What the scripts share, and what has a target of its own.
 NO_BENCHES := benches/sequences.py benches/variants.py $(wildcard benches/trust*.py)
-# A file's tests stay together, as they share what is drawn for them.
-PYTEST := $(BIN)/python -m pytest --numprocesses auto --maxprocesses 4 --dist loadfile
+# A file's tests stay together, as they share what is drawn for them; files that take long go first,
+# in the order of tests/python/tiers.py, so that no worker waits for another in the end.
+PYTEST := $(BIN)/python -m pytest --numprocesses auto --maxprocesses 4 --dist loadfile \
+	--no-loadscope-reorder
 
 # One interpreter for every build: a change of it would rebuild the binding.
 export PYO3_PYTHON := $(CURDIR)/$(BIN)/python
@@ -51,9 +53,13 @@ test-extended: .venv/.package ## run what `make test` leaves out: studies, pages
 
 test-all: test test-extended ## run every test, of Rust and of Python
 
-lint: .venv/.package ## check formatting, warnings, types, and the stub of the native module
+lint: lint-rust lint-python ## check formatting, warnings, types, and the stub of the native module
+
+lint-rust: .venv/.tools
 	$(CARGO) fmt --all --check
 	$(CARGO) clippy --workspace --all-targets -- -D warnings
+
+lint-python: .venv/.package
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/basedpyright

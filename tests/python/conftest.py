@@ -15,6 +15,7 @@ from fake_tracker import FakeSettings, FakeTracker
 from numpy.typing import NDArray
 from recordings import Alone, Recording, recorder, track_alone
 from scipy.spatial.transform import Rotation
+from tiers import longest_first
 
 from servoid import _native
 from servoid.cli import main
@@ -190,6 +191,11 @@ def pytest_configure(config: pytest.Config) -> None:
     hypothesis.settings.load_profile("quick" if quick else "whole")
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Begin with what takes longest."""
+    longest_first(items)
 
 
 @pytest.fixture

@@ -29,6 +29,11 @@ class FakeEstimate:
     unobservable: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, 6)))
     seconds: dict[str, float] = field(default_factory=lambda: dict.fromkeys(STAGES, 0.001))
 
+    @property
+    def located(self) -> bool:
+        """Return whether the images confirm where the object is."""
+        return self.status == "tracking"
+
 
 Answer = Callable[[float], dict[str, Any]]
 

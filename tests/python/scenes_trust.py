@@ -20,7 +20,6 @@ ELLIPSOIDS = 5
 MOST = {"wrong": "%", "wrong in a row": "images"}
 LEAST = {"right": "%"}
 KNOWN, LOOKED_AT = "known", "looked at"  # a body of many views, or one of the first look
-OPEN = {"plain"}  # where the law does not hold yet, so that only its figures are kept
 
 
 @cache
@@ -66,19 +65,14 @@ def trusts_twice(figures: Figures) -> bool:
     return figures["wrong in a row"] > 1
 
 
-def never(_figures: Figures) -> bool:
-    """Say that nothing fails as a whole."""
-    return False
-
-
 def _course_scenes(names: Sequence[str]) -> dict[tuple[str, str], Scene]:
     def run(name: str, how: str, seed: int, _folder: Path) -> Figures:
         return trust_figures(followed(name, how, seed))
 
     return {
-        (name, how): scene(
-            f"trust {name}, {how}", MOST, LEAST, never if name in OPEN else trusts_twice
-        )(partial(run, name, how))
+        (name, how): scene(f"trust {name}, {how}", MOST, LEAST, trusts_twice)(
+            partial(run, name, how)
+        )
         for name in names
         for how in (KNOWN, LOOKED_AT)
     }

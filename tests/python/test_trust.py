@@ -11,7 +11,7 @@ import pytest
 import trust_scenes
 from drawn import Drawn, digest
 from scene_table import table
-from scenes_trust import KNOWN, LOOKED_AT, OPEN, TRUSTED, followed, trust_figures, trusts_twice
+from scenes_trust import KNOWN, LOOKED_AT, TRUSTED, followed, trust_figures, trusts_twice
 from tiers import tiered
 from trust_scenes import COURSES, write_course
 from trust_verdicts import stretches, verdicts
@@ -19,7 +19,10 @@ from trust_verdicts import stretches, verdicts
 from servoid.pose import Pose
 
 POINTS = 0.05 * np.array([[1.0, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]])
-QUICK = [("turn", KNOWN, 3), ("half hidden", KNOWN, 1), ("jump", KNOWN, 1)]  # never long lost
+QUICK = [
+    (name, KNOWN, seed)
+    for name, seed in (("turn", 3), ("half hidden", 1), ("jump", 1), ("plain", 1))
+]
 LATE = [
     (name, how, seed)
     for name, (how, seeds) in product(COURSES, ((KNOWN, range(4)), (LOOKED_AT, range(3))))
@@ -53,10 +56,9 @@ def test_nothing_wrong_is_trusted_twice_in_a_row(
     one = TRUSTED[name, how]
     found = followed(name, how, seed, course(name, seed))
     figures = trust_figures(found)
-    failing = name in OPEN or seed in table()[one.name, "wrong in a row"].failing
+    failing = seed in table()[one.name, "wrong in a row"].failing
     if failing and trusts_twice(figures):
-        # How far is kept all the same; what failed when it was measured may fail.
-        assert name not in OPEN or one.beyond(figures) == []
+        # What failed when it was measured may fail.
         places = found.index[found.trusted_wrong].tolist()
         pytest.xfail(f"{one.name}, seed {seed}: wrong and trusted in images {places}")
     assert found.longest_wrong <= 1

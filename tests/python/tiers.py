@@ -1,4 +1,4 @@
-"""Parameters of which some belong to the quick tests, and the others to the extended ones."""
+"""Which tests are quick and which are extended, and which begin first."""
 
 from collections.abc import Iterable
 from typing import Any
@@ -11,3 +11,22 @@ def tiered(values: Iterable[Any], quick: int = 1) -> list[Any]:
     values = [value if isinstance(value, tuple) else (value,) for value in values]
     late = [pytest.param(*value, marks=pytest.mark.extended) for value in values[quick:]]
     return [*(pytest.param(*value) for value in values[:quick]), *late]
+
+
+# Files of tests that take longest, the longest first: begun last, they would leave workers idle.
+LONGEST = (
+    "test_replays.py",
+    "test_readme.py",
+    "test_doubts.py",
+    "test_cli_verbs.py",
+    "test_targets.py",
+    "test_servo_loop.py",
+    "test_tracking_scenes.py",
+    "test_cli_servo.py",
+)
+
+
+def longest_first(items: list[pytest.Item]) -> None:
+    """Bring the files that take longest to the front; tests of a file stay together."""
+    order = {name: place for place, name in enumerate(LONGEST)}
+    items.sort(key=lambda item: order.get(item.path.name, len(order)))

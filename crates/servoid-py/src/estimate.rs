@@ -50,6 +50,12 @@ impl Estimate {
         self.0.status.name()
     }
 
+    /// Whether the images confirm where the object is; its turn, too, if the status is "tracking".
+    #[getter]
+    fn located(&self) -> bool {
+        self.0.located
+    }
+
     /// What was wrong with the observation, in words.
     #[getter]
     fn notices(&self) -> Vec<String> {

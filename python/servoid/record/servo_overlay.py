@@ -109,7 +109,7 @@ class ServoOverlay:
             body = _placed(scene.body, estimate.world_from_object)
             sight = (camera, scene.instant.world_from_camera[place])
             draw_outline(image, body, sight, _status_color(estimate))
-            if estimate.status == "tracking":
+            if estimate.located:
                 draw_axes(image, body, sight)
         _draw_cross(image, camera.center_px)
         return image

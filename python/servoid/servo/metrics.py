@@ -82,7 +82,7 @@ class ServoMetrics:
         distances = distances[np.isfinite(distances)]
         off = [seen.off_px for time_s, seen in log.seen if time_s >= settle_s]
         estimates = [seen.estimate for _, seen in log.seen]
-        tracked = [one is not None and one.status == "tracking" for one in estimates]
+        tracked = [one is not None and one.located for one in estimates]
         ticks = [row.tick for row in log.rows]
         return cls(
             settle_s=settle_s,

@@ -101,8 +101,8 @@ class Trust:
             return Reason.NOT_FINITE
         if estimate.time_s > self._now_s + self._settings.coast_s:
             return Reason.AHEAD
-        if estimate.status != "tracking":
-            return Reason.SEARCHING if estimate.status == "searching" else Reason.LOST
+        if not estimate.located:
+            return Reason.LOST if estimate.status == "lost" else Reason.SEARCHING
         return Reason.UNSURE if estimate.confidence < self._settings.least_confidence else None
 
     def _distrust(self, fault: Reason) -> None:

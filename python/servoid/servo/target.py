@@ -36,6 +36,11 @@ class TargetEstimate(UnsureEstimate, Protocol):
         """Return `tracking`, `searching` or `lost`."""
         ...
 
+    @property
+    def located(self) -> bool:
+        """Return whether the images confirm where the object is, though maybe not its turn."""
+        ...
+
 
 class Verdict(Enum):
     """What became of an estimate."""

@@ -261,7 +261,7 @@ def _start_tracker(
         instant = awaited(world.arm, world.source)
         estimate = tracker.step(instant.time_s, instant.world_from_camera, instant.images)
         controller.see(instant, estimate)
-        found = found + 1 if estimate.status == "tracking" else 0
+        found = found + 1 if estimate.located else 0
         if found == needed:
             return tracker
     raise ServoError(

@@ -4,7 +4,7 @@ use super::TrackError;
 use super::clock::Clock;
 use super::estimate::{Notice, Status};
 use super::judge::{Verdict, judge};
-use super::polish::{Normal, Sight, linearize, polish};
+use super::polish::{Normal, Sight, look_at, polish};
 use super::search::{Judged, Leeway, Probes};
 use super::tracker::Tracker;
 use super::window::Window;
@@ -33,6 +33,7 @@ impl Attempt {
             support: f64::NEG_INFINITY,
             recognised: 0.0,
             ratio: 0.0,
+            clear_ratio: 0.0,
             outline: 0.0,
         };
         Self { pose, normal: Normal::new(radius), verdict }
@@ -48,6 +49,7 @@ macro_rules! sight {
             solid: &$tracker.solid,
             points: &$tracker.points,
             colors: $tracker.settings.region.then_some(&$tracker.colors),
+            usual: &$tracker.usual,
         }
     };
 }
@@ -161,8 +163,8 @@ impl Tracker {
         held.sum()
     }
 
-    /// Makes a guess precise. Where the outcome is doubtful, the expected pose is tried as well, and
-    /// both from the coarsest resolution; what is best supported is kept.
+    /// Makes a guess precise. Where the outcome is doubtful, it is made so from the coarsest resolution,
+    /// too, and what is better supported is kept.
     pub(super) fn precise(
         &mut self,
         observation: &Observation<'_>,
@@ -171,7 +173,12 @@ impl Tracker {
     ) -> Attempt {
         let mut attempt = self.attempt(observation, guess, self.coarsest(expected));
         if self.is_doubtful(&attempt.verdict) {
-            attempt = self.attempt(observation, guess, COARSEST);
+            let other = self.attempt(observation, guess, COARSEST);
+            if other.verdict.support > attempt.verdict.support {
+                attempt = other;
+            } else {
+                attempt = self.weigh(observation, &attempt.pose);
+            }
         }
         if self.status != Status::Tracking {
             self.doubt(&mut attempt);
@@ -188,13 +195,13 @@ impl Tracker {
     ) -> Attempt {
         let sight = sight!(self, observation);
         let (pose, normal) = polish(&sight, *start, coarsest, &mut self.desk);
-        Attempt { pose, normal, verdict: judge(&sight, &pose, &self.usual, &self.desk) }
+        Attempt { pose, normal, verdict: judge(&sight, &pose, &self.desk) }
     }
 
     /// Judges a pose as it is.
     pub(super) fn weigh(&mut self, observation: &Observation<'_>, pose: &Pose) -> Attempt {
         let sight = sight!(self, observation);
-        let normal = linearize(&sight, pose, 0, &mut self.desk);
-        Attempt { pose: *pose, normal, verdict: judge(&sight, pose, &self.usual, &self.desk) }
+        let normal = look_at(&sight, pose, &mut self.desk);
+        Attempt { pose: *pose, normal, verdict: judge(&sight, pose, &self.desk) }
     }
 }

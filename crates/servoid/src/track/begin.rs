@@ -53,7 +53,10 @@ impl Tracker {
         let told = attempt.verdict.confidence >= self.settings.held;
         self.status = if told { Status::Tracking } else { Status::Searching };
         (self.unseen, self.met) = (usize::from(!told), true);
+        self.confirmed = told;
         let mut estimate = self.estimate(observation, &attempt);
+        // A turn that was given is known, however little the images tell of it.
+        estimate.status = self.status;
         clock.lap(|timing| &mut timing.learn);
         estimate.timing = clock.timing();
         Ok(estimate)

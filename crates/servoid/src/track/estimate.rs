@@ -65,6 +65,9 @@ pub enum Notice {
     /// The object leaves the image.
     #[error("camera {0}: the object is not in the image")]
     OutOfImage(usize),
+    /// The images tell where the object is, but not well enough how it is turned.
+    #[error("the images tell where the object is, but not how it is turned")]
+    TurnOpen,
     /// Part of the object is hidden.
     #[error("{hidden:.0} % of what should be seen of the object is not")]
     Hidden {
@@ -105,6 +108,9 @@ pub struct Estimate {
     pub confidence: f64,
     /// What the tracker believes.
     pub status: Status,
+    /// Whether the images confirm where the object is: while they leave its turn open, it is located,
+    /// but not tracked.
+    pub located: bool,
     /// What was wrong with the observation.
     pub notices: Vec<Notice>,
     /// Hypotheses that were scored.

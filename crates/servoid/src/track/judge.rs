@@ -1,7 +1,5 @@
-use nalgebra::Vector2;
-
+use super::points::Match;
 use super::polish::{Desk, Sight};
-use super::usual::Usual;
 use crate::pose::Pose;
 
 /// How far images confirm a pose.
@@ -18,6 +16,8 @@ pub(super) struct Verdict {
     pub(super) recognised: f64,
     /// Mean log-likelihood ratio of the pixels inside the outline.
     pub(super) ratio: f64,
+    /// The same where nothing hides the object.
+    pub(super) clear_ratio: f64,
     /// Mean agreement of the outline with the boundary in the images.
     pub(super) outline: f64,
 }
@@ -29,45 +29,28 @@ const REGION_POINTS: f64 = 30.0;
 
 /// Surface points in places that are clear from which on what is hidden elsewhere does not count.
 const ENOUGH: f64 = 20.0;
-/// Pixels from a place to those around it whose colours are asked.
-const AROUND_PX: f64 = 3.0;
-/// Share of the object's usual log-likelihood ratio below which colours are strange.
-const STRANGE: f64 = 0.25;
-
-/// Says whether the colours around a pixel are not the object's; `usual` is what these are worth.
-fn is_strange(sight: &Sight<'_>, camera: usize, pixel: &Vector2<f64>, usual: f64) -> bool {
-    let (Some(colors), Some(image)) = (sight.colors, &sight.images[camera]) else {
-        return true;
-    };
-    let around = [(0.0, 0.0), (1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)];
-    let ratios = around.iter().filter_map(|(u, v)| {
-        let at = pixel + Vector2::new(*u, *v) * AROUND_PX;
-        sight.windows[camera].ratio(image, colors, at.x, at.y)
-    });
-    ratios.sum::<f64>() < STRANGE * usual * around.len() as f64
-}
 
 /// Compares what should be seen at a pose with what is: the surface points in view, and the colours
-/// inside the outline and the boundary around it, both compared with what is usual.
-pub(super) fn judge(sight: &Sight<'_>, pose: &Pose, usual: &Usual, desk: &Desk) -> Verdict {
+/// inside the outline and the boundary around it, both compared with what is usual. What is hidden
+/// is excused as far as enough is recognised elsewhere: a wrong pose must not excuse itself.
+pub(super) fn judge(sight: &Sight<'_>, pose: &Pose, desk: &Desk) -> Verdict {
+    let usual = sight.usual;
     let (mut seen, mut expected, mut shown, mut hidden) = (0.0, 0.0, 0.0, 0.0);
-    for ((view, agreement), (camera, pixel)) in desk.matches.iter().zip(desk.cover.places()) {
+    for Match { view, agreement, pixel } in &desk.matches {
         let quality = f64::from(sight.points.known[view.point].quality());
         let correlation = agreement.map_or(0.0, |a| a.correlation);
+        let worth = quality * ((correlation - SEEN.0) / (SEEN.1 - SEEN.0)).clamp(0.0, 1.0);
         expected += quality;
-        seen += quality * ((correlation - SEEN.0) / (SEEN.1 - SEEN.0)).clamp(0.0, 1.0);
-        if desk.cover.was_there {
-            match desk.cover.look(camera, pixel) {
-                Some(true) => shown += quality,
-                // What has the object's colours hides nothing of it: there the pose is wrong.
-                Some(false) if is_strange(sight, camera, pixel, usual.ratio) => hidden += quality,
-                _ => {}
-            }
+        seen += worth;
+        if let Some(pixel) = pixel {
+            let hides = desk.occlusion.hides(view.camera, pixel);
+            shown += worth * (1.0 - hides);
+            hidden += (quality - worth) * hides;
         }
     }
     let recognised = seen;
-    let excused = hidden * (shown / ENOUGH).min(1.0);
-    let left = if expected > 0.0 { 1.0 - excused / expected } else { 1.0 };
+    let believed = (shown / ENOUGH).min(1.0);
+    let excused = hidden * believed;
     let (mut sum, mut area) = (0.0, 0.0);
     for window in sight.windows {
         if let Some(projection) = window.projection(pose) {
@@ -78,15 +61,19 @@ pub(super) fn judge(sight: &Sight<'_>, pose: &Pose, usual: &Usual, desk: &Desk) 
     }
     let ratio = if area > 0.0 { sum / area } else { 0.0 };
     let outline = desk.outline.0 / desk.outline.1.max(1.0);
+    // What hides the object has other colours: only where it shows are they asked.
+    let (shows, left) =
+        desk.occlusion.clear().filter(|(_, left)| *left < 1.0).unwrap_or((ratio, 1.0));
+    let clear_ratio = ratio + believed * (shows - ratio);
     if sight.colors.is_some() && usual.ratio > 0.0 {
-        let weight = REGION_POINTS * usual.ratio.min(1.0) * left;
+        let weight = REGION_POINTS * usual.ratio.min(1.0) * (1.0 + believed * (left - 1.0));
         expected += weight;
-        let inside = (ratio / usual.ratio).clamp(0.0, 1.0);
+        let inside = (clear_ratio / usual.ratio).clamp(0.0, 1.0);
         let around = if usual.outline > 0.0 { (outline / usual.outline).min(1.0) } else { 1.0 };
         seen += weight * inside.min(around);
     }
     let share = |of: f64| if of > 0.0 { (seen / of).min(1.0) } else { 0.0 };
     let (visible, confidence) = (share(expected), share(expected - excused));
     let support = 2.0 * seen - expected;
-    Verdict { visible, confidence, support, recognised, ratio, outline }
+    Verdict { visible, confidence, support, recognised, ratio, clear_ratio, outline }
 }

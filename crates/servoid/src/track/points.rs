@@ -1,4 +1,4 @@
-use nalgebra::{Matrix2x3, Matrix2x6, Vector3};
+use nalgebra::{Matrix2x3, Matrix2x6, Vector2, Vector3};
 
 use super::solid::Solid;
 use super::window::Window;
@@ -31,6 +31,15 @@ impl Known {
 pub(super) struct InView {
     pub(super) camera: usize,
     pub(super) point: usize,
+}
+
+/// How a point that a camera should see agrees with its image.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Match {
+    pub(super) view: InView,
+    pub(super) agreement: Option<Agreement>,
+    /// Where it should be.
+    pub(super) pixel: Option<Vector2<f64>>,
 }
 
 /// The surface points of an object.
@@ -92,8 +101,8 @@ impl Points {
     }
 
     /// Judges points by what images said of them, and drops those that no longer agree.
-    pub(super) fn judge(&mut self, matches: &[(InView, Option<Agreement>)]) {
-        for (view, agreement) in matches {
+    pub(super) fn judge(&mut self, matches: &[Match]) {
+        for Match { view, agreement, .. } in matches {
             let Some(agreement) = agreement else { continue };
             let known = &mut self.known[view.point];
             known.seen = MEMORY * known.seen + 1.0;
@@ -116,8 +125,8 @@ impl Points {
 
     /// Moves points along the way in which they were learned to where the images show them, each by
     /// as much as it is less certain than the images.
-    pub(super) fn refine(&mut self, matches: &[(InView, Option<Agreement>)]) {
-        for (view, agreement) in matches {
+    pub(super) fn refine(&mut self, matches: &[Match]) {
+        for Match { view, agreement, .. } in matches {
             let Some(agreement) = agreement else { continue };
             if agreement.correlation < RECOGNISED {
                 continue;

@@ -1,9 +1,10 @@
 use nalgebra::{Matrix2, Matrix6, Vector3, Vector6};
 
 use super::colors::Colors;
-use super::cover::Cover;
-use super::points::{InView, PLACE_PX, Points, by_motion, noise};
+use super::occlusion::Occlusion;
+use super::points::{InView, Match, PLACE_PX, Points, by_motion, noise};
 use super::solid::Solid;
+use super::usual::Usual;
 use super::window::Window;
 use crate::fitness::{Agreement, ContourPoint, boundary, contour};
 use crate::observe::{ImageView, Pyramid};
@@ -18,6 +19,7 @@ pub(super) struct Sight<'a> {
     pub(super) solid: &'a Solid,
     pub(super) points: &'a Points,
     pub(super) colors: Option<&'a Colors>,
+    pub(super) usual: &'a Usual,
 }
 
 /// A weighted sum of squares about a pose: curvature and slope by a small motion in the object's
@@ -34,8 +36,8 @@ pub(super) struct Normal {
 #[derive(Debug, Clone, Default)]
 pub(super) struct Desk {
     pub(super) in_view: Vec<InView>,
-    pub(super) matches: Vec<(InView, Option<Agreement>)>,
-    pub(super) cover: Cover,
+    pub(super) matches: Vec<Match>,
+    pub(super) occlusion: Occlusion,
     outlines: Vec<(Outline, Quadric)>,
     pub(super) teaching: Vec<Outline>,
     /// How well the outline agrees with the images: the sum over lines, and their number.
@@ -58,6 +60,8 @@ const LINES: [(usize, f64); Pyramid::LEVELS] = [(6, 1.0), (8, 1.5), (10, 2.5)];
 const SHAPE_PX: f64 = 6.0;
 /// Pixels by which the boundary may lie beside the outline and still agree with it.
 const NEAR_PX: f64 = 2.5;
+/// Pixels inside the outline at which it is asked whether something hides a line.
+const INSIDE_PX: f64 = 4.0;
 /// How much a line counts: neighbours err together.
 const LINE_SHARE: f64 = 0.25;
 
@@ -86,7 +90,11 @@ pub(super) fn polish(
     let mut pose = start;
     let mut normal = Normal::new(sight.solid.radius);
     for level in (0..=coarsest).rev() {
-        for _ in 0..STEPS[level] {
+        for number in 0..STEPS[level] {
+            match_points(sight, &pose, level, desk);
+            if number == 0 {
+                desk.look_for_hidden(sight, &pose);
+            }
             normal = linearize(sight, &pose, level, desk);
             let Some(step) = normal.step() else { break };
             let step = bounded(step, sight.solid.radius);
@@ -99,7 +107,15 @@ pub(super) fn polish(
             }
         }
     }
+    desk.look_for_hidden(sight, &pose);
     (pose, normal)
+}
+
+/// Compares what should be seen at a pose with what is, and leaves it there.
+pub(super) fn look_at(sight: &Sight<'_>, pose: &Pose, desk: &mut Desk) -> Normal {
+    match_points(sight, pose, 0, desk);
+    desk.look_for_hidden(sight, pose);
+    linearize(sight, pose, 0, desk)
 }
 
 fn bounded(step: Twist, radius: f64) -> Twist {
@@ -107,10 +123,16 @@ fn bounded(step: Twist, radius: f64) -> Twist {
     step * (MOST_STEP / size.max(MOST_STEP))
 }
 
-/// Sums what surface points and outline say about a pose; the matches stay on the desk.
-pub(super) fn linearize(sight: &Sight<'_>, pose: &Pose, level: usize, desk: &mut Desk) -> Normal {
+/// Sums what surface points and outline say about a pose; the matches are those on the desk.
+fn linearize(sight: &Sight<'_>, pose: &Pose, level: usize, desk: &mut Desk) -> Normal {
     let mut normal = Normal::new(sight.solid.radius);
-    add_points(&mut normal, sight, pose, level, desk);
+    for Match { view, agreement, pixel } in &desk.matches {
+        if let (Some(agreement), Some(pixel)) = (agreement, pixel) {
+            let position = &sight.points.known[view.point].point.position;
+            let shows = 1.0 - desk.occlusion.hides(view.camera, pixel);
+            add_point(&mut normal, agreement, position, shows);
+        }
+    }
     desk.outline = (0.0, 0.0);
     if let Some(colors) = sight.colors {
         for (camera, (window, image)) in sight.windows.iter().zip(sight.images).enumerate() {
@@ -123,18 +145,16 @@ pub(super) fn linearize(sight: &Sight<'_>, pose: &Pose, level: usize, desk: &mut
                     &mut desk.outlines,
                     &mut desk.contour,
                 );
-                let cover = &desk.cover;
-                desk.contour.retain(|line| !cover.hides(camera, &line.pixel));
-                add_lines(&mut normal, level, ratio, desk);
+                add_lines(&mut normal, (camera, level), ratio, desk);
             }
         }
     }
     normal
 }
 
-fn add_points(normal: &mut Normal, sight: &Sight<'_>, pose: &Pose, level: usize, desk: &mut Desk) {
+/// Matches the points in view at a pose; the matches stay on the desk.
+fn match_points(sight: &Sight<'_>, pose: &Pose, level: usize, desk: &mut Desk) {
     desk.matches.clear();
-    desk.cover.clear();
     let (mut camera, mut seen) = (usize::MAX, None);
     for view in &desk.in_view {
         if view.camera != camera {
@@ -144,36 +164,44 @@ fn add_points(normal: &mut Normal, sight: &Sight<'_>, pose: &Pose, level: usize,
         let point = &sight.points.known[view.point].point;
         let pyramid = &sight.windows[view.camera].pyramid;
         let agreement = point.agreement(&projection, pyramid, level);
-        desk.matches.push((*view, agreement));
         let pixel = projection.pixel(&point.position).map(|(pixel, _)| pixel);
-        desk.cover.add(view.camera, pixel, agreement.as_ref());
-        if let Some(agreement) = agreement {
-            add_point(normal, &agreement, &point.position);
-        }
+        desk.matches.push(Match { view: *view, agreement, pixel });
+    }
+}
+
+impl Desk {
+    /// Says anew where something hides the object, by the matches on the desk.
+    fn look_for_hidden(&mut self, sight: &Sight<'_>, pose: &Pose) {
+        self.occlusion.observe(sight, pose, &self.matches, &mut self.teaching);
     }
 }
 
 /// Adds the lines that stand on the contour of the desk; `ratio` is that of a pixel.
 fn add_lines(
     normal: &mut Normal,
-    level: usize,
+    (camera, level): (usize, usize),
     ratio: impl Fn(f64, f64) -> Option<f64>,
     desk: &mut Desk,
 ) {
     for place in &desk.contour {
+        let inside = place.pixel - place.normal * INSIDE_PX;
+        let shows = 1.0 - desk.occlusion.hides(camera, &inside);
+        if shows == 0.0 {
+            continue;
+        }
         if let Some(offset) = boundary(place, LINES[level], &ratio) {
-            desk.outline.0 += libm::exp(-0.5 * (offset.mean_px / NEAR_PX).powi(2));
-            desk.outline.1 += 1.0;
+            desk.outline.0 += shows * libm::exp(-0.5 * (offset.mean_px / NEAR_PX).powi(2));
+            desk.outline.1 += shows;
             let by_motion = by_motion(&place.slope, &place.rim).tr_mul(&place.normal);
-            let weight = LINE_SHARE / (offset.variance_px + SHAPE_PX);
+            let weight = shows * LINE_SHARE / (offset.variance_px + SHAPE_PX);
             normal.curvature += by_motion * by_motion.transpose() * weight;
             normal.slope += by_motion * (weight * offset.mean_px);
         }
     }
 }
 
-fn add_point(normal: &mut Normal, agreement: &Agreement, position: &Vector3<f64>) {
-    let weight = ((agreement.correlation - 0.3) / 0.5).clamp(0.0, 1.0).powi(2);
+fn add_point(normal: &mut Normal, agreement: &Agreement, position: &Vector3<f64>, shows: f64) {
+    let weight = shows * ((agreement.correlation - 0.3) / 0.5).clamp(0.0, 1.0).powi(2);
     if weight == 0.0 {
         return;
     }

@@ -96,7 +96,7 @@ impl Tracker {
         candidates: &[Pose],
         attempt: &mut Attempt,
     ) {
-        self.desk.cover.was_there = false;
+        self.desk.occlusion.was_there = false;
         for candidate in candidates {
             self.points_in_view(candidate);
             let other = self.attempt(observation, candidate, COARSEST);

@@ -55,6 +55,8 @@ pub struct Tracker {
     pub(super) doubt: usize,
     /// Whether the object that was found again last was proved to be the one that was lost.
     pub(super) proved: bool,
+    /// Whether it ever was: only then may it have turned unseen to a side that looks like a known one.
+    pub(super) confirmed: bool,
     pub(super) notices: Vec<Notice>,
 }
 
@@ -103,6 +105,7 @@ impl Tracker {
             lessons: 0,
             doubt: 0,
             proved: true,
+            confirmed: false,
             notices: Vec::new(),
         })
     }
@@ -119,7 +122,7 @@ impl Tracker {
         let (mut least, mut evaluations) = (self.least_confidence(), 0);
         let visible = self.look(observation, &expected, self.margin());
         clock.lap(|timing| &mut timing.look);
-        self.desk.cover.was_there = self.status == Status::Tracking;
+        self.desk.occlusion.was_there = self.status == Status::Tracking;
         if visible {
             let (guess, scored) = self.seek(observation, &expected, &clock)?;
             evaluations += scored;
@@ -141,6 +144,11 @@ impl Tracker {
             clock.lap(|timing| &mut timing.search);
         }
         self.settle(observation.time_s, &expected, &attempt, least);
+        if self.status == Status::Tracking {
+            self.desk.occlusion.remember();
+        } else {
+            self.desk.occlusion.forget();
+        }
         let mut estimate = self.estimate(observation, &attempt);
         clock.lap(|timing| &mut timing.judge);
         if self.status == Status::Tracking && !self.senses.is_stale() {
@@ -192,17 +200,23 @@ impl Tracker {
             return;
         }
         let regained = self.status != Status::Tracking;
+        // What leaps from one image to the next moves fast; else where it was says nothing.
+        let went_on = self.unseen == 0 && self.met;
         self.status = Status::Tracking;
         (self.unseen, self.met) = (0, true);
         self.search.follow(expected, &attempt.pose, self.leeway());
         if regained {
-            // Where it was before it was lost says nothing of how it moves now.
-            self.motion = Motion::at_rest(time_s, attempt.pose);
+            if went_on {
+                self.motion.follow(time_s, attempt.pose);
+            } else {
+                self.motion = Motion::at_rest(time_s, attempt.pose);
+            }
             self.surprise = surprise_at_first(&self.solid);
             self.proved = false;
             self.prove(&attempt.verdict);
             return;
         }
+        self.proved &= self.is_landed(expected, attempt);
         self.prove(&attempt.verdict);
         self.motion.follow(time_s, attempt.pose);
         self.scatter.follow(time_s, attempt.pose);
@@ -229,18 +243,24 @@ impl Tracker {
     ) -> Estimate {
         let known = certainty(&attempt.normal, self.solid.radius);
         let followed = self.status == Status::Tracking;
-        let told = followed && self.is_confirmed(&attempt.verdict);
+        let covariance = known.covariance + self.scatter.covariance();
+        let located = followed && self.is_located(&attempt.verdict);
+        let told = located && self.is_turn_told(&attempt.verdict, &covariance);
         let Verdict { visible, confidence, .. } = attempt.verdict;
+        if located && !told {
+            self.notices.push(Notice::TurnOpen);
+        }
         if followed && visible < CLEAR {
             self.notices.push(Notice::Hidden { hidden: 100.0 * (1.0 - visible) });
         }
         Estimate {
             time_s: observation.time_s,
             world_from_object: if followed { attempt.pose } else { self.motion.last() },
-            covariance: known.covariance + self.scatter.covariance(),
+            covariance,
             unobservable: known.unobservable,
             confidence,
             status: if followed && !told { Status::Searching } else { self.status },
+            located,
             notices: std::mem::take(&mut self.notices),
             evaluations: 0,
             timing: Default::default(),
@@ -250,5 +270,5 @@ impl Tracker {
 
 /// How far an object may be off whose motion is not known: in metres and radians.
 fn surprise_at_first(solid: &Solid) -> Leeway {
-    (0.1 * solid.radius, 0.1)
+    (0.2 * solid.radius, 0.1)
 }

@@ -1,5 +1,7 @@
 //! What a verdict is worth: every threshold from which on a pose is followed, said or learned from.
 
+use nalgebra::Matrix6;
+
 use super::attempt::Attempt;
 use super::estimate::Status;
 use super::judge::Verdict;
@@ -11,7 +13,18 @@ use crate::pose::Pose;
 pub(super) const CLEAR: f64 = 0.8;
 /// Confidence from which on a pose that is followed is said to be tracked. Between `held` and this
 /// about half of the poses are wrong.
-const SAID: f64 = 0.6;
+const SAID: f64 = 0.68;
+/// Surface points of each camera that tell a turn together with all else, and by themselves.
+const FEW: f64 = 12.0;
+const ENOUGH: f64 = 25.0;
+/// Surface points that a camera usually sees of an object that is printed all over: a few of them tell
+/// its turn.
+const RICH: f64 = 30.0;
+/// Shares of the usual agreement of the outline, and of the usual log-likelihood ratio inside it, with
+/// which a pose fits.
+const FITS: (f64, f64) = (0.85, 0.9);
+/// Standard deviation of a turn, in radians, below which it is steady.
+const STEADY: f64 = 0.1;
 /// Share of the trusted confidence that is left of a pose's at which something does not fit, so that
 /// however well the rest fits, it is not trusted.
 const DOUBTED: f64 = 0.9;
@@ -31,6 +44,8 @@ const LEAST_RECOGNISED: f64 = 0.25;
 /// surface points that must then be seen.
 const LEAP: f64 = 0.1;
 const LANDED: f64 = 0.6;
+/// Confidence from which on a leap is believed at once.
+const SAFE: f64 = 0.85;
 /// Share of the usual surface points that must be seen for what is learned to be true, after a doubt
 /// and when the last images were clear: a side that turns into view brings its points one by one.
 const WELL_RECOGNISED: (f64, f64) = (0.6, 0.3);
@@ -40,7 +55,9 @@ pub(super) const DOUBT: usize = 8;
 const COLOR_CONFIDENCE: f64 = 0.65;
 /// Confidence and share of the usual surface points that prove that an object which was found again is
 /// the one that was lost, at its true pose, and no look-alike's: one that teaches is wrong for good.
-const PROVED: (f64, f64) = (0.85, 0.5);
+const PROVED: (f64, f64) = (0.92, 0.5);
+/// Confidence that proves one that is met for the first time, by what it looked like elsewhere.
+const FOUND: f64 = 0.85;
 /// Images without the object after which it counts as lost.
 const LOST_AFTER: usize = 15;
 
@@ -59,8 +76,21 @@ impl Tracker {
         if self.status == Status::Tracking { held } else { trusted }
     }
 
-    /// Says whether a pose that is followed may be told as tracked.
-    pub(super) fn is_confirmed(&self, verdict: &Verdict) -> bool {
+    /// Says whether the images confirm how an object is turned that they confirm to be there: many
+    /// surface points do; fewer only together with outline and colours, where its turn does not
+    /// scatter; and a few, or none, do not, since highlights and rims go with the camera.
+    pub(super) fn is_turn_told(&self, verdict: &Verdict, covariance: &Matrix6<f64>) -> bool {
+        let turned = covariance.fixed_view::<3, 3>(3, 3).trace().sqrt();
+        let fits = verdict.outline >= FITS.0 * self.usual.outline
+            && verdict.clear_ratio >= FITS.1 * self.usual.ratio;
+        let rich = self.usual.recognised >= RICH * self.cameras.len() as f64;
+        let each =
+            verdict.recognised / self.windows.iter().filter(|w| w.is_open()).count().max(1) as f64;
+        each >= ENOUGH || (each >= FEW && (rich || (fits && turned < STEADY)))
+    }
+
+    /// Says whether the images confirm where an object is that is followed.
+    pub(super) fn is_located(&self, verdict: &Verdict) -> bool {
         let usual = self.usual.recognised;
         let least = (LEAST_RECOGNISED * usual).min(MANY);
         let known = usual < PATTERN || verdict.recognised >= least;
@@ -69,9 +99,11 @@ impl Tracker {
 
     /// Takes a pose of an object that was found again for proved, if so much is seen of it.
     pub(super) fn prove(&mut self, verdict: &Verdict) {
-        let (confidence, share) = PROVED;
+        let (again, share) = PROVED;
+        let confidence = if self.confirmed { again } else { FOUND };
         let explained = verdict.recognised >= share * self.usual.recognised;
         self.proved |= verdict.confidence >= confidence && explained;
+        self.confirmed |= self.proved;
     }
 
     /// Says whether it pays to make a pose precise once more.
@@ -109,6 +141,12 @@ impl Tracker {
         }
     }
 
+    /// Says whether a pose that is followed needs no proof: it did not leap, or all fits where it
+    /// landed.
+    pub(super) fn is_landed(&self, expected: &Pose, attempt: &Attempt) -> bool {
+        attempt.verdict.confidence >= SAFE || !self.has_leapt(expected, &attempt.pose)
+    }
+
     /// Says whether a pose is farther from where the object was expected than its motion explains.
     pub(super) fn has_leapt(&self, expected: &Pose, pose: &Pose) -> bool {
         let off = (expected.inverse() * *pose).log();
@@ -126,7 +164,7 @@ impl Tracker {
         let &Verdict { visible, recognised, .. } = verdict;
         let (is_clear, usual) = (visible >= CLEAR, self.usual.recognised);
         self.doubt = if is_clear { self.doubt.saturating_sub(1) } else { DOUBT };
-        if !self.is_confirmed(verdict) {
+        if !self.is_located(verdict) {
             return Teachable { colors: false, surface: false };
         }
         // What hides the object must not become part of it, nor must a pose that is a little off
@@ -157,13 +195,21 @@ mod tests {
         let body = Body::new(Pose::identity(), vec![ball]).unwrap();
         let mut tracker = Tracker::new(&[camera], &body, TrackSettings::default()).unwrap();
         let usual = Usual { recognised, support: recognised, confidence: 0.9, ..Usual::default() };
-        (tracker.status, tracker.usual) = (status, usual);
+        (tracker.status, tracker.usual, tracker.confirmed) = (status, usual, true);
         tracker
     }
 
     fn verdict(confidence: f64, recognised: f64) -> Verdict {
         let (visible, support) = (confidence, recognised);
-        Verdict { visible, confidence, support, recognised, ratio: 1.0, outline: 1.0 }
+        Verdict {
+            visible,
+            confidence,
+            support,
+            recognised,
+            ratio: 1.0,
+            clear_ratio: 1.0,
+            outline: 1.0,
+        }
     }
 
     fn attempt(verdict: Verdict) -> Attempt {
@@ -188,10 +234,27 @@ mod tests {
     #[test]
     fn a_pose_is_told_only_with_some_of_the_points_of_an_object_that_has_them() {
         let patterned = tracker(Status::Tracking, 60.0);
-        assert!(!patterned.is_confirmed(&verdict(1.0, 0.0)));
-        assert!(!patterned.is_confirmed(&verdict(1.0, 14.0)));
-        assert!(patterned.is_confirmed(&verdict(0.7, 20.0)));
-        assert!(tracker(Status::Tracking, 3.0).is_confirmed(&verdict(0.7, 0.0)));
+        assert!(!patterned.is_located(&verdict(1.0, 0.0)));
+        assert!(!patterned.is_located(&verdict(1.0, 14.0)));
+        assert!(patterned.is_located(&verdict(0.7, 20.0)));
+        assert!(tracker(Status::Tracking, 3.0).is_located(&verdict(0.7, 0.0)));
+    }
+
+    #[test]
+    fn colours_and_outline_alone_never_tell_a_turn() {
+        for usual in 0..100 {
+            let tracker = tracker(Status::Tracking, f64::from(usual));
+            let steady = Matrix6::identity() * 1e-8;
+            assert!(!tracker.is_turn_told(&verdict(1.0, 0.0), &steady));
+        }
+        let thin = tracker(Status::Tracking, 20.0);
+        assert!(thin.is_turn_told(&verdict(1.0, 15.0), &(Matrix6::identity() * 1e-4)));
+        assert!(!thin.is_turn_told(&verdict(1.0, 15.0), &(Matrix6::identity() * 1e-2)));
+        let askew = Verdict { outline: 0.8, ..verdict(1.0, 15.0) };
+        assert!(
+            !Tracker { usual: Usual { outline: 1.0, ..thin.usual }, ..thin }
+                .is_turn_told(&askew, &(Matrix6::identity() * 1e-4))
+        );
     }
 
     #[test]
@@ -199,7 +262,7 @@ mod tests {
         let tracker = tracker(Status::Tracking, 60.0);
         let doubtful = verdict(0.5 * (tracker.least_confidence() + SAID), 50.0);
         assert!(doubtful.confidence > tracker.least_confidence());
-        assert!(!tracker.is_confirmed(&doubtful));
+        assert!(!tracker.is_located(&doubtful));
     }
 
     #[test]
@@ -219,13 +282,13 @@ mod tests {
         for time in 0..100 {
             tracker.settle(f64::from(time), &Pose::identity(), &like, 0.5);
             assert_eq!(tracker.status, Status::Tracking);
-            assert!(!tracker.is_confirmed(&like.verdict));
+            assert!(!tracker.is_located(&like.verdict));
             let taught = tracker.teachable(&like.verdict);
             assert_eq!(taught, Teachable { colors: false, surface: false });
         }
         let itself = attempt(verdict(0.95, 55.0));
         tracker.settle(100.0, &Pose::identity(), &itself, 0.5);
-        assert!(tracker.is_confirmed(&itself.verdict));
-        assert!(tracker.is_confirmed(&like.verdict), "what was proved stays so");
+        assert!(tracker.is_located(&itself.verdict));
+        assert!(tracker.is_located(&like.verdict), "what was proved stays so");
     }
 }

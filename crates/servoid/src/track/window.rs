@@ -38,7 +38,7 @@ impl Window {
         let from_world = Projection::new(camera, world_from_camera);
         self.from_world = None;
         let projection = from_world.moved(world_from_object);
-        let Some((low, high)) = bounds(&projection, solid) else { return false };
+        let Some((low, high)) = bounds(solid.outlines(&projection)) else { return false };
         let extent = (high - low).amax();
         let reach = margin * extent + 16.0;
         let size = camera.size_px();
@@ -238,9 +238,11 @@ const TEACHING_STRIDE: usize = 3;
 const MOST_LABELS: usize = Camera::MAX_SIDE_PX.div_ceil(TEACHING_STRIDE);
 
 /// Gives the box around the outlines in the image, if there are any.
-fn bounds(projection: &Projection, solid: &Solid) -> Option<(Vector2<f64>, Vector2<f64>)> {
+pub(super) fn bounds(
+    outlines: impl IntoIterator<Item = Outline>,
+) -> Option<(Vector2<f64>, Vector2<f64>)> {
     let mut found: Option<(Vector2<f64>, Vector2<f64>)> = None;
-    for outline in solid.outlines(projection) {
+    for outline in outlines {
         let covariance = outline.covariance_px();
         let half = Vector2::new(covariance[(0, 0)].sqrt(), covariance[(1, 1)].sqrt());
         let (low, high) = (outline.center_px() - half, outline.center_px() + half);

@@ -128,21 +128,30 @@ proptest! {
             let mut body = body.clone();
             let q = &mut body[index];
             if which < 3 { q.center[which] += by } else { q.factor[which - 3] += by }
-            by_pixels(&body, &map).0
+            body
         };
         // Kinks (an end that crosses a pixel's edge or another end, a row that opens) lie between
-        // two steps of different length if they are near: such cases say nothing.
-        let difference = |step: f64| (moved(step) - moved(-step)) / (2.0 * step);
-        let (found, coarse) = (difference(1e-6), difference(4e-6));
-        prop_assume!((found - coarse).abs() < 1e-3 * (1.0 + found.abs()));
+        // two steps of different length if they are near: such places say nothing. Single precision
+        // may be beyond a kink that double precision is not: beside it both agree.
+        let found_at = |at: f64| {
+            let sum = |by: f64| by_pixels(&moved(at + by), &map).0;
+            let difference = |step: f64| (sum(step) - sum(-step)) / (2.0 * step);
+            let (found, coarse) = (difference(1e-6), difference(4e-6));
+            ((found - coarse).abs() < 1e-3 * (1.0 + found.abs())).then_some((at, found))
+        };
+        let places: Vec<_> = [0.0, 5e-5, -5e-5].into_iter().filter_map(found_at).collect();
+        prop_assume!(!places.is_empty());
         for backend in Backend::available() {
             let region = region(map.clone(), backend);
-            let mut slopes = vec![QuadricGradient::default(); body.len()];
-            region.score_and_gradient(&body, &mut slopes);
-            let slope = &slopes[index];
-            let given = if which < 3 { slope.center[which] } else { slope.factor[which - 3] };
-            prop_assert!((given - found).abs() < 0.02 * (20.0 + found.abs()),
-                "{backend:?}: {given} instead of {found}");
+            let off = places.iter().map(|&(at, found)| {
+                let mut slopes = vec![QuadricGradient::default(); body.len()];
+                region.score_and_gradient(&moved(at), &mut slopes);
+                let slope = &slopes[index];
+                let given = if which < 3 { slope.center[which] } else { slope.factor[which - 3] };
+                (given - found).abs() / (20.0 + found.abs())
+            });
+            let least = off.fold(f64::INFINITY, f64::min);
+            prop_assert!(least < 0.02, "{backend:?}: off by {least} of {places:?}");
         }
     }
 

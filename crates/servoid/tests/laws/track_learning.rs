@@ -10,7 +10,7 @@ use servoid::model::{Portrait, half_ball_direction, silhouette_ious};
 use servoid::observe::Observation;
 use servoid::pose::Pose;
 use servoid::shape::{Body, Ellipsoid};
-use servoid::track::{Appearance, Status, TrackError, TrackSettings, Tracker};
+use servoid::track::{Appearance, Estimate, Status, TrackError, TrackSettings, Tracker};
 
 /// Where an object is that turns by about 130 degrees in all.
 pub fn turning(index: usize) -> Pose {
@@ -31,18 +31,28 @@ pub fn too_small(stage: &Stage) -> Body {
 /// Follows the turning object with a body that is not quite right; gives how many images were not
 /// tracked, too.
 pub fn followed(stage: &Stage, body: &Body, count: usize) -> (Tracker, f64) {
+    followed_while(stage, body, count, |found| found.status == Status::Tracking)
+}
+
+/// The same; gives how many images did not do as they should.
+pub fn followed_while(
+    stage: &Stage,
+    body: &Body,
+    count: usize,
+    does: impl Fn(&Estimate) -> bool,
+) -> (Tracker, f64) {
     let shot = |index: usize| stage.shot(index, &eyes(), Some(&turning(index)));
     let settings = TrackSettings { seed: stage.seed, ..TrackSettings::default() };
     let mut tracker = Tracker::new(&stage.cameras(), body, settings).unwrap();
     let pictures: Vec<_> = eyes().iter().map(|eye| stage.mask(eye, &turning(0))).collect();
     let masks = crate::shapes::drawn::masks(&pictures);
     tracker.start(&shot(0).observation(), turning(0), &masks).unwrap();
-    let mut not_tracking = 0.0;
+    let mut others = 0.0;
     for index in 1..count {
         let found = tracker.step(&shot(index).observation()).unwrap();
-        not_tracking += f64::from(u8::from(found.status != Status::Tracking));
+        others += f64::from(u8::from(!does(&found)));
     }
-    (tracker, not_tracking)
+    (tracker, others)
 }
 
 /// A tracker that has followed a body that is too small; that of seed 0 is kept.

@@ -47,6 +47,7 @@ class LateEstimate:
     world_from_object: Pose
     covariance: Floats
     status: str = "tracking"
+    located: bool = True
     confidence: float = 1.0
     notices: list[str] = field(default_factory=list)
     evaluations: int = 0

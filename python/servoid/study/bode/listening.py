@@ -52,7 +52,7 @@ class Listener:
         """Take in a control period; only one that counts is kept."""
         if tick.instant is not None and tick.estimate is not None:
             found = self._body_place(tick.estimate.world_from_object)
-            if tick.estimate.status == "tracking":
+            if tick.estimate.located:
                 self._known = found
             if counts:
                 time_s = tick.instant.time_s

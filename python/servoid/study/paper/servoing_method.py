@@ -141,6 +141,7 @@ class ToldEstimate:
     unobservable: Floats
     confidence: float
     status: str
+    located: bool
     evaluations: int
 
 
@@ -179,6 +180,7 @@ class ToldTracker:
             unobservable=np.zeros((0, 6)),
             confidence=estimate.confidence,
             status=estimate.status,
+            located=estimate.located,
             evaluations=estimate.evaluations,
         )
         return cast("Estimate", told)  # servoing asks nothing else of an estimate

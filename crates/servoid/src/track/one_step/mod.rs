@@ -262,6 +262,7 @@ impl OneStep {
             unobservable: started.spread.unobservable(),
             confidence,
             status,
+            located: status == Status::Tracking,
             notices,
             evaluations,
             timing: Timing { judge: begun.elapsed(), ..timing },

@@ -6,10 +6,11 @@ use servoid::shape::{Body, Ellipsoid};
 use servoid::track::{Appearance, TrackError, TrackSettings, Tracker};
 
 use super::Sense::{AtLeast, AtMost};
-use super::{Figures, MISSED, Measure, NOT_TRACKING, OFF, Scene, TURNED, Worst};
+use super::{Figures, MISSED, Measure, NOT_LOCATED, NOT_TRACKING, OFF, Scene, TURNED, Worst};
 use crate::shapes::drawn::{Stage, eyes};
 use crate::track_learning::{
-    depth_error, followed, look_of_all_eyes, overlap, settled_of, too_small, turning,
+    depth_error, followed, followed_while, look_of_all_eyes, overlap, settled_of, too_small,
+    turning,
 };
 
 const USUAL: &[Measure] = &[NOT_TRACKING, OFF, TURNED];
@@ -29,7 +30,7 @@ pub const SCENES: &[Scene] = &[
     },
     Scene {
         name: "learning a plain outline",
-        measures: &[("points", "1", AtMost), NOT_TRACKING],
+        measures: &[("points", "1", AtMost), NOT_LOCATED],
         run: plain_outline,
     },
     Scene { name: "learning a look in colour", measures: FOUND, run: in_colour },
@@ -92,8 +93,8 @@ fn plain_outline(seed: u64) -> Figures {
     let stage = Stage { seed, ..Stage::ball(0.0) };
     let larger = Ellipsoid::new(0, [0.0; 3], [0.056; 3], [1.0, 0.0, 0.0, 0.0]).unwrap();
     let body = Body::new(Pose::identity(), vec![larger]).unwrap();
-    let (tracker, not_tracking) = followed(&stage, &body, 20);
-    vec![("points", tracker.surface().count() as f64), ("not tracking", not_tracking)]
+    let (tracker, others) = followed_while(&stage, &body, 20, |found| found.located);
+    vec![("points", tracker.surface().count() as f64), ("not located", others)]
 }
 
 fn look_of(stage: &Stage) -> Appearance {
@@ -135,7 +136,7 @@ fn in_grey(seed: u64) -> Figures {
         let stage = seeded(LOOKS * seed + look, Channels::Grey);
         let look = look_of(&stage);
         for course in 0..COURSES {
-            let Worst { not_tracking, off, turned } = found_by(&look, &stage, course);
+            let Worst { not_tracking, off, turned, .. } = found_by(&look, &stage, course);
             let fits = off < 1.5 && turned < 1.5;
             right += u64::from(not_tracking == 0.0 && fits);
             wrong += u64::from(not_tracking == 0.0 && !fits);

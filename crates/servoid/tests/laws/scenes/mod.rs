@@ -36,6 +36,8 @@ static ROWS: LazyLock<Vec<Row>> = LazyLock::new(|| parsed(TABLE));
 
 /// Images, of those that show the object, in which it is not tracked.
 const NOT_TRACKING: Measure = ("not tracking", "images", Sense::AtMost);
+/// Images, of those that show the object, that do not confirm where it is.
+const NOT_LOCATED: Measure = ("not located", "images", Sense::AtMost);
 /// How far a pose is from the true one.
 const OFF: Measure = ("off", "mm", Sense::AtMost);
 const TURNED: Measure = ("turned", "deg", Sense::AtMost);
@@ -113,6 +115,7 @@ fn apart(one: &Pose, other: &Pose) -> (f64, f64) {
 #[derive(Default)]
 struct Worst {
     not_tracking: f64,
+    not_located: f64,
     off: f64,
     turned: f64,
 }
@@ -120,12 +123,18 @@ struct Worst {
 impl Worst {
     fn add(&mut self, found: &Estimate, truth: &Pose) {
         self.not_tracking += f64::from(u8::from(found.status != Status::Tracking));
+        self.not_located += f64::from(u8::from(!found.located));
         self.add_pose(&found.world_from_object, truth);
     }
 
     fn add_pose(&mut self, found: &Pose, truth: &Pose) {
         let (off, turned) = apart(found, truth);
         (self.off, self.turned) = (self.off.max(off), self.turned.max(turned));
+    }
+
+    /// Gives the figures of `NOT_LOCATED`, `OFF` and `TURNED`, of an object whose turn is open.
+    fn plain_figures(&self) -> Figures {
+        vec![("not located", self.not_located), ("off", self.off), ("turned", self.turned)]
     }
 
     /// Gives the figures of `NOT_TRACKING`, `OFF` and `TURNED`.

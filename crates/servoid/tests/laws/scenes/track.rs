@@ -5,11 +5,12 @@ use servoid::observe::Channels;
 use servoid::track::{Notice, TrackSettings};
 
 use super::Sense::{AtLeast, AtMost};
-use super::{Figures, Measure, NOT_TRACKING, OFF, Scene, TURNED, Worst};
+use super::{Figures, Measure, NOT_LOCATED, NOT_TRACKING, OFF, Scene, TURNED, Worst};
 use crate::shapes::drawn::{Stage, eyes, eyes_at};
 use crate::track::{around_the_start, followed, followed_ball, moving, seeded, start, started};
 
 const USUAL: &[Measure] = &[NOT_TRACKING, OFF, TURNED];
+const PLAIN: &[Measure] = &[NOT_LOCATED, OFF, TURNED];
 
 pub const SCENES: &[Scene] = &[
     Scene {
@@ -26,8 +27,8 @@ pub const SCENES: &[Scene] = &[
     },
     Scene { name: "track grey", measures: USUAL, run: grey },
     Scene { name: "track by points", measures: USUAL, run: by_points },
-    Scene { name: "track plain by colours", measures: USUAL, run: plain_by_colours },
-    Scene { name: "track plain", measures: USUAL, run: plain },
+    Scene { name: "track plain by colours", measures: PLAIN, run: plain_by_colours },
+    Scene { name: "track plain", measures: PLAIN, run: plain },
     Scene { name: "track turning eyes", measures: USUAL, run: turning_eyes },
     Scene {
         name: "track half hidden",
@@ -89,12 +90,12 @@ fn by_points(seed: u64) -> Figures {
 /// Outlines are all that there is of a plain object.
 fn plain(seed: u64) -> Figures {
     let (stage, settings) = seeded(seed, Stage { pattern: 0.0, ..Stage::textured() });
-    usual(&stage, settings, 10).figures()
+    usual(&stage, settings, 10).plain_figures()
 }
 
 fn plain_by_colours(seed: u64) -> Figures {
     let (stage, settings) = seeded(seed, Stage { pattern: 0.0, ..Stage::textured() });
-    usual(&stage, TrackSettings { surface: false, ..settings }, 10).figures()
+    usual(&stage, TrackSettings { surface: false, ..settings }, 10).plain_figures()
 }
 
 /// An object at rest, and eyes that turn after a place that goes around.

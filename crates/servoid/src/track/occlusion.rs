@@ -1,0 +1,329 @@
+//! Where something hides the object: for each camera a grid of cells about the object's image, with
+//! the log-odds that it shows there. What was hidden a moment ago probably still is, so the grid has a
+//! memory; each image adds what its surface points and its colours say.
+
+use nalgebra::Vector2;
+
+use super::points::Match;
+use super::polish::Sight;
+use super::window::bounds;
+use crate::pose::Pose;
+use crate::shape::Outline;
+
+/// What is known of every camera's view.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Occlusion {
+    grids: Vec<Grid>,
+    /// Whether the object was there a moment ago: only then is what is not seen thought hidden.
+    pub(super) was_there: bool,
+}
+
+/// Cells along one side of a grid.
+const SIDE: usize = 12;
+const CELLS: usize = SIDE * SIDE;
+/// Log-odds that a cell of which nothing is known shows the object.
+const PRIOR: f64 = 1.5;
+/// Largest log-odds.
+const MOST: f64 = 3.0;
+/// Share of what was known that is left in the next image.
+const KEPT: f64 = 0.5;
+/// Log-odds that a surface point brings which is recognised, and one which is not, and the least and
+/// the most that all of a cell's do.
+const POINT: (f64, f64) = (1.5, -1.0);
+const POINTS: (f64, f64) = (-2.0, 3.0);
+/// Correlations below which a point is not recognised, and from which on it is.
+const RECOGNISED: (f64, f64) = (0.4, 0.6);
+/// Log-odds that colours bring, for each usual log-likelihood ratio above `STRANGE`, and most.
+const COLOR: f64 = 3.0;
+const COLORS: f64 = 2.5;
+/// Share of the object's usual log-likelihood ratio below which colours are strange.
+const STRANGE: f64 = 0.25;
+/// Places along one side of a cell whose colours are asked.
+const ASKED: usize = 3;
+/// Probabilities between which a cell passes from clear to hidden.
+const HIDDEN: (f64, f64) = (0.3, 0.7);
+
+/// A camera's cells, about the object's image: they move and grow with it.
+#[derive(Debug, Clone)]
+struct Grid {
+    first: Vector2<f64>,
+    cell_px: f64,
+    /// Log-odds before the newest image.
+    before: [f64; CELLS],
+    /// What the newest image says.
+    said: [f64; CELLS],
+    /// Probability that something hides the object.
+    hidden: [f64; CELLS],
+    /// Mean log-likelihood ratio, where the body's outline holds the cell.
+    ratios: [Option<f64>; CELLS],
+}
+
+impl Grid {
+    fn new() -> Self {
+        Self {
+            first: Vector2::zeros(),
+            cell_px: 1.0,
+            before: [PRIOR; CELLS],
+            said: [0.0; CELLS],
+            hidden: [0.0; CELLS],
+            ratios: [None; CELLS],
+        }
+    }
+
+    /// Gives the cell that holds a pixel.
+    fn cell(&self, pixel: &Vector2<f64>) -> Option<usize> {
+        let at = (pixel - self.first) / self.cell_px;
+        let inside = at.iter().all(|x| (0.0..SIDE as f64).contains(x));
+        inside.then(|| at.y as usize * SIDE + at.x as usize)
+    }
+
+    /// Lays the cells over outlines.
+    fn lay(&mut self, outlines: &[Outline]) -> bool {
+        let Some((low, high)) = bounds(outlines.iter().copied()) else { return false };
+        self.cell_px = (high - low).amax().max(1.0) / SIDE as f64;
+        self.first = (low + high) * 0.5 - Vector2::repeat(0.5 * SIDE as f64 * self.cell_px);
+        true
+    }
+
+    fn middle(&self, cell: usize) -> Vector2<f64> {
+        let at = Vector2::new((cell % SIDE) as f64 + 0.5, (cell / SIDE) as f64 + 0.5);
+        self.first + at * self.cell_px
+    }
+
+    /// Reads the colours of the cells that outlines hold.
+    fn read(&mut self, outlines: &[Outline], ratio: impl Fn(f64, f64) -> Option<f64>) {
+        let step = self.cell_px / ASKED as f64;
+        for cell in 0..CELLS {
+            let middle = self.middle(cell);
+            self.ratios[cell] = None;
+            if !outlines.iter().any(|outline| outline.contains(&middle)) {
+                continue;
+            }
+            let (mut sum, mut count) = (0.0, 0.0);
+            for at in 0..ASKED * ASKED {
+                let by = Vector2::new((at % ASKED) as f64, (at / ASKED) as f64)
+                    - Vector2::repeat(0.5 * (ASKED - 1) as f64);
+                let pixel = middle + by * step;
+                if let Some(ratio) = ratio(pixel.x, pixel.y) {
+                    sum += ratio;
+                    count += 1.0;
+                }
+            }
+            if count > 0.0 {
+                self.ratios[cell] = Some(sum / count);
+            }
+        }
+    }
+
+    /// Joins what was known with what the newest image says there and around.
+    fn conclude(&mut self) {
+        for cell in 0..CELLS {
+            let odds = self.odds(cell);
+            self.hidden[cell] = 1.0 / (1.0 + libm::exp(odds));
+        }
+    }
+
+    fn odds(&self, cell: usize) -> f64 {
+        let (around, count) = self.around(&self.said, cell);
+        let said =
+            if count > 0.0 { 0.5 * (self.said[cell] + around / count) } else { self.said[cell] };
+        (self.before[cell] + said).clamp(-MOST, MOST)
+    }
+
+    /// Sums what is said of the eight cells around one, of which any is.
+    fn around(&self, of: &[f64; CELLS], cell: usize) -> (f64, f64) {
+        let (column, row) = (cell % SIDE, cell / SIDE);
+        let (mut sum, mut count) = (0.0, 0.0);
+        for beside in row.saturating_sub(1)..=(row + 1).min(SIDE - 1) {
+            for next in column.saturating_sub(1)..=(column + 1).min(SIDE - 1) {
+                let at = beside * SIDE + next;
+                if at != cell && self.ratios[at].is_some() {
+                    sum += of[at];
+                    count += 1.0;
+                }
+            }
+        }
+        (sum, count)
+    }
+
+    /// Takes the newest image into the memory.
+    fn remember(&mut self) {
+        let mut before = [PRIOR; CELLS];
+        for (cell, odds) in before.iter_mut().enumerate() {
+            *odds = PRIOR + KEPT * (self.odds(cell) - PRIOR);
+        }
+        self.before = before;
+    }
+}
+
+impl Occlusion {
+    /// Forgets what was hidden.
+    pub(super) fn forget(&mut self) {
+        self.grids.iter_mut().for_each(|grid| *grid = Grid::new());
+    }
+
+    /// Says for each cell whether the object shows there at a pose; `usual` is what its colours are
+    /// usually worth.
+    pub(super) fn observe(
+        &mut self,
+        sight: &Sight<'_>,
+        pose: &Pose,
+        matches: &[Match],
+        outlines: &mut Vec<Outline>,
+    ) {
+        while self.grids.len() < sight.windows.len() {
+            self.grids.push(Grid::new());
+        }
+        for (camera, grid) in self.grids.iter_mut().enumerate() {
+            grid.said = [0.0; CELLS];
+            grid.ratios = [None; CELLS];
+            outlines.clear();
+            if let Some(projection) = sight.windows[camera].projection(pose) {
+                outlines.extend(sight.solid.outlines(&projection));
+            }
+            if !grid.lay(outlines) {
+                continue;
+            }
+            let window = &sight.windows[camera];
+            if let (Some(colors), Some(image)) = (sight.colors, &sight.images[camera]) {
+                grid.read(outlines, |u, v| window.ratio(image, colors, u, v));
+            }
+        }
+        for seen in matches {
+            let grid = &mut self.grids[seen.view.camera];
+            let Some(cell) = seen.pixel.and_then(|pixel| grid.cell(&pixel)) else { continue };
+            let correlation = seen.agreement.map_or(0.0, |agreement| agreement.correlation);
+            if correlation > RECOGNISED.1 {
+                grid.said[cell] += POINT.0;
+            } else if correlation < RECOGNISED.0 {
+                grid.said[cell] += POINT.1;
+            }
+        }
+        let usual = sight.usual.ratio;
+        for grid in &mut self.grids {
+            for (said, ratio) in grid.said.iter_mut().zip(&grid.ratios) {
+                *said = said.clamp(POINTS.0, POINTS.1);
+                if let Some(ratio) = ratio.filter(|_| usual > 0.0) {
+                    *said += (COLOR * (ratio / usual - STRANGE)).clamp(-COLORS, COLORS);
+                }
+            }
+            grid.conclude();
+        }
+    }
+
+    /// Takes what was observed last for what is known.
+    pub(super) fn remember(&mut self) {
+        self.grids.iter_mut().for_each(Grid::remember);
+    }
+
+    /// Gives how far a pixel's cell counts as hidden, 0 to 1.
+    pub(super) fn hides(&self, camera: usize, pixel: &Vector2<f64>) -> f64 {
+        if !self.was_there {
+            return 0.0;
+        }
+        let hidden = self.grids.get(camera).and_then(|grid| Some(grid.hidden[grid.cell(pixel)?]));
+        hidden.map_or(0.0, share)
+    }
+
+    /// Gives the mean log-likelihood ratio of the cells that are clear, and their share; nothing where
+    /// the outline holds none.
+    pub(super) fn clear(&self) -> Option<(f64, f64)> {
+        let (mut sum, mut clear, mut all) = (0.0, 0.0, 0.0);
+        for grid in &self.grids {
+            for (ratio, hidden) in grid.ratios.iter().zip(&grid.hidden) {
+                if let Some(ratio) = ratio {
+                    let shows = 1.0 - if self.was_there { share(*hidden) } else { 0.0 };
+                    sum += shows * ratio;
+                    clear += shows;
+                    all += 1.0;
+                }
+            }
+        }
+        (clear > 0.0).then(|| (sum / clear, clear / all))
+    }
+}
+
+/// Gives how far a cell counts as hidden that is with a probability.
+fn share(probability: f64) -> f64 {
+    ((probability - HIDDEN.0) / (HIDDEN.1 - HIDDEN.0)).clamp(0.0, 1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A grid of which all cells hold the object, and say something.
+    fn told(said: f64) -> Grid {
+        Grid { ratios: [Some(1.0); CELLS], said: [said; CELLS], ..Grid::new() }
+    }
+
+    fn hidden(grid: &mut Grid) -> f64 {
+        grid.conclude();
+        grid.hidden[CELLS / 2]
+    }
+
+    #[test]
+    fn what_was_hidden_a_moment_ago_is_thought_hidden_sooner_than_what_was_clear() {
+        let (mut covered, mut clear) = (told(-4.0), told(4.0));
+        for _ in 0..5 {
+            covered.remember();
+            clear.remember();
+        }
+        for said in [-4.0, -2.0, 0.0, 2.0] {
+            (covered.said, clear.said) = ([said; CELLS], [said; CELLS]);
+            assert!(hidden(&mut covered) > hidden(&mut clear), "{said}");
+        }
+    }
+
+    #[test]
+    fn what_nobody_speaks_of_is_forgotten_and_counts_as_clear() {
+        let mut grid = told(-5.0);
+        grid.remember();
+        assert!(share(hidden(&mut grid)) > 0.9);
+        grid.said = [0.0; CELLS];
+        for _ in 0..20 {
+            grid.remember();
+        }
+        assert!(share(hidden(&mut grid)) == 0.0);
+        assert!((grid.before[0] - PRIOR).abs() < 1e-3);
+    }
+
+    #[test]
+    fn a_cell_that_says_otherwise_than_all_around_is_heard_less() {
+        let mut grid = told(4.0);
+        let alone = CELLS / 2;
+        grid.said[alone] = -4.0;
+        grid.conclude();
+        assert!(share(grid.hidden[alone]) < 0.1, "{}", grid.hidden[alone]);
+        let mut all = told(-4.0);
+        assert!(hidden(&mut all) > grid.hidden[alone]);
+    }
+
+    #[test]
+    fn nothing_hides_an_object_that_was_not_there_a_moment_ago() {
+        let mut grid = told(-5.0);
+        grid.conclude();
+        let (first, middle) = (grid.first, grid.middle(CELLS / 2));
+        let mut occlusion = Occlusion { grids: vec![grid], was_there: false };
+        assert_eq!(occlusion.hides(0, &middle), 0.0);
+        assert_eq!(occlusion.clear().map(|(_, share)| share), Some(1.0));
+        occlusion.was_there = true;
+        assert!(occlusion.hides(0, &middle) > 0.9);
+        assert_eq!(
+            occlusion.hides(0, &(first - Vector2::repeat(1.0))),
+            0.0,
+            "outside of all cells"
+        );
+        assert_eq!(occlusion.hides(1, &middle), 0.0, "a camera that never looked");
+        occlusion.forget();
+        assert_eq!(occlusion.hides(0, &middle), 0.0);
+    }
+
+    #[test]
+    fn each_place_lies_in_its_cell() {
+        let grid = Grid { first: Vector2::new(-7.0, 12.5), cell_px: 3.25, ..Grid::new() };
+        for cell in 0..CELLS {
+            assert_eq!(grid.cell(&grid.middle(cell)), Some(cell));
+        }
+    }
+}

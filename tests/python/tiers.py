@@ -15,14 +15,18 @@ def tiered(values: Iterable[Any], quick: int = 1) -> list[Any]:
 
 # Files of tests that take longest, the longest first: begun last, they would leave workers idle.
 LONGEST = (
-    "test_replays.py",
     "test_readme.py",
+    "test_replays.py",
+    "test_trust.py",
+    "test_study_paper_servoing.py",
+    "test_tracking_scenes.py",
+    "test_servo_run.py",
+    "test_servo_trial.py",
+    "test_servo_run_faults.py",
     "test_doubts.py",
+    "test_cli_servo.py",
     "test_cli_verbs.py",
     "test_targets.py",
-    "test_servo_loop.py",
-    "test_tracking_scenes.py",
-    "test_cli_servo.py",
 )
 
 

@@ -47,6 +47,8 @@ pub struct Agreement {
     /// Gradients times differences: `tensor⁻¹ pull` is the move, in pixels, that brings the image of
     /// the point to where its look is.
     pub pull: Vector2<f64>,
+    /// Standard deviation of the image's patch, in grey levels.
+    pub contrast: f64,
 }
 
 impl SurfacePoint {
@@ -142,6 +144,7 @@ impl SurfacePoint {
             tensor: Matrix2::new(dot(&right, &right), cross, cross, dot(&down, &down))
                 * (per_pixel * per_pixel),
             pull: Vector2::new(dot(&right, &apart), dot(&down, &apart)) * per_pixel,
+            contrast: f64::from(length) / (SAMPLES as f64).sqrt(),
         })
     }
 

@@ -32,6 +32,7 @@ impl Attempt {
             confidence: 0.0,
             support: f64::NEG_INFINITY,
             recognised: 0.0,
+            printed: 0.0,
             ratio: 0.0,
             clear_ratio: 0.0,
             outline: 0.0,

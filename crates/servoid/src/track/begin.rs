@@ -123,6 +123,7 @@ impl Tracker {
         let attempt = self.weigh(observation, pose);
         self.usual.support = attempt.verdict.support;
         self.usual.recognised = attempt.verdict.recognised;
+        self.usual.printed = attempt.verdict.printed;
         self.usual.confidence = attempt.verdict.confidence;
         attempt
     }

@@ -14,17 +14,20 @@ pub(super) const CLEAR: f64 = 0.8;
 /// Confidence from which on a pose that is followed is said to be tracked. Between `held` and this
 /// about half of the poses are wrong.
 const SAID: f64 = 0.68;
-/// Surface points of each camera that tell a turn together with all else, and by themselves.
+/// Surface points of each camera that tell a turn together with all else, and by themselves; the
+/// latter, and those that count beside the outline, have the contrast of a pattern.
 const FEW: f64 = 12.0;
 const ENOUGH: f64 = 25.0;
-/// Surface points that a camera usually sees of an object that is printed all over: a few of them tell
-/// its turn.
+/// Surface points with the contrast of a pattern that a camera usually sees of an object that is
+/// printed all over: a few of any contrast tell its turn where it is steady.
 const RICH: f64 = 30.0;
 /// Shares of the usual agreement of the outline, and of the usual log-likelihood ratio inside it, with
 /// which a pose fits.
 const FITS: (f64, f64) = (0.85, 0.9);
-/// Standard deviation of a turn, in radians, below which it is steady.
-const STEADY: f64 = 0.1;
+/// Standard deviation of a turn, in radians, below which it is steady, of an object that is printed all
+/// over and of one that is not. Turns of plain objects that sway scatter by 0.05 to 0.1, by what shading
+/// does to them, and nothing is below the latter before some images were compared.
+const STEADY: (f64, f64) = (0.08, 0.05);
 /// Share of the trusted confidence that is left of a pose's at which something does not fit, so that
 /// however well the rest fits, it is not trusted.
 const DOUBTED: f64 = 0.9;
@@ -77,16 +80,19 @@ impl Tracker {
     }
 
     /// Says whether the images confirm how an object is turned that they confirm to be there: many
-    /// surface points do; fewer only together with outline and colours, where its turn does not
-    /// scatter; and a few, or none, do not, since highlights and rims go with the camera.
+    /// surface points with the contrast of a pattern do; fewer only where its turn does not scatter,
+    /// and together with outline and colours unless it is printed all over; and a few, or none, do not,
+    /// since highlights and rims go with the camera.
     pub(super) fn is_turn_told(&self, verdict: &Verdict, covariance: &Matrix6<f64>) -> bool {
         let turned = covariance.fixed_view::<3, 3>(3, 3).trace().sqrt();
         let fits = verdict.outline >= FITS.0 * self.usual.outline
             && verdict.clear_ratio >= FITS.1 * self.usual.ratio;
-        let rich = self.usual.recognised >= RICH * self.cameras.len() as f64;
-        let each =
-            verdict.recognised / self.windows.iter().filter(|w| w.is_open()).count().max(1) as f64;
-        each >= ENOUGH || (each >= FEW && (rich || (fits && turned < STEADY)))
+        let open = self.windows.iter().filter(|w| w.is_open()).count().max(1) as f64;
+        let (printed, all) = (verdict.printed / open, verdict.recognised / open);
+        let rich = self.usual.printed >= RICH * self.cameras.len() as f64;
+        printed >= ENOUGH
+            || (rich && all >= FEW && turned < STEADY.0)
+            || (printed >= FEW && fits && turned < STEADY.1)
     }
 
     /// Says whether the images confirm where an object is that is followed.
@@ -194,7 +200,13 @@ mod tests {
         let ball = Ellipsoid::new(0, [0.0; 3], [0.05; 3], [1.0, 0.0, 0.0, 0.0]).unwrap();
         let body = Body::new(Pose::identity(), vec![ball]).unwrap();
         let mut tracker = Tracker::new(&[camera], &body, TrackSettings::default()).unwrap();
-        let usual = Usual { recognised, support: recognised, confidence: 0.9, ..Usual::default() };
+        let usual = Usual {
+            recognised,
+            printed: recognised,
+            support: recognised,
+            confidence: 0.9,
+            ..Usual::default()
+        };
         (tracker.status, tracker.usual, tracker.confirmed) = (status, usual, true);
         tracker
     }
@@ -206,6 +218,7 @@ mod tests {
             confidence,
             support,
             recognised,
+            printed: recognised,
             ratio: 1.0,
             clear_ratio: 1.0,
             outline: 1.0,

@@ -13,6 +13,8 @@ pub(super) struct Usual {
     pub(super) support: f64,
     /// Surface points that are seen.
     pub(super) recognised: f64,
+    /// Those of them with the contrast of a pattern; not written, so learned anew.
+    pub(super) printed: f64,
     /// Pixels that the outlines hold, times the squared distance.
     pub(super) area: f64,
     /// Distance from the first camera, in metres.
@@ -29,7 +31,7 @@ impl Usual {
     /// Writes it as numbers that mean the same for any number of cameras: what is summed over
     /// cameras is told for one of them.
     pub(super) fn numbers(&self, cameras: usize) -> [f64; Self::NUMBERS] {
-        let Self { ratio, outline, confidence, support, recognised, area, distance } = *self;
+        let Self { ratio, outline, confidence, support, recognised, area, distance, .. } = *self;
         let each = 1.0 / cameras as f64;
         [ratio, outline, confidence, support * each, recognised * each, area * each, distance]
     }
@@ -39,7 +41,7 @@ impl Usual {
         let [ratio, outline, confidence, support, recognised, area, distance] = numbers;
         let all = cameras as f64;
         let (support, recognised, area) = (support * all, recognised * all, area * all);
-        Self { ratio, outline, confidence, support, recognised, area, distance }
+        Self { ratio, outline, confidence, support, recognised, printed: 0.0, area, distance }
     }
 
     /// Takes a verdict in which the pose was trusted.
@@ -49,6 +51,7 @@ impl Usual {
         self.outline += RATE * (verdict.outline - self.outline);
         self.confidence += RATE * (verdict.confidence - self.confidence);
         self.recognised += RATE * (verdict.recognised - self.recognised);
+        self.printed += RATE * (verdict.printed - self.printed);
         self.support += RATE * (verdict.support - self.support);
     }
 }

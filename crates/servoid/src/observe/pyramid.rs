@@ -64,6 +64,47 @@ impl Plane {
         (self.data.iter().map(|x| (x - mean) * (x - mean)).sum::<f32>() / count).sqrt()
     }
 
+    /// Estimates the standard deviation of the noise, in grey levels: from the median of a second
+    /// difference across and down, which edges and slopes hardly change (after Immerkaer, Fast noise
+    /// variance estimation, 1996).
+    fn noise(&self) -> f32 {
+        let [width, height] = self.size_px;
+        let mut found = Vec::new();
+        for v in (1..height.saturating_sub(1)).step_by(NOISE_STRIDE) {
+            let rows = [v - 1, v, v + 1].map(|v| &self.data[v * width..(v + 1) * width]);
+            for u in (1..width.saturating_sub(1)).step_by(NOISE_STRIDE) {
+                let across = rows.map(|row| row[u - 1] - 2.0 * row[u] + row[u + 1]);
+                found.push((across[0] - 2.0 * across[1] + across[2]).abs());
+            }
+        }
+        if found.is_empty() {
+            return 0.0;
+        }
+        let middle = found.len() / 2;
+        let (_, median, _) = found.select_nth_unstable_by(middle, f32::total_cmp);
+        *median / (MEDIAN * SECOND)
+    }
+
+    /// Averages each pixel with those around it, by binomial weights; the border stays.
+    fn smooth(&mut self) {
+        let [width, height] = self.size_px;
+        if width < 3 || height < 3 {
+            return;
+        }
+        let mut above: Vec<f32> = self.data[..width].to_vec();
+        let mut here = vec![0.0; width];
+        for v in 1..height - 1 {
+            here.copy_from_slice(&self.data[v * width..(v + 1) * width]);
+            let (done, below) = self.data.split_at_mut((v + 1) * width);
+            let row = &mut done[v * width..];
+            let down = |u: usize| above[u] + 2.0 * here[u] + below[u];
+            for u in 1..width - 1 {
+                row[u] = (down(u - 1) + 2.0 * down(u) + down(u + 1)) * (1.0 / 16.0);
+            }
+            std::mem::swap(&mut above, &mut here);
+        }
+    }
+
     /// Becomes half as large in both directions as another plane: each pixel the mean of four.
     fn halve(&mut self, from: &Self) {
         let [width, height] = from.size_px.map(|n| n / 2);
@@ -95,6 +136,17 @@ impl Plane {
     }
 }
 
+/// Pixels from one at which noise is estimated to the next.
+const NOISE_STRIDE: usize = 5;
+/// Median size of a normal variable, and standard deviation of the second difference across and down
+/// of independent ones, in their standard deviations.
+const MEDIAN: f32 = 0.6745;
+const SECOND: f32 = 6.0;
+
+/// Noise from which on an image is smoothed, in grey levels, and the share of it that is left then.
+const NOISY: f32 = 6.0;
+const SMOOTHED: f32 = 0.375;
+
 /// Weights of red, green and blue in brightness (ITU-R BT.601).
 fn luma([r, g, b]: [u8; 3]) -> f32 {
     0.299 * f32::from(r) + 0.587 * f32::from(g) + 0.114 * f32::from(b)
@@ -111,19 +163,31 @@ impl Pyramid {
     /// Number of resolutions.
     pub const LEVELS: usize = 3;
 
-    /// Reads a window of an image, cut to the image, in the memory of the one before.
-    pub fn read(&mut self, image: &ImageView<'_>, first_px: [usize; 2], size_px: [usize; 2]) {
+    /// Reads a window of an image, cut to the image, in the memory of the one before; one with much
+    /// noise is smoothed. Gives the standard deviation of the noise that is left, in grey levels.
+    pub fn read(
+        &mut self,
+        image: &ImageView<'_>,
+        first_px: [usize; 2],
+        size_px: [usize; 2],
+    ) -> f32 {
         let whole = image.size_px();
         let first = [0, 1].map(|i| first_px[i].min(whole[i]));
         let size = [0, 1].map(|i| size_px[i].min(whole[i] - first[i]));
         self.first_px = first;
         let [finest, coarser @ ..] = &mut self.planes;
         finest.read(image, first, size);
+        let mut noise = finest.noise();
+        if noise > NOISY {
+            finest.smooth();
+            noise *= SMOOTHED;
+        }
         let mut from: &Plane = finest;
         for plane in coarser {
             plane.halve(from);
             from = plane;
         }
+        noise
     }
 
     /// Gives the plane of a level; 0 is the finest, those beyond the last are the last.
@@ -145,5 +209,55 @@ impl Pyramid {
         let scale = 1.0 / (1_u32 << level) as f64;
         let carry = |x: f64, first: usize| (x - first as f64 + 0.5) * scale - 0.5;
         [carry(u, self.first_px[0]), carry(v, self.first_px[1])]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::{RngExt, SeedableRng};
+
+    use super::*;
+    use crate::evolve::Rng;
+
+    const SIDE: usize = 120;
+
+    /// Draws bars and a slope, with noise of a standard deviation.
+    fn drawn(noise: f64) -> Pyramid {
+        let mut rng = Rng::seed_from_u64(3);
+        let pixels: Vec<u8> = (0..SIDE * SIDE)
+            .map(|at| {
+                let (u, v) = (at % SIDE, at / SIDE);
+                let bars = if u / 12 % 2 == 0 { 90.0 } else { 140.0 };
+                // The sum of twelve even variables is nearly normal.
+                let normal = (0..12).map(|_| rng.random::<f64>()).sum::<f64>() - 6.0;
+                (bars + 0.2 * v as f64 + noise * normal).round().clamp(0.0, 255.0) as u8
+            })
+            .collect();
+        let image = ImageView::new(&pixels, [SIDE; 2], Channels::Grey).unwrap();
+        let mut pyramid = Pyramid::default();
+        pyramid.read(&image, [0; 2], [SIDE; 2]);
+        pyramid
+    }
+
+    #[test]
+    fn noise_is_told_from_the_pattern_beneath_it() {
+        for noise in [2.0, 4.0, f64::from(NOISY) - 0.5] {
+            let told = f64::from(drawn(noise).plane(0).noise());
+            assert!((0.8..1.25).contains(&(told / noise)), "{told} of {noise}");
+        }
+        assert!(drawn(0.0).plane(0).noise() < 0.5);
+    }
+
+    #[test]
+    fn what_is_noisy_is_smoothed_and_what_is_not_stays() {
+        let (clean, fair) = (drawn(0.0), drawn(2.0));
+        let apart = |one: &Pyramid, other: &Pyramid| {
+            let pairs = one.plane(0).data.iter().zip(&other.plane(0).data);
+            let count = one.plane(0).data.len() as f32;
+            (pairs.map(|(a, b)| (a - b) * (a - b)).sum::<f32>() / count).sqrt()
+        };
+        assert!((1.5..2.5).contains(&apart(&clean, &fair)));
+        // The edges of the bars are blurred, too.
+        assert!(apart(&clean, &drawn(15.0)) < 0.6 * 15.0);
     }
 }

@@ -29,7 +29,7 @@ const SEEN: (f64, f64) = (0.4, 0.8);
 /// Surface points that weigh as much as an outline whose colours tell the object well.
 const REGION_POINTS: f64 = 30.0;
 
-/// Standard deviation of a patch, in grey levels, from which on no shading makes it: courses of plain
+/// Standard deviation of a patch without its noise, in grey levels, from which on no shading makes it: courses of plain
 /// objects have at most 21 such points a camera, and those with a print seldom less than 25.
 const PRINTED: f64 = 8.0;
 
@@ -49,7 +49,8 @@ pub(super) fn judge(sight: &Sight<'_>, pose: &Pose, desk: &Desk) -> Verdict {
         let worth = quality * ((correlation - SEEN.0) / (SEEN.1 - SEEN.0)).clamp(0.0, 1.0);
         expected += quality;
         seen += worth;
-        if agreement.is_some_and(|a| a.contrast >= PRINTED) {
+        let noise = sight.windows[view.camera].noise;
+        if agreement.is_some_and(|a| a.contrast >= libm::hypot(PRINTED, noise)) {
             printed += worth;
         }
         if let Some(pixel) = pixel {

@@ -17,6 +17,8 @@ pub(super) struct Window {
     map: ScoreMap,
     first_px: [usize; 2],
     size_px: [usize; 2],
+    /// Standard deviation of the pyramid's noise, in grey levels.
+    pub(super) noise: f64,
     /// The object's middle, if it is known where that is.
     middle: Option<Vector2<f64>>,
 }
@@ -68,7 +70,7 @@ impl Window {
     }
 
     fn open(&mut self, from_world: Projection, image: &ImageView<'_>, colors: Option<&Colors>) {
-        self.pyramid.read(image, self.first_px, self.size_px);
+        self.noise = f64::from(self.pyramid.read(image, self.first_px, self.size_px));
         self.from_world = Some(from_world);
         if let Some(colors) = colors {
             self.score(image, colors);

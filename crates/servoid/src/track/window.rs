@@ -42,9 +42,9 @@ impl Window {
         let extent = (high - low).amax();
         let reach = margin * extent + 16.0;
         let size = camera.size_px();
-        let first: [usize; 2] = [0, 1].map(|i| (low[i] - reach).max(0.0) as usize);
-        let last: [usize; 2] =
-            [0, 1].map(|i| (high[i] + reach).clamp(0.0, size[i] as f64) as usize);
+        let cut = |at: f64, i: usize| at.clamp(0.0, size[i] as f64) as usize;
+        let first = [0, 1].map(|i| cut(low[i] - reach, i));
+        let last = [0, 1].map(|i| cut(high[i] + reach, i));
         if (0..2).any(|i| first[i] + LEAST_SIDE > last[i]) {
             return false;
         }
@@ -128,7 +128,8 @@ impl Window {
         });
     }
 
-    /// Gives where the camera is and unit rays through places all over the window, `columns` a row.
+    /// Gives where the camera is and unit rays through places all over the window, `columns` a row;
+    /// fewer where it is so high that there would be more than twice as many rows.
     pub(super) fn rays(
         &self,
         columns: usize,
@@ -137,7 +138,8 @@ impl Window {
         let inverse = projection.linear.try_inverse()?;
         let eye = projection.eye()?;
         let ([left, top], [width, height]) = (self.first_px, self.size_px);
-        let step = width as f64 / columns as f64;
+        let step = width.max(height / 2) as f64 / columns as f64;
+        let columns = (width as f64 / step).ceil() as usize;
         let rows = (height as f64 / step).ceil() as usize;
         let rays = (0..columns * rows).map(move |at| {
             let u = left as f64 + (0.5 + (at % columns) as f64) * step;

@@ -26,6 +26,7 @@ mod shapes;
 mod sights;
 mod surface;
 mod track;
+mod track_extremes;
 mod track_faults;
 mod track_learning;
 mod volume;

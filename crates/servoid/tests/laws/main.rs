@@ -29,4 +29,5 @@ mod track;
 mod track_extremes;
 mod track_faults;
 mod track_learning;
+mod track_units;
 mod volume;

@@ -1,5 +1,6 @@
 //! Laws of the tracker's units: a metre means nothing to it, and a pixel little.
 
+use crate::scenes::holds;
 use crate::shapes::drawn::{Shot, Stage, eyes};
 use crate::track::{moving, seeded};
 use nalgebra::Matrix6;
@@ -91,6 +92,12 @@ impl Course {
         }
         most
     }
+}
+
+#[test]
+fn images_of_half_and_of_twice_the_size_give_about_the_same_poses_and_confidences() {
+    holds("track at half the size");
+    holds("track at twice the size");
 }
 
 #[test]

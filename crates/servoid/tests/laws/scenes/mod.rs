@@ -12,6 +12,7 @@ mod search;
 mod table;
 mod track;
 mod track_lost;
+mod track_resolution;
 
 use std::sync::LazyLock;
 
@@ -57,6 +58,7 @@ fn all() -> impl Iterator<Item = &'static Scene> {
         search::SCENES,
         track::SCENES,
         track_lost::SCENES,
+        track_resolution::SCENES,
     ];
     of_file.into_iter().flatten()
 }

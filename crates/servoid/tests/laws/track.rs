@@ -135,6 +135,16 @@ fn an_object_that_is_half_hidden_is_followed_and_said_to_be() {
 }
 
 #[test]
+fn an_object_that_grows_beyond_the_images_is_tracked_as_surely_as_before() {
+    holds("track into the camera");
+}
+
+#[test]
+fn what_lies_beside_the_image_is_not_said_to_be_hidden() {
+    holds("track out of the image");
+}
+
+#[test]
 fn an_object_is_found_near_a_pose_and_anywhere_without_one() {
     holds("track found anywhere");
     holds("track found near");

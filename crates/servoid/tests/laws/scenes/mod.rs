@@ -11,6 +11,7 @@ mod placing;
 mod search;
 mod table;
 mod track;
+mod track_asked;
 mod track_lost;
 mod track_resolution;
 
@@ -57,6 +58,7 @@ fn all() -> impl Iterator<Item = &'static Scene> {
         placing::SCENES,
         search::SCENES,
         track::SCENES,
+        track_asked::SCENES,
         track_lost::SCENES,
         track_resolution::SCENES,
     ];

@@ -111,6 +111,7 @@ impl Window {
         let ([left, top], [width, height]) = (self.first_px, self.size_px);
         let middle = self.middle.map(|m| (m.x as f32 - left as f32, m.y as f32 - top as f32));
         let grey = image.channels() == Channels::Grey;
+        let palette = colors.of(image.channels());
         self.map.refill([width, height], STRIDE, |v| {
             let row = image.row(top + v);
             (0..width).map(move |u| {
@@ -123,7 +124,7 @@ impl Window {
                 let side = middle.map_or(colors::ANY_SIDE, |(middle_u, middle_v)| {
                     colors::side(u as f32 - middle_u, v as f32 - middle_v)
                 });
-                colors.quanta(bin, side)
+                palette.quanta(bin, side)
             })
         });
     }
@@ -170,7 +171,8 @@ impl Window {
             return None;
         }
         let (u, v) = (left + right as usize, top + below as usize);
-        Some(f64::from(colors.ratio(colors::bin(image, u, v), self.side(u, v))))
+        let palette = colors.of(image.channels());
+        Some(f64::from(palette.ratio(colors::bin(image, u, v), self.side(u, v))))
     }
 
     /// Counts the window's pixels as the object's inside the outlines and as background outside;
@@ -182,7 +184,7 @@ impl Window {
         doubt_px: f64,
         colors: &mut Colors,
     ) {
-        colors.grey = image.channels() == Channels::Grey;
+        let palette = colors.of_mut(image.channels());
         let ([left, top], [width, height]) = (self.first_px, self.size_px);
         let mut labels = [Belongs::Background; MOST_LABELS];
         let labels = &mut labels[..width.div_ceil(TEACHING_STRIDE)];
@@ -205,7 +207,7 @@ impl Window {
                 let u = (at * TEACHING_STRIDE + shift).min(width - 1);
                 if belongs != Belongs::Unknown {
                     let side = self.side(left + u, top + v);
-                    colors.count(colors::bin(image, left + u, top + v), belongs, side);
+                    palette.count(colors::bin(image, left + u, top + v), belongs, side);
                 }
             }
         }
@@ -218,13 +220,13 @@ impl Window {
         mask: &ImageView<'_>,
         colors: &mut Colors,
     ) {
-        colors.grey = image.channels() == Channels::Grey;
+        let palette = colors.of_mut(image.channels());
         let ([left, top], [width, height]) = (self.first_px, self.size_px);
         for v in top..top + height {
             for u in left..left + width {
                 let belongs =
                     if mask.row(v)[u] == 0 { Belongs::Background } else { Belongs::Object };
-                colors.count(colors::bin(image, u, v), belongs, self.side(u, v));
+                palette.count(colors::bin(image, u, v), belongs, self.side(u, v));
             }
         }
     }

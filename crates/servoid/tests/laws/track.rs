@@ -145,6 +145,11 @@ fn what_lies_beside_the_image_is_not_said_to_be_hidden() {
 }
 
 #[test]
+fn a_grey_camera_beside_one_with_colours_will_do() {
+    holds("track grey beside colour");
+}
+
+#[test]
 fn an_object_is_found_near_a_pose_and_anywhere_without_one() {
     holds("track found anywhere");
     holds("track found near");

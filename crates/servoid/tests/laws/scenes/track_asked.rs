@@ -1,14 +1,15 @@
 //! Courses of the tracker in which some of what it knows of the object is not asked: it lies beside
-//! the images.
+//! the images, or a camera shows no colours.
 
 use nalgebra::{UnitQuaternion, Vector3};
+use servoid::observe::{Channels, ImageView, Observation};
 use servoid::pose::Pose;
-use servoid::track::{Estimate, Notice};
+use servoid::track::{Estimate, Notice, Tracker};
 
 use super::Sense::AtMost;
 use super::{Figures, Measure, NOT_TRACKING, OFF, Scene, TURNED, Worst};
-use crate::shapes::drawn::{Shot, Stage, eyes};
-use crate::track::{seeded, start, started};
+use crate::shapes::drawn::{SIZE, Shot, Stage, eyes};
+use crate::track::{moving, seeded, start, started};
 
 const DOUBT: Measure = ("doubt", "1", AtMost);
 const HIDDEN: Measure = ("said to be hidden", "images", AtMost);
@@ -23,6 +24,11 @@ pub const SCENES: &[Scene] = &[
         name: "track out of the image",
         measures: &[NOT_TRACKING, OFF, TURNED, DOUBT, HIDDEN],
         run: leaving,
+    },
+    Scene {
+        name: "track grey beside colour",
+        measures: &[NOT_TRACKING, OFF, TURNED, DOUBT],
+        run: grey_beside_colour,
     },
 ];
 
@@ -90,4 +96,37 @@ fn leaving(seed: u64) -> Figures {
         let there = Pose::from_rotation(start().rotation(), start().translation() + aside);
         (stage.shot(index, &eyes(), Some(&there)), there)
     })
+}
+
+/// Makes what the left camera shows grey.
+fn grey_left(shot: &Shot) -> Vec<u8> {
+    shot.pictures[0].iter().skip(1).step_by(3).copied().collect()
+}
+
+fn beside<'a>(shot: &'a Shot, grey: &'a [u8]) -> Observation<'a> {
+    let left = ImageView::new(grey, SIZE, Channels::Grey).unwrap();
+    let right = ImageView::new(&shot.pictures[1], SIZE, Channels::Rgb).unwrap();
+    Observation { images: vec![Some(left), Some(right)], ..shot.observation() }
+}
+
+/// The left camera shows no colours; in the end the object is found anywhere by its look.
+fn grey_beside_colour(seed: u64) -> Figures {
+    let (stage, settings) = seeded(seed, Stage::textured());
+    let new = || Tracker::new(&stage.cameras(), &stage.body, settings).unwrap();
+    let (mut tracker, mut seen) = (new(), Seen::default());
+    for index in 0..20 {
+        let shot = stage.shot(index, &eyes(), Some(&moving(index)));
+        let grey = grey_left(&shot);
+        let now = beside(&shot, &grey);
+        if index == 0 {
+            tracker.start(&now, moving(0), &[]).unwrap();
+        } else {
+            seen.add(&tracker.step(&now).unwrap(), &moving(index));
+        }
+    }
+    let mut other = new();
+    other.recall(&tracker.appearance());
+    let shot = stage.shot(20, &eyes(), Some(&moving(20)));
+    seen.add(&other.find(&beside(&shot, &grey_left(&shot)), None).unwrap(), &moving(20));
+    seen.figures()
 }

@@ -99,8 +99,8 @@ def test_settings_keep_what_was_given_and_leave_the_rest_to_the_core() -> None:
     [
         ({"max_ellipsoids": 0}, "max_ellipsoids must be 1 to 64, but it is 0"),
         ({"delta": float("nan")}, "delta must be at least 0"),
-        ({"generations": 0}, "generations must be at least 1"),
-        ({"population": 1}, "population must be at least 2"),
+        ({"generations": 0}, "generations must be 1 to 10000"),
+        ({"population": 1}, "population must be 2 to 100000"),
         ({"points": 0}, "m is 0"),
         ({"points": 10**12}, "1 to 65536 points"),
         ({"alpha": 0.0}, "alpha must be a positive number"),

@@ -11,7 +11,7 @@ from fake_tracker import FakeTracker, plain_body
 from servoid.errors import TargetError, TrackError
 from servoid.model import Request as ModelRequest
 from servoid.model import fit, fit_capture
-from servoid.observe import open_capture, parse_target
+from servoid.observe import ASSUMED_HZ, open_capture, parse_target
 from servoid.pose import Pose
 from servoid.shape import Body
 from servoid.track import Collector, Method, Request, Subject, follow, track_capture
@@ -126,12 +126,12 @@ def test_observations_without_any_image_before_the_start_are_passed_over(own_vid
 
 
 @pytest.mark.usefixtures("fake_core")
-def test_a_capture_without_times_counts_its_observations(drawn_capture: Path) -> None:
+def test_a_capture_without_times_is_taken_for_one_of_a_usual_rate(drawn_capture: Path) -> None:
     (drawn_capture / "poses.csv").unlink()
     toml = drawn_capture / "capture.toml"
     toml.write_text(toml.read_text().replace('[rig]\nposes = "poses.csv"', ""))
     [result] = track_capture(open_capture(drawn_capture), [known()])
-    assert [one.estimate.time_s for one in result.tracked] == [float(i) for i in range(8)]
+    assert [one.estimate.time_s for one in result.tracked] == [i / ASSUMED_HZ for i in range(8)]
 
 
 def test_a_body_with_a_start_begins_there_with_the_masks_that_are_there(

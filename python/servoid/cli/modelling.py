@@ -131,11 +131,21 @@ def _fit_shape(order: Order, request: Request, targets: list[Target]) -> ModelRe
     if is_cloud(order.source):
         cloud = read_cloud(order.source)
         sights = sights_of_cloud(cloud.points, cloud.normals, order.viewpoint)
-        return fit_sights(sights, request, notes=cloud.notes)
+        return fit_sights(sights, request, notes=(*cloud.notes, _own_frame("cloud")))
     if order.viewpoint is not None:
         raise ModelError(f"{order.source} is a mesh, so --viewpoint means nothing; leave it out")
     mesh = read_mesh(order.source)
-    return fit_mesh(mesh.vertices, mesh.faces, request, notes=mesh.notes)
+    notes = (*mesh.notes, _own_frame("mesh"))
+    return fit_mesh(mesh.vertices, mesh.faces, request, notes=notes)
+
+
+def _own_frame(what: str) -> str:
+    """Say that a body's poses are not those of what it was made of."""
+    return (
+        f"poses of the body are not the {what}'s: its frame is its own, at its centre and along "
+        f"its longest sides; world_from_object in its file is {what}_from_object, and track "
+        f"--start takes world_from_{what} * {what}_from_object"
+    )
 
 
 def _write_report_whole(

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import typer
 
-from servoid.observe import Capture
+from servoid.observe import ASSUMED_HZ, Capture
 from servoid.track import Gap, TrackResult
 
 _LABEL_WIDTH = 12
@@ -17,6 +17,10 @@ _MS_PER_S = 1e3
 _NOWHERE = (
     "no image confirms the start: give another --start, or leave it out and mark the object in the "
     "first observation with --target or a mask"
+)
+_TIMELESS = (
+    f"the capture knows no times: {ASSUMED_HZ:g} observations a second are assumed; if it was "
+    "another rate, write it into its capture.toml as rate_hz"
 )
 
 Row = tuple[str, str]
@@ -37,7 +41,7 @@ def print_track_summary(
             typer.echo(f" {result.name}")
         _print(_rows(result))
     if capture.times_s is None and capture.rate_hz is None:
-        _print(_wrapped("note", "the capture knows no times: time_s counts its observations"))
+        _print(_wrapped("note", _TIMELESS))
     for kind, path in files:
         typer.echo(f"  {kind:<{_LABEL_WIDTH}} {path}")
 

@@ -11,7 +11,7 @@ from servoid.observe.depth import read_depth
 from servoid.observe.doubts import Depth
 from servoid.observe.finding import Found, find_object, seek_object, undoubted
 from servoid.observe.images import read_image, read_mask
-from servoid.observe.instants import cameras_of, read_instants, tidy_image
+from servoid.observe.instants import ASSUMED_HZ, cameras_of, read_instants, tidy_image
 from servoid.observe.live import Live, LiveCamera, LiveSettings
 from servoid.observe.opening import open_capture
 from servoid.observe.picture import Picture
@@ -32,6 +32,7 @@ from servoid.observe.target import (
 from servoid.observe.undistort import Undistortion, undistortion
 
 __all__ = [
+    "ASSUMED_HZ",
     "BackgroundTarget",
     "BoxTarget",
     "Camera",

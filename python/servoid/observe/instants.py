@@ -13,6 +13,7 @@ from servoid.observe.ideal import Ideal
 from servoid.observe.picture import Picture
 from servoid.observe.source import Instant
 
+ASSUMED_HZ = 30.0  # observations a second where the capture knows neither times nor a rate
 _MOST_UNKNOWN = 0.5  # an image of which more pixels are unknown shows nothing
 
 
@@ -30,7 +31,7 @@ def read_instants(capture: Capture, observations: Sequence[Observation]) -> Iter
     """Read observations in order, each when it is asked for.
 
     An image that cannot be read is left out, with a notice. Where the capture knows no times they
-    are counted from its rate, or else from its observations, one second each.
+    are counted from its rate, or else from `ASSUMED_HZ`.
     """
     for observation in observations:
         images: list[NDArray[np.uint8] | None] = []
@@ -121,4 +122,4 @@ def _read(
 def _time_s(capture: Capture, observation: Observation) -> float:
     if observation.time_s is not None:
         return observation.time_s
-    return observation.index / (capture.rate_hz or 1.0)
+    return observation.index / (capture.rate_hz or ASSUMED_HZ)

@@ -107,6 +107,8 @@ pub struct Ga {
 /// How the mutation width grows after a success; it shrinks by the fourth root after a failure, so
 /// that it stands still at one success in five.
 const WIDTH_GROWTH: f64 = 1.22;
+/// Largest population: all of it is in memory at once.
+const MOST: usize = 100_000;
 /// Widest mutation, as a share of the gene's range.
 const WIDEST: f64 = 0.5;
 
@@ -202,13 +204,22 @@ fn sort(population: &mut [Individual]) {
     }
 }
 
+impl GaSettings {
+    /// Passes the settings on if they are in their ranges.
+    pub(crate) fn checked(self) -> Result<Self, GaError> {
+        check(&[], &self)?;
+        Ok(self)
+    }
+}
+
 fn check(ranges: &[(f64, f64)], settings: &GaSettings) -> Result<(), GaError> {
     let GaSettings { population, elites, rivals, blend_reach, mutation_rate, .. } = *settings;
     let GaSettings { mutation_width, least_width, .. } = *settings;
     let bounded = |name, allowed, given: f64, fits: bool| {
         if fits { Ok(()) } else { Err(GaError::Setting { name, allowed, given }) }
     };
-    bounded("population", "at least 2", population as f64, population >= 2)?;
+    let fits = (2..=MOST).contains(&population);
+    bounded("population", "2 to 100000", population as f64, fits)?;
     bounded("elites", "below the population", elites as f64, elites < population)?;
     bounded("rivals", "at least 1", rivals as f64, rivals >= 1)?;
     bounded("blend_reach", "0 to 2", blend_reach, (0.0..=2.0).contains(&blend_reach))?;

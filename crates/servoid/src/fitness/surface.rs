@@ -110,6 +110,16 @@ impl SurfacePoint {
         Some(f64::from(patch.iter().zip(look).map(|(a, b)| a * b).sum::<f32>()))
     }
 
+    /// Gives how far to the right and down of its middle the samples of the piece of surface reach, in
+    /// pixels of an image; `None` if it has no look at this resolution. `slope` says how its pixel
+    /// moves with the point.
+    #[must_use]
+    pub fn reach_px(&self, slope: &Matrix2x3<f64>, level: usize) -> Option<Vector2<f64>> {
+        self.looks[level].as_ref()?;
+        let half = 0.5 * (SIDE as f64 - 1.0) * SPACING * f64::from(1_u32 << level);
+        Some(((slope * self.steps[0]).abs() + (slope * self.steps[1]).abs()) * half)
+    }
+
     /// Compares the piece of surface with an image.
     #[must_use]
     pub fn agreement(

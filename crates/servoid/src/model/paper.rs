@@ -2,7 +2,7 @@ use nalgebra::Vector3;
 use rayon::prelude::*;
 
 use super::scene::{common_point, mean_radius};
-use super::settings::{check_common, check_positive, workers};
+use super::settings::{check_common, check_count, workers};
 use super::{ModelError, Progress, Step};
 use crate::evolve::{Ga, GaSettings, rng};
 use crate::fitness::{Margin, Points, PointsView};
@@ -50,7 +50,8 @@ impl PaperSettings {
     /// Passes the settings on if they are in their ranges.
     fn checked(self) -> Result<Self, ModelError> {
         check_common(self.max_ellipsoids, self.delta)?;
-        check_positive("generations", self.generations)?;
+        check_count("generations", self.generations, 1)?;
+        self.search.checked()?;
         Ok(self)
     }
 }

@@ -81,22 +81,23 @@ impl Settings {
     /// Passes the settings on if they are in their ranges.
     pub(crate) fn checked(self) -> Result<Self, ModelError> {
         check_common(self.max_ellipsoids, self.delta)?;
-        check_positive("islands", self.islands)?;
-        check_positive("lines", self.lines)?;
+        check_threads(self.threads)?;
+        self.search.checked()?;
+        check_count("islands", self.islands, 1)?;
+        check_count("lines", self.lines, 1)?;
+        check_count("splits", self.splits, 0)?;
+        check_count("generations", self.generations, 0)?;
+        check_count("reseeds", self.reseeds, 0)?;
+        check_count("singles", self.singles, 0)?;
+        check_count("pairs", self.pairs, 0)?;
+        check_count("overshoot", self.overshoot, 0)?;
         Ok(self)
     }
 }
 
 /// Checks what every method is told.
 pub(super) fn check_common(max_ellipsoids: usize, delta: f64) -> Result<(), ModelError> {
-    let most = Body::MAX_ELLIPSOIDS;
-    if !(1..=most).contains(&max_ellipsoids) {
-        return Err(ModelError::Setting {
-            name: "max_ellipsoids",
-            allowed: format!("1 to {most}"),
-            given: max_ellipsoids.to_string(),
-        });
-    }
+    check_range("max_ellipsoids", max_ellipsoids, 1, Body::MAX_ELLIPSOIDS)?;
     if !(0.0..1.0).contains(&delta) {
         return Err(ModelError::Setting {
             name: "delta",
@@ -107,16 +108,40 @@ pub(super) fn check_common(max_ellipsoids: usize, delta: f64) -> Result<(), Mode
     Ok(())
 }
 
-pub(super) fn check_positive(name: &'static str, given: usize) -> Result<(), ModelError> {
-    if given == 0 {
-        let (allowed, given) = ("at least 1".into(), given.to_string());
-        return Err(ModelError::Setting { name, allowed, given });
+/// Largest count that a setting may ask for: each costs time or memory.
+const MOST: usize = 10_000;
+/// Most worker threads that are started.
+const MOST_THREADS: usize = 1024;
+
+/// Checks a count that is at least `least`.
+pub(super) fn check_count(
+    name: &'static str,
+    given: usize,
+    least: usize,
+) -> Result<(), ModelError> {
+    check_range(name, given, least, MOST)
+}
+
+fn check_threads(threads: usize) -> Result<(), ModelError> {
+    check_range("threads", threads, 0, MOST_THREADS)
+}
+
+fn check_range(
+    name: &'static str,
+    given: usize,
+    least: usize,
+    most: usize,
+) -> Result<(), ModelError> {
+    if (least..=most).contains(&given) {
+        return Ok(());
     }
-    Ok(())
+    let (allowed, given) = (format!("{least} to {most}"), given.to_string());
+    Err(ModelError::Setting { name, allowed, given })
 }
 
 /// Starts worker threads; 0 takes as many as the machine has.
 pub(crate) fn workers(threads: usize) -> Result<rayon::ThreadPool, ModelError> {
+    check_threads(threads)?;
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
     pool.map_err(|_| ModelError::Threads(threads))
 }

@@ -150,10 +150,11 @@ impl Tracker {
     #[must_use]
     pub fn appearance(&self) -> Appearance {
         let points = self.points.known.iter().map(|known| (known.point, known.variance));
+        let (grey, colors) = self.colors.object_shares();
         Appearance {
             points: points.collect(),
-            colors: self.colors.object_shares(),
-            grey: self.colors.grey,
+            colors,
+            grey,
             usual: self.usual.numbers(self.cameras.len()),
         }
     }

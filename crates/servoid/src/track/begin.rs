@@ -7,7 +7,7 @@ use super::learn::Lesson;
 use super::motion::Motion;
 use super::regain::ROUNDS;
 use super::tracker::Tracker;
-use crate::observe::{Channels, Mask, Observation, check_image_size};
+use crate::observe::{Mask, Observation, check_image_size};
 use crate::pose::Pose;
 
 /// Share of the object's size by which windows are larger than it at the start.
@@ -158,7 +158,8 @@ impl Tracker {
     ) -> Result<(), TrackError> {
         let images = (0..self.cameras.len()).filter(|&camera| self.senses.can_use(camera));
         let images: Vec<_> = images.filter_map(|camera| observation.images[camera]).collect();
-        let known = images.iter().all(|i| self.colors.know_object(i.channels() == Channels::Grey));
+        let known =
+            images.is_empty() || images.iter().any(|i| self.colors.know_object(i.channels()));
         if !known && (near.is_none() || self.points.known.is_empty()) {
             return Err(TrackError::NothingKnown);
         }

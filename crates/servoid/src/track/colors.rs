@@ -1,8 +1,16 @@
 use crate::fitness::ScoreMap;
 use crate::observe::{Channels, ImageView};
 
-/// Colours of the object and of what is around it now: they follow the light, and the background is
-/// told apart by where it lies.
+/// Colours of the object and of what is around it now, in pictures of each kind: what is learned in
+/// grey ones says nothing of coloured ones, nor the reverse.
+#[derive(Debug, Clone)]
+pub(super) struct Colors {
+    grey: Palette,
+    rgb: Palette,
+}
+
+/// Colours in pictures of one kind: they follow the light, and the background is told apart by where
+/// it lies.
 ///
 /// A [`ColorModel`](crate::fitness::ColorModel) counts once what masks show; these histograms are
 /// shares, of which each lesson replaces a part.
@@ -10,15 +18,13 @@ use crate::observe::{Channels, ImageView};
 /// The background's histograms are one for each of eight directions from the object; each is mixed
 /// with all of them, so that what was not seen there but elsewhere still counts as background.
 #[derive(Debug, Clone)]
-pub(super) struct Colors {
+pub(super) struct Palette {
     object: Histogram,
     around: Histogram,
     sides: Vec<Histogram>,
     /// ln p(colour | object) / p(colour | background), one table a side and one for any.
     tables: Vec<f32>,
     local: bool,
-    /// Whether the pictures are grey, whose bins are others.
-    pub(super) grey: bool,
 }
 
 /// Bits that are kept of a channel.
@@ -82,14 +88,86 @@ pub(super) enum Belongs {
 
 impl Colors {
     pub(super) fn new(local: bool) -> Self {
+        Self { grey: Palette::new(local), rgb: Palette::new(local) }
+    }
+
+    /// Gives what is known of pictures of a kind.
+    #[inline]
+    pub(super) fn of(&self, channels: Channels) -> &Palette {
+        match channels {
+            Channels::Grey => &self.grey,
+            Channels::Rgb => &self.rgb,
+        }
+    }
+
+    #[inline]
+    pub(super) fn of_mut(&mut self, channels: Channels) -> &mut Palette {
+        match channels {
+            Channels::Grey => &mut self.grey,
+            Channels::Rgb => &mut self.rgb,
+        }
+    }
+
+    /// Takes what was counted as a share `rate` of what is known.
+    pub(super) fn take(&mut self, rate: f32) {
+        self.grey.take(rate);
+        self.rgb.take(rate);
+    }
+
+    /// Counts an image as what is anywhere, object and all: it is small among the rest.
+    pub(super) fn count_anywhere(&mut self, image: &ImageView<'_>) {
+        self.of_mut(image.channels()).count_anywhere(image);
+    }
+
+    /// Takes what was counted anywhere for the whole of what is known of it.
+    pub(super) fn take_anywhere(&mut self) {
+        self.grey.take_anywhere();
+        self.rgb.take_anywhere();
+    }
+
+    /// Says whether there is such a bin.
+    pub(super) fn holds(bin: usize) -> bool {
+        bin < BINS
+    }
+
+    /// Gives the object's bins that are not empty, with their shares, and whether they are of grey
+    /// pictures: colours say more where both are known.
+    pub(super) fn object_shares(&self) -> (bool, Vec<(u32, f32)>) {
+        let grey = !self.rgb.object.known && self.grey.object.known;
+        let palette = if grey { &self.grey } else { &self.rgb };
+        (grey, palette.object_shares())
+    }
+
+    /// Takes over the object's shares; the background is not known then.
+    pub(super) fn recall(&mut self, shares: &[(u32, f32)], grey: bool) {
+        let palette = if grey { &mut self.grey } else { &mut self.rgb };
+        palette.recall(shares);
+    }
+
+    /// Says whether colours of the object were learned in pictures of this kind.
+    pub(super) fn know_object(&self, channels: Channels) -> bool {
+        self.of(channels).object.known
+    }
+
+    /// Says whether colours of the object and of the background were learned.
+    pub(super) fn are_known(&self) -> bool {
+        self.grey.is_known() || self.rgb.is_known()
+    }
+}
+
+impl Palette {
+    fn new(local: bool) -> Self {
         Self {
             object: Histogram::new(),
             around: Histogram::new(),
             sides: (0..=SIDES).map(|_| Histogram::new()).collect(),
             tables: vec![0.0; (SIDES + 1) * BINS],
             local,
-            grey: false,
         }
+    }
+
+    fn is_known(&self) -> bool {
+        self.object.known && self.around.known
     }
 
     /// Counts a pixel's bin for what the pixel is, on its side of the object.
@@ -105,16 +183,14 @@ impl Colors {
         }
     }
 
-    /// Takes what was counted as a share `rate` of what is known.
-    pub(super) fn take(&mut self, rate: f32) {
+    fn take(&mut self, rate: f32) {
         self.object.take(rate);
         self.around.take(rate);
         self.sides.iter_mut().for_each(|side| side.take(rate));
         self.tabulate();
     }
 
-    /// Counts an image as what is anywhere, object and all: it is small among the rest.
-    pub(super) fn count_anywhere(&mut self, image: &ImageView<'_>) {
+    fn count_anywhere(&mut self, image: &ImageView<'_>) {
         let [width, height] = image.size_px();
         for v in (0..height).step_by(ANYWHERE_STRIDE) {
             for u in (0..width).step_by(ANYWHERE_STRIDE) {
@@ -123,13 +199,16 @@ impl Colors {
         }
     }
 
-    /// Takes what was counted anywhere for the whole of what is known of it.
-    pub(super) fn take_anywhere(&mut self) {
+    fn take_anywhere(&mut self) {
         self.sides[ANY_SIDE].take(1.0);
         self.tabulate();
     }
 
     fn tabulate(&mut self) {
+        // Of an object whose colours are not known no colour says anything.
+        if !self.object.known {
+            return;
+        }
         let even = ANYTHING / BINS as f32;
         let tables = self.tables.chunks_exact_mut(BINS);
         for (index, (side, table)) in self.sides.iter().zip(tables).enumerate() {
@@ -147,36 +226,18 @@ impl Colors {
         }
     }
 
-    /// Says whether there is such a bin.
-    pub(super) fn holds(bin: usize) -> bool {
-        bin < BINS
-    }
-
-    /// Gives the object's bins that are not empty, with their shares.
-    pub(super) fn object_shares(&self) -> Vec<(u32, f32)> {
+    fn object_shares(&self) -> Vec<(u32, f32)> {
         let shares = self.object.shares.iter().enumerate();
         shares.filter(|(_, share)| **share > 0.0).map(|(bin, &share)| (bin as u32, share)).collect()
     }
 
-    /// Takes over the object's shares; the background is not known then.
-    pub(super) fn recall(&mut self, shares: &[(u32, f32)], grey: bool) {
-        self.grey = grey;
+    fn recall(&mut self, shares: &[(u32, f32)]) {
         self.object.known = !shares.is_empty();
         for &(bin, share) in shares {
             if let Some(place) = self.object.shares.get_mut(bin as usize) {
                 *place = share;
             }
         }
-    }
-
-    /// Says whether colours of the object were learned in pictures of this kind.
-    pub(super) fn know_object(&self, grey: bool) -> bool {
-        self.object.known && self.grey == grey
-    }
-
-    /// Says whether colours of the object and of the background were learned.
-    pub(super) fn are_known(&self) -> bool {
-        self.object.known && self.around.known
     }
 
     /// Gives the log-likelihood ratio of a bin on a side, in nats.
@@ -233,4 +294,51 @@ fn fast_ln(x: f32) -> f32 {
     // A fit of log2(1 + m) on 0 to 1 that is exact at both ends.
     let fraction = m * (1.441_8 + m * (-0.708_2 + m * (0.414_7 - 0.148_3 * m)));
     (exponent + fraction) * std::f32::consts::LN_2
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SIDE: usize = 8;
+
+    /// Teaches that the left half of a picture of one level a half is the object.
+    fn teach(colors: &mut Colors, channels: Channels, levels: [u8; 2]) {
+        let bytes = channels.count();
+        let pixels: Vec<u8> = (0..SIDE * SIDE * bytes)
+            .map(|at| levels[usize::from(at / bytes % SIDE >= SIDE / 2)])
+            .collect();
+        let image = ImageView::new(&pixels, [SIDE; 2], channels).unwrap();
+        for at in 0..SIDE * SIDE {
+            let (u, v) = (at % SIDE, at / SIDE);
+            let belongs = if u < SIDE / 2 { Belongs::Object } else { Belongs::Background };
+            colors.of_mut(channels).count(bin(&image, u, v), belongs, 0);
+        }
+        colors.take(1.0);
+    }
+
+    #[test]
+    fn what_pictures_of_one_kind_teach_says_nothing_of_the_other() {
+        let both = [Channels::Grey, Channels::Rgb];
+        for (learned, other) in [(both[0], both[1]), (both[1], both[0])] {
+            let mut colors = Colors::new(true);
+            teach(&mut colors, learned, [40, 200]);
+            assert!(colors.know_object(learned) && !colors.know_object(other));
+            assert!(colors.of(learned).tables.iter().any(|ratio| *ratio > 1.0));
+            assert!(colors.of(other).tables.iter().all(|ratio| *ratio == 0.0));
+            let before = colors.of(learned).tables.clone();
+            teach(&mut colors, other, [200, 40]);
+            assert_eq!(colors.of(learned).tables, before);
+        }
+    }
+
+    #[test]
+    fn of_an_object_whose_colours_are_not_known_no_colour_says_anything() {
+        let mut colors = Colors::new(true);
+        let pixels = [90; 3 * 64 * 64];
+        let image = ImageView::new(&pixels, [64; 2], Channels::Rgb).unwrap();
+        colors.count_anywhere(&image);
+        colors.take_anywhere();
+        assert!(colors.of(Channels::Rgb).tables.iter().all(|ratio| *ratio == 0.0));
+    }
 }

@@ -71,12 +71,15 @@ pub(super) fn judge(sight: &Sight<'_>, pose: &Pose, desk: &Desk) -> Verdict {
         }
     }
     let ratio = if area > 0.0 { sum / area } else { 0.0 };
-    let outline = desk.outline.0 / desk.outline.1.max(1.0);
+    // What less than one line leaves open was not asked: it is as usual.
+    let (agreed, lines) = desk.outline;
+    let open = (1.0 - lines).max(0.0);
+    let outline = (agreed + open * usual.outline) / (lines + open);
     // What hides the object has other colours: only where it shows are they asked.
     let (shows, left) =
         desk.occlusion.clear().filter(|(_, left)| *left < 1.0).unwrap_or((ratio, 1.0));
     let clear_ratio = ratio + believed * (shows - ratio);
-    if sight.colors.is_some() && usual.ratio > 0.0 {
+    if sight.colors.is_some() && usual.ratio > 0.0 && area > 0.0 {
         let weight = REGION_POINTS * usual.ratio.min(1.0) * (1.0 + believed * (left - 1.0));
         expected += weight;
         let inside = (clear_ratio / usual.ratio).clamp(0.0, 1.0);

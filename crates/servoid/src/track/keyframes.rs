@@ -126,12 +126,13 @@ impl Keyframe {
         let size = self.camera.size_px();
         let image = ImageView::new(&self.pixels, size, self.channels).ok()?;
         let [width, height] = size;
+        let palette = colors.of(self.channels);
         let mut scores = Vec::with_capacity(width * height);
         for v in 0..height {
             for u in 0..width {
                 let away = Vector2::new(u as f64, v as f64) - middle;
                 let side = colors::side(away.x as f32, away.y as f32);
-                scores.push(colors.ratio(colors::bin(&image, u, v), side));
+                scores.push(palette.ratio(colors::bin(&image, u, v), side));
             }
         }
         let along = |scores: &[f32], step: usize, from: usize| {

@@ -124,8 +124,8 @@ impl Points {
     }
 
     /// Moves points along the way in which they were learned to where the images show them, each by
-    /// as much as it is less certain than the images.
-    pub(super) fn refine(&mut self, matches: &[Match]) {
+    /// as much as it is less certain than the images; `radius` is the body's.
+    pub(super) fn refine(&mut self, matches: &[Match], radius: f64) {
         for Match { view, agreement, .. } in matches {
             let Some(agreement) = agreement else { continue };
             if agreement.correlation < RECOGNISED {
@@ -142,15 +142,16 @@ impl Points {
             let step = way.dot(&agreement.pull) / curvature;
             let gain = information * SHARED / (1.0 / known.variance + information * SHARED);
             known.point.position += known.point.toward * (gain * step);
-            known.variance = (1.0 - gain) * known.variance + FADING;
+            known.variance = (1.0 - gain) * known.variance + (FADING * radius).powi(2);
         }
     }
 }
 
 /// Share of what an image says of a point that is its own and not the pose's.
 const SHARED: f64 = 0.2;
-/// What is forgotten of a point's place in an image, in square metres.
-const FADING: f64 = 1e-10;
+/// Standard deviation of what is forgotten of a point's place in an image, as a share of the body's
+/// radius.
+const FADING: f64 = 1e-4;
 /// Standard deviation of where a patch is found beyond its noise, in pixels: surfaces are not flat.
 pub(super) const PLACE_PX: f64 = 0.25;
 

@@ -1,4 +1,4 @@
-use nalgebra::{Matrix2, Matrix6, Vector3, Vector6};
+use nalgebra::{Matrix2, Matrix6, Vector2, Vector3, Vector6};
 
 use super::colors::Colors;
 use super::occlusion::Occlusion;
@@ -164,9 +164,25 @@ fn match_points(sight: &Sight<'_>, pose: &Pose, level: usize, desk: &mut Desk) {
         let point = &sight.points.known[view.point].point;
         let pyramid = &sight.windows[view.camera].pyramid;
         let agreement = point.agreement(&projection, pyramid, level);
-        let pixel = projection.pixel(&point.position).map(|(pixel, _)| pixel);
-        desk.matches.push(Match { view: *view, agreement, pixel });
+        let place = projection.pixel(&point.position);
+        let asked = || {
+            let image = sight.images[view.camera].as_ref();
+            place.zip(image).is_none_or(|((pixel, slope), image)| {
+                point.reach_px(&slope, level).is_some_and(|reach| holds(image, &pixel, &reach))
+            })
+        };
+        // What lies beside the image, or was never seen so coarsely, is not missed.
+        if agreement.is_some() || asked() {
+            let pixel = place.map(|(pixel, _)| pixel);
+            desk.matches.push(Match { view: *view, agreement, pixel });
+        }
     }
+}
+
+/// Says whether an image shows a place with all that lies within a reach of it.
+fn holds(image: &ImageView<'_>, pixel: &Vector2<f64>, reach: &Vector2<f64>) -> bool {
+    let size = image.size_px().map(|n| n as f64 - 1.0);
+    (0..2).all(|i| pixel[i] - reach[i] >= 0.0 && pixel[i] + reach[i] < size[i])
 }
 
 impl Desk {
@@ -190,14 +206,23 @@ fn add_lines(
             continue;
         }
         if let Some(offset) = boundary(place, LINES[level], &ratio) {
-            desk.outline.0 += shows * libm::exp(-0.5 * (offset.mean_px / NEAR_PX).powi(2));
-            desk.outline.1 += shows;
+            let told = shows * told(offset.variance_px, LINES[level]);
+            desk.outline.0 += told * libm::exp(-0.5 * (offset.mean_px / NEAR_PX).powi(2));
+            desk.outline.1 += told;
             let by_motion = by_motion(&place.slope, &place.rim).tr_mul(&place.normal);
-            let weight = shows * LINE_SHARE / (offset.variance_px + SHAPE_PX);
+            let weight = told * LINE_SHARE / (offset.variance_px + SHAPE_PX);
             normal.curvature += by_motion * by_motion.transpose() * weight;
             normal.slope += by_motion * (weight * offset.mean_px);
         }
     }
+}
+
+/// Gives which share of what a line could say it says: none where its variance is that of a boundary
+/// that may be anywhere on it. // (S47)
+fn told(variance_px: f64, (reach, step_px): (usize, f64)) -> f64 {
+    let places = (2 * reach + 2) as f64;
+    let even = (places * places - 1.0) / 12.0 * step_px * step_px;
+    (1.0 - variance_px / even).max(0.0)
 }
 
 fn add_point(normal: &mut Normal, agreement: &Agreement, position: &Vector3<f64>, shows: f64) {
@@ -213,4 +238,48 @@ fn add_point(normal: &mut Normal, agreement: &Agreement, position: &Vector3<f64>
     let information = agreement.tensor * inverse;
     normal.curvature += by_motion.tr_mul(&(information * by_motion)) * weight;
     normal.slope += by_motion.tr_mul(&(inverse * agreement.pull)) * weight;
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Matrix2x3;
+
+    use super::*;
+
+    /// What a line across an outline adds, if the object's colours end some pixels outside of it.
+    fn added(level: usize, ratio: impl Fn(f64) -> f64) -> (Normal, (f64, f64)) {
+        let (pixel, normal) = (Vector2::new(50.0, 40.0), Vector2::new(1.0, 0.0));
+        let slope = Matrix2x3::new(300.0, 0.0, 0.0, 0.0, 300.0, 0.0);
+        let place = ContourPoint { pixel, normal, rim: Vector3::new(0.05, 0.0, 0.0), slope };
+        let mut desk = Desk { contour: vec![place], ..Desk::default() };
+        let mut sum = Normal::new(0.05);
+        add_lines(&mut sum, (0, level), |u, _| Some(ratio(u - pixel.x)), &mut desk);
+        (sum, desk.outline)
+    }
+
+    #[test]
+    fn a_line_whose_colours_say_nothing_adds_nothing() {
+        for level in 0..LINES.len() {
+            let (sum, outline) = added(level, |_| 0.0);
+            assert!((sum.curvature - sum.belief).amax() < 1e-9 * sum.belief.amax());
+            assert!(outline.1 < 1e-9 && sum.slope.amax() < 1e-9, "{outline:?}");
+        }
+    }
+
+    #[test]
+    fn the_clearer_the_colours_the_more_a_line_says() {
+        for level in 0..LINES.len() {
+            let mut before = (0.0, 0.0);
+            for nats in [0.01, 0.1, 0.5, 2.0] {
+                let (sum, (agreed, lines)) =
+                    added(level, |out| if out < 0.0 { nats } else { -nats });
+                let now = ((sum.curvature - sum.belief).amax(), lines);
+                assert!(now.0 > before.0 && now.1 > before.1 && lines <= 1.0);
+                assert!(agreed > 0.8 * lines, "{agreed} of {lines}");
+                before = now;
+            }
+            let (_, (agreed, lines)) = added(level, |_| 2.0);
+            assert!(lines > 0.9 && agreed < 0.1, "colours that go on speak against an outline");
+        }
+    }
 }

@@ -33,7 +33,7 @@ impl Tracker {
         self.usual.follow(&attempt.verdict, (attempt.pose.translation() - eye).norm());
         self.keep_views(observation, &attempt.pose);
         if self.settings.surface {
-            self.points.refine(&self.desk.matches);
+            self.points.refine(&self.desk.matches, self.solid.radius);
             let lesson = Lesson { from: self.cell, cells: CELLS, tries: TRIES, masks: &[] };
             self.cell = self.cell.wrapping_add(CELLS);
             self.learn_points(observation, &attempt.pose, &lesson);

@@ -44,9 +44,9 @@ impl Window {
         let extent = (high - low).amax();
         let reach = margin * extent + 16.0;
         let size = camera.size_px();
-        let first: [usize; 2] = [0, 1].map(|i| (low[i] - reach).max(0.0) as usize);
-        let last: [usize; 2] =
-            [0, 1].map(|i| (high[i] + reach).clamp(0.0, size[i] as f64) as usize);
+        let cut = |at: f64, i: usize| at.clamp(0.0, size[i] as f64) as usize;
+        let first = [0, 1].map(|i| cut(low[i] - reach, i));
+        let last = [0, 1].map(|i| cut(high[i] + reach, i));
         if (0..2).any(|i| first[i] + LEAST_SIDE > last[i]) {
             return false;
         }
@@ -113,6 +113,7 @@ impl Window {
         let ([left, top], [width, height]) = (self.first_px, self.size_px);
         let middle = self.middle.map(|m| (m.x as f32 - left as f32, m.y as f32 - top as f32));
         let grey = image.channels() == Channels::Grey;
+        let palette = colors.of(image.channels());
         self.map.refill([width, height], STRIDE, |v| {
             let row = image.row(top + v);
             (0..width).map(move |u| {
@@ -125,12 +126,13 @@ impl Window {
                 let side = middle.map_or(colors::ANY_SIDE, |(middle_u, middle_v)| {
                     colors::side(u as f32 - middle_u, v as f32 - middle_v)
                 });
-                colors.quanta(bin, side)
+                palette.quanta(bin, side)
             })
         });
     }
 
-    /// Gives where the camera is and unit rays through places all over the window, `columns` a row.
+    /// Gives where the camera is and unit rays through places all over the window, `columns` a row;
+    /// fewer where it is so high that there would be more than twice as many rows.
     pub(super) fn rays(
         &self,
         columns: usize,
@@ -139,7 +141,8 @@ impl Window {
         let inverse = projection.linear.try_inverse()?;
         let eye = projection.eye()?;
         let ([left, top], [width, height]) = (self.first_px, self.size_px);
-        let step = width as f64 / columns as f64;
+        let step = width.max(height / 2) as f64 / columns as f64;
+        let columns = (width as f64 / step).ceil() as usize;
         let rows = (height as f64 / step).ceil() as usize;
         let rays = (0..columns * rows).map(move |at| {
             let u = left as f64 + (0.5 + (at % columns) as f64) * step;
@@ -170,7 +173,8 @@ impl Window {
             return None;
         }
         let (u, v) = (left + right as usize, top + below as usize);
-        Some(f64::from(colors.ratio(colors::bin(image, u, v), self.side(u, v))))
+        let palette = colors.of(image.channels());
+        Some(f64::from(palette.ratio(colors::bin(image, u, v), self.side(u, v))))
     }
 
     /// Counts the window's pixels as the object's inside the outlines and as background outside;
@@ -182,7 +186,7 @@ impl Window {
         doubt_px: f64,
         colors: &mut Colors,
     ) {
-        colors.grey = image.channels() == Channels::Grey;
+        let palette = colors.of_mut(image.channels());
         let ([left, top], [width, height]) = (self.first_px, self.size_px);
         let mut labels = [Belongs::Background; MOST_LABELS];
         let labels = &mut labels[..width.div_ceil(TEACHING_STRIDE)];
@@ -205,7 +209,7 @@ impl Window {
                 let u = (at * TEACHING_STRIDE + shift).min(width - 1);
                 if belongs != Belongs::Unknown {
                     let side = self.side(left + u, top + v);
-                    colors.count(colors::bin(image, left + u, top + v), belongs, side);
+                    palette.count(colors::bin(image, left + u, top + v), belongs, side);
                 }
             }
         }
@@ -218,13 +222,13 @@ impl Window {
         mask: &ImageView<'_>,
         colors: &mut Colors,
     ) {
-        colors.grey = image.channels() == Channels::Grey;
+        let palette = colors.of_mut(image.channels());
         let ([left, top], [width, height]) = (self.first_px, self.size_px);
         for v in top..top + height {
             for u in left..left + width {
                 let belongs =
                     if mask.row(v)[u] == 0 { Belongs::Background } else { Belongs::Object };
-                colors.count(colors::bin(image, u, v), belongs, self.side(u, v));
+                palette.count(colors::bin(image, u, v), belongs, self.side(u, v));
             }
         }
     }

@@ -26,6 +26,8 @@ mod shapes;
 mod sights;
 mod surface;
 mod track;
+mod track_extremes;
 mod track_faults;
 mod track_learning;
+mod track_units;
 mod volume;

@@ -135,6 +135,37 @@ fn an_object_that_is_half_hidden_is_followed_and_said_to_be() {
 }
 
 #[test]
+fn an_object_that_grows_beyond_the_images_is_tracked_as_surely_as_before() {
+    holds("track into the camera");
+}
+
+#[test]
+fn what_lies_beside_the_image_is_not_said_to_be_hidden() {
+    holds("track out of the image");
+}
+
+#[test]
+fn a_grey_camera_beside_one_with_colours_will_do() {
+    holds("track grey beside colour");
+}
+
+#[test]
+fn a_budget_that_is_over_at_once_leaves_one_generation_and_few_points_will_do() {
+    let few = TrackSettings { points: 3, ..TrackSettings::default() };
+    let light = TrackSettings { generations: 1000, budget_s: Some(1e-9), ..few };
+    let [one, other] = [few, light].map(|settings| {
+        let mut said = followed(&Stage::textured(), settings, 8);
+        said.iter_mut().for_each(|one| one.timing = Default::default());
+        said
+    });
+    assert_eq!(one, other);
+    for (index, said) in one.iter().enumerate() {
+        let off = said.world_from_object.inverse() * moving(index + 1);
+        assert!(said.located && off.translation().norm() < 0.005, "image {index}: {said:?}");
+    }
+}
+
+#[test]
 fn an_object_is_found_near_a_pose_and_anywhere_without_one() {
     holds("track found anywhere");
     holds("track found near");

@@ -11,7 +11,9 @@ mod placing;
 mod search;
 mod table;
 mod track;
+mod track_asked;
 mod track_lost;
+mod track_resolution;
 
 use std::sync::LazyLock;
 
@@ -56,7 +58,9 @@ fn all() -> impl Iterator<Item = &'static Scene> {
         placing::SCENES,
         search::SCENES,
         track::SCENES,
+        track_asked::SCENES,
         track_lost::SCENES,
+        track_resolution::SCENES,
     ];
     of_file.into_iter().flatten()
 }

@@ -33,6 +33,7 @@ pub struct Shot {
     pub time_s: f64,
     pub eyes: Vec<Pose>,
     pub pictures: Vec<Vec<u8>>,
+    pub size: [usize; 2],
     pub channels: Channels,
 }
 
@@ -43,7 +44,7 @@ impl Shot {
             time_s: self.time_s,
             world_from_camera: self.eyes.clone(),
             images: pictures
-                .map(|picture| Some(ImageView::new(picture, SIZE, self.channels).unwrap()))
+                .map(|picture| Some(ImageView::new(picture, self.size, self.channels).unwrap()))
                 .collect(),
         }
     }
@@ -86,6 +87,7 @@ impl Stage {
             time_s: index as f64 / 30.0,
             eyes: eyes.to_vec(),
             pictures: (0..2).map(|eye| self.draw(&eyes[eye], object, seed(eye))).collect(),
+            size: self.camera.size_px(),
             channels: self.channels,
         }
     }
@@ -102,7 +104,8 @@ impl Stage {
             let (first, last) = places.fold((usize::MAX, 0), |(a, b), at| (a.min(at), b.max(at)));
             first.saturating_sub(3)..last + 4
         };
-        [around(&mut seen.clone().map(|at| at % SIZE[0])), around(&mut seen.map(|at| at / SIZE[0]))]
+        let [width, _] = self.camera.size_px();
+        [around(&mut seen.clone().map(|at| at % width)), around(&mut seen.map(|at| at / width))]
     }
 
     fn draw(&self, eye: &Pose, object: Option<&Pose>, seed: u64) -> Vec<u8> {
@@ -110,10 +113,11 @@ impl Stage {
             self.body.ellipsoids().iter().map(|e| (e.center(), inverse(e))).collect();
         let object_from_eye = object.map(|object| object.inverse() * *eye);
         let near = object.map(|object| self.near(eye, object));
-        let mut pixels = Vec::with_capacity(SIZE[0] * SIZE[1] * 3);
+        let [width, height] = self.camera.size_px();
+        let mut pixels = Vec::with_capacity(width * height * 3);
         let mut grain = Grain((seed * 2 + 1) ^ mix(self.seed));
-        for v in 0..SIZE[1] {
-            for u in 0..SIZE[0] {
+        for v in 0..height {
+            for u in 0..width {
                 let close = near.as_ref().is_some_and(|[x, y]| x.contains(&u) && y.contains(&v));
                 let rays = if close { RAYS * RAYS } else { 0 };
                 let (mut sum, mut beside) = (Vector3::zeros(), (RAYS * RAYS - rays) as f64);

@@ -1,0 +1,96 @@
+//! Courses of the tracker in the same images at several sizes.
+
+use servoid::track::{Estimate, TrackSettings};
+
+use super::Sense::AtMost;
+use super::{Figures, Measure, NOT_LOCATED, NOT_TRACKING, OFF, Scene, TURNED, Worst};
+use crate::shapes::drawn::{SIZE, Shot, Stage, eyes};
+use crate::track::{moving, started};
+
+/// How far confidences lie apart in an image of one size and of another.
+const APART: Measure = ("confidence apart", "1", AtMost);
+const IMAGES: usize = 10;
+
+pub const SCENES: &[Scene] = &[
+    Scene {
+        name: "track at half the size",
+        measures: &[NOT_LOCATED, OFF, TURNED, APART],
+        run: half,
+    },
+    Scene {
+        name: "track at twice the size",
+        measures: &[NOT_TRACKING, OFF, TURNED, APART],
+        run: twice,
+    },
+];
+
+/// A stage with cameras that see twice as much.
+fn sharp(seed: u64) -> Stage {
+    let usual = Stage::textured();
+    let (focal, middle) = (usual.camera.focal_px(), usual.camera.center_px());
+    let twice = |x: f64| 2.0 * x + 0.5;
+    let camera = servoid::observe::Camera::new(
+        SIZE.map(|n| 2 * n),
+        focal.map(|f| 2.0 * f),
+        middle.map(twice),
+    );
+    Stage { seed, camera: camera.unwrap(), ..usual }
+}
+
+/// Makes images half as large: each pixel the mean of four.
+fn halved(shot: &Shot) -> Shot {
+    let [width, height] = shot.size.map(|n| n / 2);
+    let bytes = shot.channels.count();
+    let mean = |picture: &Vec<u8>| {
+        let at = |u: usize, v: usize, k: usize| u16::from(picture[(v * 2 * width + u) * bytes + k]);
+        let pixel = |i: usize| {
+            let (k, u, v) = (i % bytes, 2 * (i / bytes % width), 2 * (i / bytes / width));
+            let sum = at(u, v, k) + at(u + 1, v, k) + at(u, v + 1, k) + at(u + 1, v + 1, k);
+            ((sum + 2) / 4) as u8
+        };
+        (0..width * height * bytes).map(pixel).collect()
+    };
+    let pictures = shot.pictures.iter().map(mean).collect();
+    Shot { pictures, eyes: shot.eyes.clone(), size: [width, height], ..*shot }
+}
+
+/// Follows the moving object in images that are halved some times.
+fn followed(shots: &[Shot], seed: u64) -> Vec<Estimate> {
+    let stage = sharp(seed);
+    let shrink = stage.camera.size_px()[0] / shots[0].size[0];
+    let camera = stage.camera.crop([0; 2], shots[0].size, shrink).unwrap();
+    let settings = TrackSettings { seed, ..TrackSettings::default() };
+    let stage = Stage { camera, ..stage };
+    let mut tracker = started(&stage, settings, &shots[0], moving(0));
+    shots[1..].iter().map(|shot| tracker.step(&shot.observation()).unwrap()).collect()
+}
+
+/// Follows the object in images of the usual size and of another; gives what is worst in the other,
+/// and how far their confidences lie apart.
+fn at_size(seed: u64, halvings: usize) -> (Worst, (&'static str, f64)) {
+    let stage = sharp(seed);
+    let mut shots: Vec<_> =
+        (0..IMAGES).map(|index| stage.shot(index, &eyes(), Some(&moving(index)))).collect();
+    let mut said = vec![];
+    for _ in 0..3 {
+        said.push(followed(&shots, seed));
+        shots = shots.iter().map(halved).collect();
+    }
+    let (mut worst, mut apart) = (Worst::default(), 0.0_f64);
+    for (index, (one, two)) in said[1].iter().zip(&said[halvings]).enumerate() {
+        worst.add(two, &moving(index + 1));
+        apart = apart.max((one.confidence - two.confidence).abs());
+    }
+    (worst, ("confidence apart", apart))
+}
+
+/// Where images are small, there are too few surface points to tell a turn.
+fn half(seed: u64) -> Figures {
+    let (worst, apart) = at_size(seed, 2);
+    [worst.plain_figures(), vec![apart]].concat()
+}
+
+fn twice(seed: u64) -> Figures {
+    let (worst, apart) = at_size(seed, 0);
+    [worst.figures(), vec![apart]].concat()
+}

@@ -8,7 +8,7 @@ use servoid::fitness::{
 };
 use servoid::observe::{Camera, Channels, ImageView, Mask};
 use servoid::pose::Pose;
-use servoid::shape::{Projection, Quadric, QuadricGradient};
+use servoid::shape::{Outline, Projection, Quadric, QuadricGradient};
 
 const SIZE: [usize; 2] = [96, 72];
 
@@ -60,9 +60,17 @@ fn noise(seed: u64) -> Vec<f64> {
     (0..SIZE[0] * SIZE[1]).map(|_| next()).collect()
 }
 
+/// Pixels from the corner beyond which an outline counts as unseen.
+const FARTHEST: f64 = 1e6;
+
 /// Sums each kept row over the share of each pixel that the union covers.
 fn by_pixels(body: &[Quadric], map: &ScoreMap) -> (f64, f64) {
-    let outlines: Vec<_> = body.iter().filter_map(|q| projection().outline(q)).collect();
+    let is_near = |outline: &Outline| {
+        let reach_v = outline.center_v.abs() + outline.reach(map.stride() as f64);
+        outline.center_u.abs() + outline.half_width < FARTHEST && reach_v < FARTHEST
+    };
+    let outlines = body.iter().filter_map(|q| projection().outline(q));
+    let outlines: Vec<_> = outlines.filter(is_near).collect();
     let (mut score, mut area) = (0.0, 0.0);
     for row in 0..map.rows() {
         let v = (row * map.stride()) as f64;

@@ -14,9 +14,10 @@ pub(super) const CLEAR: f64 = 0.8;
 /// Confidence from which on a pose that is followed is said to be tracked. Between `held` and this
 /// about half of the poses are wrong.
 const SAID: f64 = 0.68;
-/// Surface points of each camera that tell a turn together with all else, and by themselves; the
-/// latter, and those that count beside the outline, have the contrast of a pattern.
-const FEW: f64 = 12.0;
+/// Surface points of each camera that tell the turn of an object that is printed all over, and of one
+/// that is not together with all else; and those that tell it by themselves. All but the first have
+/// the contrast of a pattern.
+const FEW: (f64, f64) = (12.0, 18.0);
 const ENOUGH: f64 = 25.0;
 /// Surface points with the contrast of a pattern that a camera usually sees of an object that is
 /// printed all over: a few of any contrast tell its turn where it is steady.
@@ -91,8 +92,8 @@ impl Tracker {
         let (printed, all) = (verdict.printed / open, verdict.recognised / open);
         let rich = self.usual.printed >= RICH * self.cameras.len() as f64;
         printed >= ENOUGH
-            || (rich && all >= FEW && turned < STEADY.0)
-            || (printed >= FEW && fits && turned < STEADY.1)
+            || (rich && all >= FEW.0 && turned < STEADY.0)
+            || (printed >= FEW.1 && fits && turned < STEADY.1)
     }
 
     /// Says whether the images confirm where an object is that is followed.

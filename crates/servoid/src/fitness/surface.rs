@@ -110,6 +110,33 @@ impl SurfacePoint {
         Some(f64::from(patch.iter().zip(look).map(|(a, b)| a * b).sum::<f32>()))
     }
 
+    /// Compares the look of the piece of surface with an image in places around where it should be, a
+    /// pixel of the resolution from one to the next, row by row, up to `reach` of them to each side;
+    /// what lies outside the image correlates by 0. `false` where it has no look or is not seen.
+    #[must_use]
+    pub fn correlations(
+        &self,
+        projection: &Projection,
+        pyramid: &Pyramid,
+        (level, reach): (usize, usize),
+        mut each: impl FnMut(usize, f32),
+    ) -> bool {
+        let Some(look) = self.looks[level].as_ref() else { return false };
+        let Some((pixel, slope)) = projection.pixel(&self.position) else { return false };
+        let plane = pyramid.plane(level);
+        let (side, step) = (2 * reach + 1, f64::from(1_u32 << level));
+        for at in 0..side * side {
+            let by = Vector2::new((at % side) as f64, (at / side) as f64);
+            let beside = pixel + (by - Vector2::repeat(reach as f64)) * step;
+            let seen = self.grid(beside, &slope, pyramid, level).map(|grid| grid.map(plane));
+            let correlation = seen
+                .and_then(normalized)
+                .map_or(0.0, |(patch, _)| patch.iter().zip(look).map(|(a, b)| a * b).sum::<f32>());
+            each(at, correlation);
+        }
+        true
+    }
+
     /// Gives how far to the right and down of its middle the samples of the piece of surface reach, in
     /// pixels of an image; `None` if it has no look at this resolution. `slope` says how its pixel
     /// moves with the point.

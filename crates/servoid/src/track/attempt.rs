@@ -1,6 +1,7 @@
 use nalgebra::Vector3;
 
 use super::TrackError;
+use super::align::align;
 use super::clock::Clock;
 use super::estimate::{Notice, Status};
 use super::judge::{Verdict, judge};
@@ -174,12 +175,20 @@ impl Tracker {
     ) -> Attempt {
         let mut attempt = self.attempt(observation, guess, self.coarsest(expected));
         if self.is_doubtful(&attempt.verdict) {
-            let other = self.attempt(observation, guess, COARSEST);
-            if other.verdict.support > attempt.verdict.support {
-                attempt = other;
-            } else {
-                attempt = self.weigh(observation, &attempt.pose);
+            // What hides much of the object draws the search away, and what leaps is not where it was
+            // foreseen; what shows of its surface tells.
+            self.points_in_view(expected);
+            let aligned = align(&sight!(self, observation), expected, &self.desk.in_view);
+            let others = [(Some(*guess), COARSEST), (aligned, 1)];
+            for (start, coarsest) in others {
+                let Some(start) = start else { continue };
+                let other = self.attempt(observation, &start, coarsest);
+                if other.verdict.support > attempt.verdict.support {
+                    attempt = other;
+                }
             }
+            // What is left behind for learning is of the pose that is kept.
+            attempt = self.weigh(observation, &attempt.pose);
         }
         if self.status != Status::Tracking {
             self.doubt(&mut attempt);

@@ -88,6 +88,6 @@ pub(super) fn judge(sight: &Sight<'_>, pose: &Pose, desk: &Desk) -> Verdict {
     }
     let share = |of: f64| if of > 0.0 { (seen / of).min(1.0) } else { 0.0 };
     let (visible, confidence) = (share(expected), share(expected - excused));
-    let support = 2.0 * seen - expected;
+    let support = 2.0 * seen - (expected - excused);
     Verdict { visible, confidence, support, recognised, printed, ratio, clear_ratio, outline }
 }

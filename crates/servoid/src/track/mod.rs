@@ -1,5 +1,6 @@
 //! Observations and a body become estimates: six degrees of freedom, from image to image.
 
+mod align;
 mod appearance;
 mod attempt;
 mod begin;

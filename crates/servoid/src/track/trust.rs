@@ -256,19 +256,31 @@ mod tests {
 
     #[test]
     fn colours_and_outline_alone_never_tell_a_turn() {
+        let steady = Matrix6::identity() * 1e-6;
         for usual in 0..100 {
             let tracker = tracker(Status::Tracking, f64::from(usual));
-            let steady = Matrix6::identity() * 1e-8;
             assert!(!tracker.is_turn_told(&verdict(1.0, 0.0), &steady));
         }
         let thin = tracker(Status::Tracking, 20.0);
-        assert!(thin.is_turn_told(&verdict(1.0, 15.0), &(Matrix6::identity() * 1e-4)));
-        assert!(!thin.is_turn_told(&verdict(1.0, 15.0), &(Matrix6::identity() * 1e-2)));
-        let askew = Verdict { outline: 0.8, ..verdict(1.0, 15.0) };
-        assert!(
-            !Tracker { usual: Usual { outline: 1.0, ..thin.usual }, ..thin }
-                .is_turn_told(&askew, &(Matrix6::identity() * 1e-4))
-        );
+        assert!(thin.is_turn_told(&verdict(1.0, 20.0), &steady));
+        assert!(!thin.is_turn_told(&verdict(1.0, 20.0), &(Matrix6::identity() * 1e-2)));
+        let askew = Verdict { outline: 0.8, ..verdict(1.0, 20.0) };
+        let usual = Usual { outline: 1.0, ..thin.usual };
+        assert!(!Tracker { usual, ..thin }.is_turn_told(&askew, &steady));
+    }
+
+    #[test]
+    fn shading_never_tells_a_turn_where_no_pattern_was_seen() {
+        let mut plain = tracker(Status::Tracking, 60.0);
+        plain.usual.printed = 17.0;
+        let steady = Matrix6::identity() * 1e-6;
+        for recognised in 0..80 {
+            let shaded = Verdict { printed: 17.0, ..verdict(1.0, f64::from(recognised)) };
+            assert!(!plain.is_turn_told(&shaded, &steady), "{recognised}");
+        }
+        plain.usual.printed = 60.0;
+        let half_hidden = Verdict { printed: 5.0, ..verdict(1.0, 15.0) };
+        assert!(plain.is_turn_told(&half_hidden, &steady), "one that is printed all over");
     }
 
     #[test]

@@ -70,7 +70,8 @@ impl Window {
     }
 
     fn open(&mut self, from_world: Projection, image: &ImageView<'_>, colors: Option<&Colors>) {
-        self.noise = f64::from(self.pyramid.read(image, self.first_px, self.size_px));
+        self.pyramid.read(image, self.first_px, self.size_px);
+        self.noise = f64::from(self.pyramid.denoise());
         self.from_world = Some(from_world);
         if let Some(colors) = colors {
             self.score(image, colors);

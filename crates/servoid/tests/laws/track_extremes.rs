@@ -177,7 +177,8 @@ fn seeking_anywhere_costs_no_more_in_images_of_odd_shapes() {
     let usual = sought([64, 48]);
     for size in [[48, 64], [8192, 8], [8, 8192], [1, 8192], [1, 1]] {
         let cost = sought(size);
-        assert!(cost <= 3 * usual, "{size:?}: {cost} hypotheses, {usual} usually");
+        // Five rounds at most, and one at least if it is found.
+        assert!(cost <= 15 * usual, "{size:?}: {cost} hypotheses, {usual} usually");
     }
 }
 

@@ -48,10 +48,10 @@ macro_rules! sight {
         Sight {
             windows: &$tracker.windows,
             images: &$observation.images,
-            solid: &$tracker.solid,
-            points: &$tracker.points,
-            colors: $tracker.settings.region.then_some(&$tracker.colors),
-            usual: &$tracker.usual,
+            solid: &$tracker.target.solid,
+            points: &$tracker.target.points,
+            colors: $tracker.settings.region.then_some(&$tracker.target.colors),
+            usual: &$tracker.target.usual,
         }
     };
 }
@@ -67,12 +67,12 @@ fn note(notices: &mut Vec<Notice>, notice: Notice) {
 impl Tracker {
     /// Looks around where the body is at a pose; `false` if no camera sees it.
     pub(super) fn look(&mut self, observation: &Observation<'_>, pose: &Pose, margin: f64) -> bool {
-        let colors = self.settings.region.then_some(&self.colors);
+        let colors = self.settings.region.then_some(&self.target.colors);
         for (camera, window) in self.windows.iter_mut().enumerate() {
             window.close();
             let image = observation.images[camera].filter(|_| self.senses.can_use(camera));
             let Some(image) = image else { continue };
-            let place = (pose, &self.solid, margin);
+            let place = (pose, &self.target.solid, margin);
             let eye = &observation.world_from_camera[camera];
             let inside = window.look(&self.cameras[camera], eye, &image, place, colors);
             if !inside {
@@ -90,11 +90,11 @@ impl Tracker {
         // What lies far from where the object was must be known as background, too.
         for camera in (0..self.cameras.len()).filter(|&camera| self.senses.can_use(camera)) {
             if let Some(image) = &observation.images[camera] {
-                self.colors.count_anywhere(image);
+                self.target.colors.count_anywhere(image);
             }
         }
-        self.colors.take_anywhere();
-        let colors = self.settings.region.then_some(&self.colors);
+        self.target.colors.take_anywhere();
+        let colors = self.settings.region.then_some(&self.target.colors);
         for (camera, window) in self.windows.iter_mut().enumerate() {
             window.close();
             let image = observation.images[camera].filter(|_| self.senses.can_use(camera));
@@ -117,12 +117,18 @@ impl Tracker {
     /// Chooses the surface points that are looked at from a pose.
     pub(super) fn points_in_view(&mut self, pose: &Pose) {
         let most = if self.settings.surface { self.settings.points } else { 0 };
-        self.points.in_view(&self.windows, pose, &self.solid, most, &mut self.desk.in_view);
+        self.target.points.in_view(
+            &self.windows,
+            pose,
+            &self.target.solid,
+            most,
+            &mut self.desk.in_view,
+        );
     }
 
     /// Says how far the object may be from where it is expected.
     pub(super) fn leeway(&self) -> Leeway {
-        let radius = self.solid.radius;
+        let radius = self.target.solid.radius;
         let across = (3.0 * self.surprise.0).clamp(0.02 * radius, 0.5 * radius);
         (across, (3.0 * self.surprise.1).clamp(0.02, 0.5))
     }
@@ -133,7 +139,7 @@ impl Tracker {
             let (_, slope) = window.projection(expected)?.pixel(&Vector3::zeros())?;
             Some(slope.row(0).norm())
         });
-        let off = self.surprise.0 + self.surprise.1 * self.solid.radius;
+        let off = self.surprise.0 + self.surprise.1 * self.target.solid.radius;
         let off_px = off * per_meter.fold(0.0, f64::max);
         FORESEEN_PX.iter().position(|&most| off_px < most).unwrap_or(COARSEST)
     }
@@ -158,10 +164,9 @@ impl Tracker {
 
     /// Gives the pixels that the body's outlines hold at a pose.
     pub(super) fn area(&self, pose: &Pose) -> f64 {
-        let held = self
-            .windows
-            .iter()
-            .filter_map(|window| Some(window.region(&window.projection(pose)?, &self.solid).1));
+        let held = self.windows.iter().filter_map(|window| {
+            Some(window.region(&window.projection(pose)?, &self.target.solid).1)
+        });
         held.sum()
     }
 

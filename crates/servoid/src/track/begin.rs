@@ -30,7 +30,7 @@ impl Tracker {
         let mut clock = Clock::start();
         self.check_masks(masks)?;
         // Nothing is left of what was before.
-        *self = Self::new(&self.cameras, &self.body, self.settings)?;
+        *self = Self::new(&self.cameras, &self.target.body, self.settings)?;
         self.check(observation)?;
         self.motion = Motion::at_rest(observation.time_s, world_from_object);
         if !self.look(observation, &world_from_object, START_MARGIN) {
@@ -75,11 +75,11 @@ impl Tracker {
     ) -> Result<Estimate, TrackError> {
         let mut clock = Clock::start();
         self.check(observation)?;
-        if !self.colors.are_known() {
+        if !self.target.colors.are_known() {
             self.learn_surroundings(observation, near)?;
         }
         let expected = near.unwrap_or_else(|| self.motion.last());
-        let mut attempt = Attempt::nothing(expected, self.solid.radius);
+        let mut attempt = Attempt::nothing(expected, self.target.solid.radius);
         let evaluations = match near {
             Some(_) => self.seek_near(observation, (&expected, ROUNDS.0), &mut attempt)?,
             None => self.seek_anywhere(observation, ROUNDS.1, &mut attempt)?,
@@ -107,7 +107,7 @@ impl Tracker {
             if let (Some(image), Some(mask)) = (image, mask) {
                 let seen = (window, &image, &self.cameras[camera]);
                 let poses = (&observation.world_from_camera[camera], pose);
-                self.keyframes.offer(seen, poses, Some(&mask.image()));
+                self.target.keyframes.offer(seen, poses, Some(&mask.image()));
             }
         }
     }
@@ -115,16 +115,17 @@ impl Tracker {
     /// Takes what is seen at a pose for what is usual.
     fn get_used_to(&mut self, observation: &Observation<'_>, pose: &Pose) -> Attempt {
         let eye = observation.world_from_camera[0].translation();
-        self.usual.distance = (pose.translation() - eye).norm();
-        self.usual.area = self.area(pose) * self.usual.distance * self.usual.distance;
+        self.target.usual.distance = (pose.translation() - eye).norm();
+        self.target.usual.area =
+            self.area(pose) * self.target.usual.distance * self.target.usual.distance;
         // Colours count in a verdict only where it is known what is usual of them.
         let colors = self.weigh(observation, pose).verdict;
-        (self.usual.ratio, self.usual.outline) = (colors.ratio, colors.outline);
+        (self.target.usual.ratio, self.target.usual.outline) = (colors.ratio, colors.outline);
         let attempt = self.weigh(observation, pose);
-        self.usual.support = attempt.verdict.support;
-        self.usual.recognised = attempt.verdict.recognised;
-        self.usual.printed = attempt.verdict.printed;
-        self.usual.confidence = attempt.verdict.confidence;
+        self.target.usual.support = attempt.verdict.support;
+        self.target.usual.recognised = attempt.verdict.recognised;
+        self.target.usual.printed = attempt.verdict.printed;
+        self.target.usual.confidence = attempt.verdict.confidence;
         attempt
     }
 
@@ -142,10 +143,10 @@ impl Tracker {
         let images = observation.images.iter().zip(masks);
         for (window, (image, mask)) in self.windows.iter().zip(images) {
             if let (true, Some(image), Some(mask)) = (window.is_open(), image, mask) {
-                window.teach_mask(image, &mask.image(), &mut self.colors);
+                window.teach_mask(image, &mask.image(), &mut self.target.colors);
             }
         }
-        self.colors.take(1.0);
+        self.target.colors.take(1.0);
     }
 
     /// Takes all that the images show for background, where only the object's colours are known: it
@@ -158,23 +159,23 @@ impl Tracker {
     ) -> Result<(), TrackError> {
         let images = (0..self.cameras.len()).filter(|&camera| self.senses.can_use(camera));
         let images: Vec<_> = images.filter_map(|camera| observation.images[camera]).collect();
-        let known =
-            images.is_empty() || images.iter().any(|i| self.colors.know_object(i.channels()));
-        if !known && (near.is_none() || self.points.known.is_empty()) {
+        let known = images.is_empty()
+            || images.iter().any(|i| self.target.colors.know_object(i.channels()));
+        if !known && (near.is_none() || self.target.points.known.is_empty()) {
             return Err(TrackError::NothingKnown);
         }
         if !known {
-            self.colors = Colors::new(self.settings.local_colors);
-            (self.usual.ratio, self.usual.outline) = (0.0, 0.0);
+            self.target.colors = Colors::new(self.settings.local_colors);
+            (self.target.usual.ratio, self.target.usual.outline) = (0.0, 0.0);
             return Ok(());
         }
         self.look_all_over(observation);
         for (window, image) in self.windows.iter().zip(&observation.images) {
             if let Some(image) = image.as_ref().filter(|_| window.is_open()) {
-                window.teach(image, &[], 0.0, &mut self.colors);
+                window.teach(image, &[], 0.0, &mut self.target.colors);
             }
         }
-        self.colors.take(0.0);
+        self.target.colors.take(0.0);
         Ok(())
     }
 }

@@ -26,6 +26,7 @@ mod search;
 mod senses;
 mod settings;
 mod solid;
+mod target;
 mod teach;
 mod tracker;
 mod trust;

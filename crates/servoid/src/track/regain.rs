@@ -37,7 +37,7 @@ impl Tracker {
         (near, rounds): (&Pose, usize),
         attempt: &mut Attempt,
     ) -> Result<usize, TrackError> {
-        let leeway = (NEAR_LEEWAY.0 * self.solid.radius, NEAR_LEEWAY.1);
+        let leeway = (NEAR_LEEWAY.0 * self.target.solid.radius, NEAR_LEEWAY.1);
         let mut evaluations = 0;
         for _ in 0..rounds {
             if !self.look(observation, near, NEAR_MARGIN) {
@@ -63,15 +63,15 @@ impl Tracker {
         rounds: usize,
         attempt: &mut Attempt,
     ) -> Result<usize, TrackError> {
-        let radius = self.solid.radius;
+        let radius = self.target.solid.radius;
         let focal = self.cameras.first().map_or(1.0, |camera| camera.focal_px()[0]);
-        let usual = self.usual.distance;
+        let usual = self.target.usual.distance;
         let (near, far) = match self.last_distance(observation) {
             Some(last) => (0.6 * last, 1.7 * last),
             None if usual > 0.0 => (0.4 * usual, 2.5 * usual),
             None => (2.5 * radius, 2.0 * focal * radius / SMALLEST_PX),
         };
-        let usual_area = self.usual.area;
+        let usual_area = self.target.usual.area;
         let area_at = |distance: f64| usual_area / (distance * distance);
         let mut evaluations = 0;
         for _ in 0..rounds {

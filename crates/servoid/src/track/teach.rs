@@ -30,14 +30,14 @@ impl Tracker {
             return;
         }
         let eye = observation.world_from_camera[0].translation();
-        self.usual.follow(&attempt.verdict, (attempt.pose.translation() - eye).norm());
+        self.target.usual.follow(&attempt.verdict, (attempt.pose.translation() - eye).norm());
         self.keep_views(observation, &attempt.pose);
         if self.settings.surface {
-            self.points.refine(&self.desk.matches, self.solid.radius);
+            self.target.points.refine(&self.desk.matches, self.target.solid.radius);
             let lesson = Lesson { from: self.cell, cells: CELLS, tries: TRIES, masks: &[] };
             self.cell = self.cell.wrapping_add(CELLS);
             self.learn_points(observation, &attempt.pose, &lesson);
-            self.points.judge(&self.desk.matches);
+            self.target.points.judge(&self.desk.matches);
         }
     }
 
@@ -48,10 +48,10 @@ impl Tracker {
             };
             let outlines = &mut self.desk.teaching;
             outlines.clear();
-            outlines.extend(self.solid.outlines(&projection));
-            window.teach(image, outlines, DOUBT_PX, &mut self.colors);
+            outlines.extend(self.target.solid.outlines(&projection));
+            window.teach(image, outlines, DOUBT_PX, &mut self.target.colors);
         }
-        self.colors.take(rate);
+        self.target.colors.take(rate);
     }
 
     pub(super) fn learn_points(
@@ -63,6 +63,6 @@ impl Tracker {
         let sight = sight!(self, observation);
         self.fresh.clear();
         learn(&sight, pose, &self.desk.in_view, lesson, &mut self.fresh);
-        self.points.add(&mut self.fresh);
+        self.target.points.add(&mut self.fresh);
     }
 }

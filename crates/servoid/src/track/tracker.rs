@@ -2,12 +2,10 @@ use super::TrackError;
 use super::attempt::Attempt;
 use super::certainty::certainty;
 use super::clock::Clock;
-use super::colors::Colors;
 use super::estimate::{Estimate, Notice, Status};
 use super::judge::Verdict;
-use super::keyframes::Keyframes;
 use super::motion::Motion;
-use super::points::{Known, Points};
+use super::points::Known;
 use super::polish::Desk;
 use super::recover::Recovery;
 use super::scatter::Scatter;
@@ -15,8 +13,8 @@ use super::search::{Leeway, Search};
 use super::senses::Senses;
 use super::settings::TrackSettings;
 use super::solid::Solid;
+use super::target::Target;
 use super::trust::{CLEAR, DOUBT};
-use super::usual::Usual;
 use super::window::Window;
 use crate::evolve;
 use crate::fitness::SurfacePoint;
@@ -29,10 +27,7 @@ use crate::shape::{Body, ShapeError};
 pub struct Tracker {
     pub(super) settings: TrackSettings,
     pub(super) cameras: Vec<Camera>,
-    pub(super) body: Body,
-    pub(super) solid: Solid,
-    pub(super) points: Points,
-    pub(super) colors: Colors,
+    pub(super) target: Target,
     pub(super) search: Search,
     pub(super) recovery: Recovery,
     pub(super) motion: Motion,
@@ -41,8 +36,6 @@ pub struct Tracker {
     pub(super) windows: Vec<Window>,
     pub(super) desk: Desk,
     pub(super) fresh: Vec<Known>,
-    pub(super) keyframes: Keyframes,
-    pub(super) usual: Usual,
     /// How far predictions were off, in metres and radians.
     pub(super) surprise: Leeway,
     pub(super) status: Status,
@@ -79,16 +72,13 @@ impl Tracker {
         if cameras.is_empty() {
             return Err(TrackError::NoCamera);
         }
-        let solid = Solid::new(body);
+        let target = Target::new(body, settings.local_colors);
         Ok(Self {
             settings,
             cameras: cameras.to_vec(),
-            body: body.clone(),
-            surprise: surprise_at_first(&solid),
-            scatter: Scatter::new(solid.radius),
-            solid,
-            points: Points::default(),
-            colors: Colors::new(settings.local_colors),
+            surprise: surprise_at_first(&target.solid),
+            scatter: Scatter::new(target.solid.radius),
+            target,
             search: Search::new(settings.population, evolve::rng(settings.seed, 0))?,
             recovery: Recovery::new(settings.seed),
             motion: Motion::at_rest(0.0, body.world_from_object()),
@@ -96,8 +86,6 @@ impl Tracker {
             windows: vec![Window::default(); cameras.len()],
             desk: Desk::default(),
             fresh: Vec::new(),
-            keyframes: Keyframes::default(),
-            usual: Usual::default(),
             status: Status::Searching,
             unseen: 0,
             met: false,
@@ -118,7 +106,7 @@ impl Tracker {
         let mut clock = Clock::start();
         self.check(observation)?;
         let expected = self.motion.predict(observation.time_s);
-        let mut attempt = Attempt::nothing(expected, self.solid.radius);
+        let mut attempt = Attempt::nothing(expected, self.target.solid.radius);
         let (mut least, mut evaluations) = (self.least_confidence(), 0);
         let visible = self.look(observation, &expected, self.margin());
         clock.lap(|timing| &mut timing.look);
@@ -166,12 +154,12 @@ impl Tracker {
     /// # Errors
     /// Never, as long as the body that was given is one.
     pub fn body(&self) -> Result<Body, ShapeError> {
-        Body::new(self.motion.last(), self.body.ellipsoids().to_vec())
+        Body::new(self.motion.last(), self.target.body.ellipsoids().to_vec())
     }
 
     /// Gives the surface points in the object's frame.
     pub fn surface(&self) -> impl Iterator<Item = &SurfacePoint> {
-        self.points.known.iter().map(|known| &known.point)
+        self.target.points.known.iter().map(|known| &known.point)
     }
 
     /// Checks an observation; what can be tolerated becomes a notice.
@@ -211,7 +199,7 @@ impl Tracker {
             } else {
                 self.motion = Motion::at_rest(time_s, attempt.pose);
             }
-            self.surprise = surprise_at_first(&self.solid);
+            self.surprise = surprise_at_first(&self.target.solid);
             self.proved = false;
             self.prove(&attempt.verdict);
             return;
@@ -231,7 +219,7 @@ impl Tracker {
     fn margin(&self) -> f64 {
         let (across, turned) = self.leeway();
         // The object's image is about two radii long.
-        let beyond = 0.5 * (across / self.solid.radius + turned);
+        let beyond = 0.5 * (across / self.target.solid.radius + turned);
         if self.status == Status::Tracking { beyond.clamp(LEAST_MARGIN, MARGIN) } else { MARGIN }
     }
 
@@ -241,7 +229,7 @@ impl Tracker {
         observation: &Observation<'_>,
         attempt: &Attempt,
     ) -> Estimate {
-        let known = certainty(&attempt.normal, self.solid.radius);
+        let known = certainty(&attempt.normal, self.target.solid.radius);
         let followed = self.status == Status::Tracking;
         let covariance = known.covariance + self.scatter.covariance();
         let located = followed && self.is_located(&attempt.verdict);

@@ -86,11 +86,11 @@ impl Tracker {
     /// since highlights and rims go with the camera.
     pub(super) fn is_turn_told(&self, verdict: &Verdict, covariance: &Matrix6<f64>) -> bool {
         let turned = covariance.fixed_view::<3, 3>(3, 3).trace().sqrt();
-        let fits = verdict.outline >= FITS.0 * self.usual.outline
-            && verdict.clear_ratio >= FITS.1 * self.usual.ratio;
+        let fits = verdict.outline >= FITS.0 * self.target.usual.outline
+            && verdict.clear_ratio >= FITS.1 * self.target.usual.ratio;
         let open = self.windows.iter().filter(|w| w.is_open()).count().max(1) as f64;
         let (printed, all) = (verdict.printed / open, verdict.recognised / open);
-        let rich = self.usual.printed >= RICH * self.cameras.len() as f64;
+        let rich = self.target.usual.printed >= RICH * self.cameras.len() as f64;
         printed >= ENOUGH
             || (rich && all >= FEW.0 && turned < STEADY.0)
             || (printed >= FEW.1 && fits && turned < STEADY.1)
@@ -98,7 +98,7 @@ impl Tracker {
 
     /// Says whether the images confirm where an object is that is followed.
     pub(super) fn is_located(&self, verdict: &Verdict) -> bool {
-        let usual = self.usual.recognised;
+        let usual = self.target.usual.recognised;
         let least = (LEAST_RECOGNISED * usual).min(MANY);
         let known = usual < PATTERN || verdict.recognised >= least;
         self.proved && verdict.confidence >= SAID.max(self.settings.held) && known
@@ -108,19 +108,19 @@ impl Tracker {
     pub(super) fn prove(&mut self, verdict: &Verdict) {
         let (again, share) = PROVED;
         let confidence = if self.confirmed { again } else { FOUND };
-        let explained = verdict.recognised >= share * self.usual.recognised;
+        let explained = verdict.recognised >= share * self.target.usual.recognised;
         self.proved |= verdict.confidence >= confidence && explained;
         self.confirmed |= self.proved;
     }
 
     /// Says whether it pays to make a pose precise once more.
     pub(super) fn is_doubtful(&self, verdict: &Verdict) -> bool {
-        verdict.confidence < self.settings.trusted.max(DOUBTFUL * self.usual.confidence)
+        verdict.confidence < self.settings.trusted.max(DOUBTFUL * self.target.usual.confidence)
     }
 
     pub(super) fn is_sure(&self, attempt: &Attempt) -> bool {
         let verdict = attempt.verdict;
-        verdict.confidence > SURE.0 && verdict.support > SURE.1 * self.usual.support
+        verdict.confidence > SURE.0 && verdict.support > SURE.1 * self.target.usual.support
     }
 
     pub(super) fn was_seen_lately(&self) -> bool {
@@ -134,7 +134,7 @@ impl Tracker {
             // Only where it was a moment ago may something be thought to hide it.
             attempt.verdict.confidence = attempt.verdict.visible;
         }
-        if attempt.verdict.recognised < LEAST_RECOGNISED * self.usual.recognised {
+        if attempt.verdict.recognised < LEAST_RECOGNISED * self.target.usual.recognised {
             self.distrust(attempt);
         }
     }
@@ -142,7 +142,7 @@ impl Tracker {
     /// Takes the trust out of a pose that is farther from where the object was expected than its
     /// motion explains, unless much of the surface is recognised there.
     pub(super) fn doubt_leap(&self, expected: &Pose, attempt: &mut Attempt) {
-        let landed = attempt.verdict.recognised >= LANDED * self.usual.recognised;
+        let landed = attempt.verdict.recognised >= LANDED * self.target.usual.recognised;
         if self.has_leapt(expected, &attempt.pose) && !landed {
             self.distrust(attempt);
         }
@@ -159,7 +159,7 @@ impl Tracker {
         let off = (expected.inverse() * *pose).log();
         let (across, turned) = (off.fixed_rows::<3>(0).norm(), off.fixed_rows::<3>(3).norm());
         let (near, slight) = self.leeway();
-        across > near.max(LEAP * self.solid.radius) || turned > slight.max(LEAP)
+        across > near.max(LEAP * self.target.solid.radius) || turned > slight.max(LEAP)
     }
 
     fn distrust(&self, attempt: &mut Attempt) {
@@ -169,7 +169,7 @@ impl Tracker {
     /// Says what a pose that is followed may teach.
     pub(super) fn teachable(&mut self, verdict: &Verdict) -> Teachable {
         let &Verdict { visible, recognised, .. } = verdict;
-        let (is_clear, usual) = (visible >= CLEAR, self.usual.recognised);
+        let (is_clear, usual) = (visible >= CLEAR, self.target.usual.recognised);
         self.doubt = if is_clear { self.doubt.saturating_sub(1) } else { DOUBT };
         if !self.is_located(verdict) {
             return Teachable { colors: false, surface: false };
@@ -208,7 +208,7 @@ mod tests {
             confidence: 0.9,
             ..Usual::default()
         };
-        (tracker.status, tracker.usual, tracker.confirmed) = (status, usual, true);
+        (tracker.status, tracker.target.usual, tracker.confirmed) = (status, usual, true);
         tracker
     }
 
@@ -261,24 +261,24 @@ mod tests {
             let tracker = tracker(Status::Tracking, f64::from(usual));
             assert!(!tracker.is_turn_told(&verdict(1.0, 0.0), &steady));
         }
-        let thin = tracker(Status::Tracking, 20.0);
+        let mut thin = tracker(Status::Tracking, 20.0);
         assert!(thin.is_turn_told(&verdict(1.0, 20.0), &steady));
         assert!(!thin.is_turn_told(&verdict(1.0, 20.0), &(Matrix6::identity() * 1e-2)));
         let askew = Verdict { outline: 0.8, ..verdict(1.0, 20.0) };
-        let usual = Usual { outline: 1.0, ..thin.usual };
-        assert!(!Tracker { usual, ..thin }.is_turn_told(&askew, &steady));
+        thin.target.usual.outline = 1.0;
+        assert!(!thin.is_turn_told(&askew, &steady));
     }
 
     #[test]
     fn shading_never_tells_a_turn_where_no_pattern_was_seen() {
         let mut plain = tracker(Status::Tracking, 60.0);
-        plain.usual.printed = 17.0;
+        plain.target.usual.printed = 17.0;
         let steady = Matrix6::identity() * 1e-6;
         for recognised in 0..80 {
             let shaded = Verdict { printed: 17.0, ..verdict(1.0, f64::from(recognised)) };
             assert!(!plain.is_turn_told(&shaded, &steady), "{recognised}");
         }
-        plain.usual.printed = 60.0;
+        plain.target.usual.printed = 60.0;
         let half_hidden = Verdict { printed: 5.0, ..verdict(1.0, 15.0) };
         assert!(plain.is_turn_told(&half_hidden, &steady), "one that is printed all over");
     }

@@ -155,13 +155,13 @@ impl Tracker {
             points: points.collect(),
             colors,
             grey,
-            usual: self.target.usual.numbers(self.cameras.len()),
+            usual: self.target.usual.numbers(self.frame.cameras.len()),
         }
     }
 
     /// Takes over what the object looks like, so that it can be sought without a pose.
     pub fn recall(&mut self, appearance: &Appearance) {
-        self.target.usual = Usual::of(appearance.usual, self.cameras.len());
+        self.target.usual = Usual::of(appearance.usual, self.frame.cameras.len());
         let known = appearance.points.iter().map(|&(point, variance)| Known::new(point, variance));
         self.target.points = Points { known: known.collect() };
         self.target.colors = Colors::new(self.settings.local_colors);

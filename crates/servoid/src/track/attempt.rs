@@ -1,14 +1,11 @@
-use nalgebra::Vector3;
-
 use super::TrackError;
 use super::align::align;
 use super::clock::Clock;
-use super::estimate::{Notice, Status};
+use super::estimate::Status;
 use super::judge::{Verdict, judge};
 use super::polish::{Normal, Sight, look_at, polish};
 use super::search::{Judged, Leeway, Probes};
 use super::tracker::Tracker;
-use super::window::Window;
 use crate::observe::{Observation, Pyramid};
 use crate::pose::Pose;
 
@@ -46,7 +43,7 @@ impl Attempt {
 macro_rules! sight {
     ($tracker:ident, $observation:ident) => {
         Sight {
-            windows: &$tracker.windows,
+            windows: &$tracker.frame.windows,
             images: &$observation.images,
             solid: &$tracker.target.solid,
             points: &$tracker.target.points,
@@ -57,68 +54,30 @@ macro_rules! sight {
 }
 pub(super) use sight;
 
-/// Adds a notice once.
-fn note(notices: &mut Vec<Notice>, notice: Notice) {
-    if !notices.contains(&notice) {
-        notices.push(notice);
-    }
-}
-
 impl Tracker {
     /// Looks around where the body is at a pose; `false` if no camera sees it.
     pub(super) fn look(&mut self, observation: &Observation<'_>, pose: &Pose, margin: f64) -> bool {
+        let place = (pose, &self.target.solid, margin);
         let colors = self.settings.region.then_some(&self.target.colors);
-        for (camera, window) in self.windows.iter_mut().enumerate() {
-            window.close();
-            let image = observation.images[camera].filter(|_| self.senses.can_use(camera));
-            let Some(image) = image else { continue };
-            let place = (pose, &self.target.solid, margin);
-            let eye = &observation.world_from_camera[camera];
-            let inside = window.look(&self.cameras[camera], eye, &image, place, colors);
-            if !inside {
-                note(&mut self.notices, Notice::OutOfImage(camera));
-            } else if window.is_blank() {
-                window.close();
-                note(&mut self.notices, Notice::Blank(camera));
-            }
-        }
-        self.can_look()
+        self.frame.look(observation, place, colors)
     }
 
     /// Looks at all that the cameras see.
     pub(super) fn look_all_over(&mut self, observation: &Observation<'_>) {
         // What lies far from where the object was must be known as background, too.
-        for camera in (0..self.cameras.len()).filter(|&camera| self.senses.can_use(camera)) {
-            if let Some(image) = &observation.images[camera] {
-                self.target.colors.count_anywhere(image);
-            }
+        for image in self.frame.images(observation) {
+            self.target.colors.count_anywhere(&image);
         }
         self.target.colors.take_anywhere();
         let colors = self.settings.region.then_some(&self.target.colors);
-        for (camera, window) in self.windows.iter_mut().enumerate() {
-            window.close();
-            let image = observation.images[camera].filter(|_| self.senses.can_use(camera));
-            if let Some(image) = image {
-                let eye = &observation.world_from_camera[camera];
-                window.look_all_over(&self.cameras[camera], eye, &image, colors);
-            }
-        }
-    }
-
-    fn can_look(&self) -> bool {
-        self.windows.iter().any(Window::is_open)
-    }
-
-    /// Says whether any camera delivered an image.
-    pub(super) fn can_see(&self) -> bool {
-        (0..self.cameras.len()).any(|camera| self.senses.can_use(camera))
+        self.frame.look_all_over(observation, colors);
     }
 
     /// Chooses the surface points that are looked at from a pose.
     pub(super) fn points_in_view(&mut self, pose: &Pose) {
         let most = if self.settings.surface { self.settings.points } else { 0 };
         self.target.points.in_view(
-            &self.windows,
+            &self.frame.windows,
             pose,
             &self.target.solid,
             most,
@@ -135,12 +94,8 @@ impl Tracker {
 
     /// Chooses the resolution from which a pose is made precise, by how well it is foreseen.
     fn coarsest(&self, expected: &Pose) -> usize {
-        let per_meter = self.windows.iter().filter_map(|window| {
-            let (_, slope) = window.projection(expected)?.pixel(&Vector3::zeros())?;
-            Some(slope.row(0).norm())
-        });
         let off = self.surprise.0 + self.surprise.1 * self.target.solid.radius;
-        let off_px = off * per_meter.fold(0.0, f64::max);
+        let off_px = off * self.frame.px_per_meter(expected);
         FORESEEN_PX.iter().position(|&most| off_px < most).unwrap_or(COARSEST)
     }
 
@@ -164,10 +119,7 @@ impl Tracker {
 
     /// Gives the pixels that the body's outlines hold at a pose.
     pub(super) fn area(&self, pose: &Pose) -> f64 {
-        let held = self.windows.iter().filter_map(|window| {
-            Some(window.region(&window.projection(pose)?, &self.target.solid).1)
-        });
-        held.sum()
+        self.frame.area(pose, &self.target.solid)
     }
 
     /// Makes a guess precise. Where the outcome is doubtful, it is made so from the coarsest resolution,

@@ -30,8 +30,8 @@ impl Tracker {
         let mut clock = Clock::start();
         self.check_masks(masks)?;
         // Nothing is left of what was before.
-        *self = Self::new(&self.cameras, &self.target.body, self.settings)?;
-        self.check(observation)?;
+        *self = Self::new(&self.frame.cameras, &self.target.body, self.settings)?;
+        self.frame.check(observation)?;
         self.motion = Motion::at_rest(observation.time_s, world_from_object);
         if !self.look(observation, &world_from_object, START_MARGIN) {
             return Err(TrackError::NotInView);
@@ -74,7 +74,7 @@ impl Tracker {
         near: Option<Pose>,
     ) -> Result<Estimate, TrackError> {
         let mut clock = Clock::start();
-        self.check(observation)?;
+        self.frame.check(observation)?;
         if !self.target.colors.are_known() {
             self.learn_surroundings(observation, near)?;
         }
@@ -102,10 +102,10 @@ impl Tracker {
         pose: &Pose,
         masks: &[Option<Mask<'_>>],
     ) {
-        for (camera, (window, mask)) in self.windows.iter().zip(masks).enumerate() {
+        for (camera, (window, mask)) in self.frame.windows.iter().zip(masks).enumerate() {
             let image = observation.images[camera].filter(|_| window.is_open());
             if let (Some(image), Some(mask)) = (image, mask) {
-                let seen = (window, &image, &self.cameras[camera]);
+                let seen = (window, &image, &self.frame.cameras[camera]);
                 let poses = (&observation.world_from_camera[camera], pose);
                 self.target.keyframes.offer(seen, poses, Some(&mask.image()));
             }
@@ -130,7 +130,7 @@ impl Tracker {
     }
 
     fn check_masks(&self, masks: &[Option<Mask<'_>>]) -> Result<(), TrackError> {
-        for (index, (camera, mask)) in self.cameras.iter().zip(masks).enumerate() {
+        for (index, (camera, mask)) in self.frame.cameras.iter().zip(masks).enumerate() {
             if let Some(mask) = mask {
                 check_image_size(index, camera.size_px(), mask.image())?;
             }
@@ -141,7 +141,7 @@ impl Tracker {
     fn learn_masks(&mut self, observation: &Observation<'_>, masks: &[Option<Mask<'_>>]) {
         let masks = masks.iter().chain(std::iter::repeat(&None));
         let images = observation.images.iter().zip(masks);
-        for (window, (image, mask)) in self.windows.iter().zip(images) {
+        for (window, (image, mask)) in self.frame.windows.iter().zip(images) {
             if let (true, Some(image), Some(mask)) = (window.is_open(), image, mask) {
                 window.teach_mask(image, &mask.image(), &mut self.target.colors);
             }
@@ -157,8 +157,7 @@ impl Tracker {
         observation: &Observation<'_>,
         near: Option<Pose>,
     ) -> Result<(), TrackError> {
-        let images = (0..self.cameras.len()).filter(|&camera| self.senses.can_use(camera));
-        let images: Vec<_> = images.filter_map(|camera| observation.images[camera]).collect();
+        let images: Vec<_> = self.frame.images(observation).collect();
         let known = images.is_empty()
             || images.iter().any(|i| self.target.colors.know_object(i.channels()));
         if !known && (near.is_none() || self.target.points.known.is_empty()) {
@@ -170,7 +169,7 @@ impl Tracker {
             return Ok(());
         }
         self.look_all_over(observation);
-        for (window, image) in self.windows.iter().zip(&observation.images) {
+        for (window, image) in self.frame.windows.iter().zip(&observation.images) {
             if let Some(image) = image.as_ref().filter(|_| window.is_open()) {
                 window.teach(image, &[], 0.0, &mut self.target.colors);
             }

@@ -54,10 +54,10 @@ impl Tracker {
 
     /// Keeps what the cameras show of a side that was not seen before.
     pub(super) fn keep_views(&mut self, observation: &Observation<'_>, pose: &Pose) {
-        for (camera, window) in self.windows.iter().enumerate() {
+        for (camera, window) in self.frame.windows.iter().enumerate() {
             if let (true, Some(image)) = (window.is_open(), &observation.images[camera]) {
                 let poses = (&observation.world_from_camera[camera], pose);
-                let seen = (window, image, &self.cameras[camera]);
+                let seen = (window, image, &self.frame.cameras[camera]);
                 self.target.keyframes.offer(seen, poses, None);
             }
         }

@@ -41,7 +41,7 @@ impl Tracker {
             return Err(TrackError::NothingKnown);
         }
         let mut looking = self.clone();
-        looking.check(observation)?;
+        looking.frame.check(observation)?;
         looking.look_all_over(observation);
         let area = looking.area(&looking.motion.last());
         let known = looking.target.points.known.len();

@@ -8,6 +8,7 @@ mod certainty;
 mod clock;
 mod colors;
 mod estimate;
+mod frame;
 mod growth;
 mod judge;
 mod keyframes;

@@ -64,7 +64,7 @@ impl Tracker {
         attempt: &mut Attempt,
     ) -> Result<usize, TrackError> {
         let radius = self.target.solid.radius;
-        let focal = self.cameras.first().map_or(1.0, |camera| camera.focal_px()[0]);
+        let focal = self.frame.cameras.first().map_or(1.0, |camera| camera.focal_px()[0]);
         let usual = self.target.usual.distance;
         let (near, far) = match self.last_distance(observation) {
             Some(last) => (0.6 * last, 1.7 * last),

@@ -42,7 +42,7 @@ impl Tracker {
     }
 
     pub(super) fn learn_colors(&mut self, observation: &Observation<'_>, pose: &Pose, rate: f32) {
-        for (window, image) in self.windows.iter().zip(&observation.images) {
+        for (window, image) in self.frame.windows.iter().zip(&observation.images) {
             let (Some(projection), Some(image)) = (window.projection(pose), image) else {
                 continue;
             };

@@ -3,6 +3,7 @@ use super::attempt::Attempt;
 use super::certainty::certainty;
 use super::clock::Clock;
 use super::estimate::{Estimate, Notice, Status};
+use super::frame::Frame;
 use super::judge::Verdict;
 use super::motion::Motion;
 use super::points::Known;
@@ -10,12 +11,10 @@ use super::polish::Desk;
 use super::recover::Recovery;
 use super::scatter::Scatter;
 use super::search::{Leeway, Search};
-use super::senses::Senses;
 use super::settings::TrackSettings;
 use super::solid::Solid;
 use super::target::Target;
 use super::trust::{CLEAR, DOUBT};
-use super::window::Window;
 use crate::evolve;
 use crate::fitness::SurfacePoint;
 use crate::observe::{Camera, Observation};
@@ -26,14 +25,12 @@ use crate::shape::{Body, ShapeError};
 #[derive(Debug, Clone)]
 pub struct Tracker {
     pub(super) settings: TrackSettings,
-    pub(super) cameras: Vec<Camera>,
+    pub(super) frame: Frame,
     pub(super) target: Target,
     pub(super) search: Search,
     pub(super) recovery: Recovery,
     pub(super) motion: Motion,
     pub(super) scatter: Scatter,
-    pub(super) senses: Senses,
-    pub(super) windows: Vec<Window>,
     pub(super) desk: Desk,
     pub(super) fresh: Vec<Known>,
     /// How far predictions were off, in metres and radians.
@@ -50,7 +47,6 @@ pub struct Tracker {
     pub(super) proved: bool,
     /// Whether it ever was: only then may it have turned unseen to a side that looks like a known one.
     pub(super) confirmed: bool,
-    pub(super) notices: Vec<Notice>,
 }
 
 /// Share of the object's size by which windows are larger than it at least, and where it was found
@@ -75,15 +71,13 @@ impl Tracker {
         let target = Target::new(body, settings.local_colors);
         Ok(Self {
             settings,
-            cameras: cameras.to_vec(),
+            frame: Frame::new(cameras),
             surprise: surprise_at_first(&target.solid),
             scatter: Scatter::new(target.solid.radius),
             target,
             search: Search::new(settings.population, evolve::rng(settings.seed, 0))?,
             recovery: Recovery::new(settings.seed),
             motion: Motion::at_rest(0.0, body.world_from_object()),
-            senses: Senses::new(cameras.len()),
-            windows: vec![Window::default(); cameras.len()],
             desk: Desk::default(),
             fresh: Vec::new(),
             status: Status::Searching,
@@ -94,7 +88,6 @@ impl Tracker {
             doubt: 0,
             proved: true,
             confirmed: false,
-            notices: Vec::new(),
         })
     }
 
@@ -104,7 +97,7 @@ impl Tracker {
     /// If there is not one entry a camera, or the time stamp is no finite number.
     pub fn step(&mut self, observation: &Observation<'_>) -> Result<Estimate, TrackError> {
         let mut clock = Clock::start();
-        self.check(observation)?;
+        self.frame.check(observation)?;
         let expected = self.motion.predict(observation.time_s);
         let mut attempt = Attempt::nothing(expected, self.target.solid.radius);
         let (mut least, mut evaluations) = (self.least_confidence(), 0);
@@ -122,7 +115,7 @@ impl Tracker {
             self.doubt_leap(&expected, &mut attempt);
         }
         let missed = attempt.verdict.confidence < least;
-        if (missed || !self.proved) && self.can_see() {
+        if (missed || !self.proved) && self.frame.can_see() {
             least = self.settings.trusted;
             evaluations += self.regain(observation, &expected, &mut attempt)?;
             if self.has_leapt(&expected, &attempt.pose) {
@@ -139,7 +132,7 @@ impl Tracker {
         }
         let mut estimate = self.estimate(observation, &attempt);
         clock.lap(|timing| &mut timing.judge);
-        if self.status == Status::Tracking && !self.senses.is_stale() {
+        if self.status == Status::Tracking && !self.frame.is_stale() {
             self.learn(observation, &attempt);
         } else {
             self.doubt = DOUBT;
@@ -160,22 +153,6 @@ impl Tracker {
     /// Gives the surface points in the object's frame.
     pub fn surface(&self) -> impl Iterator<Item = &SurfacePoint> {
         self.target.points.known.iter().map(|known| &known.point)
-    }
-
-    /// Checks an observation; what can be tolerated becomes a notice.
-    pub(super) fn check(&mut self, observation: &Observation<'_>) -> Result<(), TrackError> {
-        let cameras = self.cameras.len();
-        let poses = ("poses", observation.world_from_camera.len());
-        for (what, given) in [poses, ("images", observation.images.len())] {
-            if given != cameras {
-                return Err(TrackError::Count { what, cameras, given });
-            }
-        }
-        if !observation.time_s.is_finite() {
-            return Err(TrackError::Time(observation.time_s));
-        }
-        self.notices = self.senses.check(&self.cameras, observation);
-        Ok(())
     }
 
     /// Believes in an attempt, from a confidence of `least` on, or not.
@@ -236,10 +213,10 @@ impl Tracker {
         let told = located && self.is_turn_told(&attempt.verdict, &covariance);
         let Verdict { visible, confidence, .. } = attempt.verdict;
         if located && !told {
-            self.notices.push(Notice::TurnOpen);
+            self.frame.notices.push(Notice::TurnOpen);
         }
         if followed && visible < CLEAR {
-            self.notices.push(Notice::Hidden { hidden: 100.0 * (1.0 - visible) });
+            self.frame.notices.push(Notice::Hidden { hidden: 100.0 * (1.0 - visible) });
         }
         Estimate {
             time_s: observation.time_s,
@@ -249,7 +226,7 @@ impl Tracker {
             confidence,
             status: if followed && !told { Status::Searching } else { self.status },
             located,
-            notices: std::mem::take(&mut self.notices),
+            notices: std::mem::take(&mut self.frame.notices),
             evaluations: 0,
             timing: Default::default(),
         }

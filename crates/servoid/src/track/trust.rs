@@ -88,9 +88,9 @@ impl Tracker {
         let turned = covariance.fixed_view::<3, 3>(3, 3).trace().sqrt();
         let fits = verdict.outline >= FITS.0 * self.target.usual.outline
             && verdict.clear_ratio >= FITS.1 * self.target.usual.ratio;
-        let open = self.windows.iter().filter(|w| w.is_open()).count().max(1) as f64;
+        let open = self.frame.open().max(1) as f64;
         let (printed, all) = (verdict.printed / open, verdict.recognised / open);
-        let rich = self.target.usual.printed >= RICH * self.cameras.len() as f64;
+        let rich = self.target.usual.printed >= RICH * self.frame.cameras.len() as f64;
         printed >= ENOUGH
             || (rich && all >= FEW.0 && turned < STEADY.0)
             || (printed >= FEW.1 && fits && turned < STEADY.1)

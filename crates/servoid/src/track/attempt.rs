@@ -3,8 +3,9 @@ use super::align::align;
 use super::clock::Clock;
 use super::estimate::Status;
 use super::judge::{Verdict, judge};
-use super::polish::{Normal, Sight, look_at, polish};
+use super::polish::{Normal, look_at, polish};
 use super::search::{Judged, Leeway, Probes};
+use super::sight::Sight;
 use super::tracker::Tracker;
 use crate::observe::{Observation, Pyramid};
 use crate::pose::Pose;
@@ -38,21 +39,6 @@ impl Attempt {
         Self { pose, normal: Normal::new(radius), verdict }
     }
 }
-
-/// Joins the fields of a tracker that an image is compared with; leaves the others free.
-macro_rules! sight {
-    ($tracker:ident, $observation:ident) => {
-        Sight {
-            windows: &$tracker.frame.windows,
-            images: &$observation.images,
-            solid: &$tracker.target.solid,
-            points: &$tracker.target.points,
-            colors: $tracker.settings.region.then_some(&$tracker.target.colors),
-            usual: &$tracker.target.usual,
-        }
-    };
-}
-pub(super) use sight;
 
 impl Tracker {
     /// Looks around where the body is at a pose; `false` if no camera sees it.
@@ -109,7 +95,7 @@ impl Tracker {
     ) -> Result<(Pose, usize), TrackError> {
         self.points_in_view(expected);
         let (leeway, last, area) = (self.leeway(), self.motion.last(), self.area(expected));
-        let sight = sight!(self, observation);
+        let sight = Sight::new(&self.frame, observation, &self.target, &self.settings);
         let judged = Judged { sight, probes: Probes::InView(&self.desk.in_view), area };
         let (most, budget) = (self.settings.generations, self.settings.budget_s);
         let go_on = |bred: usize| bred < most && !clock.is_over(budget);
@@ -135,7 +121,8 @@ impl Tracker {
             // What hides much of the object draws the search away, and what leaps is not where it was
             // foreseen; what shows of its surface tells.
             self.points_in_view(expected);
-            let aligned = align(&sight!(self, observation), expected, &self.desk.in_view);
+            let sight = Sight::new(&self.frame, observation, &self.target, &self.settings);
+            let aligned = align(&sight, expected, &self.desk.in_view);
             let others = [(Some(*guess), COARSEST), (aligned, 1)];
             for (start, coarsest) in others {
                 let Some(start) = start else { continue };
@@ -160,14 +147,14 @@ impl Tracker {
         start: &Pose,
         coarsest: usize,
     ) -> Attempt {
-        let sight = sight!(self, observation);
+        let sight = Sight::new(&self.frame, observation, &self.target, &self.settings);
         let (pose, normal) = polish(&sight, *start, coarsest, &mut self.desk);
         Attempt { pose, normal, verdict: judge(&sight, &pose, &self.desk) }
     }
 
     /// Judges a pose as it is.
     pub(super) fn weigh(&mut self, observation: &Observation<'_>, pose: &Pose) -> Attempt {
-        let sight = sight!(self, observation);
+        let sight = Sight::new(&self.frame, observation, &self.target, &self.settings);
         let normal = look_at(&sight, pose, &mut self.desk);
         Attempt { pose: *pose, normal, verdict: judge(&sight, pose, &self.desk) }
     }

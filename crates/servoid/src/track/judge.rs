@@ -1,5 +1,6 @@
 use super::points::Match;
-use super::polish::{Desk, Sight};
+use super::polish::Desk;
+use super::sight::Sight;
 use crate::pose::Pose;
 
 /// How far images confirm a pose.

@@ -1,9 +1,8 @@
 use rayon::prelude::*;
 
 use super::TrackError;
-use super::attempt::sight;
-use super::polish::Sight;
 use super::search::{Judged, Probes, Worth};
+use super::sight::Sight;
 use super::tracker::Tracker;
 use crate::model::workers;
 use crate::observe::{Observation, Pyramid};
@@ -48,8 +47,11 @@ impl Tracker {
         let most = known.min(looking.settings.points);
         // Evenly, so that no side of the object is left out.
         let probes: Vec<usize> = (0..most).map(|at| at * known / most).collect();
-        let judged =
-            Judged { sight: sight!(looking, observation), probes: Probes::Facing(&probes), area };
+        let judged = Judged {
+            sight: Sight::new(&looking.frame, observation, &looking.target, &looking.settings),
+            probes: Probes::Facing(&probes),
+            area,
+        };
         let of_piece = |piece: &[Pose]| -> Vec<Worth> {
             piece.iter().map(|pose| judged.worth(pose, resolution)).collect()
         };

@@ -4,7 +4,7 @@ use nalgebra::{Matrix2, Vector2, Vector3};
 
 use super::colors::Colors;
 use super::points::{InView, Known, PLACE_PX, noise};
-use super::polish::Sight;
+use super::sight::Sight;
 use super::solid::Hit;
 use super::window::Window;
 use crate::fitness::SurfacePoint;

@@ -26,6 +26,7 @@ mod scatter;
 mod search;
 mod senses;
 mod settings;
+mod sight;
 mod solid;
 mod target;
 mod teach;

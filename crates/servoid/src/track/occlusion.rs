@@ -5,7 +5,7 @@
 use nalgebra::Vector2;
 
 use super::points::Match;
-use super::polish::Sight;
+use super::sight::Sight;
 use super::window::bounds;
 use crate::pose::Pose;
 use crate::shape::Outline;

@@ -1,26 +1,12 @@
 use nalgebra::{Matrix2, Matrix6, Vector2, Vector3, Vector6};
 
-use super::colors::Colors;
 use super::occlusion::Occlusion;
-use super::points::{InView, Match, PLACE_PX, Points, by_motion, noise};
-use super::solid::Solid;
-use super::usual::Usual;
-use super::window::Window;
+use super::points::{InView, Match, PLACE_PX, by_motion, noise};
+use super::sight::Sight;
 use crate::fitness::{Agreement, ContourPoint, boundary, contour};
 use crate::observe::{ImageView, Pyramid};
 use crate::pose::{Pose, Twist};
 use crate::shape::{Outline, Quadric};
-
-/// What is seen of the object in one instant.
-#[derive(Clone, Copy)]
-pub(super) struct Sight<'a> {
-    pub(super) windows: &'a [Window],
-    pub(super) images: &'a [Option<ImageView<'a>>],
-    pub(super) solid: &'a Solid,
-    pub(super) points: &'a Points,
-    pub(super) colors: Option<&'a Colors>,
-    pub(super) usual: &'a Usual,
-}
 
 /// A weighted sum of squares about a pose: curvature and slope by a small motion in the object's
 /// frame.

@@ -1,6 +1,6 @@
 use super::TrackError;
-use super::attempt::{Attempt, COARSEST, sight};
-use super::polish::Sight;
+use super::attempt::{Attempt, COARSEST};
+use super::sight::Sight;
 use super::tracker::{MARGIN, Tracker};
 use crate::observe::Observation;
 use crate::pose::Pose;
@@ -44,7 +44,7 @@ impl Tracker {
                 break;
             }
             let area = self.area(near);
-            let sight = sight!(self, observation);
+            let sight = Sight::new(&self.frame, observation, &self.target, &self.settings);
             let (found, scored) = self.recovery.near(sight, (near, leeway, area))?;
             evaluations += scored;
             let candidates: Vec<Pose> = found.iter().map(|found| found.pose).collect();
@@ -76,7 +76,7 @@ impl Tracker {
         let mut evaluations = 0;
         for _ in 0..rounds {
             self.look_all_over(observation);
-            let sight = sight!(self, observation);
+            let sight = Sight::new(&self.frame, observation, &self.target, &self.settings);
             let (found, scored) = self.recovery.anywhere(sight, (near, far), area_at)?;
             evaluations += scored;
             let candidates: Vec<Pose> = found.iter().map(|found| found.pose).collect();

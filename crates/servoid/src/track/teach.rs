@@ -1,6 +1,6 @@
-use super::attempt::{Attempt, sight};
+use super::attempt::Attempt;
 use super::learn::{Lesson, learn};
-use super::polish::Sight;
+use super::sight::Sight;
 use super::tracker::Tracker;
 use crate::observe::Observation;
 use crate::pose::Pose;
@@ -60,7 +60,7 @@ impl Tracker {
         pose: &Pose,
         lesson: &Lesson<'_>,
     ) {
-        let sight = sight!(self, observation);
+        let sight = Sight::new(&self.frame, observation, &self.target, &self.settings);
         self.fresh.clear();
         learn(&sight, pose, &self.desk.in_view, lesson, &mut self.fresh);
         self.target.points.add(&mut self.fresh);

@@ -7,6 +7,7 @@ use super::learn::Lesson;
 use super::motion::Motion;
 use super::regain::ROUNDS;
 use super::tracker::Tracker;
+use super::trust::Trust;
 use crate::observe::{Mask, Observation, check_image_size};
 use crate::pose::Pose;
 
@@ -52,8 +53,7 @@ impl Tracker {
         let attempt = self.get_used_to(observation, &world_from_object);
         let told = attempt.verdict.confidence >= self.settings.held;
         self.status = if told { Status::Tracking } else { Status::Searching };
-        (self.unseen, self.met) = (usize::from(!told), true);
-        self.confirmed = told;
+        self.trust = Trust::given(told);
         let mut estimate = self.estimate(observation, &attempt);
         // A turn that was given is known, however little the images tell of it.
         estimate.status = self.status;

@@ -23,7 +23,7 @@ impl Tracker {
         expected: &Pose,
         attempt: &mut Attempt,
     ) -> Result<usize, TrackError> {
-        if self.met && self.was_seen_lately() {
+        if self.trust.is_met() && self.trust.was_seen_lately() {
             self.seek_near(observation, (expected, 1), attempt)
         } else {
             self.seek_anywhere(observation, 1, attempt)
@@ -118,6 +118,6 @@ impl Tracker {
     /// Gives how far from the first camera the object was last, if it was met.
     fn last_distance(&self, observation: &Observation<'_>) -> Option<f64> {
         let eye = observation.world_from_camera.first()?.translation();
-        self.met.then(|| (self.motion.last().translation() - eye).norm())
+        self.trust.is_met().then(|| (self.motion.last().translation() - eye).norm())
     }
 }

@@ -14,7 +14,7 @@ use super::search::{Leeway, Search};
 use super::settings::TrackSettings;
 use super::solid::Solid;
 use super::target::Target;
-use super::trust::{CLEAR, DOUBT};
+use super::trust::{CLEAR, Trust};
 use crate::evolve;
 use crate::fitness::SurfacePoint;
 use crate::observe::{Camera, Observation};
@@ -36,17 +36,9 @@ pub struct Tracker {
     /// How far predictions were off, in metres and radians.
     pub(super) surprise: Leeway,
     pub(super) status: Status,
-    pub(super) unseen: usize,
-    /// Whether the object was ever tracked, so that its last pose means something.
-    pub(super) met: bool,
+    pub(super) trust: Trust,
     pub(super) cell: usize,
     pub(super) lessons: usize,
-    /// Clear images until the last doubt is over.
-    pub(super) doubt: usize,
-    /// Whether the object that was found again last was proved to be the one that was lost.
-    pub(super) proved: bool,
-    /// Whether it ever was: only then may it have turned unseen to a side that looks like a known one.
-    pub(super) confirmed: bool,
 }
 
 /// Share of the object's size by which windows are larger than it at least, and where it was found
@@ -81,13 +73,9 @@ impl Tracker {
             desk: Desk::default(),
             fresh: Vec::new(),
             status: Status::Searching,
-            unseen: 0,
-            met: false,
+            trust: Trust::unmet(),
             cell: 0,
             lessons: 0,
-            doubt: 0,
-            proved: true,
-            confirmed: false,
         })
     }
 
@@ -115,12 +103,12 @@ impl Tracker {
             self.doubt_leap(&expected, &mut attempt);
         }
         let missed = attempt.verdict.confidence < least;
-        if (missed || !self.proved) && self.frame.can_see() {
+        if (missed || !self.trust.is_proved()) && self.frame.can_see() {
             least = self.settings.trusted;
             evaluations += self.regain(observation, &expected, &mut attempt)?;
             if self.has_leapt(&expected, &attempt.pose) {
                 // What is found there is found again, and no more followed.
-                self.status = self.without();
+                self.status = self.trust.without();
             }
             clock.lap(|timing| &mut timing.search);
         }
@@ -135,7 +123,7 @@ impl Tracker {
         if self.status == Status::Tracking && !self.frame.is_stale() {
             self.learn(observation, &attempt);
         } else {
-            self.doubt = DOUBT;
+            self.trust.doubt();
         }
         clock.lap(|timing| &mut timing.learn);
         (estimate.evaluations, estimate.timing) = (evaluations, clock.timing());
@@ -158,17 +146,16 @@ impl Tracker {
     /// Believes in an attempt, from a confidence of `least` on, or not.
     pub(super) fn settle(&mut self, time_s: f64, expected: &Pose, attempt: &Attempt, least: f64) {
         if attempt.verdict.confidence < least {
-            self.unseen += 1;
-            self.status = self.without();
+            self.trust.miss();
+            self.status = self.trust.without();
             self.motion.wait(time_s);
             self.scatter.pause();
             return;
         }
         let regained = self.status != Status::Tracking;
         // What leaps from one image to the next moves fast; else where it was says nothing.
-        let went_on = self.unseen == 0 && self.met;
+        let went_on = self.trust.is_unbroken();
         self.status = Status::Tracking;
-        (self.unseen, self.met) = (0, true);
         self.search.follow(expected, &attempt.pose, self.leeway());
         if regained {
             if went_on {
@@ -177,12 +164,11 @@ impl Tracker {
                 self.motion = Motion::at_rest(time_s, attempt.pose);
             }
             self.surprise = surprise_at_first(&self.target.solid);
-            self.proved = false;
-            self.prove(&attempt.verdict);
+            self.trust.meet(&attempt.verdict, &self.target.usual, false);
             return;
         }
-        self.proved &= self.is_landed(expected, attempt);
-        self.prove(&attempt.verdict);
+        let goes_on = self.is_landed(expected, attempt);
+        self.trust.meet(&attempt.verdict, &self.target.usual, goes_on);
         self.motion.follow(time_s, attempt.pose);
         self.scatter.follow(time_s, attempt.pose);
         let off = (expected.inverse() * attempt.pose).log();

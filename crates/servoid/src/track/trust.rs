@@ -7,6 +7,7 @@ use super::estimate::Status;
 use super::judge::Verdict;
 use super::settings::TrackSettings;
 use super::tracker::Tracker;
+use super::usual::Usual;
 use crate::pose::Pose;
 
 /// Confidence below which part of the object counts as hidden.
@@ -54,7 +55,7 @@ const SAFE: f64 = 0.85;
 /// and when the last images were clear: a side that turns into view brings its points one by one.
 const WELL_RECOGNISED: (f64, f64) = (0.6, 0.3);
 /// Clear images after which a doubt is over.
-pub(super) const DOUBT: usize = 8;
+const DOUBT: usize = 8;
 /// Confidence from which on colours are learned.
 const COLOR_CONFIDENCE: f64 = 0.65;
 /// Confidence and share of the usual surface points that prove that an object which was found again is
@@ -71,6 +72,92 @@ pub(super) struct Teachable {
     pub(super) colors: bool,
     /// What is usual, surface points and views.
     pub(super) surface: bool,
+}
+
+/// How far an object is trusted to be where it is followed, by what was seen of it so far.
+#[derive(Debug, Clone)]
+pub(super) struct Trust {
+    /// Images since it was seen last.
+    unseen: usize,
+    /// Whether the object was ever tracked, so that its last pose means something.
+    met: bool,
+    /// Clear images until the last doubt is over.
+    doubt: usize,
+    /// Whether the object that was found again last was proved to be the one that was lost.
+    proved: bool,
+    /// Whether it ever was: only then may it have turned unseen to a side that looks like a known one.
+    confirmed: bool,
+}
+
+impl Trust {
+    /// Starts with an object that was never seen.
+    pub(super) fn unmet() -> Self {
+        Self { unseen: 0, met: false, doubt: 0, proved: true, confirmed: false }
+    }
+
+    /// Starts with an object whose pose was given; `told` says whether images confirm it.
+    pub(super) fn given(told: bool) -> Self {
+        Self { unseen: usize::from(!told), met: true, confirmed: told, ..Self::unmet() }
+    }
+
+    pub(super) fn is_met(&self) -> bool {
+        self.met
+    }
+
+    pub(super) fn is_proved(&self) -> bool {
+        self.proved
+    }
+
+    /// Says whether the object was met and never missed since.
+    pub(super) fn is_unbroken(&self) -> bool {
+        self.met && self.unseen == 0
+    }
+
+    pub(super) fn was_seen_lately(&self) -> bool {
+        self.unseen <= LOST_AFTER
+    }
+
+    /// Gives the status of an object that was not found once more.
+    pub(super) fn without(&self) -> Status {
+        if self.was_seen_lately() { Status::Searching } else { Status::Lost }
+    }
+
+    pub(super) fn miss(&mut self) {
+        self.unseen += 1;
+    }
+
+    /// Takes a pose that is believed for proved, if so much is seen at it, or if the last one was and
+    /// this one `goes_on` from there.
+    pub(super) fn meet(&mut self, verdict: &Verdict, usual: &Usual, goes_on: bool) {
+        (self.unseen, self.met) = (0, true);
+        let (again, share) = PROVED;
+        let confidence = if self.confirmed { again } else { FOUND };
+        let explained = verdict.recognised >= share * usual.recognised;
+        self.proved &= goes_on;
+        self.proved |= verdict.confidence >= confidence && explained;
+        self.confirmed |= self.proved;
+    }
+
+    /// Begins a doubt, which some clear images end.
+    pub(super) fn doubt(&mut self) {
+        self.doubt = DOUBT;
+    }
+
+    /// Says what a pose that is followed may teach, if images confirm it as `located`.
+    fn teachable(&mut self, verdict: &Verdict, usual: &Usual, located: bool) -> Teachable {
+        let &Verdict { visible, recognised, .. } = verdict;
+        let is_clear = visible >= CLEAR;
+        self.doubt = if is_clear { self.doubt.saturating_sub(1) } else { DOUBT };
+        if !located {
+            return Teachable { colors: false, surface: false };
+        }
+        // What hides the object must not become part of it, nor must a pose that is a little off
+        // teach where its points are.
+        let (doubted, sure) = WELL_RECOGNISED;
+        let least = if self.doubt > 0 { doubted } else { sure };
+        let surface = is_clear && recognised >= least * usual.recognised;
+        Teachable { colors: visible >= COLOR_CONFIDENCE, surface }
+    }
 }
 
 impl Tracker {
@@ -101,16 +188,7 @@ impl Tracker {
         let usual = self.target.usual.recognised;
         let least = (LEAST_RECOGNISED * usual).min(MANY);
         let known = usual < PATTERN || verdict.recognised >= least;
-        self.proved && verdict.confidence >= SAID.max(self.settings.held) && known
-    }
-
-    /// Takes a pose of an object that was found again for proved, if so much is seen of it.
-    pub(super) fn prove(&mut self, verdict: &Verdict) {
-        let (again, share) = PROVED;
-        let confidence = if self.confirmed { again } else { FOUND };
-        let explained = verdict.recognised >= share * self.target.usual.recognised;
-        self.proved |= verdict.confidence >= confidence && explained;
-        self.confirmed |= self.proved;
+        self.trust.proved && verdict.confidence >= SAID.max(self.settings.held) && known
     }
 
     /// Says whether it pays to make a pose precise once more.
@@ -121,10 +199,6 @@ impl Tracker {
     pub(super) fn is_sure(&self, attempt: &Attempt) -> bool {
         let verdict = attempt.verdict;
         verdict.confidence > SURE.0 && verdict.support > SURE.1 * self.target.usual.support
-    }
-
-    pub(super) fn was_seen_lately(&self) -> bool {
-        self.unseen <= LOST_AFTER
     }
 
     /// Takes the trust out of a pose at which too little of the surface is recognised, where the
@@ -168,23 +242,8 @@ impl Tracker {
 
     /// Says what a pose that is followed may teach.
     pub(super) fn teachable(&mut self, verdict: &Verdict) -> Teachable {
-        let &Verdict { visible, recognised, .. } = verdict;
-        let (is_clear, usual) = (visible >= CLEAR, self.target.usual.recognised);
-        self.doubt = if is_clear { self.doubt.saturating_sub(1) } else { DOUBT };
-        if !self.is_located(verdict) {
-            return Teachable { colors: false, surface: false };
-        }
-        // What hides the object must not become part of it, nor must a pose that is a little off
-        // teach where its points are.
-        let (doubted, sure) = WELL_RECOGNISED;
-        let least = if self.doubt > 0 { doubted } else { sure };
-        let surface = is_clear && recognised >= least * usual;
-        Teachable { colors: visible >= COLOR_CONFIDENCE, surface }
-    }
-
-    /// Gives the status of an object that was not found once more.
-    pub(super) fn without(&self) -> Status {
-        if self.was_seen_lately() { Status::Searching } else { Status::Lost }
+        let located = self.is_located(verdict);
+        self.trust.teachable(verdict, &self.target.usual, located)
     }
 }
 
@@ -193,7 +252,6 @@ mod tests {
     use super::*;
     use crate::observe::Camera;
     use crate::shape::{Body, Ellipsoid};
-    use crate::track::usual::Usual;
 
     /// Makes a tracker that has seen an object with some surface points.
     fn tracker(status: Status, recognised: f64) -> Tracker {
@@ -208,7 +266,7 @@ mod tests {
             confidence: 0.9,
             ..Usual::default()
         };
-        (tracker.status, tracker.target.usual, tracker.confirmed) = (status, usual, true);
+        (tracker.status, tracker.target.usual, tracker.trust.confirmed) = (status, usual, true);
         tracker
     }
 

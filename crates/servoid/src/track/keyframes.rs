@@ -1,8 +1,8 @@
 use nalgebra::{Vector2, Vector3};
 
 use super::colors::{self, Colors};
+use super::frame::window::Window;
 use super::solid::Solid;
-use super::window::Window;
 use crate::model::half_ball_direction;
 use crate::observe::{Camera, Channels, ImageView, Mask, View};
 use crate::pose::Pose;

@@ -15,7 +15,6 @@ mod keyframes;
 mod landscape;
 mod learn;
 mod motion;
-mod occlusion;
 mod one_step;
 mod placing;
 mod points;
@@ -24,7 +23,6 @@ mod recover;
 mod regain;
 mod scatter;
 mod search;
-mod senses;
 mod settings;
 mod sight;
 mod solid;
@@ -33,7 +31,8 @@ mod teach;
 mod tracker;
 mod trust;
 mod usual;
-mod window;
+
+use frame::senses;
 
 pub use appearance::Appearance;
 pub use estimate::{Estimate, Notice, Status, Timing};

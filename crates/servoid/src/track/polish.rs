@@ -1,6 +1,6 @@
 use nalgebra::{Matrix2, Matrix6, Vector2, Vector3, Vector6};
 
-use super::occlusion::Occlusion;
+use super::frame::occlusion::Occlusion;
 use super::points::{InView, Match, PLACE_PX, by_motion, noise};
 use super::sight::Sight;
 use crate::fitness::{Agreement, ContourPoint, boundary, contour};

@@ -1,11 +1,11 @@
 use super::colors::Colors;
 use super::frame::Frame;
+use super::frame::window::Window;
 use super::points::Points;
 use super::settings::TrackSettings;
 use super::solid::Solid;
 use super::target::Target;
 use super::usual::Usual;
-use super::window::Window;
 use crate::observe::{ImageView, Observation};
 
 /// What is seen of the object in one instant, beside what is known of it.

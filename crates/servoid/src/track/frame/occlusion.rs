@@ -4,18 +4,18 @@
 
 use nalgebra::Vector2;
 
-use super::points::Match;
-use super::sight::Sight;
 use super::window::bounds;
 use crate::pose::Pose;
 use crate::shape::Outline;
+use crate::track::points::Match;
+use crate::track::sight::Sight;
 
 /// What is known of every camera's view.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Occlusion {
+pub(crate) struct Occlusion {
     grids: Vec<Grid>,
     /// Whether the object was there a moment ago: only then is what is not seen thought hidden.
-    pub(super) was_there: bool,
+    pub(crate) was_there: bool,
 }
 
 /// Cells along one side of a grid.
@@ -158,13 +158,13 @@ impl Grid {
 
 impl Occlusion {
     /// Forgets what was hidden.
-    pub(super) fn forget(&mut self) {
+    pub(crate) fn forget(&mut self) {
         self.grids.iter_mut().for_each(|grid| *grid = Grid::new());
     }
 
     /// Says for each cell whether the object shows there at a pose; `usual` is what its colours are
     /// usually worth.
-    pub(super) fn observe(
+    pub(crate) fn observe(
         &mut self,
         sight: &Sight<'_>,
         pose: &Pose,
@@ -212,12 +212,12 @@ impl Occlusion {
     }
 
     /// Takes what was observed last for what is known.
-    pub(super) fn remember(&mut self) {
+    pub(crate) fn remember(&mut self) {
         self.grids.iter_mut().for_each(Grid::remember);
     }
 
     /// Gives how far a pixel's cell counts as hidden, 0 to 1.
-    pub(super) fn hides(&self, camera: usize, pixel: &Vector2<f64>) -> f64 {
+    pub(crate) fn hides(&self, camera: usize, pixel: &Vector2<f64>) -> f64 {
         if !self.was_there {
             return 0.0;
         }
@@ -227,7 +227,7 @@ impl Occlusion {
 
     /// Gives the mean log-likelihood ratio of the cells that are clear, and their share; nothing where
     /// the outline holds none.
-    pub(super) fn clear(&self) -> Option<(f64, f64)> {
+    pub(crate) fn clear(&self) -> Option<(f64, f64)> {
         let (mut sum, mut clear, mut all) = (0.0, 0.0, 0.0);
         for grid in &self.grids {
             for (ratio, hidden) in grid.ratios.iter().zip(&grid.hidden) {

@@ -1,11 +1,17 @@
+//! What cameras see now.
+
+pub(super) mod occlusion;
+pub(super) mod senses;
+pub(super) mod window;
+
 use nalgebra::Vector3;
 
+use self::senses::Senses;
+use self::window::Window;
 use super::TrackError;
 use super::colors::Colors;
 use super::estimate::Notice;
-use super::senses::Senses;
 use super::solid::Solid;
-use super::window::Window;
 use crate::observe::{Camera, ImageView, Observation};
 use crate::pose::Pose;
 

@@ -3,7 +3,7 @@ use super::align::align;
 use super::clock::Clock;
 use super::estimate::Status;
 use super::judge::{Verdict, judge};
-use super::polish::{Normal, look_at, polish};
+use super::polish::{Evaluated, Normal, look_at, polish};
 use super::search::{Judged, Leeway, Probes};
 use super::sight::Sight;
 use super::tracker::Tracker;
@@ -24,6 +24,10 @@ pub(super) struct Attempt {
 }
 
 impl Attempt {
+    fn new(found: &Evaluated, verdict: Verdict) -> Self {
+        Self { pose: found.pose, normal: found.normal, verdict }
+    }
+
     /// Supposes a pose of which nothing is seen.
     pub(super) fn nothing(pose: Pose, radius: f64) -> Self {
         let verdict = Verdict {
@@ -148,14 +152,14 @@ impl Tracker {
         coarsest: usize,
     ) -> Attempt {
         let sight = Sight::new(&self.frame, observation, &self.target, &self.settings);
-        let (pose, normal) = polish(&sight, *start, coarsest, &mut self.desk);
-        Attempt { pose, normal, verdict: judge(&sight, &pose, &self.desk) }
+        let found = polish(&sight, *start, coarsest, &mut self.desk);
+        Attempt::new(&found, judge(&sight, &found, &self.desk))
     }
 
     /// Judges a pose as it is.
     pub(super) fn weigh(&mut self, observation: &Observation<'_>, pose: &Pose) -> Attempt {
         let sight = Sight::new(&self.frame, observation, &self.target, &self.settings);
-        let normal = look_at(&sight, pose, &mut self.desk);
-        Attempt { pose: *pose, normal, verdict: judge(&sight, pose, &self.desk) }
+        let found = look_at(&sight, *pose, &mut self.desk);
+        Attempt::new(&found, judge(&sight, &found, &self.desk))
     }
 }

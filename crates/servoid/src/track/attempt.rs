@@ -2,6 +2,7 @@ use super::TrackError;
 use super::align::align;
 use super::clock::Clock;
 use super::estimate::Status;
+use super::frame::occlusion::LastSeen;
 use super::judge::{Verdict, judge};
 use super::polish::{Evaluated, Normal, look_at, polish};
 use super::search::{Judged, Leeway, Probes};
@@ -120,7 +121,9 @@ impl Tracker {
         expected: &Pose,
         guess: &Pose,
     ) -> Attempt {
-        let mut attempt = self.attempt(observation, guess, self.coarsest(expected));
+        let last_seen =
+            if self.status == Status::Tracking { LastSeen::There } else { LastSeen::Elsewhere };
+        let mut attempt = self.attempt(observation, guess, self.coarsest(expected), last_seen);
         if self.is_doubtful(&attempt.verdict) {
             // What hides much of the object draws the search away, and what leaps is not where it was
             // foreseen; what shows of its surface tells.
@@ -130,13 +133,13 @@ impl Tracker {
             let others = [(Some(*guess), COARSEST), (aligned, 1)];
             for (start, coarsest) in others {
                 let Some(start) = start else { continue };
-                let other = self.attempt(observation, &start, coarsest);
+                let other = self.attempt(observation, &start, coarsest, last_seen);
                 if other.verdict.support > attempt.verdict.support {
                     attempt = other;
                 }
             }
             // What is left behind for learning is of the pose that is kept.
-            attempt = self.weigh(observation, &attempt.pose);
+            attempt = self.weigh(observation, &attempt.pose, last_seen);
         }
         if self.status != Status::Tracking {
             self.doubt(&mut attempt);
@@ -150,16 +153,22 @@ impl Tracker {
         observation: &Observation<'_>,
         start: &Pose,
         coarsest: usize,
+        last_seen: LastSeen,
     ) -> Attempt {
         let sight = Sight::new(&self.frame, observation, &self.target, &self.settings);
-        let found = polish(&sight, *start, coarsest, &mut self.desk);
+        let found = polish(&sight, (*start, coarsest), last_seen, &mut self.desk);
         Attempt::new(&found, judge(&sight, &found, &self.desk))
     }
 
     /// Judges a pose as it is.
-    pub(super) fn weigh(&mut self, observation: &Observation<'_>, pose: &Pose) -> Attempt {
+    pub(super) fn weigh(
+        &mut self,
+        observation: &Observation<'_>,
+        pose: &Pose,
+        last_seen: LastSeen,
+    ) -> Attempt {
         let sight = Sight::new(&self.frame, observation, &self.target, &self.settings);
-        let found = look_at(&sight, *pose, &mut self.desk);
+        let found = look_at(&sight, *pose, last_seen, &mut self.desk);
         Attempt::new(&found, judge(&sight, &found, &self.desk))
     }
 }

@@ -3,6 +3,7 @@ use super::attempt::Attempt;
 use super::clock::Clock;
 use super::colors::Colors;
 use super::estimate::{Estimate, Status};
+use super::frame::occlusion::LastSeen;
 use super::learn::Lesson;
 use super::motion::Motion;
 use super::regain::ROUNDS;
@@ -119,9 +120,9 @@ impl Tracker {
         self.target.usual.area =
             self.area(pose) * self.target.usual.distance * self.target.usual.distance;
         // Colours count in a verdict only where it is known what is usual of them.
-        let colors = self.weigh(observation, pose).verdict;
+        let colors = self.weigh(observation, pose, LastSeen::Elsewhere).verdict;
         (self.target.usual.ratio, self.target.usual.outline) = (colors.ratio, colors.outline);
-        let attempt = self.weigh(observation, pose);
+        let attempt = self.weigh(observation, pose, LastSeen::Elsewhere);
         self.target.usual.support = attempt.verdict.support;
         self.target.usual.recognised = attempt.verdict.recognised;
         self.target.usual.printed = attempt.verdict.printed;

@@ -1,6 +1,6 @@
 use nalgebra::{Matrix2, Matrix6, Vector2, Vector3, Vector6};
 
-use super::frame::occlusion::Occlusion;
+use super::frame::occlusion::{LastSeen, Occlusion};
 use super::points::{InView, Match, PLACE_PX, by_motion, noise};
 use super::sight::Sight;
 use crate::fitness::{Agreement, ContourPoint, boundary, contour};
@@ -83,8 +83,8 @@ impl Normal {
 /// the method of Gauss and Newton; the matches there stay on the desk.
 pub(super) fn polish(
     sight: &Sight<'_>,
-    start: Pose,
-    coarsest: usize,
+    (start, coarsest): (Pose, usize),
+    last_seen: LastSeen,
     desk: &mut Desk,
 ) -> Evaluated {
     let mut found = Evaluated::nothing(start, sight.solid.radius);
@@ -92,7 +92,7 @@ pub(super) fn polish(
         for number in 0..STEPS[level] {
             match_points(sight, &found.pose, level, desk);
             if number == 0 {
-                desk.look_for_hidden(sight, &found.pose);
+                desk.look_for_hidden(sight, &found.pose, last_seen);
             }
             found = linearize(sight, found.pose, level, desk);
             let Some(step) = found.normal.step() else { break };
@@ -106,15 +106,20 @@ pub(super) fn polish(
             }
         }
     }
-    desk.look_for_hidden(sight, &found.pose);
+    desk.look_for_hidden(sight, &found.pose, last_seen);
     found
 }
 
 /// Compares what should be seen at a pose with what is, and leaves it there; the matches stay on the
 /// desk.
-pub(super) fn look_at(sight: &Sight<'_>, pose: Pose, desk: &mut Desk) -> Evaluated {
+pub(super) fn look_at(
+    sight: &Sight<'_>,
+    pose: Pose,
+    last_seen: LastSeen,
+    desk: &mut Desk,
+) -> Evaluated {
     match_points(sight, &pose, 0, desk);
-    desk.look_for_hidden(sight, &pose);
+    desk.look_for_hidden(sight, &pose, last_seen);
     linearize(sight, pose, 0, desk)
 }
 
@@ -186,8 +191,8 @@ fn holds(image: &ImageView<'_>, pixel: &Vector2<f64>, reach: &Vector2<f64>) -> b
 
 impl Desk {
     /// Says anew where something hides the object, by the matches on the desk.
-    fn look_for_hidden(&mut self, sight: &Sight<'_>, pose: &Pose) {
-        self.occlusion.observe(sight, pose, &self.matches, &mut self.teaching);
+    fn look_for_hidden(&mut self, sight: &Sight<'_>, pose: &Pose, last_seen: LastSeen) {
+        self.occlusion.observe(sight, (pose, last_seen), &self.matches, &mut self.teaching);
     }
 }
 

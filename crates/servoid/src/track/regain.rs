@@ -1,5 +1,6 @@
 use super::TrackError;
 use super::attempt::{Attempt, COARSEST};
+use super::frame::occlusion::LastSeen;
 use super::sight::Sight;
 use super::tracker::{MARGIN, Tracker};
 use crate::observe::Observation;
@@ -96,10 +97,9 @@ impl Tracker {
         candidates: &[Pose],
         attempt: &mut Attempt,
     ) {
-        self.desk.occlusion.was_there = false;
         for candidate in candidates {
             self.points_in_view(candidate);
-            let other = self.attempt(observation, candidate, COARSEST);
+            let other = self.attempt(observation, candidate, COARSEST, LastSeen::Elsewhere);
             if other.verdict.support > attempt.verdict.support {
                 *attempt = other;
             }
@@ -110,7 +110,7 @@ impl Tracker {
         let pose = attempt.pose;
         if self.look(observation, &pose, MARGIN) {
             self.points_in_view(&pose);
-            *attempt = self.attempt(observation, &pose, COARSEST);
+            *attempt = self.attempt(observation, &pose, COARSEST, LastSeen::Elsewhere);
         }
         self.doubt(attempt);
     }

@@ -91,7 +91,6 @@ impl Tracker {
         let (mut least, mut evaluations) = (self.least_confidence(), 0);
         let visible = self.look(observation, &expected, self.margin());
         clock.lap(|timing| &mut timing.look);
-        self.desk.occlusion.was_there = self.status == Status::Tracking;
         if visible {
             let (guess, scored) = self.seek(observation, &expected, &clock)?;
             evaluations += scored;

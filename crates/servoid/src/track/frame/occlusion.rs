@@ -14,8 +14,13 @@ use crate::track::sight::Sight;
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Occlusion {
     grids: Vec<Grid>,
-    /// Whether the object was there a moment ago: only then is what is not seen thought hidden.
-    pub(crate) was_there: bool,
+}
+
+/// Where the object was seen a moment ago: only if it was there is what is not seen thought hidden.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum LastSeen {
+    There,
+    Elsewhere,
 }
 
 /// Cells along one side of a grid.
@@ -116,10 +121,12 @@ impl Grid {
     }
 
     /// Joins what was known with what the newest image says there and around.
-    fn conclude(&mut self) {
+    fn conclude(&mut self, last_seen: LastSeen) {
         for cell in 0..CELLS {
-            let odds = self.odds(cell);
-            self.hidden[cell] = 1.0 / (1.0 + libm::exp(odds));
+            self.hidden[cell] = match last_seen {
+                LastSeen::There => 1.0 / (1.0 + libm::exp(self.odds(cell))),
+                LastSeen::Elsewhere => 0.0,
+            };
         }
     }
 
@@ -167,7 +174,7 @@ impl Occlusion {
     pub(crate) fn observe(
         &mut self,
         sight: &Sight<'_>,
-        pose: &Pose,
+        (pose, last_seen): (&Pose, LastSeen),
         matches: &[Match],
         outlines: &mut Vec<Outline>,
     ) {
@@ -207,7 +214,7 @@ impl Occlusion {
                     *said += (COLOR * (ratio / usual - STRANGE)).clamp(-COLORS, COLORS);
                 }
             }
-            grid.conclude();
+            grid.conclude(last_seen);
         }
     }
 
@@ -218,9 +225,6 @@ impl Occlusion {
 
     /// Gives how far a pixel's cell counts as hidden, 0 to 1.
     pub(crate) fn hides(&self, camera: usize, pixel: &Vector2<f64>) -> f64 {
-        if !self.was_there {
-            return 0.0;
-        }
         let hidden = self.grids.get(camera).and_then(|grid| Some(grid.hidden[grid.cell(pixel)?]));
         hidden.map_or(0.0, share)
     }
@@ -232,7 +236,7 @@ impl Occlusion {
         for grid in &self.grids {
             for (ratio, hidden) in grid.ratios.iter().zip(&grid.hidden) {
                 if let Some(ratio) = ratio {
-                    let shows = 1.0 - if self.was_there { share(*hidden) } else { 0.0 };
+                    let shows = 1.0 - share(*hidden);
                     sum += shows * ratio;
                     clear += shows;
                     all += 1.0;
@@ -258,7 +262,7 @@ mod tests {
     }
 
     fn hidden(grid: &mut Grid) -> f64 {
-        grid.conclude();
+        grid.conclude(LastSeen::There);
         grid.hidden[CELLS / 2]
     }
 
@@ -293,7 +297,7 @@ mod tests {
         let mut grid = told(4.0);
         let alone = CELLS / 2;
         grid.said[alone] = -4.0;
-        grid.conclude();
+        grid.conclude(LastSeen::There);
         assert!(share(grid.hidden[alone]) < 0.1, "{}", grid.hidden[alone]);
         let mut all = told(-4.0);
         assert!(hidden(&mut all) > grid.hidden[alone]);
@@ -302,12 +306,12 @@ mod tests {
     #[test]
     fn nothing_hides_an_object_that_was_not_there_a_moment_ago() {
         let mut grid = told(-5.0);
-        grid.conclude();
+        grid.conclude(LastSeen::Elsewhere);
         let (first, middle) = (grid.first, grid.middle(CELLS / 2));
-        let mut occlusion = Occlusion { grids: vec![grid], was_there: false };
+        let mut occlusion = Occlusion { grids: vec![grid] };
         assert_eq!(occlusion.hides(0, &middle), 0.0);
         assert_eq!(occlusion.clear().map(|(_, share)| share), Some(1.0));
-        occlusion.was_there = true;
+        occlusion.grids[0].conclude(LastSeen::There);
         assert!(occlusion.hides(0, &middle) > 0.9);
         assert_eq!(
             occlusion.hides(0, &(first - Vector2::repeat(1.0))),

@@ -3,8 +3,8 @@ use nalgebra::Vector3;
 use super::TrackError;
 use super::colors::Colors;
 use super::points::{Known, Points};
+use super::target::usual::Usual;
 use super::tracker::Tracker;
-use super::usual::Usual;
 use crate::fitness::{Patch, SurfacePoint};
 use crate::observe::Pyramid;
 

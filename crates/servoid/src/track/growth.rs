@@ -1,5 +1,5 @@
 use super::TrackError;
-use super::solid::Solid;
+use super::target::solid::Solid;
 use super::tracker::Tracker;
 use crate::fitness::Sight;
 use crate::model::{self, Given, Portrait};

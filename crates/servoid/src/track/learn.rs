@@ -6,7 +6,7 @@ use super::colors::Colors;
 use super::frame::window::Window;
 use super::points::{InView, Known, PLACE_PX, noise};
 use super::sight::Sight;
-use super::solid::Hit;
+use super::target::solid::Hit;
 use crate::fitness::SurfacePoint;
 use crate::observe::{ImageView, Mask, Plane};
 use crate::pose::Pose;

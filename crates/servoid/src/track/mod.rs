@@ -11,7 +11,6 @@ mod estimate;
 mod frame;
 mod growth;
 mod judge;
-mod keyframes;
 mod landscape;
 mod learn;
 mod motion;
@@ -25,12 +24,10 @@ mod scatter;
 mod search;
 mod settings;
 mod sight;
-mod solid;
 mod target;
 mod teach;
 mod tracker;
 mod trust;
-mod usual;
 
 use frame::senses;
 

@@ -1,7 +1,7 @@
 use nalgebra::{Matrix2x3, Matrix2x6, Vector2, Vector3};
 
 use super::frame::window::Window;
-use super::solid::Solid;
+use super::target::solid::Solid;
 use crate::fitness::{Agreement, SurfacePoint};
 use crate::pose::Pose;
 

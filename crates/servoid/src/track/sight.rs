@@ -3,9 +3,9 @@ use super::frame::Frame;
 use super::frame::window::Window;
 use super::points::Points;
 use super::settings::TrackSettings;
-use super::solid::Solid;
 use super::target::Target;
-use super::usual::Usual;
+use super::target::solid::Solid;
+use super::target::usual::Usual;
 use crate::observe::{ImageView, Observation};
 
 /// What is seen of the object in one instant, beside what is known of it.

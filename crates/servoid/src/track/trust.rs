@@ -6,8 +6,8 @@ use super::attempt::Attempt;
 use super::estimate::Status;
 use super::judge::Verdict;
 use super::settings::TrackSettings;
+use super::target::usual::Usual;
 use super::tracker::Tracker;
-use super::usual::Usual;
 use crate::pose::Pose;
 
 /// Confidence below which part of the object counts as hidden.

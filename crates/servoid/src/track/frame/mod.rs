@@ -11,7 +11,7 @@ use self::window::Window;
 use super::TrackError;
 use super::colors::Colors;
 use super::estimate::Notice;
-use super::solid::Solid;
+use super::target::solid::Solid;
 use crate::observe::{Camera, ImageView, Observation};
 use crate::pose::Pose;
 

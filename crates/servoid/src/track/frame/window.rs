@@ -5,7 +5,7 @@ use crate::observe::{Camera, Channels, ImageView, Pyramid};
 use crate::pose::Pose;
 use crate::shape::{Outline, Projection};
 use crate::track::colors::{self, Belongs, Colors};
-use crate::track::solid::Solid;
+use crate::track::target::solid::Solid;
 
 /// The part of one camera's image around where the object is supposed: its brightness at several
 /// resolutions and the scores of its colours. Its memory is kept from image to image.

@@ -1,8 +1,14 @@
+//! What is known of the object.
+
+pub(super) mod keyframes;
+pub(super) mod solid;
+pub(super) mod usual;
+
+use self::keyframes::Keyframes;
+use self::solid::Solid;
+use self::usual::Usual;
 use super::colors::Colors;
-use super::keyframes::Keyframes;
 use super::points::Points;
-use super::solid::Solid;
-use super::usual::Usual;
 use crate::shape::Body;
 
 /// What is known of the object: its shape, what it looks like, and what is usual of it.

@@ -1,8 +1,8 @@
 use nalgebra::Vector3;
 
 use super::TrackError;
-use super::colors::Colors;
-use super::points::{Known, Points};
+use super::target::colors::Colors;
+use super::target::points::{Known, Points};
 use super::target::usual::Usual;
 use super::tracker::Tracker;
 use crate::fitness::{Patch, SurfacePoint};

@@ -1,12 +1,12 @@
 use super::TrackError;
 use super::attempt::Attempt;
 use super::clock::Clock;
-use super::colors::Colors;
 use super::estimate::{Estimate, Status};
 use super::frame::occlusion::LastSeen;
 use super::learn::Lesson;
 use super::motion::Motion;
 use super::regain::ROUNDS;
+use super::target::colors::Colors;
 use super::tracker::Tracker;
 use super::trust::Trust;
 use crate::observe::{Mask, Observation, check_image_size};

@@ -1,6 +1,6 @@
-use super::points::Match;
 use super::polish::{Desk, Evaluated};
 use super::sight::Sight;
+use super::target::points::Match;
 
 /// How far images confirm a pose.
 #[derive(Debug, Clone, Copy, PartialEq)]

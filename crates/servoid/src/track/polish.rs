@@ -1,8 +1,8 @@
 use nalgebra::{Matrix2, Matrix6, Vector2, Vector3, Vector6};
 
 use super::frame::occlusion::{LastSeen, Occlusion};
-use super::points::{InView, Match, PLACE_PX, by_motion, noise};
 use super::sight::Sight;
+use super::target::points::{InView, Match, PLACE_PX, by_motion, noise};
 use crate::fitness::{Agreement, ContourPoint, boundary, contour};
 use crate::observe::{ImageView, Pyramid};
 use crate::pose::{Pose, Twist};

@@ -1,9 +1,9 @@
-use super::colors::Colors;
 use super::frame::Frame;
 use super::frame::window::Window;
-use super::points::Points;
 use super::settings::TrackSettings;
 use super::target::Target;
+use super::target::colors::Colors;
+use super::target::points::Points;
 use super::target::solid::Solid;
 use super::target::usual::Usual;
 use crate::observe::{ImageView, Observation};

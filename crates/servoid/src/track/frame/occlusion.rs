@@ -7,8 +7,8 @@ use nalgebra::Vector2;
 use super::window::bounds;
 use crate::pose::Pose;
 use crate::shape::Outline;
-use crate::track::points::Match;
 use crate::track::sight::Sight;
+use crate::track::target::points::Match;
 
 /// What is known of every camera's view.
 #[derive(Debug, Clone, Default)]

@@ -4,7 +4,7 @@ use crate::fitness::{Backend, ScoreMap};
 use crate::observe::{Camera, Channels, ImageView, Pyramid};
 use crate::pose::Pose;
 use crate::shape::{Outline, Projection};
-use crate::track::colors::{self, Belongs, Colors};
+use crate::track::target::colors::{self, Belongs, Colors};
 use crate::track::target::solid::Solid;
 
 /// The part of one camera's image around where the object is supposed: its brightness at several

@@ -1,11 +1,11 @@
 use nalgebra::{Vector2, Vector3};
 
+use super::colors::{self, Colors};
 use super::solid::Solid;
 use crate::model::half_ball_direction;
 use crate::observe::{Camera, Channels, ImageView, Mask, View};
 use crate::pose::Pose;
 use crate::shape::{Outline, Projection};
-use crate::track::colors::{self, Colors};
 use crate::track::frame::window::Window;
 
 /// What was seen of the object from one side, in the object's frame.

@@ -3,8 +3,8 @@
 
 use nalgebra::{Matrix3, Vector2, Vector3};
 
-use super::points::InView;
-use super::polish::Sight;
+use super::sight::Sight;
+use super::target::points::InView;
 use crate::pose::{Pose, Twist};
 
 /// The resolution at which points vote.

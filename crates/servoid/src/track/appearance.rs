@@ -1,10 +1,10 @@
 use nalgebra::Vector3;
 
 use super::TrackError;
-use super::colors::Colors;
-use super::points::{Known, Points};
+use super::target::colors::Colors;
+use super::target::points::{Known, Points};
+use super::target::usual::Usual;
 use super::tracker::Tracker;
-use super::usual::Usual;
 use crate::fitness::{Patch, SurfacePoint};
 use crate::observe::Pyramid;
 
@@ -149,22 +149,22 @@ impl Tracker {
     /// Gives what the object looks like, as far as it was learned.
     #[must_use]
     pub fn appearance(&self) -> Appearance {
-        let points = self.points.known.iter().map(|known| (known.point, known.variance));
-        let (grey, colors) = self.colors.object_shares();
+        let points = self.target.points.known.iter().map(|known| (known.point, known.variance));
+        let (grey, colors) = self.target.colors.object_shares();
         Appearance {
             points: points.collect(),
             colors,
             grey,
-            usual: self.usual.numbers(self.cameras.len()),
+            usual: self.target.usual.numbers(self.frame.cameras.len()),
         }
     }
 
     /// Takes over what the object looks like, so that it can be sought without a pose.
     pub fn recall(&mut self, appearance: &Appearance) {
-        self.usual = Usual::of(appearance.usual, self.cameras.len());
+        self.target.usual = Usual::of(appearance.usual, self.frame.cameras.len());
         let known = appearance.points.iter().map(|&(point, variance)| Known::new(point, variance));
-        self.points = Points { known: known.collect() };
-        self.colors = Colors::new(self.settings.local_colors);
-        self.colors.recall(&appearance.colors, appearance.grey);
+        self.target.points = Points { known: known.collect() };
+        self.target.colors = Colors::new(self.settings.local_colors);
+        self.target.colors.recall(&appearance.colors, appearance.grey);
     }
 }

@@ -1,14 +1,13 @@
-use nalgebra::Vector3;
-
 use super::TrackError;
 use super::align::align;
 use super::clock::Clock;
-use super::estimate::{Notice, Status};
+use super::estimate::Status;
+use super::frame::occlusion::LastSeen;
 use super::judge::{Verdict, judge};
-use super::polish::{Normal, Sight, look_at, polish};
+use super::polish::{Evaluated, Normal, look_at, polish};
 use super::search::{Judged, Leeway, Probes};
+use super::sight::Sight;
 use super::tracker::Tracker;
-use super::window::Window;
 use crate::observe::{Observation, Pyramid};
 use crate::pose::Pose;
 
@@ -26,6 +25,10 @@ pub(super) struct Attempt {
 }
 
 impl Attempt {
+    fn new(found: &Evaluated, verdict: Verdict) -> Self {
+        Self { pose: found.pose, normal: found.normal, verdict }
+    }
+
     /// Supposes a pose of which nothing is seen.
     pub(super) fn nothing(pose: Pose, radius: f64) -> Self {
         let verdict = Verdict {
@@ -42,99 +45,48 @@ impl Attempt {
     }
 }
 
-/// Joins the fields of a tracker that an image is compared with; leaves the others free.
-macro_rules! sight {
-    ($tracker:ident, $observation:ident) => {
-        Sight {
-            windows: &$tracker.windows,
-            images: &$observation.images,
-            solid: &$tracker.solid,
-            points: &$tracker.points,
-            colors: $tracker.settings.region.then_some(&$tracker.colors),
-            usual: &$tracker.usual,
-        }
-    };
-}
-pub(super) use sight;
-
-/// Adds a notice once.
-fn note(notices: &mut Vec<Notice>, notice: Notice) {
-    if !notices.contains(&notice) {
-        notices.push(notice);
-    }
-}
-
 impl Tracker {
     /// Looks around where the body is at a pose; `false` if no camera sees it.
     pub(super) fn look(&mut self, observation: &Observation<'_>, pose: &Pose, margin: f64) -> bool {
-        let colors = self.settings.region.then_some(&self.colors);
-        for (camera, window) in self.windows.iter_mut().enumerate() {
-            window.close();
-            let image = observation.images[camera].filter(|_| self.senses.can_use(camera));
-            let Some(image) = image else { continue };
-            let place = (pose, &self.solid, margin);
-            let eye = &observation.world_from_camera[camera];
-            let inside = window.look(&self.cameras[camera], eye, &image, place, colors);
-            if !inside {
-                note(&mut self.notices, Notice::OutOfImage(camera));
-            } else if window.is_blank() {
-                window.close();
-                note(&mut self.notices, Notice::Blank(camera));
-            }
-        }
-        self.can_look()
+        let place = (pose, &self.target.solid, margin);
+        let colors = self.settings.region.then_some(&self.target.colors);
+        self.frame.look(observation, place, colors)
     }
 
     /// Looks at all that the cameras see.
     pub(super) fn look_all_over(&mut self, observation: &Observation<'_>) {
         // What lies far from where the object was must be known as background, too.
-        for camera in (0..self.cameras.len()).filter(|&camera| self.senses.can_use(camera)) {
-            if let Some(image) = &observation.images[camera] {
-                self.colors.count_anywhere(image);
-            }
+        for image in self.frame.images(observation) {
+            self.target.colors.count_anywhere(&image);
         }
-        self.colors.take_anywhere();
-        let colors = self.settings.region.then_some(&self.colors);
-        for (camera, window) in self.windows.iter_mut().enumerate() {
-            window.close();
-            let image = observation.images[camera].filter(|_| self.senses.can_use(camera));
-            if let Some(image) = image {
-                let eye = &observation.world_from_camera[camera];
-                window.look_all_over(&self.cameras[camera], eye, &image, colors);
-            }
-        }
-    }
-
-    fn can_look(&self) -> bool {
-        self.windows.iter().any(Window::is_open)
-    }
-
-    /// Says whether any camera delivered an image.
-    pub(super) fn can_see(&self) -> bool {
-        (0..self.cameras.len()).any(|camera| self.senses.can_use(camera))
+        self.target.colors.take_anywhere();
+        let colors = self.settings.region.then_some(&self.target.colors);
+        self.frame.look_all_over(observation, colors);
     }
 
     /// Chooses the surface points that are looked at from a pose.
     pub(super) fn points_in_view(&mut self, pose: &Pose) {
         let most = if self.settings.surface { self.settings.points } else { 0 };
-        self.points.in_view(&self.windows, pose, &self.solid, most, &mut self.desk.in_view);
+        self.target.points.in_view(
+            &self.frame.windows,
+            pose,
+            &self.target.solid,
+            most,
+            &mut self.desk.in_view,
+        );
     }
 
     /// Says how far the object may be from where it is expected.
     pub(super) fn leeway(&self) -> Leeway {
-        let radius = self.solid.radius;
+        let radius = self.target.solid.radius;
         let across = (3.0 * self.surprise.0).clamp(0.02 * radius, 0.5 * radius);
         (across, (3.0 * self.surprise.1).clamp(0.02, 0.5))
     }
 
     /// Chooses the resolution from which a pose is made precise, by how well it is foreseen.
     fn coarsest(&self, expected: &Pose) -> usize {
-        let per_meter = self.windows.iter().filter_map(|window| {
-            let (_, slope) = window.projection(expected)?.pixel(&Vector3::zeros())?;
-            Some(slope.row(0).norm())
-        });
-        let off = self.surprise.0 + self.surprise.1 * self.solid.radius;
-        let off_px = off * per_meter.fold(0.0, f64::max);
+        let off = self.surprise.0 + self.surprise.1 * self.target.solid.radius;
+        let off_px = off * self.frame.px_per_meter(expected);
         FORESEEN_PX.iter().position(|&most| off_px < most).unwrap_or(COARSEST)
     }
 
@@ -148,7 +100,7 @@ impl Tracker {
     ) -> Result<(Pose, usize), TrackError> {
         self.points_in_view(expected);
         let (leeway, last, area) = (self.leeway(), self.motion.last(), self.area(expected));
-        let sight = sight!(self, observation);
+        let sight = Sight::new(&self.frame, observation, &self.target, &self.settings);
         let judged = Judged { sight, probes: Probes::InView(&self.desk.in_view), area };
         let (most, budget) = (self.settings.generations, self.settings.budget_s);
         let go_on = |bred: usize| bred < most && !clock.is_over(budget);
@@ -158,11 +110,7 @@ impl Tracker {
 
     /// Gives the pixels that the body's outlines hold at a pose.
     pub(super) fn area(&self, pose: &Pose) -> f64 {
-        let held = self
-            .windows
-            .iter()
-            .filter_map(|window| Some(window.region(&window.projection(pose)?, &self.solid).1));
-        held.sum()
+        self.frame.area(pose, &self.target.solid)
     }
 
     /// Makes a guess precise. Where the outcome is doubtful, it is made so from the coarsest resolution,
@@ -173,22 +121,25 @@ impl Tracker {
         expected: &Pose,
         guess: &Pose,
     ) -> Attempt {
-        let mut attempt = self.attempt(observation, guess, self.coarsest(expected));
+        let last_seen =
+            if self.status == Status::Tracking { LastSeen::There } else { LastSeen::Elsewhere };
+        let mut attempt = self.attempt(observation, guess, self.coarsest(expected), last_seen);
         if self.is_doubtful(&attempt.verdict) {
             // What hides much of the object draws the search away, and what leaps is not where it was
             // foreseen; what shows of its surface tells.
             self.points_in_view(expected);
-            let aligned = align(&sight!(self, observation), expected, &self.desk.in_view);
+            let sight = Sight::new(&self.frame, observation, &self.target, &self.settings);
+            let aligned = align(&sight, expected, &self.desk.in_view);
             let others = [(Some(*guess), COARSEST), (aligned, 1)];
             for (start, coarsest) in others {
                 let Some(start) = start else { continue };
-                let other = self.attempt(observation, &start, coarsest);
+                let other = self.attempt(observation, &start, coarsest, last_seen);
                 if other.verdict.support > attempt.verdict.support {
                     attempt = other;
                 }
             }
             // What is left behind for learning is of the pose that is kept.
-            attempt = self.weigh(observation, &attempt.pose);
+            attempt = self.weigh(observation, &attempt.pose, last_seen);
         }
         if self.status != Status::Tracking {
             self.doubt(&mut attempt);
@@ -202,16 +153,22 @@ impl Tracker {
         observation: &Observation<'_>,
         start: &Pose,
         coarsest: usize,
+        last_seen: LastSeen,
     ) -> Attempt {
-        let sight = sight!(self, observation);
-        let (pose, normal) = polish(&sight, *start, coarsest, &mut self.desk);
-        Attempt { pose, normal, verdict: judge(&sight, &pose, &self.desk) }
+        let sight = Sight::new(&self.frame, observation, &self.target, &self.settings);
+        let found = polish(&sight, (*start, coarsest), last_seen, &mut self.desk);
+        Attempt::new(&found, judge(&sight, &found, &self.desk))
     }
 
     /// Judges a pose as it is.
-    pub(super) fn weigh(&mut self, observation: &Observation<'_>, pose: &Pose) -> Attempt {
-        let sight = sight!(self, observation);
-        let normal = look_at(&sight, pose, &mut self.desk);
-        Attempt { pose: *pose, normal, verdict: judge(&sight, pose, &self.desk) }
+    pub(super) fn weigh(
+        &mut self,
+        observation: &Observation<'_>,
+        pose: &Pose,
+        last_seen: LastSeen,
+    ) -> Attempt {
+        let sight = Sight::new(&self.frame, observation, &self.target, &self.settings);
+        let found = look_at(&sight, *pose, last_seen, &mut self.desk);
+        Attempt::new(&found, judge(&sight, &found, &self.desk))
     }
 }

@@ -1,12 +1,14 @@
 use super::TrackError;
 use super::attempt::Attempt;
 use super::clock::Clock;
-use super::colors::Colors;
 use super::estimate::{Estimate, Status};
+use super::frame::occlusion::LastSeen;
 use super::learn::Lesson;
 use super::motion::Motion;
 use super::regain::ROUNDS;
+use super::target::colors::Colors;
 use super::tracker::Tracker;
+use super::trust::Trust;
 use crate::observe::{Mask, Observation, check_image_size};
 use crate::pose::Pose;
 
@@ -30,8 +32,8 @@ impl Tracker {
         let mut clock = Clock::start();
         self.check_masks(masks)?;
         // Nothing is left of what was before.
-        *self = Self::new(&self.cameras, &self.body, self.settings)?;
-        self.check(observation)?;
+        *self = Self::new(&self.frame.cameras, &self.target.body, self.settings)?;
+        self.frame.check(observation)?;
         self.motion = Motion::at_rest(observation.time_s, world_from_object);
         if !self.look(observation, &world_from_object, START_MARGIN) {
             return Err(TrackError::NotInView);
@@ -52,8 +54,7 @@ impl Tracker {
         let attempt = self.get_used_to(observation, &world_from_object);
         let told = attempt.verdict.confidence >= self.settings.held;
         self.status = if told { Status::Tracking } else { Status::Searching };
-        (self.unseen, self.met) = (usize::from(!told), true);
-        self.confirmed = told;
+        self.trust = Trust::given(told);
         let mut estimate = self.estimate(observation, &attempt);
         // A turn that was given is known, however little the images tell of it.
         estimate.status = self.status;
@@ -74,12 +75,12 @@ impl Tracker {
         near: Option<Pose>,
     ) -> Result<Estimate, TrackError> {
         let mut clock = Clock::start();
-        self.check(observation)?;
-        if !self.colors.are_known() {
+        self.frame.check(observation)?;
+        if !self.target.colors.are_known() {
             self.learn_surroundings(observation, near)?;
         }
         let expected = near.unwrap_or_else(|| self.motion.last());
-        let mut attempt = Attempt::nothing(expected, self.solid.radius);
+        let mut attempt = Attempt::nothing(expected, self.target.solid.radius);
         let evaluations = match near {
             Some(_) => self.seek_near(observation, (&expected, ROUNDS.0), &mut attempt)?,
             None => self.seek_anywhere(observation, ROUNDS.1, &mut attempt)?,
@@ -102,12 +103,12 @@ impl Tracker {
         pose: &Pose,
         masks: &[Option<Mask<'_>>],
     ) {
-        for (camera, (window, mask)) in self.windows.iter().zip(masks).enumerate() {
+        for (camera, (window, mask)) in self.frame.windows.iter().zip(masks).enumerate() {
             let image = observation.images[camera].filter(|_| window.is_open());
             if let (Some(image), Some(mask)) = (image, mask) {
-                let seen = (window, &image, &self.cameras[camera]);
+                let seen = (window, &image, &self.frame.cameras[camera]);
                 let poses = (&observation.world_from_camera[camera], pose);
-                self.keyframes.offer(seen, poses, Some(&mask.image()));
+                self.target.keyframes.offer(seen, poses, Some(&mask.image()));
             }
         }
     }
@@ -115,21 +116,22 @@ impl Tracker {
     /// Takes what is seen at a pose for what is usual.
     fn get_used_to(&mut self, observation: &Observation<'_>, pose: &Pose) -> Attempt {
         let eye = observation.world_from_camera[0].translation();
-        self.usual.distance = (pose.translation() - eye).norm();
-        self.usual.area = self.area(pose) * self.usual.distance * self.usual.distance;
+        self.target.usual.distance = (pose.translation() - eye).norm();
+        self.target.usual.area =
+            self.area(pose) * self.target.usual.distance * self.target.usual.distance;
         // Colours count in a verdict only where it is known what is usual of them.
-        let colors = self.weigh(observation, pose).verdict;
-        (self.usual.ratio, self.usual.outline) = (colors.ratio, colors.outline);
-        let attempt = self.weigh(observation, pose);
-        self.usual.support = attempt.verdict.support;
-        self.usual.recognised = attempt.verdict.recognised;
-        self.usual.printed = attempt.verdict.printed;
-        self.usual.confidence = attempt.verdict.confidence;
+        let colors = self.weigh(observation, pose, LastSeen::Elsewhere).verdict;
+        (self.target.usual.ratio, self.target.usual.outline) = (colors.ratio, colors.outline);
+        let attempt = self.weigh(observation, pose, LastSeen::Elsewhere);
+        self.target.usual.support = attempt.verdict.support;
+        self.target.usual.recognised = attempt.verdict.recognised;
+        self.target.usual.printed = attempt.verdict.printed;
+        self.target.usual.confidence = attempt.verdict.confidence;
         attempt
     }
 
     fn check_masks(&self, masks: &[Option<Mask<'_>>]) -> Result<(), TrackError> {
-        for (index, (camera, mask)) in self.cameras.iter().zip(masks).enumerate() {
+        for (index, (camera, mask)) in self.frame.cameras.iter().zip(masks).enumerate() {
             if let Some(mask) = mask {
                 check_image_size(index, camera.size_px(), mask.image())?;
             }
@@ -140,12 +142,12 @@ impl Tracker {
     fn learn_masks(&mut self, observation: &Observation<'_>, masks: &[Option<Mask<'_>>]) {
         let masks = masks.iter().chain(std::iter::repeat(&None));
         let images = observation.images.iter().zip(masks);
-        for (window, (image, mask)) in self.windows.iter().zip(images) {
+        for (window, (image, mask)) in self.frame.windows.iter().zip(images) {
             if let (true, Some(image), Some(mask)) = (window.is_open(), image, mask) {
-                window.teach_mask(image, &mask.image(), &mut self.colors);
+                window.teach_mask(image, &mask.image(), &mut self.target.colors);
             }
         }
-        self.colors.take(1.0);
+        self.target.colors.take(1.0);
     }
 
     /// Takes all that the images show for background, where only the object's colours are known: it
@@ -156,25 +158,24 @@ impl Tracker {
         observation: &Observation<'_>,
         near: Option<Pose>,
     ) -> Result<(), TrackError> {
-        let images = (0..self.cameras.len()).filter(|&camera| self.senses.can_use(camera));
-        let images: Vec<_> = images.filter_map(|camera| observation.images[camera]).collect();
-        let known =
-            images.is_empty() || images.iter().any(|i| self.colors.know_object(i.channels()));
-        if !known && (near.is_none() || self.points.known.is_empty()) {
+        let images: Vec<_> = self.frame.images(observation).collect();
+        let known = images.is_empty()
+            || images.iter().any(|i| self.target.colors.know_object(i.channels()));
+        if !known && (near.is_none() || self.target.points.known.is_empty()) {
             return Err(TrackError::NothingKnown);
         }
         if !known {
-            self.colors = Colors::new(self.settings.local_colors);
-            (self.usual.ratio, self.usual.outline) = (0.0, 0.0);
+            self.target.colors = Colors::new(self.settings.local_colors);
+            (self.target.usual.ratio, self.target.usual.outline) = (0.0, 0.0);
             return Ok(());
         }
         self.look_all_over(observation);
-        for (window, image) in self.windows.iter().zip(&observation.images) {
+        for (window, image) in self.frame.windows.iter().zip(&observation.images) {
             if let Some(image) = image.as_ref().filter(|_| window.is_open()) {
-                window.teach(image, &[], 0.0, &mut self.colors);
+                window.teach(image, &[], 0.0, &mut self.target.colors);
             }
         }
-        self.colors.take(0.0);
+        self.target.colors.take(0.0);
         Ok(())
     }
 }

@@ -1,5 +1,5 @@
 use super::TrackError;
-use super::solid::Solid;
+use super::target::solid::Solid;
 use super::tracker::Tracker;
 use crate::fitness::Sight;
 use crate::model::{self, Given, Portrait};
@@ -22,19 +22,19 @@ impl Tracker {
     /// # Errors
     /// If the views do not make a scene.
     pub fn evolve(&mut self) -> Result<bool, TrackError> {
-        if self.keyframes.fresh == 0 {
+        if self.target.keyframes.fresh == 0 {
             return Ok(false);
         }
-        self.keyframes.fresh = 0;
-        self.keyframes.mark(&self.solid, &self.colors);
-        let known = self.points.known.iter();
-        let sure = known.filter(|k| k.variance.sqrt() < WELL_KNOWN * self.solid.radius);
+        self.target.keyframes.fresh = 0;
+        self.target.keyframes.mark(&self.target.solid, &self.target.colors);
+        let known = self.target.points.known.iter();
+        let sure = known.filter(|k| k.variance.sqrt() < WELL_KNOWN * self.target.solid.radius);
         let sights: Vec<_> = sure
             .map(|k| Sight { point: k.point.position, direction: -k.point.toward, eye: 0.0 })
             .collect();
         // Of the sides that were not seen, what is believed so far stays.
-        let believed = Portrait::of_body(&self.body, self.keyframes.unseen())?;
-        let mut views = self.keyframes.views();
+        let believed = Portrait::of_body(&self.target.body, self.target.keyframes.unseen())?;
+        let mut views = self.target.keyframes.views();
         for portrait in &believed {
             views.push(portrait.view()?);
         }
@@ -42,23 +42,23 @@ impl Tracker {
             return Ok(false);
         }
         let given = Given { views: &views, sights: &sights, ..Given::default() };
-        let grown = model::evolved(&given, self.body.ellipsoids(), &self.settings.growth)?;
-        let body = Body::new(self.body.world_from_object(), grown)?;
+        let grown = model::evolved(&given, self.target.body.ellipsoids(), &self.settings.growth)?;
+        let body = Body::new(self.target.body.world_from_object(), grown)?;
         let solid = Solid::new(&body);
-        if solid.radius > FARTHEST * self.solid.radius {
+        if solid.radius > FARTHEST * self.target.solid.radius {
             return Ok(false);
         }
-        (self.body, self.solid) = (body, solid);
+        (self.target.body, self.target.solid) = (body, solid);
         Ok(true)
     }
 
     /// Keeps what the cameras show of a side that was not seen before.
     pub(super) fn keep_views(&mut self, observation: &Observation<'_>, pose: &Pose) {
-        for (camera, window) in self.windows.iter().enumerate() {
+        for (camera, window) in self.frame.windows.iter().enumerate() {
             if let (true, Some(image)) = (window.is_open(), &observation.images[camera]) {
                 let poses = (&observation.world_from_camera[camera], pose);
-                let seen = (window, image, &self.cameras[camera]);
-                self.keyframes.offer(seen, poses, None);
+                let seen = (window, image, &self.frame.cameras[camera]);
+                self.target.keyframes.offer(seen, poses, None);
             }
         }
     }

@@ -1,6 +1,6 @@
-use super::points::Match;
-use super::polish::{Desk, Sight};
-use crate::pose::Pose;
+use super::polish::{Desk, Evaluated};
+use super::sight::Sight;
+use super::target::points::Match;
 
 /// How far images confirm a pose.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -39,7 +39,7 @@ const ENOUGH: f64 = 20.0;
 /// Compares what should be seen at a pose with what is: the surface points in view, and the colours
 /// inside the outline and the boundary around it, both compared with what is usual. What is hidden
 /// is excused as far as enough is recognised elsewhere: a wrong pose must not excuse itself.
-pub(super) fn judge(sight: &Sight<'_>, pose: &Pose, desk: &Desk) -> Verdict {
+pub(super) fn judge(sight: &Sight<'_>, found: &Evaluated, desk: &Desk) -> Verdict {
     let usual = sight.usual;
     let (mut seen, mut expected, mut shown, mut hidden) = (0.0, 0.0, 0.0, 0.0);
     let mut printed = 0.0;
@@ -64,7 +64,7 @@ pub(super) fn judge(sight: &Sight<'_>, pose: &Pose, desk: &Desk) -> Verdict {
     let excused = hidden * believed;
     let (mut sum, mut area) = (0.0, 0.0);
     for window in sight.windows {
-        if let Some(projection) = window.projection(pose) {
+        if let Some(projection) = window.projection(&found.pose) {
             let (score, pixels) = window.region(&projection, sight.solid);
             sum += score;
             area += pixels;
@@ -72,7 +72,7 @@ pub(super) fn judge(sight: &Sight<'_>, pose: &Pose, desk: &Desk) -> Verdict {
     }
     let ratio = if area > 0.0 { sum / area } else { 0.0 };
     // What less than one line leaves open was not asked: it is as usual.
-    let (agreed, lines) = desk.outline;
+    let (agreed, lines) = found.outline;
     let open = (1.0 - lines).max(0.0);
     let outline = (agreed + open * usual.outline) / (lines + open);
     // What hides the object has other colours: only where it shows are they asked.

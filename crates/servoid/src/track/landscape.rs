@@ -1,9 +1,8 @@
 use rayon::prelude::*;
 
 use super::TrackError;
-use super::attempt::sight;
-use super::polish::Sight;
 use super::search::{Judged, Probes, Worth};
+use super::sight::Sight;
 use super::tracker::Tracker;
 use crate::model::workers;
 use crate::observe::{Observation, Pyramid};
@@ -37,19 +36,22 @@ impl Tracker {
                 given: resolution.to_string(),
             });
         }
-        if !self.colors.are_known() && self.points.known.is_empty() {
+        if !self.target.colors.are_known() && self.target.points.known.is_empty() {
             return Err(TrackError::NothingKnown);
         }
         let mut looking = self.clone();
-        looking.check(observation)?;
+        looking.frame.check(observation)?;
         looking.look_all_over(observation);
         let area = looking.area(&looking.motion.last());
-        let known = looking.points.known.len();
+        let known = looking.target.points.known.len();
         let most = known.min(looking.settings.points);
         // Evenly, so that no side of the object is left out.
         let probes: Vec<usize> = (0..most).map(|at| at * known / most).collect();
-        let judged =
-            Judged { sight: sight!(looking, observation), probes: Probes::Facing(&probes), area };
+        let judged = Judged {
+            sight: Sight::new(&looking.frame, observation, &looking.target, &looking.settings),
+            probes: Probes::Facing(&probes),
+            area,
+        };
         let of_piece = |piece: &[Pose]| -> Vec<Worth> {
             piece.iter().map(|pose| judged.worth(pose, resolution)).collect()
         };

@@ -2,11 +2,11 @@ use std::f64::consts::FRAC_PI_4;
 
 use nalgebra::{Matrix2, Vector2, Vector3};
 
-use super::colors::Colors;
-use super::points::{InView, Known, PLACE_PX, noise};
-use super::polish::Sight;
-use super::solid::Hit;
-use super::window::Window;
+use super::frame::window::Window;
+use super::sight::Sight;
+use super::target::colors::Colors;
+use super::target::points::{InView, Known, PLACE_PX, noise};
+use super::target::solid::Hit;
 use crate::fitness::SurfacePoint;
 use crate::observe::{ImageView, Mask, Plane};
 use crate::pose::Pose;

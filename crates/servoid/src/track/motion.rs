@@ -1,6 +1,6 @@
 use nalgebra::{UnitQuaternion, Vector3};
 
-use super::senses::FARTHEST_S;
+use super::frame::senses::FARTHEST_S;
 use crate::pose::Pose;
 
 /// Where the object was and how it moved: its middle evenly through the world, and turning evenly

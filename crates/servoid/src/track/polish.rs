@@ -1,26 +1,12 @@
 use nalgebra::{Matrix2, Matrix6, Vector2, Vector3, Vector6};
 
-use super::colors::Colors;
-use super::occlusion::Occlusion;
-use super::points::{InView, Match, PLACE_PX, Points, by_motion, noise};
-use super::solid::Solid;
-use super::usual::Usual;
-use super::window::Window;
+use super::frame::occlusion::{LastSeen, Occlusion};
+use super::sight::Sight;
+use super::target::points::{InView, Match, PLACE_PX, by_motion, noise};
 use crate::fitness::{Agreement, ContourPoint, boundary, contour};
 use crate::observe::{ImageView, Pyramid};
 use crate::pose::{Pose, Twist};
 use crate::shape::{Outline, Quadric};
-
-/// What is seen of the object in one instant.
-#[derive(Clone, Copy)]
-pub(super) struct Sight<'a> {
-    pub(super) windows: &'a [Window],
-    pub(super) images: &'a [Option<ImageView<'a>>],
-    pub(super) solid: &'a Solid,
-    pub(super) points: &'a Points,
-    pub(super) colors: Option<&'a Colors>,
-    pub(super) usual: &'a Usual,
-}
 
 /// A weighted sum of squares about a pose: curvature and slope by a small motion in the object's
 /// frame.
@@ -32,6 +18,22 @@ pub(super) struct Normal {
     slope: Vector6<f64>,
 }
 
+/// What the images say about a pose.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Evaluated {
+    pub(super) pose: Pose,
+    pub(super) normal: Normal,
+    /// How well the outline agrees with the images: the sum over lines, and their number.
+    pub(super) outline: (f64, f64),
+}
+
+impl Evaluated {
+    /// Supposes a pose about which nothing was said.
+    fn nothing(pose: Pose, radius: f64) -> Self {
+        Self { pose, normal: Normal::new(radius), outline: (0.0, 0.0) }
+    }
+}
+
 /// Memory of a polish, kept from image to image.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Desk {
@@ -40,8 +42,6 @@ pub(super) struct Desk {
     pub(super) occlusion: Occlusion,
     outlines: Vec<(Outline, Quadric)>,
     pub(super) teaching: Vec<Outline>,
-    /// How well the outline agrees with the images: the sum over lines, and their number.
-    pub(super) outline: (f64, f64),
     contour: Vec<ContourPoint>,
 }
 
@@ -80,25 +80,24 @@ impl Normal {
 }
 
 /// Moves a pose to where surface points and outline agree with the images, from coarse to fine, by
-/// the method of Gauss and Newton.
+/// the method of Gauss and Newton; the matches there stay on the desk.
 pub(super) fn polish(
     sight: &Sight<'_>,
-    start: Pose,
-    coarsest: usize,
+    (start, coarsest): (Pose, usize),
+    last_seen: LastSeen,
     desk: &mut Desk,
-) -> (Pose, Normal) {
-    let mut pose = start;
-    let mut normal = Normal::new(sight.solid.radius);
+) -> Evaluated {
+    let mut found = Evaluated::nothing(start, sight.solid.radius);
     for level in (0..=coarsest).rev() {
         for number in 0..STEPS[level] {
-            match_points(sight, &pose, level, desk);
+            match_points(sight, &found.pose, level, desk);
             if number == 0 {
-                desk.look_for_hidden(sight, &pose);
+                desk.look_for_hidden(sight, &found.pose, last_seen);
             }
-            normal = linearize(sight, &pose, level, desk);
-            let Some(step) = normal.step() else { break };
+            found = linearize(sight, found.pose, level, desk);
+            let Some(step) = found.normal.step() else { break };
             let step = bounded(step, sight.solid.radius);
-            pose = pose * Pose::exp(&step);
+            found.pose = found.pose * Pose::exp(&step);
             let turn = step.fixed_rows::<3>(3).norm() * sight.solid.radius;
             if step.fixed_rows::<3>(0).norm() + turn
                 < CONVERGED * f64::from(1 << level) * sight.solid.radius
@@ -107,14 +106,20 @@ pub(super) fn polish(
             }
         }
     }
-    desk.look_for_hidden(sight, &pose);
-    (pose, normal)
+    desk.look_for_hidden(sight, &found.pose, last_seen);
+    found
 }
 
-/// Compares what should be seen at a pose with what is, and leaves it there.
-pub(super) fn look_at(sight: &Sight<'_>, pose: &Pose, desk: &mut Desk) -> Normal {
-    match_points(sight, pose, 0, desk);
-    desk.look_for_hidden(sight, pose);
+/// Compares what should be seen at a pose with what is, and leaves it there; the matches stay on the
+/// desk.
+pub(super) fn look_at(
+    sight: &Sight<'_>,
+    pose: Pose,
+    last_seen: LastSeen,
+    desk: &mut Desk,
+) -> Evaluated {
+    match_points(sight, &pose, 0, desk);
+    desk.look_for_hidden(sight, &pose, last_seen);
     linearize(sight, pose, 0, desk)
 }
 
@@ -124,19 +129,18 @@ fn bounded(step: Twist, radius: f64) -> Twist {
 }
 
 /// Sums what surface points and outline say about a pose; the matches are those on the desk.
-fn linearize(sight: &Sight<'_>, pose: &Pose, level: usize, desk: &mut Desk) -> Normal {
-    let mut normal = Normal::new(sight.solid.radius);
+fn linearize(sight: &Sight<'_>, pose: Pose, level: usize, desk: &mut Desk) -> Evaluated {
+    let mut sum = Evaluated::nothing(pose, sight.solid.radius);
     for Match { view, agreement, pixel } in &desk.matches {
         if let (Some(agreement), Some(pixel)) = (agreement, pixel) {
             let position = &sight.points.known[view.point].point.position;
             let shows = 1.0 - desk.occlusion.hides(view.camera, pixel);
-            add_point(&mut normal, agreement, position, shows);
+            add_point(&mut sum.normal, agreement, position, shows);
         }
     }
-    desk.outline = (0.0, 0.0);
     if let Some(colors) = sight.colors {
         for (camera, (window, image)) in sight.windows.iter().zip(sight.images).enumerate() {
-            if let (Some(projection), Some(image)) = (window.projection(pose), image) {
+            if let (Some(projection), Some(image)) = (window.projection(&pose), image) {
                 let ratio = |u, v| window.ratio(image, colors, u, v);
                 contour(
                     &projection,
@@ -145,11 +149,11 @@ fn linearize(sight: &Sight<'_>, pose: &Pose, level: usize, desk: &mut Desk) -> N
                     &mut desk.outlines,
                     &mut desk.contour,
                 );
-                add_lines(&mut normal, (camera, level), ratio, desk);
+                add_lines(&mut sum, (camera, level), ratio, desk);
             }
         }
     }
-    normal
+    sum
 }
 
 /// Matches the points in view at a pose; the matches stay on the desk.
@@ -187,17 +191,17 @@ fn holds(image: &ImageView<'_>, pixel: &Vector2<f64>, reach: &Vector2<f64>) -> b
 
 impl Desk {
     /// Says anew where something hides the object, by the matches on the desk.
-    fn look_for_hidden(&mut self, sight: &Sight<'_>, pose: &Pose) {
-        self.occlusion.observe(sight, pose, &self.matches, &mut self.teaching);
+    fn look_for_hidden(&mut self, sight: &Sight<'_>, pose: &Pose, last_seen: LastSeen) {
+        self.occlusion.observe(sight, (pose, last_seen), &self.matches, &mut self.teaching);
     }
 }
 
 /// Adds the lines that stand on the contour of the desk; `ratio` is that of a pixel.
 fn add_lines(
-    normal: &mut Normal,
+    sum: &mut Evaluated,
     (camera, level): (usize, usize),
     ratio: impl Fn(f64, f64) -> Option<f64>,
-    desk: &mut Desk,
+    desk: &Desk,
 ) {
     for place in &desk.contour {
         let inside = place.pixel - place.normal * INSIDE_PX;
@@ -207,12 +211,12 @@ fn add_lines(
         }
         if let Some(offset) = boundary(place, LINES[level], &ratio) {
             let told = shows * told(offset.variance_px, LINES[level]);
-            desk.outline.0 += told * libm::exp(-0.5 * (offset.mean_px / NEAR_PX).powi(2));
-            desk.outline.1 += told;
+            sum.outline.0 += told * libm::exp(-0.5 * (offset.mean_px / NEAR_PX).powi(2));
+            sum.outline.1 += told;
             let by_motion = by_motion(&place.slope, &place.rim).tr_mul(&place.normal);
             let weight = told * LINE_SHARE / (offset.variance_px + SHAPE_PX);
-            normal.curvature += by_motion * by_motion.transpose() * weight;
-            normal.slope += by_motion * (weight * offset.mean_px);
+            sum.normal.curvature += by_motion * by_motion.transpose() * weight;
+            sum.normal.slope += by_motion * (weight * offset.mean_px);
         }
     }
 }
@@ -251,10 +255,10 @@ mod tests {
         let (pixel, normal) = (Vector2::new(50.0, 40.0), Vector2::new(1.0, 0.0));
         let slope = Matrix2x3::new(300.0, 0.0, 0.0, 0.0, 300.0, 0.0);
         let place = ContourPoint { pixel, normal, rim: Vector3::new(0.05, 0.0, 0.0), slope };
-        let mut desk = Desk { contour: vec![place], ..Desk::default() };
-        let mut sum = Normal::new(0.05);
-        add_lines(&mut sum, (0, level), |u, _| Some(ratio(u - pixel.x)), &mut desk);
-        (sum, desk.outline)
+        let desk = Desk { contour: vec![place], ..Desk::default() };
+        let mut sum = Evaluated::nothing(Pose::identity(), 0.05);
+        add_lines(&mut sum, (0, level), |u, _| Some(ratio(u - pixel.x)), &desk);
+        (sum.normal, sum.outline)
     }
 
     #[test]

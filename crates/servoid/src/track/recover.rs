@@ -1,8 +1,8 @@
 use nalgebra::Vector3;
 use rand::RngExt;
 
-use super::polish::Sight;
 use super::search::{Found, Judged, Leeway, Probes, Search};
+use super::sight::Sight;
 use crate::evolve::{self, GaError, Rng};
 use crate::pose::{Pose, even_turn};
 

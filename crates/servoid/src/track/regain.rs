@@ -1,6 +1,7 @@
 use super::TrackError;
-use super::attempt::{Attempt, COARSEST, sight};
-use super::polish::Sight;
+use super::attempt::{Attempt, COARSEST};
+use super::frame::occlusion::LastSeen;
+use super::sight::Sight;
 use super::tracker::{MARGIN, Tracker};
 use crate::observe::Observation;
 use crate::pose::Pose;
@@ -23,7 +24,7 @@ impl Tracker {
         expected: &Pose,
         attempt: &mut Attempt,
     ) -> Result<usize, TrackError> {
-        if self.met && self.was_seen_lately() {
+        if self.trust.is_met() && self.trust.was_seen_lately() {
             self.seek_near(observation, (expected, 1), attempt)
         } else {
             self.seek_anywhere(observation, 1, attempt)
@@ -37,14 +38,14 @@ impl Tracker {
         (near, rounds): (&Pose, usize),
         attempt: &mut Attempt,
     ) -> Result<usize, TrackError> {
-        let leeway = (NEAR_LEEWAY.0 * self.solid.radius, NEAR_LEEWAY.1);
+        let leeway = (NEAR_LEEWAY.0 * self.target.solid.radius, NEAR_LEEWAY.1);
         let mut evaluations = 0;
         for _ in 0..rounds {
             if !self.look(observation, near, NEAR_MARGIN) {
                 break;
             }
             let area = self.area(near);
-            let sight = sight!(self, observation);
+            let sight = Sight::new(&self.frame, observation, &self.target, &self.settings);
             let (found, scored) = self.recovery.near(sight, (near, leeway, area))?;
             evaluations += scored;
             let candidates: Vec<Pose> = found.iter().map(|found| found.pose).collect();
@@ -63,20 +64,20 @@ impl Tracker {
         rounds: usize,
         attempt: &mut Attempt,
     ) -> Result<usize, TrackError> {
-        let radius = self.solid.radius;
-        let focal = self.cameras.first().map_or(1.0, |camera| camera.focal_px()[0]);
-        let usual = self.usual.distance;
+        let radius = self.target.solid.radius;
+        let focal = self.frame.cameras.first().map_or(1.0, |camera| camera.focal_px()[0]);
+        let usual = self.target.usual.distance;
         let (near, far) = match self.last_distance(observation) {
             Some(last) => (0.6 * last, 1.7 * last),
             None if usual > 0.0 => (0.4 * usual, 2.5 * usual),
             None => (2.5 * radius, 2.0 * focal * radius / SMALLEST_PX),
         };
-        let usual_area = self.usual.area;
+        let usual_area = self.target.usual.area;
         let area_at = |distance: f64| usual_area / (distance * distance);
         let mut evaluations = 0;
         for _ in 0..rounds {
             self.look_all_over(observation);
-            let sight = sight!(self, observation);
+            let sight = Sight::new(&self.frame, observation, &self.target, &self.settings);
             let (found, scored) = self.recovery.anywhere(sight, (near, far), area_at)?;
             evaluations += scored;
             let candidates: Vec<Pose> = found.iter().map(|found| found.pose).collect();
@@ -96,10 +97,9 @@ impl Tracker {
         candidates: &[Pose],
         attempt: &mut Attempt,
     ) {
-        self.desk.occlusion.was_there = false;
         for candidate in candidates {
             self.points_in_view(candidate);
-            let other = self.attempt(observation, candidate, COARSEST);
+            let other = self.attempt(observation, candidate, COARSEST, LastSeen::Elsewhere);
             if other.verdict.support > attempt.verdict.support {
                 *attempt = other;
             }
@@ -110,7 +110,7 @@ impl Tracker {
         let pose = attempt.pose;
         if self.look(observation, &pose, MARGIN) {
             self.points_in_view(&pose);
-            *attempt = self.attempt(observation, &pose, COARSEST);
+            *attempt = self.attempt(observation, &pose, COARSEST, LastSeen::Elsewhere);
         }
         self.doubt(attempt);
     }
@@ -118,6 +118,6 @@ impl Tracker {
     /// Gives how far from the first camera the object was last, if it was met.
     fn last_distance(&self, observation: &Observation<'_>) -> Option<f64> {
         let eye = observation.world_from_camera.first()?.translation();
-        self.met.then(|| (self.motion.last().translation() - eye).norm())
+        self.trust.is_met().then(|| (self.motion.last().translation() - eye).norm())
     }
 }

@@ -1,5 +1,5 @@
-use super::points::InView;
-use super::polish::Sight;
+use super::sight::Sight;
+use super::target::points::InView;
 use crate::evolve::{Ga, GaError, GaSettings, Rng};
 use crate::observe::Pyramid;
 use crate::pose::{Pose, Twist};

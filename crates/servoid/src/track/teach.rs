@@ -1,6 +1,6 @@
-use super::attempt::{Attempt, sight};
+use super::attempt::Attempt;
 use super::learn::{Lesson, learn};
-use super::polish::Sight;
+use super::sight::Sight;
 use super::tracker::Tracker;
 use crate::observe::Observation;
 use crate::pose::Pose;
@@ -30,28 +30,28 @@ impl Tracker {
             return;
         }
         let eye = observation.world_from_camera[0].translation();
-        self.usual.follow(&attempt.verdict, (attempt.pose.translation() - eye).norm());
+        self.target.usual.follow(&attempt.verdict, (attempt.pose.translation() - eye).norm());
         self.keep_views(observation, &attempt.pose);
         if self.settings.surface {
-            self.points.refine(&self.desk.matches, self.solid.radius);
+            self.target.points.refine(&self.desk.matches, self.target.solid.radius);
             let lesson = Lesson { from: self.cell, cells: CELLS, tries: TRIES, masks: &[] };
             self.cell = self.cell.wrapping_add(CELLS);
             self.learn_points(observation, &attempt.pose, &lesson);
-            self.points.judge(&self.desk.matches);
+            self.target.points.judge(&self.desk.matches);
         }
     }
 
     pub(super) fn learn_colors(&mut self, observation: &Observation<'_>, pose: &Pose, rate: f32) {
-        for (window, image) in self.windows.iter().zip(&observation.images) {
+        for (window, image) in self.frame.windows.iter().zip(&observation.images) {
             let (Some(projection), Some(image)) = (window.projection(pose), image) else {
                 continue;
             };
             let outlines = &mut self.desk.teaching;
             outlines.clear();
-            outlines.extend(self.solid.outlines(&projection));
-            window.teach(image, outlines, DOUBT_PX, &mut self.colors);
+            outlines.extend(self.target.solid.outlines(&projection));
+            window.teach(image, outlines, DOUBT_PX, &mut self.target.colors);
         }
-        self.colors.take(rate);
+        self.target.colors.take(rate);
     }
 
     pub(super) fn learn_points(
@@ -60,9 +60,9 @@ impl Tracker {
         pose: &Pose,
         lesson: &Lesson<'_>,
     ) {
-        let sight = sight!(self, observation);
+        let sight = Sight::new(&self.frame, observation, &self.target, &self.settings);
         self.fresh.clear();
         learn(&sight, pose, &self.desk.in_view, lesson, &mut self.fresh);
-        self.points.add(&mut self.fresh);
+        self.target.points.add(&mut self.fresh);
     }
 }

@@ -2,22 +2,19 @@ use super::TrackError;
 use super::attempt::Attempt;
 use super::certainty::certainty;
 use super::clock::Clock;
-use super::colors::Colors;
 use super::estimate::{Estimate, Notice, Status};
+use super::frame::Frame;
 use super::judge::Verdict;
-use super::keyframes::Keyframes;
 use super::motion::Motion;
-use super::points::{Known, Points};
 use super::polish::Desk;
 use super::recover::Recovery;
 use super::scatter::Scatter;
 use super::search::{Leeway, Search};
-use super::senses::Senses;
 use super::settings::TrackSettings;
-use super::solid::Solid;
-use super::trust::{CLEAR, DOUBT};
-use super::usual::Usual;
-use super::window::Window;
+use super::target::Target;
+use super::target::points::Known;
+use super::target::solid::Solid;
+use super::trust::{CLEAR, Trust};
 use crate::evolve;
 use crate::fitness::SurfacePoint;
 use crate::observe::{Camera, Observation};
@@ -28,36 +25,20 @@ use crate::shape::{Body, ShapeError};
 #[derive(Debug, Clone)]
 pub struct Tracker {
     pub(super) settings: TrackSettings,
-    pub(super) cameras: Vec<Camera>,
-    pub(super) body: Body,
-    pub(super) solid: Solid,
-    pub(super) points: Points,
-    pub(super) colors: Colors,
+    pub(super) frame: Frame,
+    pub(super) target: Target,
     pub(super) search: Search,
     pub(super) recovery: Recovery,
     pub(super) motion: Motion,
     pub(super) scatter: Scatter,
-    pub(super) senses: Senses,
-    pub(super) windows: Vec<Window>,
     pub(super) desk: Desk,
     pub(super) fresh: Vec<Known>,
-    pub(super) keyframes: Keyframes,
-    pub(super) usual: Usual,
     /// How far predictions were off, in metres and radians.
     pub(super) surprise: Leeway,
     pub(super) status: Status,
-    pub(super) unseen: usize,
-    /// Whether the object was ever tracked, so that its last pose means something.
-    pub(super) met: bool,
+    pub(super) trust: Trust,
     pub(super) cell: usize,
     pub(super) lessons: usize,
-    /// Clear images until the last doubt is over.
-    pub(super) doubt: usize,
-    /// Whether the object that was found again last was proved to be the one that was lost.
-    pub(super) proved: bool,
-    /// Whether it ever was: only then may it have turned unseen to a side that looks like a known one.
-    pub(super) confirmed: bool,
-    pub(super) notices: Vec<Notice>,
 }
 
 /// Share of the object's size by which windows are larger than it at least, and where it was found
@@ -79,34 +60,22 @@ impl Tracker {
         if cameras.is_empty() {
             return Err(TrackError::NoCamera);
         }
-        let solid = Solid::new(body);
+        let target = Target::new(body, settings.local_colors);
         Ok(Self {
             settings,
-            cameras: cameras.to_vec(),
-            body: body.clone(),
-            surprise: surprise_at_first(&solid),
-            scatter: Scatter::new(solid.radius),
-            solid,
-            points: Points::default(),
-            colors: Colors::new(settings.local_colors),
+            frame: Frame::new(cameras),
+            surprise: surprise_at_first(&target.solid),
+            scatter: Scatter::new(target.solid.radius),
+            target,
             search: Search::new(settings.population, evolve::rng(settings.seed, 0))?,
             recovery: Recovery::new(settings.seed),
             motion: Motion::at_rest(0.0, body.world_from_object()),
-            senses: Senses::new(cameras.len()),
-            windows: vec![Window::default(); cameras.len()],
             desk: Desk::default(),
             fresh: Vec::new(),
-            keyframes: Keyframes::default(),
-            usual: Usual::default(),
             status: Status::Searching,
-            unseen: 0,
-            met: false,
+            trust: Trust::unmet(),
             cell: 0,
             lessons: 0,
-            doubt: 0,
-            proved: true,
-            confirmed: false,
-            notices: Vec::new(),
         })
     }
 
@@ -116,13 +85,12 @@ impl Tracker {
     /// If there is not one entry a camera, or the time stamp is no finite number.
     pub fn step(&mut self, observation: &Observation<'_>) -> Result<Estimate, TrackError> {
         let mut clock = Clock::start();
-        self.check(observation)?;
+        self.frame.check(observation)?;
         let expected = self.motion.predict(observation.time_s);
-        let mut attempt = Attempt::nothing(expected, self.solid.radius);
+        let mut attempt = Attempt::nothing(expected, self.target.solid.radius);
         let (mut least, mut evaluations) = (self.least_confidence(), 0);
         let visible = self.look(observation, &expected, self.margin());
         clock.lap(|timing| &mut timing.look);
-        self.desk.occlusion.was_there = self.status == Status::Tracking;
         if visible {
             let (guess, scored) = self.seek(observation, &expected, &clock)?;
             evaluations += scored;
@@ -134,12 +102,12 @@ impl Tracker {
             self.doubt_leap(&expected, &mut attempt);
         }
         let missed = attempt.verdict.confidence < least;
-        if (missed || !self.proved) && self.can_see() {
+        if (missed || !self.trust.is_proved()) && self.frame.can_see() {
             least = self.settings.trusted;
             evaluations += self.regain(observation, &expected, &mut attempt)?;
             if self.has_leapt(&expected, &attempt.pose) {
                 // What is found there is found again, and no more followed.
-                self.status = self.without();
+                self.status = self.trust.without();
             }
             clock.lap(|timing| &mut timing.search);
         }
@@ -151,10 +119,10 @@ impl Tracker {
         }
         let mut estimate = self.estimate(observation, &attempt);
         clock.lap(|timing| &mut timing.judge);
-        if self.status == Status::Tracking && !self.senses.is_stale() {
+        if self.status == Status::Tracking && !self.frame.is_stale() {
             self.learn(observation, &attempt);
         } else {
-            self.doubt = DOUBT;
+            self.trust.doubt();
         }
         clock.lap(|timing| &mut timing.learn);
         (estimate.evaluations, estimate.timing) = (evaluations, clock.timing());
@@ -166,44 +134,27 @@ impl Tracker {
     /// # Errors
     /// Never, as long as the body that was given is one.
     pub fn body(&self) -> Result<Body, ShapeError> {
-        Body::new(self.motion.last(), self.body.ellipsoids().to_vec())
+        Body::new(self.motion.last(), self.target.body.ellipsoids().to_vec())
     }
 
     /// Gives the surface points in the object's frame.
     pub fn surface(&self) -> impl Iterator<Item = &SurfacePoint> {
-        self.points.known.iter().map(|known| &known.point)
-    }
-
-    /// Checks an observation; what can be tolerated becomes a notice.
-    pub(super) fn check(&mut self, observation: &Observation<'_>) -> Result<(), TrackError> {
-        let cameras = self.cameras.len();
-        let poses = ("poses", observation.world_from_camera.len());
-        for (what, given) in [poses, ("images", observation.images.len())] {
-            if given != cameras {
-                return Err(TrackError::Count { what, cameras, given });
-            }
-        }
-        if !observation.time_s.is_finite() {
-            return Err(TrackError::Time(observation.time_s));
-        }
-        self.notices = self.senses.check(&self.cameras, observation);
-        Ok(())
+        self.target.points.known.iter().map(|known| &known.point)
     }
 
     /// Believes in an attempt, from a confidence of `least` on, or not.
     pub(super) fn settle(&mut self, time_s: f64, expected: &Pose, attempt: &Attempt, least: f64) {
         if attempt.verdict.confidence < least {
-            self.unseen += 1;
-            self.status = self.without();
+            self.trust.miss();
+            self.status = self.trust.without();
             self.motion.wait(time_s);
             self.scatter.pause();
             return;
         }
         let regained = self.status != Status::Tracking;
         // What leaps from one image to the next moves fast; else where it was says nothing.
-        let went_on = self.unseen == 0 && self.met;
+        let went_on = self.trust.is_unbroken();
         self.status = Status::Tracking;
-        (self.unseen, self.met) = (0, true);
         self.search.follow(expected, &attempt.pose, self.leeway());
         if regained {
             if went_on {
@@ -211,13 +162,12 @@ impl Tracker {
             } else {
                 self.motion = Motion::at_rest(time_s, attempt.pose);
             }
-            self.surprise = surprise_at_first(&self.solid);
-            self.proved = false;
-            self.prove(&attempt.verdict);
+            self.surprise = surprise_at_first(&self.target.solid);
+            self.trust.meet(&attempt.verdict, &self.target.usual, false);
             return;
         }
-        self.proved &= self.is_landed(expected, attempt);
-        self.prove(&attempt.verdict);
+        let goes_on = self.is_landed(expected, attempt);
+        self.trust.meet(&attempt.verdict, &self.target.usual, goes_on);
         self.motion.follow(time_s, attempt.pose);
         self.scatter.follow(time_s, attempt.pose);
         let off = (expected.inverse() * attempt.pose).log();
@@ -231,7 +181,7 @@ impl Tracker {
     fn margin(&self) -> f64 {
         let (across, turned) = self.leeway();
         // The object's image is about two radii long.
-        let beyond = 0.5 * (across / self.solid.radius + turned);
+        let beyond = 0.5 * (across / self.target.solid.radius + turned);
         if self.status == Status::Tracking { beyond.clamp(LEAST_MARGIN, MARGIN) } else { MARGIN }
     }
 
@@ -241,17 +191,17 @@ impl Tracker {
         observation: &Observation<'_>,
         attempt: &Attempt,
     ) -> Estimate {
-        let known = certainty(&attempt.normal, self.solid.radius);
+        let known = certainty(&attempt.normal, self.target.solid.radius);
         let followed = self.status == Status::Tracking;
         let covariance = known.covariance + self.scatter.covariance();
         let located = followed && self.is_located(&attempt.verdict);
         let told = located && self.is_turn_told(&attempt.verdict, &covariance);
         let Verdict { visible, confidence, .. } = attempt.verdict;
         if located && !told {
-            self.notices.push(Notice::TurnOpen);
+            self.frame.notices.push(Notice::TurnOpen);
         }
         if followed && visible < CLEAR {
-            self.notices.push(Notice::Hidden { hidden: 100.0 * (1.0 - visible) });
+            self.frame.notices.push(Notice::Hidden { hidden: 100.0 * (1.0 - visible) });
         }
         Estimate {
             time_s: observation.time_s,
@@ -261,7 +211,7 @@ impl Tracker {
             confidence,
             status: if followed && !told { Status::Searching } else { self.status },
             located,
-            notices: std::mem::take(&mut self.notices),
+            notices: std::mem::take(&mut self.frame.notices),
             evaluations: 0,
             timing: Default::default(),
         }

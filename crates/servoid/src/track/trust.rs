@@ -6,6 +6,7 @@ use super::attempt::Attempt;
 use super::estimate::Status;
 use super::judge::Verdict;
 use super::settings::TrackSettings;
+use super::target::usual::Usual;
 use super::tracker::Tracker;
 use crate::pose::Pose;
 
@@ -54,7 +55,7 @@ const SAFE: f64 = 0.85;
 /// and when the last images were clear: a side that turns into view brings its points one by one.
 const WELL_RECOGNISED: (f64, f64) = (0.6, 0.3);
 /// Clear images after which a doubt is over.
-pub(super) const DOUBT: usize = 8;
+const DOUBT: usize = 8;
 /// Confidence from which on colours are learned.
 const COLOR_CONFIDENCE: f64 = 0.65;
 /// Confidence and share of the usual surface points that prove that an object which was found again is
@@ -73,6 +74,92 @@ pub(super) struct Teachable {
     pub(super) surface: bool,
 }
 
+/// How far an object is trusted to be where it is followed, by what was seen of it so far.
+#[derive(Debug, Clone)]
+pub(super) struct Trust {
+    /// Images since it was seen last.
+    unseen: usize,
+    /// Whether the object was ever tracked, so that its last pose means something.
+    met: bool,
+    /// Clear images until the last doubt is over.
+    doubt: usize,
+    /// Whether the object that was found again last was proved to be the one that was lost.
+    proved: bool,
+    /// Whether it ever was: only then may it have turned unseen to a side that looks like a known one.
+    confirmed: bool,
+}
+
+impl Trust {
+    /// Starts with an object that was never seen.
+    pub(super) fn unmet() -> Self {
+        Self { unseen: 0, met: false, doubt: 0, proved: true, confirmed: false }
+    }
+
+    /// Starts with an object whose pose was given; `told` says whether images confirm it.
+    pub(super) fn given(told: bool) -> Self {
+        Self { unseen: usize::from(!told), met: true, confirmed: told, ..Self::unmet() }
+    }
+
+    pub(super) fn is_met(&self) -> bool {
+        self.met
+    }
+
+    pub(super) fn is_proved(&self) -> bool {
+        self.proved
+    }
+
+    /// Says whether the object was met and never missed since.
+    pub(super) fn is_unbroken(&self) -> bool {
+        self.met && self.unseen == 0
+    }
+
+    pub(super) fn was_seen_lately(&self) -> bool {
+        self.unseen <= LOST_AFTER
+    }
+
+    /// Gives the status of an object that was not found once more.
+    pub(super) fn without(&self) -> Status {
+        if self.was_seen_lately() { Status::Searching } else { Status::Lost }
+    }
+
+    pub(super) fn miss(&mut self) {
+        self.unseen += 1;
+    }
+
+    /// Takes a pose that is believed for proved, if so much is seen at it, or if the last one was and
+    /// this one `goes_on` from there.
+    pub(super) fn meet(&mut self, verdict: &Verdict, usual: &Usual, goes_on: bool) {
+        (self.unseen, self.met) = (0, true);
+        let (again, share) = PROVED;
+        let confidence = if self.confirmed { again } else { FOUND };
+        let explained = verdict.recognised >= share * usual.recognised;
+        self.proved &= goes_on;
+        self.proved |= verdict.confidence >= confidence && explained;
+        self.confirmed |= self.proved;
+    }
+
+    /// Begins a doubt, which some clear images end.
+    pub(super) fn doubt(&mut self) {
+        self.doubt = DOUBT;
+    }
+
+    /// Says what a pose that is followed may teach, if images confirm it as `located`.
+    fn teachable(&mut self, verdict: &Verdict, usual: &Usual, located: bool) -> Teachable {
+        let &Verdict { visible, recognised, .. } = verdict;
+        let is_clear = visible >= CLEAR;
+        self.doubt = if is_clear { self.doubt.saturating_sub(1) } else { DOUBT };
+        if !located {
+            return Teachable { colors: false, surface: false };
+        }
+        // What hides the object must not become part of it, nor must a pose that is a little off
+        // teach where its points are.
+        let (doubted, sure) = WELL_RECOGNISED;
+        let least = if self.doubt > 0 { doubted } else { sure };
+        let surface = is_clear && recognised >= least * usual.recognised;
+        Teachable { colors: visible >= COLOR_CONFIDENCE, surface }
+    }
+}
+
 impl Tracker {
     /// Gives the confidence from which on a pose is believed.
     pub(super) fn least_confidence(&self) -> f64 {
@@ -86,11 +173,11 @@ impl Tracker {
     /// since highlights and rims go with the camera.
     pub(super) fn is_turn_told(&self, verdict: &Verdict, covariance: &Matrix6<f64>) -> bool {
         let turned = covariance.fixed_view::<3, 3>(3, 3).trace().sqrt();
-        let fits = verdict.outline >= FITS.0 * self.usual.outline
-            && verdict.clear_ratio >= FITS.1 * self.usual.ratio;
-        let open = self.windows.iter().filter(|w| w.is_open()).count().max(1) as f64;
+        let fits = verdict.outline >= FITS.0 * self.target.usual.outline
+            && verdict.clear_ratio >= FITS.1 * self.target.usual.ratio;
+        let open = self.frame.open().max(1) as f64;
         let (printed, all) = (verdict.printed / open, verdict.recognised / open);
-        let rich = self.usual.printed >= RICH * self.cameras.len() as f64;
+        let rich = self.target.usual.printed >= RICH * self.frame.cameras.len() as f64;
         printed >= ENOUGH
             || (rich && all >= FEW.0 && turned < STEADY.0)
             || (printed >= FEW.1 && fits && turned < STEADY.1)
@@ -98,33 +185,20 @@ impl Tracker {
 
     /// Says whether the images confirm where an object is that is followed.
     pub(super) fn is_located(&self, verdict: &Verdict) -> bool {
-        let usual = self.usual.recognised;
+        let usual = self.target.usual.recognised;
         let least = (LEAST_RECOGNISED * usual).min(MANY);
         let known = usual < PATTERN || verdict.recognised >= least;
-        self.proved && verdict.confidence >= SAID.max(self.settings.held) && known
-    }
-
-    /// Takes a pose of an object that was found again for proved, if so much is seen of it.
-    pub(super) fn prove(&mut self, verdict: &Verdict) {
-        let (again, share) = PROVED;
-        let confidence = if self.confirmed { again } else { FOUND };
-        let explained = verdict.recognised >= share * self.usual.recognised;
-        self.proved |= verdict.confidence >= confidence && explained;
-        self.confirmed |= self.proved;
+        self.trust.proved && verdict.confidence >= SAID.max(self.settings.held) && known
     }
 
     /// Says whether it pays to make a pose precise once more.
     pub(super) fn is_doubtful(&self, verdict: &Verdict) -> bool {
-        verdict.confidence < self.settings.trusted.max(DOUBTFUL * self.usual.confidence)
+        verdict.confidence < self.settings.trusted.max(DOUBTFUL * self.target.usual.confidence)
     }
 
     pub(super) fn is_sure(&self, attempt: &Attempt) -> bool {
         let verdict = attempt.verdict;
-        verdict.confidence > SURE.0 && verdict.support > SURE.1 * self.usual.support
-    }
-
-    pub(super) fn was_seen_lately(&self) -> bool {
-        self.unseen <= LOST_AFTER
+        verdict.confidence > SURE.0 && verdict.support > SURE.1 * self.target.usual.support
     }
 
     /// Takes the trust out of a pose at which too little of the surface is recognised, where the
@@ -134,7 +208,7 @@ impl Tracker {
             // Only where it was a moment ago may something be thought to hide it.
             attempt.verdict.confidence = attempt.verdict.visible;
         }
-        if attempt.verdict.recognised < LEAST_RECOGNISED * self.usual.recognised {
+        if attempt.verdict.recognised < LEAST_RECOGNISED * self.target.usual.recognised {
             self.distrust(attempt);
         }
     }
@@ -142,7 +216,7 @@ impl Tracker {
     /// Takes the trust out of a pose that is farther from where the object was expected than its
     /// motion explains, unless much of the surface is recognised there.
     pub(super) fn doubt_leap(&self, expected: &Pose, attempt: &mut Attempt) {
-        let landed = attempt.verdict.recognised >= LANDED * self.usual.recognised;
+        let landed = attempt.verdict.recognised >= LANDED * self.target.usual.recognised;
         if self.has_leapt(expected, &attempt.pose) && !landed {
             self.distrust(attempt);
         }
@@ -159,7 +233,7 @@ impl Tracker {
         let off = (expected.inverse() * *pose).log();
         let (across, turned) = (off.fixed_rows::<3>(0).norm(), off.fixed_rows::<3>(3).norm());
         let (near, slight) = self.leeway();
-        across > near.max(LEAP * self.solid.radius) || turned > slight.max(LEAP)
+        across > near.max(LEAP * self.target.solid.radius) || turned > slight.max(LEAP)
     }
 
     fn distrust(&self, attempt: &mut Attempt) {
@@ -168,23 +242,8 @@ impl Tracker {
 
     /// Says what a pose that is followed may teach.
     pub(super) fn teachable(&mut self, verdict: &Verdict) -> Teachable {
-        let &Verdict { visible, recognised, .. } = verdict;
-        let (is_clear, usual) = (visible >= CLEAR, self.usual.recognised);
-        self.doubt = if is_clear { self.doubt.saturating_sub(1) } else { DOUBT };
-        if !self.is_located(verdict) {
-            return Teachable { colors: false, surface: false };
-        }
-        // What hides the object must not become part of it, nor must a pose that is a little off
-        // teach where its points are.
-        let (doubted, sure) = WELL_RECOGNISED;
-        let least = if self.doubt > 0 { doubted } else { sure };
-        let surface = is_clear && recognised >= least * usual;
-        Teachable { colors: visible >= COLOR_CONFIDENCE, surface }
-    }
-
-    /// Gives the status of an object that was not found once more.
-    pub(super) fn without(&self) -> Status {
-        if self.was_seen_lately() { Status::Searching } else { Status::Lost }
+        let located = self.is_located(verdict);
+        self.trust.teachable(verdict, &self.target.usual, located)
     }
 }
 
@@ -193,7 +252,6 @@ mod tests {
     use super::*;
     use crate::observe::Camera;
     use crate::shape::{Body, Ellipsoid};
-    use crate::track::usual::Usual;
 
     /// Makes a tracker that has seen an object with some surface points.
     fn tracker(status: Status, recognised: f64) -> Tracker {
@@ -208,7 +266,7 @@ mod tests {
             confidence: 0.9,
             ..Usual::default()
         };
-        (tracker.status, tracker.usual, tracker.confirmed) = (status, usual, true);
+        (tracker.status, tracker.target.usual, tracker.trust.confirmed) = (status, usual, true);
         tracker
     }
 
@@ -261,24 +319,24 @@ mod tests {
             let tracker = tracker(Status::Tracking, f64::from(usual));
             assert!(!tracker.is_turn_told(&verdict(1.0, 0.0), &steady));
         }
-        let thin = tracker(Status::Tracking, 20.0);
+        let mut thin = tracker(Status::Tracking, 20.0);
         assert!(thin.is_turn_told(&verdict(1.0, 20.0), &steady));
         assert!(!thin.is_turn_told(&verdict(1.0, 20.0), &(Matrix6::identity() * 1e-2)));
         let askew = Verdict { outline: 0.8, ..verdict(1.0, 20.0) };
-        let usual = Usual { outline: 1.0, ..thin.usual };
-        assert!(!Tracker { usual, ..thin }.is_turn_told(&askew, &steady));
+        thin.target.usual.outline = 1.0;
+        assert!(!thin.is_turn_told(&askew, &steady));
     }
 
     #[test]
     fn shading_never_tells_a_turn_where_no_pattern_was_seen() {
         let mut plain = tracker(Status::Tracking, 60.0);
-        plain.usual.printed = 17.0;
+        plain.target.usual.printed = 17.0;
         let steady = Matrix6::identity() * 1e-6;
         for recognised in 0..80 {
             let shaded = Verdict { printed: 17.0, ..verdict(1.0, f64::from(recognised)) };
             assert!(!plain.is_turn_told(&shaded, &steady), "{recognised}");
         }
-        plain.usual.printed = 60.0;
+        plain.target.usual.printed = 60.0;
         let half_hidden = Verdict { printed: 5.0, ..verdict(1.0, 15.0) };
         assert!(plain.is_turn_told(&half_hidden, &steady), "one that is printed all over");
     }

@@ -7,7 +7,7 @@ use crate::model::{ModelError, shrunk_overlap};
 use crate::observe::View;
 use crate::pose::{Pose, Twist, left_jacobian};
 use crate::shape::Quadric;
-use crate::track::solid::Solid;
+use crate::track::target::solid::Solid;
 
 /// How well a body fits masks that were made smaller.
 pub(super) struct Fit<'a> {

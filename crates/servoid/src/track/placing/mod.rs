@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use self::climbing::{FIRST, Fit, LAST};
 use self::painted::Painted;
 use super::TrackError;
-use super::solid::Solid;
+use super::target::solid::Solid;
 use crate::observe::{ImageView, RigError, View, check_image_size};
 use crate::pose::Pose;
 use crate::shape::Body;

@@ -3,7 +3,7 @@ use nalgebra::Vector3;
 use super::Placement;
 use crate::observe::{Camera, ImageView, View};
 use crate::pose::Pose;
-use crate::track::solid::Solid;
+use crate::track::target::solid::Solid;
 
 /// What images show at places in the masks, and the colours that a body's ellipsoids have.
 pub(super) struct Painted {

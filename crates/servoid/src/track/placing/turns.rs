@@ -6,7 +6,7 @@ use crate::evolve;
 use crate::observe::View;
 use crate::pose::{Pose, even_turn};
 use crate::shape::{Outline, Projection};
-use crate::track::solid::Solid;
+use crate::track::target::solid::Solid;
 
 /// Powers of the number with x⁴ = x + 1, whose multiples fill the unit cube evenly.
 ///

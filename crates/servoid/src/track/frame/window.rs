@@ -1,24 +1,24 @@
 use nalgebra::{Vector2, Vector3};
 
-use super::colors::{self, Belongs, Colors};
-use super::solid::Solid;
 use crate::fitness::{Backend, ScoreMap};
 use crate::observe::{Camera, Channels, ImageView, Pyramid};
 use crate::pose::Pose;
 use crate::shape::{Outline, Projection};
+use crate::track::target::colors::{self, Belongs, Colors};
+use crate::track::target::solid::Solid;
 
 /// The part of one camera's image around where the object is supposed: its brightness at several
 /// resolutions and the scores of its colours. Its memory is kept from image to image.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Window {
+pub(crate) struct Window {
     /// From the world to the image's pixels.
     from_world: Option<Projection>,
-    pub(super) pyramid: Pyramid,
+    pub(crate) pyramid: Pyramid,
     map: ScoreMap,
     first_px: [usize; 2],
     size_px: [usize; 2],
     /// Standard deviation of the pyramid's noise, in grey levels.
-    pub(super) noise: f64,
+    pub(crate) noise: f64,
     /// The object's middle, if it is known where that is.
     middle: Option<Vector2<f64>>,
 }
@@ -29,7 +29,7 @@ const STRIDE: usize = 4;
 impl Window {
     /// Looks at an image around the outlines of the body at a pose; the window is larger than they
     /// are by `margin` of their size. `false` if the object is not in the image.
-    pub(super) fn look(
+    pub(crate) fn look(
         &mut self,
         camera: &Camera,
         world_from_camera: &Pose,
@@ -57,7 +57,7 @@ impl Window {
     }
 
     /// Looks at the whole of an image.
-    pub(super) fn look_all_over(
+    pub(crate) fn look_all_over(
         &mut self,
         camera: &Camera,
         world_from_camera: &Pose,
@@ -87,26 +87,26 @@ impl Window {
     }
 
     /// Gives how the camera sees the object at a pose, if it looked.
-    pub(super) fn projection(&self, world_from_object: &Pose) -> Option<Projection> {
+    pub(crate) fn projection(&self, world_from_object: &Pose) -> Option<Projection> {
         Some(self.from_world?.moved(world_from_object))
     }
 
     /// Gives first column and row, and width and height, in pixels of the image.
-    pub(super) fn place_px(&self) -> ([usize; 2], [usize; 2]) {
+    pub(crate) fn place_px(&self) -> ([usize; 2], [usize; 2]) {
         (self.first_px, self.size_px)
     }
 
     /// Forgets what it looked at.
-    pub(super) fn close(&mut self) {
+    pub(crate) fn close(&mut self) {
         self.from_world = None;
     }
 
     /// Says whether the window shows nothing at all: one brightness everywhere.
-    pub(super) fn is_blank(&self) -> bool {
+    pub(crate) fn is_blank(&self) -> bool {
         self.pyramid.plane(Pyramid::LEVELS - 1).deviation() < BLANK
     }
 
-    pub(super) fn is_open(&self) -> bool {
+    pub(crate) fn is_open(&self) -> bool {
         self.from_world.is_some()
     }
 
@@ -134,7 +134,7 @@ impl Window {
 
     /// Gives where the camera is and unit rays through places all over the window, `columns` a row;
     /// fewer where it is so high that there would be more than twice as many rows.
-    pub(super) fn rays(
+    pub(crate) fn rays(
         &self,
         columns: usize,
     ) -> Option<(Vector3<f64>, impl Iterator<Item = Vector3<f64>>)> {
@@ -154,14 +154,14 @@ impl Window {
     }
 
     /// Gives the sum of the scores inside the body's outline at a pose, and the pixels inside.
-    pub(super) fn region(&self, projection: &Projection, solid: &Solid) -> (f64, f64) {
+    pub(crate) fn region(&self, projection: &Projection, solid: &Solid) -> (f64, f64) {
         let here = projection.shifted(self.first_px.map(|x| x as f64));
         let sums = self.map.sums(Backend::used(), &here, &solid.quadrics);
         (sums.score, sums.area)
     }
 
     /// Gives the log-likelihood ratio of the pixel nearest to a place; `None` outside the window.
-    pub(super) fn ratio(
+    pub(crate) fn ratio(
         &self,
         image: &ImageView<'_>,
         colors: &Colors,
@@ -180,7 +180,7 @@ impl Window {
 
     /// Counts the window's pixels as the object's inside the outlines and as background outside;
     /// what lies within `doubt_px` of them teaches nothing.
-    pub(super) fn teach(
+    pub(crate) fn teach(
         &self,
         image: &ImageView<'_>,
         outlines: &[Outline],
@@ -217,7 +217,7 @@ impl Window {
     }
 
     /// Counts the window's pixels as what a mask says of them.
-    pub(super) fn teach_mask(
+    pub(crate) fn teach_mask(
         &self,
         image: &ImageView<'_>,
         mask: &ImageView<'_>,
@@ -245,7 +245,7 @@ const TEACHING_STRIDE: usize = 3;
 const MOST_LABELS: usize = Camera::MAX_SIDE_PX.div_ceil(TEACHING_STRIDE);
 
 /// Gives the box around the outlines in the image, if there are any.
-pub(super) fn bounds(
+pub(crate) fn bounds(
     outlines: impl IntoIterator<Item = Outline>,
 ) -> Option<(Vector2<f64>, Vector2<f64>)> {
     let mut found: Option<(Vector2<f64>, Vector2<f64>)> = None;

@@ -4,18 +4,23 @@
 
 use nalgebra::Vector2;
 
-use super::points::Match;
-use super::polish::Sight;
 use super::window::bounds;
 use crate::pose::Pose;
 use crate::shape::Outline;
+use crate::track::sight::Sight;
+use crate::track::target::points::Match;
 
 /// What is known of every camera's view.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Occlusion {
+pub(crate) struct Occlusion {
     grids: Vec<Grid>,
-    /// Whether the object was there a moment ago: only then is what is not seen thought hidden.
-    pub(super) was_there: bool,
+}
+
+/// Where the object was seen a moment ago: only if it was there is what is not seen thought hidden.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum LastSeen {
+    There,
+    Elsewhere,
 }
 
 /// Cells along one side of a grid.
@@ -116,10 +121,12 @@ impl Grid {
     }
 
     /// Joins what was known with what the newest image says there and around.
-    fn conclude(&mut self) {
+    fn conclude(&mut self, last_seen: LastSeen) {
         for cell in 0..CELLS {
-            let odds = self.odds(cell);
-            self.hidden[cell] = 1.0 / (1.0 + libm::exp(odds));
+            self.hidden[cell] = match last_seen {
+                LastSeen::There => 1.0 / (1.0 + libm::exp(self.odds(cell))),
+                LastSeen::Elsewhere => 0.0,
+            };
         }
     }
 
@@ -158,16 +165,16 @@ impl Grid {
 
 impl Occlusion {
     /// Forgets what was hidden.
-    pub(super) fn forget(&mut self) {
+    pub(crate) fn forget(&mut self) {
         self.grids.iter_mut().for_each(|grid| *grid = Grid::new());
     }
 
     /// Says for each cell whether the object shows there at a pose; `usual` is what its colours are
     /// usually worth.
-    pub(super) fn observe(
+    pub(crate) fn observe(
         &mut self,
         sight: &Sight<'_>,
-        pose: &Pose,
+        (pose, last_seen): (&Pose, LastSeen),
         matches: &[Match],
         outlines: &mut Vec<Outline>,
     ) {
@@ -207,32 +214,29 @@ impl Occlusion {
                     *said += (COLOR * (ratio / usual - STRANGE)).clamp(-COLORS, COLORS);
                 }
             }
-            grid.conclude();
+            grid.conclude(last_seen);
         }
     }
 
     /// Takes what was observed last for what is known.
-    pub(super) fn remember(&mut self) {
+    pub(crate) fn remember(&mut self) {
         self.grids.iter_mut().for_each(Grid::remember);
     }
 
     /// Gives how far a pixel's cell counts as hidden, 0 to 1.
-    pub(super) fn hides(&self, camera: usize, pixel: &Vector2<f64>) -> f64 {
-        if !self.was_there {
-            return 0.0;
-        }
+    pub(crate) fn hides(&self, camera: usize, pixel: &Vector2<f64>) -> f64 {
         let hidden = self.grids.get(camera).and_then(|grid| Some(grid.hidden[grid.cell(pixel)?]));
         hidden.map_or(0.0, share)
     }
 
     /// Gives the mean log-likelihood ratio of the cells that are clear, and their share; nothing where
     /// the outline holds none.
-    pub(super) fn clear(&self) -> Option<(f64, f64)> {
+    pub(crate) fn clear(&self) -> Option<(f64, f64)> {
         let (mut sum, mut clear, mut all) = (0.0, 0.0, 0.0);
         for grid in &self.grids {
             for (ratio, hidden) in grid.ratios.iter().zip(&grid.hidden) {
                 if let Some(ratio) = ratio {
-                    let shows = 1.0 - if self.was_there { share(*hidden) } else { 0.0 };
+                    let shows = 1.0 - share(*hidden);
                     sum += shows * ratio;
                     clear += shows;
                     all += 1.0;
@@ -258,7 +262,7 @@ mod tests {
     }
 
     fn hidden(grid: &mut Grid) -> f64 {
-        grid.conclude();
+        grid.conclude(LastSeen::There);
         grid.hidden[CELLS / 2]
     }
 
@@ -293,7 +297,7 @@ mod tests {
         let mut grid = told(4.0);
         let alone = CELLS / 2;
         grid.said[alone] = -4.0;
-        grid.conclude();
+        grid.conclude(LastSeen::There);
         assert!(share(grid.hidden[alone]) < 0.1, "{}", grid.hidden[alone]);
         let mut all = told(-4.0);
         assert!(hidden(&mut all) > grid.hidden[alone]);
@@ -302,12 +306,12 @@ mod tests {
     #[test]
     fn nothing_hides_an_object_that_was_not_there_a_moment_ago() {
         let mut grid = told(-5.0);
-        grid.conclude();
+        grid.conclude(LastSeen::Elsewhere);
         let (first, middle) = (grid.first, grid.middle(CELLS / 2));
-        let mut occlusion = Occlusion { grids: vec![grid], was_there: false };
+        let mut occlusion = Occlusion { grids: vec![grid] };
         assert_eq!(occlusion.hides(0, &middle), 0.0);
         assert_eq!(occlusion.clear().map(|(_, share)| share), Some(1.0));
-        occlusion.was_there = true;
+        occlusion.grids[0].conclude(LastSeen::There);
         assert!(occlusion.hides(0, &middle) > 0.9);
         assert_eq!(
             occlusion.hides(0, &(first - Vector2::repeat(1.0))),

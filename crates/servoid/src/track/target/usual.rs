@@ -1,24 +1,24 @@
-use super::judge::Verdict;
+use crate::track::judge::Verdict;
 
 /// What is usual while the object is tracked.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Usual {
+pub(crate) struct Usual {
     /// Mean log-likelihood ratio inside the outline.
-    pub(super) ratio: f64,
+    pub(crate) ratio: f64,
     /// Agreement of the outline with the boundary in the images.
-    pub(super) outline: f64,
+    pub(crate) outline: f64,
     /// Confidence in the pose.
-    pub(super) confidence: f64,
+    pub(crate) confidence: f64,
     /// Support of the pose, in surface points.
-    pub(super) support: f64,
+    pub(crate) support: f64,
     /// Surface points that are seen.
-    pub(super) recognised: f64,
+    pub(crate) recognised: f64,
     /// Those of them with the contrast of a pattern; not written, so learned anew.
-    pub(super) printed: f64,
+    pub(crate) printed: f64,
     /// Pixels that the outlines hold, times the squared distance.
-    pub(super) area: f64,
+    pub(crate) area: f64,
     /// Distance from the first camera, in metres.
-    pub(super) distance: f64,
+    pub(crate) distance: f64,
 }
 
 /// Share of the newest image.
@@ -26,18 +26,18 @@ const RATE: f64 = 0.05;
 
 impl Usual {
     /// Numbers that say it.
-    pub(super) const NUMBERS: usize = 7;
+    pub(crate) const NUMBERS: usize = 7;
 
     /// Writes it as numbers that mean the same for any number of cameras: what is summed over
     /// cameras is told for one of them.
-    pub(super) fn numbers(&self, cameras: usize) -> [f64; Self::NUMBERS] {
+    pub(crate) fn numbers(&self, cameras: usize) -> [f64; Self::NUMBERS] {
         let Self { ratio, outline, confidence, support, recognised, area, distance, .. } = *self;
         let each = 1.0 / cameras as f64;
         [ratio, outline, confidence, support * each, recognised * each, area * each, distance]
     }
 
     /// Reads what [`Usual::numbers`] wrote, for other cameras.
-    pub(super) fn of(numbers: [f64; Self::NUMBERS], cameras: usize) -> Self {
+    pub(crate) fn of(numbers: [f64; Self::NUMBERS], cameras: usize) -> Self {
         let [ratio, outline, confidence, support, recognised, area, distance] = numbers;
         let all = cameras as f64;
         let (support, recognised, area) = (support * all, recognised * all, area * all);
@@ -45,7 +45,7 @@ impl Usual {
     }
 
     /// Takes a verdict in which the pose was trusted.
-    pub(super) fn follow(&mut self, verdict: &Verdict, distance: f64) {
+    pub(crate) fn follow(&mut self, verdict: &Verdict, distance: f64) {
         self.distance += RATE * (distance - self.distance);
         self.ratio += RATE * (verdict.ratio - self.ratio);
         self.outline += RATE * (verdict.outline - self.outline);

@@ -1,9 +1,9 @@
-use super::estimate::Notice;
 use crate::observe::{Camera, ImageView, Observation};
+use crate::track::estimate::Notice;
 
 /// Says which images of an observation can be used, and what is wrong with the others.
 #[derive(Debug, Clone)]
-pub(super) struct Senses {
+pub(crate) struct Senses {
     usable: Vec<bool>,
     prints: Vec<Option<u64>>,
     time_s: Option<f64>,
@@ -12,13 +12,13 @@ pub(super) struct Senses {
 }
 
 /// Longest time between observations over which motion is predicted, in seconds.
-pub(super) const FARTHEST_S: f64 = 0.5;
+pub(crate) const FARTHEST_S: f64 = 0.5;
 /// Bytes from one that is looked at to the next, to tell images apart: a prime, so that all columns
 /// and channels have their turn.
 const PRINT_STEP: usize = 97;
 
 impl Senses {
-    pub(super) fn new(cameras: usize) -> Self {
+    pub(crate) fn new(cameras: usize) -> Self {
         Self {
             usable: vec![false; cameras],
             prints: vec![None; cameras],
@@ -28,7 +28,7 @@ impl Senses {
     }
 
     /// Looks an observation over; gives what is wrong with it.
-    pub(super) fn check(
+    pub(crate) fn check(
         &mut self,
         cameras: &[Camera],
         observation: &Observation<'_>,
@@ -76,12 +76,12 @@ impl Senses {
     }
 
     /// Says whether a camera's image can be used.
-    pub(super) fn can_use(&self, camera: usize) -> bool {
+    pub(crate) fn can_use(&self, camera: usize) -> bool {
         self.usable[camera]
     }
 
     /// Says whether every camera only repeated itself: nothing new can be learned.
-    pub(super) fn is_stale(&self) -> bool {
+    pub(crate) fn is_stale(&self) -> bool {
         self.stale
     }
 }

@@ -4,7 +4,7 @@ use crate::observe::{Channels, ImageView};
 /// Colours of the object and of what is around it now, in pictures of each kind: what is learned in
 /// grey ones says nothing of coloured ones, nor the reverse.
 #[derive(Debug, Clone)]
-pub(super) struct Colors {
+pub(crate) struct Colors {
     grey: Palette,
     rgb: Palette,
 }
@@ -18,7 +18,7 @@ pub(super) struct Colors {
 /// The background's histograms are one for each of eight directions from the object; each is mixed
 /// with all of them, so that what was not seen there but elsewhere still counts as background.
 #[derive(Debug, Clone)]
-pub(super) struct Palette {
+pub(crate) struct Palette {
     object: Histogram,
     around: Histogram,
     sides: Vec<Histogram>,
@@ -32,7 +32,7 @@ const BITS: u32 = 4;
 const BINS: usize = 1 << (3 * BITS);
 const SIDES: usize = 8;
 /// The side of a place of which it is not known on which side of the object it lies.
-pub(super) const ANY_SIDE: usize = SIDES;
+pub(crate) const ANY_SIDE: usize = SIDES;
 /// Probability that a pixel has any colour at all.
 const ANYTHING: f32 = 0.02;
 /// Largest size of a pixel's log-likelihood ratio, in nats.
@@ -80,20 +80,20 @@ const LEAST_PIXELS: f32 = 20.0;
 
 /// What a pixel is known to be.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Belongs {
+pub(crate) enum Belongs {
     Object,
     Background,
     Unknown,
 }
 
 impl Colors {
-    pub(super) fn new(local: bool) -> Self {
+    pub(crate) fn new(local: bool) -> Self {
         Self { grey: Palette::new(local), rgb: Palette::new(local) }
     }
 
     /// Gives what is known of pictures of a kind.
     #[inline]
-    pub(super) fn of(&self, channels: Channels) -> &Palette {
+    pub(crate) fn of(&self, channels: Channels) -> &Palette {
         match channels {
             Channels::Grey => &self.grey,
             Channels::Rgb => &self.rgb,
@@ -101,7 +101,7 @@ impl Colors {
     }
 
     #[inline]
-    pub(super) fn of_mut(&mut self, channels: Channels) -> &mut Palette {
+    pub(crate) fn of_mut(&mut self, channels: Channels) -> &mut Palette {
         match channels {
             Channels::Grey => &mut self.grey,
             Channels::Rgb => &mut self.rgb,
@@ -109,48 +109,48 @@ impl Colors {
     }
 
     /// Takes what was counted as a share `rate` of what is known.
-    pub(super) fn take(&mut self, rate: f32) {
+    pub(crate) fn take(&mut self, rate: f32) {
         self.grey.take(rate);
         self.rgb.take(rate);
     }
 
     /// Counts an image as what is anywhere, object and all: it is small among the rest.
-    pub(super) fn count_anywhere(&mut self, image: &ImageView<'_>) {
+    pub(crate) fn count_anywhere(&mut self, image: &ImageView<'_>) {
         self.of_mut(image.channels()).count_anywhere(image);
     }
 
     /// Takes what was counted anywhere for the whole of what is known of it.
-    pub(super) fn take_anywhere(&mut self) {
+    pub(crate) fn take_anywhere(&mut self) {
         self.grey.take_anywhere();
         self.rgb.take_anywhere();
     }
 
     /// Says whether there is such a bin.
-    pub(super) fn holds(bin: usize) -> bool {
+    pub(crate) fn holds(bin: usize) -> bool {
         bin < BINS
     }
 
     /// Gives the object's bins that are not empty, with their shares, and whether they are of grey
     /// pictures: colours say more where both are known.
-    pub(super) fn object_shares(&self) -> (bool, Vec<(u32, f32)>) {
+    pub(crate) fn object_shares(&self) -> (bool, Vec<(u32, f32)>) {
         let grey = !self.rgb.object.known && self.grey.object.known;
         let palette = if grey { &self.grey } else { &self.rgb };
         (grey, palette.object_shares())
     }
 
     /// Takes over the object's shares; the background is not known then.
-    pub(super) fn recall(&mut self, shares: &[(u32, f32)], grey: bool) {
+    pub(crate) fn recall(&mut self, shares: &[(u32, f32)], grey: bool) {
         let palette = if grey { &mut self.grey } else { &mut self.rgb };
         palette.recall(shares);
     }
 
     /// Says whether colours of the object were learned in pictures of this kind.
-    pub(super) fn know_object(&self, channels: Channels) -> bool {
+    pub(crate) fn know_object(&self, channels: Channels) -> bool {
         self.of(channels).object.known
     }
 
     /// Says whether colours of the object and of the background were learned.
-    pub(super) fn are_known(&self) -> bool {
+    pub(crate) fn are_known(&self) -> bool {
         self.grey.is_known() || self.rgb.is_known()
     }
 }
@@ -172,7 +172,7 @@ impl Palette {
 
     /// Counts a pixel's bin for what the pixel is, on its side of the object.
     #[inline]
-    pub(super) fn count(&mut self, bin: usize, belongs: Belongs, side: usize) {
+    pub(crate) fn count(&mut self, bin: usize, belongs: Belongs, side: usize) {
         match belongs {
             Belongs::Object => self.object.add(bin),
             Belongs::Background => {
@@ -242,20 +242,20 @@ impl Palette {
 
     /// Gives the log-likelihood ratio of a bin on a side, in nats.
     #[inline]
-    pub(super) fn ratio(&self, bin: usize, side: usize) -> f32 {
+    pub(crate) fn ratio(&self, bin: usize, side: usize) -> f32 {
         self.tables[side * BINS + bin]
     }
 
     /// Gives the ratios of a bin on a side in quanta of a map.
     #[inline]
-    pub(super) fn quanta(&self, bin: usize, side: usize) -> i16 {
+    pub(crate) fn quanta(&self, bin: usize, side: usize) -> i16 {
         (self.ratio(bin, side) * (1.0 / ScoreMap::QUANTUM as f32)) as i16
     }
 }
 
 /// Gives the bin of a pixel.
 #[inline]
-pub(super) fn bin(image: &ImageView<'_>, u: usize, v: usize) -> usize {
+pub(crate) fn bin(image: &ImageView<'_>, u: usize, v: usize) -> usize {
     match image.channels() {
         Channels::Grey => grey_bin(image.row(v)[u]),
         Channels::Rgb => {
@@ -266,20 +266,20 @@ pub(super) fn bin(image: &ImageView<'_>, u: usize, v: usize) -> usize {
 }
 
 #[inline]
-pub(super) fn rgb_bin([r, g, b]: [u8; 3]) -> usize {
+pub(crate) fn rgb_bin([r, g, b]: [u8; 3]) -> usize {
     let cut = |channel: u8| usize::from(channel >> (8 - BITS));
     (cut(r) << (2 * BITS)) | (cut(g) << BITS) | cut(b)
 }
 
 /// A grey picture has one channel, and so more bins for it.
 #[inline]
-pub(super) fn grey_bin(grey: u8) -> usize {
+pub(crate) fn grey_bin(grey: u8) -> usize {
     usize::from(grey >> 2)
 }
 
 /// Gives in which of eight directions a place lies.
 #[inline]
-pub(super) fn side(right: f32, down: f32) -> usize {
+pub(crate) fn side(right: f32, down: f32) -> usize {
     usize::from(right > 0.0)
         | usize::from(down > 0.0) << 1
         | usize::from(right.abs() > down.abs()) << 2

@@ -1,51 +1,51 @@
 use nalgebra::{Matrix2x3, Matrix2x6, Vector2, Vector3};
 
 use super::solid::Solid;
-use super::window::Window;
 use crate::fitness::{Agreement, SurfacePoint};
 use crate::pose::Pose;
+use crate::track::frame::window::Window;
 
 /// A surface point with how well its distance is known and how it has done.
 #[derive(Debug, Clone)]
-pub(super) struct Known {
-    pub(super) point: SurfacePoint,
+pub(crate) struct Known {
+    pub(crate) point: SurfacePoint,
     /// Variance of its place along `toward`, in square metres.
-    pub(super) variance: f64,
+    pub(crate) variance: f64,
     /// Images in which it should have been recognised, and was; both fade.
     seen: f32,
     agreed: f32,
 }
 
 impl Known {
-    pub(super) fn new(point: SurfacePoint, variance: f64) -> Self {
+    pub(crate) fn new(point: SurfacePoint, variance: f64) -> Self {
         Self { point, variance, seen: 2.0, agreed: 2.0 }
     }
 
-    pub(super) fn quality(&self) -> f32 {
+    pub(crate) fn quality(&self) -> f32 {
         self.agreed / self.seen
     }
 }
 
 /// A point that a camera should see.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct InView {
-    pub(super) camera: usize,
-    pub(super) point: usize,
+pub(crate) struct InView {
+    pub(crate) camera: usize,
+    pub(crate) point: usize,
 }
 
 /// How a point that a camera should see agrees with its image.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Match {
-    pub(super) view: InView,
-    pub(super) agreement: Option<Agreement>,
+pub(crate) struct Match {
+    pub(crate) view: InView,
+    pub(crate) agreement: Option<Agreement>,
     /// Where it should be.
-    pub(super) pixel: Option<Vector2<f64>>,
+    pub(crate) pixel: Option<Vector2<f64>>,
 }
 
 /// The surface points of an object.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Points {
-    pub(super) known: Vec<Known>,
+pub(crate) struct Points {
+    pub(crate) known: Vec<Known>,
 }
 
 /// Least cosine between a surface's normal and the way to a camera that sees it.
@@ -65,7 +65,7 @@ const MEMORY: f32 = 0.93;
 
 impl Points {
     /// Lists the points that open windows should show, at most `most` a camera.
-    pub(super) fn in_view(
+    pub(crate) fn in_view(
         &self,
         windows: &[Window],
         pose: &Pose,
@@ -93,7 +93,7 @@ impl Points {
     }
 
     /// Takes in new points, in memory that is there at once for as many as are ever kept.
-    pub(super) fn add(&mut self, fresh: &mut Vec<Known>) {
+    pub(crate) fn add(&mut self, fresh: &mut Vec<Known>) {
         if self.known.capacity() < ROOM {
             self.known.reserve(ROOM.saturating_sub(self.known.len()));
         }
@@ -101,7 +101,7 @@ impl Points {
     }
 
     /// Judges points by what images said of them, and drops those that no longer agree.
-    pub(super) fn judge(&mut self, matches: &[Match]) {
+    pub(crate) fn judge(&mut self, matches: &[Match]) {
         for Match { view, agreement, .. } in matches {
             let Some(agreement) = agreement else { continue };
             let known = &mut self.known[view.point];
@@ -125,7 +125,7 @@ impl Points {
 
     /// Moves points along the way in which they were learned to where the images show them, each by
     /// as much as it is less certain than the images; `radius` is the body's.
-    pub(super) fn refine(&mut self, matches: &[Match], radius: f64) {
+    pub(crate) fn refine(&mut self, matches: &[Match], radius: f64) {
         for Match { view, agreement, .. } in matches {
             let Some(agreement) = agreement else { continue };
             if agreement.correlation < RECOGNISED {
@@ -153,16 +153,16 @@ const SHARED: f64 = 0.2;
 /// radius.
 const FADING: f64 = 1e-4;
 /// Standard deviation of where a patch is found beyond its noise, in pixels: surfaces are not flat.
-pub(super) const PLACE_PX: f64 = 0.25;
+pub(crate) const PLACE_PX: f64 = 0.25;
 
 /// Variance of a normalised patch's samples at a correlation.
-pub(super) fn noise(correlation: f64) -> f64 {
+pub(crate) fn noise(correlation: f64) -> f64 {
     (2.0 * (1.0 - correlation) / 16.0).max(0.0) + 4e-4
 }
 
 /// Gives how the pixel of a point of the object moves with a small motion of the object in its own
 /// frame.
-pub(super) fn by_motion(slope: &Matrix2x3<f64>, point: &Vector3<f64>) -> Matrix2x6<f64> {
+pub(crate) fn by_motion(slope: &Matrix2x3<f64>, point: &Vector3<f64>) -> Matrix2x6<f64> {
     let mut out = Matrix2x6::zeros();
     out.fixed_view_mut::<2, 3>(0, 0).copy_from(slope);
     out.fixed_view_mut::<2, 3>(0, 3).copy_from(&(-slope * point.cross_matrix()));

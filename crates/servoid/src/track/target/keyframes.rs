@@ -2,11 +2,11 @@ use nalgebra::{Vector2, Vector3};
 
 use super::colors::{self, Colors};
 use super::solid::Solid;
-use super::window::Window;
 use crate::model::half_ball_direction;
 use crate::observe::{Camera, Channels, ImageView, Mask, View};
 use crate::pose::Pose;
 use crate::shape::{Outline, Projection};
+use crate::track::frame::window::Window;
 
 /// What was seen of the object from one side, in the object's frame.
 #[derive(Debug, Clone)]
@@ -22,10 +22,10 @@ struct Keyframe {
 
 /// Views from different sides, kept while tracking.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Keyframes {
+pub(crate) struct Keyframes {
     all: Vec<Keyframe>,
     /// How many were kept since the body last evolved.
-    pub(super) fresh: usize,
+    pub(crate) fresh: usize,
 }
 
 /// Least angle between the sides of two of them, in radians.
@@ -47,7 +47,7 @@ const LEAST_OVERLAP: f64 = 0.6;
 
 impl Keyframes {
     /// Keeps what an open window shows, if none was kept from this side; a given mask as it is.
-    pub(super) fn offer(
+    pub(crate) fn offer(
         &mut self,
         (window, image, camera): (&Window, &ImageView<'_>, &Camera),
         (world_from_camera, world_from_object): (&Pose, &Pose),
@@ -69,12 +69,12 @@ impl Keyframes {
 
     /// Tells the object's pixels by their colours where no mask was given; drops views in which they
     /// disagree with the body's outline.
-    pub(super) fn mark(&mut self, solid: &Solid, colors: &Colors) {
+    pub(crate) fn mark(&mut self, solid: &Solid, colors: &Colors) {
         self.all.retain_mut(|one| one.mark(solid, colors).is_some());
     }
 
     /// Gives directions from the object to the sides from which nothing was kept.
-    pub(super) fn unseen(&self) -> impl Iterator<Item = Vector3<f64>> + '_ {
+    pub(crate) fn unseen(&self) -> impl Iterator<Item = Vector3<f64>> + '_ {
         // From the opposite side an outline is nearly the same.
         let known = |way: &Vector3<f64>| {
             self.all.iter().any(|one| one.toward.dot(way).abs() > libm::cos(UNSEEN))
@@ -83,7 +83,7 @@ impl Keyframes {
     }
 
     /// Gives those that have a mask as views in the object's frame.
-    pub(super) fn views(&self) -> Vec<View<'_>> {
+    pub(crate) fn views(&self) -> Vec<View<'_>> {
         self.all.iter().filter_map(Keyframe::view).collect()
     }
 }

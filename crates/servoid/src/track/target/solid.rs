@@ -4,24 +4,24 @@ use crate::shape::{Body, Ellipsoid, Outline, Projection, Quadric};
 
 /// The body as the tracker uses it: in the object's frame, ready for outlines and for rays.
 #[derive(Debug, Clone)]
-pub(super) struct Solid {
-    pub(super) quadrics: Vec<Quadric>,
+pub(crate) struct Solid {
+    pub(crate) quadrics: Vec<Quadric>,
     to_ball: Vec<Matrix3<f64>>,
     /// Half the size of the body, in metres.
-    pub(super) radius: f64,
+    pub(crate) radius: f64,
 }
 
 /// Where a ray meets the body.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Hit {
+pub(crate) struct Hit {
     /// Which ellipsoid is foremost there.
-    pub(super) ellipsoid: usize,
-    pub(super) point: Vector3<f64>,
-    pub(super) normal: Vector3<f64>,
+    pub(crate) ellipsoid: usize,
+    pub(crate) point: Vector3<f64>,
+    pub(crate) normal: Vector3<f64>,
 }
 
 impl Solid {
-    pub(super) fn new(body: &Body) -> Self {
+    pub(crate) fn new(body: &Body) -> Self {
         let quadrics: Vec<_> = body.ellipsoids().iter().map(Ellipsoid::quadric).collect();
         let to_ball = body.ellipsoids().iter().map(to_ball).collect();
         let reach = |e: &Ellipsoid| e.center().norm() + e.radii().max();
@@ -30,12 +30,12 @@ impl Solid {
     }
 
     /// Gives the outlines of its ellipsoids in a camera that sees the object's frame.
-    pub(super) fn outlines(&self, projection: &Projection) -> impl Iterator<Item = Outline> {
+    pub(crate) fn outlines(&self, projection: &Projection) -> impl Iterator<Item = Outline> {
         self.quadrics.iter().filter_map(|quadric| projection.outline(quadric))
     }
 
     /// Gives where a ray first meets the body.
-    pub(super) fn hit(&self, origin: &Vector3<f64>, direction: &Vector3<f64>) -> Option<Hit> {
+    pub(crate) fn hit(&self, origin: &Vector3<f64>, direction: &Vector3<f64>) -> Option<Hit> {
         let mut nearest: Option<(f64, usize, Vector3<f64>)> = None;
         let solids = self.quadrics.iter().zip(&self.to_ball).enumerate();
         for (ellipsoid, (quadric, to_ball)) in solids {
@@ -57,7 +57,7 @@ impl Solid {
 
     /// Says whether the body hides a point of its surface from a camera. Points may lie somewhat
     /// inside the ellipsoids, so the way begins a little nearer to the camera.
-    pub(super) fn hides(&self, point: &Vector3<f64>, eye: &Vector3<f64>) -> bool {
+    pub(crate) fn hides(&self, point: &Vector3<f64>, eye: &Vector3<f64>) -> bool {
         let way = eye - point;
         let start = point + way.normalize() * (OUTSIDE * self.radius);
         let way = eye - start;

@@ -1,0 +1,140 @@
+//! What cameras see now.
+
+pub(super) mod occlusion;
+pub(super) mod senses;
+pub(super) mod window;
+
+use nalgebra::Vector3;
+
+use self::senses::Senses;
+use self::window::Window;
+use super::TrackError;
+use super::estimate::Notice;
+use super::target::colors::Colors;
+use super::target::solid::Solid;
+use crate::observe::{Camera, ImageView, Observation};
+use crate::pose::Pose;
+
+/// The cameras and what they see now: a window in each image that can be used, and what is wrong with
+/// the others. Memory is kept from image to image.
+#[derive(Debug, Clone)]
+pub(super) struct Frame {
+    pub(super) cameras: Vec<Camera>,
+    pub(super) windows: Vec<Window>,
+    pub(super) notices: Vec<Notice>,
+    senses: Senses,
+}
+
+impl Frame {
+    pub(super) fn new(cameras: &[Camera]) -> Self {
+        Self {
+            cameras: cameras.to_vec(),
+            windows: vec![Window::default(); cameras.len()],
+            notices: Vec::new(),
+            senses: Senses::new(cameras.len()),
+        }
+    }
+
+    /// Checks an observation; what can be tolerated becomes a notice.
+    pub(super) fn check(&mut self, observation: &Observation<'_>) -> Result<(), TrackError> {
+        let cameras = self.cameras.len();
+        let poses = ("poses", observation.world_from_camera.len());
+        for (what, given) in [poses, ("images", observation.images.len())] {
+            if given != cameras {
+                return Err(TrackError::Count { what, cameras, given });
+            }
+        }
+        if !observation.time_s.is_finite() {
+            return Err(TrackError::Time(observation.time_s));
+        }
+        self.notices = self.senses.check(&self.cameras, observation);
+        Ok(())
+    }
+
+    /// Looks around where the body is at a pose; `false` if no camera sees it. Windows are larger than
+    /// its image by `margin` of its size.
+    pub(super) fn look(
+        &mut self,
+        observation: &Observation<'_>,
+        (pose, solid, margin): (&Pose, &Solid, f64),
+        colors: Option<&Colors>,
+    ) -> bool {
+        for (camera, window) in self.windows.iter_mut().enumerate() {
+            window.close();
+            let image = observation.images[camera].filter(|_| self.senses.can_use(camera));
+            let Some(image) = image else { continue };
+            let place = (pose, solid, margin);
+            let eye = &observation.world_from_camera[camera];
+            let inside = window.look(&self.cameras[camera], eye, &image, place, colors);
+            if !inside {
+                note(&mut self.notices, Notice::OutOfImage(camera));
+            } else if window.is_blank() {
+                window.close();
+                note(&mut self.notices, Notice::Blank(camera));
+            }
+        }
+        self.open() > 0
+    }
+
+    /// Looks at all that the cameras see.
+    pub(super) fn look_all_over(&mut self, observation: &Observation<'_>, colors: Option<&Colors>) {
+        for (camera, window) in self.windows.iter_mut().enumerate() {
+            window.close();
+            let image = observation.images[camera].filter(|_| self.senses.can_use(camera));
+            if let Some(image) = image {
+                let eye = &observation.world_from_camera[camera];
+                window.look_all_over(&self.cameras[camera], eye, &image, colors);
+            }
+        }
+    }
+
+    /// Gives the images that can be used.
+    pub(super) fn images<'a>(
+        &self,
+        observation: &Observation<'a>,
+    ) -> impl Iterator<Item = ImageView<'a>> {
+        let cameras = (0..self.cameras.len()).filter(|&camera| self.senses.can_use(camera));
+        cameras.filter_map(|camera| observation.images[camera])
+    }
+
+    /// Says whether any camera delivered an image.
+    pub(super) fn can_see(&self) -> bool {
+        (0..self.cameras.len()).any(|camera| self.senses.can_use(camera))
+    }
+
+    /// Says whether every camera only repeated itself: nothing new can be learned.
+    pub(super) fn is_stale(&self) -> bool {
+        self.senses.is_stale()
+    }
+
+    /// Counts the open windows.
+    pub(super) fn open(&self) -> usize {
+        self.windows.iter().filter(|window| window.is_open()).count()
+    }
+
+    /// Gives the pixels that the body's outlines hold at a pose.
+    pub(super) fn area(&self, pose: &Pose, solid: &Solid) -> f64 {
+        let held = self
+            .windows
+            .iter()
+            .filter_map(|window| Some(window.region(&window.projection(pose)?, solid).1));
+        held.sum()
+    }
+
+    /// Gives by how many pixels the object's image moves for a metre across, in the camera where it
+    /// moves most.
+    pub(super) fn px_per_meter(&self, pose: &Pose) -> f64 {
+        let slopes = self.windows.iter().filter_map(|window| {
+            let (_, slope) = window.projection(pose)?.pixel(&Vector3::zeros())?;
+            Some(slope.row(0).norm())
+        });
+        slopes.fold(0.0, f64::max)
+    }
+}
+
+/// Adds a notice once.
+fn note(notices: &mut Vec<Notice>, notice: Notice) {
+    if !notices.contains(&notice) {
+        notices.push(notice);
+    }
+}

@@ -1,0 +1,40 @@
+use super::frame::Frame;
+use super::frame::window::Window;
+use super::settings::TrackSettings;
+use super::target::Target;
+use super::target::colors::Colors;
+use super::target::points::Points;
+use super::target::solid::Solid;
+use super::target::usual::Usual;
+use crate::observe::{ImageView, Observation};
+
+/// What is seen of the object in one instant, beside what is known of it.
+#[derive(Clone, Copy)]
+pub(super) struct Sight<'a> {
+    pub(super) windows: &'a [Window],
+    pub(super) images: &'a [Option<ImageView<'a>>],
+    pub(super) solid: &'a Solid,
+    pub(super) points: &'a Points,
+    /// Nothing where colours are not to be asked.
+    pub(super) colors: Option<&'a Colors>,
+    pub(super) usual: &'a Usual,
+}
+
+impl<'a> Sight<'a> {
+    /// Joins what a frame shows of an observation with what is known of the target.
+    pub(super) fn new(
+        frame: &'a Frame,
+        observation: &'a Observation<'_>,
+        target: &'a Target,
+        settings: &TrackSettings,
+    ) -> Self {
+        Self {
+            windows: &frame.windows,
+            images: &observation.images,
+            solid: &target.solid,
+            points: &target.points,
+            colors: settings.region.then_some(&target.colors),
+            usual: &target.usual,
+        }
+    }
+}

@@ -1,0 +1,40 @@
+//! What is known of the object.
+
+pub(super) mod colors;
+pub(super) mod keyframes;
+pub(super) mod points;
+pub(super) mod solid;
+pub(super) mod usual;
+
+use self::colors::Colors;
+use self::keyframes::Keyframes;
+use self::points::Points;
+use self::solid::Solid;
+use self::usual::Usual;
+use crate::shape::Body;
+
+/// What is known of the object: its shape, what it looks like, and what is usual of it.
+#[derive(Debug, Clone)]
+pub(super) struct Target {
+    pub(super) body: Body,
+    /// The body, ready for outlines and for rays.
+    pub(super) solid: Solid,
+    pub(super) points: Points,
+    pub(super) colors: Colors,
+    pub(super) keyframes: Keyframes,
+    pub(super) usual: Usual,
+}
+
+impl Target {
+    /// Starts with a body of which nothing else is known.
+    pub(super) fn new(body: &Body, local_colors: bool) -> Self {
+        Self {
+            body: body.clone(),
+            solid: Solid::new(body),
+            points: Points::default(),
+            colors: Colors::new(local_colors),
+            keyframes: Keyframes::default(),
+            usual: Usual::default(),
+        }
+    }
+}

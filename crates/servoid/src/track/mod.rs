@@ -27,8 +27,6 @@ mod teach;
 mod tracker;
 mod trust;
 
-use frame::senses;
-
 pub use appearance::Appearance;
 pub use estimate::{Estimate, Notice, Status, Timing};
 pub use one_step::{Genes, Judge, OneStep, OneStepError, OneStepSettings};

@@ -1,7 +1,7 @@
 use super::TrackError;
 use super::attempt::Attempt;
 use super::clock::Clock;
-use super::estimate::{Estimate, Status};
+use super::estimate::{Estimate, Notice, Status};
 use super::frame::occlusion::LastSeen;
 use super::learn::Lesson;
 use super::motion::Motion;
@@ -56,8 +56,9 @@ impl Tracker {
         self.status = if told { Status::Tracking } else { Status::Searching };
         self.trust = Trust::given(told);
         let mut estimate = self.estimate(observation, &attempt);
-        // A turn that was given is known, however little the images tell of it.
-        estimate.status = self.status;
+        // A pose that was given is known, however little the images tell of its turn.
+        (estimate.status, estimate.located) = (self.status, told);
+        estimate.notices.retain(|notice| *notice != Notice::TurnOpen);
         clock.lap(|timing| &mut timing.learn);
         estimate.timing = clock.timing();
         Ok(estimate)

@@ -6,7 +6,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 use servoid::fitness::Backend;
 use servoid::model::Settings;
 use servoid::pose::Pose;
-use servoid::track::{Estimate, Status, TrackError, TrackSettings, Tracker};
+use servoid::track::{Estimate, Notice, Status, TrackError, TrackSettings, Tracker};
 
 /// Where the object starts.
 pub fn start() -> Pose {
@@ -30,7 +30,9 @@ pub fn seeded(seed: u64, stage: Stage) -> (Stage, TrackSettings) {
 pub fn started(stage: &Stage, settings: TrackSettings, shot: &Shot, pose: Pose) -> Tracker {
     let mut tracker = Tracker::new(&stage.cameras(), &stage.body, settings).unwrap();
     let estimate = tracker.start(&shot.observation(), pose, &[]).unwrap();
-    assert_eq!(estimate.status, Status::Tracking);
+    // A pose that was given is known, however little the images tell of its turn.
+    assert_eq!((estimate.status, estimate.located), (Status::Tracking, true));
+    assert!(!estimate.notices.contains(&Notice::TurnOpen));
     tracker
 }
 

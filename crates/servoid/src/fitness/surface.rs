@@ -105,36 +105,44 @@ impl SurfacePoint {
     ) -> Option<f64> {
         let look = self.looks[level].as_ref()?;
         let (pixel, slope) = projection.pixel(&self.position)?;
-        let grid = self.grid(pixel, &slope, pyramid, level)?;
-        let (patch, _) = normalized(grid.map(pyramid.plane(level)))?;
-        Some(f64::from(patch.iter().zip(look).map(|(a, b)| a * b).sum::<f32>()))
+        self.likeness(look, (pixel, &slope), pyramid, level).map(f64::from)
     }
 
     /// Compares the look of the piece of surface with an image in places around where it should be, a
     /// pixel of the resolution from one to the next, row by row, up to `reach` of them to each side;
-    /// what lies outside the image correlates by 0. `false` where it has no look or is not seen.
-    #[must_use]
+    /// what lies outside the image correlates by 0. Nothing where it has no look or is not seen.
     pub fn correlations(
         &self,
         projection: &Projection,
         pyramid: &Pyramid,
         (level, reach): (usize, usize),
         mut each: impl FnMut(usize, f32),
-    ) -> bool {
-        let Some(look) = self.looks[level].as_ref() else { return false };
-        let Some((pixel, slope)) = projection.pixel(&self.position) else { return false };
-        let plane = pyramid.plane(level);
+    ) {
+        let (Some(look), Some((pixel, slope))) =
+            (self.looks[level].as_ref(), projection.pixel(&self.position))
+        else {
+            return;
+        };
         let (side, step) = (2 * reach + 1, f64::from(1_u32 << level));
         for at in 0..side * side {
             let by = Vector2::new((at % side) as f64, (at / side) as f64);
             let beside = pixel + (by - Vector2::repeat(reach as f64)) * step;
-            let seen = self.grid(beside, &slope, pyramid, level).map(|grid| grid.map(plane));
-            let correlation = seen
-                .and_then(normalized)
-                .map_or(0.0, |(patch, _)| patch.iter().zip(look).map(|(a, b)| a * b).sum::<f32>());
-            each(at, correlation);
+            each(at, self.likeness(look, (beside, &slope), pyramid, level).unwrap_or(0.0));
         }
-        true
+    }
+
+    /// Correlates a look with the image at a pixel; `None` if it is not wholly inside or even.
+    #[inline(always)]
+    fn likeness(
+        &self,
+        look: &Patch,
+        (pixel, slope): (Vector2<f64>, &Matrix2x3<f64>),
+        pyramid: &Pyramid,
+        level: usize,
+    ) -> Option<f32> {
+        let grid = self.grid(pixel, slope, pyramid, level)?;
+        let (patch, _) = normalized(grid.map(pyramid.plane(level)))?;
+        Some(patch.iter().zip(look).map(|(a, b)| a * b).sum())
     }
 
     /// Gives how far to the right and down of its middle the samples of the piece of surface reach, in

@@ -40,10 +40,9 @@ pub(super) fn align(sight: &Sight<'_>, pose: &Pose, in_view: &[InView]) -> Optio
         let own = || in_view.iter().filter(|view| view.camera == camera);
         for view in own().step_by(own().count().div_ceil(VOTERS).max(1)) {
             let point = &sight.points.known[view.point].point;
-            let _ =
-                point.correlations(&projection, &window.pyramid, (LEVEL, reach), |at, found| {
-                    votes[at] += (found - VOTE).max(0.0);
-                });
+            point.correlations(&projection, &window.pyramid, (LEVEL, reach), |at, found| {
+                votes[at] += (found - VOTE).max(0.0);
+            });
         }
         let most = votes.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1));
         let Some((at, _)) = most.filter(|(_, votes)| **votes >= LEAST) else { continue };

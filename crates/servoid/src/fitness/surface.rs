@@ -7,7 +7,7 @@ use crate::shape::Projection;
 const SIDE: usize = 4;
 /// Samples of a patch.
 const SAMPLES: usize = SIDE * SIDE;
-/// Pixels of its level from one sample of a patch to the next.
+/// Grains, pixels of its level or less, from one sample of a patch to the next.
 const SPACING: f64 = 2.0;
 /// Least standard deviation of a patch, in grey levels, that is a pattern and not noise.
 const LEAST_CONTRAST: f32 = 3.0;
@@ -23,7 +23,8 @@ pub struct SurfacePoint {
     pub position: Vector3<f64>,
     /// Unit vector out of the surface.
     pub normal: Vector3<f64>,
-    /// Steps along the surface that moved it one pixel right and one down where it was learned.
+    /// Steps along the surface that moved it one grain right and one down where it was learned: half
+    /// of the way from one place of its look to the next.
     pub steps: [Vector3<f64>; 2],
     /// Unit vector to the camera that it was learned in.
     pub toward: Vector3<f64>,
@@ -53,20 +54,20 @@ pub struct Agreement {
 
 impl SurfacePoint {
     /// Learns the piece of surface at `position` with a normal from the image that it is seen in;
-    /// `None` where the surface is seen too flatly or shows no pattern. `reach_px` is how far the
-    /// object goes on around it.
+    /// `None` where the surface is seen too flatly or shows no pattern. Its `grain` is 1 pixel, or less
+    /// where the object's image is small; `reach_px` is how far the object goes on around it.
     #[must_use]
     pub fn learn(
         projection: &Projection,
         pyramid: &Pyramid,
         [position, normal, toward]: [Vector3<f64>; 3],
-        reach_px: f64,
+        (grain, reach_px): (f64, f64),
     ) -> Option<Self> {
         let (_, slope) = projection.pixel(&position)?;
         let first = normal.cross(&least_axis(&normal)).normalize();
         let tangents = Matrix3x2::from_columns(&[first, normal.cross(&first)]);
         let back = (slope * tangents).try_inverse()?;
-        let steps = tangents * back;
+        let steps = tangents * back * grain;
         let mut point = Self {
             position,
             normal,
@@ -76,7 +77,7 @@ impl SurfacePoint {
             color: [0; 3],
         };
         for level in 0..Pyramid::LEVELS {
-            if 0.5 * SIDE as f64 * SPACING * f64::from(1 << level) > reach_px {
+            if 0.5 * SIDE as f64 * SPACING * grain * f64::from(1 << level) > reach_px {
                 break;
             }
             point.looks[level] = point.look(projection, pyramid, level);

@@ -12,8 +12,12 @@ use crate::observe::{ImageView, Mask, Plane};
 use crate::pose::Pose;
 use crate::shape::{Outline, Projection};
 
-/// Pixels along the side of a cell in which one point is learned.
-const CELL_PX: usize = 10;
+/// Pixels of the object's radius in an image from which on points are a pixel's grain, and the least
+/// grain: in a smaller image there are as many, which hold as much of the surface.
+const FULL_PX: f64 = 80.0;
+const FINEST: f64 = 0.5;
+/// Grains along the side of a cell in which one point is learned.
+const CELL: f64 = 10.0;
 /// Least smaller eigenvalue of the gradients' covariance for which a place is a corner.
 const LEAST_CORNER: f32 = 3.0;
 /// Range of distances in which a point is sought, as a share of the body's radius.
@@ -22,16 +26,15 @@ const REACH: f64 = 0.35;
 const LEAST_CORRELATION: f64 = 0.85;
 /// Largest standard deviation of a new point's distance, as a share of the body's radius.
 const WORST: f64 = 0.05;
-/// Pixels by which a point lies inside the outline.
-const LEAST_MARGIN_PX: f64 = 5.0;
-/// Pixels from a place to those around it that are asked.
-const AROUND_PX: f64 = 3.0;
+/// Grains by which a point lies inside the outline.
+const LEAST_MARGIN: f64 = 5.0;
+/// Grains from a place to those around it that are asked.
+const AROUND: f64 = 3.0;
 /// Sum of the log-likelihood ratios of nine pixels below which they are background.
 const AGAINST: f64 = -4.0;
-
-/// Pixels from a place to those beside its patch, and between those.
-const BESIDE_PX: f64 = 5.0;
-const APART_PX: f64 = 1.5;
+/// Grains from a place to those beside its patch, and between those.
+const BESIDE: f64 = 5.0;
+const APART: f64 = 1.5;
 /// Sum of the log-likelihood ratios of four pixels below which they are background.
 const AGAINST_BESIDE: f64 = -3.0;
 
@@ -58,12 +61,20 @@ pub(super) fn learn(
     for camera in 0..sight.windows.len() {
         let Some(projection) = sight.windows[camera].projection(pose) else { continue };
         let Some(eye) = projection.eye() else { continue };
-        let corners = corners(sight, (camera, &projection), taken, lesson);
+        let Some(grain) = grain(sight, &projection) else { continue };
+        let corners = corners(sight, (camera, &projection), taken, (lesson, grain));
         for pixel in corners.take(lesson.tries) {
             let reach = margin(sight, &projection, &pixel);
-            out.extend(point_at(sight, (camera, &projection, &eye), pose, pixel, reach));
+            let scale = (grain, reach);
+            out.extend(point_at(sight, (camera, &projection, &eye), pose, pixel, scale));
         }
     }
+}
+
+/// Gives the pixels that a grain is in a camera's image of the object.
+fn grain(sight: &Sight<'_>, projection: &Projection) -> Option<f64> {
+    let (_, by_place) = projection.pixel(&Vector3::zeros())?;
+    Some((sight.solid.radius * by_place.row(0).norm() / FULL_PX).clamp(FINEST, 1.0))
 }
 
 /// Gives corners in a camera's image that are the object's, each in a free cell that has its turn.
@@ -71,24 +82,25 @@ fn corners<'a>(
     sight: &'a Sight<'_>,
     (camera, projection): (usize, &'a Projection),
     taken: &'a [InView],
-    lesson: &'a Lesson<'_>,
+    (lesson, grain): (&'a Lesson<'_>, f64),
 ) -> impl Iterator<Item = Vector2<f64>> + 'a {
     let pyramid = &sight.windows[camera].pyramid;
     let first = Vector2::from(pyramid.first_px().map(|x| x as f64));
     let plane = pyramid.plane(0);
-    let [across, down] = plane.size_px().map(|n| n / CELL_PX);
+    let side = (CELL * grain).round() as usize;
+    let [across, down] = plane.size_px().map(|n| n / side);
     let mask = lesson.masks.get(camera).and_then(Option::as_ref);
     (0..lesson.cells.min(across * down)).filter_map(move |turn| {
         let cell = lesson.from.wrapping_add(turn) % (across * down);
-        let corner = [cell % across * CELL_PX, cell / across * CELL_PX];
-        let center = first + Vector2::from(corner.map(|x| (x + CELL_PX / 2) as f64));
-        if margin(sight, projection, &center) < LEAST_MARGIN_PX
-            || is_taken(sight, projection, taken, camera, &center)
+        let corner = [cell % across * side, cell / across * side];
+        let center = first + Vector2::from(corner.map(|x| (x + side / 2) as f64));
+        if margin(sight, projection, &center) < LEAST_MARGIN * grain
+            || is_taken(sight, projection, taken, (camera, &center), side)
         {
             return None;
         }
-        let pixel = first + Vector2::from(best_corner(plane, corner)?);
-        is_object(sight, camera, mask, &pixel).then_some(pixel)
+        let pixel = first + Vector2::from(best_corner(plane, corner, grain)?);
+        is_object(sight, (camera, mask), &pixel, grain).then_some(pixel)
     })
 }
 
@@ -111,12 +123,12 @@ fn margin(sight: &Sight<'_>, projection: &Projection, pixel: &Vector2<f64>) -> f
 /// Says whether a mask, or else the colours around, do not speak against a pixel.
 fn is_object(
     sight: &Sight<'_>,
-    camera: usize,
-    mask: Option<&Mask<'_>>,
+    (camera, mask): (usize, Option<&Mask<'_>>),
     pixel: &Vector2<f64>,
+    grain: f64,
 ) -> bool {
     let around = (0..9).map(|i| {
-        let shift = Vector2::new((i % 3) as f64 - 1.0, (i / 3) as f64 - 1.0) * AROUND_PX;
+        let shift = Vector2::new((i % 3) as f64 - 1.0, (i / 3) as f64 - 1.0) * (AROUND * grain);
         pixel + shift
     });
     if let Some(mask) = mask {
@@ -129,22 +141,22 @@ fn is_object(
     let (Some(colors), Some(image)) = (sight.colors, &sight.images[camera]) else { return true };
     let window = &sight.windows[camera];
     let ratios = around.filter_map(|place| window.ratio(image, colors, place.x, place.y));
-    ratios.sum::<f64>() > AGAINST && is_within(window, image, colors, pixel)
+    ratios.sum::<f64>() > AGAINST && is_within((window, image), colors, pixel, grain)
 }
 
 /// Says whether the colours all around a patch do not speak against it: its pattern would be the
 /// outline, which does not move as the surface does.
 fn is_within(
-    window: &Window,
-    image: &ImageView<'_>,
+    (window, image): (&Window, &ImageView<'_>),
     colors: &Colors,
     pixel: &Vector2<f64>,
+    grain: f64,
 ) -> bool {
     (0..8).all(|way| {
         let (sine, cosine) = libm::sincos(f64::from(way) * FRAC_PI_4);
-        let (out, aside) = (Vector2::new(cosine, sine), Vector2::new(-sine, cosine) * APART_PX);
-        let last = out * BESIDE_PX;
-        let places = [last, last - out * APART_PX, last + aside, last - aside];
+        let (out, aside) = (Vector2::new(cosine, sine), Vector2::new(-sine, cosine) * APART);
+        let last = out * BESIDE;
+        let places = [last, last - out * APART, last + aside, last - aside].map(|by| by * grain);
         let ratio = |by: &Vector2<f64>| window.ratio(image, colors, pixel.x + by.x, pixel.y + by.y);
         places.iter().filter_map(ratio).sum::<f64>() > AGAINST_BESIDE
     })
@@ -154,27 +166,28 @@ fn is_taken(
     sight: &Sight<'_>,
     projection: &Projection,
     taken: &[InView],
-    camera: usize,
-    center: &Vector2<f64>,
+    (camera, center): (usize, &Vector2<f64>),
+    side: usize,
 ) -> bool {
     taken.iter().filter(|view| view.camera == camera).any(|view| {
         let pixel = projection.pixel(&sight.points.known[view.point].point.position);
-        pixel.is_some_and(|(pixel, _)| (pixel - center).amax() < 0.8 * CELL_PX as f64)
+        pixel.is_some_and(|(pixel, _)| (pixel - center).amax() < 0.8 * side as f64)
     })
 }
 
 /// Gives the place in a cell around which the picture changes most in its least direction.
-fn best_corner(plane: &Plane, [left, top]: [usize; 2]) -> Option<[f64; 2]> {
+fn best_corner(plane: &Plane, [left, top]: [usize; 2], grain: f64) -> Option<[f64; 2]> {
     let mut best = (LEAST_CORNER, None);
     for at in 0..9 {
-        let (u, v) = (left + 2 + at % 3 * 3, top + 2 + at / 3 * 3);
+        let place = |step: usize| ((2 + 3 * step) as f64 * grain).round() as usize;
+        let (u, v) = (left + place(at % 3), top + place(at / 3));
         if !(u > 4 && v > 4 && plane.holds((u + 5) as f64, (v + 5) as f64)) {
             continue;
         }
         let (mut x, mut y, mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0, 0.0, 0.0);
         for step in 0..16 {
-            let (du, dv) = (step % 4 * 2, step / 4 * 2);
-            let sample = plane.sample((u + du) as f32 - 3.0, (v + dv) as f32 - 3.0);
+            let by = |step: usize| ((2 * step) as f32 - 3.0) * grain as f32;
+            let sample = plane.sample(u as f32 + by(step % 4), v as f32 + by(step / 4));
             x += sample.right;
             y += sample.down;
             xx += sample.right * sample.right;
@@ -199,15 +212,14 @@ fn point_at(
     (camera, projection, eye): (usize, &Projection, &Vector3<f64>),
     pose: &Pose,
     pixel: Vector2<f64>,
-    reach_px: f64,
+    scale: (f64, f64),
 ) -> Option<Known> {
     let radius = sight.solid.radius;
     let ray = projection.linear.try_inverse()? * Vector3::new(pixel.x, pixel.y, 1.0);
     let Hit { point: hit, normal, .. } = sight.solid.hit(eye, &ray.normalize())?;
     let toward = (eye - hit).normalize();
     let window = &sight.windows[camera];
-    let mut point =
-        SurfacePoint::learn(projection, &window.pyramid, [hit, normal, toward], reach_px)?;
+    let mut point = SurfacePoint::learn(projection, &window.pyramid, [hit, normal, toward], scale)?;
     let mut variance = (0.1 * radius).powi(2);
     let others = sight.windows.iter().enumerate().filter(|(other, _)| *other != camera);
     for (other, window) in others {
@@ -221,19 +233,15 @@ fn point_at(
         point.position = hit + toward * along;
         let (beside, _) = projection.pixel(&point.position)?;
         if let (Some(colors), Some(image)) = (sight.colors, &sight.images[other])
-            && !is_within(window, image, colors, &beside)
+            && !is_within((window, image), colors, &beside, scale.0)
         {
             return None;
         }
         variance = found;
         break;
     }
-    let mut learned = SurfacePoint::learn(
-        projection,
-        &window.pyramid,
-        [point.position, normal, toward],
-        reach_px,
-    )?;
+    let mut learned =
+        SurfacePoint::learn(projection, &window.pyramid, [point.position, normal, toward], scale)?;
     learned.color = sight.images[camera]?.rgb(pixel.x as usize, pixel.y as usize);
     Some(Known::new(learned, variance))
 }
@@ -286,21 +294,24 @@ mod tests {
 
     const SIDE: usize = 24;
 
-    fn corner(brightness: impl Fn(f64, f64) -> f64) -> Option<[f64; 2]> {
+    fn corner(grain: f64, brightness: impl Fn(f64, f64) -> f64) -> Option<[f64; 2]> {
         let middle = 0.5 * SIDE as f64;
-        let pixel = |i: usize| brightness((i % SIDE) as f64 - middle, (i / SIDE) as f64 - middle);
+        let at = |n: usize| (n as f64 - middle) / grain;
+        let pixel = |i: usize| brightness(at(i % SIDE), at(i / SIDE));
         let pixels: Vec<_> = (0..SIDE * SIDE).map(|i| pixel(i).clamp(0.0, 255.0) as u8).collect();
         let image = ImageView::new(&pixels, [SIDE; 2], Channels::Grey).unwrap();
         let mut pyramid = Pyramid::default();
         pyramid.read(&image, [0; 2], [SIDE; 2]);
-        best_corner(pyramid.plane(0), [7; 2])
+        best_corner(pyramid.plane(0), [(middle - 5.0 * grain) as usize; 2], grain)
     }
 
     #[test]
-    fn a_ridge_that_grows_brighter_along_itself_is_no_corner_and_a_spot_is_one() {
+    fn a_ridge_that_grows_brighter_along_itself_is_no_corner_and_a_spot_is_one_of_any_size() {
         let ridge = |u: f64, v: f64| 100.0 + 5.0 * v + 60.0 * libm::exp(-0.08 * u * u);
-        assert_eq!(corner(ridge), None);
         let spot = |u: f64, v: f64| 100.0 + 60.0 * libm::exp(-0.08 * (u * u + v * v));
-        assert!(corner(spot).is_some());
+        for grain in [1.0, 0.8, FINEST] {
+            assert_eq!(corner(grain, ridge), None);
+            assert!(corner(grain, spot).is_some());
+        }
     }
 }

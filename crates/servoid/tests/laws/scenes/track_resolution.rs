@@ -3,7 +3,7 @@
 use servoid::track::{Estimate, TrackSettings};
 
 use super::Sense::AtMost;
-use super::{Figures, Measure, NOT_LOCATED, NOT_TRACKING, OFF, Scene, TURNED, Worst};
+use super::{Figures, Measure, NOT_TRACKING, OFF, Scene, TURNED, Worst};
 use crate::shapes::drawn::{SIZE, Shot, Stage, eyes};
 use crate::track::{moving, started};
 
@@ -14,13 +14,13 @@ const IMAGES: usize = 10;
 pub const SCENES: &[Scene] = &[
     Scene {
         name: "track at half the size",
-        measures: &[NOT_LOCATED, OFF, TURNED, APART],
-        run: half,
+        measures: &[NOT_TRACKING, OFF, TURNED, APART],
+        run: |seed| at_size(seed, 2),
     },
     Scene {
         name: "track at twice the size",
         measures: &[NOT_TRACKING, OFF, TURNED, APART],
-        run: twice,
+        run: |seed| at_size(seed, 0),
     },
 ];
 
@@ -67,7 +67,7 @@ fn followed(shots: &[Shot], seed: u64) -> Vec<Estimate> {
 
 /// Follows the object in images of the usual size and of another; gives what is worst in the other,
 /// and how far their confidences lie apart.
-fn at_size(seed: u64, halvings: usize) -> (Worst, (&'static str, f64)) {
+fn at_size(seed: u64, halvings: usize) -> Figures {
     let stage = sharp(seed);
     let mut shots: Vec<_> =
         (0..IMAGES).map(|index| stage.shot(index, &eyes(), Some(&moving(index)))).collect();
@@ -81,16 +81,5 @@ fn at_size(seed: u64, halvings: usize) -> (Worst, (&'static str, f64)) {
         worst.add(two, &moving(index + 1));
         apart = apart.max((one.confidence - two.confidence).abs());
     }
-    (worst, ("confidence apart", apart))
-}
-
-/// Where images are small, there are too few surface points to tell a turn.
-fn half(seed: u64) -> Figures {
-    let (worst, apart) = at_size(seed, 2);
-    [worst.plain_figures(), vec![apart]].concat()
-}
-
-fn twice(seed: u64) -> Figures {
-    let (worst, apart) = at_size(seed, 0);
-    [worst.figures(), vec![apart]].concat()
+    [worst.figures(), vec![("confidence apart", apart)]].concat()
 }

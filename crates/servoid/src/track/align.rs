@@ -56,3 +56,102 @@ pub(super) fn align(sight: &Sight<'_>, pose: &Pose, in_view: &[InView]) -> Optio
     let off = curvature.cholesky().filter(|_| agreed)?.solve(&slope);
     Some(*pose * Pose::exp(&Twist::new(off.x, off.y, off.z, 0.0, 0.0, 0.0)))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::observe::{Camera, Channels, ImageView, Observation};
+    use crate::shape::{Body, Ellipsoid};
+    use crate::track::{TrackSettings, Tracker};
+
+    const SIZE: [usize; 2] = [320, 240];
+    const FOCAL_PX: f64 = 300.0;
+    const DISTANCE: f64 = 0.4;
+    const RADIUS: f64 = 0.08;
+
+    fn at(right: f64, down: f64) -> Pose {
+        Pose::exp(&Twist::new(right, down, DISTANCE, 0.0, 0.0, 0.0))
+    }
+
+    /// Pixels from one blot of the pattern to the next.
+    const BLOT_PX: f64 = 6.0;
+
+    /// Brightness of a blot, one of 0 to 255, the same each time.
+    fn blot(column: f64, row: f64, kind: u64) -> f64 {
+        let mixed = (column as i64 as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15)
+            ^ (row as i64 as u64).wrapping_mul(0xc2b2_ae3d_27d4_eb4f)
+            ^ kind.wrapping_mul(0x1656_67b1_9e37_79f9);
+        let mixed = (mixed ^ (mixed >> 29)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        (mixed >> 56) as f64
+    }
+
+    /// Brightness all over, so that each place has a pattern of its own; another one of another kind.
+    fn pattern(u: f64, v: f64, kind: u64) -> f64 {
+        let (x, y) = (u / BLOT_PX, v / BLOT_PX);
+        let (column, row) = (x.floor(), y.floor());
+        let along = |y: f64| {
+            let (left, right) = (blot(column, y, kind), blot(column + 1.0, y, kind));
+            left + (x - column) * (right - left)
+        };
+        along(row) + (y - row) * (along(row + 1.0) - along(row))
+    }
+
+    /// What the camera sees after the pattern went some pixels right and down; what `is_hidden` shows
+    /// another one.
+    fn picture(off: [f64; 2], is_hidden: impl Fn(usize, usize) -> bool) -> Vec<u8> {
+        let pixel = |i: usize| {
+            let (u, v) = (i % SIZE[0], i / SIZE[0]);
+            let kind = u64::from(is_hidden(u, v));
+            pattern(u as f64 - off[0], v as f64 - off[1], kind) as u8
+        };
+        (0..SIZE[0] * SIZE[1]).map(pixel).collect()
+    }
+
+    fn observation(pixels: &[u8], time_s: f64) -> Observation<'_> {
+        let image = ImageView::new(pixels, SIZE, Channels::Grey).unwrap();
+        Observation { time_s, world_from_camera: vec![Pose::identity()], images: vec![Some(image)] }
+    }
+
+    /// Aligns a ball that was seen in the middle with what a later picture shows.
+    fn aligned(pixels: &[u8]) -> Option<Pose> {
+        let camera = Camera::new(SIZE, [FOCAL_PX; 2], [159.5, 119.5]).unwrap();
+        let ball = Ellipsoid::new(0, [0.0; 3], [RADIUS; 3], [1.0, 0.0, 0.0, 0.0]).unwrap();
+        let body = Body::new(at(0.0, 0.0), vec![ball]).unwrap();
+        let mut tracker = Tracker::new(&[camera], &body, TrackSettings::default()).unwrap();
+        let first = picture([0.0; 2], |_, _| false);
+        tracker.start(&observation(&first, 0.0), at(0.0, 0.0), &[]).unwrap();
+        let now = observation(pixels, 0.033);
+        tracker.frame.check(&now).unwrap();
+        assert!(tracker.look(&now, &at(0.0, 0.0), 0.5));
+        tracker.points_in_view(&at(0.0, 0.0));
+        assert!(tracker.desk.in_view.len() > 20);
+        let sight = Sight::new(&tracker.frame, &now, &tracker.target, &tracker.settings);
+        align(&sight, &at(0.0, 0.0), &tracker.desk.in_view)
+    }
+
+    /// Gives by how many pixels a pose is off from the ball's in the middle.
+    fn off_px(pose: &Pose) -> [f64; 2] {
+        let place = pose.translation() * (FOCAL_PX / DISTANCE);
+        assert_eq!(pose.rotation(), Pose::identity().rotation());
+        [place.x, place.y]
+    }
+
+    #[test]
+    fn points_vote_for_where_a_leap_went_however_much_of_the_object_something_hides() {
+        for off in [[0.0, 0.0], [14.0, 0.0], [-9.0, 12.0], [6.0, -18.0]] {
+            for hidden in [0, 140, 160] {
+                let pixels = picture(off, |u, _| u < hidden);
+                let found = off_px(&aligned(&pixels).unwrap());
+                for i in 0..2 {
+                    assert!((found[i] - off[i]).abs() < 2.0, "{found:?} for {off:?}, {hidden}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn where_nothing_of_the_object_shows_no_place_is_voted_for() {
+        let other = picture([0.0; 2], |_, _| true);
+        assert_eq!(aligned(&other), None);
+    }
+}

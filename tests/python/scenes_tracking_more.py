@@ -146,25 +146,25 @@ def veiled_figures(alone: Alone, seen: Recording) -> Figures:
         "not tracking at last": 5 - int(seen_well[-5:].sum()),
         "wrong and tracking": int((wrong(errors) & seen_well).sum()),
         "add median": 1e3 * float(np.median(errors.add)),
-        "confidence drop": confidence_drop(seen, truth, edges, estimates),
+        "share drop": share_drop(seen, truth, edges, estimates),
     }
 
 
-def confidence_drop(
+def share_drop(
     seen: Recording,
     truth: Sequence[Floats],
     edges: Sequence[int],
     estimates: Sequence[Estimate],
 ) -> float:
-    """Return how much lower the confidence is while the bar is before the toy."""
-    confidence = np.array([one.confidence for one in estimates])
+    """Return how much less is seen of the toy while the bar is before it."""
+    share = np.array([(one.evidence or {"share": 0.0})["share"] for one in estimates])
     camera = seen.scene.camera
     middle = np.array(
         [camera.focal_px * pose[0, 3] / pose[2, 3] + camera.center_px[0] for pose in truth[1:]]
     )
     before = np.abs(np.array(edges[1:]) + BAR_PX / 2 - middle) < 12.0
     aside = np.array(edges[1:]) < middle - 75.0
-    return float(confidence[aside].mean() - confidence[before].mean())
+    return float(share[aside].mean() - share[before].mean())
 
 
 VEILED = {
@@ -181,7 +181,7 @@ def is_left_behind(figures: Figures) -> bool:
     return figures["not tracking at last"] > 0 or figures["wrong and tracking"] > 0
 
 
-@scene("track veiled", VEILED, {"confidence drop": "1"}, is_left_behind)
+@scene("track veiled", VEILED, {"share drop": "1"}, is_left_behind)
 def behind_a_bar(seed: int, _folder: Path) -> Figures:
     return veiled_figures(alone_of(seed), recording_of("colour", seed))
 

@@ -146,7 +146,7 @@ def test_the_paper_s_method_runs_to_the_end_and_gives_the_same_bytes_again(
     assert by_the_paper.beyond(paper_figures((points, errors))) == []
 
 
-def test_what_passes_before_the_object_lowers_the_confidence_and_does_not_lose_it(
+def test_what_passes_before_the_object_hides_a_share_of_it_and_does_not_lose_it(
     alone: Alone, recording: Recorded
 ) -> None:
     assert behind_a_bar.beyond(veiled_figures(alone, recording("colour"))) == []

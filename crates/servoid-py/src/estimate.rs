@@ -38,10 +38,46 @@ impl Estimate {
         rows(py, &axes.flat_map(|axis| axis.iter().copied()).collect::<Vec<_>>(), 6)
     }
 
-    /// Share of what should be seen of the object that the images confirm, 0 to 1.
+    /// Probability that the pose is right, 0 to 1: not more than 20 mm, or a tenth of the object's
+    /// diameter if that is more, and 15 degrees off.
     #[getter]
     fn confidence(&self) -> f64 {
         self.0.confidence
+    }
+
+    /// What speaks for the pose, where the object is followed, else None: `share` of what should be
+    /// seen that is; `recognised`, surface points a camera, `printed`, those with the contrast of a
+    /// pattern, and
+    /// `usual_printed`; `proved`, 1 if the object was never lost or is proved to
+    /// be the one that was; `turn_rad` and `scatter_rad`, standard deviations of the turn by the images'
+    /// noise, and by what poses differ from image to image without any motion.
+    #[getter]
+    fn evidence<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
+        let Some(core::Evidence {
+            share,
+            recognised,
+            printed,
+            usual_printed,
+            proved,
+            turn_rad,
+            scatter_rad,
+        }) = self.0.evidence
+        else {
+            return Ok(None);
+        };
+        let out = PyDict::new(py);
+        for (name, value) in [
+            ("share", share),
+            ("recognised", recognised),
+            ("printed", printed),
+            ("usual_printed", usual_printed),
+            ("proved", f64::from(u8::from(proved))),
+            ("turn_rad", turn_rad),
+            ("scatter_rad", scatter_rad),
+        ] {
+            out.set_item(name, value)?;
+        }
+        Ok(Some(out))
     }
 
     /// What the tracker believes: "tracking", "searching" or "lost".

@@ -103,7 +103,9 @@ class Trust:
             return Reason.AHEAD
         if not estimate.located:
             return Reason.LOST if estimate.status == "lost" else Reason.SEARCHING
-        return Reason.UNSURE if estimate.confidence < self._settings.least_confidence else None
+        # Of one whose turn is open, the place alone is followed: that is sure enough to be located.
+        unsure = estimate.confidence < self._settings.least_confidence
+        return Reason.UNSURE if unsure and estimate.status == "tracking" else None
 
     def _distrust(self, fault: Reason) -> None:
         self._fault, self._in_a_row = fault, 0

@@ -59,9 +59,14 @@ impl Plane {
     /// Gives the standard deviation of the brightness.
     #[must_use]
     pub fn deviation(&self) -> f32 {
-        let count = self.data.len().max(1) as f32;
-        let mean = self.data.iter().sum::<f32>() / count;
+        let (count, mean) = (self.data.len().max(1) as f32, self.mean());
         (self.data.iter().map(|x| (x - mean) * (x - mean)).sum::<f32>() / count).sqrt()
+    }
+
+    /// Gives the mean brightness.
+    #[must_use]
+    pub fn mean(&self) -> f32 {
+        self.data.iter().sum::<f32>() / self.data.len().max(1) as f32
     }
 
     /// Estimates the standard deviation of the noise, in grey levels: from the median of a second

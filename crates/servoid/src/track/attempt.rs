@@ -33,12 +33,11 @@ impl Attempt {
     pub(super) fn nothing(pose: Pose, radius: f64) -> Self {
         let verdict = Verdict {
             visible: 0.0,
-            confidence: 0.0,
+            share: 0.0,
             support: f64::NEG_INFINITY,
             recognised: 0.0,
             printed: 0.0,
             ratio: 0.0,
-            clear_ratio: 0.0,
             outline: 0.0,
         };
         Self { pose, normal: Normal::new(radius), verdict }

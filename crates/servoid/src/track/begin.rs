@@ -1,6 +1,7 @@
 use super::TrackError;
 use super::attempt::Attempt;
 use super::clock::Clock;
+use super::confidence::unseen;
 use super::estimate::{Estimate, Notice, Status};
 use super::frame::occlusion::LastSeen;
 use super::learn::Lesson;
@@ -52,12 +53,13 @@ impl Tracker {
             self.points_in_view(&world_from_object);
         }
         let attempt = self.get_used_to(observation, &world_from_object);
-        let told = attempt.verdict.confidence >= self.settings.held;
+        let told = attempt.verdict.share >= self.settings.held;
         self.status = if told { Status::Tracking } else { Status::Searching };
         self.trust = Trust::given(told);
         let mut estimate = self.estimate(observation, &attempt);
         // A pose that was given is known, however little the images tell of its turn.
         (estimate.status, estimate.located) = (self.status, told);
+        estimate.confidence = if told { 1.0 } else { unseen(self.status) };
         estimate.notices.retain(|notice| *notice != Notice::TurnOpen);
         clock.lap(|timing| &mut timing.learn);
         estimate.timing = clock.timing();
@@ -127,7 +129,7 @@ impl Tracker {
         self.target.usual.support = attempt.verdict.support;
         self.target.usual.recognised = attempt.verdict.recognised;
         self.target.usual.printed = attempt.verdict.printed;
-        self.target.usual.confidence = attempt.verdict.confidence;
+        self.target.usual.share = attempt.verdict.share;
         attempt
     }
 

@@ -1,3 +1,4 @@
+use super::frame::window::Window;
 use super::polish::{Desk, Evaluated};
 use super::sight::Sight;
 use super::target::points::Match;
@@ -8,7 +9,7 @@ pub(super) struct Verdict {
     /// Share of what should be seen that is, 0 to 1.
     pub(super) visible: f64,
     /// The same, but what something hides counts the less, the more is seen elsewhere.
-    pub(super) confidence: f64,
+    pub(super) share: f64,
     /// What is seen less what is missed, in surface points: tells a pose that much confirms from one
     /// at which little is expected.
     pub(super) support: f64,
@@ -18,8 +19,6 @@ pub(super) struct Verdict {
     pub(super) printed: f64,
     /// Mean log-likelihood ratio of the pixels inside the outline.
     pub(super) ratio: f64,
-    /// The same where nothing hides the object.
-    pub(super) clear_ratio: f64,
     /// Mean agreement of the outline with the boundary in the images.
     pub(super) outline: f64,
 }
@@ -29,9 +28,10 @@ const SEEN: (f64, f64) = (0.4, 0.8);
 /// Surface points that weigh as much as an outline whose colours tell the object well.
 const REGION_POINTS: f64 = 30.0;
 
-/// Standard deviation of a patch without its noise, in grey levels, from which on no shading makes it: courses of plain
-/// objects have at most 21 such points a camera, and those with a print seldom less than 25.
-const PRINTED: f64 = 8.0;
+/// Standard deviation of a patch without its noise, as a share of the light in its window, from which
+/// on no shading makes it: courses of plain objects have at most 21 such points a camera, and those
+/// with a print seldom less than 25.
+const PRINTED: f64 = 0.08;
 
 /// Surface points in places that are clear from which on what is hidden elsewhere does not count.
 const ENOUGH: f64 = 20.0;
@@ -49,8 +49,8 @@ pub(super) fn judge(sight: &Sight<'_>, found: &Evaluated, desk: &Desk) -> Verdic
         let worth = quality * ((correlation - SEEN.0) / (SEEN.1 - SEEN.0)).clamp(0.0, 1.0);
         expected += quality;
         seen += worth;
-        let noise = sight.windows[view.camera].noise;
-        if agreement.is_some_and(|a| a.contrast >= libm::hypot(PRINTED, noise)) {
+        let Window { light, noise, .. } = sight.windows[view.camera];
+        if agreement.is_some_and(|a| a.contrast >= libm::hypot(PRINTED * light, noise)) {
             printed += worth;
         }
         if let Some(pixel) = pixel {
@@ -86,8 +86,8 @@ pub(super) fn judge(sight: &Sight<'_>, found: &Evaluated, desk: &Desk) -> Verdic
         let around = if usual.outline > 0.0 { (outline / usual.outline).min(1.0) } else { 1.0 };
         seen += weight * inside.min(around);
     }
-    let share = |of: f64| if of > 0.0 { (seen / of).min(1.0) } else { 0.0 };
-    let (visible, confidence) = (share(expected), share(expected - excused));
+    let part = |all: f64| if all > 0.0 { (seen / all).min(1.0) } else { 0.0 };
+    let (visible, share) = (part(expected), part(expected - excused));
     let support = 2.0 * seen - (expected - excused);
-    Verdict { visible, confidence, support, recognised, printed, ratio, clear_ratio, outline }
+    Verdict { visible, share, support, recognised, printed, ratio, outline }
 }

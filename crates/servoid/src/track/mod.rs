@@ -6,6 +6,7 @@ mod attempt;
 mod begin;
 mod certainty;
 mod clock;
+mod confidence;
 mod estimate;
 mod frame;
 mod growth;
@@ -28,6 +29,7 @@ mod tracker;
 mod trust;
 
 pub use appearance::Appearance;
+pub use confidence::Evidence;
 pub use estimate::{Estimate, Notice, Status, Timing};
 pub use one_step::{Genes, Judge, OneStep, OneStepError, OneStepSettings};
 pub use placing::{Placement, place};

@@ -59,6 +59,11 @@ impl Scatter {
         (self.last, self.steps) = (None, [None; 2]);
     }
 
+    /// Says whether any images were compared yet.
+    pub(super) fn is_measured(&self) -> bool {
+        self.count > 1.0
+    }
+
     /// Gives the covariance of an error, in the object's frame, as far as it shows from image to
     /// image.
     pub(super) fn covariance(&self) -> Matrix6<f64> {
@@ -113,6 +118,7 @@ mod tests {
     fn errors_that_differ_from_image_to_image_show_whole_and_in_their_direction_only() {
         let scatter = followed(even, |index| 0.003 * random(index));
         let covariance = scatter.covariance();
+        assert!(scatter.is_measured() && !Scatter::new(RADIUS).is_measured());
         let true_one = LASTING * 0.003_f64.powi(2) / 3.0;
         let share = covariance[(0, 0)] / true_one;
         assert!((0.5..2.0).contains(&share), "{share}");

@@ -22,9 +22,9 @@ pub struct TrackSettings {
     pub local_colors: bool,
     /// Surface points that are looked at in each camera.
     pub points: usize,
-    /// Confidence from which on the pose of an object that was not tracked is trusted.
+    /// Share of what should be seen of an object from which on the pose of an object that was not tracked is trusted.
     pub trusted: f64,
-    /// Confidence down to which that of one that was tracked is: part of it may be hidden.
+    /// Share down to which that of one that was tracked is: part of it may be hidden.
     pub held: f64,
     /// How the body evolves: most ellipsoids and what one more must earn.
     pub growth: Settings,

@@ -1,7 +1,10 @@
+use nalgebra::Matrix6;
+
 use super::TrackError;
 use super::attempt::Attempt;
 use super::certainty::certainty;
 use super::clock::Clock;
+use super::confidence::{Evidence, UNMEASURED, unseen};
 use super::estimate::{Estimate, Notice, Status};
 use super::frame::Frame;
 use super::judge::Verdict;
@@ -88,7 +91,7 @@ impl Tracker {
         self.frame.check(observation)?;
         let expected = self.motion.predict(observation.time_s);
         let mut attempt = Attempt::nothing(expected, self.target.solid.radius);
-        let (mut least, mut evaluations) = (self.least_confidence(), 0);
+        let (mut least, mut evaluations) = (self.least_share(), 0);
         let visible = self.look(observation, &expected, self.margin());
         clock.lap(|timing| &mut timing.look);
         if visible {
@@ -101,7 +104,7 @@ impl Tracker {
         if self.status == Status::Tracking {
             self.doubt_leap(&expected, &mut attempt);
         }
-        let missed = attempt.verdict.confidence < least;
+        let missed = attempt.verdict.share < least;
         if (missed || !self.trust.is_proved()) && self.frame.can_see() {
             least = self.settings.trusted;
             evaluations += self.regain(observation, &expected, &mut attempt)?;
@@ -142,9 +145,9 @@ impl Tracker {
         self.target.points.known.iter().map(|known| &known.point)
     }
 
-    /// Believes in an attempt, from a confidence of `least` on, or not.
+    /// Believes in an attempt, from a share of `least` on, or not.
     pub(super) fn settle(&mut self, time_s: f64, expected: &Pose, attempt: &Attempt, least: f64) {
-        if attempt.verdict.confidence < least {
+        if attempt.verdict.share < least {
             self.trust.miss();
             self.status = self.trust.without();
             self.motion.wait(time_s);
@@ -185,6 +188,33 @@ impl Tracker {
         if self.status == Status::Tracking { beyond.clamp(LEAST_MARGIN, MARGIN) } else { MARGIN }
     }
 
+    /// Gathers what speaks for a pose: `now` is its covariance by the images' noise, `all` by what poses
+    /// scatter, too.
+    pub(super) fn evidence(
+        &self,
+        verdict: &Verdict,
+        (now, all): (&Matrix6<f64>, &Matrix6<f64>),
+    ) -> Evidence {
+        let turn = |covariance: &Matrix6<f64>| covariance.fixed_view::<3, 3>(3, 3).trace();
+        let open = self.frame.open().max(1) as f64;
+        let (recognised, printed) = (verdict.recognised / open, verdict.printed / open);
+        let usual = self.target.usual.printed / self.frame.cameras.len() as f64;
+        Evidence {
+            share: verdict.share,
+            recognised,
+            printed,
+            // Where nothing was learned yet, what is seen is usual.
+            usual_printed: if usual > 0.0 { usual } else { printed },
+            proved: self.trust.is_proved(),
+            turn_rad: turn(now).sqrt(),
+            scatter_rad: if self.scatter.is_measured() {
+                (turn(all) - turn(now)).max(0.0).sqrt()
+            } else {
+                UNMEASURED
+            },
+        }
+    }
+
     /// Puts an attempt into words.
     pub(super) fn estimate(
         &mut self,
@@ -194,12 +224,13 @@ impl Tracker {
         let known = certainty(&attempt.normal, self.target.solid.radius);
         let followed = self.status == Status::Tracking;
         let covariance = known.covariance + self.scatter.covariance();
+        let evidence = self.evidence(&attempt.verdict, (&known.covariance, &covariance));
         let located = followed && self.is_located(&attempt.verdict);
-        let told = located && self.is_turn_told(&attempt.verdict, &covariance);
-        let Verdict { visible, confidence, .. } = attempt.verdict;
+        let told = located && Self::is_turn_told(&evidence);
         if located && !told {
             self.frame.notices.push(Notice::TurnOpen);
         }
+        let visible = attempt.verdict.visible;
         if followed && visible < CLEAR {
             self.frame.notices.push(Notice::Hidden { hidden: 100.0 * (1.0 - visible) });
         }
@@ -208,7 +239,8 @@ impl Tracker {
             world_from_object: if followed { attempt.pose } else { self.motion.last() },
             covariance,
             unobservable: known.unobservable,
-            confidence,
+            confidence: if followed { evidence.probability() } else { unseen(self.status) },
+            evidence: followed.then_some(evidence),
             status: if followed && !told { Status::Searching } else { self.status },
             located,
             notices: std::mem::take(&mut self.frame.notices),

@@ -1,8 +1,7 @@
 //! What a verdict is worth: every threshold from which on a pose is followed, said or learned from.
 
-use nalgebra::Matrix6;
-
 use super::attempt::Attempt;
+use super::confidence::Evidence;
 use super::estimate::Status;
 use super::judge::Verdict;
 use super::settings::TrackSettings;
@@ -10,32 +9,24 @@ use super::target::usual::Usual;
 use super::tracker::Tracker;
 use crate::pose::Pose;
 
-/// Confidence below which part of the object counts as hidden.
+/// Share of what should be seen of an object below which part of it counts as hidden.
 pub(super) const CLEAR: f64 = 0.8;
-/// Confidence from which on a pose that is followed is said to be tracked. Between `held` and this
+/// Share from which on an object that is followed is said to be located. Between `held` and this
 /// about half of the poses are wrong.
 const SAID: f64 = 0.68;
-/// Surface points of each camera that tell the turn of an object that is printed all over, and of one
-/// that is not together with all else; and those that tell it by themselves. All but the first have
-/// the contrast of a pattern.
-const FEW: (f64, f64) = (12.0, 18.0);
-const ENOUGH: f64 = 25.0;
-/// Surface points with the contrast of a pattern that a camera usually sees of an object that is
-/// printed all over: a few of any contrast tell its turn where it is steady.
+/// Probability of being right from which on a pose that is followed is said to be tracked.
+const LIKELY: f64 = 0.8;
+/// Surface points of each camera without which no turn is told, and those with the contrast of a pattern
+/// that are asked for besides, unless as many as the last number usually have it.
+const FEW: f64 = 12.0;
+const SOME: f64 = 18.0;
 const RICH: f64 = 30.0;
-/// Shares of the usual agreement of the outline, and of the usual log-likelihood ratio inside it, with
-/// which a pose fits.
-const FITS: (f64, f64) = (0.85, 0.9);
-/// Standard deviation of a turn, in radians, below which it is steady, of an object that is printed all
-/// over and of one that is not. Turns of plain objects that sway scatter by 0.05 to 0.1, by what shading
-/// does to them, and nothing is below the latter before some images were compared.
-const STEADY: (f64, f64) = (0.08, 0.05);
-/// Share of the trusted confidence that is left of a pose's at which something does not fit, so that
+/// Part of the trusted share that is left of a pose's at which something does not fit, so that
 /// however well the rest fits, it is not trusted.
 const DOUBTED: f64 = 0.9;
-/// Share of the usual confidence below which a pose is made precise once more, from coarser images.
+/// Part of the usual share below which a pose is made precise once more, from coarser images.
 const DOUBTFUL: f64 = 0.9;
-/// Confidence and share of the usual support from which on no other candidate is looked at.
+/// Share and part of the usual support from which on no other candidate is looked at.
 const SURE: (f64, f64) = (0.7, 0.6);
 /// Surface points that are usually seen of an object with a pattern: its turn is not believed without
 /// some of them.
@@ -49,19 +40,19 @@ const LEAST_RECOGNISED: f64 = 0.25;
 /// surface points that must then be seen.
 const LEAP: f64 = 0.1;
 const LANDED: f64 = 0.6;
-/// Confidence from which on a leap is believed at once.
+/// Share from which on a leap is believed at once.
 const SAFE: f64 = 0.85;
 /// Share of the usual surface points that must be seen for what is learned to be true, after a doubt
 /// and when the last images were clear: a side that turns into view brings its points one by one.
 const WELL_RECOGNISED: (f64, f64) = (0.6, 0.3);
 /// Clear images after which a doubt is over.
 const DOUBT: usize = 8;
-/// Confidence from which on colours are learned.
-const COLOR_CONFIDENCE: f64 = 0.65;
-/// Confidence and share of the usual surface points that prove that an object which was found again is
+/// Share from which on colours are learned.
+const COLOR_SHARE: f64 = 0.65;
+/// Share and part of the usual surface points that prove that an object which was found again is
 /// the one that was lost, at its true pose, and no look-alike's: one that teaches is wrong for good.
 const PROVED: (f64, f64) = (0.92, 0.5);
-/// Confidence that proves one that is met for the first time, by what it looked like elsewhere.
+/// Share that proves one that is met for the first time, by what it looked like elsewhere.
 const FOUND: f64 = 0.85;
 /// Images without the object after which it counts as lost.
 const LOST_AFTER: usize = 15;
@@ -130,11 +121,11 @@ impl Trust {
     /// this one `goes_on` from there.
     pub(super) fn meet(&mut self, verdict: &Verdict, usual: &Usual, goes_on: bool) {
         (self.unseen, self.met) = (0, true);
-        let (again, share) = PROVED;
-        let confidence = if self.confirmed { again } else { FOUND };
-        let explained = verdict.recognised >= share * usual.recognised;
+        let (again, part) = PROVED;
+        let least = if self.confirmed { again } else { FOUND };
+        let explained = verdict.recognised >= part * usual.recognised;
         self.proved &= goes_on;
-        self.proved |= verdict.confidence >= confidence && explained;
+        self.proved |= verdict.share >= least && explained;
         self.confirmed |= self.proved;
     }
 
@@ -156,31 +147,23 @@ impl Trust {
         let (doubted, sure) = WELL_RECOGNISED;
         let least = if self.doubt > 0 { doubted } else { sure };
         let surface = is_clear && recognised >= least * usual.recognised;
-        Teachable { colors: visible >= COLOR_CONFIDENCE, surface }
+        Teachable { colors: visible >= COLOR_SHARE, surface }
     }
 }
 
 impl Tracker {
-    /// Gives the confidence from which on a pose is believed.
-    pub(super) fn least_confidence(&self) -> f64 {
+    /// Gives the share of what should be seen from which on a pose is believed.
+    pub(super) fn least_share(&self) -> f64 {
         let TrackSettings { trusted, held, .. } = self.settings;
         if self.status == Status::Tracking { held } else { trusted }
     }
 
-    /// Says whether the images confirm how an object is turned that they confirm to be there: many
-    /// surface points with the contrast of a pattern do; fewer only where its turn does not scatter,
-    /// and together with outline and colours unless it is printed all over; and a few, or none, do not,
-    /// since highlights and rims go with the camera.
-    pub(super) fn is_turn_told(&self, verdict: &Verdict, covariance: &Matrix6<f64>) -> bool {
-        let turned = covariance.fixed_view::<3, 3>(3, 3).trace().sqrt();
-        let fits = verdict.outline >= FITS.0 * self.target.usual.outline
-            && verdict.clear_ratio >= FITS.1 * self.target.usual.ratio;
-        let open = self.frame.open().max(1) as f64;
-        let (printed, all) = (verdict.printed / open, verdict.recognised / open);
-        let rich = self.target.usual.printed >= RICH * self.frame.cameras.len() as f64;
-        printed >= ENOUGH
-            || (rich && all >= FEW.0 && turned < STEADY.0)
-            || (printed >= FEW.1 && fits && turned < STEADY.1)
+    /// Says whether the images confirm how an object is turned that they confirm to be there: what speaks
+    /// for its pose makes it likely, and some surface points are among that, with the contrast of a
+    /// pattern unless it has many, since highlights, rims and shading go with the camera.
+    pub(super) fn is_turn_told(evidence: &Evidence) -> bool {
+        let patterned = evidence.printed >= SOME || evidence.usual_printed >= RICH;
+        evidence.recognised >= FEW && patterned && evidence.probability() >= LIKELY
     }
 
     /// Says whether the images confirm where an object is that is followed.
@@ -188,17 +171,17 @@ impl Tracker {
         let usual = self.target.usual.recognised;
         let least = (LEAST_RECOGNISED * usual).min(MANY);
         let known = usual < PATTERN || verdict.recognised >= least;
-        self.trust.proved && verdict.confidence >= SAID.max(self.settings.held) && known
+        self.trust.proved && verdict.share >= SAID.max(self.settings.held) && known
     }
 
     /// Says whether it pays to make a pose precise once more.
     pub(super) fn is_doubtful(&self, verdict: &Verdict) -> bool {
-        verdict.confidence < self.settings.trusted.max(DOUBTFUL * self.target.usual.confidence)
+        verdict.share < self.settings.trusted.max(DOUBTFUL * self.target.usual.share)
     }
 
     pub(super) fn is_sure(&self, attempt: &Attempt) -> bool {
         let verdict = attempt.verdict;
-        verdict.confidence > SURE.0 && verdict.support > SURE.1 * self.target.usual.support
+        verdict.share > SURE.0 && verdict.support > SURE.1 * self.target.usual.support
     }
 
     /// Takes the trust out of a pose at which too little of the surface is recognised, where the
@@ -206,7 +189,7 @@ impl Tracker {
     pub(super) fn doubt(&self, attempt: &mut Attempt) {
         if self.status != Status::Tracking {
             // Only where it was a moment ago may something be thought to hide it.
-            attempt.verdict.confidence = attempt.verdict.visible;
+            attempt.verdict.share = attempt.verdict.visible;
         }
         if attempt.verdict.recognised < LEAST_RECOGNISED * self.target.usual.recognised {
             self.distrust(attempt);
@@ -225,7 +208,7 @@ impl Tracker {
     /// Says whether a pose that is followed needs no proof: it did not leap, or all fits where it
     /// landed.
     pub(super) fn is_landed(&self, expected: &Pose, attempt: &Attempt) -> bool {
-        attempt.verdict.confidence >= SAFE || !self.has_leapt(expected, &attempt.pose)
+        attempt.verdict.share >= SAFE || !self.has_leapt(expected, &attempt.pose)
     }
 
     /// Says whether a pose is farther from where the object was expected than its motion explains.
@@ -237,7 +220,7 @@ impl Tracker {
     }
 
     fn distrust(&self, attempt: &mut Attempt) {
-        attempt.verdict.confidence *= DOUBTED * self.settings.trusted;
+        attempt.verdict.share *= DOUBTED * self.settings.trusted;
     }
 
     /// Says what a pose that is followed may teach.
@@ -249,6 +232,8 @@ impl Tracker {
 
 #[cfg(test)]
 mod tests {
+    use nalgebra::Matrix6;
+
     use super::*;
     use crate::observe::Camera;
     use crate::shape::{Body, Ellipsoid};
@@ -263,23 +248,22 @@ mod tests {
             recognised,
             printed: recognised,
             support: recognised,
-            confidence: 0.9,
+            share: 0.9,
             ..Usual::default()
         };
         (tracker.status, tracker.target.usual, tracker.trust.confirmed) = (status, usual, true);
         tracker
     }
 
-    fn verdict(confidence: f64, recognised: f64) -> Verdict {
-        let (visible, support) = (confidence, recognised);
+    fn verdict(share: f64, recognised: f64) -> Verdict {
+        let (visible, support) = (share, recognised);
         Verdict {
             visible,
-            confidence,
+            share,
             support,
             recognised,
             printed: recognised,
             ratio: 1.0,
-            clear_ratio: 1.0,
             outline: 1.0,
         }
     }
@@ -295,11 +279,11 @@ mod tests {
             tracker.settings.trusted = 0.05 * f64::from(step);
             let mut sought = attempt(verdict(1.0, 10.0));
             tracker.doubt(&mut sought);
-            assert!(sought.verdict.confidence < tracker.settings.trusted);
+            assert!(sought.verdict.share < tracker.settings.trusted);
             let mut leapt = attempt(verdict(1.0, 30.0));
             let far = Pose::exp(&crate::pose::Twist::new(0.2, 0.0, 0.0, 0.0, 0.0, 0.0));
             tracker.doubt_leap(&far, &mut leapt);
-            assert!(leapt.verdict.confidence < tracker.settings.trusted);
+            assert!(leapt.verdict.share < tracker.settings.trusted);
         }
     }
 
@@ -312,40 +296,43 @@ mod tests {
         assert!(tracker(Status::Tracking, 3.0).is_located(&verdict(0.7, 0.0)));
     }
 
+    /// Says whether a turn is told with standard deviations of some radians a direction.
+    fn told(tracker: &Tracker, verdict: &Verdict, turn_rad: f64) -> bool {
+        let now = Matrix6::identity() * (turn_rad * turn_rad);
+        Tracker::is_turn_told(&tracker.evidence(verdict, (&now, &(2.0 * now))))
+    }
+
     #[test]
     fn colours_and_outline_alone_never_tell_a_turn() {
-        let steady = Matrix6::identity() * 1e-6;
         for usual in 0..100 {
             let tracker = tracker(Status::Tracking, f64::from(usual));
-            assert!(!tracker.is_turn_told(&verdict(1.0, 0.0), &steady));
+            assert!(!told(&tracker, &verdict(1.0, 0.0), 1e-3));
         }
-        let mut thin = tracker(Status::Tracking, 20.0);
-        assert!(thin.is_turn_told(&verdict(1.0, 20.0), &steady));
-        assert!(!thin.is_turn_told(&verdict(1.0, 20.0), &(Matrix6::identity() * 1e-2)));
-        let askew = Verdict { outline: 0.8, ..verdict(1.0, 20.0) };
-        thin.target.usual.outline = 1.0;
-        assert!(!thin.is_turn_told(&askew, &steady));
+        let thin = tracker(Status::Tracking, 20.0);
+        assert!(told(&thin, &verdict(1.0, 20.0), 1e-3));
+        assert!(!told(&thin, &verdict(1.0, 20.0), 0.1), "one that scatters");
+        assert!(!told(&thin, &verdict(0.3, 20.0), 0.01), "one of which little is seen");
     }
 
     #[test]
     fn shading_never_tells_a_turn_where_no_pattern_was_seen() {
         let mut plain = tracker(Status::Tracking, 60.0);
         plain.target.usual.printed = 17.0;
-        let steady = Matrix6::identity() * 1e-6;
         for recognised in 0..80 {
             let shaded = Verdict { printed: 17.0, ..verdict(1.0, f64::from(recognised)) };
-            assert!(!plain.is_turn_told(&shaded, &steady), "{recognised}");
+            assert!(!told(&plain, &shaded, 1e-3), "{recognised}");
         }
         plain.target.usual.printed = 60.0;
-        let half_hidden = Verdict { printed: 5.0, ..verdict(1.0, 15.0) };
-        assert!(plain.is_turn_told(&half_hidden, &steady), "one that is printed all over");
+        let half_hidden = Verdict { printed: 10.0, ..verdict(1.0, 20.0) };
+        assert!(told(&plain, &half_hidden, 1e-3), "one that is printed all over");
+        assert!(!told(&plain, &verdict(1.0, 11.0), 1e-3), "with next to nothing of it");
     }
 
     #[test]
     fn a_pose_may_be_followed_that_is_not_told() {
         let tracker = tracker(Status::Tracking, 60.0);
-        let doubtful = verdict(0.5 * (tracker.least_confidence() + SAID), 50.0);
-        assert!(doubtful.confidence > tracker.least_confidence());
+        let doubtful = verdict(0.5 * (tracker.least_share() + SAID), 50.0);
+        assert!(doubtful.share > tracker.least_share());
         assert!(!tracker.is_located(&doubtful));
     }
 

@@ -107,7 +107,7 @@ fn the_world_in_other_units_is_tracked_alike() {
         let shots = pictures(&stage);
         let usual = Course::of(&stage, seed, &shots, 1.0);
         for (scale, bound) in
-            [(0.25, 1e-15), (64.0, 1e-15), (0.1, 1e-11), (3.0, 1e-11), (10.0, 1e-11)]
+            [(0.25, 1e-14), (64.0, 1e-14), (0.1, 1e-11), (3.0, 1e-11), (10.0, 1e-11)]
         {
             let other = Course::of(&stage, seed, &shots, scale);
             let differs = usual.differs(&other);

@@ -19,6 +19,8 @@ pub(crate) struct Window {
     size_px: [usize; 2],
     /// Standard deviation of the pyramid's noise, in grey levels.
     pub(crate) noise: f64,
+    /// Mean brightness, in grey levels.
+    pub(crate) light: f64,
     /// The object's middle, if it is known where that is.
     middle: Option<Vector2<f64>>,
 }
@@ -72,6 +74,7 @@ impl Window {
     fn open(&mut self, from_world: Projection, image: &ImageView<'_>, colors: Option<&Colors>) {
         self.pyramid.read(image, self.first_px, self.size_px);
         self.noise = f64::from(self.pyramid.denoise());
+        self.light = f64::from(self.pyramid.plane(Pyramid::LEVELS - 1).mean());
         self.from_world = Some(from_world);
         if let Some(colors) = colors {
             self.score(image, colors);

@@ -261,6 +261,7 @@ impl OneStep {
             covariance,
             unobservable: started.spread.unobservable(),
             confidence,
+            evidence: None,
             status,
             located: status == Status::Tracking,
             notices,

@@ -7,8 +7,8 @@ pub(crate) struct Usual {
     pub(crate) ratio: f64,
     /// Agreement of the outline with the boundary in the images.
     pub(crate) outline: f64,
-    /// Confidence in the pose.
-    pub(crate) confidence: f64,
+    /// Share of what should be seen that is.
+    pub(crate) share: f64,
     /// Support of the pose, in surface points.
     pub(crate) support: f64,
     /// Surface points that are seen.
@@ -31,17 +31,17 @@ impl Usual {
     /// Writes it as numbers that mean the same for any number of cameras: what is summed over
     /// cameras is told for one of them.
     pub(crate) fn numbers(&self, cameras: usize) -> [f64; Self::NUMBERS] {
-        let Self { ratio, outline, confidence, support, recognised, area, distance, .. } = *self;
+        let Self { ratio, outline, share, support, recognised, area, distance, .. } = *self;
         let each = 1.0 / cameras as f64;
-        [ratio, outline, confidence, support * each, recognised * each, area * each, distance]
+        [ratio, outline, share, support * each, recognised * each, area * each, distance]
     }
 
     /// Reads what [`Usual::numbers`] wrote, for other cameras.
     pub(crate) fn of(numbers: [f64; Self::NUMBERS], cameras: usize) -> Self {
-        let [ratio, outline, confidence, support, recognised, area, distance] = numbers;
+        let [ratio, outline, share, support, recognised, area, distance] = numbers;
         let all = cameras as f64;
         let (support, recognised, area) = (support * all, recognised * all, area * all);
-        Self { ratio, outline, confidence, support, recognised, printed: 0.0, area, distance }
+        Self { ratio, outline, share, support, recognised, printed: 0.0, area, distance }
     }
 
     /// Takes a verdict in which the pose was trusted.
@@ -49,9 +49,10 @@ impl Usual {
         self.distance += RATE * (distance - self.distance);
         self.ratio += RATE * (verdict.ratio - self.ratio);
         self.outline += RATE * (verdict.outline - self.outline);
-        self.confidence += RATE * (verdict.confidence - self.confidence);
+        self.share += RATE * (verdict.share - self.share);
         self.recognised += RATE * (verdict.recognised - self.recognised);
-        self.printed += RATE * (verdict.printed - self.printed);
+        let rate = if self.printed > 0.0 { RATE } else { 1.0 };
+        self.printed += rate * (verdict.printed - self.printed);
         self.support += RATE * (verdict.support - self.support);
     }
 }

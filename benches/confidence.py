@@ -1,0 +1,160 @@
+"""Find the weights of a pose's evidence, by which its confidence is the probability of being right.
+
+Tracks the recordings that lie beside the repository, as they are and made harder, and courses that
+the tests draw, some of them slow; asks in each image what speaks for the pose and whether it is
+right; and finds the weights by logistic regression, in which each sequence counts the same. Prints
+the weights for `crates/servoid/src/track/confidence.rs`, and by steps of the probability how many
+poses are right, where each sequence is foretold by weights that were found without it.
+
+Run it with: python benches/confidence.py [--seeds N] [SEQUENCE ...]
+"""
+
+import argparse
+import sys
+import tempfile
+from collections.abc import Iterator
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize
+
+from sequences import HARD, MONO, REAL, SHARED, STEREO, Recording, Table
+from servoid.cli.progress import progress_bar
+from servoid.exchange import open_any
+from servoid.track import Request, track_capture
+from variants import VARIANTS
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "python"))
+
+from trust_scenes import COURSES, FULL, PLAIN, PRINTED, SMALL, Course, write_course
+from trust_verdicts import verdicts
+
+SEEDS = 2  # of each drawn course
+HARDER = ("as it is", "noise", "half size", "dark")
+PENALTY = 1e-3  # of the weights' squares
+TERMS = ("one", "SHARE", "PRINTED", "USUAL", "PROVED", "TURN", "SCATTER")
+EDGES = np.linspace(0.0, 1.0, 11)
+
+Floats = NDArray[np.float64]
+Sample = tuple[str, Floats, Floats]  # a sequence, what speaks for its poses, and which are right
+
+
+def slowly(index: int) -> float:
+    """Return how far an object has turned that turns slowly, in degrees."""
+    return 0.8 * max(index - 3, 0)
+
+
+COURSES_TOO = {
+    "slow plain": Course(PLAIN, 70, 3.0, turned_deg=slowly),
+    "slow printed": Course(PRINTED, 70, 3.0, turned_deg=slowly),
+}
+
+
+def terms(evidence: dict[str, float]) -> list[float]:
+    """Return what the weights weigh: the ramps and logarithms of confidence.rs."""
+    return [
+        1.0,
+        evidence["share"],
+        evidence["printed"] >= max(30.0, 0.9 * evidence["recognised"]),
+        float(np.clip((evidence["usual_printed"] - 15.0) / 25.0, 0.0, 1.0)),
+        evidence["proved"],
+        -float(np.log(np.clip(evidence["turn_rad"], 0.001, 1.0) / 0.02)),
+        -float(np.log(np.clip(evidence["scatter_rad"], 0.003, 0.0675) / 0.05)),
+    ]
+
+
+def runs(folder: Path, seeds: int) -> Iterator[tuple[str, Recording, str, int]]:
+    """Name sequences, with how they are made harder and with a seed."""
+    for name in (*STEREO, *MONO, *HARD, *REAL):
+        place = SHARED / "data" / name
+        if not place.is_dir():
+            print(f"{place.name} skipped: not in shared/data beside the repository")
+            continue
+        recording = Recording(place.name, place, open_any(place))
+        for variant in HARDER:
+            yield place.name, recording, variant, 0
+    COURSES.update(COURSES_TOO)
+    for name in COURSES:
+        for seed in range(seeds):
+            for size in (SMALL, FULL):
+                place = folder / f"{name} {seed} {size[0]}"
+                write_course(place, name, seed, size)
+                yield place.name, Recording(name, place, open_any(place)), HARDER[0], seed
+
+
+def sample(recording: Recording, variant: str, seed: int) -> tuple[Floats, Floats]:
+    """Track an object, and return what speaks for its poses (N, 7) and which are right (N,)."""
+    changed = VARIANTS[variant]
+    request = Request(seed=seed, every=changed.every, distance_m=recording.distance_m)
+    with tempfile.TemporaryDirectory() as folder:
+        capture = changed.change(recording.capture, seed, Path(folder))
+        result = track_capture(capture, None, request)[0]
+    scaled = len(capture.cameras) == 1
+    found = verdicts(result.tracked, recording.true_poses, recording.vertices, scaled=scaled)
+    said = {one.index: one.estimate.evidence for one in result.tracked}
+    rows = [
+        (terms(evidence), not wrong)
+        for index, wrong in zip(found.index, found.wrong, strict=True)
+        if (evidence := said[int(index)]) is not None
+    ]
+    spoken = np.array([row[0] for row in rows]).reshape(-1, len(TERMS))
+    return spoken, np.array([row[1] for row in rows], float)
+
+
+def weights(samples: list[Sample]) -> Floats:
+    """Find the weights under which what was seen is likeliest, by sequences."""
+    images = {name: sum(len(one[2]) for one in samples if one[0] == name) for name, *_ in samples}
+    spoken = np.concatenate([one[1] for one in samples])
+    right = np.concatenate([one[2] for one in samples])
+    each = np.concatenate([np.full(len(one[2]), 1.0 / images[one[0]]) for one in samples])
+    each /= each.sum()
+
+    def loss(given: Floats) -> tuple[float, Floats]:
+        odds = spoken @ given
+        missed = 1.0 / (1.0 + np.exp(-odds)) - right
+        free = np.r_[0.0, given[1:]]
+        value = each @ (np.logaddexp(0.0, odds) - right * odds) + PENALTY * free @ free
+        return float(value), spoken.T @ (each * missed) + 2.0 * PENALTY * free
+
+    return np.asarray(minimize(loss, np.zeros(len(TERMS)), jac=True).x)
+
+
+def tell(samples: list[Sample]) -> None:
+    """Print the weights, and how they do on sequences that were left out."""
+    found = weights(samples)
+    print("weights:", ", ".join(f"{n} {w:.2f}" for n, w in zip(TERMS, found, strict=True)))
+    foretold, right = [], []
+    for name in dict.fromkeys(one[0] for one in samples):
+        own = weights([one for one in samples if one[0] != name])
+        for _, spoken, truth in (one for one in samples if one[0] == name):
+            foretold.append(1.0 / (1.0 + np.exp(-spoken @ own)))
+            right.append(truth)
+    likely, truth = np.concatenate(foretold), np.concatenate(right)
+    table = Table("probability", "images", "mean %", "right %")
+    for low, high in pairwise(EDGES):
+        chosen = (likely >= low) & ((likely < high) | (high == 1.0))
+        if chosen.any():
+            shares = 100.0 * likely[chosen].mean(), 100.0 * truth[chosen].mean()
+            table.row(f"{low:.1f} - {high:.1f}", int(chosen.sum()), *shares)
+
+
+def main() -> None:
+    """Track, find the weights, and print them."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
+    parser.add_argument("sequence", nargs="*", help="the beginning of a sequence's name")
+    parser.add_argument("--seeds", type=int, default=SEEDS, help=f"how many (default {SEEDS})")
+    given = parser.parse_args()
+    starts = tuple(given.sequence) or ("",)
+    samples: list[Sample] = []
+    with tempfile.TemporaryDirectory() as folder, progress_bar("tracking") as update:
+        chosen = [one for one in runs(Path(folder), given.seeds) if one[0].startswith(starts)]
+        for number, (name, recording, variant, seed) in enumerate(chosen):
+            update(number / len(chosen), f"{name}, {variant}")
+            samples.append((name, *sample(recording, variant, seed)))
+    tell(samples)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,141 @@
+//! How likely a pose is right: all that speaks for it, added up as log-odds.
+//!
+//! The weights are those of a logistic regression over recordings and drawn courses, in which each
+//! sequence counts the same; `benches/confidence.py` finds them, and says how well they do on sequences
+//! that were left out.
+
+use super::estimate::Status;
+
+/// What speaks for and against the pose of an object that is followed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Evidence {
+    /// Share of what should be seen that is, 0 to 1; what something hides counts the less, the more is
+    /// seen elsewhere.
+    pub share: f64,
+    /// Surface points that are recognised, in the mean over the cameras that see the object.
+    pub recognised: f64,
+    /// Those of them with the contrast of a pattern.
+    pub printed: f64,
+    /// As many as usually have it.
+    pub usual_printed: f64,
+    /// Whether the object was never lost, or is proved to be the one that was.
+    pub proved: bool,
+    /// Standard deviation of the turn by the images' noise, in radians.
+    pub turn_rad: f64,
+    /// The same by what poses differ from image to image without any motion.
+    pub scatter_rad: f64,
+}
+
+/// Log-odds of a pose for which nothing speaks.
+const AT_LEAST: f64 = -4.94;
+/// What a share of 1 adds.
+const SHARE: f64 = 1.16;
+/// What it adds that an object is printed all over: so many points a camera have the contrast of a
+/// pattern, and so large a part of those that are recognised.
+const PRINTED: (f64, f64, f64) = (30.0, 0.9, 1.22);
+/// Points a camera that usually have that contrast from which on each adds, up to the second number, and
+/// what all of these add.
+const USUAL: (f64, f64, f64) = (15.0, 40.0, 2.02);
+/// Standard deviation of the turn by noise at which it adds nothing, the least and the most that are
+/// told apart, all in radians, and what it takes for each factor of e.
+const TURN: (f64, f64, f64, f64) = (0.02, 0.001, 1.0, 0.87);
+/// The same of what poses scatter: an object that leaps seems to scatter, too.
+const SCATTER: (f64, f64, f64, f64) = (0.05, 0.003, 0.0675, 2.25);
+/// What poses are supposed to scatter of an object of which no images were compared yet: it cannot have
+/// turned far unseen.
+pub(super) const UNMEASURED: f64 = 0.03;
+/// What it adds that the object is proved to be the one that was lost, or was never lost.
+const PROVED: f64 = 2.95;
+/// How many poses are right that are only where the object was last, while it is sought.
+const UNSEEN: f64 = 0.1;
+
+impl Evidence {
+    /// Gives the probability that the pose is right: not more than 20 mm, or a tenth of the object's
+    /// diameter if that is more, and 15 degrees off.
+    #[must_use]
+    pub fn probability(&self) -> f64 {
+        let ramp = |x: f64, (from, to, most): (f64, f64, f64)| {
+            most * ((x - from) / (to - from)).clamp(0.0, 1.0)
+        };
+        let spread = |x: f64, (none, least, most, weight): (f64, f64, f64, f64)| {
+            -weight * libm::log(x.clamp(least, most) / none)
+        };
+        let (many, most, all_over) = PRINTED;
+        let is_printed = self.printed >= many && self.printed >= most * self.recognised;
+        let odds = AT_LEAST
+            + SHARE * self.share
+            + if is_printed { all_over } else { 0.0 }
+            + ramp(self.usual_printed, USUAL)
+            + if self.proved { PROVED } else { 0.0 }
+            + spread(self.turn_rad, TURN)
+            + spread(self.scatter_rad, SCATTER);
+        1.0 / (1.0 + libm::exp(-odds))
+    }
+}
+
+/// Gives the probability that the pose of an object that is not followed is right: it is where it was
+/// last.
+pub(super) fn unseen(status: Status) -> f64 {
+    if status == Status::Lost { 0.0 } else { UNSEEN }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn evidence() -> impl Strategy<Value = Evidence> {
+        (0.0..=1.0, 0.0..90.0, 0.0..=1.0, 0.0..90.0, any::<bool>(), 0.0..4.0, 0.0..4.0).prop_map(
+            |(share, recognised, part, usual_printed, proved, turn_rad, scatter_rad)| Evidence {
+                share,
+                recognised,
+                printed: part * recognised,
+                usual_printed,
+                proved,
+                turn_rad,
+                scatter_rad,
+            },
+        )
+    }
+
+    proptest! {
+        #[test]
+        fn what_speaks_for_a_pose_never_makes_it_less_likely(one in evidence(), more in 0.0..5.0_f64) {
+            let before = one.probability();
+            prop_assert!(before > 0.0 && before < 1.0);
+            for other in [
+                Evidence { share: f64::min(one.share + more, 1.0), ..one },
+                Evidence { printed: f64::min(one.printed + more, one.recognised), ..one },
+                Evidence { usual_printed: one.usual_printed + more, ..one },
+                Evidence { proved: true, ..one },
+                Evidence { turn_rad: one.turn_rad / (1.0 + more), ..one },
+                Evidence { scatter_rad: one.scatter_rad / (1.0 + more), ..one },
+            ] {
+                prop_assert!(other.probability() >= before);
+            }
+        }
+    }
+
+    #[test]
+    fn a_turn_of_which_nothing_is_known_is_as_good_as_none() {
+        let known = Evidence {
+            share: 1.0,
+            recognised: 52.0,
+            printed: 50.0,
+            usual_printed: 50.0,
+            proved: true,
+            turn_rad: 0.01,
+            scatter_rad: 0.01,
+        };
+        assert!(known.probability() > 0.98);
+        for nothing in [f64::INFINITY, 1e300, 3.0] {
+            let open = Evidence { turn_rad: nothing, scatter_rad: nothing, ..known };
+            assert!(open.probability() < 0.5, "{nothing}");
+            assert_eq!(
+                open.probability(),
+                Evidence { turn_rad: 1.0, scatter_rad: 1.0, ..known }.probability()
+            );
+        }
+    }
+}

@@ -12,6 +12,7 @@ Run it with: python benches/confidence.py [--seeds N] [SEQUENCE ...]
 import argparse
 import sys
 import tempfile
+from ast import literal_eval
 from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import Path
@@ -28,6 +29,7 @@ from variants import VARIANTS
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "python"))
 
+from rust_constants import constants
 from trust_scenes import COURSES, FULL, PLAIN, PRINTED, SMALL, Course, write_course
 from trust_verdicts import verdicts
 
@@ -36,6 +38,9 @@ HARDER = ("as it is", "noise", "half size", "dark")
 PENALTY = 1e-3  # of the weights' squares
 TERMS = ("one", "SHARE", "PRINTED", "USUAL", "PROVED", "TURN", "SCATTER")
 EDGES = np.linspace(0.0, 1.0, 11)
+BOUNDS: dict[str, tuple[float, ...]] = {
+    one.name: literal_eval(one.value) for one in constants() if one.file == "confidence.rs"
+}
 
 Floats = NDArray[np.float64]
 Sample = tuple[str, Floats, Floats]  # a sequence, what speaks for its poses, and which are right
@@ -53,15 +58,22 @@ COURSES_TOO = {
 
 
 def terms(evidence: dict[str, float]) -> list[float]:
-    """Return what the weights weigh: the ramps and logarithms of confidence.rs."""
+    """Return what the weights weigh: the ramps and logarithms of confidence.rs, with its bounds."""
+    (many, part, _), (first, last, _) = BOUNDS["PRINTED"], BOUNDS["USUAL"]
+    usual = (evidence["usual_printed"] - first) / (last - first)
+
+    def spread(rad: float, name: str) -> float:
+        none, least, most, _ = BOUNDS[name]
+        return -float(np.log(np.clip(rad, least, most) / none))
+
     return [
         1.0,
         evidence["share"],
-        evidence["printed"] >= max(30.0, 0.9 * evidence["recognised"]),
-        float(np.clip((evidence["usual_printed"] - 15.0) / 25.0, 0.0, 1.0)),
+        float(evidence["printed"] >= max(many, part * evidence["recognised"])),
+        float(np.clip(usual, 0.0, 1.0)),
         evidence["proved"],
-        -float(np.log(np.clip(evidence["turn_rad"], 0.001, 1.0) / 0.02)),
-        -float(np.log(np.clip(evidence["scatter_rad"], 0.003, 0.0675) / 0.05)),
+        spread(evidence["turn_rad"], "TURN"),
+        spread(evidence["scatter_rad"], "SCATTER"),
     ]
 
 

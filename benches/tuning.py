@@ -77,8 +77,8 @@ def score(folder: Path, seeds: int) -> Score:
     return right, wrong
 
 
-def built(folder: Path, constant: Constant | None, other: Constant | None) -> Path:
-    """Build the package with another value of a constant; return where it can be imported."""
+def built(folder: Path, change: tuple[Constant, Constant] | None) -> Path:
+    """Build the package, with a constant changed to another; return where it can be imported."""
     package = folder / "python" / "servoid"
     sources = folder / "sources"
     if not sources.is_dir():
@@ -88,8 +88,8 @@ def built(folder: Path, constant: Constant | None, other: Constant | None) -> Pa
         shutil.copytree(ROOT / "python" / "servoid", package)
     for path in TRACK.rglob("*.rs"):
         text = path.read_text(encoding="utf-8")
-        if constant and other and path == TRACK / constant.file:
-            text = changed(text, constant, other)
+        if change and path == TRACK / change[0].file:
+            text = changed(text, *change)
         target = sources / path.relative_to(ROOT)
         if target.read_text(encoding="utf-8") != text:
             target.write_text(text, encoding="utf-8")
@@ -122,7 +122,7 @@ def swept(given: argparse.Namespace, rows: dict[tuple[str, str], Tuned]) -> None
     ]
     with tempfile.TemporaryDirectory() as place:
         folder, courses = Path(place), Path(place) / "courses"
-        usual = scored(built(folder, None, None), courses, given.seeds)
+        usual = scored(built(folder, None), courses, given.seeds)
         print(f"as it is: {usual[0]} images right, {usual[1]} wrong and trusted")
         for one in chosen:
             cells = []
@@ -132,7 +132,7 @@ def swept(given: argparse.Namespace, rows: dict[tuple[str, str], Tuned]) -> None
                     cells.append("the same")
                     continue
                 try:
-                    found = scored(built(folder, one, other), courses, given.seeds)
+                    found = scored(built(folder, (one, other)), courses, given.seeds)
                 except subprocess.CalledProcessError:
                     cells.append("fails")
                     continue

@@ -30,7 +30,7 @@ from variants import VARIANTS, Variant
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "python"))
 
-from trust_scenes import COURSES, FULL, write_course
+from trust_scenes import COURSES, FULL, MESHES, TOY_COURSES, write_course
 from trust_verdicts import Verdicts, verdicts
 
 from trust_pages import write_pages
@@ -67,7 +67,8 @@ def sequences(folder: Path) -> Iterator[tuple[str, Open]]:
             yield place.name, lambda _seed, opened=opened: opened
         else:
             print(f"{place.name} skipped: not in shared/data beside the repository")
-    for name in COURSES:
+    toys = TOY_COURSES if MESHES.is_dir() else {}
+    for name in (*COURSES, *toys):
         yield f"{DRAWN} {name}", lambda seed, name=name: drawn(folder, name, seed)
 
 

@@ -6,21 +6,26 @@ pair, a mask in the first left image only, `truth/left_from_object.csv` and `tru
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from servoid.exchange.mesh_file import MeshFile, read_mesh
 from servoid.pose import Pose
 from servoid.record import Waypoint, write_trajectory
 from servoid.sim.surface import obj_text
+from servoid.sim.world.things import OBJECT, Finish, MeshShape, Thing
 from servoid.study.modelling import design_of
 from servoid.study.tracking.cases import Eyes, Scene
 from servoid.study.tracking.footage import RATE_HZ, SetUp
 
 SMALL, FULL = (320, 240), (640, 480)
 PRINTED, PLAIN = ("bottle", "mug", "drill", "painted_ellipsoid"), ("plain_mug", "two_ellipsoids")
+MESHES = Path(__file__).parents[2].parent / "shared" / "data" / "meshes"
+GLOSS = 0.25  # of a plain mesh
 NOISE, BASELINE_MM = 2.0, 100.0  # grey levels; from eye to eye
 TILT = 0.2  # of the axis of a turn, each way
 
@@ -47,6 +52,44 @@ def sway(index: int) -> float:
 
 
 @dataclass(frozen=True)
+class Toy:
+    """A mesh of `MESHES` in one colour: the diagonal of its bounding box in metres, and sRGB."""
+
+    diagonal_m: float
+    color: tuple[float, float, float]
+
+
+TOYS = {
+    "banana": Toy(0.2, (0.85, 0.72, 0.15)),
+    "mug": Toy(0.25, (0.2, 0.35, 0.7)),
+    "duck": Toy(0.15, (0.9, 0.75, 0.1)),
+    "spot": Toy(0.15, (0.75, 0.7, 0.65)),
+}
+_TOY = "toy "  # before the name of one
+
+
+@cache
+def mesh_of(name: str) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Return vertices (N, 3) in metres and faces (M, 3) of an object, in its own frame."""
+    if not name.startswith(_TOY):
+        design = design_of(name)
+        return design.vertices, design.faces
+    file = name.removeprefix(_TOY)
+    mesh: MeshFile = read_mesh(MESHES / f"{file}.ply")
+    low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
+    scale = TOYS[file].diagonal_m / np.linalg.norm(high - low)
+    return np.ascontiguousarray((mesh.vertices - 0.5 * (low + high)) * scale), mesh.faces
+
+
+def parts_of(name: str) -> tuple[Thing, ...] | None:
+    """Return what a toy is drawn as; nothing for the world's own objects, which it draws itself."""
+    if not name.startswith(_TOY):
+        return None
+    finish = Finish(color=TOYS[name.removeprefix(_TOY)].color, gloss=GLOSS)
+    return (Thing(MeshShape(*mesh_of(name)), finish, OBJECT),)
+
+
+@dataclass(frozen=True)
 class Course:
     """What happens to an object, and to which: objects take turns from seed to seed.
 
@@ -67,7 +110,7 @@ class Course:
 
     def vertices(self, seed: int) -> NDArray[np.float64]:
         """Return the vertices (N, 3) of the object that a seed shows, in its own frame."""
-        return design_of(self.object_of(seed)).vertices
+        return mesh_of(self.object_of(seed))[0]
 
     def set_up(self, seed: int, size_px: tuple[int, int]) -> SetUp:
         """Return what a seed shows, ready to be drawn."""
@@ -83,7 +126,7 @@ class Course:
             size_px=size_px,
             seed=seed,
         )
-        made = SetUp(scene)
+        made = SetUp(scene, parts_of(scene.object))
         if self.turned_deg is not None:
             random = np.random.default_rng([seed, 11])
             axis = np.array([0.0, 1.0, 0.0]) + random.uniform(-TILT, TILT, 3)
@@ -101,11 +144,19 @@ COURSES = {
     "jump": Course(PRINTED, 40, 36.0),
     "plain": Course(PLAIN, 60, 3.0, turned_deg=sway),
 }
+TOY_COURSES = {
+    "toys": Course(tuple(f"{_TOY}{name}" for name in TOYS), 60, 3.0, turned_deg=sway),
+    "toys that turn": Course(
+        tuple(f"{_TOY}{name}" for name in TOYS), 60, 3.0, turned_deg=on_and_on
+    ),
+}
+ALL_COURSES = COURSES | TOY_COURSES  # the toys only where their meshes lie beside the repository
 
 
 def write_course(folder: Path, name: str, seed: int, size_px: tuple[int, int] = SMALL) -> Path:
     """Draw a course as a capture with its truth into a new folder; return the folder."""
-    made = COURSES[name].set_up(seed, size_px)
+    course = ALL_COURSES[name]
+    made = course.set_up(seed, size_px)
     for inner in ("left", "right", "masks", "truth"):
         (folder / inner).mkdir(parents=True)
     _write_png(folder / "masks" / "0000.png", made.masks(0)[0])
@@ -116,8 +167,7 @@ def write_course(folder: Path, name: str, seed: int, size_px: tuple[int, int] = 
     poses = [left @ world_from_object for world_from_object in made.world_from_objects]
     points = [Waypoint(index / RATE_HZ, pose) for index, pose in enumerate(poses)]
     write_trajectory(folder / "truth" / "left_from_object.csv", points)
-    design = design_of(COURSES[name].object_of(seed))
-    (folder / "truth" / "mesh.obj").write_text(obj_text(design.vertices, design.faces))
+    (folder / "truth" / "mesh.obj").write_text(obj_text(*mesh_of(course.object_of(seed))))
     tables = [
         _CAMERA.format(
             name=side,

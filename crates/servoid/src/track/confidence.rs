@@ -27,25 +27,25 @@ pub struct Evidence {
 }
 
 /// Log-odds of a pose for which nothing speaks.
-const AT_LEAST: f64 = -4.94;
+const AT_LEAST: f64 = -3.74;
 /// What a share of 1 adds.
-const SHARE: f64 = 1.16;
+const SHARE: f64 = 0.56;
 /// What it adds that an object is printed all over: so many points a camera have the contrast of a
 /// pattern, and so large a part of those that are recognised.
-const PRINTED: (f64, f64, f64) = (30.0, 0.9, 1.22);
+const PRINTED: (f64, f64, f64) = (30.0, 0.9, 1.98);
 /// Points a camera that usually have that contrast from which on each adds, up to the second number, and
 /// what all of these add.
-const USUAL: (f64, f64, f64) = (15.0, 40.0, 2.02);
+const USUAL: (f64, f64, f64) = (15.0, 40.0, 1.94);
 /// Standard deviation of the turn by noise at which it adds nothing, the least and the most that are
 /// told apart, all in radians, and what it takes for each factor of e.
-const TURN: (f64, f64, f64, f64) = (0.02, 0.001, 1.0, 0.87);
+const TURN: (f64, f64, f64, f64) = (0.02, 0.001, 1.0, 0.99);
 /// The same of what poses scatter: an object that leaps seems to scatter, too.
-const SCATTER: (f64, f64, f64, f64) = (0.05, 0.003, 0.0675, 2.25);
+const SCATTER: (f64, f64, f64, f64) = (0.05, 0.003, 0.0675, 3.44);
 /// What poses are supposed to scatter of an object of which no images were compared yet: it cannot have
 /// turned far unseen.
 pub(super) const UNMEASURED: f64 = 0.03;
 /// What it adds that the object is proved to be the one that was lost, or was never lost.
-const PROVED: f64 = 2.95;
+const PROVED: f64 = 2.15;
 /// How many poses are right that are only where the object was last, while it is sought.
 const UNSEEN: f64 = 0.1;
 

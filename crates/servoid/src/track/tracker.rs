@@ -188,14 +188,9 @@ impl Tracker {
         if self.status == Status::Tracking { beyond.clamp(LEAST_MARGIN, MARGIN) } else { MARGIN }
     }
 
-    /// Gathers what speaks for a pose: `now` is its covariance by the images' noise, `all` by what poses
-    /// scatter, too.
-    pub(super) fn evidence(
-        &self,
-        verdict: &Verdict,
-        (now, all): (&Matrix6<f64>, &Matrix6<f64>),
-    ) -> Evidence {
-        let turn = |covariance: &Matrix6<f64>| covariance.fixed_view::<3, 3>(3, 3).trace();
+    /// Gathers what speaks for a pose; `noise` is its covariance by that of the images.
+    pub(super) fn evidence(&self, verdict: &Verdict, noise: &Matrix6<f64>) -> Evidence {
+        let turn = |covariance: &Matrix6<f64>| covariance.fixed_view::<3, 3>(3, 3).trace().sqrt();
         let open = self.frame.open().max(1) as f64;
         let (recognised, printed) = (verdict.recognised / open, verdict.printed / open);
         let usual = self.target.usual.printed / self.frame.cameras.len() as f64;
@@ -206,9 +201,9 @@ impl Tracker {
             // Where nothing was learned yet, what is seen is usual.
             usual_printed: if usual > 0.0 { usual } else { printed },
             proved: self.trust.is_proved(),
-            turn_rad: turn(now).sqrt(),
+            turn_rad: turn(noise),
             scatter_rad: if self.scatter.is_measured() {
-                (turn(all) - turn(now)).max(0.0).sqrt()
+                turn(&self.scatter.covariance())
             } else {
                 UNMEASURED
             },
@@ -223,8 +218,7 @@ impl Tracker {
     ) -> Estimate {
         let known = certainty(&attempt.normal, self.target.solid.radius);
         let followed = self.status == Status::Tracking;
-        let covariance = known.covariance + self.scatter.covariance();
-        let evidence = self.evidence(&attempt.verdict, (&known.covariance, &covariance));
+        let evidence = self.evidence(&attempt.verdict, &known.covariance);
         let located = followed && self.is_located(&attempt.verdict);
         let told = located && Self::is_turn_told(&evidence);
         if located && !told {
@@ -237,7 +231,7 @@ impl Tracker {
         Estimate {
             time_s: observation.time_s,
             world_from_object: if followed { attempt.pose } else { self.motion.last() },
-            covariance,
+            covariance: known.covariance + self.scatter.covariance(),
             unobservable: known.unobservable,
             confidence: if followed { evidence.probability() } else { unseen(self.status) },
             evidence: followed.then_some(evidence),

@@ -18,9 +18,9 @@ const SAID: f64 = 0.68;
 const LIKELY: f64 = 0.8;
 /// Surface points of each camera without which no turn is told, and those with the contrast of a pattern
 /// that are asked for besides, unless as many as the last number usually have it.
-const FEW: f64 = 12.0;
+const FEW: f64 = 8.0;
 const SOME: f64 = 18.0;
-const RICH: f64 = 30.0;
+const RICH: f64 = 22.0;
 /// Part of the trusted share that is left of a pose's at which something does not fit, so that
 /// however well the rest fits, it is not trusted.
 const DOUBTED: f64 = 0.9;
@@ -299,7 +299,7 @@ mod tests {
     /// Says whether a turn is told with standard deviations of some radians a direction.
     fn told(tracker: &Tracker, verdict: &Verdict, turn_rad: f64) -> bool {
         let now = Matrix6::identity() * (turn_rad * turn_rad);
-        Tracker::is_turn_told(&tracker.evidence(verdict, (&now, &(2.0 * now))))
+        Tracker::is_turn_told(&tracker.evidence(verdict, &now))
     }
 
     #[test]
@@ -325,7 +325,7 @@ mod tests {
         plain.target.usual.printed = 60.0;
         let half_hidden = Verdict { printed: 10.0, ..verdict(1.0, 20.0) };
         assert!(told(&plain, &half_hidden, 1e-3), "one that is printed all over");
-        assert!(!told(&plain, &verdict(1.0, 11.0), 1e-3), "with next to nothing of it");
+        assert!(!told(&plain, &verdict(1.0, 7.0), 1e-3), "with next to nothing of it");
     }
 
     #[test]

@@ -90,7 +90,13 @@ def last_quarter(images: int) -> int:
 class SetUp:
     """The things of a scene, and where they are in each image."""
 
-    def __init__(self, scene: Scene) -> None:
+    def __init__(self, scene: Scene, own: tuple[Thing, ...] | None = None) -> None:
+        """Set up a scene; `own` are the parts of its object, if it is none of the world's.
+
+        Raises:
+            SimError: there is no such object.
+
+        """
         self.scene = scene
         self._lens = make_lens(CameraSettings(size_px=scene.size_px))
         self.camera = Camera(
@@ -101,7 +107,7 @@ class SetUp:
         self.eyes = eyes_of(scene)
         ways = rest_from_objects(scene.seed, 0.001 * scene.way_mm, scene.images)
         self.world_from_objects = tuple(_rest() @ one for one in ways)
-        self._own = make_object(scene.object)
+        self._own = make_object(scene.object) if own is None else own
         seen = _seen_room(scene.seed, self._lens, self.eyes)
         self._things = (*self._own, Thing(_BOARD, _CARD, BOARD), *seen)
         self._carried = np.array([unit_row(one.carrier_from_thing) for one in self._things])

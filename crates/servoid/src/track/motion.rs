@@ -143,18 +143,6 @@ mod tests {
     }
 
     #[test]
-    fn what_is_found_again_soon_has_the_speed_of_the_whole_way() {
-        let (mut motion, last_s) = followed(20);
-        for index in 1..4 {
-            motion.wait(last_s + index as f64 * DT);
-        }
-        let again_s = last_s + 4.0 * DT;
-        motion.follow(again_s, place(again_s));
-        let (off, _) = apart(&motion.predict(again_s + DT), &place(again_s + DT));
-        assert!(off < 0.2 * SPEED * DT, "{off}");
-    }
-
-    #[test]
     fn where_time_stands_still_goes_back_or_jumps_nothing_moves() {
         let (motion, last_s) = followed(20);
         for later_s in [0.0, -1.0, 1.1 * FARTHEST_S, 1e9] {

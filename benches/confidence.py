@@ -87,10 +87,14 @@ def terms(evidence: dict[str, float]) -> list[float]:
     ]
 
 
-def runs(folder: Path, seeds: int) -> Iterator[tuple[str, Recording, str, int]]:
-    """Name sequences, with how they are made harder and with a seed."""
+def runs(
+    folder: Path, seeds: int, starts: tuple[str, ...]
+) -> Iterator[tuple[str, Recording, str, int]]:
+    """Name sequences that begin in some way, with how they are made harder and with a seed."""
     for name in (*STEREO, *MONO, *HARD, *REAL):
         place = SHARED / "data" / name
+        if not place.name.startswith(starts):
+            continue
         if not place.is_dir():
             print(f"{place.name} skipped: not in shared/data beside the repository")
             continue
@@ -98,7 +102,7 @@ def runs(folder: Path, seeds: int) -> Iterator[tuple[str, Recording, str, int]]:
         for variant in HARDER:
             yield place.name, recording, variant, 0
     ALL_COURSES.update(COURSES_TOO)
-    for name in ALL_COURSES:
+    for name in (one for one in ALL_COURSES if one.startswith(starts)):
         if name in TOY_COURSES and not MESHES.is_dir():
             print(f"{name} skipped: no meshes in shared/data beside the repository")
             continue
@@ -176,12 +180,17 @@ def main() -> None:
     """Track, find the weights, and print them."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     parser.add_argument("sequence", nargs="*", help="the beginning of a sequence's name")
-    parser.add_argument("--seeds", type=int, default=SEEDS, help=f"how many (default {SEEDS})")
+    parser.add_argument(
+        "--seeds",
+        type=int,
+        default=SEEDS,
+        help=f"of each course, or one for each of its objects if that is more (default {SEEDS})",
+    )
     given = parser.parse_args()
     starts = tuple(given.sequence) or ("",)
     samples: list[Sample] = []
     with tempfile.TemporaryDirectory() as folder, progress_bar("tracking") as update:
-        chosen = [one for one in runs(Path(folder), given.seeds) if one[0].startswith(starts)]
+        chosen = list(runs(Path(folder), given.seeds, starts))
         for number, (name, recording, variant, seed) in enumerate(chosen):
             update(number / len(chosen), f"{name}, {variant}")
             samples.append((name, *sample(recording, variant, seed)))

@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from servoid.exchange.mesh_file import MeshFile, read_mesh
+from servoid.exchange.mesh_file import read_mesh
 from servoid.pose import Pose
 from servoid.record import Waypoint, write_trajectory
 from servoid.sim.surface import obj_text
@@ -75,7 +75,7 @@ def mesh_of(name: str) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
         design = design_of(name)
         return design.vertices, design.faces
     file = name.removeprefix(_TOY)
-    mesh: MeshFile = read_mesh(MESHES / f"{file}.ply")
+    mesh = read_mesh(MESHES / f"{file}.ply")
     low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
     scale = TOYS[file].diagonal_m / np.linalg.norm(high - low)
     return np.ascontiguousarray((mesh.vertices - 0.5 * (low + high)) * scale), mesh.faces
@@ -144,11 +144,10 @@ COURSES = {
     "jump": Course(PRINTED, 40, 36.0),
     "plain": Course(PLAIN, 60, 3.0, turned_deg=sway),
 }
+_ALL_TOYS = tuple(f"{_TOY}{name}" for name in TOYS)
 TOY_COURSES = {
-    "toys": Course(tuple(f"{_TOY}{name}" for name in TOYS), 60, 3.0, turned_deg=sway),
-    "toys that turn": Course(
-        tuple(f"{_TOY}{name}" for name in TOYS), 60, 3.0, turned_deg=on_and_on
-    ),
+    "toys": Course(_ALL_TOYS, 60, 3.0, turned_deg=sway),
+    "toys that turn": Course(_ALL_TOYS, 60, 3.0, turned_deg=on_and_on),
 }
 ALL_COURSES = COURSES | TOY_COURSES  # the toys only where their meshes lie beside the repository
 

@@ -47,10 +47,9 @@ impl Estimate {
 
     /// What speaks for the pose, where the object is followed, else None: `share` of what should be
     /// seen that is; `recognised`, surface points a camera, `printed`, those with the contrast of a
-    /// pattern, and
-    /// `usual_printed`; `proved`, 1 if the object was never lost or is proved to
-    /// be the one that was; `turn_rad` and `scatter_rad`, standard deviations of the turn by the images'
-    /// noise, and by what poses differ from image to image without any motion.
+    /// pattern, and `usual_printed`; `proved`, 1 if the object was never lost or is proved to be the one
+    /// that was; `turn_rad`, `scatter_rad` and `drift_rad`, standard deviations of the turn by the images'
+    /// noise, by what poses differ from image to image without any motion, and since the first image.
     #[getter]
     fn evidence<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
         let Some(core::Evidence {
@@ -61,6 +60,7 @@ impl Estimate {
             proved,
             turn_rad,
             scatter_rad,
+            drift_rad,
         }) = self.0.evidence
         else {
             return Ok(None);
@@ -74,6 +74,7 @@ impl Estimate {
             ("proved", f64::from(u8::from(proved))),
             ("turn_rad", turn_rad),
             ("scatter_rad", scatter_rad),
+            ("drift_rad", drift_rad),
         ] {
             out.set_item(name, value)?;
         }

@@ -1,6 +1,7 @@
 use nalgebra::{Matrix2, Matrix2x3, Matrix3x2, Vector2, Vector3};
 
 use crate::observe::{Plane, Pyramid};
+use crate::pose::Pose;
 use crate::shape::Projection;
 
 /// Samples along a side of a patch.
@@ -83,6 +84,14 @@ impl SurfacePoint {
             point.looks[level] = point.look(projection, pyramid, level);
         }
         point.looks[0].is_some().then_some(point)
+    }
+
+    /// Moves the piece of surface in the object's frame; its look stays.
+    pub fn move_by(&mut self, motion: &Pose) {
+        self.position = motion.transform(&self.position);
+        self.steps = self.steps.map(|way| motion.rotation() * way);
+        self.normal = motion.rotation() * self.normal;
+        self.toward = motion.rotation() * self.toward;
     }
 
     /// Reads the look of the piece of surface in an image; `None` if it is not wholly inside or

@@ -16,8 +16,8 @@ const REACH_PX: (f64, f64) = (4.0, 16.0);
 const VOTERS: usize = 32;
 /// Correlation above which a place has a vote.
 const VOTE: f32 = 0.6;
-/// What the votes for a place must come to: three points that agree wholly, each worth 1 - `VOTE`.
-const LEAST: f32 = 1.2;
+/// What the votes for a place must come to: four points that agree wholly, each worth 1 - `VOTE`.
+const LEAST: f32 = 1.6;
 /// Standard deviation of a vote, in pixels of the image, and of where the object is foreseen, in radii.
 const VOTE_PX: f64 = 1.5;
 const FORESEEN: f64 = 0.3;

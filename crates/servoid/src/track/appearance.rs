@@ -163,7 +163,7 @@ impl Tracker {
     pub fn recall(&mut self, appearance: &Appearance) {
         self.target.usual = Usual::of(appearance.usual, self.frame.cameras.len());
         let known = appearance.points.iter().map(|&(point, variance)| Known::new(point, variance));
-        self.target.points = Points { known: known.collect() };
+        self.target.points = Points::of(known.collect());
         self.target.colors = Colors::new(self.settings.local_colors);
         self.target.colors.recall(&appearance.colors, appearance.grey);
     }

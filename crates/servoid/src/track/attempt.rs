@@ -1,10 +1,12 @@
+use nalgebra::Vector3;
+
 use super::TrackError;
 use super::align::align;
 use super::clock::Clock;
 use super::estimate::Status;
-use super::frame::occlusion::LastSeen;
 use super::judge::{Verdict, judge};
-use super::polish::{Evaluated, Normal, look_at, polish};
+use super::motion::Prior;
+use super::polish::{Evaluated, Normal, look_at, polish, toward};
 use super::search::{Judged, Leeway, Probes};
 use super::sight::Sight;
 use super::tracker::Tracker;
@@ -22,11 +24,14 @@ pub(super) struct Attempt {
     pub(super) pose: Pose,
     pub(super) normal: Normal,
     pub(super) verdict: Verdict,
+    /// Direction to a camera, in the object's frame.
+    pub(super) toward: Vector3<f64>,
 }
 
 impl Attempt {
-    fn new(found: &Evaluated, verdict: Verdict) -> Self {
-        Self { pose: found.pose, normal: found.normal, verdict }
+    fn new(sight: &Sight<'_>, found: &Evaluated, verdict: Verdict) -> Self {
+        let toward = toward(sight, &found.pose);
+        Self { pose: found.pose, normal: found.normal, verdict, toward }
     }
 
     /// Supposes a pose of which nothing is seen.
@@ -40,7 +45,7 @@ impl Attempt {
             ratio: 0.0,
             outline: 0.0,
         };
-        Self { pose, normal: Normal::new(radius), verdict }
+        Self { pose, normal: Normal::new(radius), verdict, toward: Vector3::z() }
     }
 }
 
@@ -73,6 +78,12 @@ impl Tracker {
             most,
             &mut self.desk.in_view,
         );
+    }
+
+    /// Says by how much the motion changes from image to image, in metres and radians.
+    pub(super) fn restless(&self) -> Leeway {
+        let (across, turned) = self.leeway();
+        (across / 3.0, turned / 3.0)
     }
 
     /// Says how far the object may be from where it is expected.
@@ -120,25 +131,25 @@ impl Tracker {
         expected: &Pose,
         guess: &Pose,
     ) -> Attempt {
-        let last_seen =
-            if self.status == Status::Tracking { LastSeen::There } else { LastSeen::Elsewhere };
-        let mut attempt = self.attempt(observation, guess, self.coarsest(expected), last_seen);
+        let prior = self.motion.prior(observation.time_s, self.restless());
+        let prior = Some(&prior).filter(|_| self.status == Status::Tracking);
+        let mut attempt = self.attempt(observation, guess, self.coarsest(expected), prior);
         if self.is_doubtful(&attempt.verdict) {
             // What hides much of the object draws the search away, and what leaps is not where it was
             // foreseen; what shows of its surface tells.
             self.points_in_view(expected);
             let sight = Sight::new(&self.frame, observation, &self.target, &self.settings);
             let aligned = align(&sight, expected, &self.desk.in_view);
-            let others = [(Some(*guess), COARSEST), (aligned, 1)];
+            let others = [(Some(*guess), COARSEST), (aligned, 1), (Some(*expected), 0)];
             for (start, coarsest) in others {
                 let Some(start) = start else { continue };
-                let other = self.attempt(observation, &start, coarsest, last_seen);
+                let other = self.attempt(observation, &start, coarsest, prior);
                 if other.verdict.support > attempt.verdict.support {
                     attempt = other;
                 }
             }
             // What is left behind for learning is of the pose that is kept.
-            attempt = self.weigh(observation, &attempt.pose, last_seen);
+            attempt = self.weigh(observation, &attempt.pose, prior);
         }
         if self.status != Status::Tracking {
             self.doubt(&mut attempt);
@@ -152,11 +163,11 @@ impl Tracker {
         observation: &Observation<'_>,
         start: &Pose,
         coarsest: usize,
-        last_seen: LastSeen,
+        prior: Option<&Prior>,
     ) -> Attempt {
         let sight = Sight::new(&self.frame, observation, &self.target, &self.settings);
-        let found = polish(&sight, (*start, coarsest), last_seen, &mut self.desk);
-        Attempt::new(&found, judge(&sight, &found, &self.desk))
+        let found = polish(&sight, (*start, coarsest), prior, &mut self.desk);
+        Attempt::new(&sight, &found, judge(&sight, &found, &self.desk))
     }
 
     /// Judges a pose as it is.
@@ -164,10 +175,10 @@ impl Tracker {
         &mut self,
         observation: &Observation<'_>,
         pose: &Pose,
-        last_seen: LastSeen,
+        prior: Option<&Prior>,
     ) -> Attempt {
         let sight = Sight::new(&self.frame, observation, &self.target, &self.settings);
-        let found = look_at(&sight, *pose, last_seen, &mut self.desk);
-        Attempt::new(&found, judge(&sight, &found, &self.desk))
+        let found = look_at(&sight, *pose, prior, &mut self.desk);
+        Attempt::new(&sight, &found, judge(&sight, &found, &self.desk))
     }
 }

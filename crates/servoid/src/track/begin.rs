@@ -3,7 +3,6 @@ use super::attempt::Attempt;
 use super::clock::Clock;
 use super::confidence::unseen;
 use super::estimate::{Estimate, Notice, Status};
-use super::frame::occlusion::LastSeen;
 use super::learn::Lesson;
 use super::motion::Motion;
 use super::regain::ROUNDS;
@@ -53,6 +52,8 @@ impl Tracker {
             self.points_in_view(&world_from_object);
         }
         let attempt = self.get_used_to(observation, &world_from_object);
+        // The pose is given, so that what the outline says beside it is its bias.
+        self.target.bias.learn_at(&attempt.toward, attempt.normal.outline);
         let told = attempt.verdict.share >= self.settings.held;
         self.status = if told { Status::Tracking } else { Status::Searching };
         self.trust = Trust::given(told);
@@ -123,9 +124,9 @@ impl Tracker {
         self.target.usual.area =
             self.area(pose) * self.target.usual.distance * self.target.usual.distance;
         // Colours count in a verdict only where it is known what is usual of them.
-        let colors = self.weigh(observation, pose, LastSeen::Elsewhere).verdict;
+        let colors = self.weigh(observation, pose, None).verdict;
         (self.target.usual.ratio, self.target.usual.outline) = (colors.ratio, colors.outline);
-        let attempt = self.weigh(observation, pose, LastSeen::Elsewhere);
+        let attempt = self.weigh(observation, pose, None);
         self.target.usual.support = attempt.verdict.support;
         self.target.usual.recognised = attempt.verdict.recognised;
         self.target.usual.printed = attempt.verdict.printed;

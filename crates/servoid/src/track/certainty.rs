@@ -5,8 +5,10 @@ use crate::pose::Twist;
 
 /// What the images leave open of a pose.
 pub(super) struct Certainty {
-    /// Covariance of a small motion in the object's frame.
+    /// Covariance of a small motion in the object's frame, by the images alone.
     pub(super) covariance: Matrix6<f64>,
+    /// The same, with what was believed before.
+    pub(super) filtered: Matrix6<f64>,
     /// Motions that the images do not tell, of unit length in radii and radians.
     pub(super) unobservable: Vec<Twist>,
 }
@@ -16,12 +18,16 @@ const OPEN: f64 = 0.06;
 
 /// Reads covariance and open motions off the curvature about a pose.
 pub(super) fn certainty(normal: &Normal, radius: f64) -> Certainty {
-    let covariance = normal.curvature.try_inverse().unwrap_or_else(Matrix6::identity);
+    let inverse = |curvature: Matrix6<f64>| {
+        curvature.cholesky().map_or_else(Matrix6::identity, |root| root.inverse())
+    };
+    let covariance = inverse(normal.curvature - normal.belief + Normal::new(radius).belief);
+    let filtered = inverse(normal.curvature);
     let units = Matrix6::from_diagonal(&Vector6::new(radius, radius, radius, 1.0, 1.0, 1.0));
     let told = units * (normal.curvature - normal.belief) * units;
     let eigen = SymmetricEigen::new(told);
     let told = |i: usize| eigen.eigenvalues[i] > OPEN.powi(-2);
     let open = |i: &usize| !told(*i);
     let unobservable = (0..6).filter(open).map(|i| eigen.eigenvectors.column(i).into()).collect();
-    Certainty { covariance, unobservable }
+    Certainty { covariance, filtered, unobservable }
 }

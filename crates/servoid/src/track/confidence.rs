@@ -1,8 +1,10 @@
 //! How likely a pose is right: all that speaks for it, added up as log-odds.
 //!
 //! The weights are those of a logistic regression over recordings and drawn courses, in which each
-//! sequence counts the same; `benches/confidence.py` finds them, and says how well they do on sequences
-//! that were left out.
+//! sequence counts the same. `benches/confidence.py` does one over fewer, and says how well it does on
+//! sequences that were left out.
+
+use std::f64::consts::SQRT_2;
 
 use super::estimate::Status;
 
@@ -24,6 +26,9 @@ pub struct Evidence {
     pub turn_rad: f64,
     /// The same by what poses differ from image to image without any motion.
     pub scatter_rad: f64,
+    /// Standard deviation of the turn since the first image by what the sides that are seen were learned
+    /// with, in radians.
+    pub drift_rad: f64,
 }
 
 /// Log-odds of a pose for which nothing speaks.
@@ -32,7 +37,7 @@ const AT_LEAST: f64 = -3.74;
 const SHARE: f64 = 0.56;
 /// What it adds that an object is printed all over: so many points a camera have the contrast of a
 /// pattern, and so large a part of those that are recognised.
-const PRINTED: (f64, f64, f64) = (30.0, 0.9, 1.98);
+const PRINTED: (f64, f64, f64) = (30.0, 0.8, 1.98);
 /// Points a camera that usually have that contrast from which on each adds, up to the second number, and
 /// what all of these add.
 const USUAL: (f64, f64, f64) = (15.0, 40.0, 1.94);
@@ -46,6 +51,8 @@ const SCATTER: (f64, f64, f64, f64) = (0.05, 0.003, 0.0675, 3.44);
 pub(super) const UNMEASURED: f64 = 0.03;
 /// What it adds that the object is proved to be the one that was lost, or was never lost.
 const PROVED: f64 = 2.15;
+/// Turn by which a right pose may be off, in radians.
+const MOST_RAD: f64 = 0.26;
 /// How many poses are right that are only where the object was last, while it is sought.
 const UNSEEN: f64 = 0.1;
 
@@ -69,7 +76,12 @@ impl Evidence {
             + if self.proved { PROVED } else { 0.0 }
             + spread(self.turn_rad, TURN)
             + spread(self.scatter_rad, SCATTER);
-        1.0 / (1.0 + libm::exp(-odds))
+        self.on_course() / (1.0 + libm::exp(-odds))
+    }
+
+    /// Gives the probability that the turn did not drift too far since the first image.
+    fn on_course(&self) -> f64 {
+        libm::erf(MOST_RAD / (SQRT_2 * self.drift_rad))
     }
 }
 
@@ -95,6 +107,7 @@ mod tests {
                 proved,
                 turn_rad,
                 scatter_rad,
+                drift_rad: 0.0,
             },
         )
     }
@@ -127,6 +140,7 @@ mod tests {
             proved: true,
             turn_rad: 0.01,
             scatter_rad: 0.01,
+            drift_rad: 0.0,
         };
         assert!(known.probability() > 0.98);
         for nothing in [f64::INFINITY, 1e300, 3.0] {

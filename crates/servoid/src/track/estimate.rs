@@ -69,6 +69,12 @@ pub enum Notice {
     /// The images tell where the object is, but not well enough how it is turned.
     #[error("the images tell where the object is, but not how it is turned")]
     TurnOpen,
+    /// A side is seen again that is known better, and what had drifted on the way is corrected.
+    #[error("a known side is seen again: the turn is corrected by {degrees:.1} degrees")]
+    LoopClosed {
+        /// By how much, in degrees.
+        degrees: f64,
+    },
     /// Part of the object is hidden.
     #[error("{hidden:.0} % of what should be seen of the object is not")]
     Hidden {

@@ -1,16 +1,17 @@
 use std::f64::consts::FRAC_PI_4;
 
-use nalgebra::{Matrix2, Vector2, Vector3};
+use nalgebra::{Vector2, Vector3};
 
+use super::frame::occlusion::Occlusion;
 use super::frame::window::Window;
 use super::sight::Sight;
 use super::target::colors::Colors;
 use super::target::points::{InView, Known, PLACE_PX, noise};
-use super::target::solid::Hit;
+use super::target::solid::{Hit, Rims};
 use crate::fitness::SurfacePoint;
 use crate::observe::{ImageView, Mask, Plane};
 use crate::pose::Pose;
-use crate::shape::{Outline, Projection};
+use crate::shape::Projection;
 
 /// Pixels of the object's radius in an image from which on points are a pixel's grain, and the least
 /// grain: in a smaller image there are as many, which hold as much of the surface.
@@ -54,7 +55,7 @@ pub(super) struct Lesson<'a> {
 pub(super) fn learn(
     sight: &Sight<'_>,
     pose: &Pose,
-    taken: &[InView],
+    (taken, occlusion): (&[InView], &Occlusion),
     lesson: &Lesson<'_>,
     out: &mut Vec<Known>,
 ) {
@@ -62,9 +63,11 @@ pub(super) fn learn(
         let Some(projection) = sight.windows[camera].projection(pose) else { continue };
         let Some(eye) = projection.eye() else { continue };
         let Some(grain) = grain(sight, &projection) else { continue };
-        let corners = corners(sight, (camera, &projection), taken, (lesson, grain));
+        let outline = Rims::of(sight.solid, &projection);
+        let known = (taken, &outline, occlusion);
+        let corners = corners(sight, (camera, &projection), known, (lesson, grain));
         for pixel in corners.take(lesson.tries) {
-            let reach = margin(sight, &projection, &pixel);
+            let reach = outline.margin(&pixel);
             let scale = (grain, reach);
             out.extend(point_at(sight, (camera, &projection, &eye), pose, pixel, scale));
         }
@@ -81,7 +84,7 @@ fn grain(sight: &Sight<'_>, projection: &Projection) -> Option<f64> {
 fn corners<'a>(
     sight: &'a Sight<'_>,
     (camera, projection): (usize, &'a Projection),
-    taken: &'a [InView],
+    (taken, outline, occlusion): (&'a [InView], &'a Rims, &'a Occlusion),
     (lesson, grain): (&'a Lesson<'_>, f64),
 ) -> impl Iterator<Item = Vector2<f64>> + 'a {
     let pyramid = &sight.windows[camera].pyramid;
@@ -90,34 +93,24 @@ fn corners<'a>(
     let side = (CELL * grain).round() as usize;
     let [across, down] = plane.size_px().map(|n| n / side);
     let mask = lesson.masks.get(camera).and_then(Option::as_ref);
-    (0..lesson.cells.min(across * down)).filter_map(move |turn| {
-        let cell = lesson.from.wrapping_add(turn) % (across * down);
-        let corner = [cell % across * side, cell / across * side];
-        let center = first + Vector2::from(corner.map(|x| (x + side / 2) as f64));
-        if margin(sight, projection, &center) < LEAST_MARGIN * grain
-            || is_taken(sight, projection, taken, (camera, &center), side)
+    let first_px = move |cell: usize| [cell % across * side, cell / across * side];
+    let middle =
+        move |cell: usize| first + Vector2::from(first_px(cell).map(|x| (x + side / 2) as f64));
+    let inside = move || {
+        let cells = 0..across * down;
+        cells.filter(move |&cell| outline.margin(&middle(cell)) >= LEAST_MARGIN * grain)
+    };
+    let count = inside().count();
+    let turns = inside().chain(inside()).skip(lesson.from % count.max(1));
+    turns.take(lesson.cells.min(count)).filter_map(move |cell| {
+        if occlusion.hides(camera, &middle(cell)) > 0.0
+            || is_taken(sight, projection, taken, (camera, &middle(cell)), side)
         {
             return None;
         }
-        let pixel = first + Vector2::from(best_corner(plane, corner, grain)?);
+        let pixel = first + Vector2::from(best_corner(plane, first_px(cell), grain)?);
         is_object(sight, (camera, mask), &pixel, grain).then_some(pixel)
     })
-}
-
-/// Gives about how many pixels a pixel lies inside the body's outline; not positive if outside.
-fn margin(sight: &Sight<'_>, projection: &Projection, pixel: &Vector2<f64>) -> f64 {
-    let depth = |outline: Outline| {
-        let away = pixel - outline.center_px();
-        let inverse = outline.covariance_px().try_inverse().unwrap_or_else(Matrix2::identity);
-        let distance = away.dot(&(inverse * away)).sqrt();
-        let length = if distance > 1e-9 {
-            away.norm() / distance
-        } else {
-            outline.half_width.min(outline.half_height)
-        };
-        (1.0 - distance) * length
-    };
-    sight.solid.outlines(projection).map(depth).fold(f64::NEG_INFINITY, f64::max)
 }
 
 /// Says whether a mask, or else the colours around, do not speak against a pixel.

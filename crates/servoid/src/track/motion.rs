@@ -1,17 +1,22 @@
-use nalgebra::{UnitQuaternion, Vector3};
+use nalgebra::{Matrix3, Matrix6, SMatrix, UnitQuaternion, Vector3, Vector6};
 
 use super::frame::senses::FARTHEST_S;
-use crate::pose::Pose;
+use super::search::Leeway;
+use crate::pose::{Pose, Twist};
 
 /// Where the object was seen and how it moved: its middle evenly through the world, and turning evenly
-/// about it. While it is not seen it is foreseen to go on, ever more slowly.
+/// about it. While it is not seen it is foreseen to go on, ever more slowly. What is not certain of it
+/// goes along, by a Kalman filter whose speed may leap from image to image.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Motion {
     seen: At,
     foreseen: At,
-    velocity: Vector3<f64>,
-    /// Turn a second, in the world.
-    turning: Vector3<f64>,
+    /// Velocity, in metres a second, and turn, in radians a second, in the world.
+    speed: Vector6<f64>,
+    /// Covariance of where it is foreseen, of the speed, and of both, in the world.
+    place: Matrix6<f64>,
+    pace: Matrix6<f64>,
+    both: Matrix6<f64>,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -20,15 +25,35 @@ struct At {
     world_from_object: Pose,
 }
 
-/// Share of the newest motion in what is predicted.
-const NEWEST: f64 = 0.8;
+/// What is believed of a pose before the image is seen: where it is, and its information about a small
+/// motion from there, in the object's frame.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Prior {
+    pub(super) pose: Pose,
+    pub(super) information: Matrix6<f64>,
+}
+
+impl Prior {
+    /// Gives the information and its pull on a pose, about small motions from that.
+    pub(super) fn at(&self, pose: &Pose) -> (Matrix6<f64>, Vector6<f64>) {
+        let off: Twist = (pose.inverse() * self.pose).log();
+        (self.information, self.information * off)
+    }
+}
+
+/// Factor of the standard deviation of what is foreseen: speeds do not change by chance.
+const WIDE: f64 = 1.5;
+/// Factor of the variance that images leave, beyond which they tell nothing of what is foreseen: points err
+/// together.
+const LASTING: f64 = 9.0;
 /// Time in which a motion that is not seen loses all but a factor of e.
 const FADES_S: f64 = 0.1;
 
 impl Motion {
     pub(super) fn at_rest(time_s: f64, world_from_object: Pose) -> Self {
-        let (zero, at) = (Vector3::zeros(), At { time_s, world_from_object });
-        Self { seen: at, foreseen: at, velocity: zero, turning: zero }
+        let at = At { time_s, world_from_object };
+        let (speed, zero) = (Vector6::zeros(), Matrix6::zeros());
+        Self { seen: at, foreseen: at, speed, place: zero, pace: zero, both: zero }
     }
 
     /// Says where the object was seen last.
@@ -36,48 +61,144 @@ impl Motion {
         self.seen.world_from_object
     }
 
+    /// Gives the standard deviation of the turn at which it was seen last, in radians.
+    pub(super) fn turn_sd(&self) -> f64 {
+        self.place.fixed_view::<3, 3>(3, 3).trace().sqrt()
+    }
+
     /// Says where the object is at a time if it goes on as before. Where time does not go on, or
     /// jumps, it is where it was.
     pub(super) fn predict(&self, time_s: f64) -> Pose {
         let At { time_s: last_s, world_from_object: here } = self.foreseen;
         let Some(dt) = passed(last_s, time_s) else { return here };
-        let turn = UnitQuaternion::from_scaled_axis(self.turning * dt);
-        Pose::from_rotation(turn * here.rotation(), here.translation() + self.velocity * dt)
+        let turn = UnitQuaternion::from_scaled_axis(self.turning() * dt);
+        Pose::from_rotation(turn * here.rotation(), here.translation() + self.velocity() * dt)
     }
 
-    /// Goes on to a pose that was found.
-    pub(super) fn follow(&mut self, time_s: f64, world_from_object: Pose) {
-        let At { time_s: last_s, world_from_object: before } = self.seen;
-        if let Some(dt) = passed(last_s, time_s) {
-            let velocity = (world_from_object.translation() - before.translation()) / dt;
-            let turn = world_from_object.rotation() * before.rotation().inverse();
-            self.velocity += NEWEST * (velocity - self.velocity);
-            self.turning += NEWEST * (turn.scaled_axis() / dt - self.turning);
+    /// Gives what is believed of the pose at a time, if the speed changes by about what `surprise`
+    /// amounts to until then.
+    pub(super) fn prior(&self, time_s: f64, surprise: Leeway) -> Prior {
+        let mut later = *self;
+        later.pass(time_s, surprise);
+        let pose = later.foreseen.world_from_object;
+        let local = turned(&later.place, &pose.rotation().inverse());
+        let information = inverse(local * (WIDE * WIDE)).unwrap_or_else(Matrix6::zeros);
+        Prior { pose, information }
+    }
+
+    /// Gives the variance of the turn at a time, in square radians.
+    pub(super) fn turn_variance_at(&self, time_s: f64, surprise: Leeway) -> f64 {
+        let mut later = *self;
+        later.pass(time_s, surprise);
+        later.turn_sd().powi(2)
+    }
+
+    /// Takes back a motion, in the object's frame, by which all was off.
+    pub(super) fn correct(&mut self, off: &Twist) {
+        for at in [&mut self.seen, &mut self.foreseen] {
+            at.world_from_object = at.world_from_object * Pose::exp(off);
+        }
+    }
+
+    /// Goes on to a pose that was found, and whose error has a covariance in the object's frame; gives
+    /// which part of what was not certain of place and turn it told.
+    pub(super) fn follow(
+        &mut self,
+        time_s: f64,
+        world_from_object: Pose,
+        covariance: &Matrix6<f64>,
+        surprise: Leeway,
+    ) -> (f64, f64) {
+        let goes_on = passed(self.foreseen.time_s, time_s).is_some();
+        self.pass(time_s, surprise);
+        let found = turned(covariance, &world_from_object.rotation());
+        let foreseen = self.foreseen.world_from_object;
+        let turn = world_from_object.rotation() * foreseen.rotation().inverse();
+        let across = world_from_object.translation() - foreseen.translation();
+        let mut off = Vector6::zeros();
+        off.fixed_rows_mut::<3>(0).copy_from(&across);
+        off.fixed_rows_mut::<3>(3).copy_from(&turn.scaled_axis());
+        let told = (told(&self.place, &found, 0), told(&self.place, &found, 3));
+        if let Some(inverse) = inverse(self.place).filter(|_| goes_on) {
+            let gain = self.both * inverse;
+            self.speed += gain * off;
+            self.pace -= gain * (self.place - found) * gain.transpose();
+            self.both = gain * found;
         } else {
             self.stop();
         }
+        self.place = found;
         self.seen = At { time_s, world_from_object };
         self.foreseen = self.seen;
+        told
     }
 
     /// Time goes on while nothing is seen.
-    pub(super) fn wait(&mut self, time_s: f64) {
-        let last_s = self.foreseen.time_s;
-        self.foreseen = At { time_s, world_from_object: self.predict(time_s) };
-        match passed(last_s, time_s) {
-            Some(dt) => {
-                let left = libm::exp(-dt / FADES_S);
-                self.velocity *= left;
-                self.turning *= left;
-            }
-            None => self.stop(),
+    pub(super) fn wait(&mut self, time_s: f64, surprise: Leeway) {
+        let dt = passed(self.foreseen.time_s, time_s);
+        self.pass(time_s, surprise);
+        if let Some(dt) = dt {
+            let left = libm::exp(-dt / FADES_S);
+            self.speed *= left;
+            self.both *= left;
+            self.pace *= left * left;
         }
     }
 
-    fn stop(&mut self) {
-        self.velocity = Vector3::zeros();
-        self.turning = Vector3::zeros();
+    /// Goes on to a time without a look.
+    fn pass(&mut self, time_s: f64, (across, slight): Leeway) {
+        let last_s = self.foreseen.time_s;
+        self.foreseen = At { time_s, world_from_object: self.predict(time_s) };
+        let leap = |dt: f64| {
+            let (across, slight) = ((across / dt).powi(2), (slight / dt).powi(2));
+            Matrix6::from_diagonal(&Vector6::new(across, across, across, slight, slight, slight))
+        };
+        let Some(dt) = passed(last_s, time_s) else {
+            self.stop();
+            self.place += leap(1.0);
+            return;
+        };
+        self.pace += leap(dt);
+        self.place += (self.both + self.both.transpose()) * dt + self.pace * (dt * dt);
+        self.both += self.pace * dt;
     }
+
+    fn velocity(&self) -> Vector3<f64> {
+        self.speed.fixed_rows::<3>(0).into()
+    }
+
+    fn turning(&self) -> Vector3<f64> {
+        self.speed.fixed_rows::<3>(3).into()
+    }
+
+    fn stop(&mut self) {
+        self.speed = Vector6::zeros();
+        (self.pace, self.both) = (Matrix6::zeros(), Matrix6::zeros());
+    }
+}
+
+/// Inverts a covariance, in the same way in any unit of length.
+fn inverse(covariance: Matrix6<f64>) -> Option<Matrix6<f64>> {
+    Some(covariance.cholesky()?.inverse())
+}
+
+/// Turns the axes of a covariance of place and turn.
+fn turned(covariance: &Matrix6<f64>, by: &UnitQuaternion<f64>) -> Matrix6<f64> {
+    let by = by.to_rotation_matrix().into_inner();
+    let mut both = SMatrix::<f64, 6, 6>::zeros();
+    both.fixed_view_mut::<3, 3>(0, 0).copy_from(&by);
+    both.fixed_view_mut::<3, 3>(3, 3).copy_from(&by);
+    both * covariance * both.transpose()
+}
+
+/// Says which part of the variance of three directions, from one on, is gone.
+fn told(before: &Matrix6<f64>, after: &Matrix6<f64>, from: usize) -> f64 {
+    let sum = |all: &Matrix6<f64>| -> f64 {
+        let part: Matrix3<f64> = all.fixed_view::<3, 3>(from, from).into();
+        part.trace()
+    };
+    let (before, after) = (sum(before), sum(after));
+    if before > 0.0 { (1.0 - LASTING * after / before).clamp(0.0, 1.0) } else { 0.0 }
 }
 
 /// Gives the seconds from one time to a later one, unless that is too far.
@@ -92,6 +213,7 @@ mod tests {
 
     const DT: f64 = 1.0 / 30.0;
     const SPEED: f64 = 0.6;
+    const SURPRISE: Leeway = (0.001, 0.01);
 
     /// Where an object is that goes evenly along x and turns about z.
     fn place(time_s: f64) -> Pose {
@@ -103,7 +225,8 @@ mod tests {
     fn followed(images: usize) -> (Motion, f64) {
         let mut motion = Motion::at_rest(0.0, place(0.0));
         for index in 1..=images {
-            motion.follow(index as f64 * DT, place(index as f64 * DT));
+            let known = Matrix6::identity() * 1e-12;
+            motion.follow(index as f64 * DT, place(index as f64 * DT), &known, SURPRISE);
         }
         (motion, images as f64 * DT)
     }
@@ -132,7 +255,7 @@ mod tests {
             let foreseen = motion.predict(now_s);
             let (went, _) = apart(&before, &foreseen);
             assert!(went > 0.0 && went < step, "{index}: {went} after {step}");
-            motion.wait(now_s);
+            motion.wait(now_s, SURPRISE);
             (before, step) = (foreseen, went);
         }
         let (all, turned) = apart(&motion.last(), &before);

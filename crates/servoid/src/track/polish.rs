@@ -1,9 +1,11 @@
 use nalgebra::{Matrix2, Matrix6, Vector2, Vector3, Vector6};
 
+use super::bias::Said;
 use super::frame::occlusion::{LastSeen, Occlusion};
+use super::motion::Prior;
 use super::sight::Sight;
-use super::target::points::{InView, Match, PLACE_PX, by_motion, noise};
-use crate::fitness::{Agreement, ContourPoint, boundary, contour};
+use super::target::points::{InView, Known, Match, PLACE_PX, by_motion, noise};
+use crate::fitness::{Agreement, ContourPoint, SurfacePoint, boundary, contour};
 use crate::observe::{ImageView, Pyramid};
 use crate::pose::{Pose, Twist};
 use crate::shape::{Outline, Quadric};
@@ -16,6 +18,10 @@ pub(super) struct Normal {
     /// The part of it that no image told.
     pub(super) belief: Matrix6<f64>,
     slope: Vector6<f64>,
+    /// What the outline says, with its bias.
+    pub(super) outline: Said,
+    /// The part of it that is in the sum: what its bias leaves.
+    freed: Said,
 }
 
 /// What the images say about a pose.
@@ -62,6 +68,11 @@ const SHAPE_PX: f64 = 6.0;
 const NEAR_PX: f64 = 2.5;
 /// Pixels inside the outline at which it is asked whether something hides a line.
 const INSIDE_PX: f64 = 4.0;
+/// Standard deviation of a point's place, in radii, where it is seen across the way in which it was learned.
+const BENT: f64 = 0.02;
+/// Squared gradient of a normalised patch, per square pixel, that says nothing: along ridges and shading
+/// that is noise, which would hold a turn back.
+const EVEN: f64 = 0.03;
 /// How much a line counts: neighbours err together.
 const LINE_SHARE: f64 = 0.25;
 
@@ -71,7 +82,13 @@ impl Normal {
         let (across, turn) = ((0.3 * radius).powi(-2), 0.5_f64.powi(-2));
         let diagonal = Vector6::new(across, across, across, turn, turn, turn);
         let belief = Matrix6::from_diagonal(&diagonal);
-        Self { curvature: belief, belief, slope: Vector6::zeros() }
+        let none = (Matrix6::zeros(), Vector6::zeros());
+        Self { curvature: belief, belief, slope: none.1, outline: none, freed: none }
+    }
+
+    /// Gives what all but the outline said.
+    pub(super) fn rest(&self) -> Said {
+        (self.curvature - self.freed.0, self.slope - self.freed.1)
     }
 
     fn step(&self) -> Option<Twist> {
@@ -84,9 +101,10 @@ impl Normal {
 pub(super) fn polish(
     sight: &Sight<'_>,
     (start, coarsest): (Pose, usize),
-    last_seen: LastSeen,
+    prior: Option<&Prior>,
     desk: &mut Desk,
 ) -> Evaluated {
+    let last_seen = last_seen(prior);
     let mut found = Evaluated::nothing(start, sight.solid.radius);
     for level in (0..=coarsest).rev() {
         for number in 0..STEPS[level] {
@@ -94,7 +112,7 @@ pub(super) fn polish(
             if number == 0 {
                 desk.look_for_hidden(sight, &found.pose, last_seen);
             }
-            found = linearize(sight, found.pose, level, desk);
+            found = linearize(sight, (found.pose, prior), level, desk);
             let Some(step) = found.normal.step() else { break };
             let step = bounded(step, sight.solid.radius);
             found.pose = found.pose * Pose::exp(&step);
@@ -115,12 +133,17 @@ pub(super) fn polish(
 pub(super) fn look_at(
     sight: &Sight<'_>,
     pose: Pose,
-    last_seen: LastSeen,
+    prior: Option<&Prior>,
     desk: &mut Desk,
 ) -> Evaluated {
     match_points(sight, &pose, 0, desk);
-    desk.look_for_hidden(sight, &pose, last_seen);
-    linearize(sight, pose, 0, desk)
+    desk.look_for_hidden(sight, &pose, last_seen(prior));
+    linearize(sight, (pose, prior), 0, desk)
+}
+
+/// Says whether the object was seen a moment ago: only then is it believed where it is.
+fn last_seen(prior: Option<&Prior>) -> LastSeen {
+    if prior.is_some() { LastSeen::There } else { LastSeen::Elsewhere }
 }
 
 fn bounded(step: Twist, radius: f64) -> Twist {
@@ -128,14 +151,31 @@ fn bounded(step: Twist, radius: f64) -> Twist {
     step * (MOST_STEP / size.max(MOST_STEP))
 }
 
-/// Sums what surface points and outline say about a pose; the matches are those on the desk.
-fn linearize(sight: &Sight<'_>, pose: Pose, level: usize, desk: &mut Desk) -> Evaluated {
+/// Sums what surface points and outline say about a pose, and what was believed of it before; the matches
+/// are those on the desk.
+fn linearize(
+    sight: &Sight<'_>,
+    (pose, prior): (Pose, Option<&Prior>),
+    level: usize,
+    desk: &mut Desk,
+) -> Evaluated {
     let mut sum = Evaluated::nothing(pose, sight.solid.radius);
+    if let Some((information, pull)) = prior.map(|prior| prior.at(&pose)) {
+        sum.normal.curvature += information;
+        sum.normal.belief += information;
+        sum.normal.slope += pull;
+    }
     for Match { view, agreement, pixel } in &desk.matches {
         if let (Some(agreement), Some(pixel)) = (agreement, pixel) {
-            let position = &sight.points.known[view.point].point.position;
             let shows = 1.0 - desk.occlusion.hides(view.camera, pixel);
-            add_point(&mut sum.normal, agreement, position, shows);
+            let eye = sight.windows[view.camera].projection(&pose).and_then(|seen| seen.eye());
+            let beside = beside(sight, view.point, (agreement, eye));
+            add_point(
+                &mut sum.normal,
+                agreement,
+                (&sight.points.known[view.point].point, level),
+                (shows, beside),
+            );
         }
     }
     if let Some(colors) = sight.colors {
@@ -152,8 +192,18 @@ fn linearize(sight: &Sight<'_>, pose: Pose, level: usize, desk: &mut Desk) -> Ev
                 add_lines(&mut sum, (camera, level), ratio, desk);
             }
         }
+        let normal = &mut sum.normal;
+        normal.freed = sight.bias.freed(&toward(sight, &pose), normal.outline);
+        normal.curvature += normal.freed.0;
+        normal.slope += normal.freed.1;
     }
     sum
+}
+
+/// Gives the direction from the object to the first open camera, in the object's frame.
+pub(super) fn toward(sight: &Sight<'_>, pose: &Pose) -> Vector3<f64> {
+    let eye = sight.windows.iter().find_map(|window| window.projection(pose)?.eye());
+    eye.map_or_else(Vector3::z, |eye| eye.normalize())
 }
 
 /// Matches the points in view at a pose; the matches stay on the desk.
@@ -215,8 +265,8 @@ fn add_lines(
             sum.outline.1 += told;
             let by_motion = by_motion(&place.slope, &place.rim).tr_mul(&place.normal);
             let weight = told * LINE_SHARE / (offset.variance_px + SHAPE_PX);
-            sum.normal.curvature += by_motion * by_motion.transpose() * weight;
-            sum.normal.slope += by_motion * (weight * offset.mean_px);
+            sum.normal.outline.0 += by_motion * by_motion.transpose() * weight;
+            sum.normal.outline.1 += by_motion * (weight * offset.mean_px);
         }
     }
 }
@@ -229,19 +279,44 @@ fn told(variance_px: f64, (reach, step_px): (usize, f64)) -> f64 {
     (1.0 - variance_px / even).max(0.0)
 }
 
-fn add_point(normal: &mut Normal, agreement: &Agreement, position: &Vector3<f64>, shows: f64) {
+/// Gives the covariance of a point's pixel, in square pixels, by what is not known of its place: along the
+/// way to where it was learned, the more the farther it is seen from aside, and by what had drifted.
+fn beside(
+    sight: &Sight<'_>,
+    point: usize,
+    (agreement, eye): (&Agreement, Option<Vector3<f64>>),
+) -> Matrix2<f64> {
+    let Known { point: SurfacePoint { position, toward, .. }, variance, .. } =
+        sight.points.known[point];
+    let aside = eye.map_or(0.0, |eye| (1.0 - (eye - position).normalize().dot(&toward)).max(0.0));
+    let along = agreement.slope * toward;
+    let strayed = sight.points.strayed(point, &by_motion(&agreement.slope, &position));
+    along * along.transpose() * (variance + (BENT * sight.solid.radius * aside).powi(2)) + strayed
+}
+
+/// Adds what a point says that agrees with an image; `beside` is the covariance of its pixel by what is
+/// not known of its place.
+fn add_point(
+    normal: &mut Normal,
+    agreement: &Agreement,
+    (point, level): (&SurfacePoint, usize),
+    (shows, beside): (f64, Matrix2<f64>),
+) {
     let weight = shows * ((agreement.correlation - 0.3) / 0.5).clamp(0.0, 1.0).powi(2);
     if weight == 0.0 {
         return;
     }
-    // The information of a shift of variance noise·tensor⁻¹ + place².
-    let place = PLACE_PX * PLACE_PX;
-    let spread = Matrix2::identity() * noise(agreement.correlation) + agreement.tensor * place;
+    let even = Matrix2::identity() * (EVEN * f64::from(1 << level).powi(-2));
+    let Some(clear) = (agreement.tensor + even).try_inverse() else { return };
+    let clear = agreement.tensor * clear;
+    let tensor = clear * agreement.tensor;
+    // The information of a shift of variance noise·tensor⁻¹ + place.
+    let place = Matrix2::identity() * (PLACE_PX * PLACE_PX) + beside;
+    let spread = Matrix2::identity() * noise(agreement.correlation) + tensor * place;
     let Some(inverse) = spread.try_inverse() else { return };
-    let by_motion = by_motion(&agreement.slope, position);
-    let information = agreement.tensor * inverse;
-    normal.curvature += by_motion.tr_mul(&(information * by_motion)) * weight;
-    normal.slope += by_motion.tr_mul(&(inverse * agreement.pull)) * weight;
+    let by_motion = by_motion(&agreement.slope, &point.position);
+    normal.curvature += by_motion.tr_mul(&(inverse * tensor * by_motion)) * weight;
+    normal.slope += by_motion.tr_mul(&(inverse * (clear * agreement.pull))) * weight;
 }
 
 #[cfg(test)]
@@ -265,8 +340,8 @@ mod tests {
     fn a_line_whose_colours_say_nothing_adds_nothing() {
         for level in 0..LINES.len() {
             let (sum, outline) = added(level, |_| 0.0);
-            assert!((sum.curvature - sum.belief).amax() < 1e-9 * sum.belief.amax());
-            assert!(outline.1 < 1e-9 && sum.slope.amax() < 1e-9, "{outline:?}");
+            assert!(sum.outline.0.amax() < 1e-9 * sum.belief.amax());
+            assert!(outline.1 < 1e-9 && sum.outline.1.amax() < 1e-9, "{outline:?}");
         }
     }
 
@@ -277,7 +352,7 @@ mod tests {
             for nats in [0.01, 0.1, 0.5, 2.0] {
                 let (sum, (agreed, lines)) =
                     added(level, |out| if out < 0.0 { nats } else { -nats });
-                let now = ((sum.curvature - sum.belief).amax(), lines);
+                let now = (sum.outline.0.amax(), lines);
                 assert!(now.0 > before.0 && now.1 > before.1 && lines <= 1.0);
                 assert!(agreed > 0.8 * lines, "{agreed} of {lines}");
                 before = now;

@@ -1,6 +1,5 @@
 use super::TrackError;
 use super::attempt::{Attempt, COARSEST};
-use super::frame::occlusion::LastSeen;
 use super::sight::Sight;
 use super::tracker::{MARGIN, Tracker};
 use crate::observe::Observation;
@@ -10,6 +9,8 @@ use crate::pose::Pose;
 const NEAR_MARGIN: f64 = 0.8;
 /// How far from a pose the object is sought, in radii and radians.
 const NEAR_LEEWAY: (f64, f64) = (0.6, 0.8);
+/// By how much more must be recognised at a rival's pose.
+const BETTER: f64 = 1.2;
 /// Rounds in which an object is sought near a pose, and anywhere, when time does not press.
 pub(super) const ROUNDS: (usize, usize) = (2, 5);
 /// Smallest image of the object that is sought, in pixels.
@@ -29,6 +30,32 @@ impl Tracker {
         } else {
             self.seek_anywhere(observation, 1, attempt)
         }
+    }
+
+    /// Seeks a pose near an attempt's at which more is recognised, since the turn may have drifted; gives the
+    /// number of scores.
+    pub(super) fn compare_with_rival(
+        &mut self,
+        observation: &Observation<'_>,
+        expected: &Pose,
+        attempt: &mut Attempt,
+    ) -> Result<usize, TrackError> {
+        let mut rival = *attempt;
+        let evaluations = self.seek_near(observation, (&attempt.pose, 1), &mut rival)?;
+        let better = rival.verdict.support > BETTER * attempt.verdict.support;
+        if better
+            && rival.verdict.share >= self.settings.trusted
+            && self.has_leapt(expected, &rival.pose)
+        {
+            *attempt = rival;
+            self.status = self.trust.without();
+            return Ok(evaluations);
+        }
+        self.look(observation, &attempt.pose, MARGIN);
+        self.points_in_view(&attempt.pose);
+        let prior = self.motion.prior(observation.time_s, self.restless());
+        *attempt = self.weigh(observation, &attempt.pose, Some(&prior));
+        Ok(evaluations)
     }
 
     /// Seeks the object near a pose, in several rounds unless it is found before.
@@ -99,7 +126,7 @@ impl Tracker {
     ) {
         for candidate in candidates {
             self.points_in_view(candidate);
-            let other = self.attempt(observation, candidate, COARSEST, LastSeen::Elsewhere);
+            let other = self.attempt(observation, candidate, COARSEST, None);
             if other.verdict.support > attempt.verdict.support {
                 *attempt = other;
             }
@@ -110,7 +137,7 @@ impl Tracker {
         let pose = attempt.pose;
         if self.look(observation, &pose, MARGIN) {
             self.points_in_view(&pose);
-            *attempt = self.attempt(observation, &pose, COARSEST, LastSeen::Elsewhere);
+            *attempt = self.attempt(observation, &pose, COARSEST, None);
         }
         self.doubt(attempt);
     }

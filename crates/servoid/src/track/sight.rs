@@ -1,3 +1,4 @@
+use super::bias::Bias;
 use super::frame::Frame;
 use super::frame::window::Window;
 use super::settings::TrackSettings;
@@ -18,6 +19,7 @@ pub(super) struct Sight<'a> {
     /// Nothing where colours are not to be asked.
     pub(super) colors: Option<&'a Colors>,
     pub(super) usual: &'a Usual,
+    pub(super) bias: &'a Bias,
 }
 
 impl<'a> Sight<'a> {
@@ -35,6 +37,7 @@ impl<'a> Sight<'a> {
             points: &target.points,
             colors: settings.region.then_some(&target.colors),
             usual: &target.usual,
+            bias: &target.bias,
         }
     }
 }

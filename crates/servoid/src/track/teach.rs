@@ -26,18 +26,17 @@ impl Tracker {
                 self.learn_colors(observation, &attempt.pose, COLOR_RATE);
             }
         }
-        if !may.surface {
-            return;
+        if may.whole {
+            let eye = observation.world_from_camera[0].translation();
+            self.target.usual.follow(&attempt.verdict, (attempt.pose.translation() - eye).norm());
+            self.keep_views(observation, &attempt.pose);
         }
-        let eye = observation.world_from_camera[0].translation();
-        self.target.usual.follow(&attempt.verdict, (attempt.pose.translation() - eye).norm());
-        self.keep_views(observation, &attempt.pose);
-        if self.settings.surface {
+        if self.settings.surface && may.surface {
             self.target.points.refine(&self.desk.matches, self.target.solid.radius);
             let lesson = Lesson { from: self.cell, cells: CELLS, tries: TRIES, masks: &[] };
             self.cell = self.cell.wrapping_add(CELLS);
             self.learn_points(observation, &attempt.pose, &lesson);
-            self.target.points.judge(&self.desk.matches);
+            self.target.points.judge(&self.desk.matches, &self.desk.occlusion);
         }
     }
 
@@ -62,7 +61,9 @@ impl Tracker {
     ) {
         let sight = Sight::new(&self.frame, observation, &self.target, &self.settings);
         self.fresh.clear();
-        learn(&sight, pose, &self.desk.in_view, lesson, &mut self.fresh);
+        learn(&sight, pose, (&self.desk.in_view, &self.desk.occlusion), lesson, &mut self.fresh);
+        let drift = self.drift_of_lesson();
+        self.fresh.iter_mut().for_each(|known| known.drift = drift);
         self.target.points.add(&mut self.fresh);
     }
 }

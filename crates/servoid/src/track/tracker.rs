@@ -17,7 +17,7 @@ use super::settings::TrackSettings;
 use super::target::Target;
 use super::target::points::Known;
 use super::target::solid::Solid;
-use super::trust::{CLEAR, Trust};
+use super::trust::{CLEAR, Trust, is_turn_told};
 use crate::evolve;
 use crate::fitness::SurfacePoint;
 use crate::observe::{Camera, Observation};
@@ -105,6 +105,9 @@ impl Tracker {
             self.doubt_leap(&expected, &mut attempt);
         }
         let missed = attempt.verdict.share < least;
+        if !missed && self.trust.is_proved() && self.seeks_rival() {
+            evaluations += self.compare_with_rival(observation, &expected, &mut attempt)?;
+        }
         if (missed || !self.trust.is_proved()) && self.frame.can_see() {
             least = self.settings.trusted;
             evaluations += self.regain(observation, &expected, &mut attempt)?;
@@ -150,18 +153,25 @@ impl Tracker {
         if attempt.verdict.share < least {
             self.trust.miss();
             self.status = self.trust.without();
-            self.motion.wait(time_s);
+            self.motion.wait(time_s, self.restless());
             self.scatter.pause();
             return;
         }
         let regained = self.status != Status::Tracking;
+        let known = certainty(&attempt.normal, self.target.solid.radius).filtered;
         // What leaps from one image to the next moves fast; else where it was says nothing.
-        let went_on = self.trust.is_unbroken();
+        let (went_on, followed) = (self.trust.is_unbroken(), self.trust.was_followed());
         self.status = Status::Tracking;
         self.search.follow(expected, &attempt.pose, self.leeway());
+        let drifted = self.target.points.drift;
+        let foreseen = self.motion.turn_variance_at(time_s, self.restless());
+        self.follow_drift(attempt, Some(foreseen).filter(|_| !regained));
+        if followed {
+            self.close_loop(expected, attempt, drifted);
+        }
         if regained {
             if went_on {
-                self.motion.follow(time_s, attempt.pose);
+                self.motion.follow(time_s, attempt.pose, &known, self.restless());
             } else {
                 self.motion = Motion::at_rest(time_s, attempt.pose);
             }
@@ -171,12 +181,13 @@ impl Tracker {
         }
         let goes_on = self.is_landed(expected, attempt);
         self.trust.meet(&attempt.verdict, &self.target.usual, goes_on);
-        self.motion.follow(time_s, attempt.pose);
+        self.target.bias.learn(&attempt.toward, attempt.normal.outline, attempt.normal.rest());
+        let told = self.motion.follow(time_s, attempt.pose, &known, self.restless());
         self.scatter.follow(time_s, attempt.pose);
         let off = (expected.inverse() * attempt.pose).log();
         let (across, turned) = (off.fixed_rows::<3>(0).norm(), off.fixed_rows::<3>(3).norm());
-        self.surprise.0 += 0.3 * (across - self.surprise.0);
-        self.surprise.1 += 0.3 * (turned - self.surprise.1);
+        self.surprise.0 += 0.3 * told.0 * (across - self.surprise.0);
+        self.surprise.1 += 0.3 * told.1 * (turned - self.surprise.1);
     }
 
     /// Gives the share of the object's size by which windows are larger than it: so that they hold it
@@ -202,6 +213,7 @@ impl Tracker {
             usual_printed: if usual > 0.0 { usual } else { printed },
             proved: self.trust.is_proved(),
             turn_rad: turn(noise),
+            drift_rad: self.target.points.drift.sqrt(),
             scatter_rad: if self.scatter.is_measured() {
                 turn(&self.scatter.covariance())
             } else {
@@ -220,7 +232,7 @@ impl Tracker {
         let followed = self.status == Status::Tracking;
         let evidence = self.evidence(&attempt.verdict, &known.covariance);
         let located = followed && self.is_located(&attempt.verdict);
-        let told = located && Self::is_turn_told(&evidence);
+        let told = located && is_turn_told(&evidence);
         if located && !told {
             self.frame.notices.push(Notice::TurnOpen);
         }
@@ -231,7 +243,7 @@ impl Tracker {
         Estimate {
             time_s: observation.time_s,
             world_from_object: if followed { attempt.pose } else { self.motion.last() },
-            covariance: known.covariance + self.scatter.covariance(),
+            covariance: known.covariance + self.scatter.covariance() + self.drift_covariance(),
             unobservable: known.unobservable,
             confidence: if followed { evidence.probability() } else { unseen(self.status) },
             evidence: followed.then_some(evidence),

@@ -14,6 +14,8 @@ pub(super) const CLEAR: f64 = 0.8;
 /// Share from which on an object that is followed is said to be located. Between `held` and this
 /// about half of the poses are wrong.
 const SAID: f64 = 0.68;
+/// The same of one that was seen all the time and whose turn is known.
+const SAID_OF_HELD: f64 = 0.5;
 /// Probability of being right from which on a pose that is followed is said to be tracked.
 const LIKELY: f64 = 0.8;
 /// Surface points of each camera without which no turn is told, and those with the contrast of a pattern
@@ -45,6 +47,13 @@ const SAFE: f64 = 0.85;
 /// Share of the usual surface points that must be seen for what is learned to be true, after a doubt
 /// and when the last images were clear: a side that turns into view brings its points one by one.
 const WELL_RECOGNISED: (f64, f64) = (0.6, 0.3);
+/// Standard deviation of the turn, in radians, below which a side that is not known is learned.
+const HELD_RAD: f64 = 0.15;
+/// Standard deviation of what the turn may have drifted, in radians, above which it is not told, and another
+/// pose is sought at which sides that are known better are recognised.
+pub(super) const ADRIFT: f64 = 0.09;
+/// Images in which an object may be missed and is still foreseen.
+const MISSED: usize = 3;
 /// Clear images after which a doubt is over.
 const DOUBT: usize = 8;
 /// Share from which on colours are learned.
@@ -61,8 +70,10 @@ const LOST_AFTER: usize = 15;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Teachable {
     pub(super) colors: bool,
-    /// What is usual, surface points and views.
+    /// Surface points, where nothing hides the object.
     pub(super) surface: bool,
+    /// What is usual, and views.
+    pub(super) whole: bool,
 }
 
 /// How far an object is trusted to be where it is followed, by what was seen of it so far.
@@ -76,6 +87,8 @@ pub(super) struct Trust {
     doubt: usize,
     /// Whether the object that was found again last was proved to be the one that was lost.
     proved: bool,
+    /// Images since it was known well how it is turned.
+    pub(super) adrift: usize,
     /// Whether it ever was: only then may it have turned unseen to a side that looks like a known one.
     confirmed: bool,
 }
@@ -83,7 +96,7 @@ pub(super) struct Trust {
 impl Trust {
     /// Starts with an object that was never seen.
     pub(super) fn unmet() -> Self {
-        Self { unseen: 0, met: false, doubt: 0, proved: true, confirmed: false }
+        Self { unseen: 0, met: false, doubt: 0, proved: true, adrift: 0, confirmed: false }
     }
 
     /// Starts with an object whose pose was given; `told` says whether images confirm it.
@@ -102,6 +115,11 @@ impl Trust {
     /// Says whether the object was met and never missed since.
     pub(super) fn is_unbroken(&self) -> bool {
         self.met && self.unseen == 0
+    }
+
+    /// Says whether the object was missed in few images at most, so that it went on as foreseen.
+    pub(super) fn was_followed(&self) -> bool {
+        self.met && self.unseen <= MISSED
     }
 
     pub(super) fn was_seen_lately(&self) -> bool {
@@ -135,20 +153,36 @@ impl Trust {
     }
 
     /// Says what a pose that is followed may teach, if images confirm it as `located`.
-    fn teachable(&mut self, verdict: &Verdict, usual: &Usual, located: bool) -> Teachable {
+    fn teachable(
+        &mut self,
+        verdict: &Verdict,
+        usual: &Usual,
+        (located, held): (bool, bool),
+    ) -> Teachable {
         let &Verdict { visible, recognised, .. } = verdict;
         let is_clear = visible >= CLEAR;
         self.doubt = if is_clear { self.doubt.saturating_sub(1) } else { DOUBT };
         if !located {
-            return Teachable { colors: false, surface: false };
+            return Teachable { colors: false, surface: false, whole: false };
         }
         // What hides the object must not become part of it, nor must a pose that is a little off
         // teach where its points are.
         let (doubted, sure) = WELL_RECOGNISED;
         let least = if self.doubt > 0 { doubted } else { sure };
-        let surface = is_clear && recognised >= least * usual.recognised;
-        Teachable { colors: visible >= COLOR_SHARE, surface }
+        let whole = is_clear && (held || recognised >= least * usual.recognised);
+        Teachable { colors: visible >= COLOR_SHARE, surface: whole || held, whole }
     }
+}
+
+/// Says whether the images confirm how an object is turned that they confirm to be there: what speaks
+/// for its pose makes it likely, and some surface points are among that, with the contrast of a
+/// pattern unless it has many, since highlights, rims and shading go with the camera.
+pub(super) fn is_turn_told(evidence: &Evidence) -> bool {
+    let patterned = evidence.printed >= SOME || evidence.usual_printed >= RICH;
+    evidence.recognised >= FEW
+        && patterned
+        && evidence.drift_rad <= ADRIFT
+        && evidence.probability() >= LIKELY
 }
 
 impl Tracker {
@@ -158,20 +192,20 @@ impl Tracker {
         if self.status == Status::Tracking { held } else { trusted }
     }
 
-    /// Says whether the images confirm how an object is turned that they confirm to be there: what speaks
-    /// for its pose makes it likely, and some surface points are among that, with the contrast of a
-    /// pattern unless it has many, since highlights, rims and shading go with the camera.
-    pub(super) fn is_turn_told(evidence: &Evidence) -> bool {
-        let patterned = evidence.printed >= SOME || evidence.usual_printed >= RICH;
-        evidence.recognised >= FEW && patterned && evidence.probability() >= LIKELY
-    }
-
     /// Says whether the images confirm where an object is that is followed.
     pub(super) fn is_located(&self, verdict: &Verdict) -> bool {
         let usual = self.target.usual.recognised;
         let least = (LEAST_RECOGNISED * usual).min(MANY);
-        let known = usual < PATTERN || verdict.recognised >= least;
-        self.trust.proved && verdict.share >= SAID.max(self.settings.held) && known
+        let held = self.is_held();
+        let said = if held { SAID_OF_HELD } else { SAID };
+        let known = usual < PATTERN || verdict.recognised >= least || held;
+        self.trust.proved && verdict.share >= said.max(self.settings.held) && known
+    }
+
+    /// Says whether the object was seen all the time and it is known how it is turned, so that a side
+    /// that turns into view is its own.
+    fn is_held(&self) -> bool {
+        self.trust.is_unbroken() && self.trust.proved && self.motion.turn_sd() < HELD_RAD
     }
 
     /// Says whether it pays to make a pose precise once more.
@@ -226,7 +260,7 @@ impl Tracker {
     /// Says what a pose that is followed may teach.
     pub(super) fn teachable(&mut self, verdict: &Verdict) -> Teachable {
         let located = self.is_located(verdict);
-        self.trust.teachable(verdict, &self.target.usual, located)
+        self.trust.teachable(verdict, &self.target.usual, (located, self.is_held()))
     }
 }
 
@@ -299,7 +333,7 @@ mod tests {
     /// Says whether a turn is told with standard deviations of some radians a direction.
     fn told(tracker: &Tracker, verdict: &Verdict, turn_rad: f64) -> bool {
         let now = Matrix6::identity() * (turn_rad * turn_rad);
-        Tracker::is_turn_told(&tracker.evidence(verdict, &now))
+        is_turn_told(&tracker.evidence(verdict, &now))
     }
 
     #[test]
@@ -339,10 +373,10 @@ mod tests {
     #[test]
     fn what_is_not_told_teaches_nothing() {
         let mut tracker = tracker(Status::Tracking, 60.0);
-        let nothing = Teachable { colors: false, surface: false };
+        let nothing = Teachable { colors: false, surface: false, whole: false };
         assert_eq!(tracker.teachable(&verdict(0.9, 10.0)), nothing);
         assert_eq!(tracker.teachable(&verdict(0.5, 60.0)), nothing);
-        let all = Teachable { colors: true, surface: true };
+        let all = Teachable { colors: true, surface: true, whole: true };
         assert_eq!(tracker.teachable(&verdict(0.9, 60.0)), all);
     }
 
@@ -355,7 +389,7 @@ mod tests {
             assert_eq!(tracker.status, Status::Tracking);
             assert!(!tracker.is_located(&like.verdict));
             let taught = tracker.teachable(&like.verdict);
-            assert_eq!(taught, Teachable { colors: false, surface: false });
+            assert_eq!(taught, Teachable { colors: false, surface: false, whole: false });
         }
         let itself = attempt(verdict(0.95, 55.0));
         tracker.settle(100.0, &Pose::identity(), &itself, 0.5);

@@ -11,6 +11,7 @@ use self::keyframes::Keyframes;
 use self::points::Points;
 use self::solid::Solid;
 use self::usual::Usual;
+use super::bias::Bias;
 use crate::shape::Body;
 
 /// What is known of the object: its shape, what it looks like, and what is usual of it.
@@ -23,14 +24,17 @@ pub(super) struct Target {
     pub(super) colors: Colors,
     pub(super) keyframes: Keyframes,
     pub(super) usual: Usual,
+    pub(super) bias: Bias,
 }
 
 impl Target {
     /// Starts with a body of which nothing else is known.
     pub(super) fn new(body: &Body, local_colors: bool) -> Self {
+        let solid = Solid::new(body);
         Self {
             body: body.clone(),
-            solid: Solid::new(body),
+            bias: Bias::unknown(solid.radius),
+            solid,
             points: Points::default(),
             colors: Colors::new(local_colors),
             keyframes: Keyframes::default(),

@@ -1,8 +1,11 @@
-use nalgebra::{Matrix2x3, Matrix2x6, Vector2, Vector3};
+use nalgebra::{Matrix2, Matrix2x3, Matrix2x6, Vector2, Vector3};
 
-use super::solid::Solid;
+use super::solid::{Rims, Solid};
 use crate::fitness::{Agreement, SurfacePoint};
-use crate::pose::Pose;
+use crate::pose::{Pose, Twist};
+use crate::shape::Projection;
+use crate::track::drift::{back, bridged};
+use crate::track::frame::occlusion::Occlusion;
 use crate::track::frame::window::Window;
 
 /// A surface point with how well its distance is known and how it has done.
@@ -11,6 +14,12 @@ pub(crate) struct Known {
     pub(crate) point: SurfacePoint,
     /// Variance of its place along `toward`, in square metres.
     pub(crate) variance: f64,
+    /// Variance of the object's turn since the first image where it was learned, in square radians: what it
+    /// tells is only as true.
+    pub(crate) drift: f64,
+    /// How far the object had turned since then when it was recognised among many others, in radians: it does
+    /// not slip that far.
+    proved: f64,
     /// Images in which it should have been recognised, and was; both fade.
     seen: f32,
     agreed: f32,
@@ -18,7 +27,7 @@ pub(crate) struct Known {
 
 impl Known {
     pub(crate) fn new(point: SurfacePoint, variance: f64) -> Self {
-        Self { point, variance, seen: 2.0, agreed: 2.0 }
+        Self { point, variance, drift: 0.0, proved: 0.0, seen: 2.0, agreed: 2.0 }
     }
 
     pub(crate) fn quality(&self) -> f32 {
@@ -46,12 +55,18 @@ pub(crate) struct Match {
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Points {
     pub(crate) known: Vec<Known>,
+    /// Variance of the object's turn since the first image, by those that were seen last.
+    pub(crate) drift: f64,
+    /// Memory of `drift_seen`.
+    drifts: Vec<f64>,
 }
 
 /// Least cosine between a surface's normal and the way to a camera that sees it.
 const LEAST_FACING: f64 = 0.3;
 /// Least cosine between the ways to a camera now and when the point was learned.
 const LEAST_LIKE: f64 = 0.6;
+/// Pixels inside the outline between which a point lies on the rim: bodies are not made of ellipsoids.
+const RIM_PX: (f64, f64) = (-3.0, 4.0);
 /// Points are kept up to this number.
 const MOST: usize = 600;
 /// Points that there is room for: those that are kept, and what an image may bring.
@@ -64,6 +79,11 @@ const RECOGNISED: f64 = 0.75;
 const MEMORY: f32 = 0.93;
 
 impl Points {
+    /// Takes points that are known from before.
+    pub(crate) fn of(known: Vec<Known>) -> Self {
+        Self { known, ..Self::default() }
+    }
+
     /// Lists the points that open windows should show, at most `most` a camera.
     pub(crate) fn in_view(
         &self,
@@ -78,12 +98,14 @@ impl Points {
             let Some(projection) = window.projection(pose) else { continue };
             let Some(eye) = projection.eye() else { continue };
             let begin = out.len();
+            let rims = Rims::of(solid, &projection);
             for (index, known) in self.known.iter().enumerate() {
                 let point = &known.point;
                 let way = (eye - point.position).normalize();
                 let shows = way.dot(&point.normal) > LEAST_FACING
                     && way.dot(&point.toward) > LEAST_LIKE
-                    && !solid.hides(&point.position, &eye);
+                    && !solid.hides(&point.position, &eye)
+                    && !is_on_rim(&projection, &rims, &point.position);
                 if shows {
                     out.push(InView { camera, point: index });
                 }
@@ -100,10 +122,14 @@ impl Points {
         self.known.append(fresh);
     }
 
-    /// Judges points by what images said of them, and drops those that no longer agree.
-    pub(crate) fn judge(&mut self, matches: &[Match]) {
-        for Match { view, agreement, .. } in matches {
-            let Some(agreement) = agreement else { continue };
+    /// Judges points by what images said of them where nothing hides them, and drops those that no longer
+    /// agree.
+    pub(crate) fn judge(&mut self, matches: &[Match], occlusion: &Occlusion) {
+        for Match { view, agreement, pixel } in matches {
+            let (Some(agreement), Some(pixel)) = (agreement, pixel) else { continue };
+            if occlusion.hides(view.camera, pixel) > 0.0 {
+                continue;
+            }
             let known = &mut self.known[view.point];
             known.seen = MEMORY * known.seen + 1.0;
             known.agreed *= MEMORY;
@@ -121,6 +147,52 @@ impl Points {
                 at * excess / count == (at - 1) * excess / count
             });
         }
+    }
+
+    /// Gives how far the turn may have drifted by the points that agree with images, as a variance: half of
+    /// them know it at least so well. Nothing if they are too few. `toward` is the direction to the camera,
+    /// and `slip` the variance by which points slip along while the object turns by a radian.
+    pub(crate) fn drift_seen(
+        &mut self,
+        matches: &[Match],
+        toward: &Vector3<f64>,
+        slip: f64,
+    ) -> Option<f64> {
+        self.drifts.clear();
+        for Match { view, agreement, .. } in matches {
+            if agreement.is_none_or(|agreement| agreement.correlation < RECOGNISED) {
+                continue;
+            }
+            let known = &mut self.known[view.point];
+            let turned = (known.point.toward.angle(toward) - EYES_APART).max(0.0);
+            if slip < PROVES * PROVES {
+                known.proved = known.proved.max(turned);
+            }
+            self.drifts.push(known.drift + 0.5 * slip * (turned - known.proved).max(0.0));
+        }
+        let half = self.drifts.len() / 2;
+        let enough = self.drifts.len() >= LEAST_KNOWN;
+        enough.then(|| *self.drifts.select_nth_unstable_by(half, f64::total_cmp).1)
+    }
+
+    /// Turns points back, each by its share of a motion that closes a loop; `drifts` are the variances of
+    /// the turn before that and after it.
+    pub(crate) fn turn_back(&mut self, off: &Twist, drifts: (f64, f64)) {
+        for known in &mut self.known {
+            let (share, left) = bridged(known.drift, drifts);
+            known.drift = left;
+            if share > 0.0 {
+                known.point.move_by(&back(off, share));
+            }
+        }
+    }
+
+    /// Gives the covariance of a point's pixel, in square pixels, by what the turn had drifted further when
+    /// it was learned than by the points that were seen last. `by_motion` says how it moves with the object.
+    pub(crate) fn strayed(&self, point: usize, by_motion: &Matrix2x6<f64>) -> Matrix2<f64> {
+        let excess = (self.known[point].drift - self.drift).max(0.0);
+        let by_turn = by_motion.fixed_view::<2, 3>(0, 3);
+        by_turn * by_turn.transpose() * (excess / 3.0)
     }
 
     /// Moves points along the way in which they were learned to where the images show them, each by
@@ -145,6 +217,20 @@ impl Points {
             known.variance = (1.0 - gain) * known.variance + (FADING * radius).powi(2);
         }
     }
+}
+
+/// Points that must agree for what they know of the turn to be known.
+const LEAST_KNOWN: usize = 12;
+/// Standard deviation of what slips while the object turns by a radian, in radians, below which it is
+/// proved that points do not.
+const PROVES: f64 = 0.15;
+/// Angle between the ways to two cameras, in radians, that is no turn.
+const EYES_APART: f64 = 0.2;
+/// Says whether a point lies about where the body's outline is: its image is that of the outline, which
+/// does not move as the surface does.
+fn is_on_rim(projection: &Projection, rims: &Rims, point: &Vector3<f64>) -> bool {
+    let margin = projection.pixel(point).map(|(pixel, _)| rims.margin(&pixel));
+    margin.is_some_and(|margin| (RIM_PX.0..RIM_PX.1).contains(&margin))
 }
 
 /// Share of what an image says of a point that is its own and not the pose's.

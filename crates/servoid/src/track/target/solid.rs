@@ -1,4 +1,4 @@
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 
 use crate::shape::{Body, Ellipsoid, Outline, Projection, Quadric};
 
@@ -66,6 +66,34 @@ impl Solid {
             let nearest = (-from.dot(&way) / way.norm_squared()).clamp(0.0, 1.0);
             (from + way * nearest).norm_squared() < 1.0
         })
+    }
+}
+
+/// The outlines of a body's ellipsoids, ready to be asked how far inside of them pixels lie.
+pub(crate) struct Rims(Vec<(Outline, Matrix2<f64>)>);
+
+impl Rims {
+    pub(crate) fn of(solid: &Solid, projection: &Projection) -> Self {
+        let inverse = |outline: &Outline| {
+            outline.covariance_px().try_inverse().unwrap_or_else(Matrix2::identity)
+        };
+        let outlines = solid.outlines(projection);
+        Self(outlines.map(|outline| (outline, inverse(&outline))).collect())
+    }
+
+    /// Gives about how many pixels a pixel lies inside; not positive if outside.
+    pub(crate) fn margin(&self, pixel: &Vector2<f64>) -> f64 {
+        let depth = |(outline, inverse): &(Outline, Matrix2<f64>)| {
+            let away = pixel - outline.center_px();
+            let distance = away.dot(&(inverse * away)).sqrt();
+            let length = if distance > 1e-9 {
+                away.norm() / distance
+            } else {
+                outline.half_width.min(outline.half_height)
+            };
+            (1.0 - distance) * length
+        };
+        self.0.iter().map(depth).fold(f64::NEG_INFINITY, f64::max)
     }
 }
 

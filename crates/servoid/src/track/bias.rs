@@ -1,0 +1,188 @@
+//! How far an outline is off for the body's sake: a body is not the object, so where its outline fits
+//! best is beside the pose, by about the same from image to image, and by another amount from another
+//! side. What surface points and motion tell of the pose tells it.
+
+use nalgebra::{Matrix6, SMatrix, SVector, Vector3, Vector6};
+
+/// By which small motion of the object, in its own frame, the pose that fits its outline best differs
+/// from the true one; in radii and radians, so that it is the same in any unit of length.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Bias {
+    mean: Vector6<f64>,
+    covariance: Matrix6<f64>,
+    /// From where it was seen, in the object's frame.
+    toward: Option<Vector3<f64>>,
+    radius: f64,
+}
+
+/// What is said of a motion: its information, and that times the motion.
+pub(crate) type Said = (Matrix6<f64>, Vector6<f64>);
+
+/// Standard deviation, in radii and radians, of a side of which nothing is known, and of what changes
+/// with a turn by one radian.
+const UNKNOWN: (f64, f64) = (0.1, 0.15);
+const CHANGES: (f64, f64) = (0.1, 0.15);
+
+impl Bias {
+    pub(crate) fn unknown(radius: f64) -> Self {
+        Self { mean: Vector6::zeros(), covariance: variances(UNKNOWN), toward: None, radius }
+    }
+
+    /// Takes out of what an outline says of the pose what the bias leaves open; the outline is seen from a
+    /// direction in the object's frame.
+    pub(crate) fn freed(&self, toward: &Vector3<f64>, outline: Said) -> Said {
+        let now = self.seen_from(toward);
+        let (told, slope) = self.in_radii(outline);
+        let open = Matrix6::identity() + told * now.covariance;
+        let Some(inverse) = open.try_inverse() else { return outline };
+        let left = inverse * told;
+        self.in_metres((left, inverse * slope - left * now.mean))
+    }
+
+    /// Learns from an image in which the rest says something of the pose, too.
+    pub(crate) fn learn(&mut self, toward: &Vector3<f64>, outline: Said, rest: Said) {
+        let now = self.seen_from(toward);
+        let (outline, rest) = (self.in_radii(outline), self.in_radii(rest));
+        let Some(before) = now.covariance.try_inverse() else { return };
+        // The pose, and how far the outline is off from it, as both together fit best.
+        let slope = outline.1 - outline.0 * now.mean;
+        let mut told = SMatrix::<f64, 12, 12>::zeros();
+        told.fixed_view_mut::<6, 6>(0, 0).copy_from(&(rest.0 + outline.0));
+        told.fixed_view_mut::<6, 6>(0, 6).copy_from(&outline.0);
+        told.fixed_view_mut::<6, 6>(6, 0).copy_from(&outline.0);
+        told.fixed_view_mut::<6, 6>(6, 6).copy_from(&(before + outline.0));
+        let mut slopes = SVector::<f64, 12>::zeros();
+        slopes.fixed_rows_mut::<6>(0).copy_from(&(rest.1 + slope));
+        slopes.fixed_rows_mut::<6>(6).copy_from(&slope);
+        let Some(inverse) = told.try_inverse() else { return };
+        let off = (inverse * slopes).fixed_rows::<6>(6).into_owned();
+        let covariance = inverse.fixed_view::<6, 6>(6, 6).into_owned();
+        *self = Self { mean: now.mean + off, covariance, ..now };
+    }
+
+    /// Learns from an image whose pose is given.
+    pub(crate) fn learn_at(&mut self, toward: &Vector3<f64>, outline: Said) {
+        let now = self.seen_from(toward);
+        let (told, slope) = self.in_radii(outline);
+        let Some(before) = now.covariance.try_inverse() else { return };
+        let Some(covariance) = (before + told).try_inverse() else { return };
+        let mean = now.mean + covariance * (slope - told * now.mean);
+        *self = Self { mean, covariance, ..now };
+    }
+
+    /// Says what is known of it as seen from a direction: never less than of a side that was never seen.
+    fn seen_from(&self, toward: &Vector3<f64>) -> Self {
+        let turned = self.toward.map_or(0.0, |last| last.angle(toward));
+        let covariance = self.covariance + variances(CHANGES) * turned;
+        let most = variances(UNKNOWN);
+        let left = Vector6::from_fn(|i, _| (most[(i, i)] / covariance[(i, i)]).min(1.0).sqrt());
+        let left = Matrix6::from_diagonal(&left);
+        Self {
+            mean: left * self.mean,
+            covariance: left * covariance * left,
+            toward: Some(*toward),
+            radius: self.radius,
+        }
+    }
+
+    fn in_radii(&self, (told, slope): Said) -> Said {
+        let unit = self.unit(self.radius);
+        (unit * told * unit, unit * slope)
+    }
+
+    fn in_metres(&self, (told, slope): Said) -> Said {
+        let unit = self.unit(1.0 / self.radius);
+        (unit * told * unit, unit * slope)
+    }
+
+    fn unit(&self, length: f64) -> Matrix6<f64> {
+        Matrix6::from_diagonal(&Vector6::new(length, length, length, 1.0, 1.0, 1.0))
+    }
+}
+
+fn variances((across, turned): (f64, f64)) -> Matrix6<f64> {
+    let (across, turned) = (across * across, turned * turned);
+    Matrix6::from_diagonal(&Vector6::new(across, across, across, turned, turned, turned))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const RADIUS: f64 = 0.05;
+
+    /// What an outline says that fits best beside the pose by a motion, in radii and radians.
+    fn outline(off: f64) -> Said {
+        let told = Bias::unknown(RADIUS).in_metres((Matrix6::identity() * 1e4, Vector6::zeros())).0;
+        let units = Vector6::new(RADIUS, RADIUS, RADIUS, 1.0, 1.0, 1.0);
+        (told, told * (units * off))
+    }
+
+    fn nothing() -> Said {
+        (Matrix6::identity() * 1e-9, Vector6::zeros())
+    }
+
+    /// Gives the motion that is said.
+    fn said((told, slope): Said) -> Vector6<f64> {
+        told.try_inverse().unwrap() * slope
+    }
+
+    #[test]
+    fn an_outline_that_is_off_where_the_pose_is_known_pulls_no_more_from_there_but_as_much_when_it_moves()
+     {
+        let toward = Vector3::z();
+        let mut bias = Bias::unknown(RADIUS);
+        assert!(said(bias.freed(&toward, outline(0.02))).amax() > 0.015);
+        bias.learn_at(&toward, outline(0.02));
+        assert!(said(bias.freed(&toward, outline(0.02))).amax() < 0.001);
+        let moved = said(bias.freed(&toward, outline(0.03)));
+        assert!((moved[5] - 0.01).abs() < 0.001, "{moved}");
+    }
+
+    #[test]
+    fn points_that_know_the_pose_tell_the_bias_and_without_any_an_outline_keeps_it() {
+        let toward = Vector3::z();
+        let mut bias = Bias::unknown(RADIUS);
+        let sure = (outline(0.0).0 * 100.0, Vector6::zeros());
+        for _ in 0..5 {
+            bias.learn(&toward, outline(0.02), sure);
+        }
+        assert!(said(bias.freed(&toward, outline(0.02))).amax() < 0.002);
+        for _ in 0..5 {
+            bias.learn(&toward, outline(0.05), nothing());
+        }
+        let moved = said(bias.freed(&toward, outline(0.05)));
+        assert!((moved[5] - 0.03).abs() < 0.004, "{moved}");
+    }
+
+    #[test]
+    fn the_farther_the_object_turned_the_less_its_outline_says_until_a_side_is_new() {
+        let mut bias = Bias::unknown(RADIUS);
+        bias.learn_at(&Vector3::z(), outline(0.0));
+        let mut before = f64::INFINITY;
+        for step in 0..9 {
+            let angle = 0.1 * f64::from(step);
+            let toward = Vector3::new(libm::sin(angle), 0.0, libm::cos(angle));
+            let told = bias.freed(&toward, outline(0.0)).0.trace();
+            assert!(told < before, "{step}");
+            before = told;
+        }
+        let away = bias.freed(&-Vector3::z(), outline(0.0)).0.trace();
+        let unknown = Bias::unknown(RADIUS).freed(&Vector3::z(), outline(0.0)).0.trace();
+        assert!((away / unknown - 1.0).abs() < 0.05, "{away} {unknown}");
+    }
+
+    #[test]
+    fn in_other_units_of_length_it_is_the_same() {
+        let learned = |scale: f64| {
+            let units = Vector6::new(scale, scale, scale, 1.0, 1.0, 1.0).map(|x| 1.0 / x);
+            let unit = Matrix6::from_diagonal(&units);
+            let scaled = |(told, slope): Said| (unit * told * unit, unit * slope);
+            let mut bias = Bias::unknown(scale * RADIUS);
+            bias.learn_at(&Vector3::z(), scaled(outline(0.01)));
+            bias.learn(&Vector3::x(), scaled(outline(0.03)), scaled(outline(-0.02)));
+            bias.mean
+        };
+        assert_eq!(learned(1.0), learned(0.25));
+    }
+}

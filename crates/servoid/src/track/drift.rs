@@ -1,0 +1,141 @@
+//! How far the object's turn may have drifted since the first image. A surface point tells the turn only as
+//! well as that of the pose it was learned at was known, and what looks alike wherever it lies on the
+//! surface, as shading does, slips along. Where sides are seen again that are known better, what was
+//! learned on the way is turned back by its share of what had drifted.
+
+use nalgebra::{Matrix6, Vector6};
+
+use super::attempt::Attempt;
+use super::estimate::Notice;
+use super::judge::Verdict;
+use super::tracker::Tracker;
+use super::trust::{ADRIFT, CLEAR};
+use crate::pose::{Pose, Twist};
+
+/// Standard deviation of a turn by one radian, in radians, where nothing has the contrast of a pattern and
+/// few points are recognised; the most of it; and recognised points of each camera at which it is half.
+const SLIPS: (f64, f64, f64) = (2.0, 0.5, 20.0);
+/// Standard deviation, in radians, of the turn of an object that is found again with too few points that
+/// were known.
+const FOUND_RAD: f64 = 0.3;
+/// Standard deviation of the turn, in radians, from which on a loop may be closed, and the part of its
+/// variance that is left then at most.
+const CLOSED: (f64, f64) = (0.03, 0.25);
+/// By how much more the turn strays where points are learned than its noise says.
+const STRAYS: f64 = 3.0;
+/// Part of the object's radius by which its place strays while the turn does by one radian.
+const PLACE: f64 = 0.2;
+/// Images from one in which another pose is sought to the next.
+const RIVAL_EVERY: usize = 4;
+
+impl Tracker {
+    /// Says anew how far the turn may have drifted at a pose that is believed; `foreseen` is its variance
+    /// without this image, or nothing where the object was lost.
+    pub(super) fn follow_drift(&mut self, attempt: &Attempt, foreseen: Option<f64>) {
+        let slip = slip(&attempt.verdict, self.frame.open());
+        let points = &mut self.target.points;
+        let known = points.drift_seen(&self.desk.matches, &attempt.toward, slip * slip);
+        let lost = FOUND_RAD * FOUND_RAD;
+        let drift = known.unwrap_or(points.drift + foreseen.unwrap_or(lost));
+        // Where much is missed, what seems to be a known side may be another one.
+        let is_clear = attempt.verdict.share >= CLEAR;
+        points.drift = if is_clear { drift } else { drift.max(points.drift) };
+    }
+
+    /// Where sides are seen that are known better than those that were followed, turns back what was learned
+    /// on the way, and the motion; `before` is what the turn may have drifted before, as a variance.
+    pub(super) fn close_loop(&mut self, expected: &Pose, attempt: &Attempt, before: f64) {
+        let (least, left) = CLOSED;
+        let after = self.target.points.drift;
+        if before < least * least || after > left * before {
+            return;
+        }
+        let off = (expected.inverse() * attempt.pose).log();
+        self.target.points.turn_back(&off, (before, after));
+        self.motion.correct(&off);
+        let degrees = off.fixed_rows::<3>(3).norm().to_degrees();
+        self.frame.notices.push(Notice::LoopClosed { degrees });
+    }
+
+    /// Says whether it is time to seek another pose at which sides are recognised that are known better: in
+    /// one of every few images while the turn may have drifted.
+    pub(super) fn seeks_rival(&mut self) -> bool {
+        let is_adrift = self.target.points.drift > ADRIFT * ADRIFT;
+        self.trust.adrift = if is_adrift { self.trust.adrift + 1 } else { 0 };
+        is_adrift && self.trust.adrift.is_multiple_of(RIVAL_EVERY)
+    }
+
+    /// Gives the variance of the turn with which a point is known that is learned now.
+    pub(super) fn drift_of_lesson(&self) -> f64 {
+        self.target.points.drift + (STRAYS * self.motion.turn_sd()).powi(2)
+    }
+
+    /// Gives the covariance of a pose by what it may have drifted, in the object's frame.
+    pub(super) fn drift_covariance(&self) -> Matrix6<f64> {
+        let turn = self.target.points.drift / 3.0;
+        let place = (PLACE * self.target.solid.radius).powi(2) * turn;
+        Matrix6::from_diagonal(&Vector6::new(place, place, place, turn, turn, turn))
+    }
+}
+
+/// Gives the standard deviation by which what is recognised slips along the surface while the object turns by
+/// one radian, in radians.
+fn slip(verdict: &Verdict, cameras: usize) -> f64 {
+    let (most, least, half) = (SLIPS.0, SLIPS.1, SLIPS.2 * cameras.max(1) as f64);
+    let printed = (verdict.printed + 1.0) / (verdict.recognised + 2.0);
+    (most * (1.0 - printed) / (1.0 + (verdict.recognised / half).powi(2))).min(least)
+}
+
+/// Gives the share of a drift that had come about where a point was learned, and what is left of its
+/// variance once the loop is closed: that of a random walk whose ends are known.
+pub(super) fn bridged(variance: f64, (before, after): (f64, f64)) -> (f64, f64) {
+    let share = ((variance - after) / (before - after)).clamp(0.0, 1.0);
+    (share, after.min(variance) + (variance - after).max(0.0) * (1.0 - share))
+}
+
+/// Gives the motion by which a point is turned back that had drifted by a share of another motion.
+pub(super) fn back(off: &Twist, share: f64) -> Pose {
+    Pose::exp(&(-off * share))
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn verdict(recognised: f64, printed: f64) -> Verdict {
+        let (visible, share, support) = (1.0, 1.0, recognised);
+        Verdict { visible, share, support, recognised, printed, ratio: 1.0, outline: 1.0 }
+    }
+
+    proptest! {
+        #[test]
+        fn more_points_and_more_of_them_printed_never_slip_more(
+            recognised in 0.0..200.0_f64,
+            part in 0.0..=1.0_f64,
+            more in 0.0..50.0_f64,
+        ) {
+            let now = slip(&verdict(recognised, part * recognised), 2);
+            prop_assert!((0.0..=SLIPS.1).contains(&now));
+            let printed = (part * recognised + more).min(recognised);
+            prop_assert!(slip(&verdict(recognised, printed), 2) <= now);
+            let (many, all) = (recognised + more, part * recognised + more);
+            prop_assert!(slip(&verdict(many, all), 2) <= now);
+        }
+
+        #[test]
+        fn a_closed_loop_leaves_its_ends_where_they_are_known_and_nothing_less_certain(
+            before in 0.01..0.1_f64,
+            left in 0.0..0.25_f64,
+            variance in 0.0..0.1_f64,
+        ) {
+            let after = left * before;
+            prop_assert_eq!(bridged(after, (before, after)).0, 0.0);
+            let (whole, kept) = bridged(before, (before, after));
+            prop_assert!((whole - 1.0).abs() < 1e-12 && (kept - after).abs() < 1e-12);
+            let (share, kept) = bridged(variance, (before, after));
+            prop_assert!((0.0..=1.0).contains(&share) && (0.0..=variance).contains(&kept));
+        }
+    }
+}

@@ -100,9 +100,13 @@ pub(super) fn back(off: &Twist, share: f64) -> Pose {
 
 #[cfg(test)]
 mod tests {
+    use nalgebra::Vector3;
     use proptest::prelude::*;
 
     use super::*;
+    use crate::fitness::SurfacePoint;
+    use crate::observe::Pyramid;
+    use crate::track::target::points::{Known, Points};
 
     fn verdict(recognised: f64, printed: f64) -> Verdict {
         let (visible, share, support) = (1.0, 1.0, recognised);
@@ -137,5 +141,37 @@ mod tests {
             let (share, kept) = bridged(variance, (before, after));
             prop_assert!((0.0..=1.0).contains(&share) && (0.0..=variance).contains(&kept));
         }
+    }
+
+    #[test]
+    fn a_loop_that_closes_turns_back_what_was_learned_on_the_way_and_leaves_what_was_known_before()
+    {
+        let (before, after) = (0.04, 0.0004);
+        let point = SurfacePoint {
+            position: Vector3::new(0.03, 0.01, 0.04),
+            normal: Vector3::z(),
+            steps: [Vector3::x() * 1e-3, Vector3::y() * 1e-3],
+            toward: Vector3::z(),
+            looks: [None; Pyramid::LEVELS],
+            color: [0; 3],
+        };
+        let learned = |drift: f64| {
+            let mut known = Known::new(point, 1e-8);
+            known.drift = drift;
+            known
+        };
+        let mut points = Points::of(vec![learned(0.0), learned(after), learned(before)]);
+        let off = Twist::new(0.002, 0.0, -0.001, 0.1, 0.2, -0.05);
+        points.turn_back(&off, (before, after));
+        for old in &points.known[..2] {
+            assert_eq!(old.point, point);
+        }
+        // Seen from the pose after the jump, it is where it was seen from the one before.
+        let newest = &points.known[2];
+        assert!(
+            (Pose::exp(&off).transform(&newest.point.position) - point.position).norm() < 1e-12
+        );
+        assert!((Pose::exp(&off).rotation() * newest.point.toward - point.toward).norm() < 1e-12);
+        assert!((newest.drift - after).abs() < 1e-12);
     }
 }

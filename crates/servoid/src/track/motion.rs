@@ -273,4 +273,47 @@ mod tests {
             assert!(off < 1e-12 && turned < 1e-9);
         }
     }
+
+    #[test]
+    fn where_images_tell_nothing_all_goes_on_as_foreseen_and_is_ever_less_sure() {
+        let (mut motion, last_s) = followed(20);
+        let mut before = f64::INFINITY;
+        for index in 1..12 {
+            let now_s = last_s + index as f64 * DT;
+            let prior = motion.prior(now_s, SURPRISE);
+            let (off, turned) = apart(&prior.pose, &place(now_s));
+            assert!(off < 1e-9 && turned < 1e-9, "{index}: {off} {turned}");
+            let sure = prior.information.symmetric_eigenvalues().min();
+            assert!(sure < before, "{index}");
+            before = sure;
+            // What was foreseen is found again, and known as well as before.
+            let known = prior.information.try_inverse().unwrap() / (WIDE * WIDE);
+            let told = motion.follow(now_s, prior.pose, &known, SURPRISE);
+            assert_eq!(told, (0.0, 0.0));
+        }
+    }
+
+    #[test]
+    fn what_pulls_back_to_a_prior_is_what_it_says_of_the_way() {
+        let prior = followed(5).0.prior(6.0 * DT, SURPRISE);
+        let (information, pull) = prior.at(&prior.pose);
+        assert!(pull.amax() < 1e-9 * information.amax());
+        let way = Twist::new(1e-3, -2e-3, 5e-4, 0.01, 0.02, -0.01);
+        let (_, pull) = prior.at(&(prior.pose * Pose::exp(&-way)));
+        assert!((information.try_inverse().unwrap() * pull - way).amax() < 1e-9);
+    }
+
+    #[test]
+    fn a_correction_is_no_motion() {
+        let (mut motion, last_s) = followed(20);
+        let off = Twist::new(0.01, 0.0, 0.0, 0.0, 0.2, 0.0);
+        let before = motion;
+        motion.correct(&off);
+        assert_eq!(motion.speed, before.speed);
+        let (across, turned) = apart(&(before.last() * Pose::exp(&off)), &motion.last());
+        assert!(across < 1e-12 && turned < 1e-7);
+        let (went, _) = apart(&motion.last(), &motion.predict(last_s + DT));
+        let (goes, _) = apart(&before.last(), &before.predict(last_s + DT));
+        assert!((went - goes).abs() < 1e-12);
+    }
 }

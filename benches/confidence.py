@@ -79,7 +79,10 @@ def terms(evidence: dict[str, float]) -> list[float]:
     return [
         1.0,
         evidence["share"],
-        float(evidence["printed"] >= max(many, part * evidence["recognised"])),
+        float(
+            evidence["printed"] >= many
+            and evidence["printed"] * evidence["share"] >= part * evidence["recognised"]
+        ),
         float(np.clip(usual, 0.0, 1.0)),
         evidence["proved"],
         spread(evidence["turn_rad"], "TURN"),

@@ -76,7 +76,7 @@ impl Tracker {
             pose,
             &self.target.solid,
             most,
-            &mut self.desk.in_view,
+            (&mut self.desk.rims, &mut self.desk.in_view),
         );
     }
 

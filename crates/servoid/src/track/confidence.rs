@@ -36,8 +36,8 @@ const AT_LEAST: f64 = -3.74;
 /// What a share of 1 adds.
 const SHARE: f64 = 0.56;
 /// What it adds that an object is printed all over: so many points a camera have the contrast of a
-/// pattern, and so large a part of those that are recognised.
-const PRINTED: (f64, f64, f64) = (30.0, 0.8, 1.98);
+/// pattern, and so large a part of those that are recognised, times the share.
+const PRINTED: (f64, f64, f64) = (30.0, 0.72, 1.98);
 /// Points a camera that usually have that contrast from which on each adds, up to the second number, and
 /// what all of these add.
 const USUAL: (f64, f64, f64) = (15.0, 40.0, 1.94);
@@ -68,7 +68,8 @@ impl Evidence {
             -weight * libm::log(x.clamp(least, most) / none)
         };
         let (many, most, all_over) = PRINTED;
-        let is_printed = self.printed >= many && self.printed >= most * self.recognised;
+        let is_printed =
+            self.printed >= many && self.printed * self.share >= most * self.recognised;
         let odds = AT_LEAST
             + SHARE * self.share
             + if is_printed { all_over } else { 0.0 }

@@ -53,6 +53,7 @@ impl Tracker {
         let off = (expected.inverse() * attempt.pose).log();
         self.target.points.turn_back(&off, (before, after));
         self.motion.correct(&off);
+        self.scatter.pause();
         let degrees = off.fixed_rows::<3>(3).norm().to_degrees();
         self.frame.notices.push(Notice::LoopClosed { degrees });
     }

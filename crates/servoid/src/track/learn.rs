@@ -57,17 +57,17 @@ pub(super) fn learn(
     pose: &Pose,
     (taken, occlusion): (&[InView], &Occlusion),
     lesson: &Lesson<'_>,
-    out: &mut Vec<Known>,
+    (rims, out): (&mut Rims, &mut Vec<Known>),
 ) {
     for camera in 0..sight.windows.len() {
         let Some(projection) = sight.windows[camera].projection(pose) else { continue };
         let Some(eye) = projection.eye() else { continue };
         let Some(grain) = grain(sight, &projection) else { continue };
-        let outline = Rims::of(sight.solid, &projection);
-        let known = (taken, &outline, occlusion);
+        rims.read(sight.solid, &projection);
+        let known = (taken, &*rims, occlusion);
         let corners = corners(sight, (camera, &projection), known, (lesson, grain));
         for pixel in corners.take(lesson.tries) {
-            let reach = outline.margin(&pixel);
+            let reach = rims.margin(&pixel);
             let scale = (grain, reach);
             out.extend(point_at(sight, (camera, &projection, &eye), pose, pixel, scale));
         }

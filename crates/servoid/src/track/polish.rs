@@ -5,6 +5,7 @@ use super::frame::occlusion::{LastSeen, Occlusion};
 use super::motion::Prior;
 use super::sight::Sight;
 use super::target::points::{InView, Known, Match, PLACE_PX, by_motion, noise};
+use super::target::solid::Rims;
 use crate::fitness::{Agreement, ContourPoint, SurfacePoint, boundary, contour};
 use crate::observe::{ImageView, Pyramid};
 use crate::pose::{Pose, Twist};
@@ -45,6 +46,7 @@ impl Evaluated {
 pub(super) struct Desk {
     pub(super) in_view: Vec<InView>,
     pub(super) matches: Vec<Match>,
+    pub(super) rims: Rims,
     pub(super) occlusion: Occlusion,
     outlines: Vec<(Outline, Quadric)>,
     pub(super) teaching: Vec<Outline>,

@@ -61,7 +61,8 @@ impl Tracker {
     ) {
         let sight = Sight::new(&self.frame, observation, &self.target, &self.settings);
         self.fresh.clear();
-        learn(&sight, pose, (&self.desk.in_view, &self.desk.occlusion), lesson, &mut self.fresh);
+        let known = (&*self.desk.in_view, &self.desk.occlusion);
+        learn(&sight, pose, known, lesson, (&mut self.desk.rims, &mut self.fresh));
         let drift = self.drift_of_lesson();
         self.fresh.iter_mut().for_each(|known| known.drift = drift);
         self.target.points.add(&mut self.fresh);

@@ -107,6 +107,7 @@ impl Tracker {
         let missed = attempt.verdict.share < least;
         if !missed && self.trust.is_proved() && self.seeks_rival() {
             evaluations += self.compare_with_rival(observation, &expected, &mut attempt)?;
+            clock.lap(|timing| &mut timing.search);
         }
         if (missed || !self.trust.is_proved()) && self.frame.can_see() {
             least = self.settings.trusted;
@@ -182,9 +183,10 @@ impl Tracker {
         let goes_on = self.is_landed(expected, attempt);
         self.trust.meet(&attempt.verdict, &self.target.usual, goes_on);
         self.target.bias.learn(&attempt.toward, attempt.normal.outline, attempt.normal.rest());
+        // Where a loop was closed, that was no motion.
+        let off = (self.motion.predict(time_s).inverse() * attempt.pose).log();
         let told = self.motion.follow(time_s, attempt.pose, &known, self.restless());
         self.scatter.follow(time_s, attempt.pose);
-        let off = (expected.inverse() * attempt.pose).log();
         let (across, turned) = (off.fixed_rows::<3>(0).norm(), off.fixed_rows::<3>(3).norm());
         self.surprise.0 += 0.3 * told.0 * (across - self.surprise.0);
         self.surprise.1 += 0.3 * told.1 * (turned - self.surprise.1);

@@ -16,6 +16,8 @@ pub(super) const CLEAR: f64 = 0.8;
 const SAID: f64 = 0.68;
 /// The same of one that was seen all the time and whose turn is known.
 const SAID_OF_HELD: f64 = 0.5;
+/// Share from which on a turn is told.
+const TOLD: f64 = 0.64;
 /// Probability of being right from which on a pose that is followed is said to be tracked.
 const LIKELY: f64 = 0.8;
 /// Surface points of each camera without which no turn is told, and those with the contrast of a pattern
@@ -87,10 +89,10 @@ pub(super) struct Trust {
     doubt: usize,
     /// Whether the object that was found again last was proved to be the one that was lost.
     proved: bool,
-    /// Images since it was known well how it is turned.
-    pub(super) adrift: usize,
     /// Whether it ever was: only then may it have turned unseen to a side that looks like a known one.
     confirmed: bool,
+    /// Images since it was known well how it is turned.
+    pub(super) adrift: usize,
 }
 
 impl Trust {
@@ -179,10 +181,8 @@ impl Trust {
 /// pattern unless it has many, since highlights, rims and shading go with the camera.
 pub(super) fn is_turn_told(evidence: &Evidence) -> bool {
     let patterned = evidence.printed >= SOME || evidence.usual_printed >= RICH;
-    evidence.recognised >= FEW
-        && patterned
-        && evidence.drift_rad <= ADRIFT
-        && evidence.probability() >= LIKELY
+    let shows = evidence.recognised >= FEW && evidence.share >= TOLD && patterned;
+    shows && evidence.drift_rad <= ADRIFT && evidence.probability() >= LIKELY
 }
 
 impl Tracker {

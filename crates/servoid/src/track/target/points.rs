@@ -91,21 +91,21 @@ impl Points {
         pose: &Pose,
         solid: &Solid,
         most: usize,
-        out: &mut Vec<InView>,
+        (rims, out): (&mut Rims, &mut Vec<InView>),
     ) {
         out.clear();
         for (camera, window) in windows.iter().enumerate() {
             let Some(projection) = window.projection(pose) else { continue };
             let Some(eye) = projection.eye() else { continue };
             let begin = out.len();
-            let rims = Rims::of(solid, &projection);
+            rims.read(solid, &projection);
             for (index, known) in self.known.iter().enumerate() {
                 let point = &known.point;
                 let way = (eye - point.position).normalize();
                 let shows = way.dot(&point.normal) > LEAST_FACING
                     && way.dot(&point.toward) > LEAST_LIKE
                     && !solid.hides(&point.position, &eye)
-                    && !is_on_rim(&projection, &rims, &point.position);
+                    && !is_on_rim(&projection, rims, &point.position);
                 if shows {
                     out.push(InView { camera, point: index });
                 }

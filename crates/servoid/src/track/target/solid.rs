@@ -70,15 +70,18 @@ impl Solid {
 }
 
 /// The outlines of a body's ellipsoids, ready to be asked how far inside of them pixels lie.
+/// Its memory is kept from image to image.
+#[derive(Debug, Clone, Default)]
 pub(crate) struct Rims(Vec<(Outline, Matrix2<f64>)>);
 
 impl Rims {
-    pub(crate) fn of(solid: &Solid, projection: &Projection) -> Self {
+    /// Takes the outlines that a camera sees.
+    pub(crate) fn read(&mut self, solid: &Solid, projection: &Projection) {
         let inverse = |outline: &Outline| {
             outline.covariance_px().try_inverse().unwrap_or_else(Matrix2::identity)
         };
-        let outlines = solid.outlines(projection);
-        Self(outlines.map(|outline| (outline, inverse(&outline))).collect())
+        self.0.clear();
+        self.0.extend(solid.outlines(projection).map(|outline| (outline, inverse(&outline))));
     }
 
     /// Gives about how many pixels a pixel lies inside; not positive if outside.

@@ -131,8 +131,9 @@ impl Tracker {
         expected: &Pose,
         guess: &Pose,
     ) -> Attempt {
-        let prior = self.motion.prior(observation.time_s, self.restless());
-        let prior = Some(&prior).filter(|_| self.status == Status::Tracking);
+        let followed = self.status == Status::Tracking;
+        let prior = followed.then(|| self.motion.prior(observation.time_s, self.restless()));
+        let prior = prior.as_ref();
         let mut attempt = self.attempt(observation, guess, self.coarsest(expected), prior);
         if self.is_doubtful(&attempt.verdict) {
             // What hides much of the object draws the search away, and what leaps is not where it was

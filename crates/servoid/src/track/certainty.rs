@@ -7,8 +7,6 @@ use crate::pose::Twist;
 pub(super) struct Certainty {
     /// Covariance of a small motion in the object's frame, by the images alone.
     pub(super) covariance: Matrix6<f64>,
-    /// The same, with what was believed before.
-    pub(super) filtered: Matrix6<f64>,
     /// Motions that the images do not tell, of unit length in radii and radians.
     pub(super) unobservable: Vec<Twist>,
 }
@@ -16,18 +14,20 @@ pub(super) struct Certainty {
 /// Standard deviation, in radii and radians, from which on a motion counts as open.
 const OPEN: f64 = 0.06;
 
+/// Inverts a covariance or an information, with the same bits in any unit of length.
+pub(super) fn inverse(matrix: &Matrix6<f64>) -> Option<Matrix6<f64>> {
+    Some(matrix.cholesky()?.inverse())
+}
+
 /// Reads covariance and open motions off the curvature about a pose.
 pub(super) fn certainty(normal: &Normal, radius: f64) -> Certainty {
-    let inverse = |curvature: Matrix6<f64>| {
-        curvature.cholesky().map_or_else(Matrix6::identity, |root| root.inverse())
-    };
-    let covariance = inverse(normal.curvature - normal.belief + Normal::new(radius).belief);
-    let filtered = inverse(normal.curvature);
+    let images = normal.curvature - normal.belief + Normal::new(radius).belief;
+    let covariance = inverse(&images).unwrap_or_else(Matrix6::identity);
     let units = Matrix6::from_diagonal(&Vector6::new(radius, radius, radius, 1.0, 1.0, 1.0));
     let told = units * (normal.curvature - normal.belief) * units;
     let eigen = SymmetricEigen::new(told);
     let told = |i: usize| eigen.eigenvalues[i] > OPEN.powi(-2);
     let open = |i: &usize| !told(*i);
     let unobservable = (0..6).filter(open).map(|i| eigen.eigenvectors.column(i).into()).collect();
-    Certainty { covariance, filtered, unobservable }
+    Certainty { covariance, unobservable }
 }

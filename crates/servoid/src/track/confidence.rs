@@ -99,18 +99,27 @@ mod tests {
     use super::*;
 
     fn evidence() -> impl Strategy<Value = Evidence> {
-        (0.0..=1.0, 0.0..90.0, 0.0..=1.0, 0.0..90.0, any::<bool>(), 0.0..4.0, 0.0..4.0).prop_map(
-            |(share, recognised, part, usual_printed, proved, turn_rad, scatter_rad)| Evidence {
-                share,
-                recognised,
-                printed: part * recognised,
-                usual_printed,
-                proved,
-                turn_rad,
-                scatter_rad,
-                drift_rad: 0.0,
-            },
+        (
+            (0.0..=1.0, 0.0..90.0, 0.0..=1.0, 0.0..90.0),
+            any::<bool>(),
+            (0.0..4.0, 0.0..4.0, 0.0..1.0),
         )
+            .prop_map(
+                |(
+                    (share, recognised, part, usual_printed),
+                    proved,
+                    (turn_rad, scatter_rad, drift_rad),
+                )| Evidence {
+                    share,
+                    recognised,
+                    printed: part * recognised,
+                    usual_printed,
+                    proved,
+                    turn_rad,
+                    scatter_rad,
+                    drift_rad,
+                },
+            )
     }
 
     proptest! {
@@ -125,6 +134,7 @@ mod tests {
                 Evidence { proved: true, ..one },
                 Evidence { turn_rad: one.turn_rad / (1.0 + more), ..one },
                 Evidence { scatter_rad: one.scatter_rad / (1.0 + more), ..one },
+                Evidence { drift_rad: one.drift_rad / (1.0 + more), ..one },
             ] {
                 prop_assert!(other.probability() >= before);
             }

@@ -10,10 +10,10 @@ use super::estimate::Notice;
 use super::judge::Verdict;
 use super::tracker::Tracker;
 use super::trust::{ADRIFT, CLEAR};
-use crate::pose::{Pose, Twist};
+use crate::pose::Pose;
 
-/// Standard deviation of a turn by one radian, in radians, where nothing has the contrast of a pattern and
-/// few points are recognised; the most of it; and recognised points of each camera at which it is half.
+/// By what a turn slips for each radian, as a standard deviation, where nothing has the contrast of a pattern
+/// and few points are recognised; the most of it; and recognised points of each camera that halve it.
 const SLIPS: (f64, f64, f64) = (2.0, 0.5, 20.0);
 /// Standard deviation, in radians, of the turn of an object that is found again with too few points that
 /// were known.
@@ -82,32 +82,16 @@ impl Tracker {
 /// Gives the standard deviation by which what is recognised slips along the surface while the object turns by
 /// one radian, in radians.
 fn slip(verdict: &Verdict, cameras: usize) -> f64 {
-    let (most, least, half) = (SLIPS.0, SLIPS.1, SLIPS.2 * cameras.max(1) as f64);
+    let (few, most, half) = (SLIPS.0, SLIPS.1, SLIPS.2 * cameras.max(1) as f64);
     let printed = (verdict.printed + 1.0) / (verdict.recognised + 2.0);
-    (most * (1.0 - printed) / (1.0 + (verdict.recognised / half).powi(2))).min(least)
-}
-
-/// Gives the share of a drift that had come about where a point was learned, and what is left of its
-/// variance once the loop is closed: that of a random walk whose ends are known.
-pub(super) fn bridged(variance: f64, (before, after): (f64, f64)) -> (f64, f64) {
-    let share = ((variance - after) / (before - after)).clamp(0.0, 1.0);
-    (share, after.min(variance) + (variance - after).max(0.0) * (1.0 - share))
-}
-
-/// Gives the motion by which a point is turned back that had drifted by a share of another motion.
-pub(super) fn back(off: &Twist, share: f64) -> Pose {
-    Pose::exp(&(-off * share))
+    (few * (1.0 - printed) / (1.0 + (verdict.recognised / half).powi(2))).min(most)
 }
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::Vector3;
     use proptest::prelude::*;
 
     use super::*;
-    use crate::fitness::SurfacePoint;
-    use crate::observe::Pyramid;
-    use crate::track::target::points::{Known, Points};
 
     fn verdict(recognised: f64, printed: f64) -> Verdict {
         let (visible, share, support) = (1.0, 1.0, recognised);
@@ -128,51 +112,5 @@ mod tests {
             let (many, all) = (recognised + more, part * recognised + more);
             prop_assert!(slip(&verdict(many, all), 2) <= now);
         }
-
-        #[test]
-        fn a_closed_loop_leaves_its_ends_where_they_are_known_and_nothing_less_certain(
-            before in 0.01..0.1_f64,
-            left in 0.0..0.25_f64,
-            variance in 0.0..0.1_f64,
-        ) {
-            let after = left * before;
-            prop_assert_eq!(bridged(after, (before, after)).0, 0.0);
-            let (whole, kept) = bridged(before, (before, after));
-            prop_assert!((whole - 1.0).abs() < 1e-12 && (kept - after).abs() < 1e-12);
-            let (share, kept) = bridged(variance, (before, after));
-            prop_assert!((0.0..=1.0).contains(&share) && (0.0..=variance).contains(&kept));
-        }
-    }
-
-    #[test]
-    fn a_loop_that_closes_turns_back_what_was_learned_on_the_way_and_leaves_what_was_known_before()
-    {
-        let (before, after) = (0.04, 0.0004);
-        let point = SurfacePoint {
-            position: Vector3::new(0.03, 0.01, 0.04),
-            normal: Vector3::z(),
-            steps: [Vector3::x() * 1e-3, Vector3::y() * 1e-3],
-            toward: Vector3::z(),
-            looks: [None; Pyramid::LEVELS],
-            color: [0; 3],
-        };
-        let learned = |drift: f64| {
-            let mut known = Known::new(point, 1e-8);
-            known.drift = drift;
-            known
-        };
-        let mut points = Points::of(vec![learned(0.0), learned(after), learned(before)]);
-        let off = Twist::new(0.002, 0.0, -0.001, 0.1, 0.2, -0.05);
-        points.turn_back(&off, (before, after));
-        for old in &points.known[..2] {
-            assert_eq!(old.point, point);
-        }
-        // Seen from the pose after the jump, it is where it was seen from the one before.
-        let newest = &points.known[2];
-        assert!(
-            (Pose::exp(&off).transform(&newest.point.position) - point.position).norm() < 1e-12
-        );
-        assert!((Pose::exp(&off).rotation() * newest.point.toward - point.toward).norm() < 1e-12);
-        assert!((newest.drift - after).abs() < 1e-12);
     }
 }

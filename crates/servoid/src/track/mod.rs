@@ -4,7 +4,6 @@ mod align;
 mod appearance;
 mod attempt;
 mod begin;
-mod bias;
 mod certainty;
 mod clock;
 mod confidence;

@@ -1,5 +1,6 @@
-use nalgebra::{Matrix3, Matrix6, SMatrix, UnitQuaternion, Vector3, Vector6};
+use nalgebra::{Matrix6, UnitQuaternion, Vector3, Vector6};
 
+use super::certainty::inverse;
 use super::frame::senses::FARTHEST_S;
 use super::search::Leeway;
 use crate::pose::{Pose, Twist};
@@ -82,7 +83,7 @@ impl Motion {
         later.pass(time_s, surprise);
         let pose = later.foreseen.world_from_object;
         let local = turned(&later.place, &pose.rotation().inverse());
-        let information = inverse(local * (WIDE * WIDE)).unwrap_or_else(Matrix6::zeros);
+        let information = inverse(&(local * (WIDE * WIDE))).unwrap_or_else(Matrix6::zeros);
         Prior { pose, information }
     }
 
@@ -119,7 +120,7 @@ impl Motion {
         off.fixed_rows_mut::<3>(0).copy_from(&across);
         off.fixed_rows_mut::<3>(3).copy_from(&turn.scaled_axis());
         let told = (told(&self.place, &found, 0), told(&self.place, &found, 3));
-        if let Some(inverse) = inverse(self.place).filter(|_| goes_on) {
+        if let Some(inverse) = inverse(&self.place).filter(|_| goes_on) {
             let gain = self.both * inverse;
             self.speed += gain * off;
             self.pace -= gain * (self.place - found) * gain.transpose();
@@ -177,15 +178,10 @@ impl Motion {
     }
 }
 
-/// Inverts a covariance, in the same way in any unit of length.
-fn inverse(covariance: Matrix6<f64>) -> Option<Matrix6<f64>> {
-    Some(covariance.cholesky()?.inverse())
-}
-
 /// Turns the axes of a covariance of place and turn.
 fn turned(covariance: &Matrix6<f64>, by: &UnitQuaternion<f64>) -> Matrix6<f64> {
     let by = by.to_rotation_matrix().into_inner();
-    let mut both = SMatrix::<f64, 6, 6>::zeros();
+    let mut both = Matrix6::zeros();
     both.fixed_view_mut::<3, 3>(0, 0).copy_from(&by);
     both.fixed_view_mut::<3, 3>(3, 3).copy_from(&by);
     both * covariance * both.transpose()
@@ -193,10 +189,7 @@ fn turned(covariance: &Matrix6<f64>, by: &UnitQuaternion<f64>) -> Matrix6<f64> {
 
 /// Says which part of the variance of three directions, from one on, is gone.
 fn told(before: &Matrix6<f64>, after: &Matrix6<f64>, from: usize) -> f64 {
-    let sum = |all: &Matrix6<f64>| -> f64 {
-        let part: Matrix3<f64> = all.fixed_view::<3, 3>(from, from).into();
-        part.trace()
-    };
+    let sum = |all: &Matrix6<f64>| all.fixed_view::<3, 3>(from, from).trace();
     let (before, after) = (sum(before), sum(after));
     if before > 0.0 { (1.0 - LASTING * after / before).clamp(0.0, 1.0) } else { 0.0 }
 }

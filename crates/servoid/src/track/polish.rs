@@ -1,9 +1,10 @@
 use nalgebra::{Matrix2, Matrix6, Vector2, Vector3, Vector6};
 
-use super::bias::Said;
+use super::certainty::inverse;
 use super::frame::occlusion::{LastSeen, Occlusion};
 use super::motion::Prior;
 use super::sight::Sight;
+use super::target::bias::Said;
 use super::target::points::{InView, Known, Match, PLACE_PX, by_motion, noise};
 use super::target::solid::Rims;
 use crate::fitness::{Agreement, ContourPoint, SurfacePoint, boundary, contour};
@@ -93,6 +94,11 @@ impl Normal {
         (self.curvature - self.freed.0, self.slope - self.freed.1)
     }
 
+    /// Gives the covariance that is left, with what was believed before.
+    pub(super) fn covariance(&self) -> Matrix6<f64> {
+        inverse(&self.curvature).unwrap_or_else(Matrix6::identity)
+    }
+
     fn step(&self) -> Option<Twist> {
         Some(self.curvature.cholesky()?.solve(&self.slope))
     }
@@ -167,17 +173,15 @@ fn linearize(
         sum.normal.belief += information;
         sum.normal.slope += pull;
     }
+    let (mut camera, mut eye) = (usize::MAX, None);
     for Match { view, agreement, pixel } in &desk.matches {
         if let (Some(agreement), Some(pixel)) = (agreement, pixel) {
+            if view.camera != camera {
+                let seen = sight.windows[view.camera].projection(&pose);
+                (camera, eye) = (view.camera, seen.and_then(|seen| seen.eye()));
+            }
             let shows = 1.0 - desk.occlusion.hides(view.camera, pixel);
-            let eye = sight.windows[view.camera].projection(&pose).and_then(|seen| seen.eye());
-            let beside = beside(sight, view.point, (agreement, eye));
-            add_point(
-                &mut sum.normal,
-                agreement,
-                (&sight.points.known[view.point].point, level),
-                (shows, beside),
-            );
+            add_point(&mut sum.normal, sight, view.point, (agreement, level), (shows, eye));
         }
     }
     if let Some(colors) = sight.colors {
@@ -281,28 +285,13 @@ fn told(variance_px: f64, (reach, step_px): (usize, f64)) -> f64 {
     (1.0 - variance_px / even).max(0.0)
 }
 
-/// Gives the covariance of a point's pixel, in square pixels, by what is not known of its place: along the
-/// way to where it was learned, the more the farther it is seen from aside, and by what had drifted.
-fn beside(
-    sight: &Sight<'_>,
-    point: usize,
-    (agreement, eye): (&Agreement, Option<Vector3<f64>>),
-) -> Matrix2<f64> {
-    let Known { point: SurfacePoint { position, toward, .. }, variance, .. } =
-        sight.points.known[point];
-    let aside = eye.map_or(0.0, |eye| (1.0 - (eye - position).normalize().dot(&toward)).max(0.0));
-    let along = agreement.slope * toward;
-    let strayed = sight.points.strayed(point, &by_motion(&agreement.slope, &position));
-    along * along.transpose() * (variance + (BENT * sight.solid.radius * aside).powi(2)) + strayed
-}
-
-/// Adds what a point says that agrees with an image; `beside` is the covariance of its pixel by what is
-/// not known of its place.
+/// Adds what a point says that agrees with an image.
 fn add_point(
     normal: &mut Normal,
-    agreement: &Agreement,
-    (point, level): (&SurfacePoint, usize),
-    (shows, beside): (f64, Matrix2<f64>),
+    sight: &Sight<'_>,
+    point: usize,
+    (agreement, level): (&Agreement, usize),
+    (shows, eye): (f64, Option<Vector3<f64>>),
 ) {
     let weight = shows * ((agreement.correlation - 0.3) / 0.5).clamp(0.0, 1.0).powi(2);
     if weight == 0.0 {
@@ -312,11 +301,19 @@ fn add_point(
     let Some(clear) = (agreement.tensor + even).try_inverse() else { return };
     let clear = agreement.tensor * clear;
     let tensor = clear * agreement.tensor;
+    let Known { point: SurfacePoint { position, toward, .. }, variance, .. } =
+        sight.points.known[point];
+    let by_motion = by_motion(&agreement.slope, &position);
+    // Along the way to where it was learned its place is known the less, the more it is seen from aside.
+    let aside = eye.map_or(0.0, |eye| (1.0 - (eye - position).normalize().dot(&toward)).max(0.0));
+    let along = agreement.slope * toward;
+    let beside =
+        along * along.transpose() * (variance + (BENT * sight.solid.radius * aside).powi(2))
+            + sight.points.strayed(point, &by_motion);
     // The information of a shift of variance noise·tensor⁻¹ + place.
     let place = Matrix2::identity() * (PLACE_PX * PLACE_PX) + beside;
     let spread = Matrix2::identity() * noise(agreement.correlation) + tensor * place;
     let Some(inverse) = spread.try_inverse() else { return };
-    let by_motion = by_motion(&agreement.slope, &point.position);
     normal.curvature += by_motion.tr_mul(&(inverse * tensor * by_motion)) * weight;
     normal.slope += by_motion.tr_mul(&(inverse * (clear * agreement.pull))) * weight;
 }

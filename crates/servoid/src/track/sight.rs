@@ -1,8 +1,8 @@
-use super::bias::Bias;
 use super::frame::Frame;
 use super::frame::window::Window;
 use super::settings::TrackSettings;
 use super::target::Target;
+use super::target::bias::Bias;
 use super::target::colors::Colors;
 use super::target::points::Points;
 use super::target::solid::Solid;

@@ -159,7 +159,7 @@ impl Tracker {
             return;
         }
         let regained = self.status != Status::Tracking;
-        let known = certainty(&attempt.normal, self.target.solid.radius).filtered;
+        let known = attempt.normal.covariance();
         // What leaps from one image to the next moves fast; else where it was says nothing.
         let (went_on, followed) = (self.trust.is_unbroken(), self.trust.was_followed());
         self.status = Status::Tracking;

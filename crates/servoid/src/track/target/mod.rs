@@ -1,17 +1,18 @@
 //! What is known of the object.
 
+pub(super) mod bias;
 pub(super) mod colors;
 pub(super) mod keyframes;
 pub(super) mod points;
 pub(super) mod solid;
 pub(super) mod usual;
 
+use self::bias::Bias;
 use self::colors::Colors;
 use self::keyframes::Keyframes;
 use self::points::Points;
 use self::solid::Solid;
 use self::usual::Usual;
-use super::bias::Bias;
 use crate::shape::Body;
 
 /// What is known of the object: its shape, what it looks like, and what is usual of it.

@@ -4,7 +4,6 @@ use super::solid::{Rims, Solid};
 use crate::fitness::{Agreement, SurfacePoint};
 use crate::pose::{Pose, Twist};
 use crate::shape::Projection;
-use crate::track::drift::{back, bridged};
 use crate::track::frame::occlusion::Occlusion;
 use crate::track::frame::window::Window;
 
@@ -182,7 +181,7 @@ impl Points {
             let (share, left) = bridged(known.drift, drifts);
             known.drift = left;
             if share > 0.0 {
-                known.point.move_by(&back(off, share));
+                known.point.move_by(&Pose::exp(&(-off * share)));
             }
         }
     }
@@ -263,5 +262,68 @@ fn thin(out: &mut Vec<InView>, begin: usize, most: usize) {
             out[begin + kept] = out[begin + kept * count / most];
         }
         out.truncate(begin + most);
+    }
+}
+
+/// Gives the share of a drift that had come about where a point was learned, and what is left of its
+/// variance once the loop is closed: that of a random walk whose ends are known.
+fn bridged(variance: f64, (before, after): (f64, f64)) -> (f64, f64) {
+    let share = ((variance - after) / (before - after)).clamp(0.0, 1.0);
+    (share, after.min(variance) + (variance - after).max(0.0) * (1.0 - share))
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::observe::Pyramid;
+
+    proptest! {
+        #[test]
+        fn a_closed_loop_leaves_its_ends_where_they_are_known_and_nothing_less_certain(
+            before in 0.01..0.1_f64,
+            left in 0.0..0.25_f64,
+            variance in 0.0..0.1_f64,
+        ) {
+            let after = left * before;
+            prop_assert_eq!(bridged(after, (before, after)).0, 0.0);
+            let (whole, kept) = bridged(before, (before, after));
+            prop_assert!((whole - 1.0).abs() < 1e-12 && (kept - after).abs() < 1e-12);
+            let (share, kept) = bridged(variance, (before, after));
+            prop_assert!((0.0..=1.0).contains(&share) && (0.0..=variance).contains(&kept));
+        }
+    }
+
+    #[test]
+    fn a_loop_that_closes_turns_back_what_was_learned_on_the_way_and_leaves_what_was_known_before()
+    {
+        let (before, after) = (0.04, 0.0004);
+        let point = SurfacePoint {
+            position: Vector3::new(0.03, 0.01, 0.04),
+            normal: Vector3::z(),
+            steps: [Vector3::x() * 1e-3, Vector3::y() * 1e-3],
+            toward: Vector3::z(),
+            looks: [None; Pyramid::LEVELS],
+            color: [0; 3],
+        };
+        let learned = |drift: f64| {
+            let mut known = Known::new(point, 1e-8);
+            known.drift = drift;
+            known
+        };
+        let mut points = Points::of(vec![learned(0.0), learned(after), learned(before)]);
+        let off = Twist::new(0.002, 0.0, -0.001, 0.1, 0.2, -0.05);
+        points.turn_back(&off, (before, after));
+        for old in &points.known[..2] {
+            assert_eq!(old.point, point);
+        }
+        // Seen from the pose after the jump, it is where it was seen from the one before.
+        let newest = &points.known[2];
+        assert!(
+            (Pose::exp(&off).transform(&newest.point.position) - point.position).norm() < 1e-12
+        );
+        assert!((Pose::exp(&off).rotation() * newest.point.toward - point.toward).norm() < 1e-12);
+        assert!((newest.drift - after).abs() < 1e-12);
     }
 }

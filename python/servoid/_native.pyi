@@ -366,6 +366,7 @@ class TrackSettings:
         surface: bool | None = None,
         region: bool | None = None,
         local_colors: bool | None = None,
+        adjust: bool | None = None,
     ) -> Self: ...
     @property
     def seed(self) -> int: ...
@@ -381,6 +382,8 @@ class TrackSettings:
     def region(self) -> bool: ...
     @property
     def local_colors(self) -> bool: ...
+    @property
+    def adjust(self) -> bool: ...
 
 @final
 class Estimate:

@@ -23,7 +23,7 @@ impl TrackSettings {
     /// Takes the defaults, except where a value is given.
     #[new]
     #[allow(clippy::too_many_arguments, reason = "each is a keyword of its own in Python")]
-    #[pyo3(signature = (*, seed=None, population=None, generations=None, budget_s=None, surface=None, region=None, local_colors=None))]
+    #[pyo3(signature = (*, seed=None, population=None, generations=None, budget_s=None, surface=None, region=None, local_colors=None, adjust=None))]
     fn new(
         seed: Option<u64>,
         population: Option<usize>,
@@ -32,6 +32,7 @@ impl TrackSettings {
         surface: Option<bool>,
         region: Option<bool>,
         local_colors: Option<bool>,
+        adjust: Option<bool>,
     ) -> Self {
         let default = core::TrackSettings::default();
         Self(core::TrackSettings {
@@ -42,6 +43,7 @@ impl TrackSettings {
             surface: surface.unwrap_or(default.surface),
             region: region.unwrap_or(default.region),
             local_colors: local_colors.unwrap_or(default.local_colors),
+            adjust: adjust.unwrap_or(default.adjust),
             ..default
         })
     }
@@ -86,6 +88,12 @@ impl TrackSettings {
     #[getter]
     fn local_colors(&self) -> bool {
         self.0.local_colors
+    }
+
+    /// Whether keyframes and surface points are adjusted together, in a thread of its own.
+    #[getter]
+    fn adjust(&self) -> bool {
+        self.0.adjust
     }
 }
 

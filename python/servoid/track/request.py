@@ -72,6 +72,7 @@ class Request:
     surface: bool | None = None
     region: bool | None = None
     local_colors: bool | None = None
+    adjust: bool | None = None
     evolve: bool | None = None
     evolve_every: int = 10
     observations: slice = field(default_factory=lambda: slice(None))
@@ -93,5 +94,5 @@ class Request:
     def options(self) -> dict[str, int | float | bool | None]:
         """Return the settings that the core knows by these names."""
         names = ("seed", "population", "generations", "budget_s")
-        terms = ("surface", "region", "local_colors")
+        terms = ("surface", "region", "local_colors", "adjust")
         return {name: getattr(self, name) for name in (*names, *terms)}

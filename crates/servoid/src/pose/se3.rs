@@ -94,6 +94,13 @@ impl Pose {
         Self(self.0.inverse())
     }
 
+    /// Takes out what rounding has left in the length of the quaternion: products of many poses add it up.
+    #[must_use]
+    pub(crate) fn renormalized(&self) -> Self {
+        let rotation = UnitQuaternion::new_normalize(self.rotation().into_inner());
+        Self::from_rotation(rotation, self.translation())
+    }
+
     /// Gives the rotation.
     #[must_use]
     pub fn rotation(&self) -> UnitQuaternion<f64> {

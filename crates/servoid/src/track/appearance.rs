@@ -2,6 +2,7 @@ use nalgebra::Vector3;
 
 use super::TrackError;
 use super::target::colors::Colors;
+use super::target::keyframes::Keyframes;
 use super::target::points::{Known, Points};
 use super::target::usual::Usual;
 use super::tracker::Tracker;
@@ -164,6 +165,8 @@ impl Tracker {
         self.target.usual = Usual::of(appearance.usual, self.frame.cameras.len());
         let known = appearance.points.iter().map(|&(point, variance)| Known::new(point, variance));
         self.target.points = Points::of(known.collect());
+        // What was adjusted, or is, are other points.
+        (self.target.keyframes, self.pending) = (Keyframes::default(), None);
         self.target.colors = Colors::new(self.settings.local_colors);
         self.target.colors.recall(&appearance.colors, appearance.grey);
     }

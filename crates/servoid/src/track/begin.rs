@@ -54,6 +54,7 @@ impl Tracker {
         let attempt = self.get_used_to(observation, &world_from_object);
         // The pose is given, so that what the outline says beside it is its bias.
         self.target.bias.learn_at(&attempt.toward, attempt.normal.outline);
+        self.keep_keyframe(observation, &attempt);
         let told = attempt.verdict.share >= self.settings.held;
         self.status = if told { Status::Tracking } else { Status::Searching };
         self.trust = Trust::given(told);
@@ -112,7 +113,7 @@ impl Tracker {
             if let (Some(image), Some(mask)) = (image, mask) {
                 let seen = (window, &image, &self.frame.cameras[camera]);
                 let poses = (&observation.world_from_camera[camera], pose);
-                self.target.keyframes.offer(seen, poses, Some(&mask.image()));
+                self.target.sides.offer(seen, poses, (0, Some(&mask.image())));
             }
         }
     }

@@ -51,7 +51,12 @@ impl Tracker {
             return;
         }
         let off = (expected.inverse() * attempt.pose).log();
-        self.target.points.turn_back(&off, (before, after));
+        let since = self.target.keyframes.last_known(after);
+        self.target.points.turn_back(&off, (before, after), since);
+        self.target.keyframes.tie(expected);
+        self.target.keyframes.turn_back(&off, (before, after), since);
+        self.target.bias.correct(&off);
+        self.pending = None;
         self.motion.correct(&off);
         self.scatter.pause();
         let degrees = off.fixed_rows::<3>(3).norm().to_degrees();

@@ -75,6 +75,12 @@ pub enum Notice {
         /// By how much, in degrees.
         degrees: f64,
     },
+    /// Poses and surface points were adjusted together, and what had drifted is corrected.
+    #[error("what was seen so far is adjusted: the turn is corrected by {degrees:.1} degrees")]
+    Adjusted {
+        /// By how much, in degrees.
+        degrees: f64,
+    },
     /// Part of the object is hidden.
     #[error("{hidden:.0} % of what should be seen of the object is not")]
     Hidden {

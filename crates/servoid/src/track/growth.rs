@@ -22,19 +22,19 @@ impl Tracker {
     /// # Errors
     /// If the views do not make a scene.
     pub fn evolve(&mut self) -> Result<bool, TrackError> {
-        if self.target.keyframes.fresh == 0 {
+        if self.target.sides.fresh == 0 {
             return Ok(false);
         }
-        self.target.keyframes.fresh = 0;
-        self.target.keyframes.mark(&self.target.solid, &self.target.colors);
+        self.target.sides.fresh = 0;
+        self.target.sides.mark(&self.target.solid, &self.target.colors);
         let known = self.target.points.known.iter();
         let sure = known.filter(|k| k.variance.sqrt() < WELL_KNOWN * self.target.solid.radius);
         let sights: Vec<_> = sure
             .map(|k| Sight { point: k.point.position, direction: -k.point.toward, eye: 0.0 })
             .collect();
         // Of the sides that were not seen, what is believed so far stays.
-        let believed = Portrait::of_body(&self.target.body, self.target.keyframes.unseen())?;
-        let mut views = self.target.keyframes.views();
+        let believed = Portrait::of_body(&self.target.body, self.target.sides.unseen())?;
+        let mut views = self.target.sides.views();
         for portrait in &believed {
             views.push(portrait.view()?);
         }
@@ -54,11 +54,12 @@ impl Tracker {
 
     /// Keeps what the cameras show of a side that was not seen before.
     pub(super) fn keep_views(&mut self, observation: &Observation<'_>, pose: &Pose) {
+        let (keyframe, _) = self.keyframe_around(observation, pose);
         for (camera, window) in self.frame.windows.iter().enumerate() {
             if let (true, Some(image)) = (window.is_open(), &observation.images[camera]) {
                 let poses = (&observation.world_from_camera[camera], pose);
                 let seen = (window, image, &self.frame.cameras[camera]);
-                self.target.keyframes.offer(seen, poses, None);
+                self.target.sides.offer(seen, poses, (keyframe, None));
             }
         }
     }

@@ -1,4 +1,3 @@
-use super::frame::window::Window;
 use super::polish::{Desk, Evaluated};
 use super::sight::Sight;
 use super::target::points::Match;
@@ -28,11 +27,6 @@ const SEEN: (f64, f64) = (0.4, 0.8);
 /// Surface points that weigh as much as an outline whose colours tell the object well.
 const REGION_POINTS: f64 = 30.0;
 
-/// Standard deviation of a patch without its noise, as a share of the light in its window, from which
-/// on no shading makes it: courses of plain objects have at most 21 such points a camera, and those
-/// with a print seldom less than 25.
-const PRINTED: f64 = 0.08;
-
 /// Surface points in places that are clear from which on what is hidden elsewhere does not count.
 const ENOUGH: f64 = 20.0;
 
@@ -49,8 +43,7 @@ pub(super) fn judge(sight: &Sight<'_>, found: &Evaluated, desk: &Desk) -> Verdic
         let worth = quality * ((correlation - SEEN.0) / (SEEN.1 - SEEN.0)).clamp(0.0, 1.0);
         expected += quality;
         seen += worth;
-        let Window { light, noise, .. } = sight.windows[view.camera];
-        if agreement.is_some_and(|a| a.contrast >= libm::hypot(PRINTED * light, noise)) {
+        if agreement.is_some_and(|agreement| sight.windows[view.camera].shows_print(&agreement)) {
             printed += worth;
         }
         if let Some(pixel) = pixel {

@@ -1,5 +1,6 @@
 //! Observations and a body become estimates: six degrees of freedom, from image to image.
 
+mod adjust;
 mod align;
 mod appearance;
 mod attempt;

@@ -97,7 +97,7 @@ impl Motion {
     /// Takes back a motion, in the object's frame, by which all was off.
     pub(super) fn correct(&mut self, off: &Twist) {
         for at in [&mut self.seen, &mut self.foreseen] {
-            at.world_from_object = at.world_from_object * Pose::exp(off);
+            at.world_from_object = (at.world_from_object * Pose::exp(off)).renormalized();
         }
     }
 

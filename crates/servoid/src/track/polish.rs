@@ -1,11 +1,12 @@
-use nalgebra::{Matrix2, Matrix6, Vector2, Vector3, Vector6};
+use nalgebra::{Matrix6, Vector2, Vector3, Vector6};
 
 use super::certainty::inverse;
 use super::frame::occlusion::{LastSeen, Occlusion};
 use super::motion::Prior;
 use super::sight::Sight;
 use super::target::bias::Said;
-use super::target::points::{InView, Known, Match, PLACE_PX, by_motion, noise};
+use super::target::points::{InView, Known, Match, by_motion};
+use super::target::shift::Shift;
 use super::target::solid::Rims;
 use crate::fitness::{Agreement, ContourPoint, SurfacePoint, boundary, contour};
 use crate::observe::{ImageView, Pyramid};
@@ -73,9 +74,6 @@ const NEAR_PX: f64 = 2.5;
 const INSIDE_PX: f64 = 4.0;
 /// Standard deviation of a point's place, in radii, where it is seen across the way in which it was learned.
 const BENT: f64 = 0.02;
-/// Squared gradient of a normalised patch, per square pixel, that says nothing: along ridges and shading
-/// that is noise, which would hold a turn back.
-const EVEN: f64 = 0.03;
 /// How much a line counts: neighbours err together.
 const LINE_SHARE: f64 = 0.25;
 
@@ -297,10 +295,6 @@ fn add_point(
     if weight == 0.0 {
         return;
     }
-    let even = Matrix2::identity() * (EVEN * f64::from(1 << level).powi(-2));
-    let Some(clear) = (agreement.tensor + even).try_inverse() else { return };
-    let clear = agreement.tensor * clear;
-    let tensor = clear * agreement.tensor;
     let Known { point: SurfacePoint { position, toward, .. }, variance, .. } =
         sight.points.known[point];
     let by_motion = by_motion(&agreement.slope, &position);
@@ -310,12 +304,9 @@ fn add_point(
     let beside =
         along * along.transpose() * (variance + (BENT * sight.solid.radius * aside).powi(2))
             + sight.points.strayed(point, &by_motion);
-    // The information of a shift of variance noise·tensor⁻¹ + place.
-    let place = Matrix2::identity() * (PLACE_PX * PLACE_PX) + beside;
-    let spread = Matrix2::identity() * noise(agreement.correlation) + tensor * place;
-    let Some(inverse) = spread.try_inverse() else { return };
-    normal.curvature += by_motion.tr_mul(&(inverse * tensor * by_motion)) * weight;
-    normal.slope += by_motion.tr_mul(&(inverse * (clear * agreement.pull))) * weight;
+    let Some(shift) = Shift::new(agreement, level, &beside) else { return };
+    normal.curvature += by_motion.tr_mul(&(shift.information * by_motion)) * weight;
+    normal.slope += by_motion.tr_mul(&shift.pull) * weight;
 }
 
 #[cfg(test)]

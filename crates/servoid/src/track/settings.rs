@@ -20,6 +20,8 @@ pub struct TrackSettings {
     pub region: bool,
     /// Whether the background's colours are told apart by where they lie.
     pub local_colors: bool,
+    /// Whether keyframes and surface points are adjusted together, in a thread of its own.
+    pub adjust: bool,
     /// Surface points that are looked at in each camera.
     pub points: usize,
     /// Share of what should be seen of an object from which on the pose of an object that was not tracked is trusted.
@@ -40,6 +42,7 @@ impl Default for TrackSettings {
             surface: true,
             region: true,
             local_colors: true,
+            adjust: true,
             points: 80,
             trusted: 0.5,
             held: 0.35,

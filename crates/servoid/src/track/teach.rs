@@ -9,6 +9,8 @@ use crate::pose::Pose;
 const CELLS: usize = 40;
 /// Places of each window that are looked at closely for one.
 const TRIES: usize = 6;
+/// Points in view of each camera below which more are sought.
+const FEW: usize = 40;
 /// Share of the newest image in what is known of colours.
 const COLOR_RATE: f32 = 0.15;
 /// Images from one that teaches colours to the next.
@@ -32,9 +34,12 @@ impl Tracker {
             self.keep_views(observation, &attempt.pose);
         }
         if self.settings.surface && may.surface {
+            self.keep_keyframe(observation, attempt);
             self.target.points.refine(&self.desk.matches, self.target.solid.radius);
-            let lesson = Lesson { from: self.cell, cells: CELLS, tries: TRIES, masks: &[] };
-            self.cell = self.cell.wrapping_add(CELLS);
+            let few = self.desk.in_view.len() < FEW * self.frame.open();
+            let (cells, tries) = if few { (2 * CELLS, 2 * TRIES) } else { (CELLS, TRIES) };
+            let lesson = Lesson { from: self.cell, cells, tries, masks: &[] };
+            self.cell = self.cell.wrapping_add(cells);
             self.learn_points(observation, &attempt.pose, &lesson);
             self.target.points.judge(&self.desk.matches, &self.desk.occlusion);
         }
@@ -63,8 +68,10 @@ impl Tracker {
         self.fresh.clear();
         let known = (&*self.desk.in_view, &self.desk.occlusion);
         learn(&sight, pose, known, lesson, (&mut self.desk.rims, &mut self.fresh));
-        let drift = self.drift_of_lesson();
-        self.fresh.iter_mut().for_each(|known| known.drift = drift);
+        let (drift, keyframe) = (self.drift_of_lesson(), self.keyframe_around(observation, pose));
+        for known in &mut self.fresh {
+            known.learn_with((keyframe.0, &keyframe.1), drift);
+        }
         self.target.points.add(&mut self.fresh);
     }
 }

@@ -1,6 +1,7 @@
 use nalgebra::Matrix6;
 
 use super::TrackError;
+use super::adjust::Pending;
 use super::attempt::Attempt;
 use super::certainty::certainty;
 use super::clock::Clock;
@@ -42,6 +43,7 @@ pub struct Tracker {
     pub(super) trust: Trust,
     pub(super) cell: usize,
     pub(super) lessons: usize,
+    pub(super) pending: Option<Pending>,
 }
 
 /// Share of the object's size by which windows are larger than it at least, and where it was found
@@ -79,6 +81,7 @@ impl Tracker {
             trust: Trust::unmet(),
             cell: 0,
             lessons: 0,
+            pending: None,
         })
     }
 
@@ -89,6 +92,7 @@ impl Tracker {
     pub fn step(&mut self, observation: &Observation<'_>) -> Result<Estimate, TrackError> {
         let mut clock = Clock::start();
         self.frame.check(observation)?;
+        self.take_adjusted();
         let expected = self.motion.predict(observation.time_s);
         let mut attempt = Attempt::nothing(expected, self.target.solid.radius);
         let (mut least, mut evaluations) = (self.least_share(), 0);
@@ -126,10 +130,16 @@ impl Tracker {
         }
         let mut estimate = self.estimate(observation, &attempt);
         clock.lap(|timing| &mut timing.judge);
+        if self.target.keyframes.is_open() {
+            self.keep_keyframe(observation, &attempt);
+        }
         if self.status == Status::Tracking && !self.frame.is_stale() {
             self.learn(observation, &attempt);
         } else {
             self.trust.doubt();
+        }
+        if self.status != Status::Tracking {
+            self.target.keyframes.followed = false;
         }
         clock.lap(|timing| &mut timing.learn);
         (estimate.evaluations, estimate.timing) = (evaluations, clock.timing());

@@ -4,6 +4,8 @@
 
 use nalgebra::{Matrix6, SMatrix, SVector, Vector3, Vector6};
 
+use crate::pose::Twist;
+
 /// By which small motion of the object, in its own frame, the pose that fits its outline best differs
 /// from the true one; in radii and radians, so that it is the same in any unit of length.
 #[derive(Debug, Clone, Copy)]
@@ -68,6 +70,12 @@ impl Bias {
         let Some(covariance) = (before + told).try_inverse() else { return };
         let mean = now.mean + covariance * (slope - told * now.mean);
         *self = Self { mean, covariance, ..now };
+    }
+
+    /// Takes over that all poses were off by a motion of the object, in its own frame: the outline stays where
+    /// it is.
+    pub(crate) fn correct(&mut self, off: &Twist) {
+        self.mean -= self.unit(1.0 / self.radius) * off;
     }
 
     /// Says what is known of it as seen from a direction: never less than of a side that was never seen.

@@ -1,170 +1,209 @@
-use nalgebra::{Vector2, Vector3};
+use nalgebra::{Matrix2, UnitQuaternion, Vector2};
 
-use super::colors::{self, Colors};
-use super::solid::Solid;
-use crate::model::half_ball_direction;
-use crate::observe::{Camera, Channels, ImageView, Mask, View};
-use crate::pose::Pose;
-use crate::shape::{Outline, Projection};
+use super::points::{Match, Points, RECOGNISED, bridged};
+use super::shift::Shift;
+use crate::pose::{Pose, Twist};
+use crate::shape::Projection;
+use crate::track::frame::occlusion::Occlusion;
 use crate::track::frame::window::Window;
 
-/// What was seen of the object from one side, in the object's frame.
+/// Where the object stood from one side, and where cameras saw landmarks of its surface then.
 #[derive(Debug, Clone)]
-struct Keyframe {
-    camera: Camera,
-    object_from_camera: Pose,
-    toward: Vector3<f64>,
-    pixels: Vec<u8>,
-    channels: Channels,
-    /// Empty until it is made.
-    mask: Vec<u8>,
+pub(crate) struct Keyframe {
+    pub(crate) number: usize,
+    pub(crate) world_from_object: Pose,
+    /// The keyframe before, and the motion from there, if the object was followed all the way.
+    pub(crate) step: Option<(usize, Pose)>,
+    /// Whether its pose was given.
+    pub(crate) is_given: bool,
+    /// Variance of the object's turn since the first image, in square radians.
+    pub(crate) drift: f64,
+    /// How each camera saw the world.
+    pub(crate) cameras: Vec<Option<Projection>>,
+    pub(crate) sightings: Vec<Sighting>,
+    object_from_camera: UnitQuaternion<f64>,
 }
 
-/// Views from different sides, kept while tracking.
+/// Where a camera saw a landmark.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Sighting {
+    /// The landmark's.
+    pub(crate) id: usize,
+    pub(crate) camera: usize,
+    pub(crate) pixel: Vector2<f64>,
+    pub(crate) information: Matrix2<f64>,
+}
+
+/// What a keyframe is made of: the pose, how the first camera is turned, and how each sees the world.
+pub(crate) struct Stand {
+    pub(crate) world_from_object: Pose,
+    pub(crate) object_from_camera: UnitQuaternion<f64>,
+    pub(crate) cameras: Vec<Option<Projection>>,
+}
+
+/// The keyframes, in the order of time.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Keyframes {
-    all: Vec<Keyframe>,
-    /// How many were kept since the body last evolved.
-    pub(crate) fresh: usize,
+    pub(crate) all: Vec<Keyframe>,
+    next: usize,
+    /// Whether the object was followed since the last one.
+    pub(crate) followed: bool,
+    /// Where the object would stand by the keyframes of the way on which it came to a side that was known
+    /// before: the next one ties the ends of that loop.
+    tie: Option<(usize, Pose)>,
+    /// How many more are to be kept whatever they show, once a loop was tied.
+    closing: usize,
 }
 
-/// Least angle between the sides of two of them, in radians.
-const APART: f64 = 0.15;
-/// Least angle from all of them of a side that counts as unseen, in radians.
-const UNSEEN: f64 = 0.6;
-/// Sides that are asked about.
-const SIDES: usize = 24;
+/// Angle from one to the next, in radians.
+const APART: f64 = 0.10;
+/// How many tie the ends of a loop, and the angle from one to the next of these.
+const TIES: usize = 3;
+const CLOSE: f64 = 0.05;
+/// Angle within which the newest one stands for a view.
+const NEAR: f64 = 0.25;
+/// Pixels beyond which a match is none.
+const FARTHEST_PX: f64 = 3.0;
+/// How much a sighting counts that has not the contrast of a pattern: shading slips along.
+const SHADING: f64 = 0.3;
 /// Most that are kept.
-const MOST: usize = 24;
-/// Pixels beyond the outline that may still be the object's, as a share of the window.
-const BEYOND: f64 = 0.08;
-/// Side of the square over which the scores of pixels are averaged, in pixels.
-const BLOCK: usize = 5;
-/// Sum of the scores of a square from which on its colour is clear.
-const CLEAR: f32 = 0.8 * (BLOCK * BLOCK) as f32;
-/// Least overlap of a mask with the outline for it to be believed.
-const LEAST_OVERLAP: f64 = 0.6;
+const MOST: usize = 64;
 
 impl Keyframes {
-    /// Keeps what an open window shows, if none was kept from this side; a given mask as it is.
-    pub(crate) fn offer(
+    /// Gives the one that a view belongs to, from where a camera is turned in the object's frame: the newest,
+    /// unless the object has turned away from it to a side that another one knows.
+    pub(crate) fn around(&self, object_from_camera: &UnitQuaternion<f64>) -> Option<&Keyframe> {
+        let away = |one: &Keyframe| one.object_from_camera.angle_to(object_from_camera);
+        let newest = self.all.last().filter(|one| away(one) < NEAR);
+        newest.or_else(|| self.all.iter().min_by(|a, b| away(a).total_cmp(&away(b))))
+    }
+
+    /// Says whether a view differs enough from the last one, and, unless `all_over` is wanted, from
+    /// all others.
+    pub(crate) fn is_new(&self, object_from_camera: &UnitQuaternion<f64>, all_over: bool) -> bool {
+        let differs = |one: &Keyframe| one.object_from_camera.angle_to(object_from_camera) >= APART;
+        let Some(last) = self.all.last() else { return true };
+        if self.tie.is_some() {
+            return true;
+        }
+        if self.closing > 0 {
+            return last.object_from_camera.angle_to(object_from_camera) >= CLOSE;
+        }
+        if all_over { differs(last) } else { self.all.iter().all(differs) }
+    }
+
+    /// Keeps a pose with the points that are recognised in it; gives the one that makes room for it.
+    pub(crate) fn keep(
         &mut self,
-        (window, image, camera): (&Window, &ImageView<'_>, &Camera),
-        (world_from_camera, world_from_object): (&Pose, &Pose),
-        given: Option<&ImageView<'_>>,
-    ) {
-        let object_from_camera = world_from_object.inverse() * *world_from_camera;
-        let toward = object_from_camera.translation().normalize();
-        let near = |one: &Keyframe| one.toward.angle(&toward) < APART;
-        if self.all.len() >= MOST || self.all.iter().any(near) {
-            return;
-        }
-        let (first, size) = window.place_px();
-        let Ok(camera) = camera.crop(first, size, 1) else { return };
-        let mask = given.map_or_else(Vec::new, |mask| cut(mask, first, size));
-        let (pixels, channels) = (cut(image, first, size), image.channels());
-        self.all.push(Keyframe { camera, object_from_camera, toward, pixels, channels, mask });
-        self.fresh += 1;
+        stand: Stand,
+        (points, matches): (&Points, &[Match]),
+        (windows, occlusion): (&[Window], &Occlusion),
+        (drift, is_given): (f64, bool),
+    ) -> Option<Keyframe> {
+        let Stand { world_from_object, object_from_camera, cameras } = stand;
+        let last = self.around(&object_from_camera).filter(|_| self.followed);
+        let step =
+            last.map(|last| (last.number, last.world_from_object.inverse() * world_from_object));
+        let step = self.tie.take().or(step);
+        let sightings = matches
+            .iter()
+            .filter_map(|one| Sighting::of(one, points, (windows, occlusion)))
+            .collect();
+        let number = self.next;
+        self.all.push(Keyframe {
+            number,
+            world_from_object,
+            step,
+            is_given,
+            drift,
+            cameras,
+            sightings,
+            object_from_camera,
+        });
+        self.next += 1;
+        self.followed = true;
+        self.closing = self.closing.saturating_sub(1);
+        (self.all.len() > MOST).then(|| self.drop_one())
     }
 
-    /// Tells the object's pixels by their colours where no mask was given; drops views in which they
-    /// disagree with the body's outline.
-    pub(crate) fn mark(&mut self, solid: &Solid, colors: &Colors) {
-        self.all.retain_mut(|one| one.mark(solid, colors).is_some());
-    }
-
-    /// Gives directions from the object to the sides from which nothing was kept.
-    pub(crate) fn unseen(&self) -> impl Iterator<Item = Vector3<f64>> + '_ {
-        // From the opposite side an outline is nearly the same.
-        let known = |way: &Vector3<f64>| {
-            self.all.iter().any(|one| one.toward.dot(way).abs() > libm::cos(UNSEEN))
+    /// Drops the one that is most like another one, but neither the first nor the last.
+    fn drop_one(&mut self) -> Keyframe {
+        let nearest = |at: usize| {
+            let others = self.all.iter().enumerate().filter(|(other, _)| *other != at);
+            let angle =
+                |one: &Keyframe| one.object_from_camera.angle_to(&self.all[at].object_from_camera);
+            others.map(|(_, one)| angle(one)).fold(f64::INFINITY, f64::min)
         };
-        (0..SIDES).map(|side| half_ball_direction(side, SIDES)).filter(move |way| !known(way))
+        let inner = 1..self.all.len() - 1;
+        let least = inner.min_by(|&a, &b| nearest(a).total_cmp(&nearest(b))).unwrap_or(1);
+        let dropped = self.all.remove(least);
+        for one in &mut self.all[least..] {
+            if let Some((_, motion)) = one.step.filter(|(from, _)| *from == dropped.number) {
+                one.step = dropped.step.map(|(before, first)| (before, first * motion));
+            }
+        }
+        dropped
     }
 
-    /// Gives those that have a mask as views in the object's frame.
-    pub(crate) fn views(&self) -> Vec<View<'_>> {
-        self.all.iter().filter_map(Keyframe::view).collect()
+    /// Gives those after one, each with the one that it was tied to.
+    pub(crate) fn newer_than(&self, number: usize) -> Vec<(usize, usize)> {
+        let newer = self.all.iter().filter(|one| one.number > number);
+        newer.filter_map(|one| Some((one.number, one.step?.0))).collect()
+    }
+
+    /// Notes where the object stands by the way on which it came, and has the next one tie the ends of that loop.
+    pub(crate) fn tie(&mut self, expected: &Pose) {
+        let last = self.all.last().filter(|_| self.followed);
+        self.tie = last.map(|last| (last.number, last.world_from_object.inverse() * *expected));
+    }
+
+    /// Says whether the ends of a loop wait to be tied.
+    pub(crate) fn is_open(&self) -> bool {
+        self.tie.is_some()
+    }
+
+    /// Gives the number of the last one whose turn is known as well as by a variance: those after it are the way
+    /// on which it drifted.
+    pub(crate) fn last_known(&self, variance: f64) -> Option<usize> {
+        self.all.iter().rev().find(|one| one.drift <= variance).map(|one| one.number)
+    }
+
+    /// Turns back those of the way since one of them, each by its share of a motion that closes a loop; `drifts`
+    /// are the variances of the turn before that and after it.
+    pub(crate) fn turn_back(&mut self, off: &Twist, drifts: (f64, f64), since: Option<usize>) {
+        for one in self.all.iter_mut().filter(|one| Some(one.number) > since) {
+            let (share, left) = bridged(one.drift, drifts);
+            one.drift = left;
+            if share > 0.0 {
+                let turned = one.world_from_object * Pose::exp(&(off * share));
+                one.world_from_object = turned.renormalized();
+            }
+        }
+        self.closing = TIES;
+    }
+
+    /// Gives the place of the one with a number, or else of the last one before it.
+    pub(crate) fn place(&self, number: usize) -> Option<usize> {
+        self.all.partition_point(|one| one.number <= number).checked_sub(1)
     }
 }
 
-impl Keyframe {
-    fn view(&self) -> Option<View<'_>> {
-        let image = ImageView::new(&self.mask, self.camera.size_px(), Channels::Grey).ok()?;
-        View::new(self.camera, self.object_from_camera, Mask::new(image).ok()?).ok()
+impl Sighting {
+    fn of(
+        found: &Match,
+        points: &Points,
+        (windows, occlusion): (&[Window], &Occlusion),
+    ) -> Option<Self> {
+        let (agreement, pixel) = (found.agreement.as_ref()?, found.pixel?);
+        let camera = found.view.camera;
+        if agreement.correlation < RECOGNISED || occlusion.hides(camera, &pixel) > 0.0 {
+            return None;
+        }
+        let shift = Shift::pixels(agreement).filter(|shift| shift.norm() < FARTHEST_PX)?;
+        let Shift { information, .. } = Shift::new(agreement, 0, &Matrix2::zeros())?;
+        let id = points.known[found.view.point].id;
+        let share = if windows[camera].shows_print(agreement) { 1.0 } else { SHADING };
+        let information = (information + information.transpose()) * (0.5 * share);
+        Some(Self { id, camera, pixel: pixel + shift, information })
     }
-
-    fn mark(&mut self, solid: &Solid, colors: &Colors) -> Option<()> {
-        if !self.mask.is_empty() {
-            return Some(());
-        }
-        let projection = Projection::new(&self.camera, &self.object_from_camera);
-        let outlines: Vec<_> = solid.outlines(&projection).collect();
-        let (middle, _) = projection.pixel(&Vector3::zeros())?;
-        let scores = self.scores(colors, &middle)?;
-        let [width, height] = self.camera.size_px();
-        let beyond = BEYOND * width.max(height) as f64;
-        let (mut mask, mut both, mut either) = (vec![0; width * height], 0_usize, 0_usize);
-        for v in 0..height {
-            for u in 0..width {
-                let inside = holds(&outlines, 0.0, [u, v]);
-                // What the body says counts, too: only clear colours overrule it.
-                let score = scores[v * width + u];
-                let object = score > CLEAR && (inside || holds(&outlines, beyond, [u, v]))
-                    || (score > -CLEAR && inside);
-                mask[v * width + u] = if object { u8::MAX } else { 0 };
-                both += usize::from(object && inside);
-                either += usize::from(object || inside);
-            }
-        }
-        self.mask = mask;
-        (both as f64 > LEAST_OVERLAP * either as f64).then_some(())
-    }
-
-    /// Sums the scores of pixels over squares; the border scores nothing.
-    fn scores(&self, colors: &Colors, middle: &Vector2<f64>) -> Option<Vec<f32>> {
-        let size = self.camera.size_px();
-        let image = ImageView::new(&self.pixels, size, self.channels).ok()?;
-        let [width, height] = size;
-        let palette = colors.of(self.channels);
-        let mut scores = Vec::with_capacity(width * height);
-        for v in 0..height {
-            for u in 0..width {
-                let away = Vector2::new(u as f64, v as f64) - middle;
-                let side = colors::side(away.x as f32, away.y as f32);
-                scores.push(palette.ratio(colors::bin(&image, u, v), side));
-            }
-        }
-        let along = |scores: &[f32], step: usize, from: usize| {
-            (0..BLOCK).map(|i| scores[from + i * step]).sum::<f32>()
-        };
-        let reach = BLOCK / 2;
-        let (mut rows, mut out) = (vec![0.0; scores.len()], vec![0.0; scores.len()]);
-        for v in 0..height {
-            for u in reach..width.saturating_sub(reach) {
-                rows[v * width + u] = along(&scores, 1, v * width + u - reach);
-            }
-        }
-        for v in reach..height.saturating_sub(reach) {
-            for u in 0..width {
-                out[v * width + u] = along(&rows, width, (v - reach) * width + u);
-            }
-        }
-        Some(out)
-    }
-}
-
-/// Says whether outlines, grown by some pixels, hold a pixel.
-fn holds(outlines: &[Outline], by_px: f64, [u, v]: [usize; 2]) -> bool {
-    outlines.iter().any(|outline| {
-        let held = outline.grown(by_px).interval(v as f64);
-        held.is_some_and(|(begin, end)| (begin..end).contains(&(u as f64)))
-    })
-}
-
-/// Copies a part of an image.
-fn cut(image: &ImageView<'_>, first: [usize; 2], size: [usize; 2]) -> Vec<u8> {
-    let bytes = image.channels().count();
-    let (begin, end) = (first[0] * bytes, (first[0] + size[0]) * bytes);
-    (first[1]..first[1] + size[1]).flat_map(|v| &image.row(v)[begin..end]).copied().collect()
 }

@@ -3,7 +3,10 @@
 pub(super) mod bias;
 pub(super) mod colors;
 pub(super) mod keyframes;
+mod known;
 pub(super) mod points;
+pub(super) mod shift;
+pub(super) mod sides;
 pub(super) mod solid;
 pub(super) mod usual;
 
@@ -11,6 +14,7 @@ use self::bias::Bias;
 use self::colors::Colors;
 use self::keyframes::Keyframes;
 use self::points::Points;
+use self::sides::Sides;
 use self::solid::Solid;
 use self::usual::Usual;
 use crate::shape::Body;
@@ -24,6 +28,7 @@ pub(super) struct Target {
     pub(super) points: Points,
     pub(super) colors: Colors,
     pub(super) keyframes: Keyframes,
+    pub(super) sides: Sides,
     pub(super) usual: Usual,
     pub(super) bias: Bias,
 }
@@ -39,6 +44,7 @@ impl Target {
             points: Points::default(),
             colors: Colors::new(local_colors),
             keyframes: Keyframes::default(),
+            sides: Sides::default(),
             usual: Usual::default(),
         }
     }

@@ -1,38 +1,12 @@
-use nalgebra::{Matrix2, Matrix2x3, Matrix2x6, Vector2, Vector3};
+use nalgebra::{Matrix2, Matrix2x3, Matrix2x6, Matrix3x6, Matrix6, Vector2, Vector3};
 
+pub(crate) use super::known::Known;
 use super::solid::{Rims, Solid};
-use crate::fitness::{Agreement, SurfacePoint};
+use crate::fitness::Agreement;
 use crate::pose::{Pose, Twist};
 use crate::shape::Projection;
 use crate::track::frame::occlusion::Occlusion;
 use crate::track::frame::window::Window;
-
-/// A surface point with how well its distance is known and how it has done.
-#[derive(Debug, Clone)]
-pub(crate) struct Known {
-    pub(crate) point: SurfacePoint,
-    /// Variance of its place along `toward`, in square metres.
-    pub(crate) variance: f64,
-    /// Variance of the object's turn since the first image where it was learned, in square radians: what it
-    /// tells is only as true.
-    pub(crate) drift: f64,
-    /// How far the object had turned since then when it was recognised among many others, in radians: it does
-    /// not slip that far.
-    proved: f64,
-    /// Images in which it should have been recognised, and was; both fade.
-    seen: f32,
-    agreed: f32,
-}
-
-impl Known {
-    pub(crate) fn new(point: SurfacePoint, variance: f64) -> Self {
-        Self { point, variance, drift: 0.0, proved: 0.0, seen: 2.0, agreed: 2.0 }
-    }
-
-    pub(crate) fn quality(&self) -> f32 {
-        self.agreed / self.seen
-    }
-}
 
 /// A point that a camera should see.
 #[derive(Debug, Clone, Copy)]
@@ -56,6 +30,9 @@ pub(crate) struct Points {
     pub(crate) known: Vec<Known>,
     /// Variance of the object's turn since the first image, by those that were seen last.
     pub(crate) drift: f64,
+    next: usize,
+    /// Those that were recognised last, by their numbers.
+    seen: Vec<usize>,
     /// Memory of `drift_seen`.
     drifts: Vec<f64>,
 }
@@ -73,14 +50,16 @@ const ROOM: usize = MOST + 40;
 /// A point that agrees with less than this share of the images is dropped.
 const LEAST_QUALITY: f32 = 0.4;
 /// Correlation from which on a point counts as recognised.
-const RECOGNISED: f64 = 0.75;
+pub(crate) const RECOGNISED: f64 = 0.75;
 /// How much of the past counts when points are judged.
 const MEMORY: f32 = 0.93;
 
 impl Points {
     /// Takes points that are known from before.
-    pub(crate) fn of(known: Vec<Known>) -> Self {
-        Self { known, ..Self::default() }
+    pub(crate) fn of(mut known: Vec<Known>) -> Self {
+        let mut out = Self::default();
+        out.add(&mut known);
+        out
     }
 
     /// Lists the points that open windows should show, at most `most` a camera.
@@ -117,6 +96,10 @@ impl Points {
     pub(crate) fn add(&mut self, fresh: &mut Vec<Known>) {
         if self.known.capacity() < ROOM {
             self.known.reserve(ROOM.saturating_sub(self.known.len()));
+        }
+        for known in fresh.iter_mut() {
+            known.id = self.next;
+            self.next += 1;
         }
         self.known.append(fresh);
     }
@@ -158,11 +141,13 @@ impl Points {
         slip: f64,
     ) -> Option<f64> {
         self.drifts.clear();
+        self.seen.clear();
         for Match { view, agreement, .. } in matches {
             if agreement.is_none_or(|agreement| agreement.correlation < RECOGNISED) {
                 continue;
             }
             let known = &mut self.known[view.point];
+            self.seen.push(known.id);
             let turned = (known.point.toward.angle(toward) - EYES_APART).max(0.0);
             if slip < PROVES * PROVES {
                 known.proved = known.proved.max(turned);
@@ -174,14 +159,63 @@ impl Points {
         enough.then(|| *self.drifts.select_nth_unstable_by(half, f64::total_cmp).1)
     }
 
-    /// Turns points back, each by its share of a motion that closes a loop; `drifts` are the variances of
-    /// the turn before that and after it.
-    pub(crate) fn turn_back(&mut self, off: &Twist, drifts: (f64, f64)) {
-        for known in &mut self.known {
+    /// Turns points back that were learned with keyframes since one of them, each by its share of a motion that
+    /// closes a loop; `drifts` are the variances of the turn before that and after it.
+    pub(crate) fn turn_back(&mut self, off: &Twist, drifts: (f64, f64), since: Option<usize>) {
+        for known in self.known.iter_mut().filter(|known| known.learned.keyframe >= since) {
             let (share, left) = bridged(known.drift, drifts);
             known.drift = left;
             if share > 0.0 {
                 known.point.move_by(&Pose::exp(&(-off * share)));
+            }
+        }
+    }
+
+    /// Gives the numbers of the points that were recognised last, and where they are.
+    pub(crate) fn seen(&self) -> Vec<(usize, Vector3<f64>)> {
+        let known = self.seen.iter().filter_map(|id| self.with_id(*id));
+        known.map(|known| (known.id, known.point.position)).collect()
+    }
+
+    /// Gives the small motion of the object that leaves points about where they were in the world before they
+    /// were moved; nothing if they are too few.
+    pub(crate) fn moved_since(&self, before: &[(usize, Vector3<f64>)]) -> Option<Twist> {
+        let (mut curvature, mut slope) = (Matrix6::zeros(), Twist::zeros());
+        let mut count = 0;
+        for (id, was) in before {
+            let Some(known) = self.with_id(*id) else { continue };
+            let is = &known.point.position;
+            let mut by_motion = Matrix3x6::zeros();
+            by_motion.fixed_view_mut::<3, 3>(0, 0).fill_with_identity();
+            by_motion.fixed_view_mut::<3, 3>(0, 3).copy_from(&-is.cross_matrix());
+            curvature += by_motion.tr_mul(&by_motion);
+            slope += by_motion.tr_mul(&(was - is));
+            count += 1;
+        }
+        (count >= LEAST_KNOWN).then(|| curvature.cholesky())?.map(|known| known.solve(&slope))
+    }
+
+    /// Gives the point that was counted so.
+    pub(crate) fn with_id(&self, id: usize) -> Option<&Known> {
+        self.place(id).map(|at| &self.known[at])
+    }
+
+    /// They are in the order in which they were counted.
+    fn place(&self, id: usize) -> Option<usize> {
+        self.known.binary_search_by_key(&id, |known| known.id).ok()
+    }
+
+    /// Takes over how far the turn may have drifted where points were seen, as variances: the least counts.
+    pub(crate) fn know_drift(&mut self, seen: impl Iterator<Item = (usize, f64)>) {
+        let mut drifts = vec![f64::INFINITY; self.known.len()];
+        for (id, drift) in seen {
+            if let Some(at) = self.place(id) {
+                drifts[at] = drift.min(drifts[at]);
+            }
+        }
+        for (known, drift) in self.known.iter_mut().zip(drifts) {
+            if drift.is_finite() {
+                known.drift = drift;
             }
         }
     }
@@ -267,7 +301,7 @@ fn thin(out: &mut Vec<InView>, begin: usize, most: usize) {
 
 /// Gives the share of a drift that had come about where a point was learned, and what is left of its
 /// variance once the loop is closed: that of a random walk whose ends are known.
-fn bridged(variance: f64, (before, after): (f64, f64)) -> (f64, f64) {
+pub(crate) fn bridged(variance: f64, (before, after): (f64, f64)) -> (f64, f64) {
     let share = ((variance - after) / (before - after)).clamp(0.0, 1.0);
     (share, after.min(variance) + (variance - after).max(0.0) * (1.0 - share))
 }
@@ -277,6 +311,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::fitness::SurfacePoint;
     use crate::observe::Pyramid;
 
     proptest! {
@@ -314,7 +349,7 @@ mod tests {
         };
         let mut points = Points::of(vec![learned(0.0), learned(after), learned(before)]);
         let off = Twist::new(0.002, 0.0, -0.001, 0.1, 0.2, -0.05);
-        points.turn_back(&off, (before, after));
+        points.turn_back(&off, (before, after), None);
         for old in &points.known[..2] {
             assert_eq!(old.point, point);
         }

@@ -1,0 +1,252 @@
+//! Bundle adjustment: the poses of keyframes and the places of landmarks that explain best where the
+//! landmarks were seen. Everything is moved by what the object moves in its own frame.
+
+use nalgebra::{DVector, Matrix2, Matrix3, Matrix6, Vector2, Vector3};
+
+use super::schur::Reduced;
+use crate::pose::{Pose, Twist};
+use crate::shape::Projection;
+
+/// What is to be explained.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Bundle {
+    pub(crate) keyframes: Vec<Station>,
+    pub(crate) landmarks: Vec<Landmark>,
+    /// In the order of their landmarks.
+    pub(crate) sightings: Vec<Sighting>,
+}
+
+/// Where the object stood, and what was believed of it.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Station {
+    pub(crate) world_from_object: Pose,
+    /// `None` fixes it.
+    pub(crate) belief: Option<Belief>,
+}
+
+/// A motion that leads to a keyframe, from an earlier one or from the world's frame, and its
+/// information about a small motion in the object's frame.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Belief {
+    pub(crate) from: Option<usize>,
+    pub(crate) motion: Pose,
+    pub(crate) information: Matrix6<f64>,
+}
+
+/// A point of the object's surface.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Landmark {
+    /// In the object's frame.
+    pub(crate) position: Vector3<f64>,
+    /// `None` fixes it.
+    pub(crate) anchor: Option<Anchor>,
+}
+
+/// Where it was learned, at a keyframe, in the world's frame.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Anchor {
+    pub(crate) keyframe: usize,
+    pub(crate) position_in_world: Vector3<f64>,
+    /// The way to the camera that it was learned by.
+    pub(crate) toward_in_world: Vector3<f64>,
+    /// Standard deviations along that way and across, in metres.
+    pub(crate) along: f64,
+    pub(crate) across: f64,
+}
+
+/// Where a camera saw a landmark.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Sighting {
+    pub(crate) landmark: usize,
+    pub(crate) keyframe: usize,
+    /// How the camera saw the world.
+    pub(crate) world: Projection,
+    pub(crate) pixel: Vector2<f64>,
+    /// Of the pixel, in inverse square pixels.
+    pub(crate) information: Matrix2<f64>,
+}
+
+/// What explains the sightings best.
+#[derive(Debug, Clone)]
+pub(crate) struct Solution {
+    pub(crate) bundle: Bundle,
+    /// Variance of each keyframe's turn, in square radians, by the noise of the sightings.
+    pub(crate) turn_variances: Vec<f64>,
+}
+
+/// Most steps, and the part of the cost by which the last one lowers it.
+const STEPS: usize = 8;
+const CONVERGED: f64 = 1e-4;
+/// Standard deviations from which on a sighting counts by its distance instead of its square.
+const HUBER: f64 = 2.0;
+/// Damping at first, and its factors after a step that helps and one that does not.
+const DAMPING: (f64, f64, f64) = (1e-4, 0.2, 10.0);
+
+impl Bundle {
+    /// Adjusts keyframes and landmarks by the method of Levenberg and Marquardt; nothing if the
+    /// keyframes do not hang together.
+    pub(crate) fn adjusted(&self) -> Option<Solution> {
+        let mut bundle = self.clone();
+        let (mut damping, mut cost) = (DAMPING.0, self.cost());
+        for _ in 0..STEPS {
+            let reduced = Reduced::new(&bundle);
+            let (lower, step) = loop {
+                let (motions, shifts) = reduced.step(damping)?;
+                let moved = bundle.moved(&motions, &shifts);
+                let new = moved.cost();
+                if new <= cost {
+                    damping *= DAMPING.1;
+                    break (new, Some(moved));
+                }
+                damping *= DAMPING.2;
+                if damping > 1e6 {
+                    break (cost, None);
+                }
+            };
+            let Some(moved) = step else { break };
+            bundle = moved;
+            let gain = cost - lower;
+            cost = lower;
+            if gain <= CONVERGED * cost {
+                break;
+            }
+        }
+        let turn_variances = Reduced::new(&bundle).turn_variances()?;
+        Some(Solution { bundle, turn_variances })
+    }
+
+    /// Gives how badly everything is explained.
+    pub(crate) fn cost(&self) -> f64 {
+        let sightings = self.sightings.iter().map(|one| match self.seen(one) {
+            Some((off, _)) => robust(off.dot(&(one.information * off))).0,
+            None => HUBER * HUBER,
+        });
+        let anchors = self.landmarks.iter().filter_map(|one| {
+            let (off, _) = self.anchored(one)?;
+            Some(robust(off.norm_squared()).0)
+        });
+        let beliefs = self.keyframes.iter().filter_map(|one| {
+            let (belief, off) = (one.belief?, self.off(one)?);
+            Some(robust(off.dot(&(belief.information * off))).0)
+        });
+        sightings.sum::<f64>() + anchors.sum::<f64>() + beliefs.sum::<f64>()
+    }
+
+    /// Gives how far a sighting is off in pixels, and the projection of the object's frame.
+    pub(super) fn seen(&self, sighting: &Sighting) -> Option<(Vector2<f64>, Projection)> {
+        let pose = &self.keyframes[sighting.keyframe].world_from_object;
+        let projection = sighting.world.moved(pose);
+        let (pixel, _) = projection.pixel(&self.landmarks[sighting.landmark].position)?;
+        Some((sighting.pixel - pixel, projection))
+    }
+
+    /// Gives how far a landmark is off from where it was learned, in standard deviations, by how much that
+    /// changes with its place in the object's frame.
+    pub(super) fn anchored(&self, landmark: &Landmark) -> Option<(Vector3<f64>, Matrix3<f64>)> {
+        let anchor = landmark.anchor.as_ref()?;
+        let object = self.keyframes[anchor.keyframe].world_from_object.inverse();
+        let way = object.rotation() * anchor.toward_in_world;
+        let deviations = Matrix3::identity() / anchor.across
+            + way * way.transpose() * (1.0 / anchor.along - 1.0 / anchor.across);
+        let position = object.transform(&anchor.position_in_world);
+        Some((deviations * (position - landmark.position), deviations))
+    }
+
+    /// Gives by which motion, in the object's frame, a keyframe is off from what was believed.
+    pub(super) fn off(&self, station: &Station) -> Option<Twist> {
+        let belief = station.belief?;
+        let from = belief.from.map_or_else(Pose::identity, |i| self.keyframes[i].world_from_object);
+        Some((station.world_from_object.inverse() * from * belief.motion).log())
+    }
+
+    pub(super) fn moved(&self, motions: &DVector<f64>, shifts: &[Vector3<f64>]) -> Self {
+        let mut out = self.clone();
+        let free = out.keyframes.iter_mut().filter(|one| one.belief.is_some());
+        for (place, station) in free.enumerate() {
+            let motion: Twist = motions.fixed_rows::<6>(6 * place).into();
+            let moved = station.world_from_object * Pose::exp(&motion);
+            station.world_from_object = moved.renormalized();
+        }
+        for (landmark, shift) in out.landmarks.iter_mut().zip(shifts) {
+            landmark.position += shift;
+        }
+        out
+    }
+}
+
+/// Gives what a squared distance in standard deviations costs, and how much its square counts.
+pub(super) fn robust(square: f64) -> (f64, f64) {
+    if square <= HUBER * HUBER {
+        return (square, 1.0);
+    }
+    let off = square.sqrt();
+    (HUBER * (2.0 * off - HUBER), HUBER / off)
+}
+
+/// Draws a turning object before two cameras, the poses of keyframes but the first off by about so many
+/// radians.
+#[cfg(test)]
+pub(super) fn scene(seed: u64, off: f64) -> Bundle {
+    use rand::RngExt;
+
+    use crate::observe::Camera;
+
+    let mut rng = crate::evolve::rng(seed, 0);
+    let mut any = || rng.random_range(-1.0..1.0);
+    let camera = Camera::new([640, 480], [600.0; 2], [320.0, 240.0]).unwrap();
+    let eye = |x: f64| Pose::exp(&Twist::new(x, 0.0, -0.5, 0.0, 0.0, 0.0));
+    let cameras = [0.0, 0.1].map(|x| Projection::new(&camera, &eye(x)));
+    let turned = |at: usize| Pose::exp(&Twist::new(0.0, 0.0, 0.0, 0.0, 0.15 * at as f64, 0.0));
+    let truth: Vec<_> = (0..6).map(turned).collect();
+    let mut bundle = Bundle::default();
+    for landmark in 0..30 {
+        let position = Vector3::new(any(), any(), -1.0 + 0.3 * any()) * 0.05;
+        for (keyframe, pose) in truth.iter().enumerate() {
+            for world in cameras {
+                let (pixel, _) = world.moved(pose).pixel(&position).unwrap();
+                let information = Matrix2::new(4.0, 1.0, 1.0, 3.0);
+                bundle.sightings.push(Sighting { landmark, keyframe, world, pixel, information });
+            }
+        }
+        let anchor = Anchor {
+            keyframe: landmark % truth.len(),
+            position_in_world: truth[landmark % truth.len()].transform(&position),
+            toward_in_world: Vector3::new(0.1, 0.0, -1.0).normalize(),
+            along: 1e-3,
+            across: 1e-4,
+        };
+        let anchor = (landmark % 5 != 0).then_some(anchor);
+        let shift = if anchor.is_some() { 0.05 * off } else { 0.0 };
+        let position = position + Vector3::new(any(), any(), any()) * shift;
+        bundle.landmarks.push(Landmark { position, anchor });
+    }
+    for (at, pose) in truth.iter().enumerate() {
+        let noise = Twist::from_fn(|i, _| any() * off * if i < 3 { 0.05 } else { 1.0 });
+        let from = (at % 3 != 1).then(|| at.saturating_sub(1));
+        let start = from.map_or_else(Pose::identity, |from| truth[from]);
+        let motion = start.inverse() * *pose * Pose::exp(&(noise * 0.1));
+        let information = Matrix6::identity() * 100.0;
+        let belief = (at > 0).then_some(Belief { from, motion, information });
+        let moved = *pose * Pose::exp(&if at > 0 { noise } else { Twist::zeros() });
+        bundle.keyframes.push(Station { world_from_object: moved, belief });
+    }
+    bundle
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_was_seen_without_noise_tells_where_everything_was() {
+        for seed in 0..8 {
+            let truth = scene(seed, 0.0);
+            let found = scene(seed, 0.1).adjusted().unwrap().bundle;
+            assert!(found.cost() < 0.3, "{}", found.cost());
+            for (one, other) in found.keyframes.iter().zip(&truth.keyframes) {
+                let off = (one.world_from_object.inverse() * other.world_from_object).log();
+                assert!(off.norm() < 3e-3, "{off}");
+            }
+        }
+    }
+}

@@ -1,0 +1,356 @@
+//! Keyframes and landmarks are adjusted together, beside the tracker: the turn drifts while an object shows
+//! new sides, and what was seen of them later, at best of a side that was known before, tells by how much.
+
+mod bundle;
+mod schur;
+mod worker;
+
+use nalgebra::{Matrix6, Vector6};
+
+use self::bundle::{Anchor, Belief, Bundle, Landmark, Sighting, Solution, Station};
+use self::worker::Job;
+use super::attempt::Attempt;
+use super::estimate::Notice;
+use super::frame::window::Window;
+use super::target::Target;
+use super::target::keyframes::{Keyframe, Stand};
+use super::target::points::Known;
+use super::tracker::Tracker;
+use crate::observe::Observation;
+use crate::pose::Pose;
+
+/// Observations after which what was adjusted is taken over: the same bits, however long it takes.
+const DELAY: usize = 3;
+/// Keyframes from which on there is something to adjust.
+const LEAST_KEYFRAMES: usize = 3;
+/// Standard deviation, in radians, of the turn from one keyframe to the next as it was tracked, and of an
+/// object that was lost between; a place errs by this part of the radius a radian.
+const STEP_RAD: f64 = 0.03;
+const LOST_RAD: f64 = 0.3;
+const PLACE: f64 = 0.25;
+/// Factor of the turn's standard deviation by the noise of the sightings: neighbours err together.
+const TOGETHER: f64 = 6.0;
+/// Standard deviation of the turn above which a view that is known is kept, too, in radians.
+const ADRIFT: f64 = 0.012;
+/// Pixels by which a landmark may lie beside where it was learned.
+const ANCHOR_PX: f64 = 0.15;
+/// Motion of a keyframe, in radii and radians, from which on nothing is taken over.
+const TORN: f64 = 0.5;
+/// Turn from which on a correction is told, in radians.
+const TOLD_RAD: f64 = 0.01;
+
+/// What was asked to be adjusted.
+#[derive(Debug, Clone)]
+pub(super) struct Pending {
+    job: Job<Option<Solution>>,
+    /// Numbers of its keyframes, and of its landmarks.
+    keyframes: Vec<usize>,
+    landmarks: Vec<usize>,
+    wait: usize,
+}
+
+impl Tracker {
+    /// Gives the number and the pose of the keyframe that a pose belongs to, and before the first those that it
+    /// will have.
+    pub(super) fn keyframe_around(
+        &self,
+        observation: &Observation<'_>,
+        pose: &Pose,
+    ) -> (usize, Pose) {
+        let object_from_camera = (pose.inverse() * observation.world_from_camera[0]).rotation();
+        let keyframe = self.target.keyframes.around(&object_from_camera);
+        keyframe.map_or((0, *pose), |one| (one.number, one.world_from_object))
+    }
+
+    /// Keeps a pose that is believed where the object shows another side, and has all that was kept adjusted.
+    pub(super) fn keep_keyframe(&mut self, observation: &Observation<'_>, attempt: &Attempt) {
+        let eyes = observation.world_from_camera[0];
+        let object_from_camera = (attempt.pose.inverse() * eyes).rotation();
+        let adrift = self.target.points.drift > ADRIFT * ADRIFT;
+        let is_given = self.target.keyframes.all.is_empty() && !self.trust.is_met();
+        if !self.target.keyframes.is_new(&object_from_camera, adrift) {
+            return;
+        }
+        let world = |window: &Window| window.projection(&Pose::identity());
+        let stand = Stand {
+            world_from_object: attempt.pose,
+            object_from_camera,
+            cameras: self.frame.windows.iter().map(world).collect(),
+        };
+        let seen = (&self.target.points, &*self.desk.matches);
+        let clear = (&*self.frame.windows, &self.desk.occlusion);
+        let drift = self.drift_of_lesson();
+        if let Some(dropped) = self.target.keyframes.keep(stand, seen, clear, (drift, is_given)) {
+            self.target.adopt(&dropped);
+        }
+        self.begin_adjusting();
+    }
+
+    fn begin_adjusting(&mut self) {
+        let enough = self.target.keyframes.all.len() >= LEAST_KEYFRAMES;
+        if !self.settings.adjust || !enough || self.pending.is_some() {
+            return;
+        }
+        let (bundle, landmarks) = self.target.bundle();
+        let keyframes = self.target.keyframes.all.iter().map(|one| one.number).collect();
+        let job = Job::new(move || bundle.adjusted());
+        self.pending = Some(Pending { job, keyframes, landmarks, wait: DELAY });
+    }
+
+    /// Takes over what was adjusted, once it is time.
+    pub(super) fn take_adjusted(&mut self) {
+        let Some(pending) = &mut self.pending else { return };
+        pending.wait = pending.wait.saturating_sub(1);
+        if pending.wait > 0 {
+            return;
+        }
+        let Some(pending) = self.pending.take() else { return };
+        let Some(Some(solution)) = pending.job.result() else { return };
+        if self.target.is_torn(&solution, &pending.keyframes) {
+            return;
+        }
+        let before = self.target.points.seen();
+        let newest = self.target.correct(&solution, (&pending.keyframes, &pending.landmarks));
+        // Where the object is now was told by the points that are seen now.
+        let off = self.target.points.moved_since(&before).unwrap_or_else(|| newest.log());
+        self.motion.correct(&off);
+        self.target.bias.correct(&off);
+        let turned = off.fixed_rows::<3>(3).norm();
+        if turned > TOLD_RAD {
+            self.scatter.pause();
+            self.frame.notices.push(Notice::Adjusted { degrees: turned.to_degrees() });
+        }
+    }
+}
+
+impl Target {
+    /// Gives what is known of keyframes and landmarks, and the numbers of the landmarks.
+    fn bundle(&self) -> (Bundle, Vec<usize>) {
+        let all = &self.keyframes.all;
+        let radius = self.solid.radius;
+        let stations = all.iter().enumerate().map(|(at, one)| station(all, at, one, radius));
+        let mut bundle = Bundle { keyframes: stations.collect(), ..Bundle::default() };
+        let mut seen: Vec<_> = all
+            .iter()
+            .enumerate()
+            .flat_map(|(keyframe, one)| one.sightings.iter().map(move |seen| (keyframe, seen)))
+            .collect();
+        seen.sort_by_key(|(_, seen)| seen.id);
+        let mut ids = Vec::new();
+        for group in seen.chunk_by(|a, b| a.1.id == b.1.id) {
+            let Some(known) = self.points.with_id(group[0].1.id) else { continue };
+            if group.len() < 2 {
+                continue;
+            }
+            let landmark = bundle.landmarks.len();
+            let anchor = self.anchor(known);
+            bundle.landmarks.push(Landmark { position: known.point.position, anchor });
+            ids.push(known.id);
+            bundle.sightings.extend(group.iter().filter_map(|(keyframe, seen)| {
+                let world = all[*keyframe].cameras[seen.camera]?;
+                let (keyframe, pixel, information) = (*keyframe, seen.pixel, seen.information);
+                Some(Sighting { landmark, keyframe, world, pixel, information })
+            }));
+        }
+        (bundle, ids)
+    }
+
+    fn anchor(&self, known: &Known) -> Option<Anchor> {
+        let keyframe = self.keyframes.place(known.learned.keyframe?)?;
+        let px = known.point.steps[0].norm();
+        Some(Anchor {
+            keyframe,
+            position_in_world: known.learned.position,
+            toward_in_world: known.learned.toward,
+            along: known.learned.variance.sqrt(),
+            across: ANCHOR_PX * px,
+        })
+    }
+
+    /// Says whether a keyframe would be moved farther than anything drifts: sightings that contradict each other
+    /// tear the keyframes apart.
+    fn is_torn(&self, solution: &Solution, numbers: &[usize]) -> bool {
+        let far = |(number, station): (&usize, &Station)| {
+            let all = &self.keyframes.all;
+            let Ok(at) = all.binary_search_by_key(number, |one| one.number) else { return false };
+            let off = (all[at].world_from_object.inverse() * station.world_from_object).log();
+            let (across, turned) = (off.fixed_rows::<3>(0).norm(), off.fixed_rows::<3>(3).norm());
+            across > TORN * self.solid.radius || turned > TORN
+        };
+        numbers.iter().zip(&solution.bundle.keyframes).any(far)
+    }
+
+    /// Moves everything to where it was adjusted to; gives the motion of the newest keyframe, in the object's
+    /// frame.
+    fn correct(&mut self, solution: &Solution, (numbers, ids): (&[usize], &[usize])) -> Pose {
+        let moves = self.keyframe_moves(solution, numbers);
+        let last = moves.last().map_or_else(Pose::identity, |(_, by)| *by);
+        // Those that were kept since move with those that they were tied to.
+        let newer = self.keyframes.newer_than(numbers.last().copied().unwrap_or_default());
+        let by = |mut number: usize| {
+            while let Some((_, from)) = newer.iter().find(|(one, _)| *one == number) {
+                number = *from;
+            }
+            let at = moves.partition_point(|(one, _)| *one <= number);
+            moves[..at].last().map_or_else(Pose::identity, |(_, by)| *by)
+        };
+        for one in &mut self.keyframes.all {
+            one.world_from_object = (one.world_from_object * by(one.number)).renormalized();
+        }
+        self.sides.move_by(by);
+        let mut found = ids.iter().zip(&solution.bundle.landmarks).peekable();
+        for known in &mut self.points.known {
+            if let Some(keyframe) = known.learned.keyframe {
+                known.point.move_by(&by(keyframe).inverse());
+            }
+            while found.next_if(|(id, _)| **id < known.id).is_some() {}
+            if let Some((_, landmark)) = found.next_if(|(id, _)| **id == known.id) {
+                known.point.position = landmark.position;
+            }
+        }
+        let drifts = self
+            .keyframes
+            .all
+            .iter()
+            .flat_map(|one| one.sightings.iter().map(|seen| (seen.id, one.drift)));
+        self.points.know_drift(drifts);
+        last
+    }
+
+    /// Gives how each keyframe is moved, and notes how far its turn may have drifted.
+    fn keyframe_moves(&mut self, solution: &Solution, numbers: &[usize]) -> Vec<(usize, Pose)> {
+        let mut moves = Vec::with_capacity(numbers.len());
+        let found = solution.bundle.keyframes.iter().zip(&solution.turn_variances);
+        for (number, (station, variance)) in numbers.iter().zip(found) {
+            let Ok(at) = self.keyframes.all.binary_search_by_key(number, |one| one.number) else {
+                continue;
+            };
+            let keyframe = &mut self.keyframes.all[at];
+            keyframe.drift = TOGETHER * TOGETHER * variance;
+            moves.push((*number, keyframe.world_from_object.inverse() * station.world_from_object));
+        }
+        moves
+    }
+
+    /// Has points that were learned with a keyframe which is no more move with the one before.
+    fn adopt(&mut self, dropped: &Keyframe) {
+        let Some(at) = self.keyframes.place(dropped.number) else { return };
+        let heir = &self.keyframes.all[at];
+        let moved = heir.world_from_object * dropped.world_from_object.inverse();
+        for known in &mut self.points.known {
+            known.learned.adopt(dropped.number, (heir.number, &moved));
+        }
+    }
+}
+
+/// Gives what is believed of a keyframe: the motion from the one before, or that it stands about where it
+/// was found.
+fn station(all: &[Keyframe], at: usize, one: &Keyframe, radius: f64) -> Station {
+    let from = one.step.and_then(|(from, motion)| {
+        let place = all[..at].binary_search_by_key(&from, |other| other.number).ok()?;
+        Some((place, motion))
+    });
+    let (from, motion, turn) = match from {
+        Some((from, motion)) => (Some(from), motion, STEP_RAD),
+        None => (None, one.world_from_object, LOST_RAD),
+    };
+    let (place, turn) = ((PLACE * radius * turn).powi(-2), turn.powi(-2));
+    let diagonal = Vector6::new(place, place, place, turn, turn, turn);
+    let belief = Belief { from, motion, information: Matrix6::from_diagonal(&diagonal) };
+    Station { world_from_object: one.world_from_object, belief: (!one.is_given).then_some(belief) }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Vector3;
+
+    use super::*;
+    use crate::fitness::SurfacePoint;
+    use crate::observe::Pyramid;
+    use crate::pose::Twist;
+    use crate::shape::{Body, Ellipsoid};
+
+    fn stand(turned: f64) -> Stand {
+        let world_from_object = Pose::exp(&Twist::new(0.0, 0.0, 0.5, 0.0, turned, 0.0));
+        let object_from_camera = world_from_object.inverse().rotation();
+        Stand { world_from_object, object_from_camera, cameras: vec![None] }
+    }
+
+    /// Makes an object that was seen from three sides, with a point that was learned from each.
+    fn target() -> Target {
+        let ball = Ellipsoid::new(0, [0.0; 3], [0.05; 3], [1.0, 0.0, 0.0, 0.0]).unwrap();
+        let body = Body::new(Pose::identity(), vec![ball]).unwrap();
+        let mut target = Target::new(&body, false);
+        for number in 0..3 {
+            let stand = stand(0.2 * number as f64);
+            let pose = stand.world_from_object;
+            let none = (&target.points, &[][..]);
+            let clear = (&[][..], &Default::default());
+            target.keyframes.keep(stand, none, clear, (0.0, number == 0));
+            let position = Vector3::new(0.01 * number as f64, 0.02, -0.04);
+            let point = SurfacePoint {
+                position,
+                normal: -Vector3::z(),
+                steps: [Vector3::x() * 1e-3, Vector3::y() * 1e-3],
+                toward: -Vector3::z(),
+                looks: [None; Pyramid::LEVELS],
+                color: [0; 3],
+            };
+            let mut known = Known::new(point, 1e-6);
+            known.learn_with((number, &pose), 0.0);
+            target.points.add(&mut vec![known]);
+        }
+        target
+    }
+
+    fn solution(target: &Target, motions: [Twist; 3]) -> Solution {
+        let (mut bundle, _) = target.bundle();
+        for (station, motion) in bundle.keyframes.iter_mut().zip(&motions) {
+            station.world_from_object = station.world_from_object * Pose::exp(motion);
+        }
+        Solution { bundle, turn_variances: vec![1e-4; 3] }
+    }
+
+    #[test]
+    fn what_moves_with_a_keyframe_stays_where_it_was_seen() {
+        let mut target = target();
+        let before = target.clone();
+        let motion = |size: f64| Twist::new(size, 0.0, -size, 0.0, 10.0 * size, size);
+        let solution = solution(&target, [0.0, 0.002, 0.005].map(motion));
+        target.correct(&solution, (&[0, 1, 2], &[]));
+        for (number, known) in target.points.known.iter().enumerate() {
+            let seen = |target: &Target| {
+                let pose = target.keyframes.all[number].world_from_object;
+                pose.transform(&target.points.known[number].point.position)
+            };
+            assert!((seen(&target) - seen(&before)).norm() < 1e-12);
+            assert!((known.point.position - known.learned.position).norm() > 0.0);
+        }
+        let learned = |target: &Target| target.points.known[2].learned.position;
+        assert_eq!(learned(&target), learned(&before), "where it was learned stays");
+    }
+
+    #[test]
+    fn what_contradicts_itself_is_not_taken_over() {
+        let target = target();
+        let turn = |size: f64| Twist::new(0.0, 0.0, 0.0, 0.0, size, 0.0);
+        for (size, torn) in [(0.9 * TORN, false), (1.1 * TORN, true)] {
+            let solution = solution(&target, [0.0, 0.0, size].map(turn));
+            assert_eq!(target.is_torn(&solution, &[0, 1, 2]), torn);
+        }
+    }
+
+    #[test]
+    fn a_keyframe_that_makes_room_leaves_its_points_where_they_were_seen() {
+        let mut target = target();
+        let seen = target.points.known[1].learned.position;
+        let (pose, heir) =
+            (target.keyframes.all[1].world_from_object, target.keyframes.all[0].world_from_object);
+        let dropped = target.keyframes.all.remove(1);
+        target.adopt(&dropped);
+        let learned = target.points.known[1].learned;
+        assert_eq!(learned.keyframe, Some(0));
+        let of = |pose: Pose, place| pose.inverse().transform(&place);
+        assert!((of(heir, learned.position) - of(pose, seen)).norm() < 1e-12);
+    }
+}

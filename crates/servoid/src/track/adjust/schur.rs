@@ -1,0 +1,242 @@
+//! The normal equations of a bundle, with its landmarks taken out by the Schur complement.
+
+use nalgebra::{DMatrix, DVector, Matrix3, Matrix3x6, Matrix6, Matrix6x3, Vector3, Vector6};
+
+use super::bundle::{Bundle, Landmark, robust};
+use crate::pose::Pose;
+use crate::track::target::points::by_motion;
+
+/// Part of what is said of a landmark that is believed of it in directions of which nothing is said.
+const RIDGE: f64 = 1e-9;
+
+/// The normal equations about where everything is.
+pub(super) struct Reduced {
+    /// Place of each keyframe among those that are free.
+    free: Vec<Option<usize>>,
+    curvature: DMatrix<f64>,
+    slope: DVector<f64>,
+    landmarks: Vec<Block>,
+}
+
+/// What is left of the keyframes' curvature and slope, and the inverses of the landmarks' own curvatures.
+type Eliminated = (DMatrix<f64>, DVector<f64>, Vec<Matrix3<f64>>);
+
+/// What is said of a landmark, and of it with the keyframes that saw it.
+#[derive(Default)]
+struct Block {
+    is_fixed: bool,
+    curvature: Matrix3<f64>,
+    slope: Vector3<f64>,
+    with: Vec<(usize, Matrix6x3<f64>)>,
+}
+
+impl Reduced {
+    pub(super) fn new(bundle: &Bundle) -> Self {
+        let mut count = 0;
+        let free: Vec<_> = bundle
+            .keyframes
+            .iter()
+            .map(|one| {
+                one.belief.map(|_| {
+                    count += 1;
+                    count - 1
+                })
+            })
+            .collect();
+        let mut out = Self {
+            free,
+            curvature: DMatrix::zeros(6 * count, 6 * count),
+            slope: DVector::zeros(6 * count),
+            landmarks: Vec::with_capacity(bundle.landmarks.len()),
+        };
+        out.add_beliefs(bundle);
+        let mut sightings = bundle.sightings.as_slice();
+        for (index, landmark) in bundle.landmarks.iter().enumerate() {
+            let own = sightings.iter().take_while(|one| one.landmark == index).count();
+            let (mine, rest) = sightings.split_at(own);
+            sightings = rest;
+            let mut block = Block::default();
+            out.add_anchor(bundle, landmark, &mut block);
+            for sighting in mine {
+                let Some((off, projection)) = bundle.seen(sighting) else { continue };
+                let Some((_, by_place)) = projection.pixel(&landmark.position) else { continue };
+                let weight = robust(off.dot(&(sighting.information * off))).1;
+                let told = sighting.information * weight;
+                let by_motion = by_motion(&by_place, &landmark.position);
+                block.curvature += by_place.tr_mul(&(told * by_place));
+                block.slope += by_place.tr_mul(&(told * off));
+                out.add(sighting.keyframe, &mut block, |curvature, slope, with| {
+                    *curvature += by_motion.tr_mul(&(told * by_motion));
+                    *slope += by_motion.tr_mul(&(told * off));
+                    *with += by_motion.tr_mul(&(told * by_place));
+                });
+            }
+            out.landmarks.push(block);
+        }
+        out
+    }
+
+    /// Adds what was known of a landmark where it was learned.
+    fn add_anchor(&mut self, bundle: &Bundle, landmark: &Landmark, block: &mut Block) {
+        let found = bundle.anchored(landmark);
+        let (Some((off, by_place)), Some(anchor)) = (found, landmark.anchor) else {
+            block.is_fixed = true;
+            return;
+        };
+        let weight = robust(off.norm_squared()).1;
+        // What was believed of it moves with the keyframe.
+        let mut by_motion = Matrix3x6::zeros();
+        by_motion.fixed_view_mut::<3, 3>(0, 0).copy_from(&by_place);
+        by_motion
+            .fixed_view_mut::<3, 3>(0, 3)
+            .copy_from(&(-by_place * landmark.position.cross_matrix()));
+        block.curvature += by_place * by_place * weight;
+        block.slope += by_place * off * weight;
+        self.add(anchor.keyframe, block, |curvature, slope, with| {
+            *curvature += by_motion.tr_mul(&by_motion) * weight;
+            *slope += by_motion.tr_mul(&off) * weight;
+            *with += by_motion.tr_mul(&by_place) * weight;
+        });
+    }
+
+    /// Adds to the blocks of a keyframe, unless it is fixed.
+    fn add(
+        &mut self,
+        keyframe: usize,
+        block: &mut Block,
+        terms: impl FnOnce(&mut Matrix6<f64>, &mut Vector6<f64>, &mut Matrix6x3<f64>),
+    ) {
+        let Some(at) = self.free[keyframe] else { return };
+        let place = block.with.iter().position(|(one, _)| *one == at).unwrap_or_else(|| {
+            block.with.push((at, Matrix6x3::zeros()));
+            block.with.len() - 1
+        });
+        let (mut curvature, mut slope) = (Matrix6::zeros(), Vector6::zeros());
+        terms(&mut curvature, &mut slope, &mut block.with[place].1);
+        add(&mut self.curvature, (at, at), curvature);
+        add_to(&mut self.slope, at, slope);
+    }
+
+    fn add_beliefs(&mut self, bundle: &Bundle) {
+        for (index, station) in bundle.keyframes.iter().enumerate() {
+            let (Some(at), Some(belief), Some(off)) =
+                (self.free[index], station.belief, bundle.off(station))
+            else {
+                continue;
+            };
+            let told = belief.information * robust(off.dot(&(belief.information * off))).1;
+            add(&mut self.curvature, (at, at), told);
+            add_to(&mut self.slope, at, told * off);
+            let Some((from, other)) = belief.from.and_then(|i| Some((i, self.free[i]?))) else {
+                continue;
+            };
+            let between: Pose =
+                station.world_from_object.inverse() * bundle.keyframes[from].world_from_object;
+            let by_other = between.adjoint();
+            let mixed = told * by_other;
+            add(&mut self.curvature, (other, other), by_other.tr_mul(&mixed));
+            add(&mut self.curvature, (at, other), -mixed);
+            add(&mut self.curvature, (other, at), -mixed.transpose());
+            add_to(&mut self.slope, other, -by_other.tr_mul(&(told * off)));
+        }
+    }
+
+    /// Gives by what keyframes and landmarks are to be moved.
+    pub(super) fn step(&self, damping: f64) -> Option<(DVector<f64>, Vec<Vector3<f64>>)> {
+        let (matrix, slope, inverses) = self.eliminated(damping)?;
+        let motions = matrix.cholesky()?.solve(&slope);
+        let shifts = self.landmarks.iter().zip(&inverses).map(|(block, inverse)| {
+            let taken =
+                block.with.iter().map(|(at, with)| with.tr_mul(&motions.fixed_rows::<6>(6 * at)));
+            inverse * (block.slope - taken.sum::<Vector3<f64>>())
+        });
+        let shifts = shifts.collect();
+        Some((motions, shifts))
+    }
+
+    /// Gives the variance of each keyframe's turn.
+    pub(super) fn turn_variances(&self) -> Option<Vec<f64>> {
+        let (matrix, ..) = self.eliminated(0.0)?;
+        let covariance = matrix.cholesky()?.inverse();
+        let turn = |at: usize| covariance.fixed_view::<3, 3>(6 * at + 3, 6 * at + 3).trace();
+        Some(self.free.iter().map(|at| at.map_or(0.0, turn)).collect())
+    }
+
+    /// Takes the landmarks out.
+    fn eliminated(&self, damping: f64) -> Option<Eliminated> {
+        let (mut matrix, mut slope) = (self.curvature.clone(), self.slope.clone());
+        for i in 0..matrix.nrows() {
+            matrix[(i, i)] *= 1.0 + damping;
+        }
+        let mut inverses = Vec::with_capacity(self.landmarks.len());
+        for block in &self.landmarks {
+            if block.is_fixed {
+                inverses.push(Matrix3::zeros());
+                continue;
+            }
+            let mut own = block.curvature;
+            for i in 0..3 {
+                own[(i, i)] *= 1.0 + damping;
+            }
+            own += Matrix3::identity() * (RIDGE * own.trace());
+            let inverse = own.cholesky()?.inverse();
+            for (at, with) in &block.with {
+                let through = with * inverse;
+                add_to(&mut slope, *at, -(through * block.slope));
+                for (other, beside) in &block.with {
+                    add(&mut matrix, (*at, *other), -(through * beside.transpose()));
+                }
+            }
+            inverses.push(inverse);
+        }
+        Some((matrix, slope, inverses))
+    }
+}
+
+fn add(matrix: &mut DMatrix<f64>, (row, column): (usize, usize), block: Matrix6<f64>) {
+    let mut place = matrix.fixed_view_mut::<6, 6>(6 * row, 6 * column);
+    place += block;
+}
+
+fn add_to(vector: &mut DVector<f64>, row: usize, block: Vector6<f64>) {
+    let mut place = vector.fixed_rows_mut::<6>(6 * row);
+    place += block;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::track::adjust::bundle::scene;
+
+    #[test]
+    fn slopes_are_those_of_the_cost() {
+        const STEP: f64 = 1e-6;
+        for seed in 0..4 {
+            let bundle = scene(seed, 0.01);
+            let reduced = Reduced::new(&bundle);
+            let still = vec![Vector3::zeros(); bundle.landmarks.len()];
+            let slope = |motions: &DVector<f64>, shifts: &[Vector3<f64>]| {
+                let back: Vec<_> = shifts.iter().map(|shift| -shift).collect();
+                let cost = |bundle: Bundle| bundle.cost();
+                let there = cost(bundle.moved(motions, shifts));
+                -0.5 * (there - cost(bundle.moved(&-motions, &back))) / (2.0 * STEP)
+            };
+            for i in 0..reduced.slope.len() {
+                let mut motions = DVector::zeros(reduced.slope.len());
+                motions[i] = STEP;
+                let (found, told) = (slope(&motions, &still), reduced.slope[i]);
+                assert!((found - told).abs() < 0.01 * (1.0 + told.abs()), "{i}: {found} {told}");
+            }
+            for (i, block) in reduced.landmarks.iter().enumerate().filter(|(_, one)| !one.is_fixed)
+            {
+                for axis in 0..3 {
+                    let mut shifts = still.clone();
+                    shifts[i][axis] = STEP;
+                    let (found, told) =
+                        (slope(&DVector::zeros(reduced.slope.len()), &shifts), block.slope[axis]);
+                    assert!((found - told).abs() < 1e-4 * (1.0 + told.abs()), "{found} {told}");
+                }
+            }
+        }
+    }
+}

@@ -75,8 +75,8 @@ pub(crate) struct Solution {
 }
 
 /// Most steps, and the part of the cost by which the last one lowers it.
-const STEPS: usize = 8;
-const CONVERGED: f64 = 1e-4;
+const STEPS: usize = 5;
+const CONVERGED: f64 = 3e-3;
 /// Standard deviations from which on a sighting counts by its distance instead of its square.
 const HUBER: f64 = 2.0;
 /// Damping at first, and its factors after a step that helps and one that does not.

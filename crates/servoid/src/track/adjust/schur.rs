@@ -157,8 +157,15 @@ impl Reduced {
     /// Gives the variance of each keyframe's turn.
     pub(super) fn turn_variances(&self) -> Option<Vec<f64>> {
         let (matrix, ..) = self.eliminated(0.0)?;
-        let covariance = matrix.cholesky()?.inverse();
-        let turn = |at: usize| covariance.fixed_view::<3, 3>(6 * at + 3, 6 * at + 3).trace();
+        let factor = matrix.cholesky()?.unpack();
+        let count = factor.nrows() / 6;
+        // The inverse is the product of this one's transpose and itself.
+        let mut turns = DMatrix::zeros(6 * count, 3 * count);
+        for column in 0..3 * count {
+            turns[(column / 3 * 6 + 3 + column % 3, column)] = 1.0;
+        }
+        factor.solve_lower_triangular_mut(&mut turns).then_some(())?;
+        let turn = |at: usize| turns.columns(3 * at, 3).norm_squared();
         Some(self.free.iter().map(|at| at.map_or(0.0, turn)).collect())
     }
 
@@ -183,7 +190,8 @@ impl Reduced {
             for (at, with) in &block.with {
                 let through = with * inverse;
                 add_to(&mut slope, *at, -(through * block.slope));
-                for (other, beside) in &block.with {
+                // Only what lies below the diagonal is read.
+                for (other, beside) in block.with.iter().filter(|(other, _)| other <= at) {
                     add(&mut matrix, (*at, *other), -(through * beside.transpose()));
                 }
             }

@@ -46,7 +46,7 @@ impl Known {
 /// Where a point was found when it was learned, in the world's frame.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Learned {
-    /// The newest keyframe then: the point moves with it. None for a point that was given.
+    /// The keyframe that its view belonged to: the point moves with it. None for a point that was given.
     pub(crate) keyframe: Option<usize>,
     pub(crate) position: Vector3<f64>,
     pub(crate) toward: Vector3<f64>,

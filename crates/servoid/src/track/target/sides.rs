@@ -13,7 +13,7 @@ use crate::track::frame::window::Window;
 struct Side {
     camera: Camera,
     object_from_camera: Pose,
-    /// The newest keyframe then: it moves with that.
+    /// The keyframe that its view belonged to: it moves with that.
     keyframe: usize,
     toward: Vector3<f64>,
     pixels: Vec<u8>,

@@ -64,7 +64,9 @@ def sample(
         typer.Option(
             callback=check_count,
             metavar="N",
-            help="Write so many observations, 30 of them a second.",
+            help="Write so many observations, 30 of them a second (default: 120, or the whole "
+            "turn).",
+            show_default=False,
         ),
     ] = None,
     size: Annotated[
@@ -73,6 +75,9 @@ def sample(
             help="Write images of 320 x 240 pixels, or of 640 x 480 (default: the larger)."
         ),
     ] = None,
+    turn: Annotated[
+        bool, typer.Option("--turn", help="The toy is turned all the way around, and back.")
+    ] = False,
     occluder: Annotated[
         bool, typer.Option("--occluder", help="Something passes over a third of the toy.")
     ] = False,
@@ -100,6 +105,7 @@ def sample(
     asked = {
         "count": count,
         "size": None if size is None else size.value,
+        "turn": turn or None,
         "occluder": occluder or None,
         "hand": hand or None,
         "grey": grey or None,

@@ -8,7 +8,7 @@ import numpy as np
 import typer
 
 from servoid.cli.progress import progress_bar
-from servoid.sim import MovingScene, Scenario, write_moving_sample, write_sample
+from servoid.sim import WHOLE_TURN, MovingScene, Scenario, write_moving_sample, write_sample
 
 
 def check_still(chosen: Mapping[str, Any]) -> None:
@@ -30,7 +30,11 @@ def run_sample(directory: Path) -> None:
 
 def run_moving_sample(directory: Path, chosen: Mapping[str, Any]) -> None:
     """Write the recording that the options describe, by the names of `Scenario`."""
-    scenario = Scenario(**chosen)
+    if chosen.get("turn") and chosen.get("hand"):
+        raise typer.BadParameter(
+            "--turn moves the toy, and with --hand it rests; leave one of them out"
+        )
+    scenario = Scenario(**(({"count": WHOLE_TURN} if chosen.get("turn") else {}) | dict(chosen)))
     with progress_bar("drawing") as update:
         write_moving_sample(
             directory,

@@ -14,6 +14,12 @@ _SWAY_PERIODS = np.array([72.0, 110.0, 55.0])  # images
 _MOST_TURN_DEG, _TURN_PERIOD = 58.0, 130.0
 _FIRST_YAW_DEG = -35.0  # the toy's head is to the left and a little nearer
 
+WHOLE_TURN = 300  # images of a whole turn and back
+_HASTE = 0.95  # 1 would turn at one speed and reverse at once, 0 slow down as a sine does
+_HELD_SWAY = np.array([0.018, 0.014, 0.012])  # metres to each side, by a hand that turns the toy
+_HELD_PERIODS = np.array([97.0, 131.0, 73.0])  # images
+_LEAN_DEG, _LEAN_PERIODS = np.array([16.0, 11.0]), np.array([151.0, 103.0])
+
 _EYE_HEIGHT = 0.27
 _LEFT_OF_TOY = 0.05  # half the baseline: both cameras see the toy
 _PASS_DEPTH = 0.72  # of the way from the camera to the toy
@@ -32,6 +38,22 @@ def toy_pose(index: int, seed: int) -> Floats:
     turned = Pose.exp([0.0, 0.0, 0.0, *(angle * axis / np.linalg.norm(axis))]).matrix()
     pose = turned @ Pose.exp([0.0, 0.0, 0.0, 0.0, 0.0, np.radians(180.0 + _FIRST_YAW_DEG)]).matrix()
     pose[:3, 3] = place
+    return pose
+
+
+def turning_pose(index: int, seed: int) -> Floats:
+    """Return the pose room_from_object (4, 4) of a toy that is turned all around, and back.
+
+    It turns about an upright axis that leans a little, as in a hand, 2 to 3 degrees an image; after
+    `WHOLE_TURN` images it is near where it began.
+    """
+    phases = np.random.default_rng([seed, 4]).uniform(-0.6, 0.6, 5)
+    way = np.arcsin(_HASTE * np.cos(2.0 * np.pi * index / WHOLE_TURN)) / np.arcsin(_HASTE)
+    yaw = np.pi * (1.0 - way) + np.radians(180.0 + _FIRST_YAW_DEG)
+    lean = np.radians(_LEAN_DEG) * np.sin(2.0 * np.pi * index / _LEAN_PERIODS + phases[:2])
+    leaning = Pose.exp([0.0, 0.0, 0.0, *lean, 0.0]).matrix()
+    pose = leaning @ Pose.exp([0.0, 0.0, 0.0, 0.0, 0.0, yaw]).matrix()
+    pose[:3, 3] = _MIDDLE + _HELD_SWAY * np.sin(2.0 * np.pi * index / _HELD_PERIODS + phases[2:])
     return pose
 
 

@@ -26,14 +26,16 @@ _GRAY_WEIGHTS = np.array([0.2126, 0.7152, 0.0722])
 class Scenario:
     """What a moving recording shows; the same scenario gives the same bits.
 
-    `size` is small (320 x 240) or full (640 x 480); `occluder`: something passes over a third of
-    the toy; `hand`: the rig moves and the toy rests; `grey`: images without colour; `plain`: a toy
+    `size` is small (320 x 240) or full (640 x 480); `turn`: the toy is turned all around and back,
+    in `WHOLE_TURN` images; `occluder`: something passes over a third of the
+    toy; `hand`: the rig moves and the toy rests; `grey`: images without colour; `plain`: a toy
     without any pattern; `one_camera`: the left one only.
     """
 
     count: int = 120
     size: str = "full"
     seed: int = 0
+    turn: bool = False
     occluder: bool = False
     hand: bool = False
     grey: bool = False
@@ -47,6 +49,8 @@ class Scenario:
             raise ValueError(f"unknown size '{self.size}'; choose one of {', '.join(SIZES_PX)}")
         if self.seed < 0:
             raise ValueError(f"{self.seed} is no seed; choose 0 or more")
+        if self.turn and self.hand:
+            raise ValueError("the toy rests where a hand moves the rig; leave turn or hand out")
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,7 +93,8 @@ class MovingScene:
 
     def room_from_object(self, index: int) -> Floats:
         """Return the pose (4, 4) of the toy in the room."""
-        return motion.toy_pose(0 if self.scenario.hand else index, self.scenario.seed)
+        moved = motion.turning_pose if self.scenario.turn else motion.toy_pose
+        return moved(0 if self.scenario.hand else index, self.scenario.seed)
 
     def left_from_object(self, index: int) -> Floats:
         """Return the true pose (4, 4) of the toy in the left camera."""

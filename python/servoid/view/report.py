@@ -1,19 +1,18 @@
 """The report: a page, pictures and figures that show how good a body is."""
 
 import json
-import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from servoid.errors import OutputError
 from servoid.model import ModelResult
 from servoid.view.body_picture import draw_body
 from servoid.view.contact_sheet import draw_contact_sheet
 from servoid.view.curve import draw_curve
 from servoid.view.html_page import html_page
+from servoid.view.page_parts import write_report_files
 from servoid.view.scores import ScoredView, mean_iou, scored_views
 
 
@@ -42,22 +41,7 @@ def write_report(result: ModelResult, directory: Path, *, notes: Sequence[str] =
         **pictures,
         "summary.json": (json.dumps(summarise(result), indent=2) + "\n").encode(),
     }
-    try:
-        directory.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(prefix=".servoid-", dir=directory) as drafts:
-            for name, data in files.items():
-                (Path(drafts) / name).write_bytes(data)
-            for name in files:
-                if (directory / name).is_dir():
-                    raise OutputError(f"cannot write {directory / name}: it is a folder")
-            for name in files:
-                (Path(drafts) / name).replace(directory / name)
-    except OSError as error:
-        if isinstance(error, OutputError):
-            raise
-        reason = (error.strerror or str(error)).lower()
-        raise OutputError(f"cannot write a report into {directory}: {reason}") from error
-    return [directory / name for name in files]
+    return write_report_files(directory, files)
 
 
 def summarise(result: ModelResult) -> dict[str, Any]:

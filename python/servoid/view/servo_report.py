@@ -1,11 +1,8 @@
 """The report of a servo run: one page that needs nothing beside it."""
 
-import base64
 import html
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from importlib.resources import files
 from pathlib import Path
 
 import cv2
@@ -15,6 +12,7 @@ from numpy.typing import NDArray
 from servoid.errors import OutputError
 from servoid.output import write_whole
 from servoid.servo import Hold, ServoLog, holds
+from servoid.view.page_parts import fill, image, notes_list, picture
 
 _NAME = "report.html"
 _QUALITY = 90  # of the JPEG picture of the overview
@@ -64,33 +62,26 @@ def write_servo_report(
     shaded = "; the plots shade these times" if pictures.files else ""
     parts = {
         "title": html.escape(title),
-        "notes": _notes(notes),
+        "notes": notes_list(notes),
         "overview": "" if pictures.overview is None else _overview(pictures.overview),
         "figures": "\n".join(_figure(*one) for one in summary.items()),
         "pictures": "\n".join(_picture(Path(path)) for path in pictures.files),
         "holds": _held(log, shaded),
         "settings": _settings(settings),
     }
-    template = files("servoid.view").joinpath("servo_report.html").read_text(encoding="utf-8")
-    page = re.sub(r"\{\{(\w+)\}\}", lambda match: parts[match.group(1)], template)
     path = Path(folder) / _NAME
-    write_whole(path, page.encode())
+    write_whole(path, fill("servo_report.html", parts))
     return path
 
 
-def _notes(notes: Sequence[str]) -> str:
-    items = "".join(f"<li>{html.escape(note)}</li>" for note in notes)
-    return f'<ul class="notes">{items}</ul>' if items else ""
-
-
-def _overview(image: NDArray[np.uint8]) -> str:
+def _overview(shown: NDArray[np.uint8]) -> str:
     """Return a photograph as an element of the page."""
     done, data = cv2.imencode(
-        ".jpg", cv2.cvtColor(image, cv2.COLOR_RGB2BGR), [cv2.IMWRITE_JPEG_QUALITY, _QUALITY]
+        ".jpg", cv2.cvtColor(shown, cv2.COLOR_RGB2BGR), [cv2.IMWRITE_JPEG_QUALITY, _QUALITY]
     )
     if not done:
-        raise OutputError(f"cannot encode a picture of {image.shape[1]} x {image.shape[0]} px")
-    return _image(data.tobytes(), "jpeg", "The arm at work")
+        raise OutputError(f"cannot encode a picture of {shown.shape[1]} x {shown.shape[0]} px")
+    return image(data.tobytes(), "The arm at work", "jpeg")
 
 
 def _figure(name: str, value: str) -> str:
@@ -105,12 +96,7 @@ def _picture(path: Path) -> str:
         reason = (error.strerror or str(error)).lower()
         raise OutputError(f"cannot put {path} into the report: {reason}") from error
     caption = _CAPTIONS.get(path.name, path.stem.replace("_", " "))
-    return f"<h2>{html.escape(caption)}</h2>\n{_image(data, 'png', caption)}"
-
-
-def _image(data: bytes, kind: str, words: str) -> str:
-    encoded = base64.b64encode(data).decode()
-    return f'<img alt="{html.escape(words)}" src="data:image/{kind};base64,{encoded}">'
+    return picture(data, caption)
 
 
 def _held(log: ServoLog, shaded: str) -> str:

@@ -1,0 +1,134 @@
+"""How an object turned before the camera, how far that may have drifted, what was put right."""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from servoid._native import Pose
+from servoid.pose import exact
+from servoid.track.result import Tracked
+
+Floats = NDArray[np.float64]
+
+_STEP = np.radians(3.0)  # turns to and fro that are smaller do not add up
+
+_CORRECTED = re.compile(r"^(.*): the turn is corrected by (\d+(?:\.\d+)?) degrees$")
+
+
+class Cause(Enum):
+    """Why a turn was corrected, in the words of the tracker's notices."""
+
+    KNOWN_SIDE = "a known side is seen again"
+    ADJUSTED = "what was seen so far is adjusted"
+
+
+@dataclass(frozen=True)
+class Correction:
+    """The turn was corrected by `angle` radians at the `place`-th estimate, at `time_s`."""
+
+    place: int
+    time_s: float
+    cause: Cause
+    angle: float
+
+
+@dataclass(frozen=True, eq=False)
+class Turning:
+    """How an object turned; all arrays are (N,), one entry an estimate, angles in radians.
+
+    `turned` is the angle through which it turned before the first camera, all turns added up, and
+    `away` the angle from how it was seen first; both stay as they were where it is not located.
+    `drift` is the tracker's standard deviation of what the turn has drifted since the first image,
+    `deviation` that of the turn about its worst axis; NaN where they are not known.
+    """
+
+    turned: Floats
+    away: Floats
+    drift: Floats
+    deviation: Floats
+    corrections: tuple[Correction, ...]
+
+
+def turning_of(
+    tracked: Sequence[Tracked], world_from_camera: Sequence[tuple[Pose, ...]]
+) -> Turning:
+    """Say how an object turned before the first of the cameras, whose poses are given for each.
+
+    Turns of less than 3 degrees to and fro do not add up: else an object at rest would turn on by
+    the noise of its poses.
+    """
+    turns = [
+        (cameras[0].inverse() @ one.estimate.world_from_object).matrix()[:3, :3]
+        for one, cameras in zip(tracked, world_from_camera, strict=True)
+    ]
+    located = [one.estimate.located for one in tracked]
+    return Turning(
+        turned=_turned(turns, located),
+        away=_away(turns, located),
+        drift=np.array([_drift(one) for one in tracked], dtype=np.float64),
+        deviation=np.array([_deviation(one) for one in tracked], dtype=np.float64),
+        corrections=tuple(corrections_of(tracked)),
+    )
+
+
+def corrections_of(tracked: Sequence[Tracked]) -> list[Correction]:
+    """List what the notices say of corrections, in their order."""
+    found: list[Correction] = []
+    for place, one in enumerate(tracked):
+        for notice in one.notices:
+            said = _CORRECTED.match(notice)
+            causes = [cause for cause in Cause if said is not None and said[1] == cause.value]
+            if said is not None and causes:
+                angle = float(np.radians(float(said[2])))
+                found.append(Correction(place, one.estimate.time_s, causes[0], angle))
+    return found
+
+
+def _turned(turns: Sequence[Floats], located: Sequence[bool]) -> Floats:
+    """Add up the angles between rotations (3, 3), from one that is far enough to the next."""
+    total, most, anchor = 0.0, 0.0, None
+    added = []
+    for turn, known in zip(turns, located, strict=True):
+        if known and anchor is None:
+            anchor = turn
+        elif known and anchor is not None:
+            angle = _angle(anchor, turn)
+            most = max(most, total + angle)
+            if angle >= _STEP:
+                total, anchor = total + angle, turn
+        added.append(most)
+    return np.array(added, dtype=np.float64)
+
+
+def _away(turns: Sequence[Floats], located: Sequence[bool]) -> Floats:
+    """Return the angle of each rotation from the first that is located."""
+    first = next((turn for turn, known in zip(turns, located, strict=True) if known), None)
+    angles: list[float] = []
+    for turn, known in zip(turns, located, strict=True):
+        before = angles[-1] if angles else 0.0
+        angles.append(_angle(first, turn) if known and first is not None else before)
+    return np.array(angles, dtype=np.float64)
+
+
+def _angle(first: Floats, second: Floats) -> float:
+    """Return the angle of the rotation from the first (3, 3) to the second."""
+    change = np.eye(4)
+    change[:3, :3] = first.T @ second
+    return float(exact.norm(Pose(change).log()[3:]))
+
+
+def _drift(one: Tracked) -> float:
+    evidence = getattr(one.estimate, "evidence", None) or {}
+    return float(evidence.get("drift_rad", np.nan))
+
+
+def _deviation(one: Tracked) -> float:
+    """Return the standard deviation of a turn about its worst axis, NaN if it is not known."""
+    covariance = one.estimate.covariance[3:, 3:]
+    if not np.isfinite(covariance).all():
+        return float("nan")
+    return float(np.sqrt(max(float(np.linalg.eigvalsh(covariance)[-1]), 0.0)))

@@ -1,0 +1,77 @@
+"""What all pages of reports are made of: templates to fill, notes, pictures, and their folder."""
+
+import base64
+import html
+import json
+import re
+import tempfile
+from collections.abc import Mapping, Sequence
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from servoid.errors import OutputError
+
+
+def fill(template: str, parts: Mapping[str, str]) -> bytes:
+    """Return a page: a template that lies beside this file, each {{name}} replaced by a part."""
+    return re.sub(r"\{\{(\w+)\}\}", lambda match: parts[match.group(1)], read(template)).encode()
+
+
+def read(name: str) -> str:
+    """Return the text of a file that lies beside this one."""
+    return files("servoid.view").joinpath(name).read_text(encoding="utf-8")
+
+
+def json_text(data: Any) -> str:
+    """Return JSON that no `</script>` can end."""
+    return json.dumps(data, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
+
+
+def paragraphs(lines: Sequence[str]) -> str:
+    """Return each line as a paragraph."""
+    return "\n".join(f"<p>{html.escape(line)}</p>" for line in lines)
+
+
+def notes_list(notes: Sequence[str]) -> str:
+    """Return the sentences that go above all else, as a list; nothing without any."""
+    items = "".join(f"<li>{html.escape(note)}</li>" for note in notes)
+    return f'<ul class="notes">{items}</ul>' if items else ""
+
+
+def image(data: bytes, words: str, kind: str = "png") -> str:
+    """Return a picture as an element that holds it; `words` say what it shows."""
+    encoded = base64.b64encode(data).decode()
+    return f'<img alt="{html.escape(words)}" src="data:image/{kind};base64,{encoded}">'
+
+
+def picture(data: bytes, caption: str) -> str:
+    """Return a PNG picture below its heading."""
+    return f"<h2>{html.escape(caption)}</h2>\n{image(data, caption)}"
+
+
+def write_report_files(directory: Path, contents: Mapping[str, bytes]) -> list[Path]:
+    """Write the files of a report, by their names, into a folder; return their paths.
+
+    The folder is made if need be; other files in it are left alone.
+
+    Raises:
+        OutputError: the folder cannot be written; then no file of the report changes in it.
+
+    """
+    try:
+        directory.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(prefix=".servoid-", dir=directory) as drafts:
+            for name, data in contents.items():
+                (Path(drafts) / name).write_bytes(data)
+            for name in contents:
+                if (directory / name).is_dir():
+                    raise OutputError(f"cannot write {directory / name}: it is a folder")
+            for name in contents:
+                (Path(drafts) / name).replace(directory / name)
+    except OSError as error:
+        if isinstance(error, OutputError):
+            raise
+        reason = (error.strerror or str(error)).lower()
+        raise OutputError(f"cannot write a report into {directory}: {reason}") from error
+    return [directory / name for name in contents]

@@ -101,6 +101,15 @@ def track(
             rich_help_panel=_OUTPUT,
         ),
     ] = None,
+    report: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DIR",
+            help="Write a page with the body as it grew, the sides that were seen, drift, and what "
+            "became of each observation; of several objects, into DIR_NAME each.",
+            rich_help_panel=_OUTPUT,
+        ),
+    ] = None,
     observations: Annotated[
         str,
         typer.Option(
@@ -166,6 +175,16 @@ def track(
             rich_help_panel=_SEARCH,
         ),
     ] = None,
+    adjust: Annotated[
+        bool | None,
+        typer.Option(
+            "--adjust/--no-adjust",
+            help="Adjust all sides seen together, beside the tracker, in a thread of its own "
+            f"(default: {'yes' if _defaults.adjust else 'no'}).",
+            show_default=False,
+            rich_help_panel=_SEARCH,
+        ),
+    ] = None,
     seed: Annotated[
         int | None,
         typer.Option(
@@ -201,6 +220,7 @@ def track(
             out=out,
             video=video,
             save_body=save_body,
+            report=report,
             observations=chosen,
             every=every,
             method=method,
@@ -208,6 +228,7 @@ def track(
             generations=generations,
             budget_ms=budget_ms,
             evolve=evolve,
+            adjust=adjust,
             seed=seed,
         )
     )

@@ -2,7 +2,7 @@
 
 import itertools
 import statistics
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -12,6 +12,7 @@ import typer
 from servoid.cli.doubting import settled
 from servoid.cli.progress import progress_bar
 from servoid.cli.subjects import read_subjects
+from servoid.cli.track_reporting import Reports, check_reports
 from servoid.cli.track_summary import print_track_summary
 from servoid.cli.values import Method
 from servoid.errors import OutputError, ServoidError, TrackError
@@ -58,6 +59,7 @@ class Order:
     out: Path
     video: Path | None
     save_body: Path | None
+    report: Path | None
     observations: slice
     every: int
     method: Method
@@ -65,6 +67,7 @@ class Order:
     generations: int | None
     budget_ms: float | None
     evolve: bool | None
+    adjust: bool | None
     seed: int | None
 
 
@@ -74,11 +77,15 @@ def run_track(order: Order) -> None:
     _check_outputs(order, subjects)
     capture = open_any(order.capture)
     collector = Collector()
+    reports = _reports(order, subjects, capture)
 
     def work(trusted: bool) -> BaseException | None:
         asked = replace(order, trust_targets=trusted)
         with _video(asked, capture, len(subjects)) as film:
-            return _follow(asked, capture, subjects, collector, film)
+            watch = [film] if film is not None else []
+            if reports is not None:
+                watch.append(reports.historian.add)
+            return _follow(asked, capture, subjects, collector, watch)
 
     try:
         stopped = settled(work, order)
@@ -87,12 +94,12 @@ def run_track(order: Order) -> None:
             raise
         stopped = error
     results = collector.results()
-    files = _write(order, results)
+    files = _write(order, results, reports, _ending(stopped, len(collector)))
     if order.video is not None and not isinstance(stopped, OutputError):
         files.append(("video", order.video))
     print_track_summary(order.capture, capture, results, files)
     if isinstance(stopped, KeyboardInterrupt):
-        typer.echo(f"interrupted after {len(collector)} observations", err=True)
+        typer.echo(_ending(stopped, len(collector)), err=True)
         raise typer.Exit(INTERRUPTED)
     if stopped is not None:
         raise stopped
@@ -105,14 +112,37 @@ def place_of(path: Path, name: str, count: int) -> Path:
 
 def _check_outputs(order: Order, subjects: list[Subject]) -> None:
     check_suffix(order.out)
+    folders = _report_folders(order, subjects)
+    check_reports(folders)
+    to_make = [folder.resolve() for folder in folders if not folder.exists()]
     if order.save_body is not None and order.save_body.suffix != ".json":
         raise OutputError(f"cannot write {order.save_body}: the file of a body ends in .json")
     for path in (order.out, order.save_body):
         if path is not None:
             for subject in subjects:
-                check_file(place_of(path, subject.name, len(subjects)))
+                place = place_of(path, subject.name, len(subjects))
+                if place.resolve().parent not in to_make:
+                    check_file(place)
     if order.video is not None:
         check_video(order.video)
+
+
+def _report_folders(order: Order, subjects: list[Subject]) -> list[Path]:
+    if order.report is None:
+        return []
+    return [place_of(order.report, subject.name, len(subjects)) for subject in subjects]
+
+
+def _reports(order: Order, subjects: list[Subject], capture: Capture) -> Reports | None:
+    folders = _report_folders(order, subjects)
+    return Reports.into(folders, capture) if folders else None
+
+
+def _ending(stopped: BaseException | None, count: int) -> str:
+    """Say what ended the tracking before its time; nothing if nothing did."""
+    if isinstance(stopped, KeyboardInterrupt):
+        return f"interrupted after {count} observations"
+    return "" if stopped is None else f"ended after {count} observations: {stopped}"
 
 
 def _follow(
@@ -120,7 +150,7 @@ def _follow(
     capture: Capture,
     subjects: list[Subject],
     collector: Collector,
-    film: Callable[[TrackStep], None] | None,
+    watch: Sequence[Callable[[TrackStep], None]],
 ) -> BaseException | None:
     """Collect steps to the end; return what ended it before, unless nothing was tracked yet."""
     try:
@@ -128,8 +158,8 @@ def _follow(
             request = _request(order, lambda made: update(0.0, f"modelling, {made.share:.0%}"))
             for step in follow(capture, subjects, request):
                 collector.add(step)
-                if film is not None:
-                    film(step)
+                for heed in watch:
+                    heed(step)
                 update(step.share, _note(step))
     except (KeyboardInterrupt, ServoidError) as error:
         if not len(collector):
@@ -147,6 +177,7 @@ def _request(order: Order, progress: Callable[[Progress], None]) -> Request:
         generations=order.generations,
         budget_s=None if budget_ms is None else budget_ms / _MS_PER_S,
         evolve=order.evolve,
+        adjust=order.adjust,
         observations=order.observations,
         every=order.every,
         distance_m=order.distance,
@@ -186,10 +217,14 @@ def _video_hz(order: Order, capture: Capture) -> float:
     return min(max(1.0 / usual_s, 1.0), 240.0) if usual_s > 0.0 else _VIDEO_HZ
 
 
-def _write(order: Order, results: list[TrackResult]) -> list[tuple[str, Path]]:
-    """Write poses and bodies; return what each file is, and where."""
+def _write(
+    order: Order, results: list[TrackResult], reports: Reports | None, ending: str
+) -> list[tuple[str, Path]]:
+    """Write poses, bodies and reports; return what each file is, and where."""
     if not results:
         raise TrackError(f"{order.capture}: nothing was tracked")
+    if reports is not None:
+        reports.make_folders()
     files = []
     for result in results:
         path = place_of(order.out, result.name, len(results))
@@ -199,4 +234,7 @@ def _write(order: Order, results: list[TrackResult]) -> list[tuple[str, Path]]:
             path = place_of(order.save_body, result.name, len(results))
             save_body(path, result.body, result.colors, appearance=result.appearance)
             files.append(("body", path))
+    if reports is not None:
+        notes = [f"The tracking was not finished: {ending}."] if ending else []
+        files.extend(("report", page) for page in reports.write(results, notes))
     return files

@@ -9,7 +9,7 @@ from servoid.track.learning import learn_appearance
 from servoid.track.request import Method, Request, Subject
 from servoid.track.result import Gap, Tracked, TrackResult
 from servoid.track.sides import SEEN_WITHIN, Sides, sides_of
-from servoid.track.starting import Followed
+from servoid.track.starting import Followed, placed
 from servoid.track.turning import Cause, Correction, Turning, turning_of
 
 __all__ = [
@@ -41,6 +41,7 @@ __all__ = [
     "follow",
     "learn_appearance",
     "place_body",
+    "placed",
     "read_instants",
     "sides_of",
     "tidy_image",

@@ -1,4 +1,4 @@
-"""Pictures of what was modelled. Needs the extra `view`: `pip install 'servoid[view]'`."""
+"""Pictures of what was modelled or tracked; needs the extra: `pip install 'servoid[view]'`."""
 
 from importlib.util import find_spec
 
@@ -11,5 +11,12 @@ if find_spec("matplotlib") is None:
 from servoid.view.report import write_report
 from servoid.view.servo_plots import draw_servo_plots
 from servoid.view.servo_report import ServoPictures, write_servo_report
+from servoid.view.track_report import write_track_report
 
-__all__ = ["ServoPictures", "draw_servo_plots", "write_report", "write_servo_report"]
+__all__ = [
+    "ServoPictures",
+    "draw_servo_plots",
+    "write_report",
+    "write_servo_report",
+    "write_track_report",
+]

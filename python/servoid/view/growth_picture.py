@@ -1,0 +1,149 @@
+"""The picture of how a body grew: from six sides at each stage, with its outline before."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from servoid._native import Body, Pose
+from servoid.track import History, Stage, Surface, placed
+from servoid.view.axes import DISTINCT
+from servoid.view.body_picture import solids_in_world
+from servoid.view.page import QUIET_INK, Page, Text
+from servoid.view.raycast import Sight, Solids, cast, look, render
+
+MOST_SHOWN = 5  # stages, besides the start
+UP, FRONT, RIGHT = np.eye(3)[[1, 2, 0]]
+NAMED_SIDES = {
+    "front": FRONT,
+    "right": RIGHT,
+    "back": -FRONT,
+    "left": -RIGHT,
+    "top": UP,
+    "bottom": -UP,
+}
+"""The sides of an object by their names: unit vectors in the frame of its sides."""
+
+_TILE_PX, _GAP_PX, _MARGIN_PX, _TITLE_PX = 180, 8, 16, 34
+_FILLED = 0.74  # of a tile, by the longest side of the largest body
+_RISE_DEG = 9.0
+_BEFORE = (0xD5, 0x5E, 0x00)
+_LIGHT = np.array([0.35, 0.80, 0.48])
+
+Vector = NDArray[np.float64]
+Colors = NDArray[np.uint8]
+
+
+@dataclass(frozen=True, eq=False)
+class _Row:
+    title: str
+    thumbnail: Colors | None
+    before: Solids | None
+    after: Solids
+
+
+def draw_growth(history: History, sides_from_object: NDArray[np.float64]) -> bytes:
+    """Draw the body at the start and at most `MOST_SHOWN` changes; return the PNG file's bytes.
+
+    `sides_from_object` (3, 3) takes the object's frame to that of its sides.
+    """
+    rows = _rows(history, sides_from_object)
+    columns = 1 + len(NAMED_SIDES)
+    pitch, height = _TILE_PX + _GAP_PX, _TILE_PX + _TITLE_PX
+    page = Page(2 * _MARGIN_PX + columns * pitch - _GAP_PX, _MARGIN_PX + height * len(rows) + 8)
+    spans = np.array([[row.after.extent(axis) for axis in np.eye(3)] for row in rows])
+    low, high = spans[:, :, 0].min(axis=0), spans[:, :, 1].max(axis=0)
+    metres_per_px = float((high - low).max()) / (_FILLED * _TILE_PX)
+    for place, row in enumerate(rows):
+        top = _MARGIN_PX // 2 + place * height
+        page.texts.append(Text(_MARGIN_PX, top + 24, row.title, 17))
+        corner = (_MARGIN_PX, top + _TITLE_PX)
+        page.put(_seen(row.thumbnail), *corner)
+        for column, (name, toward) in enumerate(NAMED_SIDES.items(), start=1):
+            left = _MARGIN_PX + column * pitch
+            sight = _sight(toward, (low + high) / 2.0, metres_per_px)
+            page.put(_tile(row, sight), left, corner[1])
+            page.texts.append(Text(left + 8, corner[1] + 20, name, 14, QUIET_INK))
+    return page.png()
+
+
+def solids_of(body: Body, surface: Surface, sides_from_object: NDArray[np.float64]) -> Solids:
+    """Return a body's ellipsoids in the frame of its sides, in the colours of its surface."""
+    pose = np.eye(4)
+    pose[:3, :3] = sides_from_object
+    return solids_in_world(placed(body, Pose(pose)), surface_colors(body, surface))
+
+
+def surface_colors(body: Body, surface: Surface) -> Colors:
+    """Return each ellipsoid's colour (K, 3) uint8 RGB: the median of the points that are its own.
+
+    A point is that ellipsoid's whose surface is nearest to it, as a share of the ellipsoid's size.
+    An ellipsoid without points has a colour that tells it from its neighbours.
+    """
+    known = [[int(one[at : at + 2], 16) for at in (1, 3, 5)] for one in DISTINCT]
+    colors = np.array([known[place % len(known)] for place in range(len(body))], dtype=np.uint8)
+    if not len(surface.points):
+        return colors
+    still = solids_in_world(placed(body, Pose.identity()), colors)
+    offsets = surface.points[:, None] - still.centers[None]
+    sizes = np.einsum("nki,kij,nkj->nk", offsets, np.linalg.inv(still.shapes), offsets)
+    owner = np.abs(np.log(np.maximum(sizes, 1e-12))).argmin(axis=1)
+    for index in np.unique(owner):
+        colors[index] = np.median(surface.colors[owner == index], axis=0).astype(np.uint8)
+    return colors
+
+
+def chosen(stages: Sequence[Stage]) -> list[Stage]:
+    """Return at most `MOST_SHOWN` stages, evenly chosen, the first and the last among them."""
+    places = np.linspace(0, len(stages) - 1, min(MOST_SHOWN, len(stages))).round().astype(int)
+    return [stages[place] for place in places]
+
+
+def _rows(history: History, sides_from_object: NDArray[np.float64]) -> list[_Row]:
+    first = solids_of(history.initial, history.surface, sides_from_object)
+    rows = [_Row(f"at the start: {_count(len(history.initial))}", history.thumbnail, None, first)]
+    for stage in chosen(history.stages):
+        before, after = (
+            solids_of(body, history.surface, sides_from_object)
+            for body in (stage.before, stage.after)
+        )
+        was = f"{len(stage.before)} → " if len(stage.before) != len(stage.after) else ""
+        title = f"{stage.time_s:.2f} s, observation {stage.index}: {was}{_count(len(stage.after))}"
+        rows.append(_Row(title, stage.thumbnail, before, after))
+    return rows
+
+
+def _count(number: int) -> str:
+    return f"{number} ellipsoid{'' if number == 1 else 's'}"
+
+
+def _sight(toward: Vector, middle: Vector, metres_per_px: float) -> Sight:
+    """Return the sight from a side, raised a little if it is level."""
+    rise = np.radians(_RISE_DEG)
+    if abs(toward @ UP) > 0.5:
+        axes = look(-toward, -np.sign(toward @ UP) * FRONT)
+    else:
+        axes = look(-(np.cos(rise) * toward + np.sin(rise) * UP), UP)
+    return Sight(axes, middle, metres_per_px, (_TILE_PX, _TILE_PX))
+
+
+def _tile(row: _Row, sight: Sight) -> Colors:
+    """Return a stage's body from one side, with the outline that it had before."""
+    # What is looked at from below stands on its head, or its shadow would lie before it.
+    up = -UP if sight.axes[2] @ UP > 0.5 else UP
+    light = _LIGHT * np.array([1.0, up @ UP, 1.0])
+    picture = render(row.after, sight, up, light / np.linalg.norm(light))
+    if row.before is not None:
+        inside = (cast(row.before, sight).owner >= 0).astype(np.uint8)
+        contours, _ = cv2.findContours(inside, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+        cv2.drawContours(picture, contours, -1, _BEFORE, 1, cv2.LINE_AA)
+    return picture
+
+
+def _seen(thumbnail: Colors | None) -> Colors:
+    size = (_TILE_PX, _TILE_PX)
+    if thumbnail is None:
+        return np.full((*size, 3), 225, np.uint8)
+    return np.asarray(cv2.resize(thumbnail, size, interpolation=cv2.INTER_AREA), np.uint8)

@@ -1,0 +1,143 @@
+"""The timeline: status, confidence, notices and time per step, one observation after another."""
+
+import re
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from servoid.track import Tracked
+from servoid.view.axes import DISTINCT, dress, new_figure, png
+from servoid.view.page import INK, QUIET_INK
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+STATES = ("tracking", "located", "searching", "lost")
+"""What an estimate may be: `located` is searching of which the place is confirmed."""
+
+_COLORS = dict(zip(STATES, (DISTINCT[0], DISTINCT[5], DISTINCT[4], DISTINCT[1]), strict=True))
+_LABELS = {"located": "searching, located"}
+_MOST_NOTICES = 6
+_NUMBER = re.compile(r"\d+(\.\d+)?")
+_LANE_IN = 0.3
+
+Floats = NDArray[np.float64]
+
+
+def state_of(one: Tracked) -> str:
+    """Return which of `STATES` an estimate is."""
+    status = one.estimate.status
+    return "located" if status == "searching" and one.estimate.located else status
+
+
+def draw_timeline(tracked: Sequence[Tracked]) -> bytes:
+    """Draw what became of each observation; return the PNG file's bytes."""
+    notices = notice_times(tracked)
+    heights = [0.3 + _LANE_IN * len(STATES), 1.5, 0.3 + 0.42 * max(1, len(notices)), 1.7]
+    figure = new_figure(9.6, sum(heights) + 0.7)
+    status, confidence, noticed, spent = figure.subplots(4, 1, sharex=True, height_ratios=heights)
+    times = np.array([one.estimate.time_s for one in tracked])
+    _draw_status(status, tracked, times)
+    _draw_confidence(confidence, tracked, times)
+    _draw_notices(noticed, notices)
+    _draw_spent(spent, tracked, times)
+    if len(times) > 1:
+        spent.set_xlim(float(times[0]), float(times[-1]) + _usual_step(times))
+    spent.set_xlabel("time [s]", color=INK, fontsize=10)
+    return png(figure)
+
+
+def notice_times(tracked: Sequence[Tracked]) -> dict[str, list[float]]:
+    """Return when each kind of notice was given, the most frequent first.
+
+    Notices that differ by their numbers are of one kind, and the first of them stands for it.
+    """
+    found: dict[str, tuple[str, list[float]]] = {}
+    for one in tracked:
+        for notice in one.notices:
+            _, times = found.setdefault(_NUMBER.sub("0", notice), (notice, []))
+            times.append(one.estimate.time_s)
+    kinds = sorted(found.values(), key=lambda kind: -len(kind[1]))
+    return dict(kinds[:_MOST_NOTICES])
+
+
+def _draw_status(axes: "Axes", tracked: Sequence[Tracked], times: Floats) -> None:
+    """Draw a lane for each state, so that nobody needs the colours."""
+    states = [state_of(one) for one in tracked]
+    ends = np.append(times[1:], times[-1] + _usual_step(times))
+    for lane, state in enumerate(STATES):
+        spans = [(times[first], ends[last] - times[first]) for first, last in _runs(states, state)]
+        axes.broken_barh(spans, (lane - 0.4, 0.8), color=_COLORS[state], linewidth=0.3)
+    axes.set_yticks(range(len(STATES)), [_LABELS.get(state, state) for state in STATES])
+    axes.set_ylim(len(STATES) - 0.5, -0.5)
+    _title(axes, "status")
+
+
+def _runs(states: Sequence[str], state: str) -> list[tuple[int, int]]:
+    """Return the first and the last place of each stretch of one state."""
+    inside = np.concatenate([[False], [one == state for one in states], [False]])
+    edges = np.flatnonzero(inside[1:] != inside[:-1])
+    return [(int(first), int(end) - 1) for first, end in edges.reshape(-1, 2)]
+
+
+def _draw_confidence(axes: "Axes", tracked: Sequence[Tracked], times: Floats) -> None:
+    confidence = [one.estimate.confidence for one in tracked]
+    axes.plot(times, confidence, color=DISTINCT[0], linewidth=1.3)
+    axes.set_ylim(0.0, 1.05)
+    _title(axes, "confidence: the probability that the pose is right")
+
+
+def _draw_notices(axes: "Axes", notices: dict[str, list[float]]) -> None:
+    """Draw a lane for each kind of notice, below its words."""
+    for lane, (words, when) in enumerate(notices.items()):
+        axes.plot(when, np.full(len(when), lane + 0.25), "|", color=DISTINCT[1], markersize=7)
+        said = words if len(words) <= 110 else words[:109] + "…"
+        axes.text(
+            0.005,
+            lane - 0.18,
+            f"{said} ({len(when)})",
+            transform=axes.get_yaxis_transform(),
+            va="center",
+            fontsize=8.5,
+            color=INK,
+            parse_math=False,
+        )
+    if not notices:
+        axes.text(0.5, 0.5, "none", transform=axes.transAxes, ha="center", color=QUIET_INK)
+    _title(axes, "notices")
+    axes.set_ylim(max(1, len(notices)) - 0.4, -0.6)
+    axes.set_yticks([])
+
+
+def _draw_spent(axes: "Axes", tracked: Sequence[Tracked], times: Floats) -> None:
+    """Draw the time that each step took, the start left out."""
+    from matplotlib.ticker import LogLocator, StrMethodFormatter
+
+    steps = 1e3 * np.array([one.seconds for one in tracked[1:]])
+    axes.plot(times[1:], steps, ".", color=DISTINCT[0], markersize=3.5, label="a step")
+    grown = [
+        (time_s, 1e3 * one.evolving_s)
+        for time_s, one in zip(times, tracked, strict=True)
+        if one.evolved
+    ]
+    if grown:
+        axes.plot(*zip(*grown, strict=True), "^", color=DISTINCT[1], markersize=5, label="evolving")
+    _title(axes, "time that it took, beside reading the images [ms]")
+    if len(steps) and steps.min() > 0.0:
+        axes.set_yscale("log")
+        axes.yaxis.set_major_locator(LogLocator(numticks=8))
+        axes.yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
+        axes.yaxis.set_minor_formatter("")
+    if len(steps):
+        axes.legend(loc="upper right", frameon=False, fontsize=9, ncols=2, handlelength=1.0)
+
+
+def _title(axes: "Axes", words: str) -> None:
+    axes.set_title(words, loc="left", color=INK, fontsize=10.5)
+    dress(axes)
+
+
+def _usual_step(times: Floats) -> float:
+    return float(np.median(np.diff(times))) if len(times) > 1 else 1.0

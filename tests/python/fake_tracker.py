@@ -28,6 +28,7 @@ class FakeEstimate:
     )
     unobservable: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, 6)))
     seconds: dict[str, float] = field(default_factory=lambda: dict.fromkeys(STAGES, 0.001))
+    evidence: dict[str, float] | None = None
 
     @property
     def located(self) -> bool:

@@ -161,11 +161,11 @@ document.body.dataset.seen = JSON.stringify(pictures.map((one) => pictures.index
 </script></body>"""
 
 
-def test_in_a_browser_the_body_turns_and_turns_back(text: str, tmp_path: Path) -> None:
+def looked_at(text: str, folder: Path) -> str:
+    """Return what a page has become in a browser, in which nothing may go wrong."""
     browser = shutil.which("chromium")
-    if browser is None:
-        pytest.skip("there is no chromium to look at the page with")
-    (tmp_path / "page.html").write_text(text.replace("</body>", PROBE), encoding="utf-8")
+    assert browser is not None
+    (folder / "page.html").write_text(text, encoding="utf-8")
     options = (
         "--headless --no-sandbox --disable-gpu --use-gl=angle --use-angle=swiftshader "
         "--enable-unsafe-swiftshader --enable-logging=stderr --window-size=500,500 --dump-dom"
@@ -174,8 +174,8 @@ def test_in_a_browser_the_body_turns_and_turns_back(text: str, tmp_path: Path) -
         [
             browser,
             *options.split(),
-            f"--user-data-dir={tmp_path / 'profile'}",
-            (tmp_path / "page.html").as_uri(),
+            f"--user-data-dir={folder / 'profile'}",
+            (folder / "page.html").as_uri(),
         ],
         capture_output=True,
         text=True,
@@ -184,8 +184,15 @@ def test_in_a_browser_the_body_turns_and_turns_back(text: str, tmp_path: Path) -
     )
     assert "Uncaught" not in done.stderr
     assert "Refused" not in done.stderr
-    assert 'data-drawn="yes"' in done.stdout
-    assert 'data-seen="[0,1,0,3,0]"' in done.stdout
+    return done.stdout
+
+
+def test_in_a_browser_the_body_turns_and_turns_back(text: str, tmp_path: Path) -> None:
+    if shutil.which("chromium") is None:
+        pytest.skip("there is no chromium to look at the page with")
+    seen = looked_at(text.replace("</body>", PROBE), tmp_path)
+    assert 'data-drawn="yes"' in seen
+    assert 'data-seen="[0,1,0,3,0]"' in seen
 
 
 def test_the_page_says_how_much_the_body_holds(result: ModelResult, text: str) -> None:

@@ -34,7 +34,8 @@ def run_moving_sample(directory: Path, chosen: Mapping[str, Any]) -> None:
         raise typer.BadParameter(
             "--turn moves the toy, and with --hand it rests; leave one of them out"
         )
-    scenario = Scenario(**(({"count": WHOLE_TURN} if chosen.get("turn") else {}) | dict(chosen)))
+    whole: dict[str, Any] = {"count": WHOLE_TURN} if chosen.get("turn") else {}
+    scenario = Scenario(**(whole | dict(chosen)))
     with progress_bar("drawing") as update:
         write_moving_sample(
             directory,

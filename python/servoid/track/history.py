@@ -12,7 +12,7 @@ from servoid.observe import Capture, Instant, cameras_of
 from servoid.track.following import TrackStep
 from servoid.track.starting import Followed, placed
 
-MOST_STAGES = 12  # that are kept of one object; of more, each second one is given up
+MOST_CHANGES = 12  # that are kept of one object; of more, each second one is given up
 THUMBNAIL_PX = 200
 _MARGIN = 1.2  # of a thumbnail, as a multiple of the object
 
@@ -20,7 +20,7 @@ Colors = NDArray[np.uint8]
 
 
 @dataclass(frozen=True, eq=False)
-class Stage:
+class BodyChange:
     """One change of a body: what it was and became in observation `index`, in its own frame.
 
     `thumbnail` (P, P, 3) uint8 RGB is the object as a camera saw it then, None if none did.
@@ -34,7 +34,7 @@ class Stage:
 
 
 @dataclass(frozen=True, eq=False)
-class Surface:
+class LearnedSurface:
     """What a tracker learned of a surface: points (N, 3) in metres, colors (N, 3) uint8 RGB."""
 
     points: NDArray[np.float64]
@@ -47,15 +47,15 @@ class History:
 
     `names` are the C cameras'; `world_from_camera` has C poses, and `delivered` (N, C) bool says
     which cameras delivered an image, for each of the N observations. `initial` is the body at the
-    start; `stages` are changes of it, at most `MOST_STAGES` and about evenly chosen among all.
+    start; `changes` are changes of it, at most `MOST_CHANGES` and about evenly chosen among all.
     """
 
     names: tuple[str, ...]
     world_from_camera: Sequence[tuple[Pose, ...]]
     delivered: NDArray[np.bool_]
     initial: Body
-    stages: tuple[Stage, ...]
-    surface: Surface
+    changes: tuple[BodyChange, ...]
+    surface: LearnedSurface
     thumbnail: Colors | None = None
 
 
@@ -66,23 +66,23 @@ class _Growth:
     initial: Body
     newest: Body
     thumbnail: Colors | None
-    stages: list[Stage] = field(default_factory=list)
+    changes: list[BodyChange] = field(default_factory=list)
     count: int = 0
     stride: int = 1
 
-    def add(self, stage: Stage) -> None:
+    def add(self, change: BodyChange) -> None:
         if self.count % self.stride == 0:
-            self.stages.append(stage)
+            self.changes.append(change)
         self.count += 1
-        if len(self.stages) > MOST_STAGES:
-            self.stages = self.stages[::2]
+        if len(self.changes) > MOST_CHANGES:
+            self.changes = self.changes[::2]
             self.stride *= 2
 
 
 class Historian:
     """Gathers the histories of all objects, step by step.
 
-    Of the images it keeps a thumbnail of each stage that it keeps.
+    Of the images it keeps a thumbnail of each change that it keeps.
     """
 
     def __init__(self, capture: Capture) -> None:
@@ -109,7 +109,7 @@ class Historian:
                 before, growth.newest = growth.newest, one.body
                 body = placed(before, tracked.estimate.world_from_object)
                 seen = thumbnail(self._cameras, instant, body)
-                growth.add(Stage(instant.index, instant.time_s, before, one.body, seen))
+                growth.add(BodyChange(instant.index, instant.time_s, before, one.body, seen))
 
     def histories(self) -> list[History]:
         """Return the history of each object as far as it is known, in the order of the objects."""
@@ -119,7 +119,7 @@ class Historian:
                 world_from_camera=tuple(self._poses),
                 delivered=np.array(self._delivered, dtype=np.bool_),
                 initial=growth.initial,
-                stages=tuple(growth.stages),
+                changes=tuple(growth.changes),
                 surface=_surface(one),
                 thumbnail=growth.thumbnail,
             )
@@ -158,10 +158,10 @@ def _cut(
     return np.asarray(cut, np.uint8)
 
 
-def _surface(one: Followed) -> Surface:
+def _surface(one: Followed) -> LearnedSurface:
     known = getattr(one.tracker, "surface", None)
     points, _ = one.surface
     colors = None if known is None or len(known) < 3 else known[2]
     if colors is None:
-        return Surface(np.empty((0, 3)), np.empty((0, 3), np.uint8))
-    return Surface(points, colors)
+        return LearnedSurface(np.empty((0, 3)), np.empty((0, 3), np.uint8))
+    return LearnedSurface(points, colors)

@@ -1,4 +1,4 @@
-"""The picture of how a body grew: from six sides at each stage, with its outline before."""
+"""The picture of how a body grew: from six sides after each change, with its outline before."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -8,13 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid._native import Body, Pose
-from servoid.track import History, Stage, Surface, placed
+from servoid.track import BodyChange, History, LearnedSurface, placed
 from servoid.view.axes import DISTINCT
 from servoid.view.body_picture import solids_in_world
 from servoid.view.page import QUIET_INK, Page, Text
 from servoid.view.raycast import Sight, Solids, cast, look, render
 
-MOST_SHOWN = 5  # stages, besides the start
+MOST_SHOWN = 5  # changes, besides the start
 UP, FRONT, RIGHT = np.eye(3)[[1, 2, 0]]
 NAMED_SIDES = {
     "front": FRONT,
@@ -33,6 +33,7 @@ _BEFORE = (0xD5, 0x5E, 0x00)
 _LIGHT = np.array([0.35, 0.80, 0.48])
 
 Vector = NDArray[np.float64]
+Turn = NDArray[np.float64]
 Colors = NDArray[np.uint8]
 
 
@@ -44,7 +45,7 @@ class _Row:
     after: Solids
 
 
-def draw_growth(history: History, sides_from_object: NDArray[np.float64]) -> bytes:
+def draw_growth(history: History, sides_from_object: Turn) -> bytes:
     """Draw the body at the start and at most `MOST_SHOWN` changes; return the PNG file's bytes.
 
     `sides_from_object` (3, 3) takes the object's frame to that of its sides.
@@ -69,14 +70,14 @@ def draw_growth(history: History, sides_from_object: NDArray[np.float64]) -> byt
     return page.png()
 
 
-def solids_of(body: Body, surface: Surface, sides_from_object: NDArray[np.float64]) -> Solids:
+def solids_of(body: Body, surface: LearnedSurface, sides_from_object: Turn) -> Solids:
     """Return a body's ellipsoids in the frame of its sides, in the colours of its surface."""
     pose = np.eye(4)
     pose[:3, :3] = sides_from_object
     return solids_in_world(placed(body, Pose(pose)), surface_colors(body, surface))
 
 
-def surface_colors(body: Body, surface: Surface) -> Colors:
+def surface_colors(body: Body, surface: LearnedSurface) -> Colors:
     """Return each ellipsoid's colour (K, 3) uint8 RGB: the median of the points that are its own.
 
     A point is that ellipsoid's whose surface is nearest to it, as a share of the ellipsoid's size.
@@ -95,23 +96,25 @@ def surface_colors(body: Body, surface: Surface) -> Colors:
     return colors
 
 
-def chosen(stages: Sequence[Stage]) -> list[Stage]:
-    """Return at most `MOST_SHOWN` stages, evenly chosen, the first and the last among them."""
-    places = np.linspace(0, len(stages) - 1, min(MOST_SHOWN, len(stages))).round().astype(int)
-    return [stages[place] for place in places]
+def chosen(changes: Sequence[BodyChange]) -> list[BodyChange]:
+    """Return at most `MOST_SHOWN` changes, evenly chosen, the first and the last among them."""
+    places = np.linspace(0, len(changes) - 1, min(MOST_SHOWN, len(changes))).round().astype(int)
+    return [changes[place] for place in places]
 
 
-def _rows(history: History, sides_from_object: NDArray[np.float64]) -> list[_Row]:
+def _rows(history: History, sides_from_object: Turn) -> list[_Row]:
     first = solids_of(history.initial, history.surface, sides_from_object)
     rows = [_Row(f"at the start: {_count(len(history.initial))}", history.thumbnail, None, first)]
-    for stage in chosen(history.stages):
+    for change in chosen(history.changes):
         before, after = (
             solids_of(body, history.surface, sides_from_object)
-            for body in (stage.before, stage.after)
+            for body in (change.before, change.after)
         )
-        was = f"{len(stage.before)} → " if len(stage.before) != len(stage.after) else ""
-        title = f"{stage.time_s:.2f} s, observation {stage.index}: {was}{_count(len(stage.after))}"
-        rows.append(_Row(title, stage.thumbnail, before, after))
+        was = f"{len(change.before)} → " if len(change.before) != len(change.after) else ""
+        title = (
+            f"{change.time_s:.2f} s, observation {change.index}: {was}{_count(len(change.after))}"
+        )
+        rows.append(_Row(title, change.thumbnail, before, after))
     return rows
 
 
@@ -130,7 +133,7 @@ def _sight(toward: Vector, middle: Vector, metres_per_px: float) -> Sight:
 
 
 def _tile(row: _Row, sight: Sight) -> Colors:
-    """Return a stage's body from one side, with the outline that it had before."""
+    """Return a body from one side, with the outline that it had before."""
     # What is looked at from below stands on its head, or its shadow would lie before it.
     up = -UP if sight.axes[2] @ UP > 0.5 else UP
     light = _LIGHT * np.array([1.0, up @ UP, 1.0])

@@ -5,9 +5,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from servoid.track import SEEN_WITHIN, Sides
 from servoid.view.axes import DISTINCT, new_figure, png
 from servoid.view.page import INK, QUIET_INK
+from servoid.view.sides import SEEN_WITHIN, Sides
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -8,18 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from servoid.track import (
-    Cause,
-    History,
-    Sides,
-    Tracked,
-    TrackResult,
-    Turning,
-    sides_of,
-    turning_of,
-)
+from servoid.track import History, Tracked, TrackResult
 from servoid.view.growth_picture import NAMED_SIDES, solids_of
+from servoid.view.sides import Sides, sides_of
 from servoid.view.timeline_plot import state_of
+from servoid.view.turning import Cause, Turning, turning_of
 
 _MOST_GAPS = 4
 _MS_PER_S = 1e3

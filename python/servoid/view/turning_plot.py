@@ -5,9 +5,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from servoid.track import Cause, Turning
 from servoid.view.axes import DISTINCT, dress, new_figure, png
 from servoid.view.page import INK, QUIET_INK
+from servoid.view.turning import Cause, Turning
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

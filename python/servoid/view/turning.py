@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid._native import Pose
-from servoid.pose import exact
-from servoid.track.result import Tracked
+from servoid.track import Tracked
 
 Floats = NDArray[np.float64]
 
@@ -118,12 +117,11 @@ def _angle(first: Floats, second: Floats) -> float:
     """Return the angle of the rotation from the first (3, 3) to the second."""
     change = np.eye(4)
     change[:3, :3] = first.T @ second
-    return float(exact.norm(Pose(change).log()[3:]))
+    return float(np.linalg.norm(Pose(change).log()[3:]))
 
 
 def _drift(one: Tracked) -> float:
-    evidence = getattr(one.estimate, "evidence", None) or {}
-    return float(evidence.get("drift_rad", np.nan))
+    return float((one.estimate.evidence or {}).get("drift_rad", np.nan))
 
 
 def _deviation(one: Tracked) -> float:

@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid._native import Pose
-from servoid.track.history import History
-from servoid.track.result import Tracked
+from servoid.track import History, Tracked
 
 Floats = NDArray[np.float64]
 
@@ -77,7 +76,8 @@ def all_directions(count: int = _FACES) -> Floats:
     heights = 1.0 - 2.0 * places / count
     angles = np.pi * (1.0 + np.sqrt(5.0)) * places
     level = np.sqrt(1.0 - heights**2)
-    return np.stack([level * np.cos(angles), heights, level * np.sin(angles)], axis=1)
+    spiral = np.stack([level * np.cos(angles), heights, level * np.sin(angles)], axis=1)
+    return np.asarray(spiral, np.float64)
 
 
 def _sides_from_object(tracked: Sequence[Tracked], history: History) -> Floats:
@@ -88,7 +88,7 @@ def _sides_from_object(tracked: Sequence[Tracked], history: History) -> Floats:
     up = -object_from_camera[:, 1]
     up = up - toward * (up @ toward)
     up = up / np.linalg.norm(up)
-    return np.stack([np.cross(up, toward), up, toward])
+    return np.asarray(np.stack([np.cross(up, toward), up, toward]), np.float64)
 
 
 def _toward(world_from_camera: Pose, world_from_object: Pose) -> Floats:

@@ -245,9 +245,7 @@ def photos() -> Callable[[str], Path]:
     return find
 
 
-@pytest.fixture
-def fake_core(monkeypatch: pytest.MonkeyPatch) -> type[FakeTracker]:
-    """Put the fake in the place of the core's tracker; `made` lists those that were made."""
+def put_fake_core(monkeypatch: pytest.MonkeyPatch) -> type[FakeTracker]:
     import_module("servoid.cli.app")  # its help shows the core's own defaults
 
     class Fake(FakeTracker):
@@ -256,6 +254,12 @@ def fake_core(monkeypatch: pytest.MonkeyPatch) -> type[FakeTracker]:
     monkeypatch.setattr(_native, "Tracker", Fake, raising=False)
     monkeypatch.setattr(_native, "TrackSettings", FakeSettings, raising=False)
     return Fake
+
+
+@pytest.fixture
+def fake_core(monkeypatch: pytest.MonkeyPatch) -> type[FakeTracker]:
+    """Put the fake in the place of the core's tracker; `made` lists those that were made."""
+    return put_fake_core(monkeypatch)
 
 
 @pytest.fixture(scope="session")

@@ -14,9 +14,10 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 from tracking_errors import tracking_errors
 
+from servoid.cli import sampling
 from servoid.errors import OutputError
 from servoid.observe import open_capture
-from servoid.sim import MovingScene, Scenario, moving, write_moving_sample, write_sample
+from servoid.sim import WHOLE_TURN, MovingScene, Scenario, moving, write_moving_sample, write_sample
 
 SCORER = Path(__file__).parents[2].parent / "shared" / "tools" / "score_track.py"
 SHORT = Scenario(count=3, size="small")
@@ -156,6 +157,19 @@ def test_the_command_writes_what_it_was_asked_for(tmp_path: Path, servoid_comman
     assert files(folder) == files(write_moving_sample(tmp_path / "again", scenario))
 
 
+def test_a_toy_that_is_turned_is_recorded_all_the_way_around_if_no_count_is_given(
+    tmp_path: Path, servoid_command: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[Scenario] = []
+    monkeypatch.setattr(
+        sampling, "write_moving_sample", lambda _, scenario, **__: asked.append(scenario)
+    )
+    for more in ((), ("--count", "3")):
+        outcome = servoid_command("sample", str(tmp_path / "toy"), "--moving", "--turn", *more)
+        assert outcome.code == 0, outcome.err
+    assert asked == [Scenario(count=WHOLE_TURN, turn=True), Scenario(count=3, turn=True)]
+
+
 @pytest.mark.parametrize(
     "options",
     [
@@ -164,6 +178,8 @@ def test_the_command_writes_what_it_was_asked_for(tmp_path: Path, servoid_comman
         ("--moving", "--seed", "-1"),
         ("--count", "3"),
         ("--one-camera",),
+        ("--turn",),
+        ("--moving", "--turn", "--hand"),
     ],
 )
 def test_wrong_usage_exits_with_2_and_writes_nothing(

@@ -208,10 +208,31 @@ def test_a_hand_moves_the_rig_and_the_toy_rests() -> None:
         assert overlap(silhouette(made, index), made.look(index).mask > 0) > 0.97
 
 
-@pytest.mark.parametrize("hand", [False, True])
-def test_the_toy_stays_whole_in_both_images(hand: bool) -> None:
-    made = MovingScene(Scenario(size="small", hand=hand, one_camera=True))
-    for index in range(0, 120, 5):
+@pytest.mark.parametrize("seed", range(6))
+def test_a_toy_that_is_turned_shows_all_its_sides_and_comes_back(seed: int) -> None:
+    poses = [motion.turning_pose(index, seed) for index in range(motion.WHOLE_TURN + 1)]
+    steps, turns = rows(iter(poses))
+    assert steps.max() < 0.005
+    assert 2.0 < np.median(turns) < 3.0
+    assert turns.max() < 3.5
+    up = np.array([one[:3, 2] for one in poses])
+    lean = np.degrees(np.arccos(up[:, 2]))
+    assert 5.0 < lean.max() < 30.0
+    heads = np.unwrap([np.arctan2(one[1, 0], one[0, 0]) for one in poses])
+    middle = motion.WHOLE_TURN // 2
+    assert np.degrees(heads[middle] - heads[0]) == pytest.approx(360.0, abs=12.0)
+    assert np.degrees(heads[-1] - heads[0]) == pytest.approx(0.0, abs=12.0)
+
+
+def test_a_rig_in_a_hand_and_a_toy_that_turns_are_not_both_drawn() -> None:
+    with pytest.raises(ValueError, match="leave turn or hand out"):
+        Scenario(turn=True, hand=True)
+
+
+@pytest.mark.parametrize("moved", [{}, {"hand": True}, {"turn": True}])
+def test_the_toy_stays_whole_in_both_images(moved: dict[str, bool]) -> None:
+    made = MovingScene(Scenario(size="small", **moved, one_camera=True))  # type: ignore
+    for index in range(0, motion.WHOLE_TURN if made.scenario.turn else 120, 5):
         for offset in (0.0, scene.BASELINE):
             pixels, places = project(made, index, offset)
             assert pixels.min() > 4.0

@@ -8,16 +8,20 @@ import shutil
 import weakref
 from collections.abc import Callable
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 from types import SimpleNamespace
 
 import cv2
 import numpy as np
 import pytest
-from conftest import Command, everything_in
+from conftest import Command, everything_in, put_fake_core
+from drawn import Drawn
 from drawn_pairs import Pair
 from fake_tracker import FakeTracker, plain_body
+from recordings import run_servoid
 from test_report_page import Page, looked_at
+from tiers import tiered
 from track_histories import history_of, track_of, turned
 
 from servoid import view
@@ -26,6 +30,7 @@ from servoid.observe import Instant, open_capture
 from servoid.pose import Pose
 from servoid.record import read_trajectory
 from servoid.shape import save_body
+from servoid.sim import WHOLE_TURN, MovingScene, Scenario, write_moving_sample
 from servoid.track import Historian, LearnedSurface, TrackResult, TrackStep
 from servoid.track.history import MOST_CHANGES
 from servoid.view.growth_picture import surface_colors
@@ -69,13 +74,15 @@ def eventful(time_s: float) -> dict[str, object]:
     }
 
 
-@pytest.fixture
-def reported(folder: Path, servoid_command: Command, fake_core: type[FakeTracker]) -> Path:
+@pytest.fixture(scope="module")
+def reported(drawn_video: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return the folder of a report of an eventful track."""
-    fake_core.answers = staticmethod(eventful)
-    outcome = servoid_command("track", "video", *CUP, "--evolve", "--report", "report")
-    assert outcome.code == 0, outcome.err
-    assert "report/report.html" in outcome.out
+    folder = tmp_path_factory.mktemp("reported")
+    save_body(folder / "cup.json", plain_body(OWN, count=2))
+    with pytest.MonkeyPatch.context() as patch:
+        put_fake_core(patch).answers = staticmethod(eventful)
+        said = run_servoid(folder, "track", drawn_video, *CUP, "--evolve", "--report", "report")
+    assert "report/report.html" in said
     return folder / "report"
 
 
@@ -102,7 +109,7 @@ def test_the_page_needs_nothing_from_elsewhere(reported: Path) -> None:
 
 def test_the_figures_agree_with_the_poses_that_are_written(reported: Path) -> None:
     summary = json.loads((reported / "summary.json").read_text(encoding="utf-8"))
-    points = read_trajectory("poses.csv")
+    points = read_trajectory(reported.parent / "poses.csv")
     steps = summary["steps"]
     assert [one["observation"] for one in steps] == [point.observation for point in points]
     assert [one["time_s"] for one in steps] == [point.time_s for point in points]
@@ -130,7 +137,9 @@ def test_the_page_says_what_became_of_the_track(reported: Path) -> None:
     assert "drifted by 2.3 degrees at most, and by 2.3 at the end" in said
 
 
-@pytest.mark.parametrize("stop", [KeyboardInterrupt(), TrackError("the cameras are on <fire>")])
+@pytest.mark.parametrize(
+    "stop", tiered([KeyboardInterrupt(), TrackError("the cameras are on <fire>")])
+)
 def test_what_was_tracked_before_a_stop_is_reported(
     stop: BaseException, folder: Path, servoid_command: Command, fake_core: type[FakeTracker]
 ) -> None:
@@ -169,6 +178,7 @@ def test_a_report_that_cannot_be_written_is_refused_before_tracking(
     assert fake_core.made == []
 
 
+@pytest.mark.extended
 def test_several_objects_have_a_folder_each(folder: Path, servoid_command: Command) -> None:
     save_body(folder / "jug.json", plain_body(OWN))
     outcome = servoid_command(
@@ -183,6 +193,7 @@ def test_several_objects_have_a_folder_each(folder: Path, servoid_command: Comma
     assert not (folder / "turn").exists()
 
 
+@pytest.mark.extended
 def test_poses_and_body_may_go_into_the_folder_that_the_report_makes(
     folder: Path, servoid_command: Command
 ) -> None:
@@ -301,6 +312,50 @@ def test_a_track_that_was_never_confirmed_and_has_no_drift_has_a_report(tmp_path
     assert page.content["li"] == ["<i>{{script}}"]
 
 
+@pytest.fixture(scope="module")
+def turned_toy(tmp_path_factory: pytest.TempPathFactory, drawn: Drawn) -> Path:
+    """Track a toy that is turned all the way around and back; return its folder."""
+    folder = tmp_path_factory.mktemp("turned")
+    scenario = Scenario(count=WHOLE_TURN, size="small", turn=True)
+    drawn(folder / "toy", "moving", scenario, lambda new: write_moving_sample(new, scenario))
+    run_servoid(folder, "track", "toy", "--report", "report", "--seed", 0)
+    return folder
+
+
+@pytest.mark.extended
+def test_the_report_of_a_whole_turn_knows_how_far_it_was(turned_toy: Path) -> None:
+    summary = json.loads((turned_toy / "report" / "summary.json").read_text(encoding="utf-8"))
+    scene = MovingScene(Scenario(count=WHOLE_TURN, size="small", turn=True))
+    poses = [Pose(scene.left_from_object(index)) for index in range(WHOLE_TURN)]
+    steps = [(before.inverse() @ after).log()[3:] for before, after in pairwise(poses)]
+    turned_rad = float(np.linalg.norm(steps, axis=1).sum())
+    assert turned_rad > 4.0 * np.pi
+    assert summary["turned_rad"] == pytest.approx(turned_rad, rel=0.03)
+    away = [np.linalg.norm((poses[0].inverse() @ pose).log()[3:]) for pose in poses]
+    told = [one["away_rad"] for one in summary["steps"] if one["state"] == "tracking"]
+    true = [away[one["observation"]] for one in summary["steps"] if one["state"] == "tracking"]
+    assert np.degrees(np.abs(np.subtract(told, true)).max()) < 10.0
+
+
+@pytest.mark.extended
+def test_a_whole_turn_shows_all_sides_but_top_and_bottom_and_its_drift_falls_again(
+    turned_toy: Path,
+) -> None:
+    summary = json.loads((turned_toy / "report" / "summary.json").read_text(encoding="utf-8"))
+    assert summary["tracked_share"] > 0.6
+    assert 0.6 < summary["sides_seen_share"] < 0.95
+    seen = summary["sides_first_seen_s"]
+    assert None not in [seen[name] for name in ("front", "right", "back", "left")]
+    drift = np.array([one["drift_rad"] for one in summary["steps"]])
+    assert drift.shape == (WHOLE_TURN,)
+    assert drift[-1] < 0.5 * drift.max()
+    points = read_trajectory(turned_toy / "poses.csv")
+    noticed = [point.observation for point in points if "the turn is corrected by" in point.notices]
+    assert [one["observation"] for one in summary["corrections"]] == noticed
+    assert summary["evolutions"] > 0
+
+
+@pytest.mark.extended
 def test_in_a_browser_the_body_at_the_end_is_drawn(reported: Path, tmp_path: Path) -> None:
     if shutil.which("chromium") is None:
         pytest.skip("there is no chromium to look at the page with")

@@ -50,7 +50,11 @@ Table = tuple[str, Sequence[str], Sequence[Sequence[str]]]
 
 
 def write_track_report(
-    result: TrackResult, history: History, directory: Path, *, notes: Sequence[str] = ()
+    result: TrackResult,
+    history: History,
+    directory: str | Path,
+    *,
+    notes: Sequence[str] = (),
 ) -> list[Path]:
     """Write the pictures and the figures of a track into a folder; return the files' paths.
 

@@ -265,6 +265,7 @@ def test_each_change_knows_the_body_before_and_after_and_they_are_evenly_spread(
     drawn_video: Path, step_of: Callable[[int], TrackStep]
 ) -> None:
     historian = Historian(open_capture(drawn_video))
+    history = history_of(0)
     for index in range(3 * MOST_CHANGES):
         historian.add(step_of(index))
         [history] = historian.histories()

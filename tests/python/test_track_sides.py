@@ -12,6 +12,7 @@ from track_histories import AHEAD, history_of, track_of, turned
 from servoid.pose import Pose
 from servoid.view.sides import SEEN_WITHIN, Sides, all_directions, sides_of
 from servoid.view.turning import Cause, turning_of
+from servoid.view.turning_plot import drift_before
 
 ESTIMATE = Path(__file__).parents[2] / "crates" / "servoid" / "src" / "track" / "estimate.rs"
 UPRIGHT = np.array([0.0, -1.0, 0.0])  # up in the camera's frame
@@ -112,7 +113,7 @@ def test_the_angle_turned_of_a_known_motion_is_that_motion(
 
 
 def test_a_turn_and_back_adds_up_and_the_angle_from_the_first_view_returns() -> None:
-    there = np.radians(np.arange(0.0, 170.0, 2.5))
+    there = STEP * np.arange(68)
     angles = np.concatenate([there, there[::-1]])
     poses = spin(angles)
     turning = turning_of(track_of(poses), history_of(len(poses)).world_from_camera)
@@ -155,6 +156,17 @@ def test_the_plot_of_drift_has_one_entry_an_observation() -> None:
     assert np.flatnonzero(np.isnan(turning.drift)).tolist() == [3]
     assert turning.drift[10] == pytest.approx(0.1)
     np.testing.assert_allclose(turning.deviation, 0.03)
+
+
+def test_a_correction_is_marked_at_the_drift_that_was_told_last() -> None:
+    told = [0.0, 0.1, 0.5, np.nan, 0.2]
+
+    def say(place: int) -> dict[str, object]:
+        lost = {"status": "lost"} if place == 2 else {}
+        return {**lost, "evidence": {"drift_rad": told[place]}}
+
+    turning = turning_of(track_of(spin(WHOLE[:5]), say), history_of(5).world_from_camera)
+    np.testing.assert_allclose(np.radians(drift_before(turning)), [0.0, 0.0, 0.1, 0.1, 0.1])
 
 
 def test_a_covariance_that_is_open_has_no_deviation() -> None:

@@ -37,7 +37,7 @@ def history_of(
     delivered: NDArray[np.bool_] | None = None,
 ) -> History:
     """Return the history of a track before one camera at rest, or before others."""
-    poses = world_from_camera or [(Pose.identity(),)] * count
+    poses = world_from_camera or [(Pose.identity(),)] * max(count, 1)
     cameras = len(poses[0])
     return History(
         names=tuple("abcd"[:cameras]),

@@ -131,7 +131,15 @@ def _draw_spent(axes: "Axes", tracked: Sequence[Tracked], times: Floats) -> None
         axes.yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
         axes.yaxis.set_minor_formatter("")
     if len(steps):
-        axes.legend(loc="upper right", frameon=False, fontsize=9, ncols=2, handlelength=1.0)
+        axes.legend(
+            loc="lower right",
+            bbox_to_anchor=(1.0, 0.98),
+            frameon=False,
+            fontsize=9,
+            ncols=2,
+            handlelength=1.0,
+            borderpad=0.0,
+        )
 
 
 def _title(axes: "Axes", words: str) -> None:

@@ -42,13 +42,15 @@ class Turning:
     `turned` is the angle through which it turned before the first camera, all turns added up, and
     `away` the angle from how it was seen first; both stay as they were where it is not located.
     `drift` is the tracker's standard deviation of what the turn has drifted since the first image,
-    `deviation` that of the turn about its worst axis; NaN where they are not known.
+    `deviation` that of the turn about its worst axis; NaN where they are not known. `located` (N,)
+    says where the object's place is confirmed.
     """
 
     turned: Floats
     away: Floats
     drift: Floats
     deviation: Floats
+    located: NDArray[np.bool_]
     corrections: tuple[Correction, ...]
 
 
@@ -70,6 +72,7 @@ def turning_of(
         away=_away(turns, located),
         drift=np.array([_drift(one) for one in tracked], dtype=np.float64),
         deviation=np.array([_deviation(one) for one in tracked], dtype=np.float64),
+        located=np.array(located, dtype=np.bool_),
         corrections=tuple(corrections_of(tracked)),
     )
 

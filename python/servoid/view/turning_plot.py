@@ -51,7 +51,9 @@ def _deviations(axes: "Axes", along: Floats, turning: Turning) -> None:
     ]
     for name, values, color, style in lines:
         if np.isfinite(values).any():
-            axes.plot(along, np.degrees(values), style, color=color, linewidth=1.6, label=name)
+            # Where the object is not located they may be as wide as can be, and mean nothing.
+            shown = np.where(turning.located, np.degrees(values), np.nan)
+            axes.plot(along, shown, style, color=color, linewidth=1.6, label=name)
     if not np.isfinite(turning.drift).any():
         axes.text(
             0.5, 0.5, "drift is not known", transform=axes.transAxes, ha="center", color=QUIET_INK
@@ -65,7 +67,7 @@ def _deviations(axes: "Axes", along: Floats, turning: Turning) -> None:
 
 def _corrections(axes: "Axes", along: Floats, turning: Turning) -> None:
     """Mark where the turn was corrected, at the drift that was told before it."""
-    before = np.nan_to_num(np.degrees(np.concatenate([turning.drift[:1], turning.drift[:-1]])))
+    before = drift_before(turning)
     largest = sorted(turning.corrections, key=lambda one: -one.angle)[:_MOST_NAMED]
     for cause, (marker, color) in MARKS.items():
         own = [one for one in turning.corrections if one.cause is cause]
@@ -80,6 +82,7 @@ def _corrections(axes: "Axes", along: Floats, turning: Turning) -> None:
             markersize=8,
             markeredgecolor="white",
             label=f"{cause.value}: corrected",
+            clip_on=False,
             zorder=4,
         )
     for one in largest:
@@ -91,6 +94,16 @@ def _corrections(axes: "Axes", along: Floats, turning: Turning) -> None:
             color=INK,
             fontsize=9,
         )
+
+
+def drift_before(turning: Turning) -> Floats:
+    """Return the drift in degrees (N,) told last before each observation, 0 if none was."""
+    known, last = [], 0.0
+    for drift, located in zip(turning.drift, turning.located, strict=True):
+        known.append(last)
+        if located and np.isfinite(drift):
+            last = float(np.degrees(drift))
+    return np.array(known, dtype=np.float64)
 
 
 def _shade(axes: "Axes", along: Floats, tracked: NDArray[np.bool_]) -> None:

@@ -319,7 +319,7 @@ def turned_toy(tmp_path_factory: pytest.TempPathFactory, drawn: Drawn) -> Path:
     folder = tmp_path_factory.mktemp("turned")
     scenario = Scenario(count=WHOLE_TURN, size="small", turn=True)
     drawn(folder / "toy", "moving", scenario, lambda new: write_moving_sample(new, scenario))
-    run_servoid(folder, "track", "toy", "--report", "report", "--seed", 0)
+    run_servoid(folder, "track", "toy", "--report", "report", "--save-body", "body.json")
     return folder
 
 
@@ -354,6 +354,21 @@ def test_a_whole_turn_shows_all_sides_but_top_and_bottom_and_its_drift_falls_aga
     noticed = [point.observation for point in points if "the turn is corrected by" in point.notices]
     assert [one["observation"] for one in summary["corrections"]] == noticed
     assert summary["evolutions"] > 0
+
+
+@pytest.mark.extended
+def test_one_camera_tracks_more_of_a_turn_with_the_body_that_a_pair_saw(turned_toy: Path) -> None:
+    (turned_toy / "eye").mkdir()
+    for name in ("left", "masks"):
+        (turned_toy / "eye" / name).symlink_to(turned_toy / "toy" / name)
+    parts = (turned_toy / "toy" / "capture.toml").read_text(encoding="utf-8").split("[[camera]]")
+    (turned_toy / "eye" / "capture.toml").write_text("[[camera]]".join(parts[:2]))
+    shares = {}
+    for given in (("--body", "body.json"), ("--distance", 0.58)):
+        run_servoid(turned_toy, "track", "eye", *given, "--out", "eye.csv", "--seed", 0)
+        points = read_trajectory(turned_toy / "eye.csv")
+        shares[given[0]] = np.mean([point.status == "tracking" for point in points])
+    assert shares["--body"] > 1.3 * shares["--distance"] > 0.1
 
 
 @pytest.mark.extended

@@ -16,7 +16,7 @@ from servoid.view.turning_plot import drift_before
 
 ESTIMATE = Path(__file__).parents[2] / "crates" / "servoid" / "src" / "track" / "estimate.rs"
 UPRIGHT = np.array([0.0, -1.0, 0.0])  # up in the camera's frame
-STEP = np.radians(2.5)
+STEP = float(np.radians(2.5))
 AXES = st.tuples(*[st.floats(-1.0, 1.0)] * 3).filter(lambda axis: np.linalg.norm(axis) > 0.1)
 
 
@@ -24,7 +24,7 @@ def unit(axis: tuple[float, ...] | NDArray[np.float64]) -> NDArray[np.float64]:
     return np.asarray(axis) / np.linalg.norm(axis)
 
 
-def spin(angles: NDArray[np.float64], axis: NDArray[np.float64] = UPRIGHT) -> list[Pose]:
+def spin(angles: NDArray[np.floating], axis: NDArray[np.float64] = UPRIGHT) -> list[Pose]:
     return [turned(angle * axis) for angle in angles]
 
 

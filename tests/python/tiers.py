@@ -16,6 +16,7 @@ def tiered(values: Iterable[Any], quick: int = 1) -> list[Any]:
 # Files of tests that take longest, the longest first: begun last, they would leave workers idle.
 LONGEST = (
     "test_readme.py",
+    "test_track_report.py",
     "test_replays.py",
     "test_trust.py",
     "test_study_paper_servoing.py",

@@ -56,7 +56,7 @@ def _deviations(axes: "Axes", along: Floats, turning: Turning) -> None:
             axes.plot(along, shown, style, color=color, linewidth=1.6, label=name)
     if not np.isfinite(turning.drift).any():
         axes.text(
-            0.5, 0.5, "drift is not known", transform=axes.transAxes, ha="center", color=QUIET_INK
+            0.5, 0.92, "drift is not known", transform=axes.transAxes, ha="center", color=QUIET_INK
         )
     axes.set_title("one standard deviation [deg]", loc="left", color=INK, fontsize=10.5)
     axes.set_ylim(bottom=0.0)

@@ -241,17 +241,28 @@ def tell_turns(found: list[Course]) -> None:
 
 def tell_bodies(found: list[Course]) -> None:
     """Print how alike bodies are of a turn that was played forwards and backwards."""
-    table = Table("object      ", "seed", "compared               ", "volume IoU", "silhouette IoU")
+    table = Table(
+        *("object      ", "seed", "compared               ", "volume IoU", "silhouette IoU"),
+        *("tracked %", "degrees worst"),
+    )
     for one in found:
+        runs = {"forwards and object": one.turns, "backwards and object": one.back}
         for compared, shares in one.bodies.items():
-            table.row(one.name, one.seed, compared, shares.volume, shares.silhouette)
+            run, said = runs.get(compared), ("", "")
+            if run is not None:
+                said = (
+                    percent(run.found.tracking[:PER_TURN]),
+                    float(run.numbers[:PER_TURN, 1].max()),
+                )
+            table.row(one.name, one.seed, compared, shares.volume, shares.silhouette, *said)
 
 
 def tell_camera(found: list[Course]) -> None:
     """Print how far apart poses are if the object turns, and if the eyes go around it."""
     table = Table(
-        *("object      ", "seed", "who moves ", "images", "tracked %", "ADD median", "worst mm"),
-        *("degrees median", "worst ", "apart, median mm", "worst ", "degrees median", "worst "),
+        *("object      ", "seed", "who moves ", "images", "tracked %", "wrong %", "ADD median"),
+        *("worst mm", "degrees median", "worst ", "apart, median mm", "worst "),
+        *("degrees median", "worst "),
     )
     for one in found:
         gaps = one.camera_apart * (1e3, 180.0 / np.pi)
@@ -259,6 +270,7 @@ def tell_camera(found: list[Course]) -> None:
         for mover, track in (("the object", one.still), ("the eyes", one.around)):
             table.row(
                 *(one.name, one.seed, mover, len(track.numbers), percent(track.found.tracking)),
+                percent(track.found.trusted_wrong),
                 *medians_and_worst(track.numbers)[:4],
                 *((gaps[0], gaps[2], gaps[1], gaps[3]) if mover == "the eyes" else ("",) * 4),
             )

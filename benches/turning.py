@@ -31,6 +31,7 @@ from track_speed import LONG_IMAGES, LONG_ROWS, resident_mb, to_and_fro
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "python"))
 
+from trust_scenes import PRINTED
 from trust_verdicts import Verdicts, verdicts
 from turning_bodies import Likeness, in_object, like, like_object
 from turning_scenes import (
@@ -99,6 +100,9 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--seeds", type=int, default=SEEDS, help=f"how many (default {SEEDS})")
     parser.add_argument("--long", action="store_true", help="track 10,000 images too")
     given = parser.parse_args()
+    for name in given.object:
+        if name not in PRINTED:
+            parser.error(f"no object with print is '{name}'; there are: {', '.join(PRINTED)}")
     if given.seeds < 1:
         parser.error(f"{given.seeds} seeds tell nothing; give 1 or more")
     return given

@@ -166,7 +166,7 @@ def test_a_whole_turn_has_the_same_bits_twice_and_no_wrong_pose_without_the_work
     )
     assert bits(once) == bits(twice)
     assert bits(once) != bits(without)
-    assert not turning.judge(without).wrong.any()  # 11 degrees were measured of the bottle
+    assert not turning.judge(without).wrong.any()
 
 
 BOTTLE = pytest.param(

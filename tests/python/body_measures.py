@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from scipy.spatial import KDTree
 from scipy.spatial.transform import Rotation
 
-from servoid.shape import BodyFile
+from servoid.shape import Body, BodyFile
 
 Array = NDArray[np.float64]
 
@@ -32,6 +32,18 @@ class WorldBody:
             rotations=turn @ Rotation.from_quat(parts, scalar_first=True).as_matrix(),
             radii=np.array([one.radii for one in file.ellipsoids]),
             world_from_object=turn,
+        )
+
+    @classmethod
+    def stood(cls, body: Body) -> "WorldBody":
+        """Return a body where it stands."""
+        pose = body.world_from_object.matrix()
+        parts = Rotation.from_quat(body.rotations, scalar_first=True).as_matrix()
+        return cls(
+            centers=body.centers @ pose[:3, :3].T + pose[:3, 3],
+            rotations=pose[:3, :3] @ parts,
+            radii=np.asarray(body.radii),
+            world_from_object=pose[:3, :3],
         )
 
     def holds(self, points: Array) -> NDArray[np.bool_]:

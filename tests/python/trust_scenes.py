@@ -4,7 +4,7 @@ A course is drawn as a capture with its truth, as the research recordings are la
 pair, a mask in the first left image only, `truth/left_from_object.csv` and `truth/mesh.obj`.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -28,6 +28,8 @@ MESHES = Path(__file__).parents[2].parent / "shared" / "data" / "meshes"
 GLOSS = 0.25  # of a plain mesh
 NOISE, BASELINE_MM = 2.0, 100.0  # grey levels; from eye to eye
 TILT = 0.2  # of the axis of a turn, each way
+
+Mesh = tuple[NDArray[np.float64], NDArray[np.int64]]  # vertices (N, 3) in metres, faces (M, 3)
 
 _CAMERA = """
 [[camera]]
@@ -69,7 +71,7 @@ _TOY = "toy "  # before the name of one
 
 
 @cache
-def mesh_of(name: str) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+def mesh_of(name: str) -> Mesh:
     """Return vertices (N, 3) in metres and faces (M, 3) of an object, in its own frame."""
     if not name.startswith(_TOY):
         design = design_of(name)
@@ -156,22 +158,31 @@ def write_course(folder: Path, name: str, seed: int, size_px: tuple[int, int] = 
     """Draw a course as a capture with its truth into a new folder; return the folder."""
     course = ALL_COURSES[name]
     made = course.set_up(seed, size_px)
+    indices = range(len(made.world_from_objects))
+    return write_made(folder, made, mesh_of(course.object_of(seed)), indices)
+
+
+def write_made(folder: Path, made: SetUp, mesh: Mesh, indices: Sequence[int]) -> Path:
+    """Draw some images of a scene as a capture with its truth into a folder; return the folder.
+
+    The first of them has a mask.
+    """
     for inner in ("left", "right", "masks", "truth"):
         (folder / inner).mkdir(parents=True)
-    _write_png(folder / "masks" / "0000.png", made.masks(0)[0])
-    for index in range(len(made.world_from_objects)):
+    _write_png(folder / "masks" / "0000.png", made.masks(indices[0])[0])
+    for place, index in enumerate(indices):
         for side, image in zip(("left", "right"), made.images(index), strict=True):
-            _write_png(folder / side / f"{index:04}.png", image[..., ::-1])
+            _write_png(folder / side / f"{place:04}.png", image[..., ::-1])
     left = made.eyes[0].inverse()
-    poses = [left @ world_from_object for world_from_object in made.world_from_objects]
-    points = [Waypoint(index / RATE_HZ, pose) for index, pose in enumerate(poses)]
+    poses = [left @ made.world_from_objects[index] for index in indices]
+    points = [Waypoint(place / RATE_HZ, pose) for place, pose in enumerate(poses)]
     write_trajectory(folder / "truth" / "left_from_object.csv", points)
-    (folder / "truth" / "mesh.obj").write_text(obj_text(*mesh_of(course.object_of(seed))))
+    (folder / "truth" / "mesh.obj").write_text(obj_text(*mesh))
     tables = [
         _CAMERA.format(
             name=side,
             masks='masks = "masks/*.png"\n' if side == "left" else "",
-            size=size_px,
+            size=made.camera.size_px,
             focal=made.camera.focal_px,
             center=made.camera.center_px,
             pose=(left @ eye).matrix().tolist(),

@@ -1,0 +1,320 @@
+"""Turn objects all the way around before the tracker, and measure what it loses on the way.
+
+Drawn objects with print turn evenly, 6 degrees an image, while they wander before two eyes of
+640 x 480 pixels; the bleach bottle of the research recordings turns once around and back. A body is
+modelled from the first mask, evolves as it is tracked, and nothing else is given. Tables: the error
+against the angle turned since the start; ten turns, and what is left at the end of each; bodies of
+the same turn played forwards and backwards; the same images, with a known body, as of an object at
+rest around which the eyes go. `--long` then plays a turn to and fro, 10,000 images, and says how
+the resident memory grows. Skips what is not there.
+
+Run it with: python benches/turning.py [--seeds N] [--long] [OBJECT ...]
+"""
+
+import argparse
+import itertools
+import multiprocessing
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sequences import Recording, Table, recordings
+from servoid.cli.progress import progress_bar
+from servoid.observe import Instant
+from servoid.track import Tracked
+from track_speed import LONG_IMAGES, LONG_ROWS, resident_mb, to_and_fro
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "python"))
+
+from trust_scenes import PRINTED
+from trust_verdicts import Verdicts, verdicts
+from turning_bodies import Likeness, in_object, like, like_object
+from turning_scenes import (
+    PER_TURN,
+    Turning,
+    apart,
+    deviations,
+    elsewhere,
+    followed,
+    left_from_objects,
+)
+
+OBJECTS = ("bottle", "mug", "drill")
+SEEDS, TURNS, BIN_DEG = 2, 10, 30
+BLEACH = "hard/bleach_turn"
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Track:
+    """What was said in the images after the first, (N,), and what is true.
+
+    `spread` (N, 2) are the standard deviations that were told, in metres and radians.
+    """
+
+    found: Verdicts
+    spread: Floats
+
+    @classmethod
+    def of(cls, tracked: Sequence[Tracked], found: Verdicts) -> "Track":
+        """Return a track with what became of it."""
+        return cls(found, deviations(tracked)[1:])
+
+    @cached_property
+    def numbers(self) -> Floats:
+        """Return ADD in mm, degrees, and the standard deviations in mm and degrees, (N, 4)."""
+        errors = np.stack([self.found.add, self.found.turn], axis=1)
+        return np.concatenate([errors, self.spread], axis=1) * np.tile([1e3, 180.0 / np.pi], 2)
+
+
+@dataclass(frozen=True, eq=False)
+class Course:
+    """What became of one object with one seed.
+
+    `bodies` are compared with the object, but for the last ones, which are compared with each
+    other. `still` and `around` are tracks of the first turn with a known body, by eyes that stand
+    still and by eyes that go around the object; `camera_apart` (N, 2) is how far apart, in metres
+    and radians, both have the object in the left eye.
+    """
+
+    name: str
+    seed: int
+    turns: Track
+    back: Track
+    bodies: dict[str, Likeness]
+    still: Track
+    around: Track
+    camera_apart: Floats
+
+
+def arguments() -> argparse.Namespace:
+    """Read the command line."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
+    parser.add_argument("object", nargs="*", default=list(OBJECTS), help="drawn objects")
+    parser.add_argument("--seeds", type=int, default=SEEDS, help=f"how many (default {SEEDS})")
+    parser.add_argument("--long", action="store_true", help="track 10,000 images too")
+    given = parser.parse_args()
+    for name in given.object:
+        if name not in PRINTED:
+            parser.error(f"no object with print is '{name}'; there are: {', '.join(PRINTED)}")
+    if given.seeds < 1:
+        parser.error(f"{given.seeds} seeds tell nothing; give 1 or more")
+    return given
+
+
+def course_of(name: str, seed: int) -> Course:
+    """Turn an object ten times, and its first turn backwards and before eyes that go around it."""
+    turning = Turning(name, seed, TURNS * PER_TURN + 1)
+    shown = list(turning.instants(range(PER_TURN + 1)))
+    one = turning.begin()
+    later = turning.instants(range(PER_TURN + 1, turning.images))
+    track = followed(one, itertools.chain(shown[1:], later))
+    first_turn = list(itertools.islice(track, PER_TURN + 1))
+    forwards = in_object(turning, one)
+    tracked = [*first_turn, *track]
+
+    other = turning.begin(PER_TURN)
+    back = list(followed(other, shown[-2::-1]))
+    backwards = in_object(turning, other)
+
+    still, around, camera_apart = seen_from_around(turning, shown)
+    return Course(
+        name=name,
+        seed=seed,
+        turns=Track.of(tracked, turning.judge(tracked)),
+        back=Track.of(back, turning.judge(back)),
+        bodies={
+            "first look and object": like_object(in_object(turning, one, one.initial), name),
+            "forwards and object": like_object(forwards, name),
+            "backwards and object": like_object(backwards, name),
+            "forwards and backwards": like(forwards, backwards),
+        },
+        still=still,
+        around=around,
+        camera_apart=camera_apart,
+    )
+
+
+def seen_from_around(turning: Turning, shown: list[Instant]) -> tuple[Track, Track, Floats]:
+    """Track images as of an object that turns and of one that eyes go around, with a known body.
+
+    Returns both tracks, and how far apart their poses in the left eye are, (N, 2).
+    """
+    moved = elsewhere(shown, turning.at_rest)
+    runs = [
+        list(followed(turning.begin(known=True), one[1:], evolves=False)) for one in (shown, moved)
+    ]
+    poses = [left_from_objects(*one) for one in zip(runs, (shown, moved), strict=True)]
+    tracks = [
+        Track.of(run, turning.judge(run, at_rest=rests))
+        for run, rests in zip(runs, (False, True), strict=True)
+    ]
+    return tracks[0], tracks[1], apart(*poses)[1:]
+
+
+def courses(given: argparse.Namespace) -> list[Course]:
+    """Turn all objects with all seeds."""
+    asked = [(name, seed) for name in given.object for seed in range(given.seeds)]
+    found = []
+    with progress_bar("turning") as update:
+        for done, (name, seed) in enumerate(asked):
+            update(done / len(asked), f"{name}, seed {seed}")
+            found.append(course_of(name, seed))
+    return found
+
+
+def turned_deg(recording: Recording) -> Floats:
+    """Return how far an object has turned on its way to each image after the first, (N,)."""
+    poses = [one for one in recording.true_poses if one is not None]
+    steps = apart(poses[:-1], poses[1:])[:, 1]
+    return np.degrees(np.cumsum(steps))
+
+
+def bleach_tracks(recording: Recording, seeds: int) -> list[Track]:
+    """Track the object of a recording with nothing but its first mask."""
+    tracks = []
+    for seed in range(seeds):
+        tracked = recording.track(seed=seed).tracked
+        found = verdicts(tracked, recording.true_poses, recording.vertices)
+        tracks.append(Track.of(tracked, found))
+    return tracks
+
+
+def tell_angles(found: list[Course], seeds: int) -> None:
+    """Print how far off poses are by the angle turned since the start, in steps of 30 degrees."""
+    table = Table(
+        *("sequence    ", "turned deg", "images", "tracked %", "ADD median", "worst mm"),
+        *("degrees median", "worst ", "sd mm ", "sd degrees"),
+    )
+    for recording in recordings([BLEACH]):
+        tracks = bleach_tracks(recording, seeds)
+        tell_bins(table, recording.name, tracks, turned_deg(recording))
+    for name in dict.fromkeys(one.name for one in found):
+        tracks = [one.turns for one in found if one.name == name]
+        angles = 360.0 / PER_TURN * tracks[0].found.index
+        tell_bins(table, f"drawn {name}", tracks, np.where(angles <= 360.0, angles, np.inf))
+
+
+def tell_bins(table: Table, name: str, tracks: list[Track], angles: Floats) -> None:
+    """Print a row for each step of an angle (N,)."""
+    steps = np.ceil(angles / BIN_DEG - 1e-6) - 1.0
+    for step in sorted({int(one) for one in steps if np.isfinite(one)}):
+        chosen = steps == step
+        numbers = np.concatenate([one.numbers[chosen] for one in tracks])
+        tracking = np.concatenate([one.found.tracking[chosen] for one in tracks])
+        label = f"{step * BIN_DEG} to {(step + 1) * BIN_DEG}"
+        table.row(name, label, len(numbers), percent(tracking), *medians_and_worst(numbers))
+
+
+def medians_and_worst(numbers: Floats) -> tuple[float, ...]:
+    """Return medians and the worst of errors (N, 4), and the medians of what was told of them."""
+    middle, worst = np.median(numbers, axis=0), numbers.max(axis=0)
+    return tuple(map(float, (middle[0], worst[0], middle[1], worst[1], middle[2], middle[3])))
+
+
+def percent(chosen: NDArray[np.bool_]) -> float:
+    """Return how many per cent are chosen."""
+    return 100.0 * float(np.mean(chosen))
+
+
+def tell_turns(found: list[Course]) -> None:
+    """Print what is left at the end of each turn, and what was said and true in it."""
+    table = Table(
+        *("object      ", "turn", "images", "tracked %", "wrong %", "ADD median", "worst mm"),
+        *("degrees median", "worst ", "sd mm ", "sd degrees", "ADD at end", "worst mm"),
+        *("degrees at end", "worst "),
+    )
+    for name, turn in itertools.product(dict.fromkeys(one.name for one in found), range(TURNS)):
+        part = slice(turn * PER_TURN, (turn + 1) * PER_TURN)
+        tracks = [one.turns for one in found if one.name == name]
+        numbers = np.concatenate([one.numbers[part] for one in tracks])
+        ends = np.array([one.numbers[part][-1] for one in tracks])
+        table.row(
+            *(name, turn + 1, len(numbers)),
+            *(percent(np.concatenate([one.found.tracking[part] for one in tracks])),),
+            *(percent(np.concatenate([one.found.trusted_wrong[part] for one in tracks])),),
+            *(*medians_and_worst(numbers), *medians_and_worst(ends)[:4]),
+        )
+
+
+def tell_bodies(found: list[Course]) -> None:
+    """Print how alike bodies are of a turn that was played forwards and backwards."""
+    table = Table(
+        *("object      ", "seed", "compared               ", "volume IoU", "silhouette IoU"),
+        *("tracked %", "degrees worst"),
+    )
+    for one in found:
+        runs = {"forwards and object": one.turns, "backwards and object": one.back}
+        for compared, shares in one.bodies.items():
+            run, said = runs.get(compared), ("", "")
+            if run is not None:
+                said = (
+                    percent(run.found.tracking[:PER_TURN]),
+                    float(run.numbers[:PER_TURN, 1].max()),
+                )
+            table.row(one.name, one.seed, compared, shares.volume, shares.silhouette, *said)
+
+
+def tell_camera(found: list[Course]) -> None:
+    """Print how far apart poses are if the object turns, and if the eyes go around it."""
+    table = Table(
+        *("object      ", "seed", "who moves ", "images", "tracked %", "wrong %", "ADD median"),
+        *("worst mm", "degrees median", "worst ", "apart, median mm", "worst "),
+        *("degrees median", "worst "),
+    )
+    for one in found:
+        gaps = one.camera_apart * (1e3, 180.0 / np.pi)
+        gaps = (*np.median(gaps, axis=0).tolist(), *gaps.max(axis=0).tolist())
+        for mover, track in (("the object", one.still), ("the eyes", one.around)):
+            table.row(
+                *(one.name, one.seed, mover, len(track.numbers), percent(track.found.tracking)),
+                percent(track.found.trusted_wrong),
+                *medians_and_worst(track.numbers)[:4],
+                *((gaps[0], gaps[2], gaps[1], gaps[3]) if mover == "the eyes" else ("",) * 4),
+            )
+
+
+def measure_memory(name: str) -> None:
+    """Track a turn to and fro while the body evolves, and print how large this process is."""
+    table = Table(
+        *("object      ", "images", "tracked %", "ellipsoids", "points", "look kB"),
+        *("resident MB", "growth MB"),
+    )
+    turning = Turning(name, 0, PER_TURN + 1)
+    shown = list(turning.instants())
+    one, count, first_mb = turning.begin(), 0, 0.0
+    for done, tracked in enumerate(followed(one, itertools.islice(to_and_fro(shown), LONG_IMAGES))):
+        count += tracked.is_tracked
+        if done in LONG_ROWS:
+            now_mb, look = resident_mb(), one.appearance() or b""
+            first_mb = first_mb or now_mb
+            table.row(
+                *(name, done, 100.0 * count / (done + 1), len(one.body), len(one.surface[0])),
+                *(len(look) / 1e3, now_mb, now_mb - first_mb),
+            )
+
+
+def main() -> None:
+    """Print the tables."""
+    given = arguments()
+    found = courses(given)
+    tell_angles(found, given.seeds)
+    for tell in (tell_turns, tell_bodies, tell_camera):
+        print()
+        tell(found)
+    for name in given.object if given.long else ():
+        print(flush=True)
+        # In a process of its own: what others leave behind is no growth.
+        process = multiprocessing.get_context("spawn").Process(target=measure_memory, args=(name,))
+        process.start()
+        process.join()
+
+
+if __name__ == "__main__":
+    main()

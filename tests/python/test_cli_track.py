@@ -104,6 +104,14 @@ def test_several_bodies_have_a_file_each_named_after_them(
     assert re.search(r"^ cup$", outcome.out, re.MULTILINE)
 
 
+@pytest.mark.usefixtures("folder", "fake_core")
+def test_what_nothing_corrected_is_the_same_in_the_smoothed_file(servoid_command: Command) -> None:
+    outcome = servoid_command("track", "video", *CUP, "--smooth", "smooth.csv")
+    assert outcome.code == 0, outcome.err
+    assert re.search(r"smoothed +smooth\.csv", outcome.out)
+    assert Path("smooth.csv").read_text() == Path("poses.csv").read_text()
+
+
 @pytest.mark.usefixtures("folder")
 def test_the_body_is_saved_at_its_newest_pose_with_its_colours(
     servoid_command: Command, fake_core: type[FakeTracker]
@@ -215,6 +223,10 @@ REFUSED: dict[str, tuple[tuple[str, ...], str]] = {
     "two of one name": ((*BARE, *BARE), r"two bodies are named 'cup'; .* --body b=cup\.json"),
     "a target that is none": (("--target", "cup"), "cup"),
     "an unknown suffix": ((*BARE, "--out", "a.bag"), r"cannot write a\.bag: a trajectory ends in"),
+    "a smoothed track of another kind": (
+        (*BARE, "--smooth", "a.bag"),
+        r"a\.bag: a trajectory ends",
+    ),
     "no folder": ((*BARE, "--out", "none/a.csv"), "there is no folder"),
     "a video of another kind": ((*BARE, "--video", "a.gif"), r"a\.gif: a video ends in \.mp4"),
     "a body to another kind": ((*BARE, "--save-body", "a.toml"), r"a body ends in \.json"),

@@ -93,6 +93,13 @@ impl Estimate {
         self.0.located
     }
 
+    /// Number and pose of the keyframe that the pose belongs to, if the object is followed, and of the
+    /// one from which it came there: as these are corrected later, so is the pose.
+    #[getter]
+    fn keyframes(&self) -> Vec<(usize, Pose)> {
+        self.0.keyframes.iter().map(|(number, pose)| (*number, Pose(*pose))).collect()
+    }
+
     /// What was wrong with the observation, in words.
     #[getter]
     fn notices(&self) -> Vec<String> {

@@ -211,6 +211,12 @@ impl Tracker {
         py.detach(|| self.0.evolve()).map_err(raise)
     }
 
+    /// Where the object stood at a keyframe, by its number in `Estimate.keyframes`, as far as that is
+    /// known by now; None if there was none.
+    fn keyframe_pose(&self, number: usize) -> Option<Pose> {
+        self.0.keyframe_pose(number).map(Pose)
+    }
+
     /// The body, at its newest pose.
     #[getter]
     fn body(&self) -> PyResult<Body> {

@@ -101,6 +101,15 @@ def track(
             rich_help_panel=_OUTPUT,
         ),
     ] = None,
+    smooth: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Write the poses once more, after all corrections that were found later; a file "
+            "like that of --out.",
+            rich_help_panel=_OUTPUT,
+        ),
+    ] = None,
     report: Annotated[
         Path | None,
         typer.Option(
@@ -220,6 +229,7 @@ def track(
             out=out,
             video=video,
             save_body=save_body,
+            smooth=smooth,
             report=report,
             observations=chosen,
             every=every,

@@ -59,6 +59,7 @@ class Order:
     out: Path
     video: Path | None
     save_body: Path | None
+    smooth: Path | None
     report: Path | None
     observations: slice
     every: int
@@ -117,7 +118,9 @@ def _check_outputs(order: Order, subjects: list[Subject]) -> None:
     to_make = [folder.resolve() for folder in folders if not folder.exists()]
     if order.save_body is not None and order.save_body.suffix != ".json":
         raise OutputError(f"cannot write {order.save_body}: the file of a body ends in .json")
-    for path in (order.out, order.save_body):
+    if order.smooth is not None:
+        check_suffix(order.smooth)
+    for path in (order.out, order.save_body, order.smooth):
         if path is not None:
             for subject in subjects:
                 place = place_of(path, subject.name, len(subjects))
@@ -230,6 +233,10 @@ def _write(
         path = place_of(order.out, result.name, len(results))
         write_trajectory(path, waypoints(result.tracked))
         files.append(("poses", path))
+        if order.smooth is not None:
+            path = place_of(order.smooth, result.name, len(results))
+            write_trajectory(path, waypoints(result.tracked, result.smoothed))
+            files.append(("smoothed", path))
         if order.save_body is not None:
             path = place_of(order.save_body, result.name, len(results))
             save_body(path, result.body, result.colors, appearance=result.appearance)

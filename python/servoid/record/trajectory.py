@@ -3,7 +3,7 @@
 import csv
 import io
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -44,12 +44,13 @@ class Waypoint:
     notices: str = ""
 
 
-def waypoints(tracked: Iterable[Tracked]) -> list[Waypoint]:
-    """Return what a file keeps of estimates."""
+def waypoints(tracked: Sequence[Tracked], smoothed: Sequence[Pose] | None = None) -> list[Waypoint]:
+    """Return what a file keeps of estimates, with other poses than theirs if these are given."""
+    poses = smoothed or [one.estimate.world_from_object for one in tracked]
     return [
         Waypoint(
             time_s=one.estimate.time_s,
-            world_from_object=one.estimate.world_from_object,
+            world_from_object=pose,
             confidence=one.estimate.confidence,
             status=one.estimate.status,
             observation=one.index,
@@ -57,7 +58,7 @@ def waypoints(tracked: Iterable[Tracked]) -> list[Waypoint]:
             std_rad=_worst(one.estimate.covariance[3:, 3:]),
             notices=_BETWEEN_NOTICES.join(one.notices),
         )
-        for one in tracked
+        for one, pose in zip(tracked, poses, strict=True)
     ]
 
 

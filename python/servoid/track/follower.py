@@ -48,6 +48,15 @@ class Evolver(Protocol):
 
 
 @runtime_checkable
+class Adjuster(Protocol):
+    """Finds out later where the object stood before."""
+
+    def keyframe_pose(self, number: int) -> Pose | None:
+        """Return where the object stood at a keyframe, as far as that is known by now."""
+        ...
+
+
+@runtime_checkable
 class Rememberer(Protocol):
     """Knows an object again by what it looks like."""
 

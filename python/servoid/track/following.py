@@ -116,6 +116,7 @@ class Collector:
                 TrackResult(
                     name=one.name,
                     tracked=tracked,
+                    smoothed=one.smoothed([each.estimate for each in tracked]),
                     body=body,
                     colors=one.colors if same else None,
                     appearance=one.appearance(),

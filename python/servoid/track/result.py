@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from servoid._native import Body, Estimate
+from servoid._native import Body, Estimate, Pose
 
 _NUMBER = re.compile(r"\d+(\.\d+)?")
 
@@ -49,10 +49,12 @@ class Gap:
 class TrackResult:
     """The track of one object.
 
+    `smoothed` are the poses, world_from_object, after all corrections that were found later.
     The first estimate is the start, which is slower than a step, and which no figure of speed
-    counts. `body` is the body at the end, as far as it evolved, at the newest pose; `appearance` is
-    what it looks like, as `Tracker.recall` takes it; `notes` are sentences that a user should read;
-    `starting_s` is the time from the first image to the first estimate, modelling included.
+    counts. `body` is the body at the end, as far as it evolved, at the newest pose;
+    `appearance` is what it looks like, as `Tracker.recall` takes it; `notes` are sentences that
+    a user should read; `starting_s` is the time from the first image to the first estimate,
+    modelling included.
     """
 
     name: str
@@ -62,6 +64,7 @@ class TrackResult:
     appearance: bytes | None = None
     notes: tuple[str, ...] = ()
     starting_s: float = 0.0
+    smoothed: Sequence[Pose] = ()
 
     def __len__(self) -> int:
         return len(self.tracked)

@@ -13,9 +13,10 @@ from servoid.errors import TrackError
 from servoid.model.marking import mark
 from servoid.observe import Capture, CaptureView, Instant, cameras_of
 from servoid.pose import exact
-from servoid.track.follower import Evolver, Follower, Rememberer
+from servoid.track.follower import Adjuster, Evolver, Follower, Rememberer
 from servoid.track.request import Request, Subject
 from servoid.track.result import Tracked
+from servoid.track.smoothing import smoothed
 
 Masks = tuple[NDArray[np.uint8] | None, ...]
 
@@ -65,6 +66,12 @@ class Followed:
     def appearance(self) -> bytes | None:
         """Return what the object looks like, None if the tracker does not say."""
         return self.tracker.appearance() if isinstance(self.tracker, Rememberer) else None
+
+    def smoothed(self, estimates: Sequence[Estimate]) -> list[Pose]:
+        """Return world_from_object of its estimates after all corrections that are known."""
+        if not isinstance(self.tracker, Adjuster):
+            return [one.world_from_object for one in estimates]
+        return smoothed(estimates, self.tracker.keyframe_pose)
 
     def evolve(self) -> bool:
         """Let the body evolve if the tracker can; return if it changed."""

@@ -154,6 +154,11 @@ impl Tracker {
         Body::new(self.motion.last(), self.target.body.ellipsoids().to_vec())
     }
 
+    /// Gives where the object stood at a keyframe, by its number, as far as that is known by now.
+    pub fn keyframe_pose(&self, number: usize) -> Option<Pose> {
+        self.target.keyframes.pose(number)
+    }
+
     /// Gives the surface points in the object's frame.
     pub fn surface(&self) -> impl Iterator<Item = &SurfacePoint> {
         self.target.points.known.iter().map(|known| &known.point)
@@ -261,6 +266,11 @@ impl Tracker {
             evidence: followed.then_some(evidence),
             status: if followed && !told { Status::Searching } else { self.status },
             located,
+            keyframes: if followed {
+                self.keyframes_around(observation, &attempt.pose)
+            } else {
+                Vec::new()
+            },
             notices: std::mem::take(&mut self.frame.notices),
             evaluations: 0,
             timing: Default::default(),

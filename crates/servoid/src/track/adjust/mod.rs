@@ -62,6 +62,21 @@ impl Tracker {
         keyframe.map_or((0, *pose), |one| (one.number, one.world_from_object))
     }
 
+    /// Gives the keyframe that a pose belongs to and the one from which the object came there, each by its
+    /// number and its pose.
+    pub(super) fn keyframes_around(
+        &self,
+        observation: &Observation<'_>,
+        pose: &Pose,
+    ) -> Vec<(usize, Pose)> {
+        if self.target.keyframes.all.is_empty() {
+            return Vec::new();
+        }
+        let own = self.keyframe_around(observation, pose);
+        let before = self.target.keyframes.before(own.0);
+        std::iter::once(own).chain(before).collect()
+    }
+
     /// Keeps a pose that is believed where the object shows another side, and has all that was kept adjusted.
     pub(super) fn keep_keyframe(&mut self, observation: &Observation<'_>, attempt: &Attempt) {
         let eyes = observation.world_from_camera[0];
@@ -194,9 +209,7 @@ impl Target {
             let at = moves.partition_point(|(one, _)| *one <= number);
             moves[..at].last().map_or_else(Pose::identity, |(_, by)| *by)
         };
-        for one in &mut self.keyframes.all {
-            one.world_from_object = (one.world_from_object * by(one.number)).renormalized();
-        }
+        self.keyframes.move_by(by);
         self.sides.move_by(by);
         let mut found = ids.iter().zip(&solution.bundle.landmarks).peekable();
         for known in &mut self.points.known {

@@ -264,6 +264,7 @@ impl OneStep {
             evidence: None,
             status,
             located: status == Status::Tracking,
+            keyframes: Vec::new(),
             notices,
             evaluations,
             timing: Timing { judge: begun.elapsed(), ..timing },

@@ -41,10 +41,20 @@ pub(crate) struct Stand {
     pub(crate) cameras: Vec<Option<Projection>>,
 }
 
+/// A keyframe that is no more: it moves with the last one before it.
+#[derive(Debug, Clone, Copy)]
+struct Former {
+    number: usize,
+    world_from_object: Pose,
+    drift: f64,
+}
+
 /// The keyframes, in the order of time.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Keyframes {
     pub(crate) all: Vec<Keyframe>,
+    /// Those that made room for others, of which nothing but the pose is kept.
+    former: Vec<Former>,
     next: usize,
     /// Whether the object was followed since the last one.
     pub(crate) followed: bool,
@@ -137,6 +147,9 @@ impl Keyframes {
         let inner = 1..self.all.len() - 1;
         let least = inner.min_by(|&a, &b| nearest(a).total_cmp(&nearest(b))).unwrap_or(1);
         let dropped = self.all.remove(least);
+        let Keyframe { number, world_from_object, drift, .. } = dropped;
+        let place = self.former.partition_point(|one| one.number < number);
+        self.former.insert(place, Former { number, world_from_object, drift });
         for one in &mut self.all[least..] {
             if let Some((_, motion)) = one.step.filter(|(from, _)| *from == dropped.number) {
                 one.step = dropped.step.map(|(before, first)| (before, first * motion));
@@ -171,15 +184,44 @@ impl Keyframes {
     /// Turns back those of the way since one of them, each by its share of a motion that closes a loop; `drifts`
     /// are the variances of the turn before that and after it.
     pub(crate) fn turn_back(&mut self, off: &Twist, drifts: (f64, f64), since: Option<usize>) {
-        for one in self.all.iter_mut().filter(|one| Some(one.number) > since) {
-            let (share, left) = bridged(one.drift, drifts);
-            one.drift = left;
+        let former = self.former.iter_mut();
+        let former = former.map(|one| (one.number, &mut one.world_from_object, &mut one.drift));
+        let all = self.all.iter_mut();
+        let all = all.map(|one| (one.number, &mut one.world_from_object, &mut one.drift));
+        for (_, pose, drift) in former.chain(all).filter(|(number, ..)| Some(*number) > since) {
+            let (share, left) = bridged(*drift, drifts);
+            *drift = left;
             if share > 0.0 {
-                let turned = one.world_from_object * Pose::exp(&(off * share));
-                one.world_from_object = turned.renormalized();
+                *pose = (*pose * Pose::exp(&(off * share))).renormalized();
             }
         }
         self.closing = TIES;
+    }
+
+    /// Moves them, and those that were, each in its object's frame by what its number is moved by.
+    pub(crate) fn move_by(&mut self, by: impl Fn(usize) -> Pose) {
+        for one in &mut self.former {
+            one.world_from_object = (one.world_from_object * by(one.number)).renormalized();
+        }
+        for one in &mut self.all {
+            one.world_from_object = (one.world_from_object * by(one.number)).renormalized();
+        }
+    }
+
+    /// Gives the one from which the object came to another one, by its number and its pose.
+    pub(crate) fn before(&self, number: usize) -> Option<(usize, Pose)> {
+        let at = self.all.binary_search_by_key(&number, |one| one.number).ok()?;
+        let (from, _) = self.all[at].step?;
+        Some((from, self.pose(from)?))
+    }
+
+    /// Gives where the object stood at one of them, or at one that was, as far as that is known by now.
+    pub(crate) fn pose(&self, number: usize) -> Option<Pose> {
+        if let Ok(at) = self.all.binary_search_by_key(&number, |one| one.number) {
+            return Some(self.all[at].world_from_object);
+        }
+        let at = self.former.binary_search_by_key(&number, |one| one.number).ok()?;
+        Some(self.former[at].world_from_object)
     }
 
     /// Gives the place of the one with a number, or else of the last one before it.
@@ -205,5 +247,57 @@ impl Sighting {
         let share = if windows[camera].shows_print(agreement) { 1.0 } else { SHADING };
         let information = (information + information.transpose()) * (0.5 * share);
         Some(Self { id, camera, pixel: pixel + shift, information })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn keep(keyframes: &mut Keyframes, turned: f64) -> Option<Keyframe> {
+        let world_from_object = Pose::exp(&Twist::new(0.0, 0.0, 0.5, 0.0, turned, 0.0));
+        let object_from_camera = world_from_object.inverse().rotation();
+        let stand = Stand { world_from_object, object_from_camera, cameras: Vec::new() };
+        let nothing = (&Points::default(), &[][..]);
+        keyframes.keep(stand, nothing, (&[], &Occlusion::default()), (0.01, false))
+    }
+
+    #[test]
+    fn where_there_are_too_many_one_makes_room_that_is_neither_first_nor_last_and_most_like_another()
+     {
+        let mut keyframes = Keyframes::default();
+        for count in 0..MOST {
+            assert!(keep(&mut keyframes, 0.09 * count as f64).is_none());
+        }
+        let last = 0.09 * (MOST - 1) as f64;
+        let dropped = keep(&mut keyframes, last + 0.01).unwrap();
+        assert_eq!(dropped.number, MOST - 1);
+        assert_eq!(keyframes.all.len(), MOST);
+        let heir = keyframes.all.last().unwrap();
+        let (from, motion) = heir.step.unwrap();
+        assert_eq!(from, MOST - 2, "what followed it follows the one before it");
+        let before = keyframes.pose(from).unwrap();
+        let off = (before * motion).inverse() * heir.world_from_object;
+        assert!(off.log().norm() < 1e-9);
+    }
+
+    #[test]
+    fn one_that_made_room_is_still_corrected() {
+        let mut keyframes = Keyframes::default();
+        for count in 0..=MOST {
+            keep(&mut keyframes, 0.09 * count as f64);
+        }
+        let kept = |number: &usize| keyframes.all.iter().any(|one| one.number == *number);
+        let former = (0..=MOST).find(|number| !kept(number)).unwrap();
+        let by =
+            |number: usize| Pose::exp(&Twist::new(0.0, 0.0, 0.0, 0.01 * number as f64, 0.0, 0.0));
+        let before = keyframes.pose(former).unwrap();
+        keyframes.move_by(by);
+        let off = (before * by(former)).inverse() * keyframes.pose(former).unwrap();
+        assert!(off.log().norm() < 1e-9);
+        keyframes.turn_back(&Twist::new(0.0, 0.0, 0.0, 0.0, 0.1, 0.0), (0.01, 0.0), None);
+        let turned = (before * by(former)).inverse() * keyframes.pose(former).unwrap();
+        assert!((turned.rotation().angle() - 0.1).abs() < 1e-9);
+        assert!(keyframes.pose(MOST + 1).is_none());
     }
 }

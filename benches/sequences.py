@@ -109,8 +109,8 @@ class Recording:
 
     @property
     def distance_m(self) -> float | None:
-        """Return how far the object is at first, which one camera alone must be told."""
-        if len(self.capture.cameras) > 1:
+        """Return how far the object is at first, which one camera without depth must be told."""
+        if len(self.capture.cameras) > 1 or any(self.capture.cameras[0].depth_paths):
             return None
         middle = (self.vertices.min(axis=0) + self.vertices.max(axis=0)) / 2.0
         return float(self.left_from_mesh(0).transform(middle[None])[0, 2])

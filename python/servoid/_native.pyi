@@ -68,6 +68,7 @@ def exact_norm(x: NDArray[np.float64]) -> float: ...
 
 _Poses = Sequence[Pose]
 _Images = Sequence[NDArray[np.uint8] | None]
+_Depths = Sequence[NDArray[np.float32] | None]
 _Points = NDArray[np.float64]
 _Colors = NDArray[np.uint8]
 _Progress = Callable[[int, float, float], None]
@@ -481,6 +482,8 @@ class OneStepTracker:
 class Tracker:
     """Follows one body from observation to observation."""
 
+    TAKES_DEPTHS: ClassVar[bool]
+
     def __new__(
         cls, cameras: Sequence[Camera], body: Body, settings: TrackSettings | None = None
     ) -> Self: ...
@@ -491,11 +494,23 @@ class Tracker:
         images: _Images,
         world_from_object: Pose,
         masks: _Images | None = None,
+        depths: _Depths | None = None,
     ) -> Estimate: ...
     def find(
-        self, time_s: float, world_from_camera: _Poses, images: _Images, near: Pose | None = None
+        self,
+        time_s: float,
+        world_from_camera: _Poses,
+        images: _Images,
+        near: Pose | None = None,
+        depths: _Depths | None = None,
     ) -> Estimate: ...
-    def step(self, time_s: float, world_from_camera: _Poses, images: _Images) -> Estimate: ...
+    def step(
+        self,
+        time_s: float,
+        world_from_camera: _Poses,
+        images: _Images,
+        depths: _Depths | None = None,
+    ) -> Estimate: ...
     def worths(
         self,
         time_s: float,

@@ -28,6 +28,9 @@ MESHES = Path(__file__).parents[2].parent / "shared" / "data" / "meshes"
 GLOSS = 0.25  # of a plain mesh
 NOISE, BASELINE_MM = 2.0, 100.0  # grey levels; from eye to eye
 TILT = 0.2  # of the axis of a turn, each way
+DEPTH_UNIT_M, DEPTH_HOLES = 1e-4, 0.03  # of depth images, and the share of their pixels without
+DEPTH_EDGE_M = 0.02  # from a pixel to the next, at which nothing is measured
+DEPTH_NOISE, NEAR_M = (1.2e-3, 1.9e-3), 0.4  # of structured light: in metres at 0.4 m, and beyond
 
 Mesh = tuple[NDArray[np.float64], NDArray[np.int64]]  # vertices (N, 3) in metres, faces (M, 3)
 
@@ -195,3 +198,32 @@ def write_made(folder: Path, made: SetUp, mesh: Mesh, indices: Sequence[int]) ->
 
 def _write_png(path: Path, pixels: NDArray[np.uint8]) -> None:
     assert cv2.imwrite(str(path), np.ascontiguousarray(pixels))
+
+
+def write_depth_course(
+    folder: Path, name: str, seed: int, size_px: tuple[int, int] = SMALL, images: int | None = None
+) -> Path:
+    """Draw a course as one camera with depth sees it, with noise and holes; return the folder.
+
+    Without `images` it is drawn to its end.
+    """
+    course = ALL_COURSES[name]
+    made = course.set_up(seed, size_px)
+    indices = range(len(made.world_from_objects))[:images]
+    write_made(folder, made, mesh_of(course.object_of(seed)), indices)
+    (folder / "depth").mkdir()
+    random = np.random.default_rng([seed, 12])
+    for index in indices:
+        metres = made.depths(index)[0].astype(np.float64)
+        noise = DEPTH_NOISE[0] + DEPTH_NOISE[1] * np.maximum(metres - NEAR_M, 0.0) ** 2
+        metres += noise * random.standard_normal(metres.shape)
+        down, across = np.gradient(np.nan_to_num(metres))
+        step = np.hypot(down, across)
+        blind = (step > DEPTH_EDGE_M) | (random.uniform(size=metres.shape) < DEPTH_HOLES)
+        steps = np.where(np.isfinite(metres) & ~blind, metres / DEPTH_UNIT_M, 0.0)
+        pixels = np.clip(np.rint(steps), 0, np.iinfo(np.uint16).max).astype(np.uint16)
+        assert cv2.imwrite(str(folder / "depth" / f"{index:04}.png"), pixels)
+    left, _, _ = (folder / "capture.toml").read_text().partition('[[camera]]\nname = "right"')
+    depth = f'depths = "depth/*.png"\ndepth_scale_m = {DEPTH_UNIT_M}\n'
+    (folder / "capture.toml").write_text(f"{left.rstrip()}\n{depth}")
+    return folder

@@ -27,7 +27,7 @@ impl Named for observe::RigError {
 impl Named for observe::ImageError {
     fn class(&self) -> &'static str {
         match self {
-            Self::Length { .. } => "ImageError",
+            Self::Length { .. } | Self::DepthLength { .. } => "ImageError",
             Self::MaskChannels | Self::EmptyMask { .. } | Self::FullMask { .. } => "MaskError",
         }
     }

@@ -97,7 +97,7 @@ impl Estimate {
     /// one from which it came there: as these are corrected later, so is the pose.
     #[getter]
     fn keyframes(&self) -> Vec<(usize, Pose)> {
-        self.0.keyframes.iter().map(|(number, pose)| (*number, Pose(*pose))).collect()
+        self.0.keyframes.iter().flatten().map(|(number, pose)| (*number, Pose(*pose))).collect()
     }
 
     /// What was wrong with the observation, in words.

@@ -88,9 +88,10 @@ impl<'a> Pixels<'a> {
                 return Err(named("ImageError", message));
             }
         };
+        // What numpy calls contiguous may lie column by column.
         let data = match array.as_slice() {
-            Ok(bytes) => Cow::Borrowed(bytes),
-            Err(_) => Cow::Owned(array.as_array().iter().copied().collect()),
+            Ok(bytes) if array.is_c_contiguous() => Cow::Borrowed(bytes),
+            _ => Cow::Owned(array.as_array().iter().copied().collect()),
         };
         Ok(Self { data, size_px: [width, height], channels })
     }

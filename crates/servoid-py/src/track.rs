@@ -1,7 +1,9 @@
-use numpy::{PyArray2, PyReadonlyArray2, PyReadonlyArrayDyn};
+use std::borrow::Cow;
+
+use numpy::{PyArray2, PyReadonlyArray2, PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
-use servoid::observe::{Mask, Observation};
+use servoid::observe::{DepthView, Mask, Observation};
 use servoid::track as core;
 
 use crate::errors::raise;
@@ -12,6 +14,9 @@ use crate::shape::Body;
 
 /// Images or masks as Python gives them, None where a camera delivered nothing.
 pub type Pictures<'py> = Vec<Option<PyReadonlyArrayDyn<'py, u8>>>;
+
+/// Depth images as Python gives them, (H, W) float32, None where a camera measured nothing.
+type Depths<'py> = Vec<Option<PyReadonlyArray2<'py, f32>>>;
 
 /// How tracking proceeds; every default is written in the core.
 #[pyclass(frozen, module = "servoid", from_py_object)]
@@ -103,6 +108,10 @@ pub struct Tracker(core::Tracker);
 
 #[pymethods]
 impl Tracker {
+    /// Says that observations may hold depth images.
+    #[classattr]
+    const TAKES_DEPTHS: bool = true;
+
     /// Makes a tracker for cameras and a body; raises TrackError.
     #[new]
     #[pyo3(signature = (cameras, body, settings=None))]
@@ -115,8 +124,8 @@ impl Tracker {
 
     /// Learns colours and surface points from images in which the object's pose is known; masks,
     /// (H, W) uint8 and None where there is none, tell its pixels. Raises TrackError.
-    #[pyo3(signature = (time_s, world_from_camera, images, world_from_object, masks=None))]
-    #[allow(clippy::too_many_arguments, reason = "an observation has three parts")]
+    #[pyo3(signature = (time_s, world_from_camera, images, world_from_object, masks=None, depths=None))]
+    #[allow(clippy::too_many_arguments, reason = "an observation has four parts")]
     #[allow(clippy::needless_pass_by_value, reason = "as Python hands it over")]
     fn start(
         &mut self,
@@ -126,18 +135,21 @@ impl Tracker {
         images: Pictures<'_>,
         world_from_object: Pose,
         masks: Option<Pictures<'_>>,
+        depths: Option<Depths<'_>>,
     ) -> PyResult<Estimate> {
-        let images = read(&images)?;
+        let (images, depths) = (read(&images)?, read_depths(&depths));
         let masks = masks.unwrap_or_default();
         let masks = read(&masks)?;
-        let observation = observation(time_s, &world_from_camera, &images)?;
+        let mut observation = observation(time_s, &world_from_camera, &images)?;
+        observation.depths = depth_views(&depths)?;
         let masks = masks.iter().map(mask).collect::<PyResult<Vec<_>>>()?;
         let started = py.detach(|| self.0.start(&observation, world_from_object.0, &masks));
         started.map(Estimate).map_err(raise)
     }
 
-    /// Says where the object is in the next images, None where a camera delivered nothing. Raises
-    /// TrackError.
+    /// Says where the object is in the next images, None where a camera delivered nothing; `depths` are
+    /// depth images in their pixels, (H, W) float32, metres along z. Raises TrackError.
+    #[pyo3(signature = (time_s, world_from_camera, images, depths=None))]
     #[allow(clippy::needless_pass_by_value, reason = "as Python hands it over")]
     fn step(
         &mut self,
@@ -145,15 +157,18 @@ impl Tracker {
         time_s: f64,
         world_from_camera: Vec<Pose>,
         images: Pictures<'_>,
+        depths: Option<Depths<'_>>,
     ) -> PyResult<Estimate> {
-        let images = read(&images)?;
-        let observation = observation(time_s, &world_from_camera, &images)?;
+        let (images, depths) = (read(&images)?, read_depths(&depths));
+        let mut observation = observation(time_s, &world_from_camera, &images)?;
+        observation.depths = depth_views(&depths)?;
         py.detach(|| self.0.step(&observation)).map(Estimate).map_err(raise)
     }
 
     /// Seeks the object with all that is known of it, near a pose if one is given, and goes on from
     /// there. Raises TrackError.
-    #[pyo3(signature = (time_s, world_from_camera, images, near=None))]
+    #[pyo3(signature = (time_s, world_from_camera, images, near=None, depths=None))]
+    #[allow(clippy::too_many_arguments, reason = "an observation has four parts")]
     #[allow(clippy::needless_pass_by_value, reason = "as Python hands it over")]
     fn find(
         &mut self,
@@ -162,9 +177,11 @@ impl Tracker {
         world_from_camera: Vec<Pose>,
         images: Pictures<'_>,
         near: Option<Pose>,
+        depths: Option<Depths<'_>>,
     ) -> PyResult<Estimate> {
-        let images = read(&images)?;
-        let observation = observation(time_s, &world_from_camera, &images)?;
+        let (images, depths) = (read(&images)?, read_depths(&depths));
+        let mut observation = observation(time_s, &world_from_camera, &images)?;
+        observation.depths = depth_views(&depths)?;
         let near = near.map(|pose| pose.0);
         py.detach(|| self.0.find(&observation, near)).map(Estimate).map_err(raise)
     }
@@ -260,5 +277,28 @@ pub fn observation<'a>(
         time_s,
         world_from_camera: world_from_camera.iter().map(|pose| pose.0).collect(),
         images: images.iter().map(view).collect::<PyResult<_>>()?,
+        depths: Vec::new(),
     })
+}
+
+/// The depths of an image, without gaps, and its (width, height).
+type Metres<'a> = (Cow<'a, [f32]>, [usize; 2]);
+
+fn read_depths<'a>(depths: &'a Option<Depths<'_>>) -> Vec<Option<Metres<'a>>> {
+    let read = |depth: &'a PyReadonlyArray2<'_, f32>| {
+        let pixels = depth.as_array();
+        let (height, width) = pixels.dim();
+        // What numpy calls contiguous may lie column by column.
+        let metres = match depth.as_slice() {
+            Ok(metres) if depth.is_c_contiguous() => Cow::Borrowed(metres),
+            _ => Cow::Owned(pixels.iter().copied().collect()),
+        };
+        (metres, [width, height])
+    };
+    depths.iter().flatten().map(|depth| depth.as_ref().map(read)).collect()
+}
+
+fn depth_views<'a>(depths: &'a [Option<Metres<'_>>]) -> PyResult<Vec<Option<DepthView<'a>>>> {
+    let view = |(metres, size): &'a Metres<'_>| DepthView::new(metres, *size).map_err(raise);
+    depths.iter().map(|depth| depth.as_ref().map(view).transpose()).collect()
 }

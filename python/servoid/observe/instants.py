@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from servoid._native import Camera, Pose
 from servoid.errors import ImageError
 from servoid.observe.capture import Capture, CaptureCamera, Observation
+from servoid.observe.depth import read_depth
 from servoid.observe.ideal import Ideal
 from servoid.observe.picture import Picture
 from servoid.observe.source import Instant
@@ -34,19 +35,19 @@ def read_instants(capture: Capture, observations: Sequence[Observation]) -> Iter
     are counted from its rate, or else from `ASSUMED_HZ`.
     """
     for observation in observations:
-        images: list[NDArray[np.uint8] | None] = []
-        notices: list[str] = []
-        for camera, picture in zip(capture.cameras, observation.pictures, strict=True):
-            image, notice = _read(camera, picture)
-            images.append(image)
-            if notice is not None:
-                notices.append(notice)
+        seen = [
+            _read(camera, picture)
+            for camera, picture in zip(capture.cameras, observation.pictures, strict=True)
+        ]
+        measured = [_measured(camera, observation.index) for camera in capture.cameras]
+        knows_depth = any(depth is not None for depth, _ in measured)
         yield Instant(
             index=observation.index,
             time_s=_time_s(capture, observation),
             world_from_camera=poses_of(capture, observation),
-            images=tuple(images),
-            notices=tuple(notices),
+            images=tuple(image for image, _ in seen),
+            depths=tuple(depth for depth, _ in measured) if knows_depth else (),
+            notices=tuple(notice for _, notice in (*seen, *measured) if notice is not None),
             names=tuple(camera.name for camera in capture.cameras),
         )
 
@@ -117,6 +118,18 @@ def _read(
     except ImageError as error:
         return None, f"camera {camera.name}: {error}"
     return ideal_image(camera.name, camera.ideal, pixels)
+
+
+def _measured(camera: CaptureCamera, index: int) -> tuple[NDArray[np.float32] | None, str | None]:
+    """Read the depth image of an observation, as the ideal pinhole of its camera sees it."""
+    path, scale_m = camera.depth_paths[index], camera.depth_scale_m
+    if path is None or scale_m is None:
+        return None, None
+    try:
+        depth = camera.ideal.maps().depth(read_depth(path, camera.lens.size_px, scale_m))
+    except ImageError as error:
+        return None, f"camera {camera.name}: {error}"
+    return np.ascontiguousarray(depth, dtype=np.float32), None
 
 
 def _time_s(capture: Capture, observation: Observation) -> float:

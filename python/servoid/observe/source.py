@@ -19,7 +19,9 @@ class Instant:
     """One observation, ready for a tracker.
 
     `images` are those of the ideal pinhole cameras, (H, W) or (H, W, 3) uint8 RGB, None where a
-    camera delivered nothing that can be used; `notices` say why. `names` are the cameras'.
+    camera delivered nothing that can be used; `notices` say why. `depths` are depth images in their
+    pixels, (H, W) float32, metres along z, NaN where unknown; none at all where no camera measures
+    depth. `names` are the cameras'.
     """
 
     index: int
@@ -28,6 +30,7 @@ class Instant:
     images: tuple[NDArray[np.uint8] | None, ...]
     notices: tuple[str, ...] = ()
     names: tuple[str, ...] = ()
+    depths: tuple[NDArray[np.float32] | None, ...] = ()
 
     def with_notices(self, notices: Sequence[str]) -> tuple[str, ...]:
         """Join what a tracker noticed, which counts cameras, to what is known of the images.

@@ -9,7 +9,7 @@ from servoid.observe.source import Instant, Source
 from servoid.pose import Pose
 from servoid.servo.arm import Arm, JointState
 from servoid.servo.controller import Command, Controller
-from servoid.track import Estimate, Follower
+from servoid.track import Estimate, Follower, depths_for
 
 Goal = Callable[[float], Pose | None]
 
@@ -89,4 +89,5 @@ def _track(tracker: Follower, instant: Instant) -> Estimate | None:
     """Return where the target was, None if no camera delivered an image."""
     if instant.is_dark:
         return None
-    return tracker.step(instant.time_s, instant.world_from_camera, instant.images)
+    seen = (instant.time_s, instant.world_from_camera, instant.images)
+    return tracker.step(*seen, **depths_for(tracker, instant))

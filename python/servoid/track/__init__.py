@@ -2,7 +2,7 @@
 
 from servoid._native import Estimate, Tracker, TrackSettings, place_body
 from servoid.observe import cameras_of, read_instants, tidy_image
-from servoid.track.follower import Evolver, Follower, Rememberer
+from servoid.track.follower import Evolver, Follower, Rememberer, depths_for
 from servoid.track.following import Collector, TrackStep, follow, track_capture
 from servoid.track.history import BodyChange, Historian, History, LearnedSurface
 from servoid.track.learning import learn_appearance
@@ -31,6 +31,7 @@ __all__ = [
     "Tracked",
     "Tracker",
     "cameras_of",
+    "depths_for",
     "follow",
     "learn_appearance",
     "place_body",

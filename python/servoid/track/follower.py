@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from servoid import _native
 from servoid._native import Body, Camera, Estimate, Pose
 from servoid.errors import TrackError
+from servoid.observe import Instant
 
 _ONE_STEP_OPTIONS = ("seed", "population")
 
@@ -77,6 +78,12 @@ class Rememberer(Protocol):
     ) -> Estimate:
         """Seek the object in all that the images show, or near a pose."""
         ...
+
+
+def depths_for(tracker: object, instant: Instant) -> dict[str, Any]:
+    """Return the depth images of an observation as a tracker takes them, if it does."""
+    takes = bool(instant.depths) and getattr(tracker, "TAKES_DEPTHS", False)
+    return {"depths": instant.depths} if takes else {}
 
 
 Maker = Callable[[Sequence[Camera], Body, dict[str, Any]], Follower]

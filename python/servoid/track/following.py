@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 from servoid.errors import TrackError
 from servoid.observe import Capture, Instant, Observation, read_instants
+from servoid.track.follower import depths_for
 from servoid.track.request import Request, Subject
 from servoid.track.result import Tracked, TrackResult
 from servoid.track.starting import Followed, begin
@@ -129,7 +130,8 @@ class Collector:
 
 def _step(one: Followed, instant: Instant, may_evolve: bool) -> Tracked:
     called = time.perf_counter()
-    estimate = one.tracker.step(instant.time_s, instant.world_from_camera, instant.images)
+    seen = (instant.time_s, instant.world_from_camera, instant.images)
+    estimate = one.tracker.step(*seen, **depths_for(one.tracker, instant))
     done = time.perf_counter()
     tracked = Tracked(
         index=instant.index,

@@ -13,7 +13,7 @@ from servoid.errors import TrackError
 from servoid.model.marking import mark
 from servoid.observe import Capture, CaptureView, Instant, cameras_of
 from servoid.pose import exact
-from servoid.track.follower import Adjuster, Evolver, Follower, Rememberer
+from servoid.track.follower import Adjuster, Evolver, Follower, Rememberer, depths_for
 from servoid.track.request import Request, Subject
 from servoid.track.result import Tracked
 from servoid.track.smoothing import smoothed
@@ -141,8 +141,9 @@ def _first_estimate(
     tracker: Follower, instant: Instant, known: _Known, subject: Subject
 ) -> Estimate:
     now, poses, images = instant.time_s, instant.world_from_camera, instant.images
+    depths = depths_for(tracker, instant)
     if known.pose is not None:
-        return tracker.start(now, poses, images, known.pose, known.masks)
+        return tracker.start(now, poses, images, known.pose, known.masks, **depths)
     if subject.appearance is None or not isinstance(tracker, Rememberer):
         raise TrackError(
             f"nothing says where '{subject.name}' is in observation {instant.index}; mark it there "
@@ -150,7 +151,7 @@ def _first_estimate(
             "with what the object looks like"
         )
     tracker.recall(subject.appearance)
-    return tracker.find(now, poses, images)
+    return tracker.find(now, poses, images, **depths)
 
 
 def _looks_otherwise(make: Callable[[], Follower], instant: Instant, subject: Subject) -> bool:
@@ -163,7 +164,7 @@ def _looks_otherwise(make: Callable[[], Follower], instant: Instant, subject: Su
     now, poses, images = instant.time_s, instant.world_from_camera, instant.images
     try:
         probe.recall(subject.appearance)
-        found = probe.find(now, poses, images, subject.start)
+        found = probe.find(now, poses, images, subject.start, **depths_for(probe, instant))
     except TrackError:  # what is remembered does not fit these cameras: it says nothing
         return False
     off = (subject.start.inverse() @ found.world_from_object).log()

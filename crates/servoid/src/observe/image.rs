@@ -17,6 +17,16 @@ pub enum ImageError {
         /// Bytes that there are.
         given: usize,
     },
+    /// The buffer does not hold width x height depths.
+    #[error("a depth image of {width}x{height} has one value a pixel, but {given} were given")]
+    DepthLength {
+        /// Width in pixels.
+        width: usize,
+        /// Height in pixels.
+        height: usize,
+        /// Values that there are.
+        given: usize,
+    },
     /// A mask must be grey.
     #[error("a mask must have one channel (non-zero = object), but it has three")]
     MaskChannels,

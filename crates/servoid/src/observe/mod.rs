@@ -2,6 +2,7 @@
 
 mod brown_conrady;
 mod camera;
+mod depth;
 mod distortion;
 mod image;
 mod kannala_brandt;
@@ -12,6 +13,7 @@ mod roots;
 mod view;
 
 pub use camera::{Camera, CameraError};
+pub use depth::{DepthView, depth_noise};
 pub use distortion::Distortion;
 pub use image::{Channels, ImageError, ImageView, Mask};
 pub use lens::{Lens, NOWHERE_PX};

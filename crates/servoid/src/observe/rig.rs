@@ -1,4 +1,4 @@
-use super::{Camera, ImageView};
+use super::{Camera, DepthView, ImageView};
 use crate::pose::Pose;
 
 /// Why cameras, poses and images do not make an observation.
@@ -49,6 +49,8 @@ pub struct Observation<'a> {
     pub world_from_camera: Vec<Pose>,
     /// What each camera saw.
     pub images: Vec<Option<ImageView<'a>>>,
+    /// How far each camera saw it, in the pixels of its image; empty where no camera measures depth.
+    pub depths: Vec<Option<DepthView<'a>>>,
 }
 
 impl Rig {
@@ -96,7 +98,7 @@ impl Rig {
             .iter()
             .map(|&rig_from_camera| world_from_rig * rig_from_camera)
             .collect();
-        Ok(Observation { time_s, world_from_camera, images })
+        Ok(Observation { time_s, world_from_camera, images, depths: Vec::new() })
     }
 }
 

@@ -109,7 +109,12 @@ mod tests {
 
     fn observation(pixels: &[u8], time_s: f64) -> Observation<'_> {
         let image = ImageView::new(pixels, SIZE, Channels::Grey).unwrap();
-        Observation { time_s, world_from_camera: vec![Pose::identity()], images: vec![Some(image)] }
+        Observation {
+            time_s,
+            world_from_camera: vec![Pose::identity()],
+            images: vec![Some(image)],
+            depths: Vec::new(),
+        }
     }
 
     /// Aligns a ball that was seen in the middle with what a later picture shows.

@@ -51,6 +51,7 @@ impl Tracker {
             self.learn_points(observation, &world_from_object, &all);
             self.points_in_view(&world_from_object);
         }
+        self.learn_ranges(observation, &world_from_object);
         let attempt = self.get_used_to(observation, &world_from_object);
         // The pose is given, so that what the outline says beside it is its bias.
         self.target.bias.learn_at(&attempt.toward, attempt.normal.outline);

@@ -53,6 +53,7 @@ impl Tracker {
         let off = (expected.inverse() * attempt.pose).log();
         let since = self.target.keyframes.last_known(after);
         self.target.points.turn_back(&off, (before, after), since);
+        self.target.ranges.turn_back(&off, (before, after), since);
         self.target.keyframes.tie(expected);
         self.target.keyframes.turn_back(&off, (before, after), since);
         self.target.bias.correct(&off);

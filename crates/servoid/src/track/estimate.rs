@@ -46,6 +46,17 @@ pub enum Notice {
         /// (width, height) of the image.
         given: [usize; 2],
     },
+    /// A depth image has not its camera's size.
+    #[error("camera {camera}: the depth image is {}x{} pixels, its camera's images are {}x{}", given[0],
+        given[1], expected[0], expected[1])]
+    WrongDepth {
+        /// Which camera.
+        camera: usize,
+        /// (width, height) of the camera.
+        expected: [usize; 2],
+        /// (width, height) of the depth image.
+        given: [usize; 2],
+    },
     /// An image is black, white or of one colour where the object should be.
     #[error("camera {0}: the image says nothing where the object should be")]
     Blank(usize),
@@ -129,7 +140,7 @@ pub struct Estimate {
     pub located: bool,
     /// Number and pose of the keyframe that the pose belongs to, if the object is followed, and of the one
     /// from which it came there: as these are corrected later, so is the pose.
-    pub keyframes: Vec<(usize, Pose)>,
+    pub keyframes: [Option<(usize, Pose)>; 2],
     /// What was wrong with the observation.
     pub notices: Vec<Notice>,
     /// Hypotheses that were scored.

@@ -29,8 +29,11 @@ impl Tracker {
         self.target.sides.mark(&self.target.solid, &self.target.colors);
         let known = self.target.points.known.iter();
         let sure = known.filter(|k| k.variance.sqrt() < WELL_KNOWN * self.target.solid.radius);
+        let sure = sure.map(|k| (k.point.position, k.point.toward));
+        let measured = self.target.ranges.all.iter().map(|one| (one.position, one.toward));
         let sights: Vec<_> = sure
-            .map(|k| Sight { point: k.point.position, direction: -k.point.toward, eye: 0.0 })
+            .chain(measured)
+            .map(|(point, toward)| Sight { point, direction: -toward, eye: 0.0 })
             .collect();
         // Of the sides that were not seen, what is believed so far stays.
         let believed = Portrait::of_body(&self.target.body, self.target.sides.unseen())?;

@@ -7,9 +7,10 @@ use super::frame::window::Window;
 use super::sight::Sight;
 use super::target::colors::Colors;
 use super::target::points::{InView, Known, PLACE_PX, noise};
+use super::target::ranges::place;
 use super::target::solid::{Hit, Rims};
 use crate::fitness::SurfacePoint;
-use crate::observe::{ImageView, Mask, Plane};
+use crate::observe::{ImageView, Mask, Plane, depth_noise};
 use crate::pose::Pose;
 use crate::shape::Projection;
 
@@ -215,6 +216,14 @@ fn point_at(
     let mut point = SurfacePoint::learn(projection, &window.pyramid, [hit, normal, toward], scale)?;
     let mut variance = (0.1 * radius).powi(2);
     let others = sight.windows.iter().enumerate().filter(|(other, _)| *other != camera);
+    let measured = sight.depth(camera).and_then(|depth| depth.at(pixel.x, pixel.y));
+    let found = measured.and_then(|metres| Some((place(projection, &pixel, metres)?, metres)));
+    let found = found.filter(|(found, _)| (found - hit).norm() < REACH * radius);
+    if let Some((found, metres)) = found {
+        point.position = found;
+        variance = depth_noise(metres).powi(2);
+    }
+    let others = others.filter(|_| found.is_none());
     for (other, window) in others {
         let Some(projection) = window.projection(pose) else { continue };
         let Some(other_eye) = projection.eye() else { continue };

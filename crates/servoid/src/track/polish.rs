@@ -6,6 +6,7 @@ use super::motion::Prior;
 use super::sight::Sight;
 use super::target::bias::Said;
 use super::target::points::{InView, Known, Match, by_motion};
+use super::target::ranges::Told;
 use super::target::shift::Shift;
 use super::target::solid::Rims;
 use crate::fitness::{Agreement, ContourPoint, SurfacePoint, boundary, contour};
@@ -182,6 +183,9 @@ fn linearize(
             add_point(&mut sum.normal, sight, view.point, (agreement, level), (shows, eye));
         }
     }
+    for camera in 0..sight.windows.len() {
+        add_ranges(&mut sum.normal, sight, (camera, &pose), &desk.occlusion);
+    }
     if let Some(colors) = sight.colors {
         for (camera, (window, image)) in sight.windows.iter().zip(sight.images).enumerate() {
             if let (Some(projection), Some(image)) = (window.projection(&pose), image) {
@@ -272,6 +276,23 @@ fn add_lines(
             sum.normal.outline.0 += by_motion * by_motion.transpose() * weight;
             sum.normal.outline.1 += by_motion * (weight * offset.mean_px);
         }
+    }
+}
+
+/// Adds what a camera's depth image says of a pose, where nothing hides the object.
+fn add_ranges(
+    normal: &mut Normal,
+    sight: &Sight<'_>,
+    (camera, pose): (usize, &Pose),
+    occlusion: &Occlusion,
+) {
+    let seen = sight.depth(camera).zip(sight.windows[camera].projection(pose));
+    let Some((depth, projection)) = seen else { return };
+    let told = sight.ranges.told((depth, &projection), (sight.solid, sight.points.drift));
+    for (pixel, Told { off, by_motion, information }) in told {
+        let weight = information * (1.0 - occlusion.hides(camera, &pixel));
+        normal.curvature += by_motion * by_motion.transpose() * weight;
+        normal.slope += by_motion * (off * weight);
     }
 }
 

@@ -5,17 +5,20 @@ use super::target::Target;
 use super::target::bias::Bias;
 use super::target::colors::Colors;
 use super::target::points::Points;
+use super::target::ranges::Ranges;
 use super::target::solid::Solid;
 use super::target::usual::Usual;
-use crate::observe::{ImageView, Observation};
+use crate::observe::{DepthView, ImageView, Observation};
 
 /// What is seen of the object in one instant, beside what is known of it.
 #[derive(Clone, Copy)]
 pub(super) struct Sight<'a> {
     pub(super) windows: &'a [Window],
     pub(super) images: &'a [Option<ImageView<'a>>],
+    depths: &'a [Option<DepthView<'a>>],
     pub(super) solid: &'a Solid,
     pub(super) points: &'a Points,
+    pub(super) ranges: &'a Ranges,
     /// Nothing where colours are not to be asked.
     pub(super) colors: Option<&'a Colors>,
     pub(super) usual: &'a Usual,
@@ -33,11 +36,20 @@ impl<'a> Sight<'a> {
         Self {
             windows: &frame.windows,
             images: &observation.images,
+            depths: &observation.depths,
             solid: &target.solid,
             points: &target.points,
+            ranges: &target.ranges,
             colors: settings.region.then_some(&target.colors),
             usual: &target.usual,
             bias: &target.bias,
         }
+    }
+
+    /// Gives how far a camera saw it, if its image can be used and the depth image is of its pixels.
+    pub(super) fn depth(&self, camera: usize) -> Option<&'a DepthView<'a>> {
+        let image = self.images[camera].filter(|_| self.windows[camera].is_open())?;
+        let depth = self.depths.get(camera)?.as_ref()?;
+        (depth.size_px() == image.size_px()).then_some(depth)
     }
 }

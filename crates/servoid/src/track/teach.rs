@@ -1,3 +1,5 @@
+use nalgebra::Vector2;
+
 use super::attempt::Attempt;
 use super::learn::{Lesson, learn};
 use super::sight::Sight;
@@ -43,6 +45,25 @@ impl Tracker {
             self.learn_points(observation, &attempt.pose, &lesson);
             self.target.points.judge(&self.desk.matches, &self.desk.occlusion);
         }
+        if may.surface {
+            self.learn_ranges(observation, &attempt.pose);
+        }
+    }
+
+    /// Learns places of the surface whose distance depth images tell.
+    pub(super) fn learn_ranges(&mut self, observation: &Observation<'_>, pose: &Pose) {
+        let (drift, (keyframe, _)) =
+            (self.drift_of_lesson(), self.keyframe_around(observation, pose));
+        let mut ranges = std::mem::take(&mut self.target.ranges);
+        let sight = Sight::new(&self.frame, observation, &self.target, &self.settings);
+        for camera in 0..sight.windows.len() {
+            let seen = sight.depth(camera).zip(sight.windows[camera].projection(pose));
+            let Some((depth, projection)) = seen else { continue };
+            let is_clear = |pixel: &Vector2<f64>| self.desk.occlusion.hides(camera, pixel) == 0.0;
+            let body = (sight.solid, &mut self.desk.rims);
+            ranges.learn((depth, &projection), body, (keyframe, drift), is_clear);
+        }
+        self.target.ranges = ranges;
     }
 
     pub(super) fn learn_colors(&mut self, observation: &Observation<'_>, pose: &Pose, rate: f32) {

@@ -269,7 +269,7 @@ impl Tracker {
             keyframes: if followed {
                 self.keyframes_around(observation, &attempt.pose)
             } else {
-                Vec::new()
+                [None; 2]
             },
             notices: std::mem::take(&mut self.frame.notices),
             evaluations: 0,

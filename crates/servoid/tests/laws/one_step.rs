@@ -74,7 +74,7 @@ fn view(bytes: &[u8]) -> ImageView<'_> {
 
 pub fn observed(images: &[Vec<u8>], time_s: f64) -> Observation<'_> {
     let images = images.iter().map(|image| Some(view(image))).collect();
-    Observation { time_s, world_from_camera: eyes(), images }
+    Observation { time_s, world_from_camera: eyes(), images, depths: Vec::new() }
 }
 
 pub fn started(body: &Body, pose: Pose, settings: OneStepSettings) -> OneStep {

@@ -44,6 +44,7 @@ fn shown(tracker: &mut Tracker, camera: &Camera, first: There, then: There) -> V
         time_s: index as f64 / 30.0,
         world_from_camera: vec![if index == 0 { first.0 } else { then.0 }],
         images: vec![Some(ImageView::new(&pictures[index], size, Channels::Rgb).unwrap())],
+        depths: Vec::new(),
     };
     let mut said = vec![];
     said.extend(tracker.start(&seen(0), first.1, &[]));
@@ -142,6 +143,7 @@ fn an_object_beyond_all_pixels_is_in_no_image() {
         time_s: 0.0,
         world_from_camera: vec![Pose::identity()],
         images: vec![Some(ImageView::new(&picture, [64, 48], Channels::Rgb).unwrap())],
+        depths: Vec::new(),
     };
     for far in [1e6, 1e18, 1e30, -1e6, -1e18, -1e30] {
         for place in [[far, 0.0, 0.5], [0.0, far, 0.5]] {
@@ -164,14 +166,19 @@ fn seeking_anywhere_costs_no_more_in_images_of_odd_shapes() {
         let image = ImageView::new(&picture, [64, 48], Channels::Rgb).unwrap();
         let world_from_camera = vec![Pose::identity()];
         let images = vec![Some(image)];
-        let seen = Observation { time_s: 0.0, world_from_camera, images };
+        let seen = Observation { time_s: 0.0, world_from_camera, images, depths: Vec::new() };
         teacher.start(&seen, place, &[]).unwrap();
         let mut tracker = Tracker::new(&[camera], &ball(0.05), settings).unwrap();
         tracker.recall(&teacher.appearance());
         let picture = noise(size, 1);
         let image = ImageView::new(&picture, size, Channels::Rgb).unwrap();
         let world_from_camera = vec![Pose::identity()];
-        let seen = Observation { time_s: 0.0, world_from_camera, images: vec![Some(image)] };
+        let seen = Observation {
+            time_s: 0.0,
+            world_from_camera,
+            images: vec![Some(image)],
+            depths: Vec::new(),
+        };
         tracker.find(&seen, None).unwrap().evaluations
     };
     let usual = sought([64, 48]);

@@ -95,7 +95,12 @@ trait Blind {
 impl Blind for Observation<'_> {
     fn clone_without_images(&self) -> Observation<'static> {
         let world_from_camera = self.world_from_camera.clone();
-        Observation { time_s: self.time_s, world_from_camera, images: vec![None; 2] }
+        Observation {
+            time_s: self.time_s,
+            world_from_camera,
+            images: vec![None; 2],
+            depths: Vec::new(),
+        }
     }
 }
 
@@ -156,7 +161,7 @@ proptest! {
             let eye = Pose::from_rotation(turn, Vector3::new(away, 0.0, -0.45));
             let world_from_camera = vec![eyes()[0], eye];
             let images = vec![image(left, 0), image(right, 1)];
-            let found = tracker.step(&Observation { time_s, world_from_camera, images }).unwrap();
+            let found = tracker.step(&Observation { time_s, world_from_camera, images, depths: Vec::new() }).unwrap();
             prop_assert!((0.0..=1.0).contains(&found.confidence));
             prop_assert!(found.world_from_object.matrix().iter().all(|x| x.is_finite()));
             prop_assert!(found.covariance.iter().all(|x| x.is_finite()));
@@ -187,6 +192,7 @@ proptest! {
                 .iter()
                 .map(|picture| Some(ImageView::new(picture, size, channels).unwrap()))
                 .collect(),
+            depths: Vec::new(),
         };
         if tracker.start(&shot(0), Pose::exp(&twist.into()), &[]).is_ok() {
             for k in 1..3 {

@@ -155,6 +155,7 @@ pub fn look_of_all_eyes(stage: &Stage) -> Appearance {
         time_s: 0.0,
         world_from_camera: sides.iter().flat_map(about).collect(),
         images: parts.iter().flat_map(|part| part.images.clone()).collect(),
+        depths: Vec::new(),
     };
     let marked = |(_, there): &(usize, Pose)| eyes().map(|eye| stage.mask(&eye, there));
     let pictures: Vec<_> = sides.iter().flat_map(marked).collect();

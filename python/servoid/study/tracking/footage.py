@@ -144,6 +144,11 @@ class SetUp:
             masks.append(np.where(own, np.uint8(255), np.uint8(0)))
         return tuple(masks)
 
+    def depths(self, index: int) -> tuple[NDArray[np.float32], ...]:
+        """Return how far the eyes see at one instant, (H, W) float32, metres along z, no noise."""
+        places = self._places(index)
+        return tuple(self._drawer.depth(self._lens, row_of(eye), places)[0] for eye in self.eyes)
+
     def _places(self, index: int) -> Floats:
         """Return the poses (T, 7) of all things in the world."""
         board = self._board(index) if is_hidden(self.scene, index) else np.array(_OUT_OF_SIGHT)

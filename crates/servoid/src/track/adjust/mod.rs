@@ -68,13 +68,12 @@ impl Tracker {
         &self,
         observation: &Observation<'_>,
         pose: &Pose,
-    ) -> Vec<(usize, Pose)> {
+    ) -> [Option<(usize, Pose)>; 2] {
         if self.target.keyframes.all.is_empty() {
-            return Vec::new();
+            return [None; 2];
         }
         let own = self.keyframe_around(observation, pose);
-        let before = self.target.keyframes.before(own.0);
-        std::iter::once(own).chain(before).collect()
+        [Some(own), self.target.keyframes.before(own.0)]
     }
 
     /// Keeps a pose that is believed where the object shows another side, and has all that was kept adjusted.
@@ -211,6 +210,7 @@ impl Target {
         };
         self.keyframes.move_by(by);
         self.sides.move_by(by);
+        self.ranges.move_by(by);
         let mut found = ids.iter().zip(&solution.bundle.landmarks).peekable();
         for known in &mut self.points.known {
             if let Some(keyframe) = known.learned.keyframe {

@@ -44,10 +44,20 @@ impl Frame {
                 return Err(TrackError::Count { what, cameras, given });
             }
         }
+        let depths = observation.depths.len();
+        if depths != 0 && depths != cameras {
+            return Err(TrackError::Count { what: "depth images", cameras, given: depths });
+        }
         if !observation.time_s.is_finite() {
             return Err(TrackError::Time(observation.time_s));
         }
         self.notices = self.senses.check(&self.cameras, observation);
+        for (camera, depth) in observation.depths.iter().enumerate() {
+            let (expected, given) = (self.cameras[camera].size_px(), depth.map(|d| d.size_px()));
+            if let Some(given) = given.filter(|given| *given != expected) {
+                self.notices.push(Notice::WrongDepth { camera, expected, given });
+            }
+        }
         Ok(())
     }
 

@@ -5,10 +5,13 @@
 use nalgebra::Vector2;
 
 use super::window::bounds;
+use crate::observe::DepthView;
 use crate::pose::Pose;
-use crate::shape::Outline;
+use crate::shape::{Outline, Projection};
 use crate::track::sight::Sight;
 use crate::track::target::points::Match;
+use crate::track::target::ranges::place;
+use crate::track::target::solid::Solid;
 
 /// What is known of every camera's view.
 #[derive(Debug, Clone, Default)]
@@ -43,6 +46,10 @@ const COLOR: f64 = 3.0;
 const COLORS: f64 = 2.5;
 /// Share of the object's usual log-likelihood ratio below which colours are strange.
 const STRANGE: f64 = 0.25;
+/// Log-odds that a depth brings which is less than that of the body by more than a part of its radius, and one
+/// which is about that.
+const DEPTH: (f64, f64) = (-4.0, 1.0);
+const BEFORE: f64 = 0.35;
 /// Places along one side of a cell whose colours are asked.
 const ASKED: usize = 3;
 /// Probabilities between which a cell passes from clear to hidden.
@@ -116,6 +123,21 @@ impl Grid {
             }
             if count > 0.0 {
                 self.ratios[cell] = Some(sum / count);
+            }
+        }
+    }
+
+    /// Reads whether something lies before the object in the cells that outlines hold, by a depth image.
+    fn measure(&mut self, outlines: &[Outline], is_before: impl Fn(&Vector2<f64>) -> Option<bool>) {
+        for cell in 0..CELLS {
+            let middle = self.middle(cell);
+            if !outlines.iter().any(|outline| outline.contains(&middle)) {
+                continue;
+            }
+            match is_before(&middle) {
+                Some(true) => self.said[cell] += DEPTH.0,
+                Some(false) => self.said[cell] += DEPTH.1,
+                None => {}
             }
         }
     }
@@ -195,6 +217,10 @@ impl Occlusion {
             if let (Some(colors), Some(image)) = (sight.colors, &sight.images[camera]) {
                 grid.read(outlines, |u, v| window.ratio(image, colors, u, v));
             }
+            if let (Some(depth), Some(projection)) = (sight.depth(camera), window.projection(pose))
+            {
+                grid.measure(outlines, |pixel| before(depth, &projection, sight.solid, pixel));
+            }
         }
         for seen in matches {
             let grid = &mut self.grids[seen.view.camera];
@@ -245,6 +271,22 @@ impl Occlusion {
         }
         (clear > 0.0).then(|| (sum / clear, clear / all))
     }
+}
+
+/// Says whether a depth image shows something well before the body at a pixel, or about it; nothing where it
+/// shows what lies behind, or nothing.
+fn before(
+    depth: &DepthView<'_>,
+    projection: &Projection,
+    solid: &Solid,
+    pixel: &Vector2<f64>,
+) -> Option<bool> {
+    let (eye, found) = (projection.eye()?, depth.at(pixel.x, pixel.y)?);
+    let found = place(projection, pixel, found)?;
+    let hit = solid.hit(&eye, &(found - eye).normalize())?;
+    let nearer = (hit.point - eye).norm() - (found - eye).norm();
+    let most = BEFORE * solid.radius;
+    (nearer > -most).then_some(nearer > most)
 }
 
 /// Gives how far a cell counts as hidden that is with a probability.

@@ -264,7 +264,7 @@ impl OneStep {
             evidence: None,
             status,
             located: status == Status::Tracking,
-            keyframes: Vec::new(),
+            keyframes: [None; 2],
             notices,
             evaluations,
             timing: Timing { judge: begun.elapsed(), ..timing },

@@ -5,6 +5,7 @@ pub(super) mod colors;
 pub(super) mod keyframes;
 mod known;
 pub(super) mod points;
+pub(super) mod ranges;
 pub(super) mod shift;
 pub(super) mod sides;
 pub(super) mod solid;
@@ -14,6 +15,7 @@ use self::bias::Bias;
 use self::colors::Colors;
 use self::keyframes::Keyframes;
 use self::points::Points;
+use self::ranges::Ranges;
 use self::sides::Sides;
 use self::solid::Solid;
 use self::usual::Usual;
@@ -26,6 +28,7 @@ pub(super) struct Target {
     /// The body, ready for outlines and for rays.
     pub(super) solid: Solid,
     pub(super) points: Points,
+    pub(super) ranges: Ranges,
     pub(super) colors: Colors,
     pub(super) keyframes: Keyframes,
     pub(super) sides: Sides,
@@ -42,6 +45,7 @@ impl Target {
             bias: Bias::unknown(solid.radius),
             solid,
             points: Points::default(),
+            ranges: Ranges::default(),
             colors: Colors::new(local_colors),
             keyframes: Keyframes::default(),
             sides: Sides::default(),

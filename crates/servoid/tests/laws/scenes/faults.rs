@@ -64,7 +64,9 @@ fn all_cameras(seed: u64) -> Figures {
             let images = vec![Some(view(&blank)); 2];
             let time_s = index as f64 / 30.0;
             let world_from_camera = eyes().to_vec();
-            let found = tracker.step(&Observation { time_s, world_from_camera, images }).unwrap();
+            let found = tracker
+                .step(&Observation { time_s, world_from_camera, images, depths: Vec::new() })
+                .unwrap();
             assert!(!found.notices.is_empty());
             tracked += f64::from(u8::from(found.status == Status::Tracking));
         }

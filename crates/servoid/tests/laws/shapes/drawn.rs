@@ -46,6 +46,7 @@ impl Shot {
             images: pictures
                 .map(|picture| Some(ImageView::new(picture, self.size, self.channels).unwrap()))
                 .collect(),
+            depths: Vec::new(),
         }
     }
 }

@@ -1,0 +1,303 @@
+//! Places of the surface whose distance depth images measured: they tell of a pose also where nothing is
+//! printed.
+
+use nalgebra::{Vector2, Vector3, Vector6};
+
+use super::points::bridged;
+use super::solid::{Rims, Solid};
+use crate::observe::{DepthView, depth_noise};
+use crate::pose::{Pose, Twist};
+use crate::shape::Projection;
+
+/// A piece of the surface, in the object's frame.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Range {
+    pub(crate) position: Vector3<f64>,
+    pub(crate) normal: Vector3<f64>,
+    /// The way to the camera that measured it.
+    pub(crate) toward: Vector3<f64>,
+    /// The keyframe that its view belonged to: it moves with that.
+    keyframe: usize,
+    /// Variance of its place along the normal, in square metres, and of the object's turn since the first
+    /// image, in square radians.
+    variance: f64,
+    drift: f64,
+}
+
+/// What a measured place says of a pose, along its normal.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Told {
+    /// How far the surface lies beyond where it should be, in metres, and how that changes with a small motion.
+    pub(crate) off: f64,
+    pub(crate) by_motion: Vector6<f64>,
+    pub(crate) information: f64,
+}
+
+/// The measured places of an object.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Ranges {
+    pub(crate) all: Vec<Range>,
+}
+
+/// Least distance from one to another, in radii, if their normals have at least this cosine.
+const APART: f64 = 0.12;
+const ALIKE: f64 = 0.6;
+/// Places along the longer side of the object's image that are asked.
+const COLUMNS: f64 = 24.0;
+/// Most that are kept.
+const MOST: usize = 800;
+/// Pixels inside the outline, and to the neighbours that tell the normal.
+const MARGIN_PX: f64 = 4.0;
+const BESIDE_PX: f64 = 3.0;
+/// Distance from the body's surface at which a place is still the object's, in radii.
+const REACH: f64 = 0.3;
+/// Depth from one neighbour to the next that is an edge, in radii.
+const EDGE: f64 = 0.25;
+/// Least cosine between a normal and the way to the camera.
+const FACING: f64 = 0.4;
+/// How much a place counts: neighbours err together.
+const SHARE: f64 = 0.25;
+/// Standard deviations, or radii if these are more, beyond which something else was measured.
+const FARTHEST: (f64, f64) = (4.0, 0.06);
+
+impl Ranges {
+    /// Learns where a depth image shows the surface, where nothing near is known; `drift` is the variance of
+    /// the object's turn, `keyframe` that which the view belongs to.
+    pub(crate) fn learn(
+        &mut self,
+        (depth, projection): (&DepthView<'_>, &Projection),
+        (solid, rims): (&Solid, &mut Rims),
+        (keyframe, drift): (usize, f64),
+        is_clear: impl Fn(&Vector2<f64>) -> bool,
+    ) {
+        let (Some(eye), Some((middle, by_place))) =
+            (projection.eye(), projection.pixel(&Vector3::zeros()))
+        else {
+            return;
+        };
+        rims.read(solid, projection);
+        let step = (2.0 * solid.radius * by_place.row(0).norm() / COLUMNS).max(1.0);
+        let half = (0.5 * COLUMNS) as i32;
+        for at in 0..(2 * half + 1) * (2 * half + 1) {
+            if self.all.len() >= MOST {
+                return;
+            }
+            let by = [at % (2 * half + 1) - half, at / (2 * half + 1) - half];
+            let pixel = middle + Vector2::from(by.map(f64::from)) * step;
+            if rims.margin(&pixel) < MARGIN_PX || !is_clear(&pixel) {
+                continue;
+            }
+            let found = measured(depth, projection, (&eye, solid), &pixel);
+            let Some((position, normal, variance)) = found else { continue };
+            let least = (APART * solid.radius).powi(2);
+            let is_known = self.all.iter().any(|one| {
+                (one.position - position).norm_squared() < least && one.normal.dot(&normal) > ALIKE
+            });
+            if !is_known {
+                let toward = (eye - position).normalize();
+                self.all.push(Range { position, normal, toward, keyframe, variance, drift });
+            }
+        }
+    }
+
+    /// Gives what a depth image says of a pose at the places that its camera should see; `drift` is the variance
+    /// of the object's turn now.
+    pub(crate) fn told(
+        &self,
+        (depth, projection): (&DepthView<'_>, &Projection),
+        (solid, drift): (&Solid, f64),
+    ) -> impl Iterator<Item = (Vector2<f64>, Told)> {
+        let eye = projection.eye();
+        self.all.iter().filter_map(move |one| {
+            let way = (eye? - one.position).normalize();
+            if way.dot(&one.normal) < FACING || solid.hides(&one.position, &eye?) {
+                return None;
+            }
+            let (pixel, _) = projection.pixel(&one.position)?;
+            let metres = depth.at(pixel.x, pixel.y)?;
+            let off = one.normal.dot(&(place(projection, &pixel, metres)? - one.position));
+            let by_turn = one.position.cross(&one.normal);
+            let noise = (depth_noise(metres) * way.dot(&one.normal)).powi(2) + one.variance;
+            let strayed = (one.drift - drift).max(0.0) / 3.0 * by_turn.norm_squared();
+            let variance = noise + strayed;
+            let most = (FARTHEST.0 * variance.sqrt()).max(FARTHEST.1 * solid.radius);
+            let mut by_motion = Vector6::zeros();
+            by_motion.fixed_rows_mut::<3>(0).copy_from(&one.normal);
+            by_motion.fixed_rows_mut::<3>(3).copy_from(&by_turn);
+            // What is off by more counts the less.
+            let doubt = 1.0 / (1.0 + off * off / (2.0 * noise));
+            let information = SHARE * doubt / variance;
+            (off.abs() < most).then_some((pixel, Told { off, by_motion, information }))
+        })
+    }
+
+    /// Moves them by what the keyframes of some numbers are moved by, in the object's frame.
+    pub(crate) fn move_by(&mut self, by: impl Fn(usize) -> Pose) {
+        for one in &mut self.all {
+            one.move_by(&by(one.keyframe).inverse());
+        }
+    }
+
+    /// Turns those back that were measured since a keyframe, each by its share of a motion that closes a loop.
+    pub(crate) fn turn_back(&mut self, off: &Twist, drifts: (f64, f64), since: Option<usize>) {
+        for one in self.all.iter_mut().filter(|one| Some(one.keyframe) >= since) {
+            let (share, left) = bridged(one.drift, drifts);
+            one.drift = left;
+            if share > 0.0 {
+                one.move_by(&Pose::exp(&(-off * share)));
+            }
+        }
+    }
+}
+
+impl Range {
+    fn move_by(&mut self, by: &Pose) {
+        self.position = by.transform(&self.position);
+        let turn = by.rotation();
+        (self.normal, self.toward) = (turn * self.normal, turn * self.toward);
+    }
+}
+
+/// Gives the place that a depth camera sees at the pixel nearest to one, so many metres along its axis.
+pub(crate) fn place(
+    projection: &Projection,
+    pixel: &Vector2<f64>,
+    metres: f64,
+) -> Option<Vector3<f64>> {
+    let seen = Vector3::new(libm::round(pixel.x), libm::round(pixel.y), 1.0) * metres;
+    Some(projection.linear.try_inverse()? * (seen - projection.offset))
+}
+
+/// Gives where a depth image shows the object's surface at a pixel, its normal, and the variance of its place
+/// along that.
+fn measured(
+    depth: &DepthView<'_>,
+    projection: &Projection,
+    (eye, solid): (&Vector3<f64>, &Solid),
+    pixel: &Vector2<f64>,
+) -> Option<(Vector3<f64>, Vector3<f64>, f64)> {
+    let metres = depth.at(pixel.x, pixel.y)?;
+    let position = place(projection, pixel, metres)?;
+    let way = (position - eye).normalize();
+    let hit = solid.hit(eye, &way)?;
+    let beside = |u: f64, v: f64| {
+        let pixel = pixel + Vector2::new(u, v) * BESIDE_PX;
+        let beside = depth.at(pixel.x, pixel.y)?;
+        ((beside - metres).abs() < EDGE * solid.radius)
+            .then(|| place(projection, &pixel, beside))?
+    };
+    let across = beside(1.0, 0.0)? - beside(-1.0, 0.0)?;
+    let down = beside(0.0, 1.0)? - beside(0.0, -1.0)?;
+    let normal = down.cross(&across).try_normalize(0.0)?;
+    let normal = if normal.dot(&way) > 0.0 { -normal } else { normal };
+    let facing = -normal.dot(&way);
+    let near = (hit.point - position).norm() < REACH * solid.radius;
+    let variance = (depth_noise(metres) * facing).powi(2);
+    (near && facing > FACING).then_some((position, normal, variance))
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Matrix6;
+
+    use super::*;
+    use crate::observe::Camera;
+    use crate::shape::{Body, Ellipsoid};
+
+    const SIZE: [usize; 2] = [160, 120];
+    const RADII: [f64; 3] = [0.05, 0.035, 0.025];
+
+    fn solid() -> Solid {
+        let egg = Ellipsoid::new(0, [0.0; 3], RADII, [1.0, 0.0, 0.0, 0.0]).unwrap();
+        Solid::new(&Body::new(Pose::identity(), vec![egg]).unwrap())
+    }
+
+    fn world() -> Projection {
+        let camera = Camera::new(SIZE, [200.0; 2], [79.5, 59.5]).unwrap();
+        Projection::new(&camera, &Pose::identity())
+    }
+
+    fn stands(turned: f64, aside: f64) -> Pose {
+        Pose::exp(&Twist::new(aside, 0.0, 0.4, 0.3, 0.5 + turned, 0.2))
+    }
+
+    /// Measures the egg at a pose, the further away the more by `beyond`.
+    fn image(pose: &Pose, beyond: f64) -> Vec<f32> {
+        let (solid, projection) = (solid(), world().moved(pose));
+        let eye = projection.eye().unwrap();
+        let depth = |i: usize| {
+            let pixel = Vector2::new((i % SIZE[0]) as f64, (i / SIZE[0]) as f64);
+            let way = place(&projection, &pixel, 1.0).unwrap() - eye;
+            let hit = solid
+                .hit(&eye, &way)
+                .map(|hit| projection.linear.row(2).dot(&hit.point.transpose()));
+            hit.map_or(f32::NAN, |z| (z + projection.offset.z + beyond) as f32)
+        };
+        (0..SIZE[0] * SIZE[1]).map(depth).collect()
+    }
+
+    fn learned(pose: &Pose) -> Ranges {
+        let pixels = image(pose, 0.0);
+        let depth = DepthView::new(&pixels, SIZE).unwrap();
+        let mut ranges = Ranges::default();
+        let body = (&solid(), &mut Rims::default());
+        ranges.learn((&depth, &world().moved(pose)), body, (0, 0.0), |_| true);
+        ranges
+    }
+
+    #[test]
+    fn what_is_measured_lies_on_the_surface_and_its_normals_stand_on_it() {
+        let ranges = learned(&stands(0.0, 0.0));
+        assert!(ranges.all.len() > 25, "{}", ranges.all.len());
+        let to_ball = Vector3::from(RADII.map(|r| 1.0 / r));
+        for one in &ranges.all {
+            let at = one.position.component_mul(&to_ball);
+            assert!((at.norm() - 1.0).abs() < 1e-5);
+            let normal = at.component_mul(&to_ball).normalize();
+            assert!(one.normal.dot(&normal) > 0.97, "{} {normal}", one.normal);
+        }
+    }
+
+    #[test]
+    fn steps_by_what_depth_says_lead_from_beside_to_where_the_object_is() {
+        let truth = stands(0.0, 0.0);
+        let (ranges, pixels) = (learned(&truth), image(&stands(0.06, 0.0015), 0.0));
+        let depth = DepthView::new(&pixels, SIZE).unwrap();
+        let mut pose = truth;
+        for _ in 0..30 {
+            let (mut curvature, mut slope) = (Matrix6::identity() * 1e-3, Twist::zeros());
+            let seen = (&depth, &world().moved(&pose));
+            for (_, told) in ranges.told(seen, (&solid(), 0.0)) {
+                curvature += told.by_motion * told.by_motion.transpose() * told.information;
+                slope += told.by_motion * (told.off * told.information);
+            }
+            pose = pose * Pose::exp(&curvature.cholesky().unwrap().solve(&slope));
+        }
+        let off = (pose.inverse() * stands(0.06, 0.0015)).log();
+        let (across, turned) = (off.fixed_rows::<3>(0).norm(), off.fixed_rows::<3>(3).norm());
+        assert!(across < 3e-4 && turned < 0.02, "{across} {turned}");
+    }
+
+    #[test]
+    fn what_is_far_before_or_behind_says_nothing() {
+        let pose = stands(0.0, 0.0);
+        let ranges = learned(&pose);
+        for (beyond, says) in [(0.0, true), (0.002, true), (0.03, false), (-0.03, false)] {
+            let pixels = image(&pose, beyond);
+            let depth = DepthView::new(&pixels, SIZE).unwrap();
+            let seen = (&depth, &world().moved(&pose));
+            assert_eq!(ranges.told(seen, (&solid(), 0.0)).next().is_some(), says, "{beyond}");
+        }
+    }
+
+    #[test]
+    fn the_same_surface_is_not_learned_twice() {
+        let pose = stands(0.0, 0.0);
+        let mut ranges = learned(&pose);
+        let (count, pixels) = (ranges.all.len(), image(&pose, 0.0));
+        let depth = DepthView::new(&pixels, SIZE).unwrap();
+        let body = (&solid(), &mut Rims::default());
+        ranges.learn((&depth, &world().moved(&pose)), body, (1, 0.0), |_| true);
+        assert_eq!(ranges.all.len(), count);
+    }
+}

@@ -227,6 +227,7 @@ REFUSED: dict[str, tuple[tuple[str, ...], str]] = {
         (*BARE, "--smooth", "a.bag"),
         r"a\.bag: a trajectory ends",
     ),
+    "one file for both": ((*BARE, "--smooth", "poses.csv"), "another file than --out"),
     "no folder": ((*BARE, "--out", "none/a.csv"), "there is no folder"),
     "a video of another kind": ((*BARE, "--video", "a.gif"), r"a\.gif: a video ends in \.mp4"),
     "a body to another kind": ((*BARE, "--save-body", "a.toml"), r"a body ends in \.json"),

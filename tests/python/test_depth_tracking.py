@@ -8,7 +8,7 @@ from trust_scenes import FULL, mesh_of, write_depth_course
 from trust_verdicts import Verdicts, verdicts
 
 from servoid._native import Tracker
-from servoid.errors import TrackError
+from servoid.errors import ImageError, TrackError
 from servoid.exchange import open_any
 from servoid.observe import Capture, Instant, cameras_of, read_instants, read_mask
 from servoid.record import read_trajectory
@@ -71,6 +71,9 @@ def test_what_is_no_depth_image_of_the_camera_is_refused_or_said(capture: Captur
     seen = (0.1, second.world_from_camera, second.images)
     with pytest.raises(TrackError, match="1 cameras, but 2 depth images"):
         tracker.step(*seen, depths=(None, None))
+    for wrong in (np.ones((4, 5)), np.ones((4, 5, 1), np.float32), np.ones((4, 5), np.uint16)):
+        with pytest.raises(ImageError, match=r"has shape \(H, W\) of float32, in metres"):
+            tracker.step(*seen, depths=(wrong,))  # type: ignore[arg-type]
     small = np.ones((4, 5), np.float32)
     estimate = tracker.step(*seen, depths=(small,))
     assert "camera 0: the depth image is 5x4 pixels, its camera's images are" in " ".join(
@@ -79,18 +82,20 @@ def test_what_is_no_depth_image_of_the_camera_is_refused_or_said(capture: Captur
 
 
 @pytest.mark.parametrize("fill", [np.nan, np.inf, -1.0, 0.0, 1e30, 1e-30])
-def test_depths_that_mean_nothing_harm_nothing(capture: Capture, fill: float) -> None:
+def test_depths_that_mean_nothing_are_as_good_as_none(capture: Capture, fill: float) -> None:
     first, second, *_ = instants(capture)
     step = next(iter(follow(capture)))
     pose, (one,) = step.tracked[0].estimate.world_from_object, step.objects
     (measured,) = first.depths
     assert measured is not None
-    tracker = Tracker(cameras_of(capture), one.body)
-    tracker.start(0.0, first.world_from_camera, first.images, pose, depths=first.depths)
-    depths = (np.full_like(measured, fill),)
-    estimate = tracker.step(0.1, second.world_from_camera, second.images, depths)
-    assert np.isfinite(estimate.world_from_object.matrix()).all()
-    assert np.isfinite(estimate.covariance).all()
+    found = []
+    for depths in (None, (np.full_like(measured, fill),)):
+        tracker = Tracker(cameras_of(capture), one.body)
+        tracker.start(0.0, first.world_from_camera, first.images, pose, depths=first.depths)
+        estimate = tracker.step(0.1, second.world_from_camera, second.images, depths)
+        found.append(estimate.world_from_object.matrix())
+        assert np.isfinite(estimate.covariance).all()
+    assert np.array_equal(*found)
 
 
 def test_columns_in_memory_one_after_another_say_the_same_as_rows(capture: Capture) -> None:

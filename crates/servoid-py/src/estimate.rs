@@ -93,8 +93,9 @@ impl Estimate {
         self.0.located
     }
 
-    /// Number and pose of the keyframe that the pose belongs to, if the object is followed, and of the
-    /// one from which it came there: as these are corrected later, so is the pose.
+    /// Number and pose, world_from_object, of the keyframe that the pose belongs to, if the object is
+    /// followed, and of the one that the last pose belonged to if that was another one: as its keyframe
+    /// is corrected later, so is the pose.
     #[getter]
     fn keyframes(&self) -> Vec<(usize, Pose)> {
         self.0.keyframes.iter().flatten().map(|(number, pose)| (*number, Pose(*pose))).collect()

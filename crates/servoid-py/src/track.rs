@@ -1,12 +1,10 @@
-use std::borrow::Cow;
-
-use numpy::{PyArray2, PyReadonlyArray2, PyReadonlyArrayDyn, PyUntypedArrayMethods};
+use numpy::{PyArray2, PyReadonlyArray2, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use servoid::observe::{DepthView, Mask, Observation};
 use servoid::track as core;
 
-use crate::errors::raise;
+use crate::errors::{named, raise};
 use crate::estimate::Estimate;
 use crate::observe::{Camera, Pixels};
 use crate::pose::{Pose, read_poses, rows};
@@ -15,8 +13,8 @@ use crate::shape::Body;
 /// Images or masks as Python gives them, None where a camera delivered nothing.
 pub type Pictures<'py> = Vec<Option<PyReadonlyArrayDyn<'py, u8>>>;
 
-/// Depth images as Python gives them, (H, W) float32, None where a camera measured nothing.
-type Depths<'py> = Vec<Option<PyReadonlyArray2<'py, f32>>>;
+/// Depth images as Python gives them, None where a camera measured nothing.
+type Depths<'py> = Vec<Option<Bound<'py, PyAny>>>;
 
 /// How tracking proceeds; every default is written in the core.
 #[pyclass(frozen, module = "servoid", from_py_object)]
@@ -137,7 +135,7 @@ impl Tracker {
         masks: Option<Pictures<'_>>,
         depths: Option<Depths<'_>>,
     ) -> PyResult<Estimate> {
-        let (images, depths) = (read(&images)?, read_depths(&depths));
+        let (images, depths) = (read(&images)?, read_depths(depths.as_ref())?);
         let masks = masks.unwrap_or_default();
         let masks = read(&masks)?;
         let mut observation = observation(time_s, &world_from_camera, &images)?;
@@ -159,7 +157,7 @@ impl Tracker {
         images: Pictures<'_>,
         depths: Option<Depths<'_>>,
     ) -> PyResult<Estimate> {
-        let (images, depths) = (read(&images)?, read_depths(&depths));
+        let (images, depths) = (read(&images)?, read_depths(depths.as_ref())?);
         let mut observation = observation(time_s, &world_from_camera, &images)?;
         observation.depths = depth_views(&depths)?;
         py.detach(|| self.0.step(&observation)).map(Estimate).map_err(raise)
@@ -179,7 +177,7 @@ impl Tracker {
         near: Option<Pose>,
         depths: Option<Depths<'_>>,
     ) -> PyResult<Estimate> {
-        let (images, depths) = (read(&images)?, read_depths(&depths));
+        let (images, depths) = (read(&images)?, read_depths(depths.as_ref())?);
         let mut observation = observation(time_s, &world_from_camera, &images)?;
         observation.depths = depth_views(&depths)?;
         let near = near.map(|pose| pose.0);
@@ -281,24 +279,35 @@ pub fn observation<'a>(
     })
 }
 
-/// The depths of an image, without gaps, and its (width, height).
-type Metres<'a> = (Cow<'a, [f32]>, [usize; 2]);
+/// The depths of an image, row by row without gaps, and its (width, height).
+type Metres = (Vec<f32>, [usize; 2]);
 
-fn read_depths<'a>(depths: &'a Option<Depths<'_>>) -> Vec<Option<Metres<'a>>> {
-    let read = |depth: &'a PyReadonlyArray2<'_, f32>| {
+/// Reads depth images, which must be (H, W) float32.
+fn read_depths(depths: Option<&Depths<'_>>) -> PyResult<Vec<Option<Metres>>> {
+    let read = |given: &Bound<'_, PyAny>| {
+        let depth: PyReadonlyArray2<'_, f32> = given.extract().map_err(|_| {
+            let kind = |name| given.getattr(name).map_or("unknown".into(), |it| it.to_string());
+            let (shape, dtype) = (kind("shape"), kind("dtype"));
+            named(
+                "ImageError",
+                format!(
+                    "a depth image has shape (H, W) of float32, in metres, but this one has {shape} \
+                     of {dtype}; convert it, such as millimetres by \
+                     (depth * 0.001).astype(numpy.float32)"
+                ),
+            )
+        })?;
         let pixels = depth.as_array();
         let (height, width) = pixels.dim();
-        // What numpy calls contiguous may lie column by column.
-        let metres = match depth.as_slice() {
-            Ok(metres) if depth.is_c_contiguous() => Cow::Borrowed(metres),
-            _ => Cow::Owned(pixels.iter().copied().collect()),
-        };
-        (metres, [width, height])
+        let rows = pixels.as_slice().map(<[f32]>::to_vec);
+        Ok((rows.unwrap_or_else(|| pixels.iter().copied().collect()), [width, height]))
     };
-    depths.iter().flatten().map(|depth| depth.as_ref().map(read)).collect()
+    depths.into_iter().flatten().map(|depth| depth.as_ref().map(read).transpose()).collect()
 }
 
-fn depth_views<'a>(depths: &'a [Option<Metres<'_>>]) -> PyResult<Vec<Option<DepthView<'a>>>> {
-    let view = |(metres, size): &'a Metres<'_>| DepthView::new(metres, *size).map_err(raise);
+fn depth_views(depths: &[Option<Metres>]) -> PyResult<Vec<Option<DepthView<'_>>>> {
+    fn view((metres, size): &Metres) -> PyResult<DepthView<'_>> {
+        DepthView::new(metres, *size).map_err(raise)
+    }
     depths.iter().map(|depth| depth.as_ref().map(view).transpose()).collect()
 }

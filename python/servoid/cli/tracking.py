@@ -120,6 +120,11 @@ def _check_outputs(order: Order, subjects: list[Subject]) -> None:
         raise OutputError(f"cannot write {order.save_body}: the file of a body ends in .json")
     if order.smooth is not None:
         check_suffix(order.smooth)
+        if order.smooth.resolve() == order.out.resolve():
+            raise OutputError(
+                f"{order.out} would hold the poses as they were known and as they were corrected "
+                "later; give --smooth another file than --out"
+            )
     for path in (order.out, order.save_body, order.smooth):
         if path is not None:
             for subject in subjects:

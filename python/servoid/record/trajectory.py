@@ -46,7 +46,8 @@ class Waypoint:
 
 def waypoints(tracked: Sequence[Tracked], smoothed: Sequence[Pose] | None = None) -> list[Waypoint]:
     """Return what a file keeps of estimates, with other poses than theirs if these are given."""
-    poses = smoothed or [one.estimate.world_from_object for one in tracked]
+    if smoothed is None:
+        smoothed = [one.estimate.world_from_object for one in tracked]
     return [
         Waypoint(
             time_s=one.estimate.time_s,
@@ -58,7 +59,7 @@ def waypoints(tracked: Sequence[Tracked], smoothed: Sequence[Pose] | None = None
             std_rad=_worst(one.estimate.covariance[3:, 3:]),
             notices=_BETWEEN_NOTICES.join(one.notices),
         )
-        for one, pose in zip(tracked, poses, strict=True)
+        for one, pose in zip(tracked, smoothed, strict=True)
     ]
 
 

@@ -2,7 +2,7 @@
 
 from servoid._native import Estimate, Tracker, TrackSettings, place_body
 from servoid.observe import cameras_of, read_instants, tidy_image
-from servoid.track.follower import Evolver, Follower, Rememberer, depths_for
+from servoid.track.follower import Adjuster, Evolver, Follower, Rememberer, depths_for
 from servoid.track.following import Collector, TrackStep, follow, track_capture
 from servoid.track.history import BodyChange, Historian, History, LearnedSurface
 from servoid.track.learning import learn_appearance
@@ -11,6 +11,7 @@ from servoid.track.result import Gap, Tracked, TrackResult
 from servoid.track.starting import Followed, placed
 
 __all__ = [
+    "Adjuster",
     "BodyChange",
     "Collector",
     "Estimate",

@@ -175,6 +175,15 @@ impl<'a> Mask<'a> {
         }
     }
 
+    /// Says whether the pixel nearest to a place is the object's.
+    #[must_use]
+    pub fn holds(&self, u: f64, v: f64) -> bool {
+        let (u, v) = (libm::round(u), libm::round(v));
+        let [width, height] = self.image.size_px;
+        let inside = (0.0..width as f64).contains(&u) && (0.0..height as f64).contains(&v);
+        inside && self.image.row(v as usize)[u as usize] != 0
+    }
+
     /// Gives the pixels as an image.
     #[must_use]
     pub fn image(&self) -> ImageView<'a> {

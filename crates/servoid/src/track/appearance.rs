@@ -4,6 +4,7 @@ use super::TrackError;
 use super::target::colors::Colors;
 use super::target::keyframes::Keyframes;
 use super::target::points::{Known, Points};
+use super::target::ranges::Ranges;
 use super::target::usual::Usual;
 use super::tracker::Tracker;
 use crate::fitness::{Patch, SurfacePoint};
@@ -166,7 +167,8 @@ impl Tracker {
         let known = appearance.points.iter().map(|&(point, variance)| Known::new(point, variance));
         self.target.points = Points::of(known.collect());
         // What was adjusted, or is, are other points.
-        (self.target.keyframes, self.pending) = (Keyframes::default(), None);
+        self.target.keyframes = Keyframes::after(&self.target.keyframes);
+        (self.target.ranges, self.pending) = (Ranges::default(), None);
         self.target.colors = Colors::new(self.settings.local_colors);
         self.target.colors.recall(&appearance.colors, appearance.grey);
     }

@@ -7,6 +7,7 @@ use super::learn::Lesson;
 use super::motion::Motion;
 use super::regain::ROUNDS;
 use super::target::colors::Colors;
+use super::target::keyframes::Keyframes;
 use super::tracker::Tracker;
 use super::trust::Trust;
 use crate::observe::{Mask, Observation, check_image_size};
@@ -32,7 +33,9 @@ impl Tracker {
         let mut clock = Clock::start();
         self.check_masks(masks)?;
         // Nothing is left of what was before.
+        let keyframes = Keyframes::after(&self.target.keyframes);
         *self = Self::new(&self.frame.cameras, &self.target.body, self.settings)?;
+        self.target.keyframes = keyframes;
         self.frame.check(observation)?;
         self.motion = Motion::at_rest(observation.time_s, world_from_object);
         if !self.look(observation, &world_from_object, START_MARGIN) {
@@ -51,7 +54,7 @@ impl Tracker {
             self.learn_points(observation, &world_from_object, &all);
             self.points_in_view(&world_from_object);
         }
-        self.learn_ranges(observation, &world_from_object);
+        self.learn_ranges(observation, &world_from_object, masks);
         let attempt = self.get_used_to(observation, &world_from_object);
         // The pose is given, so that what the outline says beside it is its bias.
         self.target.bias.learn_at(&attempt.toward, attempt.normal.outline);
@@ -114,7 +117,8 @@ impl Tracker {
             if let (Some(image), Some(mask)) = (image, mask) {
                 let seen = (window, &image, &self.frame.cameras[camera]);
                 let poses = (&observation.world_from_camera[camera], pose);
-                self.target.sides.offer(seen, poses, (0, Some(&mask.image())));
+                let keyframe = self.target.keyframes.upcoming();
+                self.target.sides.offer(seen, poses, (keyframe, Some(&mask.image())));
             }
         }
     }

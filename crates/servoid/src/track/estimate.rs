@@ -138,8 +138,9 @@ pub struct Estimate {
     /// Whether the images confirm where the object is: while they leave its turn open, it is located,
     /// but not tracked.
     pub located: bool,
-    /// Number and pose of the keyframe that the pose belongs to, if the object is followed, and of the one
-    /// from which it came there: as these are corrected later, so is the pose.
+    /// Number and pose, `world_from_object`, of the keyframe that the pose belongs to, if the object is
+    /// followed, and of the one that the last pose belonged to if that was another one: as its keyframe is
+    /// corrected later, so is the pose.
     pub keyframes: [Option<(usize, Pose)>; 2],
     /// What was wrong with the observation.
     pub notices: Vec<Notice>,

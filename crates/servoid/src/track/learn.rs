@@ -7,7 +7,7 @@ use super::frame::window::Window;
 use super::sight::Sight;
 use super::target::colors::Colors;
 use super::target::points::{InView, Known, PLACE_PX, noise};
-use super::target::ranges::place;
+use super::target::ranges::back_project;
 use super::target::solid::{Hit, Rims};
 use crate::fitness::SurfacePoint;
 use crate::observe::{ImageView, Mask, Plane, depth_noise};
@@ -126,11 +126,7 @@ fn is_object(
         pixel + shift
     });
     if let Some(mask) = mask {
-        let [width, height] = mask.image().size_px();
-        return around.into_iter().all(|place| {
-            let (u, v) = (place.x.round() as usize, place.y.round() as usize);
-            u < width && v < height && mask.image().row(v)[u] != 0
-        });
+        return around.into_iter().all(|place| mask.holds(place.x, place.y));
     }
     let (Some(colors), Some(image)) = (sight.colors, &sight.images[camera]) else { return true };
     let window = &sight.windows[camera];
@@ -217,7 +213,8 @@ fn point_at(
     let mut variance = (0.1 * radius).powi(2);
     let others = sight.windows.iter().enumerate().filter(|(other, _)| *other != camera);
     let measured = sight.depth(camera).and_then(|depth| depth.at(pixel.x, pixel.y));
-    let found = measured.and_then(|metres| Some((place(projection, &pixel, metres)?, metres)));
+    let found =
+        measured.and_then(|metres| Some((back_project(projection, &pixel, metres)?, metres)));
     let found = found.filter(|(found, _)| (found - hit).norm() < REACH * radius);
     if let Some((found, metres)) = found {
         point.position = found;

@@ -6,7 +6,7 @@ use super::motion::Prior;
 use super::sight::Sight;
 use super::target::bias::Said;
 use super::target::points::{InView, Known, Match, by_motion};
-use super::target::ranges::Told;
+use super::target::ranges::Residual;
 use super::target::shift::Shift;
 use super::target::solid::Rims;
 use crate::fitness::{Agreement, ContourPoint, SurfacePoint, boundary, contour};
@@ -288,8 +288,8 @@ fn add_ranges(
 ) {
     let seen = sight.depth(camera).zip(sight.windows[camera].projection(pose));
     let Some((depth, projection)) = seen else { return };
-    let told = sight.ranges.told((depth, &projection), (sight.solid, sight.points.drift));
-    for (pixel, Told { off, by_motion, information }) in told {
+    let residuals = sight.ranges.residuals((depth, &projection), (sight.solid, sight.points.drift));
+    for (pixel, Residual { off, by_motion, information }) in residuals {
         let weight = information * (1.0 - occlusion.hides(camera, &pixel));
         normal.curvature += by_motion * by_motion.transpose() * weight;
         normal.slope += by_motion * (off * weight);

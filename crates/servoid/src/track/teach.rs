@@ -4,7 +4,7 @@ use super::attempt::Attempt;
 use super::learn::{Lesson, learn};
 use super::sight::Sight;
 use super::tracker::Tracker;
-use crate::observe::Observation;
+use crate::observe::{Mask, Observation};
 use crate::pose::Pose;
 
 /// Cells of each window in which new points are sought while tracking.
@@ -46,12 +46,17 @@ impl Tracker {
             self.target.points.judge(&self.desk.matches, &self.desk.occlusion);
         }
         if may.surface {
-            self.learn_ranges(observation, &attempt.pose);
+            self.learn_ranges(observation, &attempt.pose, &[]);
         }
     }
 
-    /// Learns places of the surface whose distance depth images tell.
-    pub(super) fn learn_ranges(&mut self, observation: &Observation<'_>, pose: &Pose) {
+    /// Learns places of the surface whose distance depth images tell, inside the masks that there are.
+    pub(super) fn learn_ranges(
+        &mut self,
+        observation: &Observation<'_>,
+        pose: &Pose,
+        masks: &[Option<Mask<'_>>],
+    ) {
         let (drift, (keyframe, _)) =
             (self.drift_of_lesson(), self.keyframe_around(observation, pose));
         let mut ranges = std::mem::take(&mut self.target.ranges);
@@ -59,7 +64,12 @@ impl Tracker {
         for camera in 0..sight.windows.len() {
             let seen = sight.depth(camera).zip(sight.windows[camera].projection(pose));
             let Some((depth, projection)) = seen else { continue };
-            let is_clear = |pixel: &Vector2<f64>| self.desk.occlusion.hides(camera, pixel) == 0.0;
+            let mask = masks.get(camera).and_then(Option::as_ref);
+            let is_clear = |pixel: &Vector2<f64>| {
+                self.desk.occlusion.hides(camera, pixel) == 0.0
+                    && mask.is_none_or(|mask| mask.holds(pixel.x, pixel.y))
+            };
+            ranges.judge((depth, &projection), sight.solid, is_clear);
             let body = (sight.solid, &mut self.desk.rims);
             ranges.learn((depth, &projection), body, (keyframe, drift), is_clear);
         }

@@ -44,6 +44,8 @@ pub struct Tracker {
     pub(super) cell: usize,
     pub(super) lessons: usize,
     pub(super) pending: Option<Pending>,
+    /// Number of the keyframe that the last pose belonged to.
+    pub(super) keyframe: Option<usize>,
 }
 
 /// Share of the object's size by which windows are larger than it at least, and where it was found
@@ -82,6 +84,7 @@ impl Tracker {
             cell: 0,
             lessons: 0,
             pending: None,
+            keyframe: None,
         })
     }
 
@@ -269,6 +272,7 @@ impl Tracker {
             keyframes: if followed {
                 self.keyframes_around(observation, &attempt.pose)
             } else {
+                self.keyframe = None;
                 [None; 2]
             },
             notices: std::mem::take(&mut self.frame.notices),

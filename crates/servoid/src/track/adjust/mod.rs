@@ -59,13 +59,14 @@ impl Tracker {
     ) -> (usize, Pose) {
         let object_from_camera = (pose.inverse() * observation.world_from_camera[0]).rotation();
         let keyframe = self.target.keyframes.around(&object_from_camera);
-        keyframe.map_or((0, *pose), |one| (one.number, one.world_from_object))
+        let upcoming = (self.target.keyframes.upcoming(), *pose);
+        keyframe.map_or(upcoming, |one| (one.number, one.world_from_object))
     }
 
-    /// Gives the keyframe that a pose belongs to and the one from which the object came there, each by its
-    /// number and its pose.
+    /// Gives the keyframe that a pose belongs to, and the one that the last pose belonged to, each by its number
+    /// with its pose.
     pub(super) fn keyframes_around(
-        &self,
+        &mut self,
         observation: &Observation<'_>,
         pose: &Pose,
     ) -> [Option<(usize, Pose)>; 2] {
@@ -73,7 +74,8 @@ impl Tracker {
             return [None; 2];
         }
         let own = self.keyframe_around(observation, pose);
-        [Some(own), self.target.keyframes.before(own.0)]
+        let last = self.keyframe.replace(own.0).filter(|last| *last != own.0);
+        [Some(own), last.and_then(|last| Some((last, self.target.keyframes.pose(last)?)))]
     }
 
     /// Keeps a pose that is believed where the object shows another side, and has all that was kept adjusted.
@@ -227,6 +229,8 @@ impl Target {
             .iter()
             .flat_map(|one| one.sightings.iter().map(|seen| (seen.id, one.drift)));
         self.points.know_drift(drifts);
+        self.keyframes.renew_former();
+        self.ranges.know_drift(&self.keyframes);
         last
     }
 

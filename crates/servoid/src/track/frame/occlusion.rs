@@ -10,7 +10,7 @@ use crate::pose::Pose;
 use crate::shape::{Outline, Projection};
 use crate::track::sight::Sight;
 use crate::track::target::points::Match;
-use crate::track::target::ranges::place;
+use crate::track::target::ranges::back_project;
 use crate::track::target::solid::Solid;
 
 /// What is known of every camera's view.
@@ -46,8 +46,8 @@ const COLOR: f64 = 3.0;
 const COLORS: f64 = 2.5;
 /// Share of the object's usual log-likelihood ratio below which colours are strange.
 const STRANGE: f64 = 0.25;
-/// Log-odds that a depth brings which is less than that of the body by more than a part of its radius, and one
-/// which is about that.
+/// Log-odds that a measured depth brings: of what lies before the body by more than a part of its radius, and of
+/// the body itself.
 const DEPTH: (f64, f64) = (-4.0, 1.0);
 const BEFORE: f64 = 0.35;
 /// Places along one side of a cell whose colours are asked.
@@ -282,7 +282,7 @@ fn before(
     pixel: &Vector2<f64>,
 ) -> Option<bool> {
     let (eye, found) = (projection.eye()?, depth.at(pixel.x, pixel.y)?);
-    let found = place(projection, pixel, found)?;
+    let found = back_project(projection, pixel, found)?;
     let hit = solid.hit(&eye, &(found - eye).normalize())?;
     let nearer = (hit.point - eye).norm() - (found - eye).norm();
     let most = BEFORE * solid.radius;

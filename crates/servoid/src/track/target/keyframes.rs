@@ -45,6 +45,8 @@ pub(crate) struct Stand {
 #[derive(Debug, Clone, Copy)]
 struct Former {
     number: usize,
+    /// The one from which the object came there.
+    from: Option<usize>,
     world_from_object: Pose,
     drift: f64,
 }
@@ -76,10 +78,21 @@ const NEAR: f64 = 0.25;
 const FARTHEST_PX: f64 = 3.0;
 /// How much a sighting counts that has not the contrast of a pattern: shading slips along.
 const SHADING: f64 = 0.3;
-/// Most that are kept.
+/// Most that are kept, and most of those that were.
 const MOST: usize = 64;
+const MOST_FORMER: usize = 4096;
 
 impl Keyframes {
+    /// Begins anew, with numbers that no other one had before.
+    pub(crate) fn after(before: &Self) -> Self {
+        Self { next: before.next, ..Self::default() }
+    }
+
+    /// Gives the number that the next one will have.
+    pub(crate) fn upcoming(&self) -> usize {
+        self.next
+    }
+
     /// Gives the one that a view belongs to, from where a camera is turned in the object's frame: the newest,
     /// unless the object has turned away from it to a side that another one knows.
     pub(crate) fn around(&self, object_from_camera: &UnitQuaternion<f64>) -> Option<&Keyframe> {
@@ -149,7 +162,11 @@ impl Keyframes {
         let dropped = self.all.remove(least);
         let Keyframe { number, world_from_object, drift, .. } = dropped;
         let place = self.former.partition_point(|one| one.number < number);
-        self.former.insert(place, Former { number, world_from_object, drift });
+        let from = dropped.step.map(|(from, _)| from);
+        self.former.insert(place, Former { number, from, world_from_object, drift });
+        if self.former.len() > MOST_FORMER {
+            self.former.remove(0);
+        }
         for one in &mut self.all[least..] {
             if let Some((_, motion)) = one.step.filter(|(from, _)| *from == dropped.number) {
                 one.step = dropped.step.map(|(before, first)| (before, first * motion));
@@ -158,10 +175,21 @@ impl Keyframes {
         dropped
     }
 
-    /// Gives those after one, each with the one that it was tied to.
+    /// Gives those after one, and those that were, each with the one that it was tied to.
     pub(crate) fn newer_than(&self, number: usize) -> Vec<(usize, usize)> {
-        let newer = self.all.iter().filter(|one| one.number > number);
-        newer.filter_map(|one| Some((one.number, one.step?.0))).collect()
+        let former = self.former.iter().map(|one| (one.number, one.from));
+        let all = self.all.iter().map(|one| (one.number, one.step.map(|(from, _)| from)));
+        let newer = former.chain(all).filter(|(one, _)| *one > number);
+        newer.filter_map(|(one, from)| Some((one, from?))).collect()
+    }
+
+    /// Has those that were know the turn as well as those do with which they move.
+    pub(crate) fn renew_former(&mut self) {
+        for at in 0..self.former.len() {
+            if let Some(place) = self.place(self.former[at].number) {
+                self.former[at].drift = self.all[place].drift;
+            }
+        }
     }
 
     /// Notes where the object stands by the way on which it came, and has the next one tie the ends of that loop.
@@ -206,13 +234,6 @@ impl Keyframes {
         for one in &mut self.all {
             one.world_from_object = (one.world_from_object * by(one.number)).renormalized();
         }
-    }
-
-    /// Gives the one from which the object came to another one, by its number and its pose.
-    pub(crate) fn before(&self, number: usize) -> Option<(usize, Pose)> {
-        let at = self.all.binary_search_by_key(&number, |one| one.number).ok()?;
-        let (from, _) = self.all[at].step?;
-        Some((from, self.pose(from)?))
     }
 
     /// Gives where the object stood at one of them, or at one that was, as far as that is known by now.

@@ -3,6 +3,7 @@
 
 use nalgebra::{Vector2, Vector3, Vector6};
 
+use super::keyframes::Keyframes;
 use super::points::bridged;
 use super::solid::{Rims, Solid};
 use crate::observe::{DepthView, depth_noise};
@@ -22,11 +23,14 @@ pub(crate) struct Range {
     /// image, in square radians.
     variance: f64,
     drift: f64,
+    /// Images in which it should have been measured, and was; both fade.
+    seen: f32,
+    agreed: f32,
 }
 
-/// What a measured place says of a pose, along its normal.
+/// How far a measured place is off at a pose, along its normal.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Told {
+pub(crate) struct Residual {
     /// How far the surface lies beyond where it should be, in metres, and how that changes with a small motion.
     pub(crate) off: f64,
     pub(crate) by_motion: Vector6<f64>,
@@ -59,6 +63,11 @@ const FACING: f64 = 0.4;
 const SHARE: f64 = 0.25;
 /// Standard deviations, or radii if these are more, beyond which something else was measured.
 const FARTHEST: (f64, f64) = (4.0, 0.06);
+/// Images for which a new one counts, how much of the past counts when it is judged, and the share of the images
+/// with which it must agree.
+const AT_FIRST: f32 = 2.0;
+const MEMORY: f32 = 0.93;
+const LEAST_QUALITY: f32 = 0.4;
 
 impl Ranges {
     /// Learns where a depth image shows the surface, where nothing near is known; `drift` is the variance of
@@ -95,27 +104,63 @@ impl Ranges {
             });
             if !is_known {
                 let toward = (eye - position).normalize();
-                self.all.push(Range { position, normal, toward, keyframe, variance, drift });
+                self.all.push(Range {
+                    position,
+                    normal,
+                    toward,
+                    keyframe,
+                    variance,
+                    drift,
+                    seen: AT_FIRST,
+                    agreed: AT_FIRST,
+                });
             }
         }
     }
 
+    /// Judges places by a depth image of a pose that is believed, where nothing hides the object, and drops
+    /// those that no longer agree: what was measured there was something else.
+    pub(crate) fn judge(
+        &mut self,
+        (depth, projection): (&DepthView<'_>, &Projection),
+        solid: &Solid,
+        is_clear: impl Fn(&Vector2<f64>) -> bool,
+    ) {
+        let Some(eye) = projection.eye() else { return };
+        for one in &mut self.all {
+            if !one.faces(solid, &eye) {
+                continue;
+            }
+            let Some((pixel, _)) = projection.pixel(&one.position) else { continue };
+            let measured = depth.at(pixel.x, pixel.y);
+            let found = measured.and_then(|metres| back_project(projection, &pixel, metres));
+            let Some(found) = found.filter(|_| is_clear(&pixel)) else { continue };
+            let off = one.normal.dot(&(found - one.position)).abs();
+            one.seen = MEMORY * one.seen + 1.0;
+            one.agreed *= MEMORY;
+            if off < FARTHEST.1 * solid.radius {
+                one.agreed += 1.0;
+            }
+        }
+        self.all.retain(|one| one.agreed > LEAST_QUALITY * one.seen);
+    }
+
     /// Gives what a depth image says of a pose at the places that its camera should see; `drift` is the variance
     /// of the object's turn now.
-    pub(crate) fn told(
+    pub(crate) fn residuals(
         &self,
         (depth, projection): (&DepthView<'_>, &Projection),
         (solid, drift): (&Solid, f64),
-    ) -> impl Iterator<Item = (Vector2<f64>, Told)> {
+    ) -> impl Iterator<Item = (Vector2<f64>, Residual)> {
         let eye = projection.eye();
         self.all.iter().filter_map(move |one| {
             let way = (eye? - one.position).normalize();
-            if way.dot(&one.normal) < FACING || solid.hides(&one.position, &eye?) {
+            if !one.faces(solid, &eye?) {
                 return None;
             }
             let (pixel, _) = projection.pixel(&one.position)?;
             let metres = depth.at(pixel.x, pixel.y)?;
-            let off = one.normal.dot(&(place(projection, &pixel, metres)? - one.position));
+            let off = one.normal.dot(&(back_project(projection, &pixel, metres)? - one.position));
             let by_turn = one.position.cross(&one.normal);
             let noise = (depth_noise(metres) * way.dot(&one.normal)).powi(2) + one.variance;
             let strayed = (one.drift - drift).max(0.0) / 3.0 * by_turn.norm_squared();
@@ -127,8 +172,17 @@ impl Ranges {
             // What is off by more counts the less.
             let doubt = 1.0 / (1.0 + off * off / (2.0 * noise));
             let information = SHARE * doubt / variance;
-            (off.abs() < most).then_some((pixel, Told { off, by_motion, information }))
+            (off.abs() < most).then_some((pixel, Residual { off, by_motion, information }))
         })
+    }
+
+    /// Has them know the turn as well as the keyframes that they move with.
+    pub(crate) fn know_drift(&mut self, keyframes: &Keyframes) {
+        for one in &mut self.all {
+            if let Some(at) = keyframes.place(one.keyframe) {
+                one.drift = one.drift.min(keyframes.all[at].drift);
+            }
+        }
     }
 
     /// Moves them by what the keyframes of some numbers are moved by, in the object's frame.
@@ -151,6 +205,12 @@ impl Ranges {
 }
 
 impl Range {
+    /// Says whether a camera should see it.
+    fn faces(&self, solid: &Solid, eye: &Vector3<f64>) -> bool {
+        let way = (eye - self.position).normalize();
+        way.dot(&self.normal) >= FACING && !solid.hides(&self.position, eye)
+    }
+
     fn move_by(&mut self, by: &Pose) {
         self.position = by.transform(&self.position);
         let turn = by.rotation();
@@ -159,7 +219,7 @@ impl Range {
 }
 
 /// Gives the place that a depth camera sees at the pixel nearest to one, so many metres along its axis.
-pub(crate) fn place(
+pub(crate) fn back_project(
     projection: &Projection,
     pixel: &Vector2<f64>,
     metres: f64,
@@ -177,14 +237,14 @@ fn measured(
     pixel: &Vector2<f64>,
 ) -> Option<(Vector3<f64>, Vector3<f64>, f64)> {
     let metres = depth.at(pixel.x, pixel.y)?;
-    let position = place(projection, pixel, metres)?;
+    let position = back_project(projection, pixel, metres)?;
     let way = (position - eye).normalize();
     let hit = solid.hit(eye, &way)?;
     let beside = |u: f64, v: f64| {
         let pixel = pixel + Vector2::new(u, v) * BESIDE_PX;
         let beside = depth.at(pixel.x, pixel.y)?;
         ((beside - metres).abs() < EDGE * solid.radius)
-            .then(|| place(projection, &pixel, beside))?
+            .then(|| back_project(projection, &pixel, beside))?
     };
     let across = beside(1.0, 0.0)? - beside(-1.0, 0.0)?;
     let down = beside(0.0, 1.0)? - beside(0.0, -1.0)?;
@@ -227,7 +287,7 @@ mod tests {
         let eye = projection.eye().unwrap();
         let depth = |i: usize| {
             let pixel = Vector2::new((i % SIZE[0]) as f64, (i / SIZE[0]) as f64);
-            let way = place(&projection, &pixel, 1.0).unwrap() - eye;
+            let way = back_project(&projection, &pixel, 1.0).unwrap() - eye;
             let hit = solid
                 .hit(&eye, &way)
                 .map(|hit| projection.linear.row(2).dot(&hit.point.transpose()));
@@ -267,9 +327,9 @@ mod tests {
         for _ in 0..30 {
             let (mut curvature, mut slope) = (Matrix6::identity() * 1e-3, Twist::zeros());
             let seen = (&depth, &world().moved(&pose));
-            for (_, told) in ranges.told(seen, (&solid(), 0.0)) {
-                curvature += told.by_motion * told.by_motion.transpose() * told.information;
-                slope += told.by_motion * (told.off * told.information);
+            for (_, found) in ranges.residuals(seen, (&solid(), 0.0)) {
+                curvature += found.by_motion * found.by_motion.transpose() * found.information;
+                slope += found.by_motion * (found.off * found.information);
             }
             pose = pose * Pose::exp(&curvature.cholesky().unwrap().solve(&slope));
         }
@@ -286,8 +346,24 @@ mod tests {
             let pixels = image(&pose, beyond);
             let depth = DepthView::new(&pixels, SIZE).unwrap();
             let seen = (&depth, &world().moved(&pose));
-            assert_eq!(ranges.told(seen, (&solid(), 0.0)).next().is_some(), says, "{beyond}");
+            assert_eq!(ranges.residuals(seen, (&solid(), 0.0)).next().is_some(), says, "{beyond}");
         }
+    }
+
+    #[test]
+    fn what_was_measured_before_the_object_once_is_dropped_and_its_surface_stays() {
+        let pose = stands(0.0, 0.0);
+        let (truth, finger) = (image(&pose, 0.0), image(&pose, -0.012));
+        let mut ranges = learned(&pose);
+        let count = ranges.all.len();
+        let view = (&DepthView::new(&finger, SIZE).unwrap(), &world().moved(&pose));
+        ranges.learn(view, (&solid(), &mut Rims::default()), (0, 0.0), |_| true);
+        assert!(ranges.all.len() > count);
+        for _ in 0..20 {
+            let view = (&DepthView::new(&truth, SIZE).unwrap(), &world().moved(&pose));
+            ranges.judge(view, &solid(), |_| true);
+        }
+        assert_eq!(ranges.all.len(), count);
     }
 
     #[test]

@@ -11,6 +11,7 @@ from servoid.observe.disparity import Match, coarse_disparity, match
 from servoid.observe.rectification import Rectification
 from servoid.pose import exact
 
+_FAR_PX = 1e6  # beside every image
 _MARGIN_PX = 12
 _COARSE_SIDE_PX = 64.0
 _MOST_COARSE = 4.0
@@ -272,25 +273,12 @@ def _back(
     pair: Rectification, part: _Part, found: Match, shift: int, wanted: NDArray[np.bool_]
 ) -> StereoDepth:
     """Carry disparities back to the pixels of image a, as depths along its own axis."""
-    import cv2
-
     rows, columns = np.nonzero(wanted)
     pixels = np.column_stack([columns, rows]).astype(np.float64)
-    place = (pair.flat_of_a(pixels) - np.array(part.first_px)).astype(np.float32)
-    place = np.nan_to_num(place, nan=-1e6)
+    place = np.nan_to_num(pair.flat_of_a(pixels) - np.array(part.first_px), nan=-_FAR_PX)
+    place = np.clip(place, -_FAR_PX, _FAR_PX)
 
-    def read(values: NDArray[np.float32], way: int) -> NDArray[np.float32]:
-        # remap takes at most 32767 rows, so the list of pixels is folded.
-        folded = np.full((-(-len(place) // 1024) * 1024, 2), -1e6, np.float32)
-        folded[: len(place)] = place
-        folded = folded.reshape(-1, 1024, 2)
-        border, nothing = float("nan"), np.empty(0, np.float32)
-        out = cv2.remap(
-            values, folded, nothing, way, borderMode=cv2.BORDER_CONSTANT, borderValue=(border,)
-        )
-        return np.asarray(out, np.float32).reshape(-1)[: len(place)]
-
-    smooth, sharp = (read(found.disparity, way) for way in (cv2.INTER_LINEAR, cv2.INTER_NEAREST))
+    smooth, sharp = _between(found.disparity, place), _nearest(found.disparity, place)
     # At a step in depth the mean of its two sides is neither.
     disparity = np.where(np.abs(smooth - sharp) < 0.5, smooth, sharp) + shift
     slopes = (pixels - np.array(pair.camera_a.center_px)) / np.array(pair.camera_a.focal_px)
@@ -298,12 +286,39 @@ def _back(
     rays_z = exact.product(rays, pair.rectified_from_a[2])
     with np.errstate(divide="ignore", invalid="ignore"):
         depths = pair.focal_px * pair.baseline / (disparity * rays_z)
-        sigmas = depths / disparity * read(found.sigma_px, cv2.INTER_NEAREST)
+        sigmas = depths / disparity * _nearest(found.sigma_px, place)
     known = np.isfinite(depths) & (disparity > 0.1)
     depth, sigma_m = (np.full(wanted.shape, np.nan, np.float32) for _ in range(2))
     depth[rows[known], columns[known]] = depths[known]
     sigma_m[rows[known], columns[known]] = sigmas[known]
     return StereoDepth(depth, sigma_m)
+
+
+def _nearest(values: NDArray[np.float32], place: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the values (N,) of the pixels nearest to places (N, 2) of an image, NaN beside it."""
+    return _at(values, np.rint(place).astype(np.intp))
+
+
+def _between(values: NDArray[np.float32], place: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Interpolate linearly at places (N, 2) of an image, (N,), NaN where a neighbour is unknown.
+
+    OpenCV's interpolation of numbers has other bits on other processors.
+    """
+    first = np.floor(place)
+    right, down = (place - first).T
+    corner = first.astype(np.intp)
+    beside, below, across = (_at(values, corner + by) for by in ((1, 0), (0, 1), (1, 1)))
+    above = _at(values, corner) * (1.0 - right) + beside * right
+    return above * (1.0 - down) + (below * (1.0 - right) + across * right) * down
+
+
+def _at(values: NDArray[np.float32], pixels: NDArray[np.intp]) -> NDArray[np.float64]:
+    height, width = values.shape
+    columns, rows = pixels.T
+    inside = (columns >= 0) & (columns < width) & (rows >= 0) & (rows < height)
+    found = np.full(len(pixels), np.nan)
+    found[inside] = values[rows[inside], columns[inside]]
+    return found
 
 
 def _gray(image: NDArray[np.uint8]) -> NDArray[np.uint8]:

@@ -88,7 +88,7 @@ impl<'a> Pixels<'a> {
                 return Err(named("ImageError", message));
             }
         };
-        // What numpy calls contiguous may lie column by column.
+        // What numpy calls contiguous may lie column by column; iterating goes row by row.
         let data = match array.as_slice() {
             Ok(bytes) if array.is_c_contiguous() => Cow::Borrowed(bytes),
             _ => Cow::Owned(array.as_array().iter().copied().collect()),

@@ -193,7 +193,7 @@ impl OneStepTracker {
         let images = read(&images)?;
         let masks = masks.unwrap_or_default();
         let masks = read(&masks)?;
-        let observation = observation(time_s, &world_from_camera, &images)?;
+        let observation = observation(time_s, &world_from_camera, &images, &[])?;
         let masks = masks.iter().map(mask).collect::<PyResult<Vec<_>>>()?;
         let started = py.detach(|| self.0.start(&observation, world_from_object.0, &masks));
         started.map(Estimate).map_err(raise)
@@ -210,7 +210,7 @@ impl OneStepTracker {
         images: Pictures<'_>,
     ) -> PyResult<Estimate> {
         let images = read(&images)?;
-        let observation = observation(time_s, &world_from_camera, &images)?;
+        let observation = observation(time_s, &world_from_camera, &images, &[])?;
         py.detach(|| self.0.step(&observation)).map(Estimate).map_err(raise)
     }
 

@@ -135,11 +135,10 @@ impl Tracker {
         masks: Option<Pictures<'_>>,
         depths: Option<Depths<'_>>,
     ) -> PyResult<Estimate> {
-        let (images, depths) = (read(&images)?, read_depths(depths.as_ref())?);
+        let (images, depths) = (read(&images)?, read_depths(&depths.unwrap_or_default())?);
         let masks = masks.unwrap_or_default();
         let masks = read(&masks)?;
-        let mut observation = observation(time_s, &world_from_camera, &images)?;
-        observation.depths = depth_views(&depths)?;
+        let observation = observation(time_s, &world_from_camera, &images, &depths)?;
         let masks = masks.iter().map(mask).collect::<PyResult<Vec<_>>>()?;
         let started = py.detach(|| self.0.start(&observation, world_from_object.0, &masks));
         started.map(Estimate).map_err(raise)
@@ -157,9 +156,8 @@ impl Tracker {
         images: Pictures<'_>,
         depths: Option<Depths<'_>>,
     ) -> PyResult<Estimate> {
-        let (images, depths) = (read(&images)?, read_depths(depths.as_ref())?);
-        let mut observation = observation(time_s, &world_from_camera, &images)?;
-        observation.depths = depth_views(&depths)?;
+        let (images, depths) = (read(&images)?, read_depths(&depths.unwrap_or_default())?);
+        let observation = observation(time_s, &world_from_camera, &images, &depths)?;
         py.detach(|| self.0.step(&observation)).map(Estimate).map_err(raise)
     }
 
@@ -177,9 +175,8 @@ impl Tracker {
         near: Option<Pose>,
         depths: Option<Depths<'_>>,
     ) -> PyResult<Estimate> {
-        let (images, depths) = (read(&images)?, read_depths(depths.as_ref())?);
-        let mut observation = observation(time_s, &world_from_camera, &images)?;
-        observation.depths = depth_views(&depths)?;
+        let (images, depths) = (read(&images)?, read_depths(&depths.unwrap_or_default())?);
+        let observation = observation(time_s, &world_from_camera, &images, &depths)?;
         let near = near.map(|pose| pose.0);
         py.detach(|| self.0.find(&observation, near)).map(Estimate).map_err(raise)
     }
@@ -202,7 +199,7 @@ impl Tracker {
         threads: usize,
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let images = read(&images)?;
-        let observation = observation(time_s, &world_from_camera, &images)?;
+        let observation = observation(time_s, &world_from_camera, &images, &[])?;
         let poses = read_poses(&poses)?;
         let weighed = py.detach(|| self.0.worths(&observation, &poses, resolution, threads));
         let weighed = weighed.map_err(raise)?;
@@ -269,22 +266,31 @@ pub fn observation<'a>(
     time_s: f64,
     world_from_camera: &[Pose],
     images: &'a [Option<Pixels<'_>>],
+    depths: &'a [Option<Metres>],
 ) -> PyResult<Observation<'a>> {
     let view = |pixels: &'a Option<Pixels<'_>>| pixels.as_ref().map(Pixels::view).transpose();
+    let depth = |metres: &'a Option<Metres>| metres.as_ref().map(Metres::view).transpose();
     Ok(Observation {
         time_s,
         world_from_camera: world_from_camera.iter().map(|pose| pose.0).collect(),
         images: images.iter().map(view).collect::<PyResult<_>>()?,
-        depths: Vec::new(),
+        depths: depths.iter().map(depth).collect::<PyResult<_>>()?,
     })
 }
 
-/// The depths of an image, row by row without gaps, and its (width, height).
-type Metres = (Vec<f32>, [usize; 2]);
-
 /// Reads depth images, which must be (H, W) float32.
-fn read_depths(depths: Option<&Depths<'_>>) -> PyResult<Vec<Option<Metres>>> {
-    let read = |given: &Bound<'_, PyAny>| {
+fn read_depths(depths: &Depths<'_>) -> PyResult<Vec<Option<Metres>>> {
+    depths.iter().map(|depth| depth.as_ref().map(Metres::new).transpose()).collect()
+}
+
+/// A depth image, row by row without gaps.
+pub struct Metres {
+    data: Vec<f32>,
+    size_px: [usize; 2],
+}
+
+impl Metres {
+    fn new(given: &Bound<'_, PyAny>) -> PyResult<Self> {
         let depth: PyReadonlyArray2<'_, f32> = given.extract().map_err(|_| {
             let kind = |name| given.getattr(name).map_or("unknown".into(), |it| it.to_string());
             let (shape, dtype) = (kind("shape"), kind("dtype"));
@@ -299,15 +305,10 @@ fn read_depths(depths: Option<&Depths<'_>>) -> PyResult<Vec<Option<Metres>>> {
         })?;
         let pixels = depth.as_array();
         let (height, width) = pixels.dim();
-        let rows = pixels.as_slice().map(<[f32]>::to_vec);
-        Ok((rows.unwrap_or_else(|| pixels.iter().copied().collect()), [width, height]))
-    };
-    depths.into_iter().flatten().map(|depth| depth.as_ref().map(read).transpose()).collect()
-}
-
-fn depth_views(depths: &[Option<Metres>]) -> PyResult<Vec<Option<DepthView<'_>>>> {
-    fn view((metres, size): &Metres) -> PyResult<DepthView<'_>> {
-        DepthView::new(metres, *size).map_err(raise)
+        Ok(Self { data: pixels.iter().copied().collect(), size_px: [width, height] })
     }
-    depths.iter().map(|depth| depth.as_ref().map(view).transpose()).collect()
+
+    fn view(&self) -> PyResult<DepthView<'_>> {
+        DepthView::new(&self.data, self.size_px).map_err(raise)
+    }
 }

@@ -7,7 +7,6 @@ use super::frame::window::Window;
 use super::sight::Sight;
 use super::target::colors::Colors;
 use super::target::points::{InView, Known, PLACE_PX, noise};
-use super::target::ranges::back_project;
 use super::target::solid::{Hit, Rims};
 use crate::fitness::SurfacePoint;
 use crate::observe::{ImageView, Mask, Plane, depth_noise};
@@ -212,9 +211,7 @@ fn point_at(
     let mut point = SurfacePoint::learn(projection, &window.pyramid, [hit, normal, toward], scale)?;
     let mut variance = (0.1 * radius).powi(2);
     let others = sight.windows.iter().enumerate().filter(|(other, _)| *other != camera);
-    let measured = sight.depth(camera).and_then(|depth| depth.at(pixel.x, pixel.y));
-    let found =
-        measured.and_then(|metres| Some((back_project(projection, &pixel, metres)?, metres)));
+    let found = sight.rangefinder(camera, pose).and_then(|seen| seen.place(&pixel));
     let found = found.filter(|(found, _)| (found - hit).norm() < REACH * radius);
     if let Some((found, metres)) = found {
         point.position = found;

@@ -286,9 +286,8 @@ fn add_ranges(
     (camera, pose): (usize, &Pose),
     occlusion: &Occlusion,
 ) {
-    let seen = sight.depth(camera).zip(sight.windows[camera].projection(pose));
-    let Some((depth, projection)) = seen else { return };
-    let residuals = sight.ranges.residuals((depth, &projection), (sight.solid, sight.points.drift));
+    let Some(seen) = sight.rangefinder(camera, pose) else { return };
+    let residuals = sight.ranges.residuals(&seen, (sight.solid, sight.points.drift));
     for (pixel, Residual { off, by_motion, information }) in residuals {
         let weight = information * (1.0 - occlusion.hides(camera, &pixel));
         normal.curvature += by_motion * by_motion.transpose() * weight;

@@ -1,4 +1,5 @@
 use super::frame::Frame;
+use super::frame::rangefinder::Rangefinder;
 use super::frame::window::Window;
 use super::settings::TrackSettings;
 use super::target::Target;
@@ -9,6 +10,7 @@ use super::target::ranges::Ranges;
 use super::target::solid::Solid;
 use super::target::usual::Usual;
 use crate::observe::{DepthView, ImageView, Observation};
+use crate::pose::Pose;
 
 /// What is seen of the object in one instant, beside what is known of it.
 #[derive(Clone, Copy)]
@@ -46,10 +48,11 @@ impl<'a> Sight<'a> {
         }
     }
 
-    /// Gives how far a camera saw it, if its image can be used and the depth image is of its pixels.
-    pub(super) fn depth(&self, camera: usize) -> Option<&'a DepthView<'a>> {
-        let image = self.images[camera].filter(|_| self.windows[camera].is_open())?;
+    /// Gives a camera's depth image of it at a pose, if its image can be used and the depth image is of its pixels.
+    pub(super) fn rangefinder(&self, camera: usize, pose: &Pose) -> Option<Rangefinder<'a>> {
         let depth = self.depths.get(camera)?.as_ref()?;
-        (depth.size_px() == image.size_px()).then_some(depth)
+        let image = self.images[camera].filter(|_| self.windows[camera].is_open())?;
+        let projection = self.windows[camera].projection(pose)?;
+        (depth.size_px() == image.size_px()).then(|| Rangefinder::new(depth, projection))?
     }
 }

@@ -62,16 +62,15 @@ impl Tracker {
         let mut ranges = std::mem::take(&mut self.target.ranges);
         let sight = Sight::new(&self.frame, observation, &self.target, &self.settings);
         for camera in 0..sight.windows.len() {
-            let seen = sight.depth(camera).zip(sight.windows[camera].projection(pose));
-            let Some((depth, projection)) = seen else { continue };
+            let Some(seen) = sight.rangefinder(camera, pose) else { continue };
             let mask = masks.get(camera).and_then(Option::as_ref);
             let is_clear = |pixel: &Vector2<f64>| {
                 self.desk.occlusion.hides(camera, pixel) == 0.0
                     && mask.is_none_or(|mask| mask.holds(pixel.x, pixel.y))
             };
-            ranges.judge((depth, &projection), sight.solid, is_clear);
+            ranges.judge(&seen, sight.solid, is_clear);
             let body = (sight.solid, &mut self.desk.rims);
-            ranges.learn((depth, &projection), body, (keyframe, drift), is_clear);
+            ranges.learn(&seen, body, (keyframe, drift), is_clear);
         }
         self.target.ranges = ranges;
     }

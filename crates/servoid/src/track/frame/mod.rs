@@ -1,6 +1,7 @@
 //! What cameras see now.
 
 pub(super) mod occlusion;
+pub(super) mod rangefinder;
 pub(super) mod senses;
 pub(super) mod window;
 

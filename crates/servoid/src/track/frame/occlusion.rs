@@ -4,13 +4,12 @@
 
 use nalgebra::Vector2;
 
+use super::rangefinder::Rangefinder;
 use super::window::bounds;
-use crate::observe::DepthView;
 use crate::pose::Pose;
-use crate::shape::{Outline, Projection};
+use crate::shape::Outline;
 use crate::track::sight::Sight;
 use crate::track::target::points::Match;
-use crate::track::target::ranges::back_project;
 use crate::track::target::solid::Solid;
 
 /// What is known of every camera's view.
@@ -217,9 +216,8 @@ impl Occlusion {
             if let (Some(colors), Some(image)) = (sight.colors, &sight.images[camera]) {
                 grid.read(outlines, |u, v| window.ratio(image, colors, u, v));
             }
-            if let (Some(depth), Some(projection)) = (sight.depth(camera), window.projection(pose))
-            {
-                grid.measure(outlines, |pixel| before(depth, &projection, sight.solid, pixel));
+            if let Some(seen) = sight.rangefinder(camera, pose) {
+                grid.measure(outlines, |pixel| before(&seen, sight.solid, pixel));
             }
         }
         for seen in matches {
@@ -275,16 +273,11 @@ impl Occlusion {
 
 /// Says whether a depth image shows something well before the body at a pixel, or about it; nothing where it
 /// shows what lies behind, or nothing.
-fn before(
-    depth: &DepthView<'_>,
-    projection: &Projection,
-    solid: &Solid,
-    pixel: &Vector2<f64>,
-) -> Option<bool> {
-    let (eye, found) = (projection.eye()?, depth.at(pixel.x, pixel.y)?);
-    let found = back_project(projection, pixel, found)?;
-    let hit = solid.hit(&eye, &(found - eye).normalize())?;
-    let nearer = (hit.point - eye).norm() - (found - eye).norm();
+fn before(seen: &Rangefinder<'_>, solid: &Solid, pixel: &Vector2<f64>) -> Option<bool> {
+    let (found, _) = seen.place(pixel)?;
+    let way = found - seen.eye;
+    let hit = solid.hit(&seen.eye, &way.normalize())?;
+    let nearer = (hit.point - seen.eye).norm() - way.norm();
     let most = BEFORE * solid.radius;
     (nearer > -most).then_some(nearer > most)
 }

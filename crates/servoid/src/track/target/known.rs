@@ -1,5 +1,6 @@
 use nalgebra::Vector3;
 
+use super::record::Record;
 use crate::fitness::SurfacePoint;
 use crate::pose::Pose;
 
@@ -18,16 +19,14 @@ pub(crate) struct Known {
     /// How far the object had turned since then when it was recognised among many others, in radians: it does
     /// not slip that far.
     pub(super) proved: f64,
-    /// Images in which it should have been recognised, and was; both fade.
-    pub(super) seen: f32,
-    pub(super) agreed: f32,
+    pub(super) record: Record,
 }
 
 impl Known {
     pub(crate) fn new(point: SurfacePoint, variance: f64) -> Self {
         let (position, toward) = (point.position, point.toward);
         let learned = Learned { keyframe: None, position, toward, variance };
-        Self { id: 0, point, learned, variance, drift: 0.0, proved: 0.0, seen: 2.0, agreed: 2.0 }
+        Self { id: 0, point, learned, variance, drift: 0.0, proved: 0.0, record: Record::new() }
     }
 
     /// Notes with which keyframe the point was learned, which stood at a pose; and how well the turn was known.
@@ -39,7 +38,7 @@ impl Known {
     }
 
     pub(crate) fn quality(&self) -> f32 {
-        self.agreed / self.seen
+        self.record.quality()
     }
 }
 

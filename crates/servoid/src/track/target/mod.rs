@@ -6,6 +6,7 @@ pub(super) mod keyframes;
 mod known;
 pub(super) mod points;
 pub(super) mod ranges;
+mod record;
 pub(super) mod shift;
 pub(super) mod sides;
 pub(super) mod solid;

@@ -47,12 +47,8 @@ const RIM_PX: (f64, f64) = (-3.0, 4.0);
 const MOST: usize = 600;
 /// Points that there is room for: those that are kept, and what an image may bring.
 const ROOM: usize = MOST + 40;
-/// A point that agrees with less than this share of the images is dropped.
-const LEAST_QUALITY: f32 = 0.4;
 /// Correlation from which on a point counts as recognised.
 pub(crate) const RECOGNISED: f64 = 0.75;
-/// How much of the past counts when points are judged.
-const MEMORY: f32 = 0.93;
 
 impl Points {
     /// Takes points that are known from before.
@@ -112,14 +108,9 @@ impl Points {
             if occlusion.hides(view.camera, pixel) > 0.0 {
                 continue;
             }
-            let known = &mut self.known[view.point];
-            known.seen = MEMORY * known.seen + 1.0;
-            known.agreed *= MEMORY;
-            if agreement.correlation > RECOGNISED {
-                known.agreed += 1.0;
-            }
+            self.known[view.point].record.judge(agreement.correlation > RECOGNISED);
         }
-        self.known.retain(|known| known.quality() > LEAST_QUALITY);
+        self.known.retain(|known| known.record.is_good());
         let (count, excess) = (self.known.len(), self.known.len().saturating_sub(MOST));
         if excess > 0 {
             // Evenly, so that no side of the object is forgotten.

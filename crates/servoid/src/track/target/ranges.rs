@@ -5,10 +5,11 @@ use nalgebra::{Vector2, Vector3, Vector6};
 
 use super::keyframes::Keyframes;
 use super::points::bridged;
+use super::record::Record;
 use super::solid::{Rims, Solid};
-use crate::observe::{DepthView, depth_noise};
+use crate::observe::depth_noise;
 use crate::pose::{Pose, Twist};
-use crate::shape::Projection;
+use crate::track::frame::rangefinder::Rangefinder;
 
 /// A piece of the surface, in the object's frame.
 #[derive(Debug, Clone, Copy)]
@@ -23,9 +24,7 @@ pub(crate) struct Range {
     /// image, in square radians.
     variance: f64,
     drift: f64,
-    /// Images in which it should have been measured, and was; both fade.
-    seen: f32,
-    agreed: f32,
+    record: Record,
 }
 
 /// How far a measured place is off at a pose, along its normal.
@@ -63,28 +62,19 @@ const FACING: f64 = 0.4;
 const SHARE: f64 = 0.25;
 /// Standard deviations, or radii if these are more, beyond which something else was measured.
 const FARTHEST: (f64, f64) = (4.0, 0.06);
-/// Images for which a new one counts, how much of the past counts when it is judged, and the share of the images
-/// with which it must agree.
-const AT_FIRST: f32 = 2.0;
-const MEMORY: f32 = 0.93;
-const LEAST_QUALITY: f32 = 0.4;
 
 impl Ranges {
     /// Learns where a depth image shows the surface, where nothing near is known; `drift` is the variance of
     /// the object's turn, `keyframe` that which the view belongs to.
     pub(crate) fn learn(
         &mut self,
-        (depth, projection): (&DepthView<'_>, &Projection),
+        seen: &Rangefinder<'_>,
         (solid, rims): (&Solid, &mut Rims),
         (keyframe, drift): (usize, f64),
         is_clear: impl Fn(&Vector2<f64>) -> bool,
     ) {
-        let (Some(eye), Some((middle, by_place))) =
-            (projection.eye(), projection.pixel(&Vector3::zeros()))
-        else {
-            return;
-        };
-        rims.read(solid, projection);
+        let Some((middle, by_place)) = seen.projection.pixel(&Vector3::zeros()) else { return };
+        rims.read(solid, &seen.projection);
         let step = (2.0 * solid.radius * by_place.row(0).norm() / COLUMNS).max(1.0);
         let half = (0.5 * COLUMNS) as i32;
         for at in 0..(2 * half + 1) * (2 * half + 1) {
@@ -96,71 +86,48 @@ impl Ranges {
             if rims.margin(&pixel) < MARGIN_PX || !is_clear(&pixel) {
                 continue;
             }
-            let found = measured(depth, projection, (&eye, solid), &pixel);
-            let Some((position, normal, variance)) = found else { continue };
-            let least = (APART * solid.radius).powi(2);
-            let is_known = self.all.iter().any(|one| {
-                (one.position - position).norm_squared() < least && one.normal.dot(&normal) > ALIKE
-            });
-            if !is_known {
-                let toward = (eye - position).normalize();
-                self.all.push(Range {
-                    position,
-                    normal,
-                    toward,
-                    keyframe,
-                    variance,
-                    drift,
-                    seen: AT_FIRST,
-                    agreed: AT_FIRST,
-                });
+            let Some(found) = measured(seen, solid, &pixel) else { continue };
+            if !self.is_known(&found, APART * solid.radius) {
+                self.all.push(Range { keyframe, drift, ..found });
             }
         }
+    }
+
+    /// Says whether something nearer than `least` is known that looks the same way.
+    fn is_known(&self, found: &Range, least: f64) -> bool {
+        self.all.iter().any(|one| {
+            (one.position - found.position).norm_squared() < least.powi(2)
+                && one.normal.dot(&found.normal) > ALIKE
+        })
     }
 
     /// Judges places by a depth image of a pose that is believed, where nothing hides the object, and drops
     /// those that no longer agree: what was measured there was something else.
     pub(crate) fn judge(
         &mut self,
-        (depth, projection): (&DepthView<'_>, &Projection),
+        seen: &Rangefinder<'_>,
         solid: &Solid,
         is_clear: impl Fn(&Vector2<f64>) -> bool,
     ) {
-        let Some(eye) = projection.eye() else { return };
         for one in &mut self.all {
-            if !one.faces(solid, &eye) {
-                continue;
-            }
-            let Some((pixel, _)) = projection.pixel(&one.position) else { continue };
-            let measured = depth.at(pixel.x, pixel.y);
-            let found = measured.and_then(|metres| back_project(projection, &pixel, metres));
-            let Some(found) = found.filter(|_| is_clear(&pixel)) else { continue };
-            let off = one.normal.dot(&(found - one.position)).abs();
-            one.seen = MEMORY * one.seen + 1.0;
-            one.agreed *= MEMORY;
-            if off < FARTHEST.1 * solid.radius {
-                one.agreed += 1.0;
+            let Some((pixel, off, _)) = one.off(seen, solid) else { continue };
+            if is_clear(&pixel) {
+                one.record.judge(off.abs() < FARTHEST.1 * solid.radius);
             }
         }
-        self.all.retain(|one| one.agreed > LEAST_QUALITY * one.seen);
+        self.all.retain(|one| one.record.is_good());
     }
 
     /// Gives what a depth image says of a pose at the places that its camera should see; `drift` is the variance
     /// of the object's turn now.
     pub(crate) fn residuals(
         &self,
-        (depth, projection): (&DepthView<'_>, &Projection),
+        seen: &Rangefinder<'_>,
         (solid, drift): (&Solid, f64),
     ) -> impl Iterator<Item = (Vector2<f64>, Residual)> {
-        let eye = projection.eye();
         self.all.iter().filter_map(move |one| {
-            let way = (eye? - one.position).normalize();
-            if !one.faces(solid, &eye?) {
-                return None;
-            }
-            let (pixel, _) = projection.pixel(&one.position)?;
-            let metres = depth.at(pixel.x, pixel.y)?;
-            let off = one.normal.dot(&(back_project(projection, &pixel, metres)? - one.position));
+            let (pixel, off, metres) = one.off(seen, solid)?;
+            let way = (seen.eye - one.position).normalize();
             let by_turn = one.position.cross(&one.normal);
             let noise = (depth_noise(metres) * way.dot(&one.normal)).powi(2) + one.variance;
             let strayed = (one.drift - drift).max(0.0) / 3.0 * by_turn.norm_squared();
@@ -205,10 +172,16 @@ impl Ranges {
 }
 
 impl Range {
-    /// Says whether a camera should see it.
-    fn faces(&self, solid: &Solid, eye: &Vector3<f64>) -> bool {
-        let way = (eye - self.position).normalize();
-        way.dot(&self.normal) >= FACING && !solid.hides(&self.position, eye)
+    /// Gives the pixel where a camera should see it, how far beyond it the surface is there, along its normal, and
+    /// the measured distance, in metres; nothing where it should not be seen, or was not measured.
+    fn off(&self, seen: &Rangefinder<'_>, solid: &Solid) -> Option<(Vector2<f64>, f64, f64)> {
+        let way = (seen.eye - self.position).normalize();
+        if way.dot(&self.normal) < FACING || solid.hides(&self.position, &seen.eye) {
+            return None;
+        }
+        let (pixel, _) = seen.projection.pixel(&self.position)?;
+        let (found, metres) = seen.place(&pixel)?;
+        Some((pixel, self.normal.dot(&(found - self.position)), metres))
     }
 
     fn move_by(&mut self, by: &Pose) {
@@ -218,33 +191,14 @@ impl Range {
     }
 }
 
-/// Gives the place that a depth camera sees at the pixel nearest to one, so many metres along its axis.
-pub(crate) fn back_project(
-    projection: &Projection,
-    pixel: &Vector2<f64>,
-    metres: f64,
-) -> Option<Vector3<f64>> {
-    let seen = Vector3::new(libm::round(pixel.x), libm::round(pixel.y), 1.0) * metres;
-    Some(projection.linear.try_inverse()? * (seen - projection.offset))
-}
-
-/// Gives where a depth image shows the object's surface at a pixel, its normal, and the variance of its place
-/// along that.
-fn measured(
-    depth: &DepthView<'_>,
-    projection: &Projection,
-    (eye, solid): (&Vector3<f64>, &Solid),
-    pixel: &Vector2<f64>,
-) -> Option<(Vector3<f64>, Vector3<f64>, f64)> {
-    let metres = depth.at(pixel.x, pixel.y)?;
-    let position = back_project(projection, pixel, metres)?;
-    let way = (position - eye).normalize();
-    let hit = solid.hit(eye, &way)?;
+/// Gives what a depth image shows of the object's surface at a pixel.
+fn measured(seen: &Rangefinder<'_>, solid: &Solid, pixel: &Vector2<f64>) -> Option<Range> {
+    let (position, metres) = seen.place(pixel)?;
+    let way = (position - seen.eye).normalize();
+    let hit = solid.hit(&seen.eye, &way)?;
     let beside = |u: f64, v: f64| {
-        let pixel = pixel + Vector2::new(u, v) * BESIDE_PX;
-        let beside = depth.at(pixel.x, pixel.y)?;
-        ((beside - metres).abs() < EDGE * solid.radius)
-            .then(|| back_project(projection, &pixel, beside))?
+        let (place, beside) = seen.place(&(pixel + Vector2::new(u, v) * BESIDE_PX))?;
+        ((beside - metres).abs() < EDGE * solid.radius).then_some(place)
     };
     let across = beside(1.0, 0.0)? - beside(-1.0, 0.0)?;
     let down = beside(0.0, 1.0)? - beside(0.0, -1.0)?;
@@ -253,7 +207,9 @@ fn measured(
     let facing = -normal.dot(&way);
     let near = (hit.point - position).norm() < REACH * solid.radius;
     let variance = (depth_noise(metres) * facing).powi(2);
-    (near && facing > FACING).then_some((position, normal, variance))
+    let (keyframe, drift, record) = (0, 0.0, Record::new());
+    let range = Range { position, normal, toward: -way, keyframe, variance, drift, record };
+    (near && facing > FACING).then_some(range)
 }
 
 #[cfg(test)]
@@ -261,8 +217,8 @@ mod tests {
     use nalgebra::Matrix6;
 
     use super::*;
-    use crate::observe::Camera;
-    use crate::shape::{Body, Ellipsoid};
+    use crate::observe::{Camera, DepthView};
+    use crate::shape::{Body, Ellipsoid, Projection};
 
     const SIZE: [usize; 2] = [160, 120];
     const RADII: [f64; 3] = [0.05, 0.035, 0.025];
@@ -284,10 +240,10 @@ mod tests {
     /// Measures the egg at a pose, the further away the more by `beyond`.
     fn image(pose: &Pose, beyond: f64) -> Vec<f32> {
         let (solid, projection) = (solid(), world().moved(pose));
-        let eye = projection.eye().unwrap();
+        let (eye, to_ray) = (projection.eye().unwrap(), projection.linear.try_inverse().unwrap());
         let depth = |i: usize| {
             let pixel = Vector2::new((i % SIZE[0]) as f64, (i / SIZE[0]) as f64);
-            let way = back_project(&projection, &pixel, 1.0).unwrap() - eye;
+            let way = to_ray * (Vector3::new(pixel.x, pixel.y, 1.0) - projection.offset) - eye;
             let hit = solid
                 .hit(&eye, &way)
                 .map(|hit| projection.linear.row(2).dot(&hit.point.transpose()));
@@ -296,12 +252,16 @@ mod tests {
         (0..SIZE[0] * SIZE[1]).map(depth).collect()
     }
 
+    fn seen<'a>(depth: &'a DepthView<'_>, pose: &Pose) -> Rangefinder<'a> {
+        Rangefinder::new(depth, world().moved(pose)).unwrap()
+    }
+
     fn learned(pose: &Pose) -> Ranges {
         let pixels = image(pose, 0.0);
         let depth = DepthView::new(&pixels, SIZE).unwrap();
         let mut ranges = Ranges::default();
         let body = (&solid(), &mut Rims::default());
-        ranges.learn((&depth, &world().moved(pose)), body, (0, 0.0), |_| true);
+        ranges.learn(&seen(&depth, pose), body, (0, 0.0), |_| true);
         ranges
     }
 
@@ -326,8 +286,8 @@ mod tests {
         let mut pose = truth;
         for _ in 0..30 {
             let (mut curvature, mut slope) = (Matrix6::identity() * 1e-3, Twist::zeros());
-            let seen = (&depth, &world().moved(&pose));
-            for (_, found) in ranges.residuals(seen, (&solid(), 0.0)) {
+            let seen = seen(&depth, &pose);
+            for (_, found) in ranges.residuals(&seen, (&solid(), 0.0)) {
                 curvature += found.by_motion * found.by_motion.transpose() * found.information;
                 slope += found.by_motion * (found.off * found.information);
             }
@@ -345,8 +305,8 @@ mod tests {
         for (beyond, says) in [(0.0, true), (0.002, true), (0.03, false), (-0.03, false)] {
             let pixels = image(&pose, beyond);
             let depth = DepthView::new(&pixels, SIZE).unwrap();
-            let seen = (&depth, &world().moved(&pose));
-            assert_eq!(ranges.residuals(seen, (&solid(), 0.0)).next().is_some(), says, "{beyond}");
+            let seen = seen(&depth, &pose);
+            assert_eq!(ranges.residuals(&seen, (&solid(), 0.0)).next().is_some(), says, "{beyond}");
         }
     }
 
@@ -356,12 +316,11 @@ mod tests {
         let (truth, finger) = (image(&pose, 0.0), image(&pose, -0.012));
         let mut ranges = learned(&pose);
         let count = ranges.all.len();
-        let view = (&DepthView::new(&finger, SIZE).unwrap(), &world().moved(&pose));
-        ranges.learn(view, (&solid(), &mut Rims::default()), (0, 0.0), |_| true);
+        let [truth, finger] = [&truth, &finger].map(|it| DepthView::new(it, SIZE).unwrap());
+        ranges.learn(&seen(&finger, &pose), (&solid(), &mut Rims::default()), (0, 0.0), |_| true);
         assert!(ranges.all.len() > count);
         for _ in 0..20 {
-            let view = (&DepthView::new(&truth, SIZE).unwrap(), &world().moved(&pose));
-            ranges.judge(view, &solid(), |_| true);
+            ranges.judge(&seen(&truth, &pose), &solid(), |_| true);
         }
         assert_eq!(ranges.all.len(), count);
     }
@@ -373,7 +332,7 @@ mod tests {
         let (count, pixels) = (ranges.all.len(), image(&pose, 0.0));
         let depth = DepthView::new(&pixels, SIZE).unwrap();
         let body = (&solid(), &mut Rims::default());
-        ranges.learn((&depth, &world().moved(&pose)), body, (1, 0.0), |_| true);
+        ranges.learn(&seen(&depth, &pose), body, (1, 0.0), |_| true);
         assert_eq!(ranges.all.len(), count);
     }
 }

@@ -1,0 +1,34 @@
+use nalgebra::{Matrix3, Vector2, Vector3};
+
+use crate::observe::DepthView;
+use crate::shape::Projection;
+
+/// A depth image of the object at a pose: it gives places in the object's frame.
+#[derive(Debug)]
+pub(crate) struct Rangefinder<'a> {
+    pub(crate) projection: Projection,
+    /// Where the camera is, in the object's frame.
+    pub(crate) eye: Vector3<f64>,
+    depth: &'a DepthView<'a>,
+    object_from_ray: Matrix3<f64>,
+}
+
+impl<'a> Rangefinder<'a> {
+    /// Looks at a depth image whose camera projects the object's frame like this; none if it does not see it.
+    pub(crate) fn new(depth: &'a DepthView<'a>, projection: Projection) -> Option<Self> {
+        let (eye, object_from_ray) = (projection.eye()?, projection.linear.try_inverse()?);
+        Some(Self { projection, eye, depth, object_from_ray })
+    }
+
+    /// Gives the place that is seen at the pixel nearest to one, and its distance along the camera's axis, in
+    /// metres, if that was measured.
+    pub(crate) fn place(&self, pixel: &Vector2<f64>) -> Option<(Vector3<f64>, f64)> {
+        let metres = self.depth.at(pixel.x, pixel.y)?;
+        Some((self.back_project(pixel, metres), metres))
+    }
+
+    fn back_project(&self, pixel: &Vector2<f64>, metres: f64) -> Vector3<f64> {
+        let seen = Vector3::new(libm::round(pixel.x), libm::round(pixel.y), 1.0) * metres;
+        self.object_from_ray * (seen - self.projection.offset)
+    }
+}

@@ -1,0 +1,39 @@
+/// How a point or a place of the surface has done.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Record {
+    /// Images in which it should have been recognised, and was; both fade.
+    seen: f32,
+    agreed: f32,
+}
+
+/// Images for which a new one counts, and how much of the past counts when it is judged.
+const AT_FIRST: f32 = 2.0;
+const MEMORY: f32 = 0.93;
+/// Share of the images that must agree.
+const LEAST_QUALITY: f32 = 0.4;
+
+impl Record {
+    /// Begins with trust.
+    pub(crate) fn new() -> Self {
+        Self { seen: AT_FIRST, agreed: AT_FIRST }
+    }
+
+    /// Takes in an image in which it should have been recognised.
+    pub(crate) fn judge(&mut self, agrees: bool) {
+        self.seen = MEMORY * self.seen + 1.0;
+        self.agreed *= MEMORY;
+        if agrees {
+            self.agreed += 1.0;
+        }
+    }
+
+    /// Gives the share of the images in which it was recognised.
+    pub(crate) fn quality(&self) -> f32 {
+        self.agreed / self.seen
+    }
+
+    /// Says whether it still agrees often enough to be kept.
+    pub(crate) fn is_good(&self) -> bool {
+        self.quality() > LEAST_QUALITY
+    }
+}

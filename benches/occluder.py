@@ -60,9 +60,9 @@ class Covered:
             ]
         return self._tracker.step(time_s, world_from_camera, images)
 
-    def evolve(self) -> bool:
-        """Let the body evolve."""
-        return isinstance(self._tracker, Evolver) and self._tracker.evolve()
+    def begin_evolving(self) -> bool:
+        """Let the body evolve beside the tracking."""
+        return isinstance(self._tracker, Evolver) and self._tracker.begin_evolving()
 
     def _cover(
         self, camera: Camera, camera_from_mesh: Pose, image: NDArray[np.uint8], share: float

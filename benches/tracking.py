@@ -22,7 +22,7 @@ def compare_bodies() -> None:
     """Print one row a recording and body."""
     table = Table(
         *("sequence    ", "body      ", "images", "lost", "ADD median", "p95 mm"),
-        *("degrees median", "p95  ", "ms median", "p95  ", "p99  ", "evolving ms", "% of a step"),
+        *("degrees median", "p95  ", "ms median", "p95  ", "p99  ", "% of a step"),
     )
     for recording in recordings((*STEREO, *MONO)):
         for body, subject in (("first look", None), ("many views", recording.many_views())):
@@ -31,7 +31,7 @@ def compare_bodies() -> None:
             table.row(
                 *(recording.name, body, len(result), score.lost, score.add, score.add_95),
                 *(score.turn, score.turn_95, *milliseconds(result)),
-                *(1000.0 * result.evolving_s / len(result), shares(result.stage_seconds)),
+                shares(result.stage_seconds),
             )
 
 

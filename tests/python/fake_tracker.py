@@ -1,7 +1,7 @@
 """A tracker that answers with what a test prepared, in place of the core's."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -29,6 +29,7 @@ class FakeEstimate:
     unobservable: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, 6)))
     seconds: dict[str, float] = field(default_factory=lambda: dict.fromkeys(STAGES, 0.001))
     evidence: dict[str, float] | None = None
+    evolved: bool = False
 
     @property
     def located(self) -> bool:
@@ -50,6 +51,7 @@ class FakeTracker:
         self.surface = (body.centers, np.tile([0.0, 0.0, -1.0], (len(body), 1)), None)
         self.pose = body.world_from_object
         self.calls: list[tuple[str, dict[str, Any]]] = []
+        self.evolving = False
         self.made.append(self)
 
     def start(
@@ -59,10 +61,12 @@ class FakeTracker:
         return self._answer("start", time_s, poses=poses, images=images, masks=masks)
 
     def step(self, time_s: float, poses: Any, images: Any) -> FakeEstimate:
-        return self._answer("step", time_s, poses=poses, images=images)
+        evolved, self.evolving = self.evolving, False
+        return replace(self._answer("step", time_s, poses=poses, images=images), evolved=evolved)
 
-    def evolve(self) -> bool:
+    def begin_evolving(self) -> bool:
         self.calls.append(("evolve", {}))
+        self.evolving = True
         return True
 
     def _answer(self, kind: str, time_s: float, **given: Any) -> FakeEstimate:

@@ -230,7 +230,8 @@ def step_of(drawn_video: Path) -> Callable[[int], TrackStep]:
     def make(index: int) -> TrackStep:
         body = plain_body(OWN, count=1 + index)
         [tracked] = track_of([OWN])
-        tracked = replace(tracked, index=index, evolved=index > 0)
+        estimate = replace(tracked.estimate, evolved=index > 0)
+        tracked = replace(tracked, index=index, estimate=estimate)
         images = tuple(np.full((size[1], size[0], 3), index, np.uint8) for _ in range(2))
         instant = Instant(index, 0.1 * index, (Pose.identity(), Pose.identity()), images)
         one = SimpleNamespace(

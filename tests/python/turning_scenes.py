@@ -104,7 +104,7 @@ def followed(
         estimate = one.tracker.step(time_s, instant.world_from_camera, instant.images)
         tracked = Tracked(instant.index, estimate, 0.0, notices=tuple(estimate.notices))
         if evolves and count % Request.evolve_every == 0 and tracked.is_tracked:
-            tracked = replace(tracked, evolved=one.evolve())
+            one.begin_evolving()
         yield tracked
 
 

@@ -101,6 +101,12 @@ impl Estimate {
         self.0.keyframes.iter().flatten().map(|(number, pose)| (*number, Pose(*pose))).collect()
     }
 
+    /// Whether the body changed since the last estimate, as it evolved in the worker.
+    #[getter]
+    fn evolved(&self) -> bool {
+        self.0.evolved
+    }
+
     /// What was wrong with the observation, in words.
     #[getter]
     fn notices(&self) -> Vec<String> {

@@ -218,7 +218,14 @@ impl Tracker {
         Ok(())
     }
 
-    /// Lets the body evolve by the sides that were seen, between images; says whether it changed.
+    /// Begins to let the body evolve by the sides that were seen, in a thread of its own; says whether
+    /// there is anything new. An estimate says when it has `evolved`: the fifth from now on.
+    fn begin_evolving(&mut self) -> bool {
+        self.0.begin_evolving()
+    }
+
+    /// Lets the body evolve by the sides that were seen, between images, and waits for it; says whether
+    /// it changed. Raises TrackError, ModelError.
     fn evolve(&mut self, py: Python<'_>) -> PyResult<bool> {
         py.detach(|| self.0.evolve()).map_err(raise)
     }

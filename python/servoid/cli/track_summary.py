@@ -61,8 +61,7 @@ def _rows(result: TrackResult) -> Iterator[Row]:
     if len(result) > 1:
         yield from _speed(result)
     if result.evolutions:
-        spent = _MS_PER_S * result.evolving_s / result.evolutions
-        yield "evolved", f"{_count(result.evolutions, 'time')}, {spent:.0f} ms each, between steps"
+        yield "evolved", f"{_count(result.evolutions, 'time')}, beside the tracking"
     notices = result.notices
     for notice, times in notices[:_MOST_NOTICES]:
         yield from _wrapped("notice", f"{notice}{f' ({times} of this kind)' if times > 1 else ''}")

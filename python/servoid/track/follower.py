@@ -41,10 +41,10 @@ class Follower(Protocol):
 
 @runtime_checkable
 class Evolver(Protocol):
-    """Lets its body evolve."""
+    """Lets its body evolve beside the tracking; an estimate says when it has `evolved`."""
 
-    def evolve(self) -> bool:
-        """Refine the body from what was seen; return if it changed."""
+    def begin_evolving(self) -> bool:
+        """Begin to refine the body from what was seen; return if there is anything new."""
         ...
 
 

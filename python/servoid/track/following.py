@@ -139,10 +139,9 @@ def _step(one: Followed, instant: Instant, may_evolve: bool) -> Tracked:
         seconds=done - called,
         notices=instant.with_notices(estimate.notices),
     )
-    if not (may_evolve and tracked.is_tracked):
-        return tracked
-    evolved = one.evolve()
-    return replace(tracked, evolved=evolved, evolving_s=time.perf_counter() - done)
+    if may_evolve and tracked.is_tracked:
+        one.begin_evolving()
+    return tracked
 
 
 def _check_names(names: list[str]) -> None:

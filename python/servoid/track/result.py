@@ -19,21 +19,23 @@ class Tracked:
     """One estimate, and what it cost.
 
     `index` counts the capture's observations; `seconds` is the time that the tracker took, without
-    reading the images; `evolving_s` is the time that the body then took to evolve, if it did;
-    `notices` say what was wrong with the observation.
+    reading the images; `notices` say what was wrong with the observation.
     """
 
     index: int
     estimate: Estimate
     seconds: float
-    evolving_s: float = 0.0
-    evolved: bool = False
     notices: tuple[str, ...] = ()
 
     @property
     def is_tracked(self) -> bool:
         """Say if the images confirm the pose."""
         return self.estimate.status == "tracking"
+
+    @property
+    def evolved(self) -> bool:
+        """Say if the body changed since the observation before."""
+        return self.estimate.evolved
 
 
 @dataclass(frozen=True)
@@ -135,11 +137,6 @@ class TrackResult:
     def evolutions(self) -> int:
         """Return how many times the body changed."""
         return sum(one.evolved for one in self.tracked)
-
-    @property
-    def evolving_s(self) -> float:
-        """Return how long the body took to evolve, all in all, in seconds."""
-        return sum(one.evolving_s for one in self.tracked)
 
     @property
     def notices(self) -> list[tuple[str, int]]:

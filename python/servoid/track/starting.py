@@ -73,9 +73,10 @@ class Followed:
             return [one.world_from_object for one in estimates]
         return smoothed(estimates, self.tracker.keyframe_pose)
 
-    def evolve(self) -> bool:
-        """Let the body evolve if the tracker can; return if it changed."""
-        return isinstance(self.tracker, Evolver) and self.tracker.evolve()
+    def begin_evolving(self) -> None:
+        """Let the body evolve beside the tracking if the tracker can."""
+        if isinstance(self.tracker, Evolver):
+            self.tracker.begin_evolving()
 
 
 @dataclass(frozen=True, eq=False)

@@ -117,13 +117,10 @@ def _draw_spent(axes: "Axes", tracked: Sequence[Tracked], times: Floats) -> None
 
     steps = 1e3 * np.array([one.seconds for one in tracked[1:]])
     axes.plot(times[1:], steps, ".", color=DISTINCT[0], markersize=3.5, label="a step")
-    grown = [
-        (time_s, 1e3 * one.evolving_s)
-        for time_s, one in zip(times, tracked, strict=True)
-        if one.evolved
-    ]
-    if grown:
-        axes.plot(*zip(*grown, strict=True), "^", color=DISTINCT[1], markersize=5, label="evolving")
+    grown = np.array([one.evolved for one in tracked[1:]], np.bool_)
+    if grown.any():
+        style = {"color": DISTINCT[1], "markersize": 5, "label": "body evolved"}
+        axes.plot(times[1:][grown], steps[grown], "^", **style)
     _title(axes, "time that it took, beside reading the images [ms]")
     if len(steps) and steps.min() > 0.0:
         axes.set_yscale("log")

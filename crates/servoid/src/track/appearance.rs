@@ -168,7 +168,7 @@ impl Tracker {
         self.target.points = Points::of(known.collect());
         // What was adjusted, or is, are other points.
         self.target.keyframes = Keyframes::after(&self.target.keyframes);
-        (self.target.ranges, self.pending) = (Ranges::default(), None);
+        (self.target.ranges, self.pending, self.evolving) = (Ranges::default(), None, None);
         self.target.colors = Colors::new(self.settings.local_colors);
         self.target.colors.recall(&appearance.colors, appearance.grey);
     }

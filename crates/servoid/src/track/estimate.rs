@@ -142,6 +142,8 @@ pub struct Estimate {
     /// followed, and of the one that the last pose belonged to if that was another one: as its keyframe is
     /// corrected later, so is the pose.
     pub keyframes: [Option<(usize, Pose)>; 2],
+    /// Whether the body changed since the last estimate, as it evolved in the worker.
+    pub evolved: bool,
     /// What was wrong with the observation.
     pub notices: Vec<Notice>,
     /// Hypotheses that were scored.

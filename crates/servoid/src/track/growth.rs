@@ -1,11 +1,18 @@
+use nalgebra::Vector3;
+
 use super::TrackError;
+use super::adjust::Job;
+use super::settings::TrackSettings;
+use super::target::Target;
+use super::target::colors::Colors;
+use super::target::sides::{Marks, Sides};
 use super::target::solid::Solid;
 use super::tracker::Tracker;
 use crate::fitness::Sight;
-use crate::model::{self, Given, Portrait};
+use crate::model::{self, Given, ModelError, Portrait};
 use crate::observe::Observation;
 use crate::pose::Pose;
-use crate::shape::Body;
+use crate::shape::{Body, Ellipsoid};
 
 /// Surface points whose distance is known at least this well, as a share of the body's radius, say
 /// where the surface is.
@@ -13,6 +20,34 @@ const WELL_KNOWN: f64 = 0.03;
 /// A body may reach as far from the middle as this, in radii of the body before: beyond, it fits what
 /// is none of it.
 const FARTHEST: f64 = 1.4;
+/// Observations after which a body that evolved in the worker is taken over: the same bits, however long
+/// it takes.
+const DELAY: usize = 5;
+
+/// A body that evolves beside the tracker.
+#[derive(Debug, Clone)]
+pub(super) struct Evolving {
+    pub(super) job: Job<Result<Evolved, ModelError>>,
+    wait: usize,
+}
+
+/// What a body evolves by, as far as it was known when that began.
+#[derive(Debug, Clone)]
+struct Growth {
+    body: Body,
+    solid: Solid,
+    sides: Sides,
+    colors: Colors,
+    sights: Vec<Sight>,
+    settings: model::Settings,
+}
+
+/// A body that evolved, and the masks of the sides by which it did.
+#[derive(Debug, Clone)]
+pub(super) struct Evolved {
+    ellipsoids: Option<Vec<Ellipsoid>>,
+    marks: Marks,
+}
 
 impl Tracker {
     /// Lets the body evolve by the sides that were seen and the surface points that were learned,
@@ -22,37 +57,39 @@ impl Tracker {
     /// # Errors
     /// If the views do not make a scene.
     pub fn evolve(&mut self) -> Result<bool, TrackError> {
-        if self.target.sides.fresh == 0 {
+        self.evolving = None;
+        let Some(growth) = self.target.growth(&self.settings) else { return Ok(false) };
+        Ok(self.target.grow(growth.evolved()?))
+    }
+
+    /// Begins to let the body evolve as `evolve` does, in a thread of its own; says whether there is
+    /// anything new to evolve by. An estimate says when the body has `evolved`: exactly a few observations
+    /// later, so that the same observations give the same bits.
+    pub fn begin_evolving(&mut self) -> bool {
+        if self.evolving.is_some() {
+            return false;
+        }
+        let Some(growth) = self.target.growth(&self.settings) else { return false };
+        let adjusting = self.pending.as_ref().map(|pending| pending.job.clone());
+        let job = Job::new(move || {
+            // One core is enough for all that is computed beside the tracker.
+            adjusting.iter().for_each(Job::wait);
+            let alone = rayon::ThreadPoolBuilder::new().num_threads(1).build();
+            alone.map_err(|_| ModelError::Threads(1))?.install(|| growth.clone().evolved())
+        });
+        self.evolving = Some(Evolving { job, wait: DELAY });
+        true
+    }
+
+    /// Takes over the body that evolved in the worker, once it is time; says whether it changed.
+    pub(super) fn take_evolved(&mut self) -> Result<bool, TrackError> {
+        let Some(evolving) = &mut self.evolving else { return Ok(false) };
+        evolving.wait = evolving.wait.saturating_sub(1);
+        if evolving.wait > 0 {
             return Ok(false);
         }
-        self.target.sides.fresh = 0;
-        self.target.sides.mark(&self.target.solid, &self.target.colors);
-        let known = self.target.points.known.iter();
-        let sure = known.filter(|k| k.variance.sqrt() < WELL_KNOWN * self.target.solid.radius);
-        let sure = sure.map(|k| (k.point.position, k.point.toward));
-        let measured = self.target.ranges.all.iter().map(|one| (one.position, one.toward));
-        let sights: Vec<_> = sure
-            .chain(measured)
-            .map(|(point, toward)| Sight { point, direction: -toward, eye: 0.0 })
-            .collect();
-        // Of the sides that were not seen, what is believed so far stays.
-        let believed = Portrait::of_body(&self.target.body, self.target.sides.unseen())?;
-        let mut views = self.target.sides.views();
-        for portrait in &believed {
-            views.push(portrait.view()?);
-        }
-        if views.len() < 2 {
-            return Ok(false);
-        }
-        let given = Given { views: &views, sights: &sights, ..Given::default() };
-        let grown = model::evolved(&given, self.target.body.ellipsoids(), &self.settings.growth)?;
-        let body = Body::new(self.target.body.world_from_object(), grown)?;
-        let solid = Solid::new(&body);
-        if solid.radius > FARTHEST * self.target.solid.radius {
-            return Ok(false);
-        }
-        (self.target.body, self.target.solid) = (body, solid);
-        Ok(true)
+        let evolved = self.evolving.take().and_then(|evolving| evolving.job.result());
+        Ok(evolved.transpose()?.is_some_and(|evolved| self.target.grow(evolved)))
     }
 
     /// Keeps what the cameras show of a side that was not seen before.
@@ -65,5 +102,64 @@ impl Tracker {
                 self.target.sides.offer(seen, poses, (keyframe, None));
             }
         }
+    }
+}
+
+impl Target {
+    /// Gives what the body can evolve by; nothing where no side is new.
+    fn growth(&mut self, settings: &TrackSettings) -> Option<Growth> {
+        if std::mem::take(&mut self.sides.fresh) == 0 {
+            return None;
+        }
+        let known = self.points.known.iter();
+        let sure = known.filter(|k| k.variance.sqrt() < WELL_KNOWN * self.solid.radius);
+        let sure = sure.map(|k| (k.point.position, k.point.toward));
+        let measured = self.ranges.all.iter().map(|one| (one.position, one.toward));
+        let sight = |(point, toward): (Vector3<f64>, Vector3<f64>)| Sight {
+            point,
+            direction: -toward,
+            eye: 0.0,
+        };
+        Some(Growth {
+            body: self.body.clone(),
+            solid: self.solid.clone(),
+            sides: self.sides.clone(),
+            colors: self.colors.clone(),
+            sights: sure.chain(measured).map(sight).collect(),
+            settings: settings.growth,
+        })
+    }
+
+    /// Takes over a body that evolved; says whether it changed.
+    fn grow(&mut self, evolved: Evolved) -> bool {
+        self.sides.take_over(evolved.marks);
+        let world_from_object = self.body.world_from_object();
+        let body = evolved.ellipsoids.and_then(|all| Body::new(world_from_object, all).ok());
+        let Some(body) = body else { return false };
+        let solid = Solid::new(&body);
+        let grows = solid.radius <= FARTHEST * self.solid.radius;
+        if grows {
+            (self.body, self.solid) = (body, solid);
+        }
+        grows
+    }
+}
+
+impl Growth {
+    /// Gives the body as it evolves; nothing where too few views tell of it.
+    fn evolved(mut self) -> Result<Evolved, ModelError> {
+        let marks = self.sides.mark(&self.solid, &self.colors);
+        // Of the sides that were not seen, what is believed so far stays.
+        let believed = Portrait::of_body(&self.body, self.sides.unseen())?;
+        let mut views = self.sides.views();
+        for portrait in &believed {
+            views.push(portrait.view()?);
+        }
+        if views.len() < 2 {
+            return Ok(Evolved { ellipsoids: None, marks });
+        }
+        let given = Given { views: &views, sights: &self.sights, ..Given::default() };
+        let ellipsoids = model::evolved(&given, self.body.ellipsoids(), &self.settings)?;
+        Ok(Evolved { ellipsoids: Some(ellipsoids), marks })
     }
 }

@@ -8,6 +8,7 @@ use super::clock::Clock;
 use super::confidence::{Evidence, UNMEASURED, unseen};
 use super::estimate::{Estimate, Notice, Status};
 use super::frame::Frame;
+use super::growth::Evolving;
 use super::judge::Verdict;
 use super::motion::Motion;
 use super::polish::Desk;
@@ -44,6 +45,9 @@ pub struct Tracker {
     pub(super) cell: usize,
     pub(super) lessons: usize,
     pub(super) pending: Option<Pending>,
+    pub(super) evolving: Option<Evolving>,
+    /// Whether the body changed since the last estimate.
+    pub(super) has_evolved: bool,
     /// Number of the keyframe that the last pose belonged to.
     pub(super) keyframe: Option<usize>,
 }
@@ -84,6 +88,8 @@ impl Tracker {
             cell: 0,
             lessons: 0,
             pending: None,
+            evolving: None,
+            has_evolved: false,
             keyframe: None,
         })
     }
@@ -96,6 +102,7 @@ impl Tracker {
         let mut clock = Clock::start();
         self.frame.check(observation)?;
         self.take_adjusted();
+        self.has_evolved |= self.take_evolved()?;
         let expected = self.motion.predict(observation.time_s);
         let mut attempt = Attempt::nothing(expected, self.target.solid.radius);
         let (mut least, mut evaluations) = (self.least_share(), 0);
@@ -275,6 +282,7 @@ impl Tracker {
                 self.keyframe = None;
                 [None; 2]
             },
+            evolved: std::mem::take(&mut self.has_evolved),
             notices: std::mem::take(&mut self.frame.notices),
             evaluations: 0,
             timing: Default::default(),

@@ -100,6 +100,36 @@ fn the_same_images_let_the_body_evolve_to_the_same_bits_on_any_number_of_threads
 }
 
 #[test]
+fn a_body_evolves_beside_the_tracker_as_it_does_while_that_waits_and_is_in_use_five_images_later() {
+    let (mut beside, mut waiting, stage) = (settled(), settled(), Stage::textured());
+    assert!(beside.begin_evolving() && !beside.begin_evolving() && waiting.evolve().unwrap());
+    let before = beside.body().unwrap();
+    for count in 1..=6 {
+        let shot = stage.shot(44 + count, &eyes(), Some(&turning(44 + count)));
+        let evolved = beside.step(&shot.observation()).unwrap().evolved;
+        assert_eq!(evolved, count == 5);
+        let body = beside.body().unwrap();
+        assert_eq!(body.ellipsoids() == before.ellipsoids(), count < 5);
+    }
+    let waited = waiting.body().unwrap();
+    assert_eq!(beside.body().unwrap().ellipsoids(), waited.ellipsoids());
+}
+
+#[test]
+fn a_new_start_knows_nothing_of_a_body_that_evolves_beside_it() {
+    let (mut tracker, stage) = (settled(), Stage::textured());
+    assert!(tracker.begin_evolving());
+    let body = tracker.body().unwrap();
+    let shot = stage.shot(50, &eyes(), Some(&turning(50)));
+    tracker.start(&shot.observation(), turning(50), &[]).unwrap();
+    for index in 51..58 {
+        let shot = stage.shot(index, &eyes(), Some(&turning(index)));
+        assert!(!tracker.step(&shot.observation()).unwrap().evolved);
+    }
+    assert_eq!(tracker.body().unwrap().ellipsoids(), body.ellipsoids());
+}
+
+#[test]
 fn before_anything_is_seen_no_body_evolves() {
     let stage = Stage::textured();
     let settings = TrackSettings::default();

@@ -8,7 +8,7 @@ mod worker;
 use nalgebra::{Matrix6, Vector6};
 
 use self::bundle::{Anchor, Belief, Bundle, Landmark, Sighting, Solution, Station};
-use self::worker::Job;
+pub(super) use self::worker::Job;
 use super::attempt::Attempt;
 use super::estimate::Notice;
 use super::frame::window::Window;
@@ -42,7 +42,7 @@ const TOLD_RAD: f64 = 0.01;
 /// What was asked to be adjusted.
 #[derive(Debug, Clone)]
 pub(super) struct Pending {
-    job: Job<Option<Solution>>,
+    pub(super) job: Job<Option<Solution>>,
     /// Numbers of its keyframes, and of its landmarks.
     keyframes: Vec<usize>,
     landmarks: Vec<usize>,
@@ -109,7 +109,12 @@ impl Tracker {
         }
         let (bundle, landmarks) = self.target.bundle();
         let keyframes = self.target.keyframes.all.iter().map(|one| one.number).collect();
-        let job = Job::new(move || bundle.adjusted());
+        let evolving = self.evolving.as_ref().map(|evolving| evolving.job.clone());
+        let job = Job::new(move || {
+            // One core is enough for all that is computed beside the tracker.
+            evolving.iter().for_each(Job::wait);
+            bundle.adjusted()
+        });
         self.pending = Some(Pending { job, keyframes, landmarks, wait: DELAY });
     }
 

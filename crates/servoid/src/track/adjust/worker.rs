@@ -1,4 +1,4 @@
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle};
 
 /// Something that is computed beside the tracker. Copies wait for the same result.
@@ -17,11 +17,20 @@ impl<T> Clone for Job<T> {
     }
 }
 
+impl<T: Clone> State<T> {
+    fn result(&self) -> Option<T> {
+        match self {
+            Self::Done(result) => result.clone(),
+            Self::Running(_) => None,
+        }
+    }
+}
+
 impl<T: Clone + Send + 'static> Job<T> {
     /// Begins to compute something; at once, where no thread can be had.
     pub(crate) fn new(compute: impl Fn() -> T + Send + Clone + 'static) -> Self {
         let work = compute.clone();
-        let state = match thread::Builder::new().name("servoid-adjust".into()).spawn(work) {
+        let state = match thread::Builder::new().name("servoid-worker".into()).spawn(work) {
             Ok(handle) => State::Running(Some(handle)),
             Err(_) => State::Done(Some(compute())),
         };
@@ -30,14 +39,20 @@ impl<T: Clone + Send + 'static> Job<T> {
 
     /// Waits for the result; none if computing it failed.
     pub(crate) fn result(&self) -> Option<T> {
+        self.done().result()
+    }
+
+    /// Waits until it is computed.
+    pub(crate) fn wait(&self) {
+        drop(self.done());
+    }
+
+    fn done(&self) -> MutexGuard<'_, State<T>> {
         let mut state = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         if let State::Running(handle) = &mut *state {
             *state = State::Done(handle.take().and_then(|handle| handle.join().ok()));
         }
-        match &*state {
-            State::Done(result) => result.clone(),
-            State::Running(_) => None,
-        }
+        state
     }
 }
 

@@ -265,6 +265,7 @@ impl OneStep {
             status,
             located: status == Status::Tracking,
             keyframes: [None; 2],
+            evolved: false,
             notices,
             evaluations,
             timing: Timing { judge: begun.elapsed(), ..timing },

@@ -11,6 +11,8 @@ use crate::track::frame::window::Window;
 /// What was seen of the object from one side, in the object's frame.
 #[derive(Debug, Clone)]
 struct Side {
+    /// Counts the sides that were ever kept.
+    id: usize,
     camera: Camera,
     object_from_camera: Pose,
     /// The keyframe that its view belonged to: it moves with that.
@@ -20,6 +22,8 @@ struct Side {
     channels: Channels,
     /// Empty until it is made.
     mask: Vec<u8>,
+    /// Whether the mask was given.
+    is_given: bool,
 }
 
 /// Views from different sides, kept while tracking.
@@ -28,7 +32,13 @@ pub(crate) struct Sides {
     all: Vec<Side>,
     /// How many were kept since the body last evolved.
     pub(crate) fresh: usize,
+    /// The next one's `id`.
+    next: usize,
 }
+
+/// The masks that were made of sides, each by its `id`; none for a side in which the colours disagree with the
+/// body's outline.
+pub(crate) type Marks = Vec<(usize, Option<Vec<u8>>)>;
 
 /// Least angle between the sides of two of them, in radians.
 const APART: f64 = 0.15;
@@ -48,7 +58,8 @@ const CLEAR: f32 = 0.8 * (BLOCK * BLOCK) as f32;
 const LEAST_OVERLAP: f64 = 0.6;
 
 impl Sides {
-    /// Keeps what an open window shows, if none was kept from this side; a given mask as it is.
+    /// Keeps what an open window shows, if none was kept from this side; a given mask as it is. Where there are
+    /// enough, one of the two that are nearest to each other makes room for one that is farther from all.
     pub(crate) fn offer(
         &mut self,
         (window, image, camera): (&Window, &ImageView<'_>, &Camera),
@@ -57,15 +68,20 @@ impl Sides {
     ) {
         let object_from_camera = world_from_object.inverse() * *world_from_camera;
         let toward = object_from_camera.translation().normalize();
-        let near = |one: &Side| one.toward.angle(&toward) < APART;
-        if self.all.len() >= MOST || self.all.iter().any(near) {
+        let apart = self.all.iter().map(|one| one.toward.angle(&toward)).fold(f64::MAX, f64::min);
+        if apart < APART {
             return;
         }
         let (first, size) = window.place_px();
         let Ok(camera) = camera.crop(first, size, 1) else { return };
         let mask = given.map_or_else(Vec::new, |mask| cut(mask, first, size));
         let (pixels, channels) = (cut(image, first, size), image.channels());
+        if self.all.len() >= MOST {
+            let Some(redundant) = self.redundant(apart) else { return };
+            self.all.remove(redundant);
+        }
         self.all.push(Side {
+            id: self.next,
             camera,
             object_from_camera,
             keyframe,
@@ -73,8 +89,24 @@ impl Sides {
             pixels,
             channels,
             mask,
+            is_given: given.is_some(),
         });
         self.fresh += 1;
+        self.next += 1;
+    }
+
+    /// Gives the later of the two that are nearest to each other, if they are nearer than `apart`.
+    fn redundant(&self, apart: f64) -> Option<usize> {
+        let mut nearest = (apart, None);
+        for (at, one) in self.all.iter().enumerate().filter(|(_, one)| !one.is_given) {
+            for other in &self.all[..at] {
+                let between = one.toward.angle(&other.toward);
+                if between < nearest.0 {
+                    nearest = (between, Some(at));
+                }
+            }
+        }
+        nearest.1
     }
 
     /// Moves them by what the keyframes of some numbers are moved by, in the object's frame.
@@ -87,9 +119,29 @@ impl Sides {
     }
 
     /// Tells the object's pixels by their colours where no mask was given; drops views in which they
-    /// disagree with the body's outline.
-    pub(crate) fn mark(&mut self, solid: &Solid, colors: &Colors) {
-        self.all.retain_mut(|one| one.mark(solid, colors).is_some());
+    /// disagree with the body's outline. Gives the masks that were made.
+    pub(crate) fn mark(&mut self, solid: &Solid, colors: &Colors) -> Marks {
+        let mut marks = Marks::new();
+        self.all.retain_mut(|one| {
+            let is_new = one.mask.is_empty();
+            let is_good = one.mark(solid, colors).is_some();
+            if is_new {
+                marks.push((one.id, is_good.then(|| one.mask.clone())));
+            }
+            is_good
+        });
+        marks
+    }
+
+    /// Takes over masks that were made of a copy.
+    pub(crate) fn take_over(&mut self, marks: Marks) {
+        for (id, mask) in marks {
+            let Ok(at) = self.all.binary_search_by_key(&id, |one| one.id) else { continue };
+            match mask {
+                Some(mask) => self.all[at].mask = mask,
+                None => drop(self.all.remove(at)),
+            }
+        }
     }
 
     /// Gives directions from the object to the sides from which nothing was kept.
@@ -186,4 +238,51 @@ fn cut(image: &ImageView<'_>, first: [usize; 2], size: [usize; 2]) -> Vec<u8> {
     let bytes = image.channels().count();
     let (begin, end) = (first[0] * bytes, (first[0] + size[0]) * bytes);
     (first[1]..first[1] + size[1]).flat_map(|v| &image.row(v)[begin..end]).copied().collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pose::Twist;
+
+    fn side(id: usize, degrees: f64) -> Side {
+        let object_from_camera =
+            Pose::exp(&Twist::new(0.0, 0.0, 0.0, 0.0, degrees.to_radians(), 0.0))
+                * Pose::exp(&Twist::new(0.0, 0.0, 0.4, 0.0, 0.0, 0.0));
+        Side {
+            id,
+            camera: Camera::new([4, 4], [4.0; 2], [1.5; 2]).unwrap(),
+            object_from_camera,
+            keyframe: 0,
+            toward: object_from_camera.translation().normalize(),
+            pixels: vec![0; 16],
+            channels: Channels::Grey,
+            mask: Vec::new(),
+            is_given: id == 0,
+        }
+    }
+
+    fn of(degrees: &[f64]) -> Sides {
+        let all: Vec<_> = degrees.iter().enumerate().map(|(id, at)| side(id, *at)).collect();
+        Sides { next: all.len(), all, fresh: 0 }
+    }
+
+    #[test]
+    fn the_later_of_the_two_nearest_sides_makes_room_but_never_a_given_one() {
+        let sides = of(&[0.0, 40.0, 9.0, 52.0]);
+        assert_eq!(sides.redundant(0.3), Some(2));
+        assert_eq!(sides.redundant(0.15), None);
+        let given_last = Sides { all: vec![side(1, 0.0), side(0, 9.0)], ..Sides::default() };
+        assert_eq!(given_last.redundant(0.3), None);
+    }
+
+    #[test]
+    fn masks_are_taken_over_by_the_sides_that_are_still_there() {
+        let mut sides = of(&[0.0, 20.0, 40.0, 60.0]);
+        sides.all.remove(1);
+        let mask = vec![1_u8; 16];
+        sides.take_over(vec![(1, Some(mask.clone())), (2, Some(mask.clone())), (3, None)]);
+        let left: Vec<_> = sides.all.iter().map(|one| (one.id, one.mask.len())).collect();
+        assert_eq!(left, [(0, 0), (2, 16)]);
+    }
 }

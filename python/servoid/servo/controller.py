@@ -8,13 +8,15 @@ import numpy as np
 from servoid.observe.source import Instant
 from servoid.pose import Pose, exact
 from servoid.servo.arm import Arm, Floats, JointState
+from servoid.servo.bounds import Bounds, Rows, Window
 from servoid.servo.desired import goal_error
 from servoid.servo.gaze import GazeControl
 from servoid.servo.guard import Guard
-from servoid.servo.hand import approached, correction, shares, within
+from servoid.servo.hand import correction, within
 from servoid.servo.ik import QuadraticJoints
-from servoid.servo.joints import HandJoints, HandWish, PaperJoints
-from servoid.servo.limits import JointLimits, Window
+from servoid.servo.joints import HandJoints, HandWish, JointWish, PaperJoints, hand_weights
+from servoid.servo.limiter import Limiter
+from servoid.servo.limits import JointLimits
 from servoid.servo.moving import Moving, change_between
 from servoid.servo.safety import Reason, Trust
 from servoid.servo.settings import JointLaw, JointSettings, ServoSettings
@@ -51,7 +53,8 @@ class _Now:
     """The arm at this tick.
 
     `jacobian` (6, n) and `twist` (6,) are the hand's, in the world.
-    `previous` (N,) are the joint speeds last commanded, `window` what may follow them.
+    `previous` (N,) are the joint speeds last commanded, `last` (6,) the hand velocity that they
+    stood for, and `window` what may follow them.
     """
 
     state: JointState
@@ -59,12 +62,23 @@ class _Now:
     jacobian: Floats
     twist: Floats
     previous: Floats
+    last: Floats
     window: Window
 
     @property
     def place(self) -> Floats:
         """Return where the hand is in the world, (3,)."""
         return np.array(self.world_from_hand.translation)
+
+
+@dataclass(frozen=True, eq=False)
+class _Told:
+    """What was commanded last: speeds (N,) of all joints, and the hand velocity (6,) they mean."""
+
+    time_s: float
+    velocities: Floats
+    twist: Floats
+    jacobian: Floats
 
 
 class Controller:
@@ -82,13 +96,15 @@ class Controller:
         self._target = TargetFilter(settings.target)
         self._trust = Trust(settings.safety, self._target)
         self._limits = JointLimits(arm.joints, settings.joints, arm.period_s)
-        self._guard = Guard(settings.safety, settings.joints.reaction_s + arm.period_s)
+        self._guard = Guard(
+            settings.safety, settings.joints.reaction_s + arm.period_s, arm.period_s
+        )
+        self._limiter = Limiter(arm, settings.hand)
         self._law = _LAWS[settings.joints.law](arm, settings.joints)
         self._gaze = None if arm.eyes is None else GazeControl(arm.eyes, settings.gaze)
         self._hand = slice(0, arm.joints.hand_count)
-        self._previous: tuple[float, Floats] | None = None
+        self._previous: _Told | None = None
         self._goal: tuple[float, Pose] | None = None
-        self._wish: Floats | None = None
         self._sure: Prediction | None = None
 
     def see(self, instant: Instant | None, estimate: TargetEstimate | None) -> None:
@@ -143,15 +159,16 @@ class Controller:
         hand_from_goal = goal_error(world_from_hand, world_from_object, goal_from_object)
         world_from_goal = world_from_hand @ hand_from_goal
         wanted = self._hand_twist(now, hand_from_goal, world_from_goal, authority)
-        keep = self._guard.keep(now.place, target.place, target.twist[:3])
-        twist, limiting = self._guard.kept(wanted, keep)
-        wish = HandWish(
-            self._approached(now, twist),
-            self._guard.allowed(world_from_goal.pose, target.place),
+        allowed = self._guard.allowed(world_from_goal.pose, target.place)
+        wish = self._law.wish(now.state, now.jacobian, HandWish(wanted, allowed))
+        limited = self._limiter.nearest(wish, self._bounds(now, target, authority))
+        return self._sent(
+            now,
+            target,
+            limited.velocities,
+            hand_from_goal=hand_from_goal.pose,
+            limiting=limited.reasons,
         )
-        joints = self._law.velocities(now.state, now.jacobian, wish, now.window.part(self._hand))
-        hand = self._slowed(keep.slowed(joints, now.jacobian), now.jacobian, authority)
-        return self._sent(now, target, hand, hand_from_goal=hand_from_goal.pose, limiting=limiting)
 
     def _hand_twist(
         self, now: _Now, hand_from_goal: Moving, world_from_goal: Moving, authority: float
@@ -161,28 +178,28 @@ class Controller:
         twist = correction(hand_from_goal, now.world_from_hand.matrix(), settings)
         if settings.feed_forward:
             twist = twist + world_from_goal.twist
-        return within(twist, authority * settings.linear_speed, authority * settings.angular_speed)
+        return within(twist, *self._limiter.speeds(authority))
 
-    def _approached(self, now: _Now, twist: Floats) -> Floats:
-        """Return how far the wanted hand velocity (6,) may change since the last tick."""
-        # After a hold there is no last wish, and the hand does what its joints were told.
-        last = self._wish
-        if last is None:
-            last = exact.product(now.jacobian, now.previous[self._hand])
-        self._wish = approached(twist, last, self._settings.hand, self._arm.period_s)
-        return self._wish
-
-    def _slowed(self, velocities: Floats, jacobian: Floats, authority: float) -> Floats:
-        """Return joint speeds (n,) that make the hand no faster than it may be."""
-        settings = self._settings.hand
-        fastest = authority * settings.linear_speed, authority * settings.angular_speed
-        return velocities * float(shares(exact.product(jacobian, velocities), *fastest).min())
+    def _bounds(self, now: _Now, target: Prediction, authority: float) -> Bounds:
+        """Return all that bounds the hand's joints before a target."""
+        keep = self._guard.keep(now.place, now.last[:3], target.place, target.twist[:3])
+        walls, window = keep.rows(now.jacobian), now.window.part(self._hand)
+        return self._limiter.bounds(now.jacobian, now.last, window, walls, authority)
 
     def _hold(self, now: _Now, target: Prediction | None, holding: frozenset[Reason]) -> Command:
         """Bring the hand to rest along its way; the eyes stay on what is known of the target."""
-        self._wish = None
-        hand = self._limits.braked(now.previous)[self._hand]
-        return self._sent(now, target, hand, holding=holding)
+        braked = self._braked(now.previous, now.jacobian)[self._hand]
+        wish = JointWish(braked, hand_weights(now.jacobian, self._settings.joints.angular_weight))
+        window, walls = now.window.part(self._hand), Rows.none(len(braked))
+        bounds = self._limiter.bounds(now.jacobian, now.last, window, walls, 1.0)
+        return self._sent(
+            now, target, self._limiter.nearest(wish, bounds).velocities, holding=holding
+        )
+
+    def _braked(self, previous: Floats, jacobian: Floats) -> Floats:
+        """Return the next command (N,) of joints that come to rest, and of the hand with them."""
+        twist = exact.product(jacobian, previous[self._hand])
+        return self._limits.braked(previous, self._limiter.ticks_to_rest(twist))
 
     def _sent(
         self,
@@ -196,46 +213,58 @@ class Controller:
     ) -> Command:
         """Add the eyes to the hand's joint speeds (n,), keep to all limits, and remember it."""
         velocities = self._limits.braked(now.previous)
-        velocities[self._hand] = now.window.part(self._hand).bounded(hand)
+        velocities[self._hand] = hand
         twist = exact.product(now.jacobian, velocities[self._hand])
         angles = None
         if self._gaze is not None and target is not None:
             gaze = self._gaze.wanted(now.world_from_hand, twist, target.place, target.twist[:3])
             velocities[self._gaze.places] = self._gaze.velocities(now.state, gaze, now.window)
             angles = gaze.angles
-        self._previous = (now.state.time_s, velocities)
+        self._previous = _Told(now.state.time_s, velocities, twist, now.jacobian)
         place = None if target is None else target.world_from_object
         return Command(velocities.copy(), twist, hand_from_goal, place, angles, holding, limiting)
 
     def _stop(self, state: JointState) -> Command:
         """Brake blindly, for a state that cannot be used."""
-        self._wish = None
-        last = (
-            np.zeros(len(self._arm.joints.names)) if self._previous is None else self._previous[1]
-        )
-        velocities = self._limits.braked(last)
-        self._previous = (state.time_s, velocities)
-        return Command(velocities.copy(), np.zeros(6), holding=frozenset({Reason.BAD_STATE}))
+        last = self._previous
+        if last is None:
+            velocities, twist = np.zeros(len(self._arm.joints.names)), np.zeros(6)
+        else:
+            velocities = self._braked(last.velocities, last.jacobian)
+            twist = exact.product(last.jacobian, velocities[self._hand])
+            self._previous = _Told(state.time_s, velocities, twist, last.jacobian)
+        return Command(velocities.copy(), twist, holding=frozenset({Reason.BAD_STATE}))
 
     def _look_at(self, state: JointState) -> _Now | None:
         """Work out what the hand does now; None if the state holds no numbers."""
         if not np.isfinite([state.time_s, *state.positions, *state.velocities]).all():
             return None
         self._trust.advance(state.time_s)
-        velocities = previous = np.asarray(state.velocities, np.float64)
-        if self._previous is not None:
-            age = state.time_s - self._previous[0]
-            if not age > _MISSED_PERIODS * self._arm.period_s:
-                previous = self._previous[1]
-        jacobian = np.asarray(self._arm.jacobian(state.positions), np.float64)[:, self._hand]
+        velocities = np.asarray(state.velocities, np.float64)
+        told = self._previous
+        if told is not None and state.time_s - told.time_s > _MISSED_PERIODS * self._arm.period_s:
+            told = None
+        previous = velocities if told is None else told.velocities
+        # What is told now is done where the joints will be when they have answered.
+        ahead_s = self._settings.hand.lead_s + 0.5 * self._arm.period_s
+        jacobian = self._jacobian(state.positions + ahead_s * previous)
+        twist = exact.product(self._jacobian(state.positions), velocities[self._hand])
+        last = exact.product(jacobian, previous[self._hand]) if told is None else told.twist
+        braking = np.full(len(previous), np.inf)
+        braking[self._hand] = self._limiter.braking(jacobian)
         return _Now(
             state,
             self._arm.world_from_hand(state.positions),
             jacobian,
-            exact.product(jacobian, velocities[self._hand]),
+            twist,
             previous,
-            self._limits.window(state.positions, previous),
+            last,
+            self._limits.window(state.positions, previous, braking),
         )
+
+    def _jacobian(self, positions: Floats) -> Floats:
+        """Return the hand's velocity (6, n) by the joints that move it."""
+        return np.asarray(self._arm.jacobian(positions), np.float64)[:, self._hand]
 
     def _led(self, target: Prediction) -> Prediction:
         """Return where the target is now, with the motion it has when the joints answer."""

@@ -6,7 +6,7 @@ import numpy as np
 
 from servoid.pose import Pose, exact
 from servoid.servo.arm import Eyes, Floats, JointState
-from servoid.servo.limits import Window
+from servoid.servo.bounds import Window
 from servoid.servo.settings import GazeMode, GazeSettings
 
 _NEAREST = 0.02  # m: nearer to an eye a target has no direction

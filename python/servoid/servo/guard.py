@@ -6,11 +6,11 @@ import numpy as np
 
 from servoid.pose import Pose, exact
 from servoid.servo.arm import Floats
+from servoid.servo.bounds import Rows
 from servoid.servo.limits import stoppable_speed
 from servoid.servo.safety import Reason
 from servoid.servo.settings import SafetySettings
 
-_NOTED = 1e-4  # m/s: less is no intervention
 _BLIND = 1e-6  # m: nearer than this to the object there is no direction away
 
 
@@ -26,22 +26,23 @@ class Keep:
     toward: Floats
     closing: float
 
-    def slowed(self, velocities: Floats, jacobian: Floats) -> Floats:
-        """Return joint speeds (n,), slowed down together as far as the bounds ask for."""
-        linear = exact.product(jacobian[:3], velocities)
-        speeds = np.concatenate([linear, -linear, [exact.dot(self.toward, linear)]])
-        bounds = np.concatenate([self.upper, -self.lower, [self.closing]])
-        fast = speeds > np.maximum(bounds, 0.0) + _NOTED
-        if not np.any(fast):
-            return velocities
-        return velocities * float(np.min(np.maximum(bounds[fast], 0.0) / speeds[fast]))
+    def rows(self, jacobian: Floats) -> Rows:
+        """Return them as bounds of joint speeds; `jacobian` (6, n) is that of the hand."""
+        linear = jacobian[:3]
+        return Rows(
+            np.concatenate([linear, exact.product(self.toward, linear)[None]]),
+            np.array([*self.lower, -np.inf]),
+            np.array([*self.upper, self.closing if np.any(self.toward) else np.inf]),
+            (*[Reason.WORKSPACE] * 3, Reason.NEAR),
+        )
 
 
 class Guard:
     """Knows the workspace and the least distance, and how to brake before them."""
 
-    def __init__(self, settings: SafetySettings, reaction_s: float) -> None:
+    def __init__(self, settings: SafetySettings, reaction_s: float, period_s: float) -> None:
         self._settings, self._reaction_s = settings, reaction_s
+        self._step = settings.braking * period_s
         self._lower = np.array(settings.workspace_lower)
         self._upper = np.array(settings.workspace_upper)
 
@@ -55,8 +56,13 @@ class Guard:
         place = np.minimum(np.maximum(place, self._lower), self._upper)
         return Pose.from_parts(place.tolist(), world_from_goal.quaternion)
 
-    def keep(self, hand: Floats, object_in_world: Floats, object_velocity: Floats) -> Keep:
-        """Return what bounds the hand at a place (3,) in the world, before the object (3,)."""
+    def keep(
+        self, hand: Floats, velocity: Floats, object_in_world: Floats, object_velocity: Floats
+    ) -> Keep:
+        """Return what bounds the hand at a place (3,) in the world, before the object (3,).
+
+        No bound asks for more than `braking` takes from the hand's last velocity (3,).
+        """
         away = object_in_world - hand
         distance = exact.norm(away)
         toward = away / distance if distance > _BLIND else np.zeros(3)
@@ -67,18 +73,9 @@ class Guard:
             stoppable_speed(np.abs(room), self._settings.braking, self._reaction_s), room
         )
         closing = float(speeds[6]) + exact.dot(toward, object_velocity)
-        return Keep(-speeds[:3], speeds[3:6], toward, closing)
-
-    def kept(self, twist: Floats, keep: Keep) -> tuple[Floats, frozenset[Reason]]:
-        """Return a hand velocity (6,) in the world within bounds, and what it ran into."""
-        result, reasons = twist.copy(), set()
-        excess = exact.dot(keep.toward, result[:3]) - keep.closing
-        if excess > 0.0 and np.any(keep.toward):
-            result[:3] -= excess * keep.toward
-            if excess > _NOTED:
-                reasons.add(Reason.NEAR)
-        boxed = np.minimum(np.maximum(result[:3], keep.lower), keep.upper)
-        if np.abs(boxed - result[:3]).max() > _NOTED:
-            reasons.add(Reason.WORKSPACE)
-        result[:3] = boxed
-        return result, frozenset(reasons)
+        return Keep(
+            np.minimum(-speeds[:3], velocity + self._step),
+            np.maximum(speeds[3:6], velocity - self._step),
+            toward,
+            max(closing, exact.dot(toward, velocity) - self._step),
+        )

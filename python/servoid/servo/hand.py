@@ -1,4 +1,4 @@
-"""The hand's velocity from its pose error, by the paper's PD law, and its limits."""
+"""The hand's velocity from its pose error, by the paper's PD law."""
 
 import numpy as np
 
@@ -38,9 +38,3 @@ def shares(twist: Floats, linear: float, angular: float) -> Floats:
 def within(twist: Floats, linear: float, angular: float) -> Floats:
     """Return a twist (6,) whose linear and angular parts are no longer than these."""
     return twist * np.repeat(shares(twist, linear, angular), 3)
-
-
-def approached(twist: Floats, previous: Floats, settings: HandSettings, time_s: float) -> Floats:
-    """Return how far the hand's velocity can go from `previous` to `twist` in `time_s`."""
-    most = (settings.linear_acceleration * time_s, settings.angular_acceleration * time_s)
-    return previous + within(twist - previous, *most)

@@ -7,10 +7,10 @@ import numpy as np
 
 from servoid.pose import Pose, exact
 from servoid.servo.arm import Arm, Floats, JointState
-from servoid.servo.limits import Window
 from servoid.servo.reach import stepped
 from servoid.servo.settings import JointSettings
 
+IDLE_WEIGHT = 1e-3  # m²: of motion of the joints that leaves the hand where it is
 _TINY = 1e-9
 
 
@@ -22,14 +22,34 @@ class HandWish:
     world_from_goal: Pose
 
 
-class HandJoints(Protocol):
-    """A law that turns what the hand should do into the speeds of the joints that move it."""
+@dataclass(frozen=True, eq=False)
+class JointWish:
+    """What the joints should do: speeds (n,) in rad/s, and `weights` (n, n) of missing them.
 
-    def velocities(
-        self, state: JointState, jacobian: Floats, wish: HandWish, window: Window
-    ) -> Floats:
-        """Return (n,) rad/s inside the window; `jacobian` is (6, n), of the hand's joints."""
+    Of speeds that may be had, those are best whose difference x costs least in x weights x.
+    """
+
+    velocities: Floats
+    weights: Floats
+
+
+class HandJoints(Protocol):
+    """A law that turns what the hand should do into what the joints that move it should do."""
+
+    def wish(self, state: JointState, jacobian: Floats, wish: HandWish) -> JointWish:
+        """Return what it wishes of n joints, bounds aside; `jacobian` is (6, n), of the hand's."""
         ...
+
+
+def hand_weights(jacobian: Floats, angular_weight: float) -> Floats:
+    """Return weights (n, n) for which joints that move the hand as wished are nearly all the same.
+
+    `jacobian` is (6, n), and `angular_weight` says how many metres weigh as much as a radian.
+    """
+    weighted = np.repeat([1.0, angular_weight], 3)[:, None] * jacobian
+    weights = exact.product(weighted.T, weighted)
+    weights[np.diag_indices(len(weights))] += IDLE_WEIGHT
+    return weights
 
 
 def pseudo_inverse(jacobian: Floats) -> Floats:
@@ -52,16 +72,13 @@ class PaperJoints:
         self._free = slice(1 if count > 6 else 0, count)
         self._solution: Floats | None = None
 
-    def velocities(
-        self, state: JointState, jacobian: Floats, wish: HandWish, window: Window
-    ) -> Floats:
-        """Return (n,) rad/s inside the window; too fast ones are slowed down together."""
+    def wish(self, state: JointState, jacobian: Floats, wish: HandWish) -> JointWish:
+        """Return what the law asks for, bounds aside."""
         count = self._arm.joints.hand_count
         desired = self.joints_at(wish.world_from_goal, state.positions)  # Eq. (14)
         feedback = self._settings.feedback_gain * (desired - state.positions)[:count]
-        wanted = feedback + exact.product(pseudo_inverse(jacobian), wish.twist)  # Eq. (16)
-        fastest = self._settings.speed_share * self._arm.joints.speed[:count]
-        return window.bounded(wanted / max(1.0, float(np.max(np.abs(wanted) / fastest))))
+        velocities = feedback + exact.product(pseudo_inverse(jacobian), wish.twist)  # Eq. (16)
+        return JointWish(velocities, hand_weights(jacobian, self._settings.angular_weight))
 
     def joints_at(self, world_from_goal: Pose, positions: Floats) -> Floats:
         """Return the joints (N,) that hold the hand at the goal, as near as steps have come to it.

@@ -26,6 +26,11 @@ class Reason(Enum):
     BAD_STATE = "the arm's joint state holds numbers that are not finite"
     WORKSPACE = "the hand is at the edge of its workspace"
     NEAR = "the hand is as near to the object as it may be"
+    HAND_SPEED = "the hand is as fast as it may be"
+    HAND_ACCELERATION = "the hand speeds up or brakes as hard as it may"
+    JOINT_SPEED = "a joint is as fast as it may be"
+    JOINT_ACCELERATION = "a joint speeds up or brakes as hard as it may"
+    JOINT_LIMIT = "a joint is near its stop"
 
 
 _TOLERATED_JUMPS = 1

@@ -91,6 +91,12 @@ class HandSettings(_Settings, frozen=True, kw_only=True, forbid_unknown_fields=T
     angular_speed: Annotated[float, _above("fastest turn of the hand, rad/s")] = 1.5
     linear_acceleration: Annotated[float, _above("of the hand, m/s²")] = 2.0
     angular_acceleration: Annotated[float, _above("of the hand, rad/s²")] = 8.0
+    speed_share: Annotated[
+        float, Meta(gt=0, le=1, description="share of the hand's speed limits that is used")
+    ] = 0.95
+    acceleration_share: Annotated[
+        float, Meta(gt=0, le=1, description="share of its acceleration limits that is used")
+    ] = 0.9
 
 
 class JointSettings(_Settings, frozen=True, kw_only=True, forbid_unknown_fields=True):

@@ -1,0 +1,98 @@
+"""Laws of the limits of the hand and of the joints, whatever goals, jumps and holds come."""
+
+import numpy as np
+import pytest
+from fake_tracker import FakeEstimate
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from servo_loop import GOAL_FROM_OBJECT, Floats, Loop, Seen, broken_limits, goal_at, to_and_fro
+
+from servoid.observe.source import Instant
+from servoid.pose import Pose
+from servoid.servo import JointLaw, ServoSettings
+from servoid.servo.settings import HandSettings, JointSettings
+
+LAWS = pytest.mark.parametrize("law", list(JointLaw), ids=lambda law: law.value)
+HAND = HandSettings()
+SPEEDS = np.array([HAND.linear_speed, HAND.angular_speed])
+ACCELERATIONS = np.array([HAND.linear_acceleration, HAND.angular_acceleration])
+
+
+def hand_shares(loop: Loop) -> dict[str, float]:
+    """Return the greatest shares of the hand's limits that commands and the hand itself used."""
+    told = np.array([tick.command.twist for tick in loop.ticks]).reshape(-1, 2, 3)
+    went = np.array([tick.hand_twist for tick in loop.ticks]).reshape(-1, 2, 3)
+    found = {}
+    for name, twists in (("told", told), ("went", went)):
+        changes = np.diff(twists, axis=0, prepend=np.zeros((1, 2, 3))) / loop.arm.period_s
+        found[f"{name} speed"] = (np.linalg.norm(twists, axis=2) / SPEEDS).max()
+        found[f"{name} acceleration"] = (np.linalg.norm(changes, axis=2) / ACCELERATIONS).max()
+    return found
+
+
+def jumping(seed: int, law: JointLaw) -> Loop:
+    """Drive an arm by goals and objects that jump, and by a tracker that loses the object."""
+    random = np.random.default_rng(seed)
+    sizes = np.repeat([0.25, 0.8], 3)
+    places = [goal_at(random.uniform(-1, 1, 6) * sizes) for _ in range(3)]
+    goals = [Pose.exp(random.uniform(-1, 1, 6) * 0.5 * sizes) for _ in range(4)]
+    teleports = sorted(random.uniform(0.5, 6.0, 2).tolist())
+    lost_s = float(random.uniform(0.5, 5.0))
+
+    def path(time_s: float) -> Pose:
+        return places[int(np.searchsorted(teleports, time_s))]
+
+    def goal(time_s: float) -> Pose:
+        return GOAL_FROM_OBJECT @ goals[int(time_s / 1.7) % 4]
+
+    def spoil(instant: Instant, estimate: FakeEstimate) -> Seen:
+        return instant, None if lost_s < estimate.time_s < lost_s + 0.6 else estimate
+
+    chosen = ServoSettings(joints=JointSettings(law=law))
+    return Loop(path, chosen, goal=goal, spoil=spoil, seed=seed)
+
+
+def assert_kept(loop: Loop) -> None:
+    shares = hand_shares(loop)
+    assert max(shares["told speed"], shares["told acceleration"]) <= 1.0, shares
+    # Joints that lag behind commands mean them, so that what they do is nearly as bounded.
+    assert max(shares["went speed"], shares["went acceleration"]) <= 1.02, shares
+    assert broken_limits(loop) == []
+
+
+@LAWS
+@pytest.mark.parametrize("seed", [1, 2])
+def test_the_hand_keeps_its_limits_through_jumps_and_holds(law: JointLaw, seed: int) -> None:
+    loop = jumping(seed, law)
+    loop.run(5)
+    assert_kept(loop)
+
+
+@pytest.mark.extended
+@LAWS
+@settings(max_examples=25, deadline=None)
+@given(seed=st.integers(10, 10_000))
+def test_the_hand_keeps_its_limits_whatever_is_drawn(law: JointLaw, seed: int) -> None:
+    loop = jumping(seed, law)
+    loop.run(7)
+    assert_kept(loop)
+
+
+@LAWS
+def test_the_hand_keeps_its_limits_on_its_way_from_look_to_look(law: JointLaw) -> None:
+    loop = Loop(to_and_fro(10), ServoSettings(joints=JointSettings(law=law)))
+    point = np.array(to_and_fro(10)(0.0).translation)
+    for offset in ([0.1, 0.3, 0.2, 0.3, 0.3, 0.6], [0.0, -0.3, 0.1, 0.0, -0.4, -0.7]):
+        goal = goal_at(np.array(offset)) @ GOAL_FROM_OBJECT.inverse()
+        led(loop, goal, point, 2.0)
+    assert_kept(loop)
+
+
+def led(loop: Loop, goal: Pose, point: Floats, seconds: float) -> None:
+    """Lead a hand to a pose in the world, and keep the ticks."""
+    end_s = loop.arm.time_s + seconds
+    while loop.arm.time_s < end_s:
+        state = loop.arm.state()
+        command = loop.controller.go_to(state, goal, point)
+        loop.ticks.append(loop._tick(state, command))
+        loop.arm.command(command.velocities)

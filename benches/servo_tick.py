@@ -30,6 +30,7 @@ class Seen:
     unobservable: np.ndarray
     confidence: float = 0.9
     status: str = "tracking"
+    located: bool = True
 
 
 def seen_at(start: Pose, time_s: float) -> Seen:

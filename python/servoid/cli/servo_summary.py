@@ -7,7 +7,7 @@ from pathlib import Path
 
 import typer
 
-from servoid.servo import ServoMetrics
+from servoid.servo import Reason, ServoMetrics, limited_s
 from servoid.study import ServoTrial
 
 _LABEL_WIDTH = 12
@@ -28,6 +28,7 @@ def print_servo_summary(
         **_errors(metrics),
         "tracked": f"{100.0 * metrics.tracked_share:.1f} % of {metrics.observations} observations",
         "held": _held(metrics),
+        **_limited(limited_s(trial.log)),
         "control": f"{metrics.control_s.in_words()} a tick",
         "tracker": f"{metrics.track_s.in_words()} an observation",
     }
@@ -62,6 +63,12 @@ def _held(metrics: ServoMetrics) -> str:
     reasons = {reason.value for hold in metrics.holds for reason in hold.reasons}
     times = "once" if len(metrics.holds) == 1 else f"{len(metrics.holds)} times"
     return f"{times}, {metrics.held_s:.2f} s in all: {'; '.join(sorted(reasons))}"
+
+
+def _limited(seconds: Mapping[Reason, float]) -> dict[str, str]:
+    """Say what kept the hand from its goal, if anything did."""
+    words = [f"{reason.value}, {times:.2f} s" for reason, times in seconds.items()]
+    return {"limited": "; ".join(words)} if words else {}
 
 
 def _mm(metres: float) -> str:

@@ -14,7 +14,7 @@ from servoid.pose import Pose
 from servoid.record.lettering import Box, fill, width_px, write, write_into
 from servoid.record.outline import Color, draw_axes, draw_outline
 from servoid.record.overlay import STATUS_COLORS
-from servoid.servo import Command, TargetEstimate
+from servoid.servo import ORDINARY, Command, TargetEstimate
 
 _WIDTH_PX = 1280
 _BAND_PX = 80
@@ -234,8 +234,9 @@ def _hold_words(command: Command | None) -> tuple[str, Color]:
         return "", _QUIET
     if command.holding:
         return f"held: {'; '.join(sorted(one.value for one in command.holding))}", _HELD
-    if command.limiting:
-        return f"slowed: {'; '.join(sorted(one.value for one in command.limiting))}", _HELD
+    limiting = command.limiting - ORDINARY
+    if limiting:
+        return f"limited: {'; '.join(sorted(one.value for one in limiting))}", _HELD
     speed = 1000.0 * float(np.linalg.norm(command.twist[:3]))
     return f"hand moves at {speed:.0f} mm/s", _QUIET
 

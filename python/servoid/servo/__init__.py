@@ -2,13 +2,14 @@
 
 from servoid.servo.arm import Arm, Eyes, Joints, JointState
 from servoid.servo.controller import Command, Controller
+from servoid.servo.limited import limited_s
 from servoid.servo.log import Seen, ServoLog, ServoRow, off_center
 from servoid.servo.looking import Viewpoint, VisitStep, next_viewpoint, visit
 from servoid.servo.loop import Goal, Tick, brought_to_rest, halt, servo
 from servoid.servo.metrics import Hold, ServoMetrics, Spread, holds
 from servoid.servo.reach import reached
 from servoid.servo.remembering import RememberingArm
-from servoid.servo.safety import Reason
+from servoid.servo.safety import ORDINARY, Reason
 from servoid.servo.settings import (
     GazeMode,
     JointLaw,
@@ -21,6 +22,7 @@ from servoid.servo.settings_text import settings_toml
 from servoid.servo.target import TargetEstimate, TargetFilter
 
 __all__ = [
+    "ORDINARY",
     "Arm",
     "Command",
     "Controller",
@@ -48,6 +50,7 @@ __all__ = [
     "brought_to_rest",
     "halt",
     "holds",
+    "limited_s",
     "next_viewpoint",
     "off_center",
     "reached",

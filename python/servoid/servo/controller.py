@@ -18,6 +18,7 @@ from servoid.servo.joints import HandJoints, HandWish, JointWish, PaperJoints, h
 from servoid.servo.limiter import Limiter
 from servoid.servo.limits import JointLimits
 from servoid.servo.moving import Moving, change_between
+from servoid.servo.reaching import Reaching
 from servoid.servo.safety import Reason, Trust
 from servoid.servo.settings import JointLaw, JointSettings, ServoSettings
 from servoid.servo.target import Prediction, TargetEstimate, TargetFilter
@@ -100,6 +101,7 @@ class Controller:
             settings.safety, settings.joints.reaction_s + arm.period_s, arm.period_s
         )
         self._limiter = Limiter(arm, settings.hand)
+        self._reaching = Reaching(arm, settings.joints)
         self._law = _LAWS[settings.joints.law](arm, settings.joints)
         self._gaze = None if arm.eyes is None else GazeControl(arm.eyes, settings.gaze)
         self._hand = slice(0, arm.joints.hand_count)
@@ -162,12 +164,13 @@ class Controller:
         allowed = self._guard.allowed(world_from_goal.pose, target.place)
         wish = self._law.wish(now.state, now.jacobian, HandWish(wanted, allowed))
         limited = self._limiter.nearest(wish, self._bounds(now, target, authority))
+        stuck = self._reaching.reasons(now.state, now.jacobian, wanted, allowed)
         return self._sent(
             now,
             target,
             limited.velocities,
             hand_from_goal=hand_from_goal.pose,
-            limiting=limited.reasons,
+            limiting=limited.reasons | stuck,
         )
 
     def _hand_twist(
@@ -188,6 +191,7 @@ class Controller:
 
     def _hold(self, now: _Now, target: Prediction | None, holding: frozenset[Reason]) -> Command:
         """Bring the hand to rest along its way; the eyes stay on what is known of the target."""
+        self._reaching.forget()
         braked = self._braked(now.previous, now.jacobian)[self._hand]
         wish = JointWish(braked, hand_weights(now.jacobian, self._settings.joints.angular_weight))
         window, walls = now.window.part(self._hand), Rows.none(len(braked))

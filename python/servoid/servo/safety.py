@@ -26,6 +26,8 @@ class Reason(Enum):
     BAD_STATE = "the arm's joint state holds numbers that are not finite"
     WORKSPACE = "the hand is at the edge of its workspace"
     NEAR = "the hand is as near to the object as it may be"
+    UNREACHABLE = "the arm does not reach the goal"
+    SINGULAR = "the arm is in a singular pose and cannot move towards the goal"
     HAND_SPEED = "the hand is as fast as it may be"
     HAND_ACCELERATION = "the hand speeds up or brakes as hard as it may"
     JOINT_SPEED = "a joint is as fast as it may be"
@@ -33,6 +35,10 @@ class Reason(Enum):
     JOINT_LIMIT = "a joint is near its stop"
 
 
+# Bounds that any quick motion meets, and that keep no hand from its goal.
+ORDINARY = frozenset(
+    {Reason.HAND_SPEED, Reason.HAND_ACCELERATION, Reason.JOINT_SPEED, Reason.JOINT_ACCELERATION}
+)
 _TOLERATED_JUMPS = 1
 
 

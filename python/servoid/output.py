@@ -88,8 +88,10 @@ def check_file(path: Path) -> None:
     _check_writable(path.resolve().parent, asked=path)
 
 
-def check_folder(path: Path) -> None:
+def check_folder(path: Path, *, parents: bool = False) -> None:
     """Check that files can be written into the folder `path`, or that it can be made.
+
+    With `parents` the folders above it can be missing, too.
 
     Raises:
         OutputError: `path` is a file, the folder above it is missing, or it is read-only.
@@ -97,18 +99,23 @@ def check_folder(path: Path) -> None:
     """
     if path.exists() and not path.is_dir():
         raise OutputError(f"cannot write into {path}: it is a file; name a folder")
-    _check_writable(path if path.is_dir() else path.resolve().parent, asked=path)
+    folder = path.resolve() if path.is_dir() else path.resolve().parent
+    while parents and not folder.exists():
+        folder = folder.parent
+    if parents and not folder.is_dir():
+        raise OutputError(f"cannot write into {path}: {folder} is a file; name another folder")
+    _check_writable(folder, asked=path)
 
 
-def make_folder(path: Path) -> None:
-    """Make the folder `path` if it does not exist; the folder above it must.
+def make_folder(path: Path, *, parents: bool = False) -> None:
+    """Make the folder `path` if it does not exist; the one above it must, but for `parents`.
 
     Raises:
         OutputError: the folder cannot be made.
 
     """
     try:
-        path.mkdir(exist_ok=True)
+        path.mkdir(exist_ok=True, parents=parents)
     except OSError as error:
         raise OutputError(f"cannot make the folder {path}: {_reason(error)}") from error
 

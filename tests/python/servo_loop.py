@@ -11,6 +11,7 @@ from servoid.observe.source import Instant
 from servoid.pose import Pose
 from servoid.servo import Command, Controller, JointState, ServoSettings
 from servoid.servo.moving import change_between, shifted_and_turned
+from servoid.servo.settings import HandSettings
 from servoid.sim.arm_file import read_arm
 from servoid.sim.serial_arm import SerialArm
 
@@ -153,3 +154,21 @@ def broken_limits(loop: Loop) -> list[str]:
         "number": not np.all(np.isfinite(commands)),
     }
     return [name for name, broken in wrong.items() if broken]
+
+
+def hand_shares_of(told: Floats, went: Floats, period_s: float) -> dict[str, float]:
+    """Return the greatest shares of the hand's limits that its velocities (T, 6) made use of.
+
+    They are those of commands, and those with which it went.
+    """
+    hand = HandSettings()
+    speeds = np.array([hand.linear_speed, hand.angular_speed])
+    accelerations = np.array([hand.linear_acceleration, hand.angular_acceleration])
+    found = {}
+    for name, twists in (("told", told.reshape(-1, 2, 3)), ("went", went.reshape(-1, 2, 3))):
+        changes = np.diff(twists, axis=0, prepend=np.zeros((1, 2, 3))) / period_s
+        found[f"{name} speed"] = float((np.linalg.norm(twists, axis=2) / speeds).max())
+        found[f"{name} acceleration"] = float(
+            (np.linalg.norm(changes, axis=2) / accelerations).max()
+        )
+    return found

@@ -11,7 +11,14 @@ from servoid.observe import Instant
 from servoid.pose import Pose
 from servoid.servo import Controller, Seen, ServoLog, ServoRow, Tick, off_center, servo
 from servoid.shape import Body
-from servoid.sim.world import CameraSettings, ObjectSettings, World, WorldSettings
+from servoid.sim.world import (
+    ArmSettings,
+    CameraSettings,
+    Fault,
+    ObjectSettings,
+    World,
+    WorldSettings,
+)
 
 SMALL = CameraSettings(size_px=(160, 120), samples=1, moments=1)
 GOAL_FROM_OBJECT = Pose.from_parts([0.0, -0.09, 0.545], [1.0, 0.0, 0.0, 0.0])  # Eq. (20)
@@ -36,12 +43,16 @@ class Run:
     path: str = "sine:0.15@10s"
     background: str = "plain"
     lost_s: tuple[float, float] = (0.3, 0.8)
+    arm: ArmSettings = field(default_factory=ArmSettings)
+    faults: tuple[Fault, ...] = ()
     world: World = field(init=False)
     log: ServoLog = field(init=False)
 
     def __post_init__(self) -> None:
         self.world = World(
             WorldSettings(
+                arm=self.arm,
+                faults=self.faults,
                 cameras=self.cameras,
                 background=self.background,
                 object=ObjectSettings(path=self.path),

@@ -53,7 +53,7 @@ def ran(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Outcome]:
     """Run once by a file with settings, for all tests that look at what comes of it."""
     folder = tmp_path_factory.mktemp("servo")
     (folder / "small.toml").write_text(trial_toml(small_settings(SHORT)))
-    return folder, servo_apart(folder, "--config", "small.toml", "--out", "run")
+    return folder, servo_apart(folder, "--config", "small.toml", "--out", "new/run")
 
 
 def said(outcome: Outcome) -> dict[str, str]:
@@ -64,9 +64,9 @@ def test_a_run_writes_all_its_files_and_names_them(ran: tuple[Path, Outcome]) ->
     folder, outcome = ran
     assert outcome.code == 0, outcome.err
     for name in FILES:
-        assert (folder / "run" / name).stat().st_size > 100, name
-    named = {word for word in outcome.out.split() if word.startswith("run/")}
-    assert named >= {f"run/{name}" for name in FILES if name not in PLOTS}
+        assert (folder / "new" / "run" / name).stat().st_size > 100, name
+    named = {word for word in outcome.out.split() if word.startswith("new/run/")}
+    assert named >= {f"new/run/{name}" for name in FILES if name not in PLOTS}
     assert all((folder / name).exists() for name in named)
     assert not [name for name in everything_in(folder) if name.endswith(".part")]
 
@@ -86,27 +86,27 @@ def test_the_summary_says_how_well_the_hand_followed_in_eighty_columns(
 
 def test_the_files_of_a_run_say_the_same(ran: tuple[Path, Outcome]) -> None:
     folder, outcome = ran
-    figures = json.loads((folder / "run" / "summary.json").read_text())
+    figures = json.loads((folder / "new" / "run" / "summary.json").read_text())
     in_mm = f"{1e3 * figures['position_rms']:.2f} mm RMS"
     assert said(outcome)["hand"].startswith(in_mm)
-    rows = log_rows(folder / "run" / "log.csv")
+    rows = log_rows(folder / "new" / "run" / "log.csv")
     assert sum(row["status"] == "tracking" for row in rows) == figures["observations"]
     assert {word for row in rows for word in row["holding"].split()} <= {
         reason.name.lower() for reason in Reason
     }
-    assert len(load_body(folder / "run" / "body.json").body()) == 1
-    film = cv2.VideoCapture(str(folder / "run" / "servo.mp4"))
+    assert len(load_body(folder / "new" / "run" / "body.json").body()) == 1
+    film = cv2.VideoCapture(str(folder / "new" / "run" / "servo.mp4"))
     assert film.get(cv2.CAP_PROP_FRAME_COUNT) == pytest.approx(15, abs=3)
-    page = (folder / "run" / "report.html").read_text()
+    page = (folder / "new" / "run" / "report.html").read_text()
     assert "painted_ellipsoid" in page and "<img" in page
 
 
 @pytest.mark.extended
 def test_the_settings_of_a_run_repeat_it_to_the_bit(ran: tuple[Path, Outcome]) -> None:
     folder, _ = ran
-    first = folder / "run"
+    first = folder / "new" / "run"
     assert read_trial_settings(first / "run.toml") == small_settings(SHORT)
-    again = servo_apart(folder, "--config", "run/run.toml", "--out", "again", "--no-video")
+    again = servo_apart(folder, "--config", "new/run/run.toml", "--out", "again", "--no-video")
     assert again.code == 0, again.err
     assert not (folder / "again" / "servo.mp4").exists()
     assert "servo.mp4" not in again.out
@@ -195,7 +195,7 @@ def test_a_folder_that_cannot_be_written_is_refused_before_anything_moves(
 ) -> None:
     (tmp_path / "file").write_text("mine")
     before = everything_in(tmp_path)
-    for out in (tmp_path / "file", tmp_path / "none" / "run", tmp_path / "file" / "run"):
+    for out in (tmp_path / "file", tmp_path / "file" / "run", tmp_path / "file" / "new" / "run"):
         outcome = servoid_command("servo", "--out", out)
         assert (outcome.code, outcome.out) == (1, "")
         assert re.fullmatch(r"error: cannot write .*\n", outcome.err), outcome.err

@@ -5,29 +5,23 @@ import pytest
 from fake_tracker import FakeEstimate
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from servo_loop import GOAL_FROM_OBJECT, Floats, Loop, Seen, broken_limits, goal_at, to_and_fro
+from servo_loop import (
+    GOAL_FROM_OBJECT,
+    Floats,
+    Loop,
+    Seen,
+    broken_limits,
+    goal_at,
+    hand_shares_of,
+    to_and_fro,
+)
 
 from servoid.observe.source import Instant
 from servoid.pose import Pose
 from servoid.servo import JointLaw, ServoSettings
-from servoid.servo.settings import HandSettings, JointSettings
+from servoid.servo.settings import JointSettings
 
 LAWS = pytest.mark.parametrize("law", list(JointLaw), ids=lambda law: law.value)
-HAND = HandSettings()
-SPEEDS = np.array([HAND.linear_speed, HAND.angular_speed])
-ACCELERATIONS = np.array([HAND.linear_acceleration, HAND.angular_acceleration])
-
-
-def hand_shares(loop: Loop) -> dict[str, float]:
-    """Return the greatest shares of the hand's limits that commands and the hand itself used."""
-    told = np.array([tick.command.twist for tick in loop.ticks]).reshape(-1, 2, 3)
-    went = np.array([tick.hand_twist for tick in loop.ticks]).reshape(-1, 2, 3)
-    found = {}
-    for name, twists in (("told", told), ("went", went)):
-        changes = np.diff(twists, axis=0, prepend=np.zeros((1, 2, 3))) / loop.arm.period_s
-        found[f"{name} speed"] = (np.linalg.norm(twists, axis=2) / SPEEDS).max()
-        found[f"{name} acceleration"] = (np.linalg.norm(changes, axis=2) / ACCELERATIONS).max()
-    return found
 
 
 def jumping(seed: int, law: JointLaw) -> Loop:
@@ -53,7 +47,9 @@ def jumping(seed: int, law: JointLaw) -> Loop:
 
 
 def assert_kept(loop: Loop) -> None:
-    shares = hand_shares(loop)
+    told = np.array([tick.command.twist for tick in loop.ticks])
+    went = np.array([tick.hand_twist for tick in loop.ticks])
+    shares = hand_shares_of(told, went, loop.arm.period_s)
     assert max(shares["told speed"], shares["told acceleration"]) <= 1.0, shares
     # Joints that lag behind commands mean them, so that what they do is nearly as bounded.
     assert max(shares["went speed"], shares["went acceleration"]) <= 1.02, shares

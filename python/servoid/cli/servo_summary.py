@@ -34,7 +34,7 @@ def print_servo_summary(
     }
     for label, value in rows.items():
         _print(label, value)
-    for note in trial.meeting.all_notes:
+    for note in (*trial.world.notes, *trial.meeting.all_notes):
         _print("note", note)
     for kind, path in files.items():
         typer.echo(f"  {kind:<{_LABEL_WIDTH}} {path}")

@@ -41,7 +41,7 @@ def run_servo(order: Order) -> None:
         )
     settings = order.settings()
     path = _recorded(settings)
-    check_folder(order.out)
+    check_folder(order.out, parents=True)
     stopped = False
     with ExitStack() as stack, progress_bar("starting") as update:
         run = _Run(order.out, update)
@@ -156,7 +156,7 @@ def _report(folder: Path, trial: ServoTrial, has_video: bool) -> None:
         metrics.figures(),
         ServoPictures(trial.world.overview(_OVERVIEW_PX), [*plots, model / "contact_sheet.png"]),
         settings=text,
-        notes=trial.meeting.all_notes,
+        notes=(*trial.world.notes, *trial.meeting.all_notes),
     )
     if has_video:
         files["video"] = folder / "servo.mp4"

@@ -65,8 +65,8 @@ def run_order(order: Order) -> None:
     study = study_named(order.name)
     settings = order.settings(study)
     workers = workers_for(order.workers, order.cluster)
-    check_folder(order.out)
-    make_folder(order.out)
+    check_folder(order.out, parents=True)
+    make_folder(order.out, parents=True)
     folder = order.out / study.name
     with watched_batch(f"study {study.name}, {workers.words}") as show:
         report = run_study(study, settings, folder, workers=workers, watch=show)

@@ -87,7 +87,9 @@ def read_arm(name: str = "pa10", links: str | None = None) -> ArmFile:
     path = _FOLDER / f"{name}.toml"
     if not path.is_file():
         known = ", ".join(sorted(file.stem for file in _FOLDER.glob("*.toml")))
-        raise SimError(f"unknown arm '{name}'; choose one of {known}, or give an MJCF or URDF file")
+        raise SimError(
+            f"unknown arm '{name}'; choose {known}, or give the path of an arm's MJCF or URDF file"
+        )
     arm = msgspec.toml.decode(path.read_bytes(), type=ArmFile)
     if links is None:
         return arm

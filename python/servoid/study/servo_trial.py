@@ -101,7 +101,7 @@ def run_servo_trial(
 
     """
     world = World(settings.world, path=path)
-    make_folder(Path(folder))
+    make_folder(Path(folder), parents=True)
     if prepared is not None:
         prepared(world)
     tell = watch or (lambda _: None)

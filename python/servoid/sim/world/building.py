@@ -1,6 +1,5 @@
 """Builds the arm that a world's settings ask for, ready to start."""
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,7 +9,7 @@ from servoid.errors import SimError
 from servoid.servo.gaze import fixation
 from servoid.sim.arm_file import ArmFile, read_arm
 from servoid.sim.world.engine import load_mujoco
-from servoid.sim.world.file_arm import SUFFIXES, build_file_arm
+from servoid.sim.world.file_arm import build_file_arm, is_file_name
 from servoid.sim.world.kinematics import Kinematics
 from servoid.sim.world.motions import Floats, pose_of, unit_row
 from servoid.sim.world.robot import Robot
@@ -26,7 +25,7 @@ def build_robot(settings: WorldSettings) -> Robot:
 
     """
     arm = settings.arm
-    if Path(arm.name).suffix.lower() in SUFFIXES:
+    if is_file_name(arm.name):
         file = _changed(read_arm(), arm)
         return build_file_arm(arm, file.eyes, file.joints.lag_s)
     return build_shipped_arm(_changed(read_arm(arm.name, arm.links), arm), arm.turning_eyes)

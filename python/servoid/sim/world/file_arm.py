@@ -3,6 +3,7 @@
 import math
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 from servoid.errors import SimError
 from servoid.sim.arm_file import EyeLimits
@@ -12,11 +13,19 @@ from servoid.sim.world.head import add_head, head_things
 from servoid.sim.world.motions import compose, unit_row
 from servoid.sim.world.robot import HAND, Drive, Robot
 from servoid.sim.world.settings import ArmSettings
-from servoid.sim.world.urdf import read_urdf
+from servoid.sim.world.urdf import Urdf, read_urdf
 
-SUFFIXES = (".xml", ".mjcf", ".urdf")
+_MJCF, _URDF = "mujoco", "robot"  # what such files begin with
+_SUFFIXES = (".xml", ".mjcf", ".urdf")
+_XACRO = "{http://www.ros.org/wiki/xacro}"
 _ENDLESS = 2.0 * math.pi  # how far a joint without limits may turn to each side
 _REACH = 0.1  # of the post that carries the head, in m
+
+
+def is_file_name(name: str) -> bool:
+    """Say if an arm's name is meant as that of a file."""
+    path = Path(name)
+    return bool(path.suffix) or len(path.parts) > 1 or path.exists()
 
 
 def build_file_arm(settings: ArmSettings, eyes: EyeLimits, lag_s: float) -> Robot:
@@ -25,10 +34,12 @@ def build_file_arm(settings: ArmSettings, eyes: EyeLimits, lag_s: float) -> Robo
     Other joints, as those of fingers, are fixed, and the file's own actuators are left out.
 
     Raises:
-        SimError: the file is missing or malformed, or does not hold the mount that is asked for.
+        SimError: the file is missing, malformed or of another kind, or does not hold the mount
+            that is asked for.
 
     """
-    spec, speeds = _read(Path(settings.name))
+    spec, urdf = _read(Path(settings.name))
+    speeds = {} if urdf is None else urdf.speeds
     model = _compiled(spec, settings.name)
     for index, body in enumerate(spec.bodies):
         body.name = body.name or f"servoid body {index}"
@@ -50,15 +61,14 @@ def build_file_arm(settings: ArmSettings, eyes: EyeLimits, lag_s: float) -> Robo
         hand_count=len(drives),
         half_baseline=eyes.half_baseline,
         angles=home,
+        notes=() if urdf is None else _notes(settings.name, urdf, joints),
     )
 
 
-def _read(path: Path) -> tuple[Any, dict[str, float]]:
-    """Return the `mujoco.MjSpec` of a file, and the speeds in rad/s that it sets to its joints."""
+def _read(path: Path) -> tuple[Any, Urdf | None]:
+    """Return the `mujoco.MjSpec` of a file, and what else it says if it is a URDF."""
     mujoco = load_mujoco()
-    if not path.is_file():
-        raise SimError(f"there is no file {path}; give an arm's MJCF or URDF file")
-    urdf = read_urdf(path) if path.suffix.lower() == ".urdf" else None
+    urdf = read_urdf(path) if _kind(path) == _URDF else None
     try:
         spec = (
             mujoco.MjSpec.from_file(str(path))
@@ -68,7 +78,57 @@ def _read(path: Path) -> tuple[Any, dict[str, float]]:
     except ValueError as error:
         raise SimError(f"{path} cannot be read as an arm: {error}") from error
     spec.compiler.fusestatic = False  # the mount may be a body without a joint
-    return spec, {} if urdf is None else urdf.speeds
+    return spec, urdf
+
+
+def _kind(path: Path) -> str:
+    """Return what a file begins with, of those that can be read.
+
+    Raises:
+        SimError: it is another kind of file, or none.
+
+    """
+    if path.is_dir():
+        raise SimError(f"{path} is a folder; give an arm's MJCF or URDF file in it")
+    if not path.is_file():
+        raise SimError(f"there is no file {path}; give an arm's MJCF or URDF file")
+    if path.suffix.lower() == ".xacro":
+        raise SimError(_of_xacro(path))
+    if path.suffix.lower() not in _SUFFIXES:
+        raise SimError(
+            f"{path} is no arm's file by its name; give an MJCF file (.xml, .mjcf) or a URDF"
+        )
+    try:
+        root = ElementTree.fromstring(path.read_bytes())
+    except (ElementTree.ParseError, OSError) as error:
+        raise SimError(f"{path} cannot be read as an arm: {error}") from error
+    if any(one.tag.startswith(_XACRO) for one in root.iter() if isinstance(one.tag, str)):
+        raise SimError(_of_xacro(path))
+    if root.tag not in (_MJCF, _URDF):
+        raise SimError(
+            f"{path} is a file of <{root.tag}>, which servoid does not read; give an arm's MJCF "
+            "(<mujoco>) or URDF (<robot>)"
+        )
+    return root.tag
+
+
+def _of_xacro(path: Path) -> str:
+    return (
+        f"{path} is a xacro file, of which a URDF is yet to be made; "
+        f"run 'xacro {path.name} > arm.urdf' first (pip install xacrodoc brings it without ROS), "
+        "and give that URDF"
+    )
+
+
+def _notes(name: str, urdf: Urdf, joints: list[Any]) -> tuple[str, ...]:
+    """Tell a person which joints lack a limit that they have in truth."""
+    free = [joint.name for joint in joints if joint.name in urdf.effortless]
+    if not free:
+        return ()
+    return (
+        f"{Path(name).name} gives {', '.join(free)} no effort, or 0: their torque is not limited "
+        "in this world; write the efforts of the data sheet into the file",
+    )
 
 
 def _compiled(spec: Any, name: str) -> Any:

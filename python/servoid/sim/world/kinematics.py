@@ -65,16 +65,27 @@ class Kinematics:
     def reach(self, world_from_hand: Pose) -> Floats:
         """Return joint angles (N,) that bring the hand there, the eyes looking ahead.
 
-        Of seven joints or more the first stays at 0. Of the ways that are found, the one with the
-        highest elbow is taken.
+        Of seven joints or more the first stays at 0, if it can. Of the ways that are found, the
+        one with the highest elbow is taken.
 
         Raises:
             SimError: the hand cannot get there.
 
         """
+        every = slice(0, self._free.stop)
+        for free in (self._free,) if self._free == every else (self._free, every):
+            found = self._reached(world_from_hand, free)
+            if found is not None:
+                return found
+        place = ", ".join(f"{part:.3f}" for part in world_from_hand.translation)
+        raise SimError(
+            f"the arm cannot start with its hand at ({place}) m; give joint angles as arm.start"
+        )
+
+    def _reached(self, world_from_hand: Pose, free: slice) -> Floats | None:
+        """Return the joint angles (N,) with the highest elbow, if some of the joints are free."""
         random = np.random.default_rng(_SEED)
         best: tuple[float, Floats] | None = None
-        free = self._free
         lower, upper = self.joints.lower[free], self.joints.upper[free]
         for _ in range(_TRIES):
             start = np.zeros(len(self.places))
@@ -88,12 +99,7 @@ class Kinematics:
             )
             if best is None or height > best[0] + 1e-6:
                 best = height, angles
-        if best is None:
-            place = ", ".join(f"{part:.3f}" for part in world_from_hand.translation)
-            raise SimError(
-                f"the arm cannot start with its hand at ({place}) m; give joint angles as arm.start"
-            )
-        return best[1]
+        return None if best is None else best[1]
 
     def _place(self, positions: Floats) -> None:
         self._data.qpos[self.places] = positions

@@ -29,7 +29,7 @@ class Robot:
 
     `spec` is a `mujoco.MjSpec` that holds bodies named `HAND` and `EYES`; `drives` move the hand,
     the first `hand_count` of them, and the eyes. It starts with `angles` or, where they are None,
-    with the hand at `world_from_hand`.
+    with the hand at `world_from_hand`. `notes` are for people.
     """
 
     spec: Any
@@ -39,6 +39,7 @@ class Robot:
     half_baseline: float
     angles: tuple[float, ...] | None = None
     world_from_hand: Pose | None = None
+    notes: tuple[str, ...] = ()
 
     @property
     def turns_eyes(self) -> bool:

@@ -9,16 +9,22 @@ from servoid.errors import SimError
 
 _READABLE = (".stl", ".obj", ".msh")
 _LEAST_MASS, _LEAST_INERTIA = "0.01", "0.0001"  # of a link of which the file says neither
+_TURNING = ("revolute", "continuous")
 _PACKAGE = "package://"
 _FILE = "file://"
 
 
 @dataclass(frozen=True)
 class Urdf:
-    """A URDF with whole paths, and the speeds in rad/s that it allows the joints that it limits."""
+    """A URDF with whole paths, and what MuJoCo does not take from it.
+
+    `speeds` in rad/s are those that it allows the joints that it limits; `effortless` joints have
+    no effort, or 0.
+    """
 
     text: str
     speeds: dict[str, float]
+    effortless: frozenset[str]
 
 
 def read_urdf(path: Path) -> Urdf:
@@ -46,7 +52,14 @@ def read_urdf(path: Path) -> Urdf:
     compiler.set("strippath", "false")
     compiler.set("boundmass", _LEAST_MASS)
     compiler.set("boundinertia", _LEAST_INERTIA)
-    return Urdf(ElementTree.tostring(root, encoding="unicode"), dict(_speeds(root)))
+    turning = frozenset(
+        joint.get("name", "") for joint in root.findall("joint") if joint.get("type") in _TURNING
+    )
+    return Urdf(
+        text=ElementTree.tostring(root, encoding="unicode"),
+        speeds=dict(_limits(root, "velocity")),
+        effortless=turning - dict(_limits(root, "effort")).keys(),
+    )
 
 
 def _keep_solid(link: ElementTree.Element) -> None:
@@ -88,12 +101,13 @@ def _compiler(root: ElementTree.Element) -> ElementTree.Element:
     return ElementTree.SubElement(extension, "compiler") if compiler is None else compiler
 
 
-def _speeds(root: ElementTree.Element) -> Iterator[tuple[str, float]]:
+def _limits(root: ElementTree.Element, kind: str) -> Iterator[tuple[str, float]]:
+    """Give the joints that have a positive limit of a kind, with it."""
     for joint in root.findall("joint"):
         limit = joint.find("limit")
         try:
-            speed = 0.0 if limit is None else float(limit.get("velocity", "0"))
+            most = 0.0 if limit is None else float(limit.get(kind, "0"))
         except ValueError:
-            speed = 0.0
-        if speed > 0.0:
-            yield joint.get("name", ""), speed
+            most = 0.0
+        if most > 0.0:
+            yield joint.get("name", ""), most

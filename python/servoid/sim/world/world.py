@@ -39,6 +39,7 @@ class World:
 
     arm: SimArm
     source: Shutter
+    notes: tuple[str, ...]  # for people, of what its arm lacks
 
     def __init__(self, settings: WorldSettings | None = None, *, path: Path | None = None) -> None:
         """Build the world; a `path` of your own takes the place of the one in the settings.
@@ -54,6 +55,7 @@ class World:
         things = [*make_object(settings.object.name, settings.object.radii), *_board(settings)]
         things += make_room(settings.background, settings.seed)
         robot = build_robot(settings)
+        self.notes = robot.notes
         things += robot.things
         model = compile_robot(robot, settings.physics.step_s)
         kinematics = Kinematics(robot, model)

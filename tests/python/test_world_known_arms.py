@@ -1,0 +1,133 @@
+"""Arms that laboratories have, and files that are none."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip("mujoco", reason="simulated worlds need mujoco")
+
+from known_arms import PANDA, UR5E, KnownArm
+from servo_loop import hand_shares_of
+from servo_run import Run
+
+from servoid.errors import SimError
+from servoid.pose import exact
+from servoid.servo import ORDINARY
+from servoid.sim.world import ArmSettings, Teleport, World, WorldSettings
+
+ARMS = pytest.mark.parametrize("known", [UR5E, PANDA], ids=lambda known: known.name)
+
+
+def written(folder: Path, name: str, text: str) -> str:
+    path = folder / name
+    path.write_text(text, encoding="utf-8")
+    return str(path)
+
+
+def world_of(name: str, **arm: object) -> World:
+    settings = ArmSettings(name=name, **arm)  # pyright: ignore[reportArgumentType]
+    return World(WorldSettings(arm=settings, background="plain"))
+
+
+@ARMS
+def test_an_arm_stands_where_its_published_dimensions_put_it(
+    tmp_path: Path, known: KnownArm
+) -> None:
+    path = written(tmp_path, "arm.urdf", known.urdf)
+    arm = world_of(path, mount="flange", start=known.start).arm
+    count = len(known.limits)
+    assert arm.joints.hand_count == count
+    np.testing.assert_allclose(arm.joints.lower[:count], [limit[0] for limit in known.limits])
+    straight = {"ur": (-0.8172, -0.2329, 0.0628), "panda": (0.088, 0.0, 0.926)}[known.name]
+    hand = arm.world_from_hand(np.zeros(len(arm.joints.names)))
+    np.testing.assert_allclose(hand.translation, straight, atol=1e-9)
+
+
+@ARMS
+def test_the_hand_of_such_an_arm_follows(tmp_path: Path, known: KnownArm) -> None:
+    path = written(tmp_path, "arm.urdf", known.urdf)
+    run = Run(path="sine:0.05@8s", lost_s=(9.0, 9.0), arm=known.settings(path))
+    log = run.run(4.0)
+    errors = log.hand_errors[log.times > 2.0]
+    assert exact.lengths(errors[:, :3]).max() < 2e-3
+    told = set().union(*(row.tick.command.limiting for row in log.rows))
+    assert not told - ORDINARY
+
+
+@pytest.mark.extended
+@pytest.mark.parametrize("arm", ["pa10", UR5E, PANDA], ids=["pa10", "ur", "panda"])
+def test_a_hand_in_a_world_keeps_its_limits_after_leaps(
+    tmp_path: Path, arm: str | KnownArm
+) -> None:
+    leaps = (
+        Teleport(at_s=1.5, by=(0.12, 0.05, 0.0), turn=(0.0, 0.3, 0.0)),
+        Teleport(at_s=4.0, by=(-0.1, 0.0, 0.1), turn=(0.3, -0.2, 0.2)),
+    )
+    settings = ArmSettings()
+    if isinstance(arm, KnownArm):
+        settings = arm.settings(written(tmp_path, "arm.urdf", arm.urdf))
+    run = Run(path="sine:0.1@5s", lost_s=(3.0, 3.5), arm=settings, faults=leaps)
+    log = run.run(6.5)
+    told = np.array([row.tick.command.twist for row in log.rows])
+    states = [row.tick.state for row in log.rows]
+    went = np.array([run.world.arm.jacobian(one.positions) @ one.velocities for one in states])
+    shares = hand_shares_of(told, went, run.world.arm.period_s)
+    assert max(shares.values()) <= 1.0, shares
+    assert any(row.tick.command.holding for row in log.rows)
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "words"),
+    [
+        ("arm.urdf.xacro", "<robot/>", ("is a xacro file", "xacro arm.urdf.xacro > arm.urdf")),
+        (
+            "arm.urdf",
+            '<robot xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:arm/></robot>',
+            ("is a xacro file",),
+        ),
+        ("arm.sdf", "<sdf/>", ("no arm's file by its name", "MJCF", "URDF")),
+        ("arm.xml", "<sdf/>", ("a file of <sdf>", "<mujoco>", "<robot>")),
+        ("arm.usd", "", ("no arm's file by its name",)),
+        ("arm.xml", "<robot>", ("cannot be read as an arm",)),
+    ],
+)
+def test_a_file_of_another_kind_is_refused_by_its_kind(
+    tmp_path: Path, name: str, text: str, words: tuple[str, ...]
+) -> None:
+    with pytest.raises(SimError) as caught:
+        world_of(written(tmp_path, name, text), mount="flange")
+    assert [word for word in words if word not in str(caught.value)] == []
+
+
+def test_names_that_are_no_arm_are_refused_with_those_that_are(tmp_path: Path) -> None:
+    with pytest.raises(SimError, match=r"unknown arm 'ur5e'; choose pa10, or give the path"):
+        world_of("ur5e")
+    with pytest.raises(SimError, match=r"there is no file models/ur5e"):
+        world_of("models/ur5e")
+    with pytest.raises(SimError, match=r"is a folder; give an arm's MJCF or URDF file in it"):
+        world_of(str(tmp_path))
+
+
+def test_a_urdf_is_read_whatever_it_is_called(tmp_path: Path) -> None:
+    path = written(tmp_path, "arm.xml", UR5E.urdf)
+    assert world_of(path, mount="flange", start=UR5E.start).arm.joints.speed[0] == 2.0
+
+
+def test_joints_without_an_effort_are_told(tmp_path: Path) -> None:
+    text = UR5E.urdf.replace('effort="28.0"', 'effort="0"', 1).replace(' effort="28.0"', "", 1)
+    world = world_of(written(tmp_path, "arm.urdf", text), mount="flange", start=UR5E.start)
+    (note,) = world.notes
+    assert "arm.urdf gives j4, j5 no effort, or 0: their torque is not limited" in note
+    assert world_of("pa10").notes == ()
+
+
+@ARMS
+def test_an_arm_without_room_where_its_first_joint_is_0_starts_another_way(
+    tmp_path: Path, known: KnownArm
+) -> None:
+    path = written(tmp_path, "arm.urdf", known.urdf)
+    wanted = (0.5, -0.5, -0.5, 0.5, -0.4, 0.0, 0.5)
+    arm = world_of(path, mount="flange", world_from_hand=wanted).arm
+    place = arm.world_from_hand(arm.state().positions).translation
+    assert place == pytest.approx(wanted[4:], abs=1e-5)

@@ -146,8 +146,13 @@ def broken_limits(loop: Loop) -> list[str]:
     joints, period_s = loop.arm.joints, loop.arm.period_s
     commands = np.array([tick.command.velocities for tick in loop.ticks])
     positions = np.array([tick.state.positions for tick in loop.ticks])
-    steps = np.abs(np.diff(commands, axis=0, prepend=np.zeros((1, commands.shape[1])))) / period_s
+    changes = np.diff(commands, axis=0, prepend=np.zeros((1, commands.shape[1])))
+    steps = np.abs(changes) / period_s
+    asked = loop.settings.joints
+    jerk = asked.acceleration_share * joints.acceleration / asked.ramp_s
+    jerks = np.abs(np.diff(changes / period_s, axis=0)) / period_s
     wrong = {
+        "jerk": np.any(jerks > jerk * (1.0 + 1e-6)),
         "speed": np.any(np.abs(commands) > joints.speed),
         "acceleration": np.any(steps > joints.acceleration * (1.0 + 1e-9)),
         "position": np.any((positions <= joints.lower) | (positions >= joints.upper)),

@@ -17,7 +17,7 @@ from servoid.servo.hand import correction, quaternion_error, shares, within
 from servoid.servo.ik import QuadraticJoints
 from servoid.servo.joints import HandWish, JointWish, PaperJoints, hand_weights, pseudo_inverse
 from servoid.servo.limiter import Limited, Limiter
-from servoid.servo.limits import JointLimits, stoppable_speed
+from servoid.servo.limits import stoppable_speed
 from servoid.servo.moving import Moving, shifted_and_turned
 from servoid.servo.settings import HandSettings, JointSettings, SafetySettings
 from servoid.sim.arm_file import read_arm
@@ -238,46 +238,6 @@ def test_a_stoppable_speed_stops_in_time(room: float) -> None:
         assert last is None or last - speed <= deceleration * period_s * (1 + 1e-9)
         left, last = left - speed * period_s, speed
     assert 0 <= left < 1e-3 * max(room, 1e-3)
-
-
-@pytest.mark.parametrize("seed", range(5))
-def test_a_window_is_never_empty_and_never_lets_speeds_jump(arm: SerialArm, seed: int) -> None:
-    random = np.random.default_rng(seed)
-    joints = arm.joints
-    limits = JointLimits(joints, JointSettings(), arm.period_s)
-    for _ in range(50):
-        positions = random.uniform(joints.lower - 0.1, joints.upper + 0.1)
-        previous = random.uniform(-joints.speed, joints.speed)
-        window = limits.window(positions, previous)
-        assert np.all(window.lower <= window.upper)
-        step = joints.acceleration * arm.period_s
-        assert np.all(np.abs(window.bounded(random.normal(0, 9, 10)) - previous) <= step)
-        braked = limits.braked(previous)
-        assert np.all(np.abs(braked - previous) <= step)
-        assert np.all(np.abs(braked) <= np.abs(previous))
-        for part, first in ((slice(0, 7), 0), (slice(7, None), 7)):
-            along = braked[part] * previous[first]
-            np.testing.assert_allclose(along, previous[part] * braked[first], atol=1e-12)
-
-
-def test_eyes_that_turn_fast_do_not_keep_the_hand_from_braking(arm: SerialArm) -> None:
-    limits = JointLimits(arm.joints, JointSettings(), arm.period_s)
-    slow_eyes, fast_eyes = np.full(10, 0.1), np.full(10, 0.1)
-    fast_eyes[7:] = 3.0
-    np.testing.assert_array_equal(limits.braked(fast_eyes)[:7], limits.braked(slow_eyes)[:7])
-
-
-def test_random_commands_never_reach_a_position_limit(arm: SerialArm) -> None:
-    random = np.random.default_rng(6)
-    limits = JointLimits(arm.joints, JointSettings(), arm.period_s)
-    previous = np.zeros(10)
-    for tick in range(4000):
-        if tick % 250 == 0:
-            wanted = random.choice([-10.0, 10.0], 10)
-        previous = limits.window(arm.state().positions, previous).bounded(wanted)
-        arm.command(previous)
-        positions = arm.state().positions
-        assert np.all((positions > arm.joints.lower) & (positions < arm.joints.upper))
 
 
 @pytest.mark.parametrize("seed", range(5))

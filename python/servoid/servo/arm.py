@@ -16,8 +16,8 @@ class Joints:
     """The N joints of an arm and its eyes, with what each may do.
 
     All arrays are (N,) float64: `lower` and `upper` bound the angles in radians, `speed` is in
-    rad/s and `acceleration` in rad/s². The first `hand_count` joints move the hand, the rest the
-    eyes.
+    rad/s, `acceleration` in rad/s² and `jerk`, if the arm says it, in rad/s³. The first
+    `hand_count` joints move the hand, the rest the eyes.
     """
 
     names: tuple[str, ...]
@@ -26,6 +26,7 @@ class Joints:
     upper: Floats
     speed: Floats
     acceleration: Floats
+    jerk: Floats | None = None
 
 
 @dataclass(frozen=True)

@@ -54,8 +54,8 @@ class _Now:
     """The arm at this tick.
 
     `jacobian` (6, n) and `twist` (6,) are the hand's, in the world.
-    `previous` (N,) are the joint speeds last commanded, `last` (6,) the hand velocity that they
-    stood for, and `window` what may follow them.
+    `previous` (N,) are the joint speeds last commanded, `acceleration` (N,) how they changed,
+    `last` (6,) the hand velocity that they stood for, and `window` what may follow them.
     """
 
     state: JointState
@@ -63,6 +63,7 @@ class _Now:
     jacobian: Floats
     twist: Floats
     previous: Floats
+    acceleration: Floats
     last: Floats
     window: Window
 
@@ -74,10 +75,14 @@ class _Now:
 
 @dataclass(frozen=True, eq=False)
 class _Told:
-    """What was commanded last: speeds (N,) of all joints, and the hand velocity (6,) they mean."""
+    """What was commanded last: speeds (N,) of all joints, and the hand velocity (6,) they mean.
+
+    `acceleration` (N,) is by how much the speeds changed in a second.
+    """
 
     time_s: float
     velocities: Floats
+    acceleration: Floats
     twist: Floats
     jacobian: Floats
 
@@ -97,10 +102,10 @@ class Controller:
         self._target = TargetFilter(settings.target)
         self._trust = Trust(settings.safety, self._target)
         self._limits = JointLimits(arm.joints, settings.joints, arm.period_s)
-        self._guard = Guard(
-            settings.safety, settings.joints.reaction_s + arm.period_s, arm.period_s
-        )
-        self._limiter = Limiter(arm, settings.hand)
+        fade_s = 0.5 * settings.joints.ramp_s
+        reaction_s = settings.joints.reaction_s + arm.period_s + fade_s
+        self._guard = Guard(settings.safety, reaction_s, arm.period_s)
+        self._limiter = Limiter(arm, settings.hand, fade_s)
         self._reaching = Reaching(arm, settings.joints)
         self._law = _LAWS[settings.joints.law](arm, settings.joints)
         self._gaze = None if arm.eyes is None else GazeControl(arm.eyes, settings.gaze)
@@ -192,18 +197,15 @@ class Controller:
     def _hold(self, now: _Now, target: Prediction | None, holding: frozenset[Reason]) -> Command:
         """Bring the hand to rest along its way; the eyes stay on what is known of the target."""
         self._reaching.forget()
-        braked = self._braked(now.previous, now.jacobian)[self._hand]
+        twist = exact.product(now.jacobian, now.previous[self._hand])
+        ticks = self._limiter.ticks_to_rest(twist)
+        braked = self._limits.braked(now.previous, now.acceleration, ticks)[self._hand]
         wish = JointWish(braked, hand_weights(now.jacobian, self._settings.joints.angular_weight))
         window, walls = now.window.part(self._hand), Rows.none(len(braked))
         bounds = self._limiter.bounds(now.jacobian, now.last, window, walls, 1.0)
         return self._sent(
             now, target, self._limiter.nearest(wish, bounds).velocities, holding=holding
         )
-
-    def _braked(self, previous: Floats, jacobian: Floats) -> Floats:
-        """Return the next command (N,) of joints that come to rest, and of the hand with them."""
-        twist = exact.product(jacobian, previous[self._hand])
-        return self._limits.braked(previous, self._limiter.ticks_to_rest(twist))
 
     def _sent(
         self,
@@ -216,7 +218,7 @@ class Controller:
         limiting: frozenset[Reason] = frozenset(),
     ) -> Command:
         """Add the eyes to the hand's joint speeds (n,), keep to all limits, and remember it."""
-        velocities = self._limits.braked(now.previous)
+        velocities = now.window.bounded(self._limits.braked(now.previous, now.acceleration))
         velocities[self._hand] = hand
         twist = exact.product(now.jacobian, velocities[self._hand])
         angles = None
@@ -224,9 +226,14 @@ class Controller:
             gaze = self._gaze.wanted(now.world_from_hand, twist, target.place, target.twist[:3])
             velocities[self._gaze.places] = self._gaze.velocities(now.state, gaze, now.window)
             angles = gaze.angles
-        self._previous = _Told(now.state.time_s, velocities, twist, now.jacobian)
+        self._previous = self._told(now, velocities, twist)
         place = None if target is None else target.world_from_object
         return Command(velocities.copy(), twist, hand_from_goal, place, angles, holding, limiting)
+
+    def _told(self, now: _Now, velocities: Floats, twist: Floats) -> _Told:
+        """Return what is remembered of a command."""
+        acceleration = (velocities - now.previous) / self._arm.period_s
+        return _Told(now.state.time_s, velocities, acceleration, twist, now.jacobian)
 
     def _stop(self, state: JointState) -> Command:
         """Brake blindly, for a state that cannot be used."""
@@ -234,9 +241,11 @@ class Controller:
         if last is None:
             velocities, twist = np.zeros(len(self._arm.joints.names)), np.zeros(6)
         else:
-            velocities = self._braked(last.velocities, last.jacobian)
+            ticks = self._limiter.ticks_to_rest(last.twist)
+            velocities = self._limits.blindly_braked(last.velocities, last.acceleration, ticks)
+            acceleration = (velocities - last.velocities) / self._arm.period_s
             twist = exact.product(last.jacobian, velocities[self._hand])
-            self._previous = _Told(state.time_s, velocities, twist, last.jacobian)
+            self._previous = _Told(state.time_s, velocities, acceleration, twist, last.jacobian)
         return Command(velocities.copy(), twist, holding=frozenset({Reason.BAD_STATE}))
 
     def _look_at(self, state: JointState) -> _Now | None:
@@ -254,6 +263,7 @@ class Controller:
         jacobian = self._jacobian(state.positions + ahead_s * previous)
         twist = exact.product(self._jacobian(state.positions), velocities[self._hand])
         last = exact.product(jacobian, previous[self._hand]) if told is None else told.twist
+        acceleration = np.zeros(len(previous)) if told is None else told.acceleration
         braking = np.full(len(previous), np.inf)
         braking[self._hand] = self._limiter.braking(jacobian)
         return _Now(
@@ -262,8 +272,9 @@ class Controller:
             jacobian,
             twist,
             previous,
+            acceleration,
             last,
-            self._limits.window(state.positions, previous, braking),
+            self._limits.window(state, previous, acceleration, braking),
         )
 
     def _jacobian(self, positions: Floats) -> Floats:

@@ -35,8 +35,10 @@ class Limiter:
     with each other.
     """
 
-    def __init__(self, arm: Arm, settings: HandSettings) -> None:
+    def __init__(self, arm: Arm, settings: HandSettings, fade_s: float = 0.0) -> None:
         """Take the arm's period and the limits of its hand.
+
+        An acceleration counts as if it went on for `fade_s` before it is gone.
 
         Raises:
             MissingExtraError: the solver is not installed.
@@ -50,6 +52,7 @@ class Limiter:
         speeds = np.array([settings.linear_speed, settings.angular_speed])
         accelerations = np.array([settings.linear_acceleration, settings.angular_acceleration])
         self._period_s = arm.period_s
+        self._fading = fade_s / arm.period_s
         self._speeds = settings.speed_share * speeds
         self._steps = settings.acceleration_share * accelerations * arm.period_s
 
@@ -71,7 +74,10 @@ class Limiter:
         for matrix, before, speed, step in parts:
             # Where the hand is faster than it may be, it slows down as far as it can.
             fastest = max(speed, exact.norm(before) - step)
-            balls.append(Ball(matrix, np.zeros(3), fastest, Reason.HAND_SPEED))
+            # The speed counts that is there when its change has faded away.
+            share = self._fading / (1.0 + self._fading)
+            fastest *= 1.0 - share
+            balls.append(Ball(matrix, share * before, fastest, Reason.HAND_SPEED))
             balls.append(Ball(matrix, before, step, Reason.HAND_ACCELERATION))
         return Bounds(jacobian, window, walls, tuple(balls))
 

@@ -32,12 +32,19 @@ class Reason(Enum):
     HAND_ACCELERATION = "the hand speeds up or brakes as hard as it may"
     JOINT_SPEED = "a joint is as fast as it may be"
     JOINT_ACCELERATION = "a joint speeds up or brakes as hard as it may"
+    JOINT_JERK = "a joint changes its acceleration as fast as it may"
     JOINT_LIMIT = "a joint is near its stop"
 
 
 # Bounds that any quick motion meets, and that keep no hand from its goal.
 ORDINARY = frozenset(
-    {Reason.HAND_SPEED, Reason.HAND_ACCELERATION, Reason.JOINT_SPEED, Reason.JOINT_ACCELERATION}
+    {
+        Reason.HAND_SPEED,
+        Reason.HAND_ACCELERATION,
+        Reason.JOINT_SPEED,
+        Reason.JOINT_ACCELERATION,
+        Reason.JOINT_JERK,
+    }
 )
 _TOLERATED_JUMPS = 1
 

@@ -125,6 +125,9 @@ class JointSettings(_Settings, frozen=True, kw_only=True, forbid_unknown_fields=
     acceleration_share: Annotated[
         float, Meta(gt=0, le=1, description="share of the joints' acceleration limits that is used")
     ] = 0.9
+    ramp_s: Annotated[
+        float, _above("least time in which a joint's acceleration grows from 0 to its limit, s")
+    ] = 0.04
     margin: Annotated[float, _from_0("distance kept from the joints' position limits, rad")] = 0.01
     reaction_s: Annotated[
         float, _from_0("time in which joints may go on before they brake, their lag, s")

@@ -100,6 +100,20 @@ def test_an_observation_arrives_once_and_after_it_was_taken(
     assert np.all(np.diff([instant.index for _, instant in arrived]) > 0)
 
 
+def test_observations_that_nobody_asked_for_are_counted(played: Played) -> None:
+    played.source.newest()
+    found = []
+    end = played.now() + SECONDS
+    while played.now() < end:
+        for _ in range(20):
+            played.pass_period()
+        found.append(played.source.newest())
+    numbers = [instant.index for instant in found if instant is not None]
+    if len(numbers) < 3:
+        pytest.skip("this recording is over too soon")
+    assert numbers[-1] - numbers[0] > 2 * len(numbers)
+
+
 def test_nothing_new_arrives_without_time(played: Played) -> None:
     played.source.newest()
     assert played.source.newest() is None

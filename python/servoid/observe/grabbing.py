@@ -37,10 +37,14 @@ class Video(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Shot:
-    """An image (H, W) or (H, W, 3) uint8, blue first, and when it had come, in seconds."""
+    """An image (H, W) or (H, W, 3) uint8, blue first, and when it had come, in seconds.
+
+    `number` counts the images of its camera that came, from 1.
+    """
 
     time_s: float
     pixels: Any
+    number: int
 
 
 class Grabber:
@@ -59,6 +63,7 @@ class Grabber:
         self._video, self._clock, self._reopen = video, clock, reopen
         self._shots: deque[Shot] = deque(maxlen=_KEPT)
         self._fault: str | None = None
+        self._count = 0
         self._lock, self._over = Lock(), Event()
         self._last_s = clock()
         self._thread = Thread(target=self._run, name=f"camera {name}", daemon=True)
@@ -121,7 +126,8 @@ class Grabber:
         if not found:
             return "the image cannot be decoded"
         with self._lock:
-            self._shots.append(Shot(time_s, pixels))
+            self._count += 1
+            self._shots.append(Shot(time_s, pixels, self._count))
             self._last_s, self._fault = time_s, None
         return None
 

@@ -84,8 +84,9 @@ class Live:
         self._world_from_lenses = world_from_cameras or (lambda _: resting)
         self._ideals = tuple(Ideal(camera.lens) for camera in cameras)
         self._cameras = tuple(ideal.camera for ideal in self._ideals)
-        self._count, self._last_s = 0, -np.inf
+        self._index, self._last_s = -1, -np.inf
         self._used_s = [-np.inf] * len(cameras)
+        self._used_number = [0] * len(cameras)
         with ExitStack() as stack:
             videos = []
             for camera in cameras:
@@ -139,8 +140,11 @@ class Live:
         ):
             return None
         # The newest moment of which all cameras that deliver have an image.
-        moment_s = min(known[-1].time_s for known, new in zip(shots, fresh, strict=True) if new)
-        self._last_s, self._count = moment_s, self._count + 1
+        newest = [(known[-1].time_s, place) for place, known in enumerate(shots) if fresh[place]]
+        moment_s, place = min(newest)
+        # Images of that camera that came and were not asked for are counted, too.
+        came = shots[place][-1].number - self._used_number[place]
+        self._last_s, self._index = moment_s, self._index + (came if self._index >= 0 else 1)
         return self._observed(moment_s, now_s, shots)
 
     def _observed(
@@ -157,7 +161,7 @@ class Live:
         time_s = moment_s - self._settings.delay_s
         lenses = self._world_from_lenses(time_s)
         return Instant(
-            index=self._count - 1,
+            index=self._index,
             time_s=time_s,
             world_from_camera=tuple(
                 pose @ ideal.lens_from_camera
@@ -181,7 +185,7 @@ class Live:
             if silence_s > self._settings.silent_s:
                 return None, f"camera {name}: no image came for {silence_s:.1f} s{reason}"
             return None, f"camera {name}: its image was taken {1e3 * apart_s:.0f} ms apart"
-        self._used_s[place] = shot.time_s
+        self._used_s[place], self._used_number[place] = shot.time_s, shot.number
         pixels = np.asarray(shot.pixels)
         if pixels.ndim == 3 and pixels.shape[2] in (3, 4):
             pixels = pixels[..., 2::-1]  # blue comes first

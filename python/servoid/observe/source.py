@@ -21,7 +21,8 @@ class Instant:
     `images` are those of the ideal pinhole cameras, (H, W) or (H, W, 3) uint8 RGB, None where a
     camera delivered nothing that can be used; `notices` say why. `depths` are depth images in their
     pixels, (H, W) float32, metres along z, NaN where unknown; none at all where no camera measures
-    depth. `names` are the cameras'.
+    depth. `names` are the cameras'. `index` counts the observations that arrived, also those that
+    nobody asked for in time.
     """
 
     index: int

@@ -5,8 +5,9 @@ from servoid.servo.controller import Command, Controller
 from servoid.servo.limited import limited_s
 from servoid.servo.log import Seen, ServoLog, ServoRow, off_center
 from servoid.servo.looking import Viewpoint, VisitStep, next_viewpoint, visit
-from servoid.servo.loop import Goal, Tick, brought_to_rest, halt, servo
+from servoid.servo.loop import Goal, Tick, brought_to_rest, halt, servo, servo_tracked
 from servoid.servo.metrics import Hold, ServoMetrics, Spread, holds
+from servoid.servo.perception import Perception, Tracked, TrackingInTurn, TrackingThread
 from servoid.servo.reach import reached
 from servoid.servo.remembering import RememberingArm
 from servoid.servo.safety import ORDINARY, Reason
@@ -34,6 +35,7 @@ __all__ = [
     "JointState",
     "Joints",
     "LookSettings",
+    "Perception",
     "Reason",
     "RememberingArm",
     "Seen",
@@ -45,6 +47,9 @@ __all__ = [
     "TargetEstimate",
     "TargetFilter",
     "Tick",
+    "Tracked",
+    "TrackingInTurn",
+    "TrackingThread",
     "Viewpoint",
     "VisitStep",
     "brought_to_rest",
@@ -56,6 +61,7 @@ __all__ = [
     "reached",
     "read_settings",
     "servo",
+    "servo_tracked",
     "settings_from",
     "settings_toml",
     "visit",

@@ -9,7 +9,8 @@ from servoid.observe.source import Instant, Source
 from servoid.pose import Pose
 from servoid.servo.arm import Arm, JointState
 from servoid.servo.controller import Command, Controller
-from servoid.track import Estimate, Follower, depths_for
+from servoid.servo.perception import Perception, Tracked, TrackingInTurn
+from servoid.track import Estimate, Follower
 
 Goal = Callable[[float], Pose | None]
 
@@ -18,8 +19,10 @@ Goal = Callable[[float], Pose | None]
 class Tick:
     """One control period: what was known, what was done, and how long the thinking took.
 
-    `instant` and `estimate` are there when an observation arrived in this period. `control_s` is
-    the time, on the wall, that the control law took, and `track_s` what the tracker took.
+    `instant` and `estimate` are there when the loop heard of an observation in this period; if of
+    several, they are the newest, and `earlier` holds those before it. `control_s` is the time, on
+    the wall, that the control law took, `track_s` what the tracker took for the newest. `dropped`
+    counts the observations that arrived and were never tracked.
     """
 
     state: JointState
@@ -28,6 +31,8 @@ class Tick:
     command: Command
     control_s: float
     track_s: float
+    earlier: tuple[Tracked, ...] = ()
+    dropped: int = 0
 
 
 def servo(
@@ -36,23 +41,35 @@ def servo(
     """Servo until the caller stops asking: each tick is one control period, as in Fig. 5.
 
     `goal` gives the desired relation `goal_from_object` at a time of the arm's clock, or None for a
-    hand that rests. The tracker must have started. When the caller leaves the loop, the arm is
-    still moving at the speeds of the last command; `brought_to_rest` and `halt` brake it.
+    hand that rests. The tracker must have started. The arm waits for the tracker, so that a
+    simulated run can be repeated; a real arm has better `servo_tracked` and a `TrackingThread`.
+    When the caller leaves the loop, the arm is still moving at the speeds of the last command;
+    `brought_to_rest` and `halt` brake it.
+    """
+    return servo_tracked(arm, TrackingInTurn(source, tracker), controller, goal)
+
+
+def servo_tracked(
+    arm: Arm, perception: Perception, controller: Controller, goal: Goal
+) -> Iterator[Tick]:
+    """Servo to what is tracked elsewhere, as `servo` does.
+
+    Raises:
+        ServoidError: tracking has failed.
+
     """
     while True:
         state = arm.state()
-        instant = source.newest()
+        heard = perception.tracked()
+        if heard:
+            state = arm.state()  # tracking may have taken its time, in which a real arm went on
         began = time.perf_counter()
-        estimate = None if instant is None else _track(tracker, instant)
-        tracked = time.perf_counter()
-        if instant is not None:
-            state = arm.state()  # tracking took its time, in which a real arm went on
-        if instant is not None:
-            controller.see(instant, estimate)
+        for one in heard:
+            controller.see(one.instant, one.estimate)
         command = controller.command(state, goal(state.time_s))
-        done = time.perf_counter()
+        control_s = time.perf_counter() - began
         arm.command(command.velocities)
-        yield Tick(state, instant, estimate, command, done - tracked, tracked - began)
+        yield _tick(state, heard, command, control_s)
 
 
 def halt(arm: Arm, controller: Controller) -> Iterator[Command]:
@@ -85,9 +102,19 @@ def brought_to_rest(
                 pass
 
 
-def _track(tracker: Follower, instant: Instant) -> Estimate | None:
-    """Return where the target was, None if no camera delivered an image."""
-    if instant.is_dark:
-        return None
-    seen = (instant.time_s, instant.world_from_camera, instant.images)
-    return tracker.step(*seen, **depths_for(tracker, instant))
+def _tick(
+    state: JointState, heard: tuple[Tracked, ...], command: Command, control_s: float
+) -> Tick:
+    if not heard:
+        return Tick(state, None, None, command, control_s, 0.0)
+    *earlier, newest = heard
+    return Tick(
+        state,
+        newest.instant,
+        newest.estimate,
+        command,
+        control_s,
+        newest.track_s,
+        tuple(earlier),
+        sum(one.dropped for one in heard),
+    )

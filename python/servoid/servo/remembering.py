@@ -1,6 +1,7 @@
 """An arm that remembers where it was, for cameras on it whose images come later."""
 
 from collections import deque
+from threading import Lock
 
 import numpy as np
 
@@ -12,7 +13,8 @@ from servoid.servo.arm import Arm, Eyes, Floats, Joints, JointState
 class RememberingArm:
     """Drives another arm, and remembers the states that were read from it.
 
-    `world_from_cameras_at` is what a source of images needs to know where its cameras were.
+    `world_from_cameras_at` is what a source of images needs to know where its cameras were. A
+    source may ask it in a thread of its own: the arm is asked for its geometry by one at a time.
     """
 
     def __init__(self, arm: Arm, seconds: float = 2.0) -> None:
@@ -24,6 +26,7 @@ class RememberingArm:
         """
         self._arm, self._seconds = arm, seconds
         self._states: deque[JointState] = deque()
+        self._lock, self._geometry = Lock(), Lock()
         self.state()
         if not self._states:
             raise ServoError(
@@ -48,6 +51,11 @@ class RememberingArm:
     def state(self) -> JointState:
         """Return what the joints do now, and remember it."""
         state = self._arm.state()
+        with self._lock:
+            self._remember(state)
+        return state
+
+    def _remember(self, state: JointState) -> None:
         finite = np.isfinite([state.time_s, *state.positions]).all()
         if finite and self._states and state.time_s < self._states[-1].time_s:
             self._states.clear()  # the arm's clock began anew
@@ -55,19 +63,21 @@ class RememberingArm:
             self._states.append(state)
             while state.time_s - self._states[0].time_s > self._seconds:
                 self._states.popleft()
-        return state
 
     def world_from_hand(self, positions: Floats) -> Pose:
         """Return where the hand is with the joints at these positions."""
-        return self._arm.world_from_hand(positions)
+        with self._geometry:
+            return self._arm.world_from_hand(positions)
 
     def jacobian(self, positions: Floats) -> Floats:
         """Return (6, N) float64: the hand's velocity, linear and angular in the world, by joint."""
-        return self._arm.jacobian(positions)
+        with self._geometry:
+            return self._arm.jacobian(positions)
 
     def world_from_cameras(self, positions: Floats) -> tuple[Pose, ...]:
         """Return where each camera is with the joints at these positions."""
-        return self._arm.world_from_cameras(positions)
+        with self._geometry:
+            return self._arm.world_from_cameras(positions)
 
     def command(self, velocities: Floats) -> None:
         """Have the joints turn at (N,) rad/s, and return one control period later.
@@ -83,14 +93,16 @@ class RememberingArm:
 
         Before the first that is remembered and after the last they are taken to have rested.
         """
-        times = [state.time_s for state in self._states]
+        with self._lock:
+            states = tuple(self._states)
+        times = [state.time_s for state in states]
         after = int(np.searchsorted(times, time_s))
         if after in (0, len(times)):
-            return self._states[min(after, len(times) - 1)].positions.copy()
-        earlier, later = self._states[after - 1], self._states[after]
+            return states[min(after, len(times) - 1)].positions.copy()
+        earlier, later = states[after - 1], states[after]
         share = (time_s - earlier.time_s) / (later.time_s - earlier.time_s)
         return earlier.positions + share * (later.positions - earlier.positions)
 
     def world_from_cameras_at(self, time_s: float) -> tuple[Pose, ...]:
         """Return where each camera was at a time of the arm's clock."""
-        return self._arm.world_from_cameras(self.positions_at(time_s))
+        return self.world_from_cameras(self.positions_at(time_s))

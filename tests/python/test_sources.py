@@ -109,9 +109,9 @@ def test_observations_that_nobody_asked_for_are_counted(played: Played) -> None:
             played.pass_period()
         found.append(played.source.newest())
     numbers = [instant.index for instant in found if instant is not None]
-    if len(numbers) < 3:
+    if len(numbers) < 2:
         pytest.skip("this recording is over too soon")
-    assert numbers[-1] - numbers[0] > 2 * len(numbers)
+    assert numbers[1] - numbers[0] > 2
 
 
 def test_nothing_new_arrives_without_time(played: Played) -> None:

@@ -1,0 +1,148 @@
+"""A loop's side of the socket to an arm's driver."""
+
+import select
+import time
+from dataclasses import dataclass
+
+from servoid.errors import ServoError
+from servoid.servo.link.lines import Address, Lines, connected, shown
+from servoid.servo.link.messages import (
+    VERSION,
+    Busy,
+    FromDriver,
+    FromLoop,
+    Phase,
+    Start,
+    State,
+    Welcome,
+    from_driver,
+    line_of,
+)
+from servoid.servo.link.settings import LinkSettings
+
+_RETRY_S = 0.05
+_MOST = 4096  # lines that are read at once
+
+
+@dataclass(frozen=True, eq=False)
+class Heard:
+    """What a driver said of its joints, and when that was read, by this process's own clock."""
+
+    state: State
+    read_s: float
+
+
+class Driver:
+    """A driver to which this process is connected."""
+
+    def __init__(self, address: Address, settings: LinkSettings) -> None:
+        """Connect to a driver, which may be about to begin.
+
+        Raises:
+            ServoError: no driver answers, it is busy, or speaks another version.
+
+        """
+        self.place, self._settings = shown(address), settings
+        self._lines = _connected(address, settings.patience_s)
+        try:
+            self.welcome = self._welcomed(self._messages()[0])
+            self.heard = self.listen()
+        except ServoError:
+            self._lines.close()
+            raise
+
+    def start(self) -> str:
+        """Begin a session once the joints rest, and return its name.
+
+        Raises:
+            ServoError: the driver does not start in time, or has gone.
+
+        """
+        until, asked = time.monotonic() + self._settings.patience_s, ""
+        while True:
+            told = self.listen().state
+            if told.phase is Phase.RUNNING and told.session == asked:
+                return asked
+            ready = told.phase is Phase.WAITING and told.resting and told.session != asked
+            if ready and self.send(Start(told.session)):
+                asked = told.session
+            if time.monotonic() > until:
+                raise ServoError(
+                    f"the arm's driver at {self.place} did not start within "
+                    f"{self._settings.patience_s:g} s; its joints must rest before they may move"
+                )
+
+    def send(self, message: FromLoop) -> bool:
+        """Send a message, or return False if the driver has gone or lags far behind."""
+        return self._lines.send(line_of(message))
+
+    def listen(self) -> Heard:
+        """Wait for a state, and return the newest that has come.
+
+        Raises:
+            ServoError: none comes, or the connection is over.
+
+        """
+        while True:
+            states = [one for one in self._messages() if isinstance(one, State)]
+            if states:
+                self.heard = Heard(states[-1], time.monotonic())
+                return self.heard
+
+    def newest(self) -> Heard:
+        """Return the newest state that has come, without waiting for another.
+
+        Raises:
+            ServoError: the connection is over.
+
+        """
+        while not self._lines.closed and select.select([self._lines.socket], [], [], 0.0)[0]:
+            self.listen()
+        return self.heard
+
+    def close(self) -> None:
+        """Close the connection."""
+        self._lines.close()
+
+    def _messages(self) -> list[FromDriver]:
+        """Return what came since the last time, at least one message."""
+        until = time.monotonic() + self._settings.silence_s
+        while not (lines := self._lines.taken(_MOST)):
+            left = until - time.monotonic()
+            if self._lines.closed:
+                raise ServoError(
+                    f"the connection to the arm's driver at {self.place} is over: "
+                    f"{self._lines.closed}; see what became of the driver, and connect again"
+                )
+            if not select.select([self._lines.socket], [], [], max(left, 0.0))[0] and left <= 0.0:
+                raise ServoError(
+                    f"the arm's driver at {self.place} has said nothing for "
+                    f"{self._settings.silence_s:g} s; see if it hangs"
+                )
+        return [from_driver(line) for line in lines]
+
+    def _welcomed(self, message: FromDriver) -> Welcome:
+        if isinstance(message, Busy):
+            raise ServoError(
+                f"the arm's driver at {self.place} is driven by another loop; end that first"
+            )
+        if not isinstance(message, Welcome) or message.version != VERSION:
+            raise ServoError(
+                f"the arm's driver at {self.place} does not speak version {VERSION} of servoid's "
+                "protocol; give both sides the same version of servoid"
+            )
+        return message
+
+
+def _connected(address: Address, patience_s: float) -> Lines:
+    until = time.monotonic() + patience_s
+    while True:
+        try:
+            return Lines(connected(address, patience_s))
+        except OSError as reason:
+            if time.monotonic() > until:
+                said = (reason.strerror or str(reason)).lower()
+                raise ServoError(
+                    f"no arm's driver answers at {shown(address)}: {said}; start it first"
+                ) from reason
+        time.sleep(_RETRY_S)

@@ -1,0 +1,218 @@
+"""An arm that is driven over a socket: what the loop holds of it."""
+
+import time
+from types import TracebackType
+from typing import Protocol
+
+import numpy as np
+
+from servoid.errors import ServoError
+from servoid.pose import Pose
+from servoid.servo.arm import Eyes, Floats, Joints, JointState
+from servoid.servo.link.driver import Driver
+from servoid.servo.link.lines import Address
+from servoid.servo.link.messages import MotionCommand, State
+from servoid.servo.link.settings import LinkSettings
+from servoid.servo.link.stopping import StoppingTrajectory
+
+
+class ArmModel(Protocol):
+    """The geometry of an arm; every `Arm` has it."""
+
+    @property
+    def joints(self) -> Joints:
+        """Return the joints and their limits."""
+        ...
+
+    @property
+    def eyes(self) -> Eyes | None:
+        """Return how the eyes turn, None if the cameras are fixed to the hand."""
+        ...
+
+    def world_from_hand(self, positions: Floats) -> Pose:
+        """Return where the hand is with the joints at these positions."""
+        ...
+
+    def jacobian(self, positions: Floats) -> Floats:
+        """Return (6, N) float64: the hand's velocity, linear and angular in the world, by joint."""
+        ...
+
+    def world_from_cameras(self, positions: Floats) -> tuple[Pose, ...]:
+        """Return where each camera is with the joints at these positions."""
+        ...
+
+
+class LinkedArm:
+    """Implements `Arm` over a socket to its driver; a context, inside which the arm may move.
+
+    Each command is a motion that ends at rest, so that the arm stops when nothing more comes. The
+    joints' limits are the driver's. A session that the driver ended is not begun anew by itself:
+    that takes another `start`.
+    """
+
+    def __init__(
+        self,
+        model: ArmModel,
+        address: Address,
+        settings: LinkSettings | None = None,
+        *,
+        period_s: float = 0.008,
+    ) -> None:
+        """Connect to the driver at an address; nothing moves yet.
+
+        Raises:
+            ServoError: no driver answers, it is busy, or it drives other joints than the model's,
+                or in longer periods.
+
+        """
+        self._model, self._settings, self._period_s = model, settings or LinkSettings(), period_s
+        self._driver = Driver(address, self._settings)
+        try:
+            self._joints = _joints(self._driver, model, period_s)
+        except ServoError:
+            self._driver.close()
+            raise
+        self._slack_s = 0.5 * self._driver.welcome.period_s
+        self._session, self._number, self._next_s = "", 0, -np.inf
+
+    def __enter__(self) -> "LinkedArm":
+        self.start()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    @property
+    def joints(self) -> Joints:
+        """Return the joints and their limits."""
+        return self._joints
+
+    @property
+    def eyes(self) -> Eyes | None:
+        """Return how the eyes turn, None if the cameras are fixed to the hand."""
+        return self._model.eyes
+
+    @property
+    def period_s(self) -> float:
+        """Return the control period in seconds."""
+        return self._period_s
+
+    @property
+    def told(self) -> State:
+        """Return what the driver said last."""
+        return self._driver.heard.state
+
+    def world_from_hand(self, positions: Floats) -> Pose:
+        """Return where the hand is with the joints at these positions."""
+        return self._model.world_from_hand(positions)
+
+    def jacobian(self, positions: Floats) -> Floats:
+        """Return (6, N) float64: the hand's velocity, linear and angular in the world, by joint."""
+        return self._model.jacobian(positions)
+
+    def world_from_cameras(self, positions: Floats) -> tuple[Pose, ...]:
+        """Return where each camera is with the joints at these positions."""
+        return self._model.world_from_cameras(positions)
+
+    def now_s(self) -> float:
+        """Return what time it is on the driver's clock, to stamp images by; in any thread."""
+        heard = self._driver.heard
+        return _number(heard.state.time_s) + time.monotonic() - heard.read_s
+
+    def start(self) -> None:
+        """Let the arm move, once its joints rest.
+
+        Raises:
+            ServoError: the driver does not start in time, or has gone.
+
+        """
+        self._session, self._number, self._next_s = self._driver.start(), 0, -np.inf
+
+    def state(self) -> JointState:
+        """Return what the joints do now.
+
+        Raises:
+            ServoError: the connection is over.
+
+        """
+        told = self._driver.newest().state
+        return JointState(_number(told.time_s), _numbers(told.positions), _numbers(told.velocities))
+
+    def command(self, velocities: Floats) -> None:
+        """Have the joints turn at (N,) rad/s, and come to rest if nothing more is commanded.
+
+        It returns one control period later by the driver's clock.
+
+        Raises:
+            ServoError: there are not N velocities, or one of them is no number; the arm was not
+                started, the driver ended the session, is silent, or has gone.
+
+        """
+        wanted = np.asarray(velocities, dtype=np.float64)
+        speed = self._joints.speed
+        if wanted.shape != speed.shape or not np.all(np.isfinite(wanted)):
+            raise ServoError(f"{len(speed)} finite joint speeds are needed, but got {velocities}")
+        told = self.told
+        self._check_session(told)
+        stamp_s = _number(told.time_s)
+        self._driver.send(self._message(np.clip(wanted, -speed, speed), stamp_s))
+        self._next_s += self._period_s
+        if not self._next_s > stamp_s:  # the first command, or one that came too late
+            self._next_s = stamp_s + self._period_s
+        while _number(self.told.time_s) < self._next_s - self._slack_s:
+            self._driver.listen()
+
+    def close(self) -> None:
+        """Close the connection; a motion that was begun comes to its rest."""
+        self._driver.close()
+
+    def _message(self, velocities: Floats, stamp_s: float) -> MotionCommand:
+        motion = StoppingTrajectory.after(velocities, self._joints, self._settings)
+        self._number += 1
+        return MotionCommand(
+            session=self._session,
+            number=self._number,
+            stamp_s=stamp_s,
+            times_s=motion.times_s.tolist(),
+            speeds=motion.speeds.tolist(),
+        )
+
+    def _check_session(self, told: State) -> None:
+        if not self._session:
+            raise ServoError("the arm was not started; enter its context, or call start()")
+        if told.session != self._session:
+            raise ServoError(
+                f"the arm's driver has ended the session: {told.ended or 'it was started anew'}; "
+                "the arm comes to rest, and moves again after another start()"
+            )
+
+
+def _joints(driver: Driver, model: ArmModel, period_s: float) -> Joints:
+    """Return the driver's joints, which must be those of the model."""
+    welcome, joints = driver.welcome, model.joints
+    if tuple(welcome.names) != joints.names or welcome.hand_count != joints.hand_count:
+        raise ServoError(
+            f"the arm's driver at {driver.place} drives the joints {', '.join(welcome.names)}, of "
+            f"which {welcome.hand_count} move the hand; the model has {', '.join(joints.names)} "
+            f"and {joints.hand_count}"
+        )
+    if not period_s >= welcome.period_s:
+        raise ServoError(
+            f"a control period of {period_s:g} s was asked for, but the arm's driver at "
+            f"{driver.place} has one of {welcome.period_s:g} s; give no shorter one"
+        )
+    limits = (welcome.lower, welcome.upper, welcome.speed, welcome.acceleration)
+    return Joints(joints.names, joints.hand_count, *(np.array(values) for values in limits))
+
+
+def _number(value: float | None) -> float:
+    return np.nan if value is None else value
+
+
+def _numbers(values: list[float | None]) -> Floats:
+    return np.array([_number(value) for value in values])

@@ -1,0 +1,144 @@
+"""The joints' side of the link: which commands count, and what the joints are told meanwhile.
+
+It knows no socket and no clock but the times that it is given, so that a driver in any language
+can copy it, and tests can try it step by step.
+"""
+
+import secrets
+from collections import Counter
+from enum import Enum
+
+import numpy as np
+
+from servoid.servo.arm import Floats, Joints, JointState
+from servoid.servo.limits import stoppable_speed
+from servoid.servo.link.messages import FromLoop, MotionCommand, Phase, Start
+from servoid.servo.link.settings import LinkSettings
+from servoid.servo.link.stopping import StoppingTrajectory
+
+
+class Refusal(Enum):
+    """Why a message does not count; the value is a sentence."""
+
+    NO_MESSAGE = "the line is no message"
+    NOT_STARTED = "the session was not started"
+    OTHER_SESSION = "the session is over, or another driver's"
+    MOVING = "the joints still move; start when they rest"
+    OLD_NUMBER = "its number came before"
+    OLD_STAMP = "it answers a state that is too long ago"
+    EARLY_STAMP = "it answers a state that is yet to come"
+    NO_MOTION = "its motion cannot be driven"
+
+
+class CommandReceiver:
+    """Drives joints by the newest command that counts, and lets them come to rest when none comes.
+
+    Commands count in a session only, which the loop starts by its name while the joints rest. The
+    session ends when a command's motion has ended and no other came, or when the connection does:
+    then the motion that was begun still comes to its rest, nothing else counts, and the next
+    session has another name. A driver that starts anew has another name, too.
+    """
+
+    def __init__(self, joints: Joints, period_s: float, settings: LinkSettings) -> None:
+        """Take joints at rest, which are told speeds every `period_s` seconds."""
+        self._joints, self._settings = joints, settings
+        self._step = joints.acceleration * period_s
+        self._reaction_s = 2.0 * period_s
+        self._speeds = np.zeros(len(joints.names))
+        self._motion: StoppingTrajectory | None = None
+        self._begun_s = self._stamp_s = 0.0
+        self.refused: Counter[Refusal] = Counter()
+        self.ended = ""
+        self._open("")
+
+    def _open(self, ended: str) -> None:
+        """Wait for the start of a new session."""
+        self.session, self.phase, self.ended = secrets.token_hex(8), Phase.WAITING, ended
+        self.accepted = self.missing = 0
+
+    def end(self, why: str) -> None:
+        """Let nothing count any more; a motion that was begun comes to its rest."""
+        if self.phase is Phase.RUNNING:
+            self._open(why)
+
+    def brake(self, why: str) -> None:
+        """Bring the joints to rest at once, as hard as they may, and let nothing count any more."""
+        self._motion = None
+        self.end(why)
+
+    def take(self, message: FromLoop | None, state: JointState) -> Refusal | None:
+        """Take what the loop said, None if it is no message; return why it does not count."""
+        if isinstance(message, Start):
+            refusal = self._start(message, state)
+        elif isinstance(message, MotionCommand):
+            refusal = self._command(message, state.time_s)
+        else:
+            refusal = Refusal.NO_MESSAGE
+        if refusal is not None:
+            self.refused[refusal] += 1
+        return refusal
+
+    def speeds(self, state: JointState) -> Floats:
+        """Return the speeds (N,) for the next period; within all limits, whatever was commanded."""
+        wanted = np.zeros(len(self._speeds))
+        positions = np.asarray(state.positions, np.float64)
+        if self._motion is not None and np.isfinite([state.time_s, *positions]).all():
+            wanted = self._motion.at(state.time_s - self._begun_s)
+            if state.time_s - self._begun_s >= self._motion.end_s:
+                self._motion = None
+                self.end("no command came in time")
+        self._speeds = self._bounded(wanted, positions)
+        return self._speeds.copy()
+
+    @property
+    def is_at_rest(self) -> bool:
+        """Say if the joints are told to rest, and no motion is under way."""
+        moves = self._motion is not None and bool(self._motion.speeds.any())
+        return not self._speeds.any() and not moves
+
+    def _start(self, start: Start, state: JointState) -> Refusal | None:
+        if start.session != self.session or self.phase is Phase.RUNNING:
+            return Refusal.OTHER_SESSION
+        if not self.is_at_rest:
+            return Refusal.MOVING
+        self.phase, self.ended = Phase.RUNNING, ""
+        self._stamp_s = self._begun_s = state.time_s
+        self._motion = StoppingTrajectory.resting(len(self._speeds), self._settings.first_s)
+        return None
+
+    def _command(self, command: MotionCommand, now_s: float) -> Refusal | None:
+        if command.session != self.session:
+            return Refusal.OTHER_SESSION
+        if self.phase is not Phase.RUNNING:
+            return Refusal.NOT_STARTED
+        if command.number <= self.accepted:
+            return Refusal.OLD_NUMBER
+        if not command.stamp_s <= now_s:
+            return Refusal.EARLY_STAMP
+        if command.stamp_s < self._stamp_s or now_s - command.stamp_s >= self._settings.hold_s:
+            return Refusal.OLD_STAMP
+        motion = _motion(command)
+        if motion is None or motion.fault(self._joints, self._settings.hold_s) is not None:
+            return Refusal.NO_MOTION
+        self.missing += command.number - self.accepted - 1
+        self.accepted, self._stamp_s = command.number, command.stamp_s
+        self._motion, self._begun_s = motion, command.stamp_s
+        return None
+
+    def _bounded(self, wanted: Floats, positions: Floats) -> Floats:
+        """Return the nearest speeds that no limit forbids; accelerations come last."""
+        joints = self._joints
+        room = np.array([positions - joints.lower, joints.upper - positions])
+        room = np.where(np.isnan(room), 0.0, room)  # where it is, nobody knows
+        down, up = stoppable_speed(room, joints.acceleration, self._reaction_s)
+        allowed = np.clip(wanted, np.maximum(-joints.speed, -down), np.minimum(joints.speed, up))
+        return np.clip(allowed, self._speeds - self._step, self._speeds + self._step)
+
+
+def _motion(command: MotionCommand) -> StoppingTrajectory | None:
+    """Return the motion of a command, None if its rows differ in length."""
+    if len({len(row) for row in command.speeds}) != 1:
+        return None
+    return StoppingTrajectory(
+        np.array(command.times_s, np.float64), np.array(command.speeds, np.float64)
+    )

@@ -15,7 +15,7 @@ from servoid.servo import (
     Perception,
     Reason,
     Tick,
-    Tracked,
+    TrackedInstant,
     TrackingInTurn,
     TrackingThread,
     brought_to_rest,
@@ -73,7 +73,7 @@ class Waiting:
     def __init__(self, cameras: Cameras, tracking: TrackingThread) -> None:
         self.cameras, self.tracking, self.count = cameras, tracking, 0
 
-    def tracked(self) -> tuple[Tracked, ...]:
+    def tracked(self) -> tuple[TrackedInstant, ...]:
         found = ()
         while self.count + len(found) < self.cameras.taken:
             found += self.tracking.tracked()

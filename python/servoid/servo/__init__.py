@@ -7,7 +7,7 @@ from servoid.servo.log import Seen, ServoLog, ServoRow, off_center
 from servoid.servo.looking import Viewpoint, VisitStep, next_viewpoint, visit
 from servoid.servo.loop import Goal, Tick, brought_to_rest, halt, servo, servo_tracked
 from servoid.servo.metrics import Hold, ServoMetrics, Spread, holds
-from servoid.servo.perception import Perception, Tracked, TrackingInTurn, TrackingThread
+from servoid.servo.perception import Perception, TrackedInstant, TrackingInTurn, TrackingThread
 from servoid.servo.reach import reached
 from servoid.servo.remembering import RememberingArm
 from servoid.servo.safety import ORDINARY, Reason
@@ -47,7 +47,7 @@ __all__ = [
     "TargetEstimate",
     "TargetFilter",
     "Tick",
-    "Tracked",
+    "TrackedInstant",
     "TrackingInTurn",
     "TrackingThread",
     "Viewpoint",

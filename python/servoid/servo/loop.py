@@ -9,7 +9,7 @@ from servoid.observe.source import Instant, Source
 from servoid.pose import Pose
 from servoid.servo.arm import Arm, JointState
 from servoid.servo.controller import Command, Controller
-from servoid.servo.perception import Perception, Tracked, TrackingInTurn
+from servoid.servo.perception import Perception, TrackedInstant, TrackingInTurn
 from servoid.track import Estimate, Follower
 
 Goal = Callable[[float], Pose | None]
@@ -31,7 +31,7 @@ class Tick:
     command: Command
     control_s: float
     track_s: float
-    earlier: tuple[Tracked, ...] = ()
+    earlier: tuple[TrackedInstant, ...] = ()
     dropped: int = 0
 
 
@@ -103,7 +103,7 @@ def brought_to_rest(
 
 
 def _tick(
-    state: JointState, heard: tuple[Tracked, ...], command: Command, control_s: float
+    state: JointState, heard: tuple[TrackedInstant, ...], command: Command, control_s: float
 ) -> Tick:
     if not heard:
         return Tick(state, None, None, command, control_s, 0.0)

@@ -17,11 +17,11 @@ _CLOSING_S = 2.0  # in which a tracker must return from its last observation
 
 
 @dataclass(frozen=True, eq=False)
-class Tracked:
+class TrackedInstant:
     """An observation and what the tracker made of it, None if no camera delivered an image.
 
     `track_s` is the time, on the wall, that the tracker took. `dropped` counts the observations
-    before this one, and after the last `Tracked`, that arrived and were never tracked, or were
+    before this one and after the last that was told that arrived and were never tracked, or were
     tracked and not asked for in time.
     """
 
@@ -34,7 +34,7 @@ class Tracked:
 class Perception(Protocol):
     """Tells what was tracked."""
 
-    def tracked(self) -> tuple[Tracked, ...]:
+    def tracked(self) -> tuple[TrackedInstant, ...]:
         """Return what was tracked since it was last asked, in order, each once.
 
         Raises:
@@ -55,7 +55,7 @@ class TrackingInTurn:
         self._source, self._tracker = source, tracker
         self._index: int | None = None
 
-    def tracked(self) -> tuple[Tracked, ...]:
+    def tracked(self) -> tuple[TrackedInstant, ...]:
         """Return the newest observation, tracked; nothing if none has arrived.
 
         Raises:
@@ -70,7 +70,7 @@ class TrackingInTurn:
         took = time.perf_counter() - began
         dropped = 0 if self._index is None else instant.index - self._index - 1
         self._index = instant.index
-        return (Tracked(instant, estimate, took, dropped),)
+        return (TrackedInstant(instant, estimate, took, dropped),)
 
 
 class TrackingThread:
@@ -85,7 +85,7 @@ class TrackingThread:
     def __init__(self, source: Source, tracker: Follower) -> None:
         """Begin with a tracker that has started."""
         self._inner = TrackingInTurn(source, tracker)
-        self._found: deque[Tracked] = deque()
+        self._found: deque[TrackedInstant] = deque()
         self._error: Exception | None = None
         self._lock, self._over = Lock(), Event()
         self._thread = Thread(target=self._run, name="tracking", daemon=True)
@@ -107,7 +107,7 @@ class TrackingThread:
         self._over.set()
         self._thread.join(_CLOSING_S)
 
-    def tracked(self) -> tuple[Tracked, ...]:
+    def tracked(self) -> tuple[TrackedInstant, ...]:
         """Return what was tracked since it was last asked, in order, each once.
 
         Raises:
@@ -137,7 +137,7 @@ class TrackingThread:
         except Exception as error:  # whatever it is, it must end the loop, not this thread alone
             self._error = error
 
-    def _keep(self, one: Tracked) -> None:
+    def _keep(self, one: TrackedInstant) -> None:
         with self._lock:
             self._found.append(one)
             if len(self._found) > _KEPT:

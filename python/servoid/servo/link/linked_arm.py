@@ -73,7 +73,7 @@ class LinkedArm:
             self._driver.close()
             raise
         self._slack_s = 0.5 * self._driver.welcome.period_s
-        self._session, self._number, self._next_s = "", 0, -np.inf
+        self._session, self._number = "", 0
 
     def __enter__(self) -> "LinkedArm":
         self.start()
@@ -131,7 +131,7 @@ class LinkedArm:
             ServoError: the driver does not start in time, or has gone.
 
         """
-        self._session, self._number, self._next_s = self._driver.start(), 0, -np.inf
+        self._session, self._number = self._driver.start(), 0
 
     def state(self) -> JointState:
         """Return what the joints do now.
@@ -146,7 +146,8 @@ class LinkedArm:
     def command(self, velocities: Floats) -> None:
         """Have the joints turn at (N,) rad/s, and come to rest if nothing more is commanded.
 
-        It returns one control period later by the driver's clock.
+        It returns when a control period has passed, by the driver's clock, since the state that
+        was read last.
 
         Raises:
             ServoError: there are not N velocities, or one of them is no number; the arm was not
@@ -161,10 +162,8 @@ class LinkedArm:
         self._check_session(told)
         stamp_s = _number(told.time_s)
         self._driver.send(self._message(np.clip(wanted, -speed, speed), stamp_s))
-        self._next_s += self._period_s
-        if not self._next_s > stamp_s:  # the first command, or one that came too late
-            self._next_s = stamp_s + self._period_s
-        while _number(self.told.time_s) < self._next_s - self._slack_s:
+        # Never sooner: the next command may differ from this one by a period's acceleration.
+        while _number(self.told.time_s) < stamp_s + self._period_s - self._slack_s:
             self._driver.listen()
 
     def close(self) -> None:

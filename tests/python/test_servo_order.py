@@ -3,13 +3,16 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import pytest
 import typer.main
 from conftest import Command, everything_in
 
 from servoid.cli import extras
 from servoid.cli.app import app
-from servoid.study import TrialSettings
+from servoid.servo import JointLaw, ServoSettings, as_the_paper
+from servoid.study import TrialSettings, read_trial_settings
+from servoid.track import Method
 
 
 def test_everything_that_is_missing_is_named_at_once(
@@ -71,6 +74,29 @@ def test_the_help_names_the_defaults_of_the_settings() -> None:
     options = {one.name: getattr(one, "help", None) or "" for one in command_of("servo").params}
     said = {name: re.search(r"\(default:? (.*)\)\.$", text) for name, text in options.items()}
     assert {name: found[1] for name, found in said.items() if found} == defaults
+
+
+def test_one_option_sets_all_of_the_papers_servoing(
+    servoid_command: Command, tmp_path: Path
+) -> None:
+    def settings(*options: str) -> TrialSettings:
+        text = servoid_command("servo", *options, "--print-config").out
+        file = tmp_path / "run.toml"
+        file.write_text(text, encoding="utf-8")
+        return read_trial_settings(file)
+
+    theirs = settings("--paper")
+    assert theirs.track.method is Method.PAPER
+    assert theirs.servo == as_the_paper(ServoSettings())
+    assert theirs.servo.joints.law is JointLaw.PAPER
+    assert not (theirs.servo.hand.feed_forward or theirs.servo.gaze.feed_forward)
+    assert not theirs.servo.target.compensate
+    assert msgspec.structs.replace(theirs, servo=ServoSettings(), track=TrialSettings().track) == (
+        TrialSettings()
+    )
+    ours = settings("--paper", "--law", "qp", "--feed-forward", "--method", "region")
+    assert (ours.servo.joints.law, ours.track.method) == (JointLaw.QP, Method.REGION)
+    assert ours.servo.hand.feed_forward
 
 
 def test_the_object_waits_where_the_hand_wants_it() -> None:

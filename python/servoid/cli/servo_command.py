@@ -141,6 +141,15 @@ def servo(
         Method | None,
         typer.Option(help="How to track (default region).", rich_help_panel=_RUN),
     ] = None,
+    paper: Annotated[
+        bool,
+        typer.Option(
+            "--paper",
+            help="All of the paper's servoing at once: its method to track, its law of joints, no "
+            "filter, no prediction, no feed-forward. Other options come on top.",
+            rich_help_panel=_RUN,
+        ),
+    ] = False,
     seed: Annotated[
         int | None,
         typer.Option(
@@ -160,7 +169,7 @@ def servo(
     [bold]servoid servo --config run.toml --object drill --path random:3 --out out/run[/bold]
     """
     from servoid.cli.extras import check_extras
-    from servoid.cli.servo_order import EXTRAS, Order, print_settings
+    from servoid.cli.servo_order import EXTRAS, Order, paper_values, print_settings
 
     triples = {
         "run.goal": (goal, "--goal"),
@@ -184,11 +193,12 @@ def servo(
             for key, (text, option) in triples.items()
         },
     }
+    given = {key: value for key, value in asked.items() if value is not None}
     order = Order(
         out=out,
         video=video,
         config=config,
-        values={key: value for key, value in asked.items() if value is not None},
+        values=(paper_values() if paper else {}) | given,
     )
     if print_config:
         print_settings(order)

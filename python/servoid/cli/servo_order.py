@@ -4,9 +4,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import typer
 
+from servoid.servo import PAPER_LAW
 from servoid.study import TrialSettings, changed, read_trial_settings, trial_toml
+from servoid.track import Method
 
 EXTRAS = {"mujoco": "sim", "daqp": "servo", "matplotlib": "view"}
 
@@ -24,6 +27,12 @@ class Order:
         """Return the settings of the file, if there is one, with the options on top."""
         settings = TrialSettings() if self.config is None else read_trial_settings(self.config)
         return changed(settings, self.values, "the options")
+
+
+def paper_values() -> dict[str, Any]:
+    """Return the settings of the paper's servoing, by their dotted names."""
+    law = {f"servo.{name}": value for name, value in msgspec.to_builtins(PAPER_LAW).items()}
+    return {"track.method": Method.PAPER.value, **law}
 
 
 def print_settings(order: Order) -> None:

@@ -7,6 +7,7 @@ from servoid.servo.log import Seen, ServoLog, ServoRow, off_center
 from servoid.servo.looking import Viewpoint, VisitStep, next_viewpoint, visit
 from servoid.servo.loop import Goal, Tick, brought_to_rest, halt, servo, servo_tracked
 from servoid.servo.metrics import Hold, ServoMetrics, Spread, holds
+from servoid.servo.paper_law import PAPER_LAW, as_the_paper
 from servoid.servo.perception import Perception, TrackedInstant, TrackingInTurn, TrackingThread
 from servoid.servo.reach import reached
 from servoid.servo.remembering import RememberingArm
@@ -24,6 +25,7 @@ from servoid.servo.target import TargetEstimate, TargetFilter
 
 __all__ = [
     "ORDINARY",
+    "PAPER_LAW",
     "Arm",
     "Command",
     "Controller",
@@ -52,6 +54,7 @@ __all__ = [
     "TrackingThread",
     "Viewpoint",
     "VisitStep",
+    "as_the_paper",
     "brought_to_rest",
     "halt",
     "holds",

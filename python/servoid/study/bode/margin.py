@@ -10,7 +10,7 @@ from msgspec import Meta
 from msgspec.structs import replace
 
 from servoid.pose import Pose
-from servoid.servo import Command, Controller, GazeMode, JointLaw, ServoSettings, servo
+from servoid.servo import Command, Controller, GazeMode, ServoSettings, as_the_paper, servo
 from servoid.servo.arm import Floats
 from servoid.servo.gaze import fixation
 from servoid.servo.moving import change_between, shifted_and_turned
@@ -38,15 +38,15 @@ _GONE, _GONE_S = 1e-2, 0.5  # steps, and for how long: a smaller error does not 
 _HALVINGS = 4  # of the octave in which stability ends
 _PERIOD_S = PhysicsSettings().period_s
 _SIGMA = (0.0002, 0.003)  # m and rad: what the tracker says of small images, in the other part
-_BELIEVING = 1e4  # m/s² per root s: with such a jerk the filter takes each pose as it is
 
 
 class Loop(msgspec.Struct, frozen=True, kw_only=True):
     """How the loop is closed; as it is set here, it is servoid's own.
 
-    Without `stamped` a pose is taken for one of the time at which it arrives. With `paper` the
-    paper's law turns the hand's velocity into the joints'. Without `predicts` each pose is taken as
-    it is, and the object for at rest. Eyes that do not `eyes_follow` are fixed.
+    Without `stamped` a pose is taken for one of the time at which it arrives: the object for now as
+    far before the hand as it was then. With `paper` it is the paper's law, by which each pose is
+    taken as it is. Without `predicts` so it is by servoid's, and the object for at rest. Eyes that
+    do not `eyes_follow` are fixed.
     """
 
     stamped: bool = True
@@ -60,6 +60,8 @@ SERVOID = Loop()
 FIXED_EYES = Loop(eyes_follow=False)
 NO_FEED_FORWARD = Loop(feed_forward=False)
 NO_PREDICTION = Loop(feed_forward=False, predicts=False)
+# Without images nothing is gained by eyes that follow, which without stamps would be where they are
+# now, not where they were: the object is before the hand as it was seen before the hand.
 PAPER = Loop(stamped=False, paper=True, feed_forward=False, predicts=False, eyes_follow=False)
 
 
@@ -140,8 +142,8 @@ def is_stable(errors: Floats) -> bool:
 
 def loop_settings(loop: Loop, factor: float, oldest_s: float) -> ServoSettings:
     """Return how a loop servos, with gains by a factor, where poses are at most so old."""
-    settings = ServoSettings()
-    hand, gaze, joints, target = settings.hand, settings.gaze, settings.joints, settings.target
+    settings = as_the_paper(ServoSettings()) if loop.paper else ServoSettings()
+    hand, gaze, target = settings.hand, settings.gaze, settings.target
     hand = replace(
         hand,
         position_gain=factor * hand.position_gain,
@@ -153,13 +155,13 @@ def loop_settings(loop: Loop, factor: float, oldest_s: float) -> ServoSettings:
         feed_forward=loop.feed_forward,
         mode=GazeMode.FIXATE if loop.eyes_follow else GazeMode.PARALLEL,
     )
-    if loop.paper:
-        joints = replace(joints, law=JointLaw.PAPER)
-    if not loop.predicts:
-        target = replace(target, horizon_s=0.0, linear_jerk=_BELIEVING, angular_jerk=_BELIEVING)
+    if not (loop.predicts or loop.paper):
+        believing = as_the_paper(settings).target
+        jerks = {key: getattr(believing, key) for key in ("linear_jerk", "angular_jerk")}
+        target = replace(target, horizon_s=0.0, **jerks)
     # A hand that is held for old images says nothing of stability.
     safety = replace(settings.safety, coast_s=max(settings.safety.coast_s, oldest_s))
-    return replace(settings, hand=hand, gaze=gaze, joints=joints, target=target, safety=safety)
+    return replace(settings, hand=hand, gaze=gaze, target=target, safety=safety)
 
 
 def errors_after_step(case: MarginCase, factor: float, unknown_s: float) -> Floats:

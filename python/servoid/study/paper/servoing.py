@@ -19,22 +19,36 @@ REGION, SEARCH = "region term, not points", "population x 4, 4 generations an im
 FORWARD, BEST_NAME = "+ feed-forward", "+ joints by QP"
 SURFACE = "the same with the surface term"
 
+_SELDOM, _NARROW = 0.05, 0.0005  # mutations of a population that loses its diversity
+
 _TRACKER = Method(judge=Judge.SERVOID)
-_FILTERED = msgspec.structs.replace(_TRACKER, filtered=True)
+_FILTERED = msgspec.structs.replace(_TRACKER, stamped=True, filtered=True)
 _FORWARD = msgspec.structs.replace(_FILTERED, feed_forward=True)
 BEST = msgspec.structs.replace(_FORWARD, qp=True)
 _SIX = msgspec.structs.replace(BEST, turn_told=False, surface=True)
 
 
 class Cure(msgspec.Struct, frozen=True, kw_only=True):
-    """A change of the paper's method: its name, and what it sets."""
+    """A change of the paper's method: its name, and what it sets.
+
+    A population that is not `diverse` mutates seldom, and by little in the end.
+    """
 
     name: str
     method: Method = Method()
     verging: bool = True
     times_population: int = 1
     times_generations: int = 1
+    diverse: bool = True
 
+
+# What the paper may mean else: answers that know when their images were taken, a population that
+# lives in the world, and one that has lost its diversity.
+READINGS = (
+    Cure(name="in the hand, images stamped", method=Method(stamped=True)),
+    Cure(name="in the world, images stamped", method=Method(in_hand=False, stamped=True)),
+    Cure(name="in the hand, little diversity", diverse=False),
+)
 
 # Each alone in place of what the paper does; then one added to the other.
 ALONE = (
@@ -93,6 +107,9 @@ class ServoingSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown
     other_seeds: Annotated[
         Count, Meta(description="runs with the other of the paper's two statements of the start")
     ] = 2
+    reading_seeds: Annotated[
+        Count, Meta(description="runs of each other reading of the paper's method")
+    ] = 3
     cure_seeds: Annotated[Count, Meta(description="runs of each change")] = 3
     cure_settle_s: Annotated[
         float, Meta(ge=0, description="of their motion that is not measured, s")
@@ -109,6 +126,7 @@ def quick_servoing() -> ServoingSettings:
         periods=(1, 1),
         settle_s=0.5,
         other_seeds=1,
+        reading_seeds=1,
         cure_seeds=1,
         cure_settle_s=0.5,
         constants=with_constant(given, "scene.rest_s", 0.3),
@@ -124,7 +142,7 @@ def servoing_work(settings: ServoingSettings) -> list[Work]:
 
 
 def _paper_cases(settings: ServoingSettings) -> list[ServoingCase]:
-    """Return the paper's runs at both speeds, and the fast one with its other start."""
+    """Return the paper's runs at both speeds, and the fast one as it may be read, too."""
     given = settings.constants
     place = Place.PRINTED if given.scene.place is Place.TEXT else Place.TEXT
     other = with_constant(given, "scene.place", place)
@@ -136,15 +154,29 @@ def _paper_cases(settings: ServoingSettings) -> list[ServoingCase]:
             omega=omega,
             settle_s=settings.settle_s,
             periods=periods,
+            method=method,
             constants=constants,
         )
-        for name, (omega, periods), constants, seeds in (
-            (SLOW, slow, given, settings.seeds),
-            (FAST, fast, given, settings.seeds),
-            (OTHER, fast, other, settings.other_seeds),
+        for name, (omega, periods), method, constants, seeds in (
+            (SLOW, slow, Method(), given, settings.seeds),
+            (FAST, fast, Method(), given, settings.seeds),
+            (OTHER, fast, Method(), other, settings.other_seeds),
+            *(
+                (one.name, fast, one.method, _bred(one, given), settings.reading_seeds)
+                for one in READINGS
+            ),
         )
         for seed in range(seeds)
     ]
+
+
+def _bred(cure: Cure, given: Constants) -> Constants:
+    """Return constants with what a change sets of the population's diversity."""
+    if cure.diverse:
+        return given
+    return with_constant(
+        with_constant(given, "search.mutation_rate", _SELDOM), "search.least_width", _NARROW
+    )
 
 
 def _cure_cases(settings: ServoingSettings) -> list[ServoingCase]:

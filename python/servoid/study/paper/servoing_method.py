@@ -1,9 +1,8 @@
 """The paper's servoing method, and what takes the place of its parts."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from enum import Enum
-from typing import Annotated, cast
+from typing import Annotated
 
 import msgspec
 import numpy as np
@@ -18,19 +17,14 @@ from servoid._native import (
     TrackSettings,
 )
 from servoid.pose import Pose
-from servoid.servo import GazeMode, JointLaw, ServoSettings
-from servoid.servo.arm import Floats
-from servoid.servo.settings import GazeSettings, HandSettings, JointSettings, TargetSettings
+from servoid.servo import GazeMode, ServoSettings, as_the_paper
+from servoid.servo.settings import GazeSettings, HandSettings, JointSettings
 from servoid.sim.world import World
 from servoid.sim.world.objects import make_object
 from servoid.sim.world.things import Ellipsoid
+from servoid.study.paper.servoing_reading import Frame, Reading, hand_of, in_world, placed
 from servoid.study.paper.servoing_settings import Constants, Search, Triple
 from servoid.track.follower import Follower, Images
-
-# So rough a motion that each estimate counts as it is: the paper does not filter.
-_UNSMOOTHED = TargetSettings(
-    compensate=False, use_covariance=False, linear_jerk=100.0, linear_jump=0.5
-)
 
 
 class Judge(Enum):
@@ -55,6 +49,20 @@ class Method(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
         bool,
         Meta(description="let servoid's tracker use the look of the surface, beside outlines"),
     ] = False
+    in_hand: Annotated[
+        bool,
+        Meta(
+            description="let the genetic algorithm's population live in the hand's frame, as "
+            "Eq. (9) has the object, or in the world"
+        ),
+    ] = True
+    stamped: Annotated[
+        bool,
+        Meta(
+            description="take the object for where it was when its image was taken, or for now "
+            "as far before the hand as it was then: the paper does not speak of time stamps"
+        ),
+    ] = False
     filtered: Annotated[
         bool, Meta(description="filter estimates and move them ahead by their age")
     ] = False
@@ -70,26 +78,29 @@ class Method(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
 def servo_settings(method: Method, given: Constants) -> ServoSettings:
     """Return how to servo by a method, with the paper's gains."""
     law, eyes = given.law, given.eyes
-    return ServoSettings(
-        target=TargetSettings() if method.filtered else _UNSMOOTHED,
+    ours = ServoSettings(
         hand=HandSettings(
             position_gain=law.position_gain,
             position_rate_gain=law.position_rate_gain,
             turn_gain=law.turn_gain,
             turn_rate_gain=law.turn_rate_gain,
-            feed_forward=method.feed_forward,
             linear_speed=law.speed,
             linear_acceleration=law.acceleration,
         ),
-        joints=JointSettings(
-            law=JointLaw.QP if method.qp else JointLaw.PAPER, feedback_gain=law.joint_gain
-        ),
+        joints=JointSettings(feedback_gain=law.joint_gain),
         gaze=GazeSettings(
             mode=GazeMode.FIXATE if eyes.verging else GazeMode.PARALLEL,
             gain=eyes.gaze_gain,
             rate_gain=eyes.gaze_rate_gain,
-            feed_forward=method.feed_forward,
         ),
+    )
+    theirs = as_the_paper(ours)
+    moving = ours if method.feed_forward else theirs
+    return ServoSettings(
+        target=(ours if method.filtered else theirs).target,
+        hand=moving.hand,
+        joints=(ours if method.qp else theirs).joints,
+        gaze=moving.gaze,
     )
 
 
@@ -109,11 +120,12 @@ def body_of(name: str, radii: Triple | None) -> Body:
     )
 
 
-def make_follower(world: World, body: Body, method: Method, search: Search, seed: int) -> Follower:
+def make_follower(world: World, body: Body, method: Method, search: Search, seed: int) -> Reading:
     """Make what tracks the object of a world by a method."""
     if method.judge is Judge.SERVOID:
         tracker = Tracker(world.cameras, body, TrackSettings(seed=seed, surface=method.surface))
-        return ToldTracker(world, tracker) if method.turn_told else tracker
+        told = ToldTracker(world, tracker) if method.turn_told else tracker
+        return Reading(world, told, in_hand=False, stamped=method.stamped)
     region = method.judge is Judge.REGION
     settings = OneStepSettings(
         seed=seed,
@@ -128,21 +140,9 @@ def make_follower(world: World, body: Body, method: Method, search: Search, seed
         mutation_width=search.mutation_width,
         least_width=min(search.least_width, search.mutation_width),
     )
-    return ToldTurn(world, body, settings, search.generations)
-
-
-@dataclass(frozen=True, eq=False)
-class ToldEstimate:
-    """An estimate whose orientation is replaced by the truth."""
-
-    time_s: float
-    world_from_object: Pose
-    covariance: Floats
-    unobservable: Floats
-    confidence: float
-    status: str
-    located: bool
-    evaluations: int
+    frame = hand_of(world) if method.in_hand else in_world
+    bred = ToldTurn(world, frame, OneStepTracker(world.cameras, body, settings), search.generations)
+    return Reading(world, bred, in_hand=method.in_hand, stamped=method.stamped)
 
 
 class ToldTracker:
@@ -173,17 +173,8 @@ class ToldTracker:
         turn = (truth.inverse() @ found).matrix()[:3, :3]
         covariance = np.zeros((6, 6))
         covariance[:3, :3] = turn @ estimate.covariance[:3, :3] @ turn.T
-        told = ToldEstimate(
-            time_s=estimate.time_s,
-            world_from_object=Pose.from_parts(found.translation, truth.quaternion),
-            covariance=covariance,
-            unobservable=np.zeros((0, 6)),
-            confidence=estimate.confidence,
-            status=estimate.status,
-            located=estimate.located,
-            evaluations=estimate.evaluations,
-        )
-        return cast("Estimate", told)  # servoing asks nothing else of an estimate
+        there = Pose.from_parts(found.translation, truth.quaternion)
+        return placed(estimate, there, covariance, np.zeros((0, 6)))
 
 
 class ToldTurn:
@@ -193,10 +184,10 @@ class ToldTurn:
     """
 
     def __init__(
-        self, world: World, body: Body, settings: OneStepSettings, generations: int
+        self, world: World, frame: Frame, tracker: OneStepTracker, generations: int
     ) -> None:
-        self._world, self._generations = world, generations
-        self._tracker = OneStepTracker(world.cameras, body, settings)
+        self._world, self._frame = world, frame
+        self._tracker, self._generations = tracker, generations
 
     def start(
         self,
@@ -211,7 +202,8 @@ class ToldTurn:
 
     def step(self, time_s: float, world_from_camera: Sequence[Pose], images: Images) -> Estimate:
         """Find the object in the next observation."""
-        self._tracker.set_orientation(self._world.world_from_object_at(time_s).quaternion)
+        truth = self._frame().inverse() @ self._world.world_from_object_at(time_s)
+        self._tracker.set_orientation(truth.quaternion)
         for _ in range(self._generations - 1):
             self._tracker.step(time_s, world_from_camera, images)
         return self._tracker.step(time_s, world_from_camera, images)

@@ -21,6 +21,7 @@ from servoid.study.paper.servoing_method import (
     make_follower,
     servo_settings,
 )
+from servoid.study.paper.servoing_reading import Reading
 from servoid.study.paper.servoing_settings import Constants, Place, Triple
 
 _ELLIPSOID = "ellipsoid"
@@ -60,8 +61,8 @@ class _Course:
     seconds, where the object was and was seen, and by how many degrees its turn was missed.
     """
 
-    def __init__(self, world: World, goal_from_object: Pose) -> None:
-        self._world = world
+    def __init__(self, world: World, follower: Reading, goal_from_object: Pose) -> None:
+        self._world, self._follower = world, follower
         self._start_from_world = world.world_from_object_at(0.0).inverse()
         self._start_from_goal = goal_from_object.inverse()
         self.ticks: list[tuple[float, ...]] = []
@@ -79,7 +80,7 @@ class _Course:
         if tick.instant is None or tick.estimate is None:
             return
         truth = self._world.world_from_object_at(tick.instant.time_s)
-        seen = tick.estimate.world_from_object
+        seen = self._follower.world_from_seen
         missed = (truth.inverse() @ seen).log()[3:]
         self.scored += tick.estimate.evaluations
         self.looks.append(
@@ -159,7 +160,7 @@ def _followed(case: ServoingCase, world: World) -> _Course:
     there = world.world_from_object_at(first.time_s)
     follower.start(first.time_s, first.world_from_camera, first.images, there)
     goal_from_object = Pose.from_parts(given.scene.goal, _UPRIGHT)
-    course, began_s = _Course(world, goal_from_object), math.inf
+    course, began_s = _Course(world, follower, goal_from_object), math.inf
     begins_s = world.time_s + given.scene.rest_s
     # The last images of what is measured arrive when it is over.
     arrives_s = given.eyes.latency_s + 1.0 / given.eyes.rate_hz

@@ -1,0 +1,32 @@
+"""The paper's law, as one piece: what servoid adds to Eqs. (8)-(16) is left out."""
+
+from typing import Any
+
+import msgspec
+
+from servoid.servo.settings import JointLaw, ServoSettings
+
+PAPER_LAW: dict[str, Any] = {
+    "joints.law": JointLaw.PAPER,
+    "hand.feed_forward": False,
+    "gaze.feed_forward": False,
+    # So rough a motion that the filter takes each estimate as it is, at any rate of images.
+    "target.compensate": False,
+    "target.use_covariance": False,
+    "target.linear_jerk": 1e4,
+    "target.angular_jerk": 1e4,
+    "target.linear_jump": 0.5,
+}
+"""The settings of the paper's law by their dotted names."""
+
+
+def as_the_paper(settings: ServoSettings) -> ServoSettings:
+    """Return settings with the paper's law: no filter, prediction or feed-forward, Eqs. (14)-(16).
+
+    Gains, limits and safety stay as they are.
+    """
+    for name, value in PAPER_LAW.items():
+        table, key = name.split(".")
+        part = msgspec.structs.replace(getattr(settings, table), **{key: value})
+        settings = msgspec.structs.replace(settings, **{table: part})
+    return settings

@@ -85,6 +85,7 @@ def servo_run(folder: Path, _: Drawn) -> str:
     from servoid.study import TrialSettings, changed, run_servo_trial
 
     values = {
+        "world.ideal": True,
         "world.object.name": "drill",
         "world.object.path": "circle:0.03@4s",
         "world.cameras.size_px": (320, 240),

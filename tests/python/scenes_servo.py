@@ -123,6 +123,7 @@ def servo_from_afar(seed: int, folder: Path) -> Figures:
 
 
 BACK = {
+    "world.ideal": True,
     "world.background": "plain",
     "world.cameras.size_px": (320, 240),
     "world.cameras.samples": 1,

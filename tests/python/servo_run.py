@@ -53,6 +53,7 @@ class Run:
             WorldSettings(
                 arm=self.arm,
                 faults=self.faults,
+                ideal=True,
                 cameras=self.cameras,
                 background=self.background,
                 object=ObjectSettings(path=self.path),

@@ -13,6 +13,7 @@ from servoid.servo import ServoLog
 from servoid.study import ServoTrial, TrialSettings, TrialStep, changed, run_servo_trial
 
 SMALL: dict[str, Any] = {
+    "world.ideal": True,
     "run.seconds": 3.0,
     "run.max_ellipsoids": 1,
     "world.background": "plain",

@@ -17,7 +17,7 @@ def in_a_world(turning_eyes: bool) -> Arm:
     from servoid.sim.world import ArmSettings, World, WorldSettings
 
     arm = ArmSettings(turning_eyes=turning_eyes)
-    return World(WorldSettings(arm=arm, background="plain")).arm
+    return World(WorldSettings(arm=arm, background="plain", ideal=True)).arm
 
 
 ARMS: dict[str, Callable[[], Arm]] = {

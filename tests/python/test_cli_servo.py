@@ -19,6 +19,7 @@ from servo_trials import log_rows, small_settings
 from servoid.cli import servoing
 from servoid.servo import Reason
 from servoid.shape import load_body
+from servoid.sim.world import IDEAL
 from servoid.study import TrialSettings, TrialStep, read_trial_settings, trial_toml
 
 SHORT = {"run.seconds": 1.0, "run.settle_s": 0.5, "servo.look.count": 1}
@@ -78,7 +79,10 @@ def test_the_summary_says_how_well_the_hand_followed_in_eighty_columns(
     assert outcome.err == ""
     assert outcome.out.startswith("Servoed pa10 to painted_ellipsoid, sine:0.05@4s\n")
     rows = said(outcome)
-    assert re.fullmatch(r"\d+\.\d\d mm RMS, \d+\.\d\d mm at 95 %, after 0.5 s", rows["hand"])
+    error = r"\d+\.\d\d mm RMS, \d+\.\d\d mm at 95 %, \d+\.\d\d degrees RMS"
+    assert re.fullmatch(f"{error}, after 0.5 s", rows["repeatability"])
+    assert re.fullmatch(f"{error}; its.*", rows["accuracy"])
+    assert rows["world"] == "ideal"
     assert rows["modelled"] == "1 ellipsoid, looked at from 1 place"
     assert rows["tracked"].startswith("100.0 % of 3")
     assert max(len(line) for line in outcome.out.splitlines() if "run/" not in line) <= 80
@@ -87,8 +91,9 @@ def test_the_summary_says_how_well_the_hand_followed_in_eighty_columns(
 def test_the_files_of_a_run_say_the_same(ran: tuple[Path, Outcome]) -> None:
     folder, outcome = ran
     figures = json.loads((folder / "new" / "run" / "summary.json").read_text())
-    in_mm = f"{1e3 * figures['position_rms']:.2f} mm RMS"
-    assert said(outcome)["hand"].startswith(in_mm)
+    for kind in ("repeatability", "accuracy"):
+        in_mm = f"{1e3 * figures[kind]['position_rms']:.2f} mm RMS"
+        assert said(outcome)[kind].startswith(in_mm)
     rows = log_rows(folder / "new" / "run" / "log.csv")
     assert sum(row["status"] == "tracking" for row in rows) == figures["observations"]
     assert {word for row in rows for word in row["holding"].split()} <= {
@@ -99,6 +104,7 @@ def test_the_files_of_a_run_say_the_same(ran: tuple[Path, Outcome]) -> None:
     assert film.get(cv2.CAP_PROP_FRAME_COUNT) == pytest.approx(15, abs=3)
     page = (folder / "new" / "run" / "report.html").read_text()
     assert "painted_ellipsoid" in page and "<img" in page
+    assert page.index("repeatability, RMS") < page.index("accuracy, RMS")
 
 
 @pytest.mark.extended
@@ -123,6 +129,7 @@ def test_printed_settings_read_back_and_options_come_on_top(
     file.write_text(printed.out)
     assert read_trial_settings(file) == TrialSettings()
     options = ("--object", "drill", "--seconds", "7", "--no-feed-forward", "--seed", "5")
+    options += ("--ideal", "--target", "click:150,120", "--trust-target")
     changed = servoid_command("servo", "--print-config", "--config", file, *options)
     assert changed.code == 0, changed.err
     file.write_text(changed.out)
@@ -130,6 +137,9 @@ def test_printed_settings_read_back_and_options_come_on_top(
     assert (settings.world.object.name, settings.run.seconds) == ("drill", 7.0)
     assert (settings.world.seed, settings.track.seed) == (5, 5)
     assert not settings.servo.hand.feed_forward
+    assert settings.world.ideal and settings.world.in_effect == IDEAL
+    assert (settings.run.target, settings.run.trust_target) == ("click:150,120", True)
+    assert not TrialSettings().world.ideal
     assert list(tmp_path.iterdir()) == [file]
 
 
@@ -144,6 +154,12 @@ def test_printed_settings_read_back_and_options_come_on_top(
         ("--world none.xml", r"error: .*none.xml"),
         ("--background nice", r"error: .*'nice'.*cluttered"),
         ("--seconds -1", r"error: the options, run.seconds: expected a number > 0.0, got -1.0"),
+        (
+            "--target boxes",
+            r"error: .*run.target: the target 'boxes' has no known form; .*mask:FILE",
+        ),
+        ("--target click:5", r"error: .*the target 'click:5' needs 2 numbers"),
+        ("--target box:0,0,900,900", r"error: the target 'box:0,0,900,900': the box covers"),
         ("--law best", r"error: the options, servo.joints.law: .*'best'; choose one of qp, paper"),
         ("--config none.toml", r"error: cannot read none.toml"),
         ("--config wrong.toml", r"error: wrong.toml, line 2, run: unknown key 'secs'; known keys:"),
@@ -224,7 +240,8 @@ def test_what_was_done_until_an_interrupt_is_written(
     config.write_text(trial_toml(small_settings(SHORT | {"run.settle_s": 3.0, "run.seconds": 5.0})))
     outcome = servoid_command("servo", "--config", config, "--out", out)
     assert outcome.code == 130
-    assert said(outcome)["hand"].startswith("not known: the run ended within the 3 s")
+    for kind in ("repeatability", "accuracy"):
+        assert said(outcome)[kind].startswith("not known: the run ended within the 3 s")
     assert "nan" not in outcome.out
     rows = log_rows(out / "log.csv")
     assert 40 < len(rows) < 90

@@ -161,7 +161,7 @@ def test_what_a_log_does_not_say_is_not_made_up(rows: list[ServoRow]) -> None:
     metrics = ServoMetrics.of(log_of(rows), 0.0)
     assert np.isnan([metrics.position_rms, metrics.turn_rms, metrics.tracked_share]).all()
     figures = metrics.figures()
-    assert figures["hand position error, RMS"] == "not known"
+    assert figures["repeatability, RMS"] == figures["accuracy, RMS"] == "not known"
     assert figures["hand held"] == "never"
 
 
@@ -171,9 +171,9 @@ def test_figures_are_in_millimetres_degrees_and_milliseconds() -> None:
     rows.append(held(rows.pop(), Reason.LOST))
     figures = ServoMetrics.of(log_of(rows), 0.0).figures()
     assert list(figures.values()) == [
+        "5.00 mm, 2.00 deg",
         "5.00 mm",
-        "5.00 mm",
-        "2.00 deg",
+        *["not known"] * 7,
         "0.00 px",
         "0 s",
         "0.00 mm/s",
@@ -189,8 +189,12 @@ def test_the_figures_go_through_json_and_what_is_not_known_is_null() -> None:
     metrics = ServoMetrics.of(log_of(rows), 0.0)
     numbers = metrics.numbers()
     assert json.loads(json.dumps(numbers, allow_nan=False)) == numbers
-    assert set(numbers) == {field.name for field in fields(metrics)} | {"held_s"}
-    assert numbers["position_rms"] is None and numbers["track_s"] == {"p50": None, "p99": None}
+    repeatability = {"position_rms", "position_95", "turn_rms"}
+    names = {field.name for field in fields(metrics)} - repeatability
+    assert set(numbers) == names | {"held_s", "repeatability"}
+    assert set(numbers["repeatability"]) == repeatability
+    assert set(numbers["repeatability"].values()) == set(numbers["accuracy"].values()) == {None}
+    assert numbers["track_s"] == {"p50": None, "p99": None}
     assert numbers["holds"][0]["reasons"] == ["lost"]
     assert numbers["held_s"] == pytest.approx(PERIOD_S)
 

@@ -61,6 +61,8 @@ def test_the_help_names_the_defaults_of_the_settings() -> None:
         "object_name": world.object.name,
         "path": world.object.path,
         "background": world.background,
+        "ideal": {False: "a laboratory"}[world.ideal],
+        "target": run.target,
         "seconds": f"{run.seconds:g}",
         "looks": str(settings.servo.look.count),
         "goal": listed(run.goal),

@@ -59,6 +59,7 @@ def test_a_pair_is_what_the_eyes_of_the_worlds_arm_see(mode: EyeMode) -> None:
     hand = (*paper_hand().quaternion, *paper_hand().translation)
     world = World(
         WorldSettings(
+            ideal=True,
             arm=ArmSettings(world_from_hand=hand, eyes_on_object=mode is EyeMode.VERGED),
             object=ObjectSettings(
                 name="ellipsoid", hand_from_object=(1.0, 0.0, 0.0, 0.0, 0.0, -0.1, 0.53)

@@ -2,8 +2,9 @@ import numpy as np
 import pytest
 
 from servoid.pose import Pose
+from servoid.servo import spun_like
 from servoid.sim.world import ObjectSettings, World, WorldSettings
-from servoid.study.truth import Truth, spun_like
+from servoid.study.truth import Truth
 
 OBJECT_FROM_BODY = Pose.exp([0.003, 0.001, -0.002, 0.1, -0.2, 0.3])
 SLIPPED = Pose.exp([0.0, 0.0, 0.0, 0.0, 0.7, 0.0])
@@ -12,7 +13,7 @@ TILTED = Pose.exp([0.0, 0.0, 0.0, 0.02, 0.0, -0.03])
 
 def world_with(name: str) -> World:
     pytest.importorskip("mujoco")
-    return World(WorldSettings(object=ObjectSettings(name=name), background="plain"))
+    return World(WorldSettings(object=ObjectSettings(name=name), background="plain", ideal=True))
 
 
 def turn_between(one: Pose, other: Pose) -> float:

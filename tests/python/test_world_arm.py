@@ -22,7 +22,8 @@ CAMERAS = CameraSettings(size_px=(64, 48), samples=1, moments=1)
 
 
 def make_world(**changes: object) -> World:
-    return World(WorldSettings(**{"background": "plain", "cameras": CAMERAS, **changes}))
+    given = {"background": "plain", "cameras": CAMERAS, "ideal": True, **changes}
+    return World(WorldSettings(**given))
 
 
 @pytest.fixture(scope="module")

@@ -32,6 +32,7 @@ def seen(renderer: str, name: str, background: str) -> tuple[World, tuple[np.nda
     cameras = CameraSettings(size_px=(240, 180), samples=2, moments=1, noise=0.0)
     world = World(
         WorldSettings(
+            ideal=True,
             object=ObjectSettings(name=name),
             background=background,
             cameras=cameras,

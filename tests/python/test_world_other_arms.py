@@ -96,6 +96,7 @@ def make_world(**arm: object) -> World:
             object=ObjectSettings(name="ellipsoid"),
             background="plain",
             cameras=CAMERAS,
+            ideal=True,
         )
     )
 

@@ -80,6 +80,35 @@ def servo(
             rich_help_panel=_WORLD,
         ),
     ] = None,
+    ideal: Annotated[
+        bool | None,
+        typer.Option(
+            "--ideal/--laboratory",
+            help="A world without any error, or with those of a decent laboratory: of calibration, "
+            "sensors, time stamps, joints, and of who marks the object (default: a laboratory).",
+            show_default=False,
+            rich_help_panel=_WORLD,
+        ),
+    ] = None,
+    target: Annotated[
+        str | None,
+        typer.Option(
+            metavar="TARGET",
+            help="How the object is marked in the first left image: hand, box or click, as a "
+            "person does it; or mask:FILE, box:U0,V0,U1,V1, click:U,V or hue:LOW..HIGH, as for "
+            "servoid track (default hand).",
+            rich_help_panel=_RUN,
+        ),
+    ] = None,
+    trust_target: Annotated[
+        bool | None,
+        typer.Option(
+            "--trust-target",
+            help="Use a target even if it may mean several objects.",
+            show_default=False,
+            rich_help_panel=_RUN,
+        ),
+    ] = None,
     seconds: Annotated[
         float | None,
         typer.Option(metavar="S", help="How long to servo (default 30).", rich_help_panel=_RUN),
@@ -155,7 +184,7 @@ def servo(
         typer.Option(
             callback=check_seed,
             metavar="S",
-            help="Of the clutter, the noise and the searches (default 0).",
+            help="Of the clutter, the noise, the laboratory and the searches (default 0).",
             rich_help_panel=_RUN,
         ),
     ] = None,
@@ -181,9 +210,12 @@ def servo(
         "world.object.name": object_name,
         "world.object.path": path,
         "world.background": background,
+        "world.ideal": ideal,
         "world.seed": seed,
         "track.seed": seed,
         "track.method": None if method is None else method.value,
+        "run.target": target,
+        "run.trust_target": trust_target,
         "run.seconds": seconds,
         "servo.look.count": looks,
         "servo.hand.feed_forward": feed_forward,

@@ -10,7 +10,7 @@ import typer
 from servoid.servo import Reason, ServoMetrics, limited_s
 from servoid.study import ServoTrial
 
-_LABEL_WIDTH = 12
+_LABEL_WIDTH = 14
 _VALUE_WIDTH = 80 - len("  ") - _LABEL_WIDTH - len(" ")
 
 
@@ -24,6 +24,7 @@ def print_servo_summary(
     place = "1 place" if looks == 1 else f"{looks} places"
     parts = "1 ellipsoid" if len(body) == 1 else f"{len(body)} ellipsoids"
     rows = {
+        "world": "ideal" if world.ideal else "with the errors of a laboratory, [world.lab]",
         "modelled": f"{parts}, looked at from {place}",
         **_errors(metrics),
         "tracked": f"{100.0 * metrics.tracked_share:.1f} % of {metrics.observations} observations",
@@ -43,13 +44,23 @@ def print_servo_summary(
 def _errors(metrics: ServoMetrics) -> dict[str, str]:
     if math.isnan(metrics.position_rms):
         what = f"not known: the run ended within the {metrics.settle_s:g} s in which it settles"
-        return {"hand": what}
+        return {"repeatability": what, "accuracy": what}
+    true = metrics.accuracy
     return {
-        "hand": f"{_mm(metrics.position_rms)} mm RMS, {_mm(metrics.position_95)} mm at 95 %, after "
-        f"{metrics.settle_s:g} s",
-        "turn": f"{_deg(metrics.turn_rms)} degrees RMS",
+        "repeatability": _error(metrics.position_rms, metrics.position_95, metrics.turn_rms)
+        + f", after {metrics.settle_s:g} s",
+        "accuracy": _error(true.position_rms, true.position_95, true.turn_rms)
+        + f"; its mean is {_mm(true.offset)} mm off",
+        "object": f"{_mm(true.object_rms)} mm RMS off its place in the hand, its surface "
+        f"{_mm(true.surface)} mm",
+        "belief": f"its middle is {_mm(true.middle_rms)} mm RMS off the object's, its surface "
+        f"{_mm(true.body)} mm",
         "fixation": f"{metrics.fixation_rms_px:.2f} px RMS",
     }
+
+
+def _error(rms: float, most: float, turn: float) -> str:
+    return f"{_mm(rms)} mm RMS, {_mm(most)} mm at 95 %, {_deg(turn)} degrees RMS"
 
 
 def _print(label: str, words: str) -> None:

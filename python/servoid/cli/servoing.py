@@ -104,7 +104,8 @@ class _Run:
             return
         overview = world.overview(self._video.overview_px or _OVERVIEW_PX, samples=1)
         body = None if self.trial is None else self.trial.meeting.body
-        self._video.add(step.instant, step.estimate, step.command, overview, _line(step), body=body)
+        line = _line(step, self.trial)
+        self._video.add(step.instant, step.estimate, step.command, overview, line, body=body)
 
     @staticmethod
     def _every(world: World) -> int:
@@ -112,13 +113,13 @@ class _Run:
         return max(1, round(world.settings.cameras.rate_hz / _FILM_HZ))
 
 
-def _line(step: TrialStep) -> str:
-    """Say what the arm does."""
-    if step.row is None or step.row.world_from_goal is None:
+def _line(step: TrialStep, trial: ServoTrial | None) -> str:
+    """Say what the arm does, and how far the true object is from where it is wished."""
+    held = None if step.row is None else step.row.hand_from_object
+    if trial is None or trial.log.wish is None or held is None:
         return step.stage
-    off = step.row.world_from_goal.inverse() @ step.row.world_from_hand
-    place = 1e3 * float(np.linalg.norm(off.translation))
-    turn = np.degrees(float(np.linalg.norm(off.log()[3:])))
+    off = trial.log.wish.error(held)
+    place, turn = 1e3 * float(np.linalg.norm(off[:3])), np.degrees(float(np.linalg.norm(off[3:])))
     return f"{step.stage}; in truth {place:.1f} mm, {turn:.1f} deg off"
 
 

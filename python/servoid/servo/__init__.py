@@ -1,5 +1,6 @@
 """Servoing: an arm that carries turning eyes is led to an object and kept there."""
 
+from servoid.servo.accuracy import Accuracy, Wish, spun_like
 from servoid.servo.arm import Arm, Eyes, Joints, JointState
 from servoid.servo.controller import Command, Controller
 from servoid.servo.limited import limited_s
@@ -21,11 +22,13 @@ from servoid.servo.settings import (
     settings_from,
 )
 from servoid.servo.settings_text import settings_toml
+from servoid.servo.surface import body_places
 from servoid.servo.target import TargetEstimate, TargetFilter
 
 __all__ = [
     "ORDINARY",
     "PAPER_LAW",
+    "Accuracy",
     "Arm",
     "Command",
     "Controller",
@@ -54,7 +57,9 @@ __all__ = [
     "TrackingThread",
     "Viewpoint",
     "VisitStep",
+    "Wish",
     "as_the_paper",
+    "body_places",
     "brought_to_rest",
     "halt",
     "holds",
@@ -67,5 +72,6 @@ __all__ = [
     "servo_tracked",
     "settings_from",
     "settings_toml",
+    "spun_like",
     "visit",
 ]

@@ -8,6 +8,7 @@ import numpy as np
 from servoid._native import Camera, Estimate
 from servoid.observe.source import Instant
 from servoid.pose import Pose
+from servoid.servo.accuracy import Wish
 from servoid.servo.arm import Arm, Eyes, Floats, Joints
 from servoid.servo.loop import Tick
 
@@ -31,8 +32,9 @@ class ServoRow:
     """One control period.
 
     `world_from_hand` is where the hand truly was, `world_from_goal` where it should have been
-    (from the truth, if known), and `truth` is the object's true pose; `seen` is there when an
-    observation arrived.
+    (from the truth, if known), and `truth` is the true pose of the body, by where it was modelled;
+    `seen` is there when an observation arrived. `hand_from_object` is where the object truly was in
+    the hand, `hand_from_body` where the body was believed to be in it.
     """
 
     tick: Tick
@@ -40,6 +42,8 @@ class ServoRow:
     world_from_goal: Pose | None
     truth: Pose | None
     seen: Seen | None
+    hand_from_object: Pose | None = None
+    hand_from_body: Pose | None = None
 
     @property
     def time_s(self) -> float:
@@ -51,7 +55,8 @@ class ServoRow:
 class ServoLog:
     """All control periods of a run, in order; `start_s` is when servoing began.
 
-    `joints` and `eyes` are the arm's, None where nothing is known but the joints' `names`.
+    `joints` and `eyes` are the arm's, None where nothing is known but the joints' `names`. `wish`
+    is where the true object is wished in the hand, None where the truth is not known.
     """
 
     names: tuple[str, ...]
@@ -59,6 +64,7 @@ class ServoLog:
     rows: list[ServoRow] = field(default_factory=list)
     joints: Joints | None = None
     eyes: Eyes | None = None
+    wish: Wish | None = None
 
     @classmethod
     def of(cls, arm: Arm) -> "ServoLog":
@@ -105,9 +111,11 @@ class ServoLog:
 
     @property
     def hand_errors(self) -> Floats:
-        """Return how far the hand was from its true goal, (T, 6): metres in the goal's frame, rad.
+        """Return how far the hand was from its goal, (T, 6): metres in the goal's frame, rad.
 
-        NaN where the truth is not known. The last three are a rotation vector.
+        The goal is beside where the body was modelled and the object truly went: what was wrong
+        then is no error here. NaN where the truth is not known. The last three are a rotation
+        vector.
         """
         found = np.full((len(self.rows), 6), np.nan)
         for place, row in enumerate(self.rows):
@@ -115,6 +123,18 @@ class ServoLog:
                 off = row.world_from_goal.inverse() @ row.world_from_hand
                 found[place, :3] = off.translation
                 found[place, 3:] = Pose.from_parts([0.0, 0.0, 0.0], off.quaternion).log()[3:]
+        return found
+
+    @property
+    def true_errors(self) -> Floats:
+        """Return how far the hand was from its goal beside the true object, (T, 6), likewise.
+
+        NaN where the truth is not known.
+        """
+        found = np.full((len(self.rows), 6), np.nan)
+        for place, row in enumerate(self.rows):
+            if self.wish is not None and row.hand_from_object is not None:
+                found[place] = self.wish.error(row.hand_from_object)
         return found
 
     @property

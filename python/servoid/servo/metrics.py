@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from servoid.pose import exact
+from servoid.servo.accuracy import Accuracy
 from servoid.servo.arm import Floats
 from servoid.servo.log import ServoLog
 from servoid.servo.safety import Reason
@@ -56,10 +57,12 @@ class Spread:
 class ServoMetrics:
     """The figures of a run; NaN where the log does not say.
 
-    The errors are of the hand against its true goal and of the fixation, after `settle_s` seconds
-    of servoing; all else is of the whole run. `position_rms` and `position_95` are in metres,
-    `turn_rms` in radians, `fixation_rms_px` is over all eyes. `tracked_share` is the share of
-    observations, `fastest_hand` is in m/s, `control_s` and `track_s` are times on the wall.
+    The errors are after `settle_s` seconds of servoing; all else is of the whole run.
+    `position_rms`, `position_95` (metres) and `turn_rms` (radians) are the repeatability: of the
+    hand beside where the body was modelled, whatever was wrong then. `accuracy` is of the true
+    object against where it is wished. `fixation_rms_px` is over all eyes. `tracked_share` is the
+    share of observations, `fastest_hand` is in m/s, `control_s` and `track_s` are times on the
+    wall.
     """
 
     settle_s: float
@@ -73,6 +76,7 @@ class ServoMetrics:
     control_s: Spread
     track_s: Spread
     fastest_hand: float
+    accuracy: Accuracy
 
     @classmethod
     def of(cls, log: ServoLog, settle_s: float) -> "ServoMetrics":
@@ -96,6 +100,7 @@ class ServoMetrics:
             control_s=Spread.of(np.array([tick.control_s for tick in ticks])),
             track_s=Spread.of(np.array([one.track_s for one in ticks if one.estimate is not None])),
             fastest_hand=_fastest(log),
+            accuracy=Accuracy.of(log, settle_s),
         )
 
     @property
@@ -107,9 +112,12 @@ class ServoMetrics:
         """Return the figures as they are, ready for JSON; None where the log does not say."""
         return {
             "settle_s": self.settle_s,
-            "position_rms": _known(self.position_rms),
-            "position_95": _known(self.position_95),
-            "turn_rms": _known(self.turn_rms),
+            "repeatability": {
+                "position_rms": _known(self.position_rms),
+                "position_95": _known(self.position_95),
+                "turn_rms": _known(self.turn_rms),
+            },
+            "accuracy": self.accuracy.numbers(),
             "fixation_rms_px": _known(self.fixation_rms_px),
             "tracked_share": _known(self.tracked_share),
             "observations": self.observations,
@@ -132,9 +140,17 @@ class ServoMetrics:
         times = "once" if len(self.holds) == 1 else f"{len(self.holds)} times"
         tracked = _in_words(100.0 * self.tracked_share, "%")
         return {
-            "hand position error, RMS": _in_words(1e3 * self.position_rms, "mm"),
-            "hand position error, 95 %": _in_words(1e3 * self.position_95, "mm"),
-            "hand turn error, RMS": _in_words(float(np.degrees(self.turn_rms)), "deg"),
+            "repeatability, RMS": self._both(self.position_rms, self.turn_rms),
+            "repeatability, 95 %": _in_words(1e3 * self.position_95, "mm"),
+            "accuracy, RMS": self._both(self.accuracy.position_rms, self.accuracy.turn_rms),
+            "accuracy, 95 %": _in_words(1e3 * self.accuracy.position_95, "mm"),
+            "accuracy, mean offset": _in_words(1e3 * self.accuracy.offset, "mm"),
+            "true object in the hand, RMS": _in_words(1e3 * self.accuracy.object_rms, "mm"),
+            "true surface in the hand, mean": _in_words(1e3 * self.accuracy.surface, "mm"),
+            "believed middle off the true one, RMS": _in_words(
+                1e3 * self.accuracy.middle_rms, "mm"
+            ),
+            "believed surface off the true one": _in_words(1e3 * self.accuracy.body, "mm"),
             "fixation error, RMS": _in_words(self.fixation_rms_px, "px"),
             "errors counted after": f"{self.settle_s:g} s",
             "fastest hand": _in_words(1e3 * self.fastest_hand, "mm/s"),
@@ -143,6 +159,12 @@ class ServoMetrics:
             "control tick": self.control_s.in_words(),
             "tracker": self.track_s.in_words(),
         }
+
+    @staticmethod
+    def _both(metres: float, radians: float) -> str:
+        """Say an error in position and in turn."""
+        place, turn = _in_words(1e3 * metres, "mm"), _in_words(float(np.degrees(radians)), "deg")
+        return place if np.isnan([metres, radians]).all() else f"{place}, {turn}"
 
 
 def holds(log: ServoLog) -> list[Hold]:

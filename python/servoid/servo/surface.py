@@ -69,6 +69,11 @@ class Surface:
         return seen
 
 
+def body_places(body: Body) -> Floats:
+    """Return places (N, 3) on a body's surface, in its own frame, that stand for equal areas."""
+    return body.world_from_object.inverse().transform(Surface(body).places)
+
+
 def _solids(body: Body) -> list[_Solid]:
     solids = []
     for center, radii, turn in zip(body.centers, body.radii, body.rotations, strict=True):

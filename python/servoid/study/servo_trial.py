@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 from msgspec.structs import replace
-from numpy.typing import NDArray
 
 from servoid import model
 from servoid.errors import ServoError
@@ -31,12 +30,14 @@ from servoid.servo.arm import Floats
 from servoid.servo.moving import change_between
 from servoid.sim.world import Path as ObjectPath
 from servoid.sim.world import World
+from servoid.study.marking import marker
 from servoid.study.meeting import Masks, Meeting, awaited, meet
 from servoid.study.trial_settings import TrialSettings
-from servoid.study.truth import Truth
+from servoid.study.truth import Truth, wish
 from servoid.track import Estimate, Follower, Rememberer
 
 _LOOKS = "look"  # folder of what was seen while looking around
+_TRACKING = "tracking"  # a tracker's status
 _SPARE = 60  # observations after the looks in which the tracker may fail to see the object
 
 
@@ -91,32 +92,43 @@ def run_servo_trial(
 ) -> ServoTrial:
     """Meet the object of a simulated world, model it, and servo to it for the seconds asked for.
 
-    The object rests until servoing begins. Its mask in the first left image is given, as a person
-    would mark it; nothing else is known of it. `folder` gets what was looked at. `path` takes the
-    place of the one in the settings; `prepared` hears of the world before anything moves.
+    The object rests until servoing begins. It is marked in the first image, as a person would do
+    it; nothing else is known of it. `folder` gets what was looked at. `path` takes the place of the
+    one in the settings; `prepared` hears of the world before anything moves.
 
     Raises:
         SimError, ServoError: the settings cannot be.
         ModelError, TargetError: the object cannot be modelled from what the hand can see.
+        DoubtError: where it is marked may mean several objects.
 
     """
     world = World(settings.world, path=path)
+    mark = marker(world, settings.run)
     make_folder(Path(folder), parents=True)
     if prepared is not None:
         prepared(world)
     tell = watch or (lambda _: None)
-    meeting, goal = _met(world, settings, Path(folder) / _LOOKS, tell)
+    first = world.world_from_hand_at(0.0).inverse() @ world.world_from_object_at(0.0)
+    meeting, goal = _met(world, settings, Path(folder) / _LOOKS, mark, tell)
     # What was seen on the way says nothing of how the object moves from now on.
     controller = Controller(world.arm, settings.servo)
     tracker = _start_tracker(world, meeting, settings, controller)
     true = world.world_from_object_at(world.time_s)
     truth = Truth(world, true.inverse() @ meeting.body.world_from_object)
-    trial = ServoTrial(settings, world, meeting, tracker, ServoLog.of(world.arm), truth)
+    log = ServoLog.of(world.arm)
+    log.wish = wish(world, meeting.body, goal, first)
+    trial = ServoTrial(settings, world, meeting, tracker, log, truth)
     _follow(trial, controller, lambda _: goal, tell)
     return trial
 
 
-def _met(world: World, settings: TrialSettings, folder: Path, tell: Watch) -> tuple[Meeting, Pose]:
+def _met(
+    world: World,
+    settings: TrialSettings,
+    folder: Path,
+    mark: Callable[[Instant], Masks],
+    tell: Watch,
+) -> tuple[Meeting, Pose]:
     """Meet the object, and bring the hand to where servoing starts; return also what its goal is.
 
     Raises:
@@ -132,7 +144,7 @@ def _met(world: World, settings: TrialSettings, folder: Path, tell: Watch) -> tu
         world.arm,
         world.source,
         controller,
-        lambda _: _left_mask(world),
+        mark,
         folder=folder,
         settings=settings.servo.look,
         request=model.Request(max_ellipsoids=settings.run.max_ellipsoids, seed=settings.track.seed),
@@ -163,6 +175,7 @@ def _follow(trial: ServoTrial, controller: Controller, goal: Goal, tell: Watch) 
 
     with brought_to_rest(world.arm, controller, stopping):
         for tick in servo(world.arm, world.source, trial.tracker, controller, goal):
+            _tell_status(world, tick.estimate)
             row = _row(trial, tick, goal(tick.state.time_s))
             trial.log.add(row)
             since = tick.state.time_s - trial.log.start_s
@@ -174,21 +187,33 @@ def _follow(trial: ServoTrial, controller: Controller, goal: Goal, tell: Watch) 
 
 def _row(trial: ServoTrial, tick: Tick, goal_from_object: Pose | None) -> ServoRow:
     """Join what was known in a control period with what was true."""
-    world = trial.world
-    truth = trial.truth.at(tick.state.time_s, tick.command.world_from_object)
-    seen = None
-    if tick.instant is not None:
-        believed = None if tick.estimate is None else tick.estimate.world_from_object
-        there = trial.truth.at(tick.instant.time_s, believed)
-        off = off_center(world.cameras, tick.instant.world_from_camera, np.array(there.translation))
-        seen = Seen(tick.instant, tick.estimate, there, off)
+    world, time_s = trial.world, tick.state.time_s
+    body = tick.command.world_from_object
+    truth = trial.truth.at(time_s, body)
+    hand, believed = world.world_from_hand_at(time_s), world.arm.world_from_hand
     return ServoRow(
         tick=tick,
-        world_from_hand=world.arm.world_from_hand(tick.state.positions),
+        world_from_hand=hand,
         world_from_goal=None if goal_from_object is None else truth @ goal_from_object.inverse(),
         truth=truth,
-        seen=seen,
+        seen=None if tick.instant is None else _seen(trial, tick.instant, tick.estimate),
+        hand_from_object=hand.inverse() @ world.world_from_object_at(time_s),
+        hand_from_body=None if body is None else believed(tick.state.positions).inverse() @ body,
     )
+
+
+def _seen(trial: ServoTrial, instant: Instant, estimate: Estimate | None) -> Seen:
+    """Join what the tracker said of the newest observation with what was true."""
+    believed = None if estimate is None else estimate.world_from_object
+    there = trial.truth.at(trial.world.true_time_s(), believed)
+    cameras, poses = zip(*trial.world.true_views(), strict=True)
+    return Seen(instant, estimate, there, off_center(cameras, poses, np.array(there.translation)))
+
+
+def _tell_status(world: World, estimate: Estimate | None) -> None:
+    """Let the world know how long the tracker takes from now on."""
+    if estimate is not None:
+        world.source.tracking = estimate.status == _TRACKING
 
 
 def _goal(settings: TrialSettings, meeting: Meeting) -> Pose:
@@ -261,6 +286,7 @@ def _start_tracker(
         instant = awaited(world.arm, world.source)
         estimate = tracker.step(instant.time_s, instant.world_from_camera, instant.images)
         controller.see(instant, estimate)
+        _tell_status(world, estimate)
         found = found + 1 if estimate.located else 0
         if found == needed:
             return tracker
@@ -269,10 +295,3 @@ def _start_tracker(
         f"{needed + _SPARE} after looking around; look "
         "from fewer places (servo.look.count), or choose an object with more pattern"
     )
-
-
-def _left_mask(world: World) -> Masks:
-    """Return the object's mask in the newest left image alone."""
-    masks: list[NDArray[np.uint8] | None] = [None] * len(world.cameras)
-    masks[0] = world.masks()[0]
-    return tuple(masks)

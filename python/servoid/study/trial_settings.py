@@ -6,12 +6,16 @@ from typing import Annotated, Any
 import msgspec
 from msgspec import Meta
 
-from servoid.errors import ServoError, ServoidError
+from servoid.errors import ServoError, ServoidError, TargetError
+from servoid.observe import parse_target
 from servoid.observe.checked import Checked
 from servoid.observe.strict import convert, read_toml
 from servoid.servo import ServoSettings, settings_toml
 from servoid.sim.world import BEFORE_HAND, WorldSettings
 from servoid.track import Method
+
+BY_HAND, BY_BOX, BY_CLICK = PEOPLE = ("hand", "box", "click")
+"""How a person marks an object: draws around it, draws a box, or clicks on it."""
 
 Triple = tuple[float, float, float]
 NotNegative = Annotated[int, Meta(ge=0)]
@@ -34,6 +38,16 @@ class RunSettings(_Settings, frozen=True, kw_only=True, forbid_unknown_fields=Tr
         Triple,
         Meta(description="where the object's middle shall be in the hand's frame, m"),
     ] = BEFORE_HAND
+    target: Annotated[
+        str,
+        Meta(
+            description="how the object is marked in the first left image: by hand, box or click, "
+            "as a person of [world.lab] does it; or as for servoid track, such as click:160,120"
+        ),
+    ] = BY_HAND
+    trust_target: Annotated[
+        bool, Meta(description="use it even if it may mean several objects")
+    ] = False
     start_offset: Annotated[
         Triple, Meta(description="where the hand starts, off its goal, in the goal's frame, m")
     ] = (0.0, 0.0, 0.0)
@@ -44,6 +58,23 @@ class RunSettings(_Settings, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     settle_s: Annotated[
         float, Meta(ge=0, description="at the beginning, which the figures leave out, s")
     ] = 3.0
+
+    def __post_init__(self) -> None:
+        """Check each value before a run that would find it out late.
+
+        Raises:
+            ServoError: a value cannot be, or `target` is no way to mark an object.
+
+        """
+        super().__post_init__()
+        if self.target in PEOPLE:
+            return
+        try:
+            parse_target(self.target)
+        except TargetError as error:
+            raise ServoError(
+                f"run.target: {error}; or choose one of {', '.join(PEOPLE)}, as a person does it"
+            ) from None
 
 
 class TrackingSettings(_Settings, frozen=True, kw_only=True, forbid_unknown_fields=True):

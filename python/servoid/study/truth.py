@@ -1,9 +1,10 @@
 """What is true of the object of a simulated world, as far as anybody could see it."""
 
 import numpy as np
-from numpy.typing import NDArray
 
-from servoid.pose import Pose, exact
+from servoid._native import Body
+from servoid.pose import Pose
+from servoid.servo import Wish, body_places, spun_like
 from servoid.sim.world import World
 
 
@@ -31,8 +32,22 @@ class Truth:
         return world_from_object @ self.object_from_body
 
 
-def spun_like(pose: Pose, other: Pose, axis: NDArray[np.float64]) -> Pose:
-    """Return a pose spun about its own unit axis (3,) so that it is turned least from another."""
-    w, *vector = (pose.inverse() @ other).quaternion
-    angle = 2.0 * exact.arctan2(exact.dot(axis, np.array(vector)), w)
-    return pose @ Pose.exp([0.0, 0.0, 0.0, *(angle * axis)])
+def wish(world: World, body: Body, goal: Pose, hand_from_object: Pose) -> Wish:
+    """Return where the true object of a world is wished in the hand.
+
+    Its middle is wished where the goal, hand_from_body, has the body's middle, and its turn is to
+    be the one that it had in `hand_from_object`, as it truly was before the hand at first.
+    """
+    true, axis = world.true_object(), world.spin_axis
+    middle = np.array(body.mass_properties()[1])
+    turn = Pose.from_parts([0.0, 0.0, 0.0], hand_from_object.quaternion)
+    place = goal.transform(middle[None])[0] - turn.transform(true.middle[None])[0]
+    return Wish(
+        hand_from_object=Pose.from_parts(place.tolist(), turn.quaternion),
+        middle=true.middle,
+        points=true.points,
+        normals=true.normals,
+        body_middle=middle,
+        body_points=body_places(body),
+        spin_axis=None if axis is None else np.array(axis),
+    )

@@ -24,6 +24,7 @@ Floats = NDArray[np.float64]
 _WIDE_IN, _PANEL_IN = 9.6, 2.15
 _ZOOM = 4.0  # a part that is so many times smaller than the whole is drawn again by itself
 _ROOM = 1.25
+_PLACE = "place of the hand in its goal's frame"
 _SHADE = "#e4e0d8"
 
 
@@ -75,14 +76,32 @@ def draw_servo_plots(log: ServoLog, folder: str | Path, *, settle_s: float = 0.0
 
 
 def hand_panels(log: ServoLog, settle_s: float) -> list[Panel]:
-    """Return the hand's error in position and turn, and how far it and the target moved."""
+    """Return the hand's errors in position and turn, and how far it and the target moved."""
     times, errors = log.times, log.hand_errors
     apart = _lines(times, 1000.0 * errors[:, :3], ("x", "y", "z"))
     turn = np.degrees(np.linalg.norm(errors[:, 3:], axis=1))
     return [
         _moved(log),
-        *_with_zoom("position error of the hand, in its goal's frame", "mm", apart, settle_s),
-        *_with_zoom("turn error of the hand", "deg", [_line("angle", times, turn)], settle_s),
+        *_with_zoom(f"repeatability, {_PLACE}", "mm", apart, settle_s),
+        *_with_zoom(
+            "repeatability, turn of the hand", "deg", [_line("angle", times, turn)], settle_s
+        ),
+        *_true_panels(log, settle_s),
+    ]
+
+
+def _true_panels(log: ServoLog, settle_s: float) -> list[Panel]:
+    """Return how far the hand is from its goal beside the true object, if the truth is known."""
+    errors = log.true_errors
+    if not np.isfinite(errors).any():
+        return []
+    apart = _lines(log.times, 1000.0 * errors[:, :3], ("x", "y", "z"))
+    turn = np.degrees(np.linalg.norm(errors[:, 3:], axis=1))
+    return [
+        *_with_zoom(f"accuracy, {_PLACE}", "mm", apart, settle_s),
+        *_with_zoom(
+            "accuracy, turn of the hand", "deg", [_line("angle", log.times, turn)], settle_s
+        ),
     ]
 
 

@@ -1,6 +1,8 @@
 """A simulated world: an arm with turning eyes meets an object, under physics."""
 
+from servoid.sim.world.by_hand import hand_drawn, hand_missed
 from servoid.sim.world.faults import DropImages, Fault, FreezeCamera, Occlude, Teleport
+from servoid.sim.world.lab_settings import IDEAL, LabSettings
 from servoid.sim.world.objects import OBJECTS
 from servoid.sim.world.paths import KINDS, Path, Recorded, parse_path
 from servoid.sim.world.room import BACKGROUNDS
@@ -18,6 +20,7 @@ from servoid.sim.world.world import World
 __all__ = [
     "BACKGROUNDS",
     "BEFORE_HAND",
+    "IDEAL",
     "KINDS",
     "OBJECTS",
     "ArmSettings",
@@ -25,6 +28,7 @@ __all__ = [
     "DropImages",
     "Fault",
     "FreezeCamera",
+    "LabSettings",
     "LightSettings",
     "ObjectSettings",
     "Occlude",
@@ -34,5 +38,7 @@ __all__ = [
     "Teleport",
     "World",
     "WorldSettings",
+    "hand_drawn",
+    "hand_missed",
     "parse_path",
 ]

@@ -1,5 +1,6 @@
 """Builds the arm that a world's settings ask for, ready to start."""
 
+import copy
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ from servoid.sim.arm_file import ArmFile, read_arm
 from servoid.sim.world.engine import load_mujoco
 from servoid.sim.world.file_arm import build_file_arm, is_file_name
 from servoid.sim.world.kinematics import Kinematics
+from servoid.sim.world.lab import Lab
 from servoid.sim.world.motions import Floats, pose_of, unit_row
 from servoid.sim.world.robot import Robot
 from servoid.sim.world.settings import ArmSettings, WorldSettings
@@ -51,6 +53,24 @@ def compile_robot(robot: Robot, step_s: float) -> Any:
     model.dof_frictionloss[:] = 0.0
     model.jnt_stiffness[:] = 0.0
     return model
+
+
+def build_plant(robot: Robot, model: Any, lab: Lab) -> Any:
+    """Return the `mujoco.MjModel` of the robot as it truly is, None if `model` is that."""
+    settings = lab.settings
+    if settings.masses == 0.0 and settings.friction == 0.0:
+        return None
+    plant = copy.copy(model)
+    shares = lab.mass_shares(model.nbody)
+    plant.body_mass[:] = model.body_mass * shares
+    plant.body_inertia[:] = model.body_inertia * shares[:, None]
+    for drive in robot.drives:
+        place = plant.joint(drive.joint).dofadr[0]
+        needed = drive.acceleration * model.dof_M0[place]
+        plant.dof_frictionloss[place] = settings.friction * needed
+    mujoco = load_mujoco()
+    mujoco.mj_setConst(plant, mujoco.MjData(plant))
+    return plant
 
 
 def start_angles(robot: Robot, kinematics: Kinematics, settings: WorldSettings) -> Floats:

@@ -6,6 +6,7 @@ from msgspec import Meta
 
 from servoid.errors import SimError
 from servoid.sim.world.faults import Fault, Occlude, SimSettings
+from servoid.sim.world.lab_settings import IDEAL, LabSettings
 
 Triple = tuple[float, float, float]
 Seven = tuple[float, float, float, float, float, float, float]
@@ -101,10 +102,6 @@ class CameraSettings(SimSettings, frozen=True, kw_only=True, forbid_unknown_fiel
     latency_s: Annotated[
         float, Meta(ge=0.0, description="from the middle of the exposure to the image's arrival")
     ] = 0.04
-    compute_s: Annotated[
-        float,
-        Meta(ge=0.0, description="what a tracker takes: images are handed out that much later"),
-    ] = 0.0
     exposure_s: Annotated[
         float,
         Meta(ge=0.0, le=0.5, description="how long an image is exposed: what moves is blurred"),
@@ -190,6 +187,8 @@ class WorldSettings(SimSettings, frozen=True, kw_only=True, forbid_unknown_field
     cameras: CameraSettings = CameraSettings()
     light: LightSettings = LightSettings()
     physics: PhysicsSettings = PhysicsSettings()
+    lab: LabSettings = LabSettings()
+    ideal: Annotated[bool, Meta(description="nothing is off, whatever [world.lab] says")] = False
     faults: Annotated[
         tuple[Fault, ...], Meta(description="what goes wrong, and when after the path began")
     ] = ()
@@ -199,20 +198,34 @@ class WorldSettings(SimSettings, frozen=True, kw_only=True, forbid_unknown_field
     renderer: Annotated[
         str, Meta(description="raycast, servoid's own, or mujoco, which needs OpenGL")
     ] = "raycast"
-    seed: Annotated[int, Meta(ge=0, description="of the noise and of the clutter")] = 0
+    seed: Annotated[
+        int, Meta(ge=0, description="of the noise, of the clutter, and of what is off")
+    ] = 0
     threads: Annotated[int, Meta(ge=0, description="for drawing; 0: one for each core")] = 0
 
     def __post_init__(self) -> None:
         """Check each value, and what hangs together.
 
         Raises:
-            SimError: a value cannot be, or boards differ in size.
+            SimError: a value cannot be, boards differ in size, or an image takes too long.
 
         """
         super().__post_init__()
+        taken_s = self.cameras.exposure_s + self.in_effect.readout_s
+        if taken_s * self.cameras.rate_hz > 1.0:
+            raise SimError(
+                f"exposure and read-out of an image take {taken_s:.4g} s, but at "
+                f"{self.cameras.rate_hz:g} Hz there are {1.0 / self.cameras.rate_hz:.4g} s for "
+                "each; lower lab.readout_s, cameras.exposure_s or cameras.rate_hz"
+            )
         boards = {fault.half_size for fault in self.faults if isinstance(fault, Occlude)}
         if len(boards) > 1:
             raise SimError(
                 f"the boards of {len(boards)} occlusions differ in size, but a world has one "
                 "board; give all faults that occlude the same half_size"
             )
+
+    @property
+    def in_effect(self) -> LabSettings:
+        """Return what is off in this world: nothing in an ideal one."""
+        return IDEAL if self.ideal else self.lab

@@ -7,34 +7,29 @@ import numpy as np
 from servoid.errors import ServoError
 from servoid.pose import Pose
 from servoid.servo import Eyes, Joints, JointState
-from servoid.sim.world.drives import Drives
+from servoid.sim.world.calibration import Calibration
+from servoid.sim.world.encoders import Encoders
 from servoid.sim.world.kinematics import Kinematics
 from servoid.sim.world.motions import Floats
-from servoid.sim.world.robot import Robot
 
 
 class SimArm:
     """Implements `servoid.servo.Arm`; a command lets the world's time pass, and nothing else does.
 
-    It lasts as long as the computer takes: its time has nothing to do with the time on the wall.
+    It lasts as long as the computer takes: its time has nothing to do with the time on the wall. It
+    knows of itself what a robot's software knows: by its encoders and its calibration.
     """
 
     def __init__(
         self,
-        robot: Robot,
         kinematics: Kinematics,
-        drives: Drives,
+        calibration: Calibration,
+        encoders: Encoders,
         period_s: float,
         advance: Callable[[Floats], None],
     ) -> None:
-        self._kinematics, self._drives, self._advance = kinematics, drives, advance
-        self._period_s = period_s
-        count = robot.hand_count
-        self._eyes = (
-            Eyes(Pose.identity(), robot.half_baseline, count, count + 1, count + 2)
-            if robot.turns_eyes
-            else None
-        )
+        self._kinematics, self._calibration, self._encoders = kinematics, calibration, encoders
+        self._period_s, self._advance = period_s, advance
 
     @property
     def joints(self) -> Joints:
@@ -44,7 +39,7 @@ class SimArm:
     @property
     def eyes(self) -> Eyes | None:
         """Return how the eyes turn, None if the cameras are fixed to the hand."""
-        return self._eyes
+        return self._calibration.eyes
 
     @property
     def period_s(self) -> float:
@@ -52,8 +47,8 @@ class SimArm:
         return self._period_s
 
     def state(self) -> JointState:
-        """Return what the joints do now."""
-        return JointState(self._drives.time_s, self._drives.positions, self._drives.velocities)
+        """Return what the joints do now, as far as their sensors say."""
+        return self._encoders.state()
 
     def world_from_hand(self, positions: Floats) -> Pose:
         """Return where the hand is with the joints at these positions."""
@@ -64,8 +59,8 @@ class SimArm:
         return self._kinematics.jacobian(self._checked(positions, "angles"))
 
     def world_from_cameras(self, positions: Floats) -> tuple[Pose, ...]:
-        """Return where each camera is with the joints at these positions."""
-        return self._kinematics.world_from_eyes(self._checked(positions, "angles"))
+        """Return where each camera is believed to be with the joints at these positions."""
+        return self._calibration.world_from_eyes(self._checked(positions, "angles"))
 
     def command(self, velocities: Floats) -> None:
         """Have the joints turn at (N,) rad/s, and return one control period later.

@@ -6,12 +6,15 @@ from numpy.typing import NDArray
 from servoid._native import Camera, Lens
 from servoid.errors import SimError
 from servoid.pose import Pose
-from servoid.sim.world.building import build_robot, compile_robot, start_angles
+from servoid.sim.world.building import build_plant, build_robot, compile_robot, start_angles
+from servoid.sim.world.calibration import Calibration
 from servoid.sim.world.course import Course
 from servoid.sim.world.drawers import DRAWERS
 from servoid.sim.world.drives import Drives
+from servoid.sim.world.encoders import Encoders
 from servoid.sim.world.faults import Occlude
 from servoid.sim.world.kinematics import Kinematics
+from servoid.sim.world.lab import Lab
 from servoid.sim.world.layout import Layout
 from servoid.sim.world.meshes import as_mesh
 from servoid.sim.world.motions import STILL, Floats, pose_of, row_of, unit_row
@@ -20,8 +23,9 @@ from servoid.sim.world.overview import overview_from
 from servoid.sim.world.paths import Path, parse_path
 from servoid.sim.world.room import make_room
 from servoid.sim.world.settings import WorldSettings
-from servoid.sim.world.shutter import NAMES, Scene, Shutter
+from servoid.sim.world.shutter import NAMES, Exposure, Scene, Shutter, true_cameras
 from servoid.sim.world.sim_arm import SimArm
+from servoid.sim.world.solid import TrueObject, true_object
 from servoid.sim.world.stages import Drawer, Shot
 from servoid.sim.world.things import BOARD, OBJECT, Box, Finish, Thing
 
@@ -59,16 +63,31 @@ class World:
         things += robot.things
         model = compile_robot(robot, settings.physics.step_s)
         kinematics = Kinematics(robot, model)
+        lab = Lab(settings.in_effect, settings.seed)
         start = start_angles(robot, kinematics, settings)
         hand_from_object = pose_of(settings.object.hand_from_object)
         self._course = Course(settings, kinematics.world_from_hand(start) @ hand_from_object, path)
-        self._drives = Drives(robot, model, kinematics, start)
+        plant = build_plant(robot, model, lab)
+        self._drives = Drives(robot, model, kinematics, start, plant)
         self._layout = Layout(things, model, kinematics, self._course)
         self._things = tuple(things)
         self._drawer = _drawer(settings, self._things)
-        scene = Scene(self._drives, kinematics, self._layout, self._course, self._drawer)
+        self._kinematics = kinematics
+        encoders = Encoders(self._drives, lab, self._steps, robot.hand_count)
+        calibration = Calibration(robot, kinematics, lab, true_cameras(settings.cameras))
+        scene = Scene(
+            drives=self._drives,
+            kinematics=kinematics,
+            layout=self._layout,
+            course=self._course,
+            drawer=self._drawer,
+            lab=lab,
+            encoders=encoders,
+            calibration=calibration,
+        )
         self.source = Shutter(settings, scene)
-        self.arm = SimArm(robot, kinematics, self._drives, settings.physics.period_s, self._advance)
+        period_s = settings.physics.period_s
+        self.arm = SimArm(kinematics, calibration, encoders, period_s, self._advance)
 
     @property
     def time_s(self) -> float:
@@ -77,7 +96,7 @@ class World:
 
     @property
     def cameras(self) -> tuple[Camera, ...]:
-        """Return the ideal pinhole cameras of the source."""
+        """Return the ideal pinhole cameras of the source, as they are believed to be."""
         return self.source.cameras
 
     @property
@@ -107,6 +126,30 @@ class World:
         """Return where the object truly is at a time."""
         return self._course.world_from_object_at(time_s)
 
+    def world_from_hand_at(self, time_s: float) -> Pose:
+        """Return where the hand truly was at a control period's time within the last second."""
+        step = round(time_s / self._drives.step_s)
+        return self._kinematics.world_from_hand(self._drives.positions_of(step))
+
+    def true_views(self) -> tuple[tuple[Camera, Pose], ...]:
+        """Return the cameras and where they were in the newest observation, both as in truth.
+
+        Raises:
+            SimError: no observation was handed out yet.
+
+        """
+        poses = self._kinematics.world_from_eyes(self._newest().positions_at_time)
+        return tuple(zip(self.source.true_cameras, poses, strict=True))
+
+    def true_time_s(self) -> float:
+        """Return when the newest observation was truly taken.
+
+        Raises:
+            SimError: no observation was handed out yet.
+
+        """
+        return self._newest().time_s
+
     def twist_at(self, time_s: float) -> Floats:
         """Return the object's true twist (6,) in the world: of its origin in m/s, and in rad/s."""
         return self._course.twist_at(time_s)
@@ -118,14 +161,11 @@ class World:
             SimError: no observation was handed out yet.
 
         """
-        exposure = self.source.handed_out
-        if exposure is None:
-            raise SimError("no observation was handed out yet; call source.newest() first")
+        exposure = self._newest()
         things = self._layout.world_from_things(exposure.positions_at_time, exposure.time_s)
         numbers = [index for index, one in enumerate(self._things) if one.carrier == OBJECT]
         masks = []
-        poses = self.arm.world_from_cameras(exposure.positions_at_time)
-        for camera, pose in zip(self.cameras, poses, strict=True):
+        for camera, pose in self.true_views():
             _, ids = self._drawer.depth(_pinhole(camera), row_of(pose), things)
             masks.append(np.where(np.isin(ids, numbers), np.uint8(255), np.uint8(0)))
         return tuple(masks)
@@ -173,6 +213,16 @@ class World:
                 faces.append(mesh.faces + count)
                 count += len(mesh.vertices)
         return np.concatenate(vertices), np.concatenate(faces)
+
+    def true_object(self) -> TrueObject:
+        """Return what is true of the object's shape, for figures: nothing that servos knows it."""
+        return true_object([one for one in self._things if one.carrier == OBJECT])
+
+    def _newest(self) -> Exposure:
+        exposure = self.source.handed_out
+        if exposure is None:
+            raise SimError("no observation was handed out yet; call source.newest() first")
+        return exposure
 
     def _advance(self, velocities: Floats) -> None:
         """Let one control period pass."""

@@ -154,6 +154,7 @@ def _world(case: ResponseCase) -> WorldSettings:
         arm=ArmSettings(turning_eyes=case.eyes_follow),
         object=ObjectSettings(name=case.object),
         cameras=_CAMERAS,
+        ideal=True,
         background=case.background,
         seed=case.seed,
         threads=1,

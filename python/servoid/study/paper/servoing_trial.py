@@ -111,6 +111,7 @@ def world_settings(case: ServoingCase) -> WorldSettings:
     scene, eyes, arm = given.scene, given.eyes, given.arm
     seconds, ellipsoid = 2.0 * math.pi / case.omega, case.object == _ELLIPSOID
     return WorldSettings(
+        ideal=True,
         arm=ArmSettings(
             links=arm.links,
             lag_s=arm.lag_s,

@@ -69,6 +69,7 @@ def _settings(case: UnknownCase) -> TrialSettings:
             seconds=case.settle_s + case.periods * period_s, max_ellipsoids=case.ellipsoids
         ),
         world=WorldSettings(
+            ideal=True,
             object=ObjectSettings(name=case.object, path=f"sine:{case.amplitude!r}@{period_s!r}s"),
             cameras=CameraSettings(size_px=case.size_px, samples=1, moments=1),
             background=case.background,

@@ -7,6 +7,7 @@ import numpy as np
 
 from servoid._native import Body, Camera, Given, ModelSettings, View, fit_body
 from servoid.pose import Pose
+from servoid.servo import spun_like
 from servoid.sim.world.motions import Floats
 from servoid.sim.world.objects import SPIN_AXES
 from servoid.study.batch import Experiment
@@ -14,7 +15,6 @@ from servoid.study.modelling import around, design_of
 from servoid.study.tracking.cases import TrackCase, TrackRow
 from servoid.study.tracking.followers import start_follower
 from servoid.study.tracking.footage import shoot
-from servoid.study.truth import spun_like
 from servoid.track import Estimate
 
 VIEWS, _ELEVATIONS_DEG = 10, (12.0, 40.0, -15.0)

@@ -1,0 +1,153 @@
+"""How true a run was: the true object in the hand against where it was wished.
+
+Nothing here needs to know how the modelled body lies in the true object: the middle of either is
+told from its own shape, and the wished turn is the true one that the hand first had.
+"""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from servoid.pose import Pose, exact
+from servoid.servo.arm import Floats
+
+if TYPE_CHECKING:
+    from servoid.servo.log import ServoLog
+
+_MOMENTS = 24  # of a run at which surfaces are compared
+
+
+@dataclass(frozen=True, eq=False)
+class Wish:
+    """Where the true object is wished in the hand, and the shapes of object and body.
+
+    `hand_from_object` is the wished relation of the true object. `middle` (3,), `points` (P, 3) and
+    `normals` (P, 3) are of its true surface, in its frame; `spin_axis` (3,) is one about which it
+    looks the same. `body_middle` (3,) and `body_points` (Q, 3) are the modelled body's, in its own
+    frame.
+    """
+
+    hand_from_object: Pose
+    middle: Floats
+    points: Floats
+    normals: Floats
+    body_middle: Floats
+    body_points: Floats
+    spin_axis: Floats | None = None
+
+    def error(self, hand_from_object: Pose) -> Floats:
+        """Return how far the hand is from its goal beside the true object, (6,): m and rad.
+
+        The first three are in the goal's frame, the last three a rotation vector.
+        """
+        here = _spun(hand_from_object, self.hand_from_object, self.spin_axis)
+        off = self.hand_from_object @ here.inverse()
+        turn = Pose.from_parts([0.0, 0.0, 0.0], off.quaternion).log()[3:]
+        return np.concatenate([off.translation, turn])
+
+    def object_error(self, hand_from_object: Pose) -> float:
+        """Return how far the object's middle is in the hand from where it is wished."""
+        there = _moved(self.hand_from_object, self.middle)
+        return exact.norm(_moved(hand_from_object, self.middle) - there)
+
+    def surface_error(self, hand_from_object: Pose) -> float:
+        """Return how far points of the true surface are from where they are wished, the mean."""
+        here = _spun(hand_from_object, self.hand_from_object, self.spin_axis)
+        off = here.transform(self.points) - self.hand_from_object.transform(self.points)
+        return float(np.mean(exact.lengths(off)))
+
+    def middle_error(self, hand_from_object: Pose, hand_from_body: Pose) -> float:
+        """Return how far the body's middle is believed to be from the object's true one."""
+        off = _moved(hand_from_body, self.body_middle) - _moved(hand_from_object, self.middle)
+        return exact.norm(off)
+
+    def body_error(self, hand_from_object: Pose, hand_from_body: Pose) -> float:
+        """Return how far the modelled surface is believed to be from the true one, the mean."""
+        places = (hand_from_object.inverse() @ hand_from_body).transform(self.body_points)
+        apart = places[:, None] - self.points[None]
+        nearest = (apart * apart).sum(axis=2).argmin(axis=1)
+        rows = np.arange(len(places))
+        across = np.abs((apart[rows, nearest] * self.normals[nearest]).sum(axis=1))
+        return float(np.mean(across))
+
+
+@dataclass(frozen=True)
+class Accuracy:
+    """How true a run was, in metres and radians; NaN where the truth is not known.
+
+    `position_rms`, `position_95` and `turn_rms` are of the hand against its goal beside the true
+    object, and `offset` is the length of the mean of its errors in position. `object_rms` is how
+    far the middle of the true object is in the hand from where it is wished, and `surface` how far
+    the points of its surface are, the mean. The last two are of what is believed: `middle_rms` from
+    the modelled body's middle to the true object's, and `body` from the modelled surface to the
+    true one, the mean.
+    """
+
+    position_rms: float = np.nan
+    position_95: float = np.nan
+    turn_rms: float = np.nan
+    offset: float = np.nan
+    object_rms: float = np.nan
+    surface: float = np.nan
+    middle_rms: float = np.nan
+    body: float = np.nan
+
+    @classmethod
+    def of(cls, log: "ServoLog", settle_s: float) -> "Accuracy":
+        """Measure a log after so many seconds."""
+        wish = log.wish
+        later = log.times >= settle_s
+        rows = [row for row, counts in zip(log.rows, later, strict=True) if counts]
+        held = [row.hand_from_object for row in rows if row.hand_from_object is not None]
+        if wish is None or not held:
+            return cls()
+        errors = log.true_errors[log.times >= settle_s]
+        errors = errors[np.isfinite(errors).all(axis=1)]
+        distances = exact.lengths(errors[:, :3])
+        pairs = [
+            (row.hand_from_object, row.hand_from_body)
+            for row in rows
+            if row.hand_from_object is not None and row.hand_from_body is not None
+        ]
+        some = [pairs[place] for place in _evenly(len(pairs))]
+        return cls(
+            position_rms=_rms(distances),
+            position_95=float(np.percentile(distances, 95.0)),
+            turn_rms=_rms(exact.lengths(errors[:, 3:])),
+            offset=exact.norm(errors[:, :3].mean(axis=0)),
+            object_rms=_rms(np.array([wish.object_error(one) for one in held])),
+            surface=float(np.mean([wish.surface_error(held[at]) for at in _evenly(len(held))])),
+            middle_rms=_rms(np.array([wish.middle_error(*pair) for pair in pairs])),
+            body=float(np.mean([wish.body_error(*pair) for pair in some])) if some else np.nan,
+        )
+
+    def numbers(self) -> dict[str, Any]:
+        """Return the figures by their names, ready for JSON; None where they are not known."""
+        values = {name: getattr(self, name) for name in self.__dataclass_fields__}
+        return {name: None if np.isnan(value) else value for name, value in values.items()}
+
+
+def _evenly(count: int) -> list[int]:
+    """Return places of so many that are spread evenly, at most as many as are looked at."""
+    return sorted({round(place) for place in np.linspace(0, count - 1, min(count, _MOMENTS))})
+
+
+def _moved(pose: Pose, point: Floats) -> Floats:
+    return pose.transform(np.ascontiguousarray(point)[None])[0]
+
+
+def _spun(pose: Pose, other: Pose, axis: Floats | None) -> Pose:
+    """Return a pose spun about its own axis, if it has one, so that it is nearest to another."""
+    return pose if axis is None else spun_like(pose, other, axis)
+
+
+def spun_like(pose: Pose, other: Pose, axis: Floats) -> Pose:
+    """Return a pose spun about its own unit axis (3,) so that it is turned least from another."""
+    w, *vector = (pose.inverse() @ other).quaternion
+    angle = 2.0 * exact.arctan2(exact.dot(axis, np.array(vector)), w)
+    return pose @ Pose.exp([0.0, 0.0, 0.0, *(angle * axis)])
+
+
+def _rms(values: Floats) -> float:
+    return float(np.sqrt(np.mean(np.square(values)))) if len(values) else np.nan

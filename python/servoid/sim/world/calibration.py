@@ -1,0 +1,69 @@
+"""What the robot's software believes of its head and its eyes, which is not quite so."""
+
+import numpy as np
+
+from servoid._native import Camera
+from servoid.pose import Pose
+from servoid.servo import Eyes
+from servoid.sim.world.kinematics import Kinematics
+from servoid.sim.world.lab import Lab
+from servoid.sim.world.motions import Floats
+from servoid.sim.world.robot import Robot
+
+
+class Calibration:
+    """Answers by the calibration of a laboratory; the world itself is drawn without it."""
+
+    def __init__(
+        self, robot: Robot, kinematics: Kinematics, lab: Lab, true_cameras: tuple[Camera, ...]
+    ) -> None:
+        self._kinematics = kinematics
+        self._head, self._right = lab.head_from_true, lab.right_from_true
+        self.eyes = _eyes(robot, self._head, self._right)
+        self.cameras = tuple(lab.camera(one, number) for number, one in enumerate(true_cameras))
+        turns = [_turn(*pair) for pair in zip(true_cameras, self.cameras, strict=True)]
+        self._turns = None if all(turn is None for turn in turns) else turns
+
+    def world_from_eyes(self, positions: Floats) -> tuple[Pose, ...]:
+        """Return where the eyes are believed to be with the joints at these angles (N,)."""
+        left, right = self._kinematics.world_from_eyes(positions)
+        if self._right is not None:
+            right = right @ self._right
+        if self._turns is not None:
+            left, right = (
+                eye if turn is None else eye @ turn
+                for eye, turn in zip((left, right), self._turns, strict=True)
+            )
+        if self._head is None:
+            return left, right
+        hand = self._kinematics.world_from_hand(positions)
+        moved = hand @ self._head @ hand.inverse()
+        return moved @ left, moved @ right
+
+
+def _turn(true: Camera, believed: Camera) -> Pose | None:
+    """Return the turn of an eye that makes up for its principal point, None if that is right.
+
+    Whatever calibrates both at once cannot tell one from the other, and what is straight ahead is
+    still believed to be there.
+    """
+    off = np.subtract(believed.center_px, true.center_px)
+    if not off.any():
+        return None
+    right, down = off / believed.focal_px
+    return Pose.exp([0.0, 0.0, 0.0, -down, right, 0.0])
+
+
+def _eyes(robot: Robot, head: Pose | None, right: Pose | None) -> Eyes | None:
+    """Return how the eyes are believed to turn, None if they do not."""
+    if not robot.turns_eyes:
+        return None
+    count = robot.hand_count
+    farther = 0.0 if right is None else right.translation[0]
+    return Eyes(
+        head or Pose.identity(),
+        robot.half_baseline + 0.5 * farther,
+        count,
+        count + 1,
+        count + 2,
+    )

@@ -24,7 +24,6 @@ Floats = NDArray[np.float64]
 _WIDE_IN, _PANEL_IN = 9.6, 2.15
 _ZOOM = 4.0  # a part that is so many times smaller than the whole is drawn again by itself
 _ROOM = 1.25
-_PLACE = "place of the hand in its goal's frame"
 _SHADE = "#e4e0d8"
 
 
@@ -82,7 +81,7 @@ def hand_panels(log: ServoLog, settle_s: float) -> list[Panel]:
     turn = np.degrees(np.linalg.norm(errors[:, 3:], axis=1))
     return [
         _moved(log),
-        *_with_zoom(f"repeatability, {_PLACE}", "mm", apart, settle_s),
+        *_with_zoom("repeatability, place of the hand in its goal's frame", "mm", apart, settle_s),
         *_with_zoom(
             "repeatability, turn of the hand", "deg", [_line("angle", times, turn)], settle_s
         ),
@@ -98,7 +97,7 @@ def _true_panels(log: ServoLog, settle_s: float) -> list[Panel]:
     apart = _lines(log.times, 1000.0 * errors[:, :3], ("x", "y", "z"))
     turn = np.degrees(np.linalg.norm(errors[:, 3:], axis=1))
     return [
-        *_with_zoom(f"accuracy, {_PLACE}", "mm", apart, settle_s),
+        *_with_zoom("accuracy, place of the hand beside the true object", "mm", apart, settle_s),
         *_with_zoom(
             "accuracy, turn of the hand", "deg", [_line("angle", log.times, turn)], settle_s
         ),

@@ -18,27 +18,34 @@ class Calibration:
         self, robot: Robot, kinematics: Kinematics, lab: Lab, true_cameras: tuple[Camera, ...]
     ) -> None:
         self._kinematics = kinematics
-        self._head, self._right = lab.head_from_true, lab.right_from_true
-        self.eyes = _eyes(robot, self._head, self._right)
+        self._head_from_true, right_from_true = lab.head_from_true, lab.right_from_true
+        self.eyes = _eyes(robot, self._head_from_true, right_from_true)
         self.cameras = tuple(lab.camera(one, number) for number, one in enumerate(true_cameras))
-        turns = [_turn(*pair) for pair in zip(true_cameras, self.cameras, strict=True)]
-        self._turns = None if all(turn is None for turn in turns) else turns
+        left, right = (_turn(*pair) for pair in zip(true_cameras, self.cameras, strict=True))
+        self._eye_from_believed = (left, _joined(right_from_true, right))
 
     def world_from_eyes(self, positions: Floats) -> tuple[Pose, ...]:
         """Return where the eyes are believed to be with the joints at these angles (N,)."""
-        left, right = self._kinematics.world_from_eyes(positions)
-        if self._right is not None:
-            right = right @ self._right
-        if self._turns is not None:
-            left, right = (
-                eye if turn is None else eye @ turn
-                for eye, turn in zip((left, right), self._turns, strict=True)
+        world_from_eyes = self._kinematics.world_from_eyes(positions)
+        if any(self._eye_from_believed):
+            world_from_eyes = tuple(
+                world_from_eye if eye_from_believed is None else world_from_eye @ eye_from_believed
+                for world_from_eye, eye_from_believed in zip(
+                    world_from_eyes, self._eye_from_believed, strict=True
+                )
             )
-        if self._head is None:
-            return left, right
-        hand = self._kinematics.world_from_hand(positions)
-        moved = hand @ self._head @ hand.inverse()
-        return moved @ left, moved @ right
+        if self._head_from_true is None:
+            return world_from_eyes
+        world_from_hand = self._kinematics.world_from_hand(positions)
+        moved_from_world = world_from_hand @ self._head_from_true @ world_from_hand.inverse()
+        return tuple(moved_from_world @ world_from_eye for world_from_eye in world_from_eyes)
+
+
+def _joined(a_from_b: Pose | None, b_from_c: Pose | None) -> Pose | None:
+    """Return one motion after another, either of which may be None."""
+    if a_from_b is None or b_from_c is None:
+        return a_from_b or b_from_c
+    return a_from_b @ b_from_c
 
 
 def _turn(true: Camera, believed: Camera) -> Pose | None:

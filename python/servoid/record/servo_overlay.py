@@ -115,7 +115,7 @@ class ServoOverlay:
         return image
 
     def _draw_band(self, page: NDArray[np.uint8], scene: ServoScene) -> None:
-        """Write what is known: confidence, status, stage and time; believed error, and what holds."""
+        """Write what is known: confidence, status, stage, time, believed error, and what holds."""
         color = _TROUGH if scene.estimate is None else _status_color(scene.estimate)
         fill(page, (0, self._images_px, _WIDTH_PX, _STRIP_PX), color)
         first = self._images_px + _STRIP_PX

@@ -27,7 +27,7 @@ def written(folder: Path, name: str, text: str) -> str:
 
 def world_of(name: str, **arm: object) -> World:
     settings = ArmSettings(name=name, **arm)  # pyright: ignore[reportArgumentType]
-    return World(WorldSettings(arm=settings, background="plain"))
+    return World(WorldSettings(ideal=True, arm=settings, background="plain"))
 
 
 @ARMS

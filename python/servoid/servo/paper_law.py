@@ -1,4 +1,4 @@
-"""The paper's law, as one piece: what servoid adds to Eqs. (8)-(16) is left out."""
+"""The paper's law, as one piece: what servoid adds to the paper's equations is left out."""
 
 from typing import Any
 
@@ -21,7 +21,7 @@ PAPER_LAW: dict[str, Any] = {
 
 
 def as_the_paper(settings: ServoSettings) -> ServoSettings:
-    """Return settings with the paper's law: no filter, prediction or feed-forward, Eqs. (14)-(16).
+    """Return settings with the paper's law: no filter, prediction or feed-forward.
 
     Gains, limits and safety stay as they are.
     """

@@ -53,7 +53,7 @@ class Method(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
         bool,
         Meta(
             description="let the genetic algorithm's population live in the hand's frame, as "
-            "Eq. (9) has the object, or in the world"
+            "equation 9 has the object, or in the world"
         ),
     ] = True
     stamped: Annotated[

@@ -1,7 +1,7 @@
 """Servoing: an arm that carries turning eyes is led to an object and kept there."""
 
 from servoid.servo.accuracy import Accuracy, Wish, spun_like
-from servoid.servo.arm import Arm, Eyes, Joints, JointState
+from servoid.servo.arm import Arm, Clearances, Eyes, Joints, JointState, Solid
 from servoid.servo.controller import Command, Controller
 from servoid.servo.limited import limited_s
 from servoid.servo.log import Seen, ServoLog, ServoRow, off_center
@@ -30,6 +30,7 @@ __all__ = [
     "PAPER_LAW",
     "Accuracy",
     "Arm",
+    "Clearances",
     "Command",
     "Controller",
     "Eyes",
@@ -48,6 +49,7 @@ __all__ = [
     "ServoMetrics",
     "ServoRow",
     "ServoSettings",
+    "Solid",
     "Spread",
     "TargetEstimate",
     "TargetFilter",

@@ -54,6 +54,35 @@ class JointState:
     velocities: Floats
 
 
+@dataclass(frozen=True, eq=False)
+class Clearances:
+    """How far K pairs of parts are apart: distances (K,) in metres, and their slopes (K, N).
+
+    A slope says by how much a distance grows with each of the N joints, in metres per radian.
+    """
+
+    distances: Floats
+    slopes: Floats
+
+
+class Solid(Protocol):
+    """What an arm may tell of its own shape and of what stands around it."""
+
+    def clearances(self, positions: Floats, within: float) -> Clearances:
+        """Return the distances of parts that are no farther than `within` from each other."""
+        ...
+
+
+@runtime_checkable
+class Shaped(Protocol):
+    """An arm that may know its shape; one that has no such member does not."""
+
+    @property
+    def solid(self) -> Solid | None:
+        """Return what knows the arm's shape, None if nothing does."""
+        ...
+
+
 @runtime_checkable
 class Arm(Protocol):
     """An arm that takes joint speeds; positions are (N,) float64 in radians, in order of `joints`.

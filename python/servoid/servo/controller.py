@@ -7,7 +7,7 @@ import numpy as np
 
 from servoid.observe.source import Instant
 from servoid.pose import Pose, exact
-from servoid.servo.arm import Arm, Floats, JointState
+from servoid.servo.arm import Arm, Floats, JointState, Shaped
 from servoid.servo.bounds import Bounds, Rows, Window
 from servoid.servo.desired import goal_error
 from servoid.servo.gaze import GazeControl
@@ -109,6 +109,7 @@ class Controller:
         self._reaching = Reaching(arm, settings.joints)
         self._law = _LAWS[settings.joints.law](arm, settings.joints)
         self._gaze = None if arm.eyes is None else GazeControl(arm.eyes, settings.gaze)
+        self._solid = arm.solid if isinstance(arm, Shaped) else None
         self._hand = slice(0, arm.joints.hand_count)
         self._previous: _Told | None = None
         self._goal: tuple[float, Pose] | None = None
@@ -192,6 +193,9 @@ class Controller:
         """Return all that bounds the hand's joints before a target."""
         keep = self._guard.keep(now.place, now.last[:3], target.place, target.twist[:3])
         walls, window = keep.rows(now.jacobian), now.window.part(self._hand)
+        if self._solid is not None:
+            places = now.state.positions
+            walls = walls.and_also(self._guard.apart(self._solid, places, now.previous, self._hand))
         return self._limiter.bounds(now.jacobian, now.last, window, walls, authority)
 
     def _hold(self, now: _Now, target: Prediction | None, holding: frozenset[Reason]) -> Command:

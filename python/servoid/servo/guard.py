@@ -5,12 +5,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from servoid.pose import Pose, exact
-from servoid.servo.arm import Floats
+from servoid.servo.arm import Floats, Solid
 from servoid.servo.bounds import Rows
 from servoid.servo.limits import stoppable_speed
 from servoid.servo.safety import Reason
 from servoid.servo.settings import SafetySettings
 
+_WATCHED = 0.15  # m: parts farther from each other than this, and what they keep, do not matter
 _BLIND = 1e-6  # m: nearer than this to the object there is no direction away
 
 
@@ -55,6 +56,25 @@ class Guard:
             place = object_in_world + away * (self._settings.least_distance / distance)
         place = np.minimum(np.maximum(place, self._lower), self._upper)
         return Pose.from_parts(place.tolist(), world_from_goal.quaternion)
+
+    def apart(self, solid: Solid, positions: Floats, previous: Floats, hand: slice) -> Rows:
+        """Return what keeps parts of an arm and its room apart, with the joints at (N,) positions.
+
+        `previous` (N,) are the joint speeds that were told last, and `hand` the joints of the hand.
+        """
+        settings = self._settings
+        found = solid.clearances(positions, settings.least_clearance + _WATCHED)
+        if not len(found.distances):
+            return Rows.none(len(previous[hand]))
+        room = found.distances - settings.least_clearance
+        speeds = np.copysign(
+            stoppable_speed(np.abs(room), settings.braking, self._reaction_s), room
+        )
+        rates = exact.product(found.slopes, previous)
+        others = rates - exact.product(found.slopes[:, hand], previous[hand])  # the eyes turn, too
+        lower = np.minimum(-speeds, rates + self._step) - others
+        reasons = (Reason.COLLISION,) * len(lower)
+        return Rows(found.slopes[:, hand], lower, np.full(len(lower), np.inf), reasons)
 
     def keep(
         self, hand: Floats, velocity: Floats, object_in_world: Floats, object_velocity: Floats

@@ -7,7 +7,7 @@ import numpy as np
 
 from servoid.errors import ServoError
 from servoid.pose import Pose
-from servoid.servo.arm import Arm, Eyes, Floats, Joints, JointState
+from servoid.servo.arm import Arm, Eyes, Floats, Joints, JointState, Shaped, Solid
 
 
 class RememberingArm:
@@ -42,6 +42,11 @@ class RememberingArm:
     def eyes(self) -> Eyes | None:
         """Return how the eyes turn, None if the cameras are fixed to the hand."""
         return self._arm.eyes
+
+    @property
+    def solid(self) -> Solid | None:
+        """Return what knows the arm's shape, None if nothing does."""
+        return self._arm.solid if isinstance(self._arm, Shaped) else None
 
     @property
     def period_s(self) -> float:

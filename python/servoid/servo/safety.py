@@ -26,6 +26,7 @@ class Reason(Enum):
     BAD_STATE = "the arm's joint state holds numbers that are not finite"
     WORKSPACE = "the hand is at the edge of its workspace"
     NEAR = "the hand is as near to the object as it may be"
+    COLLISION = "parts of the arm are as near to each other, or to the room, as they may be"
     UNREACHABLE = "the arm does not reach the goal"
     SINGULAR = "the arm is in a singular pose and cannot move towards the goal"
     HAND_SPEED = "the hand is as fast as it may be"

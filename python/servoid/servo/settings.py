@@ -172,8 +172,11 @@ class SafetySettings(_Settings, frozen=True, kw_only=True, forbid_unknown_fields
     least_distance: Annotated[float, _from_0("between the hand's and the object's origins, m")] = (
         0.2
     )
+    least_clearance: Annotated[
+        float, _from_0("between parts of an arm that knows its shape, and the room, m")
+    ] = 0.015
     braking: Annotated[
-        float, _above("deceleration before the box's walls and the object, m/s²")
+        float, _above("deceleration before walls, the object and other parts, m/s²")
     ] = 0.8
 
 

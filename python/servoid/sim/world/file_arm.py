@@ -13,6 +13,7 @@ from servoid.sim.world.head import add_head, head_things
 from servoid.sim.world.motions import compose, unit_row
 from servoid.sim.world.robot import HAND, Drive, Robot
 from servoid.sim.world.settings import ArmSettings
+from servoid.sim.world.solids import add_solids
 from servoid.sim.world.urdf import Urdf, read_urdf
 
 _MJCF, _URDF = "mujoco", "robot"  # what such files begin with
@@ -54,9 +55,11 @@ def build_file_arm(settings: ArmSettings, eyes: EyeLimits, lag_s: float) -> Robo
     hand.explicitinertial = True
     hand.mass, hand.inertia = 0.5, [1e-3] * 3
     turning = add_head(hand, eyes, settings.turning_eyes)
+    head = head_things(eyes.half_baseline, _REACH)
+    add_solids(spec, head)
     return Robot(
         spec=spec,
-        things=(*looks, *head_things(eyes.half_baseline, _REACH)),
+        things=(*looks, *head),
         drives=drives + turning,
         hand_count=len(drives),
         half_baseline=eyes.half_baseline,

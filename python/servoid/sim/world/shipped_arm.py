@@ -11,6 +11,7 @@ from servoid.sim.world.engine import load_mujoco
 from servoid.sim.world.head import add_head, head_things
 from servoid.sim.world.motions import Floats, pose_of
 from servoid.sim.world.robot import HAND, Drive, Robot
+from servoid.sim.world.solids import add_solids
 from servoid.sim.world.things import ROOM, Capsule, Cylinder, Finish, Thing
 
 _SHELL = Finish(color=(0.88, 0.88, 0.86), gloss=0.3)
@@ -40,9 +41,11 @@ def build_shipped_arm(arm: ArmFile, turning_eyes: bool) -> Robot:
     hand.inertia = [0.4 * arm.hand.mass * 0.08 * 0.08] * 3
     eyes = add_head(hand, arm.eyes, turning_eyes)
     drives = tuple(_drive(arm, index) for index in range(len(arm.joints.names)))
+    things = (*_links(arm, offsets), *head_things(arm.eyes.half_baseline, float(mount[6])))
+    add_solids(spec, things)
     return Robot(
         spec=spec,
-        things=(*_links(arm, offsets), *head_things(arm.eyes.half_baseline, float(mount[6]))),
+        things=things,
         drives=drives + eyes,
         hand_count=len(drives),
         half_baseline=arm.eyes.half_baseline,

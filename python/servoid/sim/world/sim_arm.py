@@ -6,7 +6,7 @@ import numpy as np
 
 from servoid.errors import ServoError
 from servoid.pose import Pose
-from servoid.servo import Eyes, Joints, JointState
+from servoid.servo import Eyes, Joints, JointState, Solid
 from servoid.sim.world.calibration import Calibration
 from servoid.sim.world.encoders import Encoders
 from servoid.sim.world.kinematics import Kinematics
@@ -27,9 +27,11 @@ class SimArm:
         encoders: Encoders,
         period_s: float,
         advance: Callable[[Floats], None],
+        solid: Solid,
     ) -> None:
         self._kinematics, self._calibration, self._encoders = kinematics, calibration, encoders
         self._period_s, self._advance = period_s, advance
+        self._solid = solid
 
     @property
     def joints(self) -> Joints:
@@ -40,6 +42,11 @@ class SimArm:
     def eyes(self) -> Eyes | None:
         """Return how the eyes turn, None if the cameras are fixed to the hand."""
         return self._calibration.eyes
+
+    @property
+    def solid(self) -> Solid:
+        """Return what knows the shapes of the arm and of its room."""
+        return self._solid
 
     @property
     def period_s(self) -> float:

@@ -25,9 +25,10 @@ from servoid.sim.world.room import make_room
 from servoid.sim.world.settings import WorldSettings
 from servoid.sim.world.shutter import NAMES, Exposure, Scene, Shutter, true_cameras
 from servoid.sim.world.sim_arm import SimArm
-from servoid.sim.world.solid import TrueObject, true_object
+from servoid.sim.world.solids import Solids, add_solids
 from servoid.sim.world.stages import Drawer, Shot
 from servoid.sim.world.things import BOARD, OBJECT, Box, Finish, Thing
+from servoid.sim.world.true_object import TrueObject, true_object
 
 _OVERVIEW_FOCAL = 1.05  # in widths of the picture
 _BOARD = Finish(color=(0.45, 0.36, 0.27))
@@ -57,8 +58,10 @@ class World:
         self._steps = round(settings.physics.period_s / settings.physics.step_s)
         path = path or parse_path(settings.object.path)
         things = [*make_object(settings.object.name, settings.object.radii), *_board(settings)]
-        things += make_room(settings.background, settings.seed)
+        room = make_room(settings.background, settings.seed)
+        things += room
         robot = build_robot(settings)
+        add_solids(robot.spec, room)
         self.notes = robot.notes
         things += robot.things
         model = compile_robot(robot, settings.physics.step_s)
@@ -86,8 +89,9 @@ class World:
             calibration=calibration,
         )
         self.source = Shutter(settings, scene)
+        solids = Solids(model, kinematics, start)
         period_s = settings.physics.period_s
-        self.arm = SimArm(kinematics, calibration, encoders, period_s, self._advance)
+        self.arm = SimArm(kinematics, calibration, encoders, period_s, self._advance, solids)
 
     @property
     def time_s(self) -> float:

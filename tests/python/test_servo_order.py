@@ -89,7 +89,7 @@ def test_one_option_sets_all_of_the_papers_servoing(
 
     theirs = settings("--paper")
     assert theirs.track.method is Method.PAPER
-    assert theirs.servo == as_the_paper(ServoSettings())
+    assert theirs.servo == as_the_paper(ServoSettings(), turn_told=False)
     assert theirs.servo.joints.law is JointLaw.PAPER
     assert not (theirs.servo.hand.feed_forward or theirs.servo.gaze.feed_forward)
     assert not theirs.servo.target.compensate

@@ -23,6 +23,7 @@ from servoid.study.paper.servoing import (
     FAST,
     FORWARD,
     OTHER,
+    READINGS,
     SLOW,
     ServoingSettings,
     quick_servoing,
@@ -197,6 +198,9 @@ def test_what_is_told_follows_from_the_rows(tmp_path: Path) -> None:
     paper, cures, future = told(ServoingSettings(), tmp_path)
     assert [one.verdict for one in paper.findings[:2]] == [Verdict.AGREES, Verdict.AGREES]
     assert "lags 3.0 ± 0.0 degrees at T = 30 s and 10.0 ± 0.0" in paper.findings[0].ours
+    assert "the growth is not reproduced, and its cause unknown" in paper.findings[2].why
+    assert "Nor does it grow in the hand, images stamped, nor in the world" in paper.findings[2].why
+    assert [cells[0] for cells in paper.tables[0].rows][-3:] == [one.name for one in READINGS]
     assert cures.findings[1].verdict is Verdict.BEYOND
     assert "from 10.0 ± 0.0 to 0.20 ± 0.00" in cures.findings[1].ours
     assert len(future.tables) == 2
@@ -241,6 +245,7 @@ def test_a_single_period_does_not_tell_what_grows_with_time(tmp_path: Path) -> N
         results[work.experiment.name] = list(map(Done, work.cases, short))
     paper = servoing_sections(settings, results, tmp_path)[0]
     assert "a single period does not tell" in paper.findings[2].ours
+    assert "reproduced" not in paper.findings[2].why
 
 
 @pytest.mark.extended

@@ -14,18 +14,22 @@ PAPER_LAW: dict[str, Any] = {
     "target.compensate": False,
     "target.use_covariance": False,
     "target.linear_jerk": 1e4,
-    "target.angular_jerk": 1e4,
     "target.linear_jump": 0.5,
 }
-"""The settings of the paper's law by their dotted names."""
+"""The settings of the paper's law by their dotted names.
+
+Turns are still followed only as far as images tell them: the paper is given the true ones.
+"""
 
 
-def as_the_paper(settings: ServoSettings) -> ServoSettings:
+def as_the_paper(settings: ServoSettings, *, turn_told: bool = True) -> ServoSettings:
     """Return settings with the paper's law: no filter, prediction or feed-forward.
 
-    Gains, limits and safety stay as they are.
+    Gains, limits and safety stay as they are. With `turn_told`, as in the paper, estimates hold the
+    object's true orientation, and it counts as it is, too.
     """
-    for name, value in PAPER_LAW.items():
+    told = {"target.angular_jerk": PAPER_LAW["target.linear_jerk"]} if turn_told else {}
+    for name, value in (PAPER_LAW | told).items():
         table, key = name.split(".")
         part = msgspec.structs.replace(getattr(settings, table), **{key: value})
         settings = msgspec.structs.replace(settings, **{table: part})

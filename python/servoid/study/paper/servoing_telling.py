@@ -136,8 +136,9 @@ def _follows(slow: _Motion, fast: _Motion) -> Finding:
         "amplitude.",
         verdict=Verdict.AGREES if late else Verdict.DIFFERS,
         why="A proportional law without feed-forward needs an error to move at all: the lag is "
-        "about the frequency over the sum of its gains, and the age of the images adds to it. The "
-        "gains are assumed, so the size of the lag is ours.",
+        "about the frequency over the sum of its gains, and the age of the images adds to it where "
+        "answers belong to the time of their images. The gains are assumed, so the size of the lag "
+        "is ours.",
     )
 
 
@@ -176,16 +177,21 @@ def _unsteady(slow: _Motion, fast: _Motion, results: Results) -> Finding:
         "points, picks places far apart along it, the more so the faster the object moves away "
         "from the population. How far depends on the population and its reach, which are assumed. "
         "What lets it grow with time in the laboratory the paper does not say"
-        + ("." if grows else f", and the growth is not reproduced: {_excluded(results)}"),
+        + ("." if grows or not _tells_growth(fast.rows) else f"; {_excluded(results)}"),
     )
 
 
 def _excluded(results: Results) -> str:
-    """Say which readings of the method do not let z grow, either."""
+    """Say that no growth is reproduced, and which readings of the method do not grow, either."""
     found = [(one.name, rows_of(results, one.name)) for one in READINGS]
-    steady = [name for name, rows in found if rows and not _grows(_growth(rows))]
-    said = "its cause is unknown"
-    return f"{said}. It does not grow {', nor '.join(steady)}." if steady else f"{said}."
+    steady = [name for name, rows in found if _tells_growth(rows) and not _grows(_growth(rows))]
+    too = f" Nor does it grow {', nor '.join(steady)}." if steady else ""
+    return f"the growth is not reproduced, and its cause unknown.{too}"
+
+
+def _tells_growth(rows: Sequence[ServoingRow]) -> bool:
+    """Say if runs tell whether z spreads more and more: there are several, of several periods."""
+    return len(rows) > 1 and all(len(row.followed.z_spread_by_period) > 1 for row in rows)
 
 
 def _growth(rows: Sequence[ServoingRow]) -> Interval:

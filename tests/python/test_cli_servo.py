@@ -183,6 +183,22 @@ def test_a_run_that_cannot_be_fails_with_one_clear_line(
     assert outcome.err.count("\n") == 1
 
 
+def test_a_click_that_may_mean_several_objects_is_shown(
+    servoid_command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    settings = small_settings(
+        SHORT | {"world.object.name": "drill", "world.background": "cluttered"}
+    )
+    Path("small.toml").write_text(trial_toml(settings))
+    options = ("--config", "small.toml", "--target", "click:144,114", "--no-video")
+    outcome = servoid_command("servo", *options, "--out", "run")
+    assert (outcome.code, outcome.out) == (1, "")
+    assert "a click moved by 3 px finds another object" in outcome.err
+    assert "run/target.png shows the answers, and --trust-target goes on" in outcome.err
+    assert cv2.imread("run/target.png") is not None
+
+
 @pytest.mark.parametrize(
     ("options", "says"),
     [

@@ -11,8 +11,15 @@ import typer
 from servoid.cli.progress import progress_bar
 from servoid.cli.servo_order import Order
 from servoid.cli.servo_summary import print_servo_summary
+from servoid.errors import DoubtError, TargetError
 from servoid.output import check_folder, write_whole
-from servoid.record import ServoVideo, read_trajectory, write_servo_log, write_servo_times
+from servoid.record import (
+    ServoVideo,
+    draw_answers,
+    read_trajectory,
+    write_servo_log,
+    write_servo_times,
+)
 from servoid.servo import ServoMetrics
 from servoid.sim.world import Path as ObjectPath
 from servoid.sim.world import Recorded, World
@@ -58,6 +65,12 @@ def run_servo(order: Order) -> None:
                 typer.echo("interrupted before servoing began", err=True)
                 raise typer.Exit(INTERRUPTED) from interrupt
             trial, stopped = run.trial, True
+        except DoubtError as doubt:
+            picture = order.out / "target.png"
+            write_whole(picture, draw_answers(doubt.image, doubt.masks))
+            raise TargetError(
+                f"{doubt}; {picture} shows the answers, and --trust-target goes on with the first"
+            ) from doubt
     _report(order.out, trial, order.video)
     if stopped:
         typer.echo(f"interrupted after {len(trial.log)} control periods", err=True)

@@ -62,7 +62,8 @@ def _drawn(world: World) -> Mask:
 def _pointed(world: World, kind: str) -> Target:
     """Return the box or the click with which a person means the object."""
     settings = world.settings
-    missed = hand_missed(4, settings.in_effect.mask_px, settings.seed)
+    # A person points at pixels.
+    missed = np.rint(hand_missed(4, settings.in_effect.mask_px, settings.seed))
     rows, columns = np.nonzero(world.masks()[0])
     if not len(rows):
         raise TargetError(

@@ -13,10 +13,12 @@ from servoid.sim.world import ObjectSettings, World, WorldSettings
 SIMULATED_S = 3.0
 
 
-def measure(background: str, name: str, looking: bool) -> tuple[float, float, int]:
+def measure(
+    background: str, name: str, looking: bool, ideal: bool = True
+) -> tuple[float, float, int]:
     """Return wall seconds a simulated second, the worst control step in ms, and images drawn."""
     settings = WorldSettings(
-        object=ObjectSettings(name=name, path="sine:0.15@10s"), background=background
+        object=ObjectSettings(name=name, path="sine:0.15@10s"), background=background, ideal=ideal
     )
     world = World(settings)
     world.start_path()
@@ -34,15 +36,21 @@ def measure(background: str, name: str, looking: bool) -> tuple[float, float, in
 
 
 def main() -> None:
-    """Print a line for each background, and one for the physics alone."""
+    """Print lines for the physics alone, ideal and in a laboratory, and for each background."""
     name = sys.argv[1] if len(sys.argv) > 1 else "bottle"
     print(f"{name}: wall seconds a simulated second, two cameras of 640x480 at 30 Hz")
-    for background, looking in (("plain", False), ("plain", True), ("cluttered", True)):
-        wall_s, step_ms, images = measure(background, name, looking)
+    for background, looking, ideal in (
+        ("plain", False, True),
+        ("plain", False, False),
+        ("plain", True, True),
+        ("cluttered", True, True),
+    ):
+        wall_s, step_ms, images = measure(background, name, looking, ideal)
         each_ms = 1e3 * wall_s * SIMULATED_S / images if images else 0.0
         what = f"{background}, {images} images" if looking else "physics alone"
+        what += "" if ideal else ", laboratory"
         print(
-            f"{what:24} {wall_s:6.2f} s   p99 step {step_ms:5.2f} ms   {each_ms:5.1f} ms an image"
+            f"{what:26} {wall_s:6.2f} s   p99 step {step_ms:5.2f} ms   {each_ms:5.1f} ms an image"
         )
 
 

@@ -20,13 +20,16 @@ from tiers import tiered
 from servoid.observe.source import Instant
 from servoid.pose import Pose
 from servoid.servo import GazeMode, Reason, ServoSettings
-from servoid.servo.moving import shifted_and_turned
+from servoid.servo.moving import change_between, shifted_and_turned
 from servoid.servo.safety import Trust
 from servoid.servo.settings import GazeSettings, SafetySettings, TargetSettings
 from servoid.servo.target import TargetFilter
 
 FIRST_S, LAST_S = 4.0, 6.0
 AWAY = np.array([0.0, 0.25, 0.1, 0.0, 0.0, 0.0])
+
+
+WRONG = np.array([0.03, 0.0, 0.04, 0.0, 0.0, 0.0])  # 50 mm
 
 
 @dataclass
@@ -109,6 +112,26 @@ def during(fault: Callable[[Instant, FakeEstimate], Seen], last_s: float = LAST_
     return Loop(to_and_fro(10), spoil=spoil)
 
 
+def stepped(instant: Instant, estimate: FakeEstimate) -> Seen:
+    estimate.world_from_object = shifted_and_turned(estimate.world_from_object, WRONG)
+    estimate.confidence = 0.7
+    return instant, estimate
+
+
+def drifting(instant: Instant, estimate: FakeEstimate) -> Seen:
+    gone = min(1.0, (instant.time_s - FIRST_S) / 1.5) * WRONG
+    estimate.world_from_object = shifted_and_turned(estimate.world_from_object, gone)
+    estimate.confidence = 0.7
+    return instant, estimate
+
+
+def zigzagging(instant: Instant, estimate: FakeEstimate) -> Seen:
+    """Have each estimate where the object could be, but no two of them together."""
+    aside = (1 if instant.index % 2 else -1) * 0.5 * WRONG
+    estimate.world_from_object = shifted_and_turned(estimate.world_from_object, aside)
+    return instant, estimate
+
+
 def between(ticks: list[Tick], first_s: float, last_s: float) -> list[Tick]:
     return [tick for tick in ticks if first_s <= tick.time_s < last_s]
 
@@ -142,6 +165,72 @@ def test_a_fault_brings_the_arm_to_rest_smoothly_and_afterwards_it_goes_on(
     assert hand_accelerations(loop, between(ticks, FIRST_S, 10)).max() < max(5.0, 2 * calm)
     assert position_errors(ticks[-100:]).max() < 5e-3
     assert not ticks[-1].command.holding
+
+
+@pytest.mark.parametrize("fault", [stepped, drifting], ids=lambda fault: fault.__name__)
+def test_a_wrong_pose_of_which_the_tracker_is_not_sure_ends_held_and_told(
+    fault: Callable[[Instant, FakeEstimate], Seen],
+) -> None:
+    ticks = during(fault).run(LAST_S)
+    resting = between(ticks, FIRST_S + 1.0, LAST_S)
+    assert all(Reason.UNSURE in tick.command.holding for tick in resting)
+    assert hand_speeds(resting).max() < 1e-4
+
+
+def test_what_is_seen_and_what_is_believed_may_not_be_apart_for_long_however_sure() -> None:
+    ticks = during(zigzagging).run(LAST_S)
+    parted_s = SafetySettings().parted_s
+    first_told = next(t.time_s for t in ticks if Reason.PARTED in t.command.limiting)
+    first_held = next(t.time_s for t in ticks if Reason.PARTED in t.command.holding)
+    assert first_told - FIRST_S == pytest.approx(parted_s, abs=0.2)
+    assert first_held - FIRST_S == pytest.approx(2 * parted_s, abs=0.3)
+    assert hand_speeds(between(ticks, FIRST_S, LAST_S)).max() < 0.4
+
+
+def test_a_single_odd_estimate_is_not_told() -> None:
+    def once(instant: Instant, estimate: FakeEstimate) -> Seen:
+        return zigzagging(instant, estimate)
+
+    ticks = during(once, last_s=FIRST_S + 0.02).run(6)
+    assert not any(Reason.PARTED in t.command.limiting | t.command.holding for t in ticks)
+
+
+def test_a_goal_that_is_told_roughly_is_approached_and_said_to_be_rough() -> None:
+    def rough(instant: Instant, estimate: FakeEstimate) -> Seen:
+        if instant.time_s >= FIRST_S:
+            estimate.covariance = np.diag(np.repeat([1e-3, 0.1], 3) ** 2)
+        return instant, estimate
+
+    ticks = Loop(to_and_fro(10), spoil=rough).run(LAST_S)
+    told = [Reason.ROUGH in tick.command.limiting for tick in between(ticks, 2.0, FIRST_S)]
+    late = [Reason.ROUGH in tick.command.limiting for tick in between(ticks, 5.0, LAST_S)]
+    assert not any(told)
+    assert all(late)
+    assert all(not tick.command.holding for tick in between(ticks, 2.0, LAST_S))
+
+
+@pytest.mark.parametrize("seed", tiered(range(3)))
+def test_after_a_hold_the_turn_comes_from_the_mean_of_many_estimates(seed: int) -> None:
+    random = np.random.default_rng(seed)
+
+    def scattered(instant: Instant, estimate: FakeEstimate) -> Seen:
+        if instant.time_s < FIRST_S + 1.0:
+            return lost(instant, estimate)
+        error = np.concatenate([np.zeros(3), 0.05 * random.normal(size=3)])
+        estimate.world_from_object = shifted_and_turned(estimate.world_from_object, error)
+        estimate.covariance = np.diag(np.repeat([1e-3, 0.15], 3) ** 2)
+        return instant, estimate
+
+    def spoil(instant: Instant, estimate: FakeEstimate) -> Seen:
+        return (instant, estimate) if instant.time_s < FIRST_S else scattered(instant, estimate)
+
+    loop = Loop(to_and_fro(1e9), spoil=spoil)
+    ticks = loop.run(FIRST_S + 3.0)
+    moving = [t for t in between(ticks, FIRST_S + 1.0, 9.0) if not t.command.holding]
+    believed = moving[0].command.world_from_object
+    assert believed is not None
+    off = change_between(loop.path(0.0), believed)[3:]
+    assert np.linalg.norm(off) < 0.05  # of 0.087, what a single one errs by
 
 
 def test_eyes_rest_with_the_arm_while_the_target_is_lost() -> None:
@@ -247,12 +336,12 @@ def test_nothing_moves_before_a_target_was_seen() -> None:
 
 def test_images_that_stop_are_all_that_is_said_to_be_wrong() -> None:
     trust = Trust(SafetySettings(), TargetFilter(TargetSettings()))
-    for index in range(10):
+    for index in range(20):
         trust.see(None, FakeEstimate(index / 30, Pose.identity()))
         trust.advance(index / 30)
-    trust.advance(0.4)
+    trust.advance(0.8)
     assert trust.holding() == trust.holding() == frozenset()
-    trust.advance(1.0)
+    trust.advance(1.2)
     assert trust.holding() == {Reason.NO_IMAGES}
 
 

@@ -318,7 +318,7 @@ def test_a_report_holds_everything_and_asks_for_nothing_from_elsewhere(shown: Sh
         "Seed 7.",
         "1.2 mm",
         "&lt;fixation&gt;",
-        "least_confidence = 0.3",
+        "least_confidence = 0.8",
     ):
         assert words in text
     for hold in holds(shown.log):

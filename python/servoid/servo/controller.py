@@ -133,9 +133,7 @@ class Controller:
         target = self._target.predict(state.time_s)
         authority = self._trust.authority()
         if not holding and authority == 1.0:
-            self._sure = Prediction(
-                state.time_s, target.world_from_object, np.zeros(6), np.zeros(6)
-            )
+            self._sure = Prediction.at_rest(state.time_s, target.world_from_object)
         if holding or goal_from_object is None:
             self._goal = None
             # A wrong guess of the tracker must not turn the eyes away from a hidden target.
@@ -149,7 +147,7 @@ class Controller:
         if now is None:
             return self._stop(state)
         point = Pose.from_parts(np.asarray(fixate).tolist(), [1.0, 0.0, 0.0, 0.0])
-        target = Prediction(state.time_s, point, np.zeros(6), np.zeros(6))
+        target = Prediction.at_rest(state.time_s, point)
         goal = Moving.at_rest(world_from_goal.inverse() @ point)
         return self._pursue(now, target, goal, 1.0)
 
@@ -171,12 +169,13 @@ class Controller:
         wish = self._law.wish(now.state, now.jacobian, HandWish(wanted, allowed))
         limited = self._limiter.nearest(wish, self._bounds(now, target, authority))
         stuck = self._reaching.reasons(now.state, now.jacobian, wanted, allowed)
+        doubted = self._trust.limiting(target, np.array(world_from_goal.pose.translation))
         return self._sent(
             now,
             target,
             limited.velocities,
             hand_from_goal=hand_from_goal.pose,
-            limiting=limited.reasons | stuck,
+            limiting=limited.reasons | stuck | doubted,
         )
 
     def _hand_twist(
@@ -286,9 +285,11 @@ class Controller:
         return np.asarray(self._arm.jacobian(positions), np.float64)[:, self._hand]
 
     def _led(self, target: Prediction) -> Prediction:
-        """Return where the target is now, with the motion it has when the joints answer."""
-        twist = target.twist + self._settings.hand.lead_s * target.acceleration
-        return replace(target, twist=twist)
+        """Return where the target is now, with the motion it surely has when the joints answer."""
+        settings = self._settings.hand
+        twist = target.twist + settings.lead_s * target.acceleration
+        sure = (settings.sure_speed, settings.sure_turning)
+        return replace(target, twist=twist * target.sure_shares(*sure))
 
     def _moving_goal(self, time_s: float, goal_from_object: Pose) -> Moving:
         """Return the desired relation with its own motion, which is seen from the last tick's."""

@@ -47,17 +47,16 @@ class OpenTurns:
     axes: Floats
     told: Floats
 
-    @classmethod
-    def of(cls, estimate: UnsureEstimate, widest: float) -> "OpenTurns":
-        """Take the turns that the images leave open, or tell no better than `widest`, in radians.
+    @property
+    def spread(self) -> Floats:
+        """Return the (3, 3) matrix that leaves of a vector what lies along the open axes."""
+        return exact.product(self.axes, self.axes.T) if self.axes.size else np.zeros((3, 3))
 
-        What an image tells badly it also tells wrongly for a while, since successive images err
-        alike; a hand that followed would swing about the object.
-        """
+    @classmethod
+    def of(cls, estimate: UnsureEstimate) -> "OpenTurns":
+        """Take the turns that the images leave open."""
         turns = estimate.unobservable[:, 3:]
         turns = turns[exact.lengths(turns) > _MOSTLY_TURN]
-        variances, axes = exact.eigh(estimate.covariance[3:, 3:])
-        turns = np.concatenate([turns, axes.T[variances > widest * widest]])
         if len(turns) == 0:
             return cls(np.empty((3, 0)), np.eye(3))
         # Both may name the same axis, so directions that are nearly alike count once.

@@ -10,11 +10,13 @@ PAPER_LAW: dict[str, Any] = {
     "joints.law": JointLaw.PAPER,
     "hand.feed_forward": False,
     "gaze.feed_forward": False,
-    # So rough a motion that the filter takes each estimate as it is, at any rate of images.
+    # So much wander that the filter takes each estimate as it is, at any rate of images.
     "target.compensate": False,
     "target.use_covariance": False,
-    "target.linear_jerk": 1e4,
+    "target.linear_rest": 1e2,
     "target.linear_jump": 0.5,
+    # Its tracker tells a share of colours, and no probability.
+    "safety.least_confidence": 0.0,
 }
 """The settings of the paper's law by their dotted names.
 
@@ -25,10 +27,10 @@ Turns are still followed only as far as images tell them: the paper is given the
 def as_the_paper(settings: ServoSettings, *, turn_told: bool = True) -> ServoSettings:
     """Return settings with the paper's law: no filter, prediction or feed-forward.
 
-    Gains, limits and safety stay as they are. With `turn_told`, as in the paper, estimates hold the
+    Gains and limits stay as they are. With `turn_told`, as in the paper, estimates hold the
     object's true orientation, and it counts as it is, too.
     """
-    told = {"target.angular_jerk": PAPER_LAW["target.linear_jerk"]} if turn_told else {}
+    told = {"target.angular_rest": PAPER_LAW["target.linear_rest"]} if turn_told else {}
     for name, value in (PAPER_LAW | told).items():
         table, key = name.split(".")
         part = msgspec.structs.replace(getattr(settings, table), **{key: value})

@@ -5,9 +5,11 @@ from enum import Enum
 import numpy as np
 
 from servoid.observe.source import Instant
+from servoid.servo.arm import Floats
+from servoid.servo.jumps import Verdict
 from servoid.servo.settings import SafetySettings
-from servoid.servo.target import TargetEstimate, TargetFilter, Verdict
-from servoid.servo.watchdog import Watchdog
+from servoid.servo.target import Prediction, TargetEstimate, TargetFilter
+from servoid.servo.watchdog import Parting, Watchdog
 
 
 class Reason(Enum):
@@ -24,6 +26,8 @@ class Reason(Enum):
     TELEPORT = "the target jumped farther than it can move"
     RETURNING = "the target is back, and a few more images are awaited"
     BAD_STATE = "the arm's joint state holds numbers that are not finite"
+    PARTED = "what is believed of the target and what is seen of it have parted"
+    ROUGH = "the target's pose is told too roughly to place the hand by it"
     WORKSPACE = "the hand is at the edge of its workspace"
     NEAR = "the hand is as near to the object as it may be"
     COLLISION = "parts of the arm are as near to each other, or to the room, as they may be"
@@ -53,8 +57,9 @@ _TOLERATED_JUMPS = 1
 class Trust:
     """Says from images and estimates whether the hand may follow the target.
 
-    A short gap is bridged by the filter's prediction. After a longer one, or when the target
-    jumped, the arm is held until several trusted estimates came in a row.
+    A short gap is bridged by the filter's prediction. After a longer one, when the target jumped,
+    or when it is long seen where it is not believed to be, the arm is held until several trusted
+    estimates came in a row, of which the filter makes a mean meanwhile.
     """
 
     def __init__(self, settings: SafetySettings, target: TargetFilter) -> None:
@@ -62,7 +67,7 @@ class Trust:
         self._watchdog = Watchdog(settings)
         self._fault = Reason.NO_TARGET
         self._in_a_row = 0
-        self._jumps = 0
+        self._parting = Parting(settings)
         self._trusted_s: float | None = None
         self._held = True
         self._resumed_s = 0.0
@@ -78,7 +83,7 @@ class Trust:
         if last is None or time_s - last > self._settings.coast_s:
             self._held = True
             self._in_a_row = 0
-        elif self._jumps > _TOLERATED_JUMPS:
+        elif self._target.jumps > _TOLERATED_JUMPS:
             self._held = True
         elif self._held and self._in_a_row >= self._settings.resume_after:
             self._held, self._resumed_s = False, time_s
@@ -103,6 +108,12 @@ class Trust:
         if self._watchdog.is_stale(self._now_s):
             reasons.add(Reason.NO_IMAGES)
         return frozenset(reasons)
+
+    def limiting(self, target: Prediction, place: Floats) -> frozenset[Reason]:
+        """Return what makes the goal doubtful though the arm moves: it lies at a place (3,)."""
+        rough = target.spread_at(place) > self._settings.rough
+        reasons = {Reason.ROUGH: rough, Reason.PARTED: self._parting.is_told}
+        return frozenset(reason for reason, holds in reasons.items() if holds)
 
     def authority(self) -> float:
         """Return the share of its speed that the hand has, which grows to 1 after a hold."""
@@ -131,18 +142,22 @@ class Trust:
 
     def _follow(self, estimate: TargetEstimate) -> None:
         """Give a credible estimate to the filter, and count what comes of it."""
-        if self._held and self._in_a_row == 0 and self._jumps == 0:
+        if self._held and self._in_a_row == 0 and self._target.jumps == 0:
             self._target.forget()  # what moved before the gap says nothing of after it
+            self._parting.clear()
         verdict = self._target.update(estimate)
         if verdict is Verdict.OUTDATED:
             return
         if verdict is Verdict.TELEPORT:
-            self._jumps += 1
             self._distrust(Reason.TELEPORT)
             return
         if verdict is Verdict.RESTARTED:
             self._held, self._in_a_row = True, 0
-        self._in_a_row += 1
-        self._jumps = 0
-        self._fault = Reason.NO_IMAGES  # if nothing more is heard
         self._trusted_s = estimate.time_s
+        self._parting.see(estimate.time_s, is_odd=self._target.is_odd)
+        if self._parting.holds:
+            self._held = True
+            self._distrust(Reason.PARTED)
+            return
+        self._in_a_row += 1
+        self._fault = Reason.NO_IMAGES  # if nothing more is heard

@@ -51,18 +51,30 @@ class TargetSettings(_Settings, frozen=True, kw_only=True, forbid_unknown_fields
     ] = True
     linear_noise: Annotated[float, _above("least noise of an estimate's position, m")] = 0.0005
     angular_noise: Annotated[float, _above("least noise of an estimate's turn, rad")] = 0.005
+    linear_rest: Annotated[
+        float, _above("how far an object that rests may wander, m per root s")
+    ] = 0.0003
+    angular_rest: Annotated[float, _above("how far it may turn then, rad per root s")] = 0.01
     linear_jerk: Annotated[
-        float, _above("how fast the object's acceleration may wander, m/s² per root s")
-    ] = 0.1
-    angular_jerk: Annotated[
-        float, _above("how fast the object's turning may change, rad/s² per root s")
-    ] = 0.08
-    open_turn: Annotated[
-        float, _above("standard deviation of a turn from which on it is not followed, rad")
-    ] = 0.01
+        float, _above("how fast the acceleration of one that goes wanders, m/s² per root s")
+    ] = 6.0
+    angular_jerk: Annotated[float, _above("how fast its turning changes, rad/s² per root s")] = 0.5
+    going_s: Annotated[float, _above("how long an acceleration lasts, s")] = 0.1
+    turning_s: Annotated[float, _above("how long one of its turning lasts, s")] = 0.5
+    change_s: Annotated[float, _above("how long an object rests, or goes, s")] = 1.0
+    fading_s: Annotated[float, _above("how long a turn stays wrong that the tracker doubts, s")] = (
+        10.0
+    )
+    wrong_turn: Annotated[
+        float, _above("turn by which a wrong pose errs, as a standard deviation, rad")
+    ] = 0.5
+    fresh: Annotated[
+        float,
+        Meta(gt=0, le=1, description="share of an estimate's variance that is new in each image"),
+    ] = 0.11
     oddness: Annotated[
-        float, _above("squared deviation (6 values) from which an estimate loses weight")
-    ] = 17.0
+        float, _above("squared deviation (3 values) from which an estimate is odd and loses weight")
+    ] = 16.0
     compensate: Annotated[
         bool, Meta(description="move what images showed ahead by the time that has passed since")
     ] = True
@@ -84,6 +96,10 @@ class HandSettings(_Settings, frozen=True, kw_only=True, forbid_unknown_fields=T
     turn_gain: Annotated[float, _above("K_Po of the quaternion error, 1/s")] = 8.0
     turn_rate_gain: Annotated[float, _from_0("K_Vo of its rate of change")] = 0.1
     feed_forward: Annotated[bool, Meta(description="add the goal's estimated velocity")] = True
+    sure_speed: Annotated[
+        float, _above("standard deviation of that velocity from which on less is added, m/s")
+    ] = 0.5
+    sure_turning: Annotated[float, _above("the same of its turning, rad/s")] = 0.5
     lead_s: Annotated[
         float, _from_0("how far ahead the goal's velocity is fed, for the joints' lag, s")
     ] = 0.02
@@ -152,15 +168,22 @@ class SafetySettings(_Settings, frozen=True, kw_only=True, forbid_unknown_fields
 
     least_confidence: Annotated[
         float, Meta(ge=0, le=1, description="confidence below which an estimate is not trusted")
-    ] = 0.3
+    ] = 0.8
     coast_s: Annotated[
         float,
         _from_0("gap of trusted estimates that is bridged, above delay and interval of images, s"),
     ] = 0.25
     resume_after: Annotated[
         int, Meta(ge=1, description="trusted estimates in a row after which a held arm moves on")
-    ] = 5
+    ] = 12
     resume_s: Annotated[float, _above("in which the hand regains its full speed, s")] = 0.8
+    rough: Annotated[
+        float, _above("standard deviation of the goal's place from which on it is told, m")
+    ] = 0.025
+    parted_s: Annotated[
+        float,
+        _above("odd estimates that are told; the arm is held after twice as long, s"),
+    ] = 0.5
     frozen_after: Annotated[
         int, Meta(ge=2, description="equal images in a row of a moving camera that mean it hangs")
     ] = 3

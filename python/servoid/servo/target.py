@@ -1,7 +1,6 @@
 """The motion of the tracked object: filters estimates, and predicts where it is by now."""
 
-from dataclasses import dataclass
-from enum import Enum
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -9,13 +8,18 @@ import numpy as np
 from servoid.errors import ServoError
 from servoid.pose import Pose, exact
 from servoid.servo.arm import Floats
-from servoid.servo.moving import change_between, shifted_and_turned
+from servoid.servo.jumps import Jumps, Verdict
+from servoid.servo.motion import Manner, Motion, Noise, Seen
+from servoid.servo.moving import change_between, cross_matrix, shifted_and_turned
 from servoid.servo.open_turns import OpenTurns, UnsureEstimate
 from servoid.servo.settings import TargetSettings
 
-_START_SPEED = (0.3, 1.0)  # m/s and rad/s: what an object may do when it is first seen
-_START_ACCELERATION = (0.2, 1.0)
+# What an object may do when it is first seen: m/s and m/s², rad/s and rad/s².
+_START_SPREAD = ((0.3, 0.2), (1.0, 1.0))
+_HARDLY = 0.05  # doubt of which little is left when it is no more
+_SOONEST_S = 0.5  # in which what was doubted is put right when nothing is
 _OPEN_SPEED = 0.05  # rad/s: turning that images do not tell is about none
+_OPEN_WANDER = 0.1  # rad per root s: how an open turn becomes unknown
 
 
 class TargetEstimate(UnsureEstimate, Protocol):
@@ -42,75 +46,95 @@ class TargetEstimate(UnsureEstimate, Protocol):
         ...
 
 
-class Verdict(Enum):
-    """What became of an estimate."""
-
-    USED = "used"
-    OUTDATED = "outdated"
-    TELEPORT = "teleport"
-    RESTARTED = "restarted"
-
-
 @dataclass(frozen=True, eq=False)
 class Prediction:
     """Where the object is at a time; `twist` and `acceleration` are (6,), in the world.
 
-    They are those of the object's origin, linear, and of the object, angular.
+    They are those of the object's origin, linear, and of the object, angular. `covariance` (6, 6)
+    is of a shift and a turn in the world, about axes whose turn is open 0, and `twist_covariance`
+    (6, 6) of the twist.
     """
 
     time_s: float
     world_from_object: Pose
     twist: Floats
     acceleration: Floats
+    covariance: Floats
+    twist_covariance: Floats
 
     @property
     def place(self) -> Floats:
         """Return where the object's origin is in the world, (3,)."""
         return np.array(self.world_from_object.translation)
 
+    @classmethod
+    def at_rest(cls, time_s: float, world_from_object: Pose) -> "Prediction":
+        """Make one of an object that is known to stand still."""
+        still, sure = np.zeros(6), np.zeros((6, 6))
+        return cls(time_s, world_from_object, still, still, sure, sure)
+
+    def sure_shares(self, linear: float, angular: float) -> Floats:
+        """Return shares (6,) of the twist, less than 1 beyond standard deviations of its halves."""
+        variances = self.twist_covariance.diagonal().reshape(2, 3).sum(axis=1)
+        sure = np.square([linear, angular])
+        return np.repeat(np.sqrt(sure / np.maximum(sure, variances)), 3)
+
+    def spread_at(self, point: Floats) -> float:
+        """Return the standard deviation, in m, of a place (3,) in the world, tied to the object."""
+        arm = cross_matrix(point - self.place)
+        carried = np.concatenate([np.eye(3), -arm], axis=1)
+        return float(np.sqrt(exact.product(carried, self.covariance, carried.T).trace()))
+
 
 class TargetFilter:
-    """A Kalman filter of pose, twist and acceleration of an object in the world.
+    """Says where an object is and how it moves, from estimates whose errors last for a while.
 
-    Its error state is (shift, turn) in the world, the turn about the object's origin. An estimate
-    that is farther off than its noise explains has the less weight; one that the object cannot have
-    reached is left out, unless several in a row agree.
+    Shift and turn, in the world, the turn about the object's origin, have a `Motion` each. An
+    estimate that is farther off than its noise explains has the less weight; one that the object
+    cannot have reached is for `Jumps` to judge.
     """
 
     def __init__(self, settings: TargetSettings) -> None:
         self._settings = settings
-        self._floor = np.square(np.repeat([settings.linear_noise, settings.angular_noise], 3))
-        self._drive = np.square(np.repeat([settings.linear_jerk, settings.angular_jerk], 3))
+        self._manners = _manners(settings)
+        self._jumps = Jumps(settings)
         self._time_s: float | None = None
         self._pose = Pose.identity()
-        self._met = False
-        self._motion = np.zeros((2, 6))  # twist and acceleration
-        self._covariance = np.zeros((18, 18))
-        self._strangers: list[TargetEstimate] = []
+        self._known: _Known | None = None
+        self._odd = False
 
     @property
     def time_s(self) -> float | None:
         """Return when the last used estimate was, None before the first."""
         return self._time_s
 
+    @property
+    def jumps(self) -> int:
+        """Return how many estimates came since the last that the object could have reached."""
+        return self._jumps.count
+
+    @property
+    def is_odd(self) -> bool:
+        """Say if the last used estimate was farther off than it and what was believed explain."""
+        return self._odd
+
     def update(self, estimate: TargetEstimate) -> Verdict:
         """Take in an estimate, in the order of their times."""
-        if self._time_s is None:
+        known = self._known
+        if self._time_s is None or known is None:
             self._start(estimate)
             return Verdict.USED
         elapsed = estimate.time_s - self._time_s
         if elapsed <= 0.0:
             return Verdict.OUTDATED
-        expected = self._after(min(elapsed, self._settings.horizon_s))
-        turns = OpenTurns.of(estimate, self._settings.open_turn)
-        seen = turns.left_out(expected, estimate.world_from_object)
-        if not self._can_reach(expected, seen, elapsed):
-            return self._meet(estimate)
-        self._strangers.clear()
-        self._advance(elapsed)
-        self._correct(seen, self._noise(estimate), turns)
-        self._time_s = estimate.time_s
-        return Verdict.USED
+        expected = self._after(known, min(elapsed, self._settings.horizon_s))
+        seen = OpenTurns.of(estimate).left_out(expected, estimate.world_from_object)
+        verdict = self._jumps.judge(expected, seen, elapsed, estimate)
+        if verdict is Verdict.RESTARTED:
+            self._start(estimate)
+        if verdict is Verdict.USED:
+            self._follow(known, estimate, elapsed)
+        return verdict
 
     def predict(self, time_s: float) -> Prediction:
         """Return where the object is at a time; no farther ahead than `horizon_s` it stands still.
@@ -121,16 +145,21 @@ class TargetFilter:
             ServoError: there was no estimate yet.
 
         """
-        if self._time_s is None:
+        if self._time_s is None or self._known is None:
             raise ServoError("no estimate has come yet; call update before predict")
-        ahead = time_s - self._time_s
-        horizon = self._settings.horizon_s
+        ahead, horizon = time_s - self._time_s, self._settings.horizon_s
         span = min(ahead, horizon) if self._settings.compensate else 0.0
-        pose = self._after(span)
-        if ahead > horizon:
-            return Prediction(time_s, pose, np.zeros(6), np.zeros(6))
-        twist, acceleration = self._motion
-        return Prediction(time_s, pose, twist + span * acceleration, acceleration.copy())
+        states, covariances = self._known.ahead(span)
+        twist, acceleration = states[:, 3:6].reshape(6), states[:, 6:9].reshape(6)
+        rests = ahead > horizon
+        return Prediction(
+            time_s,
+            shifted_and_turned(self._pose, states[:, :3].reshape(6)),
+            np.zeros(6) if rests else twist,
+            np.zeros(6) if rests else acceleration,
+            self._known.told(covariances[:, :3, :3] + self._known.hidden),
+            self._known.told(covariances[:, 3:6, 3:6]),
+        )
 
     def forget(self) -> None:
         """Drop where the object is and how it moves, so that the next estimate starts anew.
@@ -138,105 +167,108 @@ class TargetFilter:
         How it was turned about axes about which images do not tell its turn is kept.
         """
         self._time_s = None
-        self._strangers.clear()
+        self._jumps.clear()
 
-    def _after(self, elapsed: float) -> Pose:
+    def _after(self, known: "_Known", elapsed: float) -> Pose:
         """Return where the object is so long after the last used estimate."""
-        twist, acceleration = self._motion
-        return shifted_and_turned(self._pose, elapsed * (twist + 0.5 * elapsed * acceleration))
+        return shifted_and_turned(self._pose, known.ahead(elapsed)[0][:, :3].reshape(6))
 
     def _start(self, estimate: TargetEstimate) -> None:
-        seen = estimate.world_from_object
-        if self._met:
+        seen, turns = estimate.world_from_object, OpenTurns.of(estimate)
+        if self._known is not None:
             # Else the hand would go around a plain bottle that is found again with another spin.
-            seen = OpenTurns.of(estimate, self._settings.open_turn).left_out(self._pose, seen)
-        self._time_s, self._pose, self._met = estimate.time_s, seen, True
-        self._motion = np.zeros((2, 6))
-        self._covariance = np.zeros((18, 18))
-        self._covariance[:6, :6] = self._noise(estimate)
-        self._covariance[6:12, 6:12] = np.diag(np.square(np.repeat(_START_SPEED, 3)))
-        self._covariance[12:, 12:] = np.diag(np.square(np.repeat(_START_ACCELERATION, 3)))
-        self._strangers.clear()
-
-    def _can_reach(self, expected: Pose, seen: Pose, elapsed: float) -> bool:
-        settings = self._settings
-        change = change_between(expected, seen)
-        shift, turn = exact.norm(change[:3]), exact.norm(change[3:])
-        return (
-            shift <= settings.linear_jump + settings.linear_speed * elapsed
-            and turn <= settings.angular_jump + settings.angular_speed * elapsed
+            seen = turns.left_out(self._pose, seen)
+        self._time_s, self._pose, self._odd = estimate.time_s, seen, False
+        noises, hidden = self._noise(estimate)
+        shift, turn = (
+            Motion(*begin) for begin in zip(self._manners, noises, _START_SPREAD, strict=True)
         )
+        self._known = _Known(shift, turn, turns, hidden)
+        self._jumps.clear()
 
-    def _meet(self, estimate: TargetEstimate) -> Verdict:
-        """Keep an estimate that cannot be; start anew where several in a row agree."""
-        if self._strangers:
-            last = self._strangers[-1]
-            elapsed = estimate.time_s - last.time_s
-            if elapsed <= 0.0:
-                return Verdict.OUTDATED
-            if not self._can_reach(last.world_from_object, estimate.world_from_object, elapsed):
-                self._strangers.clear()
-        self._strangers.append(estimate)
-        if len(self._strangers) < self._settings.agreeing:
-            return Verdict.TELEPORT
-        self._start(estimate)
-        return Verdict.RESTARTED
+    def _follow(self, known: "_Known", estimate: TargetEstimate, elapsed: float) -> None:
+        """Go on to an estimate, and move towards it by what either is worth."""
+        noises, hidden = self._noise(estimate)
+        known.shift.advance(elapsed, noises[0])
+        known.turn.advance(elapsed, noises[1])
+        self._settle(known)
+        turns = OpenTurns.of(estimate)
+        change = change_between(self._pose, turns.left_out(self._pose, estimate.world_from_object))
+        odd = known.correct(change, noises, turns, self._settings.oddness)
+        known.turn.loosen(_OPEN_WANDER * _OPEN_WANDER * elapsed * turns.spread)
+        self._settle(known)
+        self._known = replace(known, turns=turns, hidden=hidden)
+        self._time_s, self._odd = estimate.time_s, odd
 
-    def _advance(self, elapsed: float) -> None:
-        """Move the state and its covariance ahead in time."""
-        self._pose = self._after(elapsed)
-        self._motion[0] += elapsed * self._motion[1]
-        half = 0.5 * elapsed * elapsed
-        step = np.eye(18) + elapsed * np.eye(18, k=6) + half * np.eye(18, k=12)
-        spread = _white_jerk(elapsed)
-        moved = exact.product(step, self._covariance, step.T)
-        self._covariance = moved + np.kron(spread, np.diag(self._drive))
+    def _settle(self, known: "_Known") -> None:
+        moved = np.concatenate([known.shift.settle(), known.turn.settle()])
+        self._pose = shifted_and_turned(self._pose, moved)
 
-    def _correct(self, seen: Pose, noise: Floats, turns: OpenTurns) -> None:
-        """Move the state towards a seen pose, by what either is worth."""
-        change = change_between(self._pose, seen)
-        told, count = 3 + turns.told.shape[1], turns.axes.shape[1]
+    def _noise(self, estimate: TargetEstimate) -> tuple[tuple[Noise, Noise], Floats]:
+        """Return how far shift and turn of an estimate may be off, and what does not show of it.
+
+        The last, (2, 3, 3), fades too fast to lead the hand astray, and counts as unknown.
+        """
+        settings = self._settings
+        floors = np.square([settings.linear_noise, settings.angular_noise])
+        told, doubt = np.zeros((2, 3, 3)), 0.0
+        if settings.use_covariance:
+            world = estimate.world_from_object.matrix()[:3, :3]
+            whole = estimate.covariance
+            parts = whole[:3, :3], whole[3:, 3:]
+            told = np.array([exact.product(world, part, world.T) for part in parts])
+            doubt = 1.0 - min(max(estimate.confidence, 0.0), 1.0)
+        wrong = settings.wrong_turn * float(np.sqrt(doubt))
+        # The surer the tracker is, the sooner that is over which it had wrong before.
+        fading_s = max(_SOONEST_S, settings.fading_s * doubt / (doubt + _HARDLY))
+        fresh = settings.fresh * told + floors[:, None, None] * np.eye(3)
+        noises = Noise(fresh[0], 0.0, fading_s), Noise(fresh[1], wrong, fading_s)
+        return noises, (1.0 - settings.fresh) * told
+
+
+@dataclass(frozen=True, eq=False)
+class _Known:
+    """What is known of an object's motion.
+
+    `turns` are the open ones of the newest estimate, `hidden` (2, 3, 3) what its shift and turn may
+    have wrong besides.
+    """
+
+    shift: Motion
+    turn: Motion
+    turns: OpenTurns
+    hidden: Floats
+
+    def ahead(self, span: float) -> tuple[Floats, Floats]:
+        """Return the states (2, 12) of shift and turn, and covariances, so long after it."""
+        both = (self.shift.ahead(span), self.turn.ahead(span))
+        return np.array([state for state, _ in both]), np.array([spread for _, spread in both])
+
+    def told(self, covariances: Floats) -> Floats:
+        """Join covariances of shift and turn, (2, 3, 3), without the open turns, to (6, 6)."""
+        across = np.eye(3) - self.turns.spread
+        whole = np.zeros((6, 6))
+        whole[:3, :3] = covariances[0]
+        whole[3:, 3:] = exact.product(across, covariances[1], across)
+        return whole
+
+    def correct(
+        self, change: Floats, noises: tuple[Noise, Noise], turns: OpenTurns, oddness: float
+    ) -> bool:
+        """Take in what was seen, shifted and turned by (6,); say if it is odd."""
+        place = Seen.along(np.eye(3), noises[0])
+        odd = self.shift.correct(place, change[:3], oddness)
         # About open axes the object is supposed to rest; if nothing said so, the first turn that is
         # told would throw it about, for by then it might be turned and turning in any way.
-        look = np.zeros((6 + count, 18))
-        look[:3, :3], look[3:told, 3:6], look[told:6, 3:6] = np.eye(3), turns.told.T, turns.axes.T
-        look[6:, 9:12] = turns.axes.T
-        turning = exact.product(turns.axes.T, self._motion[0, 3:])
-        surprise = np.concatenate([exact.product(look[:6, :6], change), -turning])
-        spread = np.zeros((6 + count, 6 + count))
-        spread[:told, :told] = exact.product(look[:told, :6], noise, look[:told, :6].T)
-        spread[told:6, told:6] = np.square(self._settings.open_turn) * np.eye(count)
-        spread[6:, 6:] = np.square(_OPEN_SPEED) * np.eye(count)
-        shared = exact.product(look, self._covariance)
-        known = exact.product(shared, look.T)
-        oddness = exact.dot(surprise, exact.solve(known + spread, surprise))
-        gain = exact.solve(known + spread * max(1.0, oddness / self._settings.oddness), shared).T
-        self._move(exact.product(gain, surprise))
-        left = self._covariance - exact.product(gain, shared)
-        self._covariance = 0.5 * (left + left.T)
-
-    def _move(self, change: Floats) -> None:
-        """Add a change (18,) to pose, twist and acceleration."""
-        self._pose = shifted_and_turned(self._pose, change[:6])
-        self._motion += change[6:].reshape(2, 6)
-
-    def _noise(self, estimate: TargetEstimate) -> Floats:
-        """Return (6, 6): the covariance of an estimate in the world, no less than the floor."""
-        noise = np.diag(self._floor)
-        if self._settings.use_covariance:
-            turn = np.zeros((6, 6))
-            turn[:3, :3] = turn[3:, 3:] = estimate.world_from_object.matrix()[:3, :3]
-            noise += exact.product(turn, estimate.covariance, turn.T)
-        return noise
+        told, axes = turns.told.T, turns.axes.T
+        turned = Seen.along(told, noises[1]).and_resting(axes, _OPEN_SPEED)
+        surprise = np.concatenate([exact.product(told, change[3:]), np.zeros(len(axes))])
+        return max(odd, self.turn.correct(turned, surprise, oddness)) > oddness
 
 
-def _white_jerk(elapsed: float) -> Floats:
-    """Return (3, 3): covariance of position, speed and acceleration by a white jerk of one."""
-    powers = np.cumprod(np.full(5, elapsed))
-    return np.array(
-        [
-            [powers[4] / 20.0, powers[3] / 8.0, powers[2] / 6.0],
-            [powers[3] / 8.0, powers[2] / 3.0, powers[1] / 2.0],
-            [powers[2] / 6.0, powers[1] / 2.0, powers[0]],
-        ]
+def _manners(settings: TargetSettings) -> tuple[Manner, Manner]:
+    """Return how an object shifts, and how it turns."""
+    return (
+        Manner(settings.linear_rest, settings.linear_jerk, settings.going_s, settings.change_s),
+        Manner(settings.angular_rest, settings.angular_jerk, settings.turning_s, settings.change_s),
     )

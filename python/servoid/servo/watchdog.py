@@ -1,4 +1,4 @@
-"""Notices that images stopped coming, or that a camera hangs and delivers the same one again."""
+"""Notices images that stop coming or that hang, and a belief that parts from what is seen."""
 
 import zlib
 from dataclasses import dataclass
@@ -65,3 +65,39 @@ class Watchdog:
         moved = np.abs(change_between(last.world_from_camera, world_from_camera)).max()
         enough = last.times >= self._settings.frozen_after
         last.hangs |= enough and bool(moved > self._settings.frozen_shift)
+
+
+class Parting:
+    """Watches what is believed of a target against what is seen of it.
+
+    A single odd estimate says nothing, a series of them that one or the other is wrong, however
+    sure the tracker is.
+    """
+
+    def __init__(self, settings: SafetySettings) -> None:
+        self._settings = settings
+        self._since_s: float | None = None
+        self._lasts_s = 0.0
+
+    def see(self, time_s: float, *, is_odd: bool) -> None:
+        """Take in whether an estimate was farther off than it and the belief explain."""
+        if not is_odd:
+            self.clear()
+            return
+        if self._since_s is None:
+            self._since_s = time_s
+        self._lasts_s = time_s - self._since_s
+
+    @property
+    def is_told(self) -> bool:
+        """Say if they are apart for long enough to tell."""
+        return self._lasts_s >= self._settings.parted_s
+
+    @property
+    def holds(self) -> bool:
+        """Say if they are apart for so long that the arm must not go by either: twice as long."""
+        return self._lasts_s >= 2.0 * self._settings.parted_s
+
+    def clear(self) -> None:
+        """Begin anew: belief and sight are the same."""
+        self._since_s, self._lasts_s = None, 0.0

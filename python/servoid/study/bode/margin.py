@@ -157,8 +157,8 @@ def loop_settings(loop: Loop, factor: float, oldest_s: float) -> ServoSettings:
     )
     if not (loop.predicts or loop.paper):
         believing = as_the_paper(settings).target
-        jerks = {key: getattr(believing, key) for key in ("linear_jerk", "angular_jerk")}
-        target = replace(target, horizon_s=0.0, **jerks)
+        rests = {key: getattr(believing, key) for key in ("linear_rest", "angular_rest")}
+        target = replace(target, horizon_s=0.0, **rests)
     # A hand that is held for old images says nothing of stability.
     safety = replace(settings.safety, coast_s=max(settings.safety.coast_s, oldest_s))
     return replace(settings, hand=hand, gaze=gaze, target=target, safety=safety)

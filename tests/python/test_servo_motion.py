@@ -16,9 +16,13 @@ LAG_S = 0.02  # of the joints
 NOISE = 0.0003  # m, of the estimates
 
 
+def lasting() -> tuple[float, float]:
+    return TargetSettings().change_s, TargetSettings().fading_s
+
+
 def manner() -> Manner:
     told = TargetSettings()
-    return Manner(told.linear_rest, told.linear_jerk, told.going_s, told.change_s)
+    return Manner(told.linear_rest, told.linear_jerk, told.going_s, *lasting())
 
 
 def noise(sigma: float, lasting: float = 0.0) -> Noise:
@@ -108,6 +112,7 @@ def test_units_of_space_and_time_change_nothing() -> None:
         one.jerk * unit / tick**2.5,
         one.going_s * tick,
         one.change_s * tick,
+        one.lasting_s * tick,
     )
     places = 0.1 * np.sin(0.2 * np.arange(30))
     metric = told_to(Motion(one, noise(NOISE), (0.3, 0.2)), places)
@@ -120,7 +125,7 @@ def test_units_of_space_and_time_change_nothing() -> None:
 
 def test_an_error_that_lasts_is_not_taken_for_motion_at_once_but_in_the_end() -> None:
     told = TargetSettings()
-    turning = Manner(told.angular_rest, told.angular_jerk, told.turning_s, told.change_s)
+    turning = Manner(told.angular_rest, told.angular_jerk, told.turning_s, *lasting())
     motion = Motion(turning, noise(0.001, 0.4), (1.0, 1.0))
     found = []
     for index in range(1000):

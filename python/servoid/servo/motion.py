@@ -14,13 +14,14 @@ class Manner:
 
     What rests wanders by `rest` per root s. What goes has an acceleration that forgets itself
     within `going_s` and that a white jerk drives, of density `jerk` per s² and root s. Either lasts
-    about `change_s`.
+    about `change_s`. An error that estimates share comes and goes within `lasting_s`.
     """
 
     rest: float
     jerk: float
     going_s: float
     change_s: float
+    lasting_s: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,7 +29,8 @@ class Noise:
     """How far an estimate may be off.
 
     `fresh` is a covariance (n, n) that is new in each estimate, `lasting` the standard deviation,
-    along any axis, of what those that follow one another share, and that fades within `fading_s`.
+    along any axis, of what those that follow one another share. What they had wrong until then
+    fades within `fading_s`, sooner than it comes where they have become sure.
     """
 
     fresh: Floats
@@ -76,11 +78,10 @@ class Motion:
         n = self._n
         covariances = np.zeros((2, 4 * n, 4 * n))
         each = np.eye(n)
-        covariances[:, :n, :n] = noise.fresh + noise.lasting * noise.lasting * each
-        covariances[:, 3 * n :, 3 * n :] = noise.lasting * noise.lasting * each
-        covariances[:, :n, 3 * n :] = covariances[:, 3 * n :, :n] = -covariances[
-            :, 3 * n :, 3 * n :
-        ]
+        lasting = noise.lasting * noise.lasting * each
+        covariances[:, :n, :n] = noise.fresh + lasting
+        covariances[:, 3 * n :, 3 * n :] = lasting
+        covariances[:, :n, 3 * n :] = covariances[:, 3 * n :, :n] = -lasting
         covariances[1, n : 3 * n, n : 3 * n] = np.kron(np.diag(np.square(spread)), each)
         self._weights = np.full(2, 0.5)
         self._states, self._covariances = np.zeros((2, 4 * n)), covariances
@@ -162,7 +163,8 @@ class Motion:
         rests, goes, wanders, driven = (np.zeros((4, 4)) for _ in range(4))
         rests[0, 0], rests[3, 3], goes[3, 3] = 1.0, fades, fades
         wanders[0, 0] = manner.rest * manner.rest * span
-        wanders[3, 3] = driven[3, 3] = (1.0 - fades * fades) * noise.lasting * noise.lasting
+        comes = -exact.expm1(-2.0 * span / manner.lasting_s)
+        wanders[3, 3] = driven[3, 3] = comes * noise.lasting * noise.lasting
         goes[:3, :3] = fading_acceleration(span, manner.going_s)
         driven[:3, :3] = manner.jerk * manner.jerk * white_jerk(span)
         return (rests, wanders), (goes, driven)

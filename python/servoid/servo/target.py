@@ -268,7 +268,8 @@ class _Known:
 
 def _manners(settings: TargetSettings) -> tuple[Manner, Manner]:
     """Return how an object shifts, and how it turns."""
+    lasting = settings.change_s, settings.fading_s
     return (
-        Manner(settings.linear_rest, settings.linear_jerk, settings.going_s, settings.change_s),
-        Manner(settings.angular_rest, settings.angular_jerk, settings.turning_s, settings.change_s),
+        Manner(settings.linear_rest, settings.linear_jerk, settings.going_s, *lasting),
+        Manner(settings.angular_rest, settings.angular_jerk, settings.turning_s, *lasting),
     )

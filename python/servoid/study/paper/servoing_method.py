@@ -101,6 +101,7 @@ def servo_settings(method: Method, given: Constants) -> ServoSettings:
         hand=moving.hand,
         joints=(ours if method.qp else theirs).joints,
         gaze=moving.gaze,
+        safety=theirs.safety,
     )
 
 

@@ -7,14 +7,15 @@ from itertools import repeat
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from servoid.output import write_whole
-from servoid.pose import Pose
+from servoid.pose import Pose, exact
 from servoid.servo import Reason, Seen, ServoLog, ServoRow
 
 _POSE = ("w", "x", "y", "z", "tx", "ty", "tz")
 _POSES = ("hand", "goal", "object_true", "object_predicted", "object_estimated")
-_SEEN = ("image", "image_time_s", "status", "confidence")
+_SEEN = ("image", "image_time_s", "status", "confidence", "std_m", "std_rad")
 
 
 def write_servo_log(log: ServoLog, path: str | Path) -> None:
@@ -85,15 +86,24 @@ def _cells(row: ServoRow, cameras: int) -> list[str]:
 def _seen(seen: Seen | None, cameras: int) -> list[str]:
     if seen is None:
         return [""] * (len(_SEEN) + 2 * cameras)
-    said = ["dark", ""]
+    said = ["dark", "", "", ""]
     if seen.estimate is not None:
-        said = [seen.estimate.status, *_numbers([seen.estimate.confidence])]
+        whole = seen.estimate.covariance
+        worst = (_worst(whole[:3, :3]), _worst(whole[3:, 3:]))
+        said = [seen.estimate.status, *_numbers([seen.estimate.confidence, *worst])]
     return [
         str(seen.instant.index),
         f"{seen.instant.time_s:.6f}",
         *said,
         *_numbers(seen.off_px.ravel()),
     ]
+
+
+def _worst(covariance: NDArray[np.float64]) -> float:
+    """Return the standard deviation in the direction in which it is greatest, NaN if not known."""
+    if not np.isfinite(covariance).all():
+        return np.nan
+    return float(np.sqrt(max(0.0, float(exact.eigh(covariance)[0][-1]))))
 
 
 def _pose(pose: Pose | None) -> list[str]:

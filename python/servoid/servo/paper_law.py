@@ -1,4 +1,4 @@
-"""The paper's law, as one piece: what servoid adds to the paper's equations is left out."""
+"""The paper's law, as one piece: what servoid adds to it is left out."""
 
 from typing import Any
 
@@ -25,7 +25,7 @@ Turns are still followed only as far as images tell them: the paper is given the
 
 
 def as_the_paper(settings: ServoSettings, *, turn_told: bool = True) -> ServoSettings:
-    """Return settings with the paper's law: no filter, prediction or feed-forward.
+    """Return settings with the paper's law: its joints, no filter, prediction, feed-forward.
 
     Gains and limits stay as they are. With `turn_told`, as in the paper, estimates hold the
     object's true orientation, and it counts as it is, too.

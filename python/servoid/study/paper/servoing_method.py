@@ -52,8 +52,8 @@ class Method(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     in_hand: Annotated[
         bool,
         Meta(
-            description="let the genetic algorithm's population live in the hand's frame, as "
-            "equation 9 has the object, or in the world"
+            description="let the genetic algorithm's population live in the hand's frame, in "
+            "which the paper's equation 9 has the object, or in the world"
         ),
     ] = True
     stamped: Annotated[

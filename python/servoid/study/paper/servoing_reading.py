@@ -1,6 +1,6 @@
 """How the paper can be read: in which frame a population lives, to what time its answers belong.
 
-Equation 9 needs the object in the hand's frame, and of time stamps the paper does not speak.
+The paper's equation 9 needs the object in the hand's frame; of time stamps it does not speak.
 """
 
 from collections.abc import Callable, Sequence

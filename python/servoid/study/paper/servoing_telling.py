@@ -96,9 +96,9 @@ def _words(
         "x before the hand. Its orientation is given; x, y and z are the genes of a population of "
         f"{search.population} that breeds {_counted(search.generations, 'generation')} an image. "
         "Estimates are used as they come: no filter, no prediction, no feed-forward.",
-        "The population lives in the hand's frame, in which equation 9 has the object; the paper "
-        "does not speak of time stamps, so that the object is taken to be before the hand now as "
-        "it was seen before the hand. The table names other readings. Not as in the paper: "
+        "The population lives in the hand's frame, in which the paper's equation 9 has the object; "
+        "of time stamps it does not speak, so that the object is taken to be before the hand now "
+        "as it was seen before the hand. The table names other readings. Not as in the paper: "
         "colours are a posterior that is learnt at the start, where the paper has a window of "
         "hues, and the start and the ellipsoid are the true ones, where the paper has what it "
         "modelled.",

@@ -10,10 +10,11 @@ PAPER_LAW: dict[str, Any] = {
     "joints.law": JointLaw.PAPER,
     "hand.feed_forward": False,
     "gaze.feed_forward": False,
-    # So much wander that the filter takes each estimate as it is, at any rate of images.
+    # So rough a motion, and no rest, that the filter takes each estimate as it is.
     "target.compensate": False,
     "target.use_covariance": False,
     "target.linear_rest": 1e2,
+    "target.linear_jerk": 1e4,
     "target.linear_jump": 0.5,
     # Its tracker tells a share of colours, and no probability.
     "safety.least_confidence": 0.0,
@@ -30,8 +31,8 @@ def as_the_paper(settings: ServoSettings, *, turn_told: bool = True) -> ServoSet
     Gains and limits stay as they are. With `turn_told`, as in the paper, estimates hold the
     object's true orientation, and it counts as it is, too.
     """
-    told = {"target.angular_rest": PAPER_LAW["target.linear_rest"]} if turn_told else {}
-    for name, value in (PAPER_LAW | told).items():
+    told = {f"target.angular_{of}": PAPER_LAW[f"target.linear_{of}"] for of in ("rest", "jerk")}
+    for name, value in (PAPER_LAW | (told if turn_told else {})).items():
         table, key = name.split(".")
         part = msgspec.structs.replace(getattr(settings, table), **{key: value})
         settings = msgspec.structs.replace(settings, **{table: part})

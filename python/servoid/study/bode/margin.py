@@ -38,6 +38,7 @@ _GONE, _GONE_S = 1e-2, 0.5  # steps, and for how long: a smaller error does not 
 _HALVINGS = 4  # of the octave in which stability ends
 _PERIOD_S = PhysicsSettings().period_s
 _SIGMA = (0.0002, 0.003)  # m and rad: what the tracker says of small images, in the other part
+_NO_REST = 1e2  # m per root s: what would wander so far when it rests is taken for going
 
 
 class Loop(msgspec.Struct, frozen=True, kw_only=True):
@@ -155,10 +156,12 @@ def loop_settings(loop: Loop, factor: float, oldest_s: float) -> ServoSettings:
         feed_forward=loop.feed_forward,
         mode=GazeMode.FIXATE if loop.eyes_follow else GazeMode.PARALLEL,
     )
+    # So small a step is taken for rest; what follows motion is the quicker filter, and bears less.
+    target = replace(target, linear_rest=_NO_REST, angular_rest=_NO_REST)
     if not (loop.predicts or loop.paper):
         believing = as_the_paper(settings).target
-        rests = {key: getattr(believing, key) for key in ("linear_rest", "angular_rest")}
-        target = replace(target, horizon_s=0.0, **rests)
+        jerks = {key: getattr(believing, key) for key in ("linear_jerk", "angular_jerk")}
+        target = replace(target, horizon_s=0.0, **jerks)
     # A hand that is held for old images says nothing of stability.
     safety = replace(settings.safety, coast_s=max(settings.safety.coast_s, oldest_s))
     return replace(settings, hand=hand, gaze=gaze, target=target, safety=safety)

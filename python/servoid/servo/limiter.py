@@ -17,7 +17,7 @@ _SOFT = 8  # daqp's sense of a bound that gives way where bounds are at odds
 _CUTS = 12  # most planes that stand for a ball
 _ALONE = 0.6  # share of the hand's acceleration that one joint's braking may take
 _NO_LEVER = 1e-3  # m or 1: a joint that moves the hand by less does not bound it
-_NOTED = 1e-4  # m/s and rad/s of the hand: less is no intervention
+_NOTED = 1e-3  # m/s and rad/s of the hand: less is no intervention
 
 
 @dataclass(frozen=True, eq=False)

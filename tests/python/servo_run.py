@@ -83,7 +83,7 @@ class Run:
         pose = {"world_from_object": self.world.world_from_object_at(time_s)}
         if self.lost_s[0] <= time_s < self.lost_s[1]:
             return pose | {"status": "lost", "confidence": 0.1}
-        return pose
+        return pose | {"confidence": 1.0}
 
     def _row(self, tick: Tick) -> ServoRow:
         truth = self.world.world_from_object_at(tick.state.time_s)

@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 from tiers import tiered
 
-from servoid.servo.motion import Manner, Motion, Noise, Seen
+from servoid.servo.motion import Going, Manner, Motion, Noise, Seen
 from servoid.servo.settings import HandSettings, TargetSettings
 
 Floats = NDArray[np.float64]
@@ -20,9 +20,16 @@ def lasting() -> tuple[float, float]:
     return TargetSettings().change_s, TargetSettings().fading_s
 
 
-def manner() -> Manner:
+def manner(unit: float = 1.0, tick: float = 1.0) -> Manner:
+    """Return how an object shifts, in other units of space and time if asked for."""
     told = TargetSettings()
-    return Manner(told.linear_rest, told.linear_jerk, told.going_s, *lasting())
+    jerk = unit / tick**2.5
+    ways = (
+        Going(told.linear_jerk * jerk, told.going_s * tick),
+        Going(told.gliding_jerk * jerk, told.gliding_s * tick),
+    )
+    change_s, lasting_s = lasting()
+    return Manner(told.linear_rest * unit / tick**0.5, ways, change_s * tick, lasting_s * tick)
 
 
 def noise(sigma: float, lasting: float = 0.0) -> Noise:
@@ -68,13 +75,15 @@ def ratio(frequency_hz: float, amplitude: float, seed: int) -> complex:
 
 
 @pytest.mark.parametrize("amplitude", tiered([0.02, 0.005, 0.05]))
-def test_a_swing_of_one_and_a_third_hertz_is_not_overshot_by_a_third(amplitude: float) -> None:
-    assert abs(ratio(1.3, amplitude, 0)) < 1.33
+def test_a_swing_of_one_and_a_third_hertz_is_not_overshot_by_half(amplitude: float) -> None:
+    # 1.38: the filter of what goes smoothly, which takes 0.5 to 1.5 mm off the errors of slow
+    # swings, has a small weight here, too; without it 1.30.
+    assert abs(ratio(1.3, amplitude, 0)) < 1.4
 
 
 @pytest.mark.parametrize("amplitude", tiered([0.05, 0.02]))
-def test_a_slow_swing_is_followed_to_seven_hundredths(amplitude: float) -> None:
-    assert abs(ratio(0.33, amplitude, 0) - 1.0) < 0.07
+def test_a_slow_swing_is_followed_to_four_hundredths(amplitude: float) -> None:
+    assert abs(ratio(0.33, amplitude, 0) - 1.0) < 0.042
 
 
 @pytest.mark.parametrize("seed", tiered(range(3)))
@@ -106,14 +115,7 @@ def test_what_goes_is_known_from_what_rests() -> None:
 
 def test_units_of_space_and_time_change_nothing() -> None:
     unit, tick = 3.28, 1 / 60
-    one = manner()
-    other = Manner(
-        one.rest * unit / tick**0.5,
-        one.jerk * unit / tick**2.5,
-        one.going_s * tick,
-        one.change_s * tick,
-        one.lasting_s * tick,
-    )
+    one, other = manner(), manner(unit, tick)
     places = 0.1 * np.sin(0.2 * np.arange(30))
     metric = told_to(Motion(one, noise(NOISE), (0.3, 0.2)), places)
     spread = 0.3 * unit / tick, 0.2 * unit / tick**2
@@ -125,7 +127,8 @@ def test_units_of_space_and_time_change_nothing() -> None:
 
 def test_an_error_that_lasts_is_not_taken_for_motion_at_once_but_in_the_end() -> None:
     told = TargetSettings()
-    turning = Manner(told.angular_rest, told.angular_jerk, told.turning_s, *lasting())
+    ways = (Going(told.angular_jerk, told.turning_s), Going(told.rolling_jerk, told.gliding_s))
+    turning = Manner(told.angular_rest, ways, *lasting())
     motion = Motion(turning, noise(0.001, 0.4), (1.0, 1.0))
     found = []
     for index in range(1000):
@@ -133,7 +136,9 @@ def test_an_error_that_lasts_is_not_taken_for_motion_at_once_but_in_the_end() ->
         drifted = 0.05 * min(1.0, max(0.0, (index - 30) / 90))
         motion.correct(seen(0.001, 0.4), np.array([drifted]), 16.0)
         found.append(motion.ahead(0.0)[0][0])
-    assert abs(found[119]) < 0.035
+    # 0.039, and 0.030 without the filter of what turns smoothly, which takes half of the error off
+    # turns that are true.
+    assert abs(found[119]) < 0.04
     assert found[-1] == pytest.approx(0.05, abs=0.005)
 
 

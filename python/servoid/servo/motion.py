@@ -9,17 +9,26 @@ from servoid.servo.arm import Floats
 
 
 @dataclass(frozen=True)
+class Going:
+    """A way to go: an acceleration that forgets itself within `lasting_s`.
+
+    A white jerk drives it, of density `jerk` per s² and root s.
+    """
+
+    jerk: float
+    lasting_s: float
+
+
+@dataclass(frozen=True)
 class Manner:
     """What motion is expected, and how long the error of an estimate lasts.
 
-    What rests wanders by `rest` per root s. What goes has an acceleration that forgets itself
-    within `going_s` and that a white jerk drives, of density `jerk` per s² and root s. Either lasts
-    about `change_s`. An error that estimates share comes and goes within `lasting_s`.
+    What rests wanders by `rest` per root s; what goes does so in one of some ways. Each manner
+    lasts about `change_s`. An error that estimates share comes and goes within `lasting_s`.
     """
 
     rest: float
-    jerk: float
-    going_s: float
+    ways: tuple[Going, ...]
     change_s: float
     lasting_s: float
 
@@ -64,7 +73,7 @@ class Seen:
 class Motion:
     """Coordinates (n,), their speed and acceleration, and what estimates have wrong just now.
 
-    Two Kalman filters, of what rests and of what goes, are weighed by how well each foresees what
+    Kalman filters, of what rests and of each way to go, are weighed by how well each foresees what
     comes: interacting multiple models. The state (4 n,) of each is (offset, speed, acceleration,
     shared error of estimates), and offsets are from a reference that `settle` moves.
     """
@@ -75,30 +84,31 @@ class Motion:
         Nothing is known of its motion but standard deviations, `spread`, of speed and acceleration.
         """
         self._manner, self._noise, self._n = manner, noise, len(noise.fresh)
-        n = self._n
-        covariances = np.zeros((2, 4 * n, 4 * n))
+        n, modes = self._n, 1 + len(manner.ways)
+        covariances = np.zeros((modes, 4 * n, 4 * n))
         each = np.eye(n)
         lasting = noise.lasting * noise.lasting * each
         covariances[:, :n, :n] = noise.fresh + lasting
         covariances[:, 3 * n :, 3 * n :] = lasting
         covariances[:, :n, 3 * n :] = covariances[:, 3 * n :, :n] = -lasting
-        covariances[1, n : 3 * n, n : 3 * n] = np.kron(np.diag(np.square(spread)), each)
-        self._weights = np.full(2, 0.5)
-        self._states, self._covariances = np.zeros((2, 4 * n)), covariances
+        covariances[1:, n : 3 * n, n : 3 * n] = np.kron(np.diag(np.square(spread)), each)
+        self._weights = np.full(modes, 1.0 / modes)
+        self._states, self._covariances = np.zeros((modes, 4 * n)), covariances
 
     @property
     def going(self) -> float:
         """Return how likely it goes, 0 to 1."""
-        return float(self._weights[1])
+        return float(self._weights[1:].sum())
 
     def ahead(self, span: float) -> tuple[Floats, Floats]:
         """Return state (4 n,) and covariance (4 n, 4 n) so long after the newest estimate."""
-        (_, wanders), (step, driven) = self._models(span)
-        state, covariance = _joined(self._weights, self._states, self._covariances)
-        # What rests has no speed and no acceleration, so the step of what goes is the same for it.
-        drive = self._weights[0] * wanders + self._weights[1] * driven
-        step, drive = self._each(step), self._each(drive)
-        return exact.product(step, state), exact.product(step, covariance, step.T) + drive
+        states, covariances = np.empty_like(self._states), np.empty_like(self._covariances)
+        for mode, model in enumerate(self._models(span)):
+            step, drive = (self._each(part) for part in model)
+            states[mode] = exact.product(step, self._states[mode])
+            moved = exact.product(step, self._covariances[mode], step.T)
+            covariances[mode] = moved + drive
+        return _joined(self._weights, states, covariances)
 
     def advance(self, elapsed: float, noise: Noise) -> None:
         """Go on to an estimate that may be so far off."""
@@ -122,7 +132,7 @@ class Motion:
         known = [exact.product(one, look.T) for one in shared]
         odd = min(_squared(one + spread, gap) for one, gap in zip(known, gaps, strict=True))
         spread = spread * max(1.0, odd / oddness)
-        scores = np.empty(2)
+        scores = np.empty(len(self._weights))
         for mode, (gap, part) in enumerate(zip(gaps, shared, strict=True)):
             whole = known[mode] + spread
             scores[mode] = -0.5 * (_squared(whole, gap) + _log_determinant(whole))
@@ -147,8 +157,11 @@ class Motion:
 
     def _mix(self, elapsed: float) -> None:
         """Let each filter begin with what both know, by how likely one became the other."""
-        changed = 0.5 * (1.0 - exact.exp(-2.0 * elapsed / self._manner.change_s))
-        change = np.array([[1.0 - changed, changed], [changed, 1.0 - changed]])
+        others = len(self._weights) - 1
+        changed = -exact.expm1(-(1.0 + 1.0 / others) * elapsed / self._manner.change_s)
+        changed /= 1.0 + others
+        change = np.full((1 + others, 1 + others), changed)
+        change[np.diag_indices(1 + others)] = 1.0 - others * changed
         shares = change * self._weights[:, None]
         self._weights = shares.sum(axis=0)
         shares = (shares / self._weights).T
@@ -156,18 +169,19 @@ class Motion:
         self._states = np.array([state for state, _ in mixed])
         self._covariances = np.array([covariance for _, covariance in mixed])
 
-    def _models(self, span: float) -> tuple[tuple[Floats, Floats], tuple[Floats, Floats]]:
-        """Return how one coordinate moves on and what drives it, (4, 4) each, in either filter."""
+    def _models(self, span: float) -> list[tuple[Floats, Floats]]:
+        """Return how one coordinate moves on and what drives it, (4, 4) each, in each filter."""
         manner, noise = self._manner, self._noise
         fades = exact.exp(-span / noise.fading_s)
-        rests, goes, wanders, driven = (np.zeros((4, 4)) for _ in range(4))
-        rests[0, 0], rests[3, 3], goes[3, 3] = 1.0, fades, fades
-        wanders[0, 0] = manner.rest * manner.rest * span
-        comes = -exact.expm1(-2.0 * span / manner.lasting_s)
-        wanders[3, 3] = driven[3, 3] = comes * noise.lasting * noise.lasting
-        goes[:3, :3] = fading_acceleration(span, manner.going_s)
-        driven[:3, :3] = manner.jerk * manner.jerk * white_jerk(span)
-        return (rests, wanders), (goes, driven)
+        comes = -exact.expm1(-2.0 * span / manner.lasting_s) * noise.lasting * noise.lasting
+        rests = np.diag([1.0, 0.0, 0.0, fades])
+        models = [(rests, np.diag([manner.rest * manner.rest * span, 0.0, 0.0, comes]))]
+        for way in manner.ways:
+            goes, driven = np.diag([0.0, 0.0, 0.0, fades]), np.diag([0.0, 0.0, 0.0, comes])
+            goes[:3, :3] = fading_acceleration(span, way.lasting_s)
+            driven[:3, :3] = way.jerk * way.jerk * white_jerk(span)
+            models.append((goes, driven))
+        return models
 
     def _each(self, model: Floats) -> Floats:
         """Return what does to all coordinates (4 n, 4 n) what a model (4, 4) does to one."""

@@ -15,6 +15,7 @@ PAPER_LAW: dict[str, Any] = {
     "target.use_covariance": False,
     "target.linear_rest": 1e2,
     "target.linear_jerk": 1e4,
+    "target.gliding_jerk": 1e4,
     "target.linear_jump": 0.5,
     # Its tracker tells a share of colours, and no probability.
     "safety.least_confidence": 0.0,
@@ -25,14 +26,20 @@ Turns are still followed only as far as images tell them: the paper is given the
 """
 
 
+_TURN_TOLD = {
+    "target.angular_rest": 1e2,
+    "target.angular_jerk": 1e4,
+    "target.rolling_jerk": 1e4,
+}
+
+
 def as_the_paper(settings: ServoSettings, *, turn_told: bool = True) -> ServoSettings:
     """Return settings with the paper's law: its joints, no filter, prediction, feed-forward.
 
     Gains and limits stay as they are. With `turn_told`, as in the paper, estimates hold the
     object's true orientation, and it counts as it is, too.
     """
-    told = {f"target.angular_{of}": PAPER_LAW[f"target.linear_{of}"] for of in ("rest", "jerk")}
-    for name, value in (PAPER_LAW | (told if turn_told else {})).items():
+    for name, value in (PAPER_LAW | (_TURN_TOLD if turn_told else {})).items():
         table, key = name.split(".")
         part = msgspec.structs.replace(getattr(settings, table), **{key: value})
         settings = msgspec.structs.replace(settings, **{table: part})

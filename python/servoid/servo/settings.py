@@ -61,13 +61,20 @@ class TargetSettings(_Settings, frozen=True, kw_only=True, forbid_unknown_fields
     angular_jerk: Annotated[float, _above("how fast its turning changes, rad/s² per root s")] = 0.5
     going_s: Annotated[float, _above("how long an acceleration lasts, s")] = 0.1
     turning_s: Annotated[float, _above("how long one of its turning lasts, s")] = 0.5
-    change_s: Annotated[float, _above("how long an object rests, or goes, s")] = 1.0
+    gliding_jerk: Annotated[
+        float, _above("the same of one that goes smoothly, m/s² per root s")
+    ] = 0.8
+    rolling_jerk: Annotated[float, _above("the same of its turning, rad/s² per root s")] = 0.15
+    gliding_s: Annotated[
+        float, _above("how long accelerations last of one that goes smoothly, s")
+    ] = 2.0
+    change_s: Annotated[float, _above("how long an object rests, goes, or goes smoothly, s")] = 2.0
     fading_s: Annotated[float, _above("how long a turn stays wrong that the tracker doubts, s")] = (
-        10.0
+        15.0
     )
     wrong_turn: Annotated[
         float, _above("turn by which a wrong pose errs, as a standard deviation, rad")
-    ] = 0.5
+    ] = 1.0
     fresh: Annotated[
         float,
         Meta(gt=0, le=1, description="share of an estimate's variance that is new in each image"),

@@ -9,7 +9,7 @@ from servoid.errors import ServoError
 from servoid.pose import Pose, exact
 from servoid.servo.arm import Floats
 from servoid.servo.jumps import Jumps, Verdict
-from servoid.servo.motion import Manner, Motion, Noise, Seen
+from servoid.servo.motion import Going, Manner, Motion, Noise, Seen
 from servoid.servo.moving import change_between, cross_matrix, shifted_and_turned
 from servoid.servo.open_turns import OpenTurns, UnsureEstimate
 from servoid.servo.settings import TargetSettings
@@ -269,7 +269,15 @@ class _Known:
 def _manners(settings: TargetSettings) -> tuple[Manner, Manner]:
     """Return how an object shifts, and how it turns."""
     lasting = settings.change_s, settings.fading_s
+    shifts = (
+        Going(settings.linear_jerk, settings.going_s),
+        Going(settings.gliding_jerk, settings.gliding_s),
+    )
+    turns = (
+        Going(settings.angular_jerk, settings.turning_s),
+        Going(settings.rolling_jerk, settings.gliding_s),
+    )
     return (
-        Manner(settings.linear_rest, settings.linear_jerk, settings.going_s, *lasting),
-        Manner(settings.angular_rest, settings.angular_jerk, settings.turning_s, *lasting),
+        Manner(settings.linear_rest, shifts, *lasting),
+        Manner(settings.angular_rest, turns, *lasting),
     )

@@ -11,6 +11,7 @@ from servoid.pose import Pose
 from servoid.servo.moving import change_between
 from servoid.servo.settings import SafetySettings
 
+_FITTING = 3  # estimates in a row that are not odd after which belief and sight are the same
 _ROWS = 4  # every fourth row tells images apart
 
 
@@ -71,18 +72,19 @@ class Parting:
     """Watches what is believed of a target against what is seen of it.
 
     A single odd estimate says nothing, a series of them that one or the other is wrong, however
-    sure the tracker is.
+    sure the tracker is. It ends with a few in a row that are not odd: one alone may be chance.
     """
 
     def __init__(self, settings: SafetySettings) -> None:
         self._settings = settings
-        self._since_s: float | None = None
-        self._lasts_s = 0.0
+        self.clear()
 
     def see(self, time_s: float, *, is_odd: bool) -> None:
         """Take in whether an estimate was farther off than it and the belief explain."""
-        if not is_odd:
+        self._fitting = 0 if is_odd else self._fitting + 1
+        if self._fitting >= _FITTING:
             self.clear()
+        if not is_odd:
             return
         if self._since_s is None:
             self._since_s = time_s
@@ -100,4 +102,5 @@ class Parting:
 
     def clear(self) -> None:
         """Begin anew: belief and sight are the same."""
-        self._since_s, self._lasts_s = None, 0.0
+        self._since_s: float | None = None
+        self._lasts_s, self._fitting = 0.0, 0

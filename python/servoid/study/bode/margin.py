@@ -38,6 +38,7 @@ _GONE, _GONE_S = 1e-2, 0.5  # steps, and for how long: a smaller error does not 
 _HALVINGS = 4  # of the octave in which stability ends
 _PERIOD_S = PhysicsSettings().period_s
 _SIGMA = (0.0002, 0.003)  # m and rad: what the tracker says of small images, in the other part
+_JERKS = ("linear_jerk", "angular_jerk", "gliding_jerk", "rolling_jerk")
 _NO_REST = 1e2  # m per root s: what would wander so far when it rests is taken for going
 
 
@@ -156,11 +157,13 @@ def loop_settings(loop: Loop, factor: float, oldest_s: float) -> ServoSettings:
         feed_forward=loop.feed_forward,
         mode=GazeMode.FIXATE if loop.eyes_follow else GazeMode.PARALLEL,
     )
-    # So small a step is taken for rest; what follows motion is the quicker filter, and bears less.
-    target = replace(target, linear_rest=_NO_REST, angular_rest=_NO_REST)
+    # So small a step is taken for rest, or for smooth motion; what follows quick motion is the
+    # quickest filter, and bears least.
+    quick = {"gliding_jerk": target.linear_jerk, "gliding_s": target.going_s}
+    target = replace(target, linear_rest=_NO_REST, angular_rest=_NO_REST, **quick)
     if not (loop.predicts or loop.paper):
         believing = as_the_paper(settings).target
-        jerks = {key: getattr(believing, key) for key in ("linear_jerk", "angular_jerk")}
+        jerks = {key: getattr(believing, key) for key in _JERKS}
         target = replace(target, horizon_s=0.0, **jerks)
     # A hand that is held for old images says nothing of stability.
     safety = replace(settings.safety, coast_s=max(settings.safety.coast_s, oldest_s))

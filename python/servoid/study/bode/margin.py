@@ -29,7 +29,7 @@ GAINS = (0.5, 256.0)
 DELAYS_S = (0.005, 0.64)
 """The least and the greatest unknown delay that is tried."""
 
-_STEP = 1e-5  # m: so small that no limit is reached
+_STEP = 1e-6  # m: so small that no limit is reached, and jerks are the first
 _METRES_A_RADIAN = 0.3  # that count as much
 _REST_S = 1.2  # before the step, beyond the delay: the filter settles
 _WATCHED_S = 4.2  # after it, in three parts of which the first passes unwatched
@@ -157,10 +157,11 @@ def loop_settings(loop: Loop, factor: float, oldest_s: float) -> ServoSettings:
         feed_forward=loop.feed_forward,
         mode=GazeMode.FIXATE if loop.eyes_follow else GazeMode.PARALLEL,
     )
-    # So small a step is taken for rest, or for smooth motion; what follows quick motion is the
-    # quickest filter, and bears least.
-    quick = {"gliding_jerk": target.linear_jerk, "gliding_s": target.going_s}
-    target = replace(target, linear_rest=_NO_REST, angular_rest=_NO_REST, **quick)
+    if not loop.paper:
+        # So small a step is taken for rest, or for smooth motion; what follows quick motion is the
+        # quickest filter, and bears least.
+        quick = {"gliding_jerk": target.linear_jerk, "gliding_s": target.going_s}
+        target = replace(target, linear_rest=_NO_REST, angular_rest=_NO_REST, **quick)
     if not (loop.predicts or loop.paper):
         believing = as_the_paper(settings).target
         jerks = {key: getattr(believing, key) for key in _JERKS}

@@ -18,6 +18,8 @@ from servoid.servo.settings import TargetSettings
 _START_SPREAD = ((0.3, 0.2), (1.0, 1.0))
 _HARDLY = 0.05  # doubt of which little is left when it is no more
 _SOONEST_S = 0.5  # in which what was doubted is put right when nothing is
+_FRESHEST = 0.003  # m: standard deviation of what is new in a place, at most
+_TINY = 1e-12  # m²
 _OPEN_SPEED = 0.05  # rad/s: turning that images do not tell is about none
 _OPEN_WANDER = 0.1  # rad per root s: how an open turn becomes unknown
 
@@ -221,9 +223,12 @@ class TargetFilter:
         wrong = settings.wrong_turn * float(np.sqrt(doubt))
         # The surer the tracker is, the sooner that is over which it had wrong before.
         fading_s = max(_SOONEST_S, settings.fading_s * doubt / (doubt + _HARDLY))
-        fresh = settings.fresh * told + floors[:, None, None] * np.eye(3)
-        noises = Noise(fresh[0], 0.0, fading_s), Noise(fresh[1], wrong, fading_s)
-        return noises, (1.0 - settings.fresh) * told
+        fresh = settings.fresh * told
+        # What drifts is told as noise, too, but places of successive images are not so far apart.
+        fresh[0] *= min(1.0, _FRESHEST * _FRESHEST / max(float(fresh[0].trace()), _TINY))
+        news = fresh + floors[:, None, None] * np.eye(3)
+        noises = Noise(news[0], 0.0, fading_s), Noise(news[1], wrong, fading_s)
+        return noises, told - fresh
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,6 +7,7 @@ from typing import Annotated
 import msgspec
 import numpy as np
 from msgspec import Meta
+from msgspec.structs import replace
 
 from servoid._native import (
     Body,
@@ -75,6 +76,10 @@ class Method(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     qp: Annotated[bool, Meta(description="joint speeds by a QP, not by the paper's law")] = False
 
 
+_ANY = 1e3  # m/s and rad/s
+_BEGINS_AFTER = 5  # estimates: the object has been modelled, and is where it was
+
+
 def servo_settings(method: Method, given: Constants) -> ServoSettings:
     """Return how to servo by a method, with the paper's gains."""
     law, eyes = given.law, given.eyes
@@ -96,12 +101,16 @@ def servo_settings(method: Method, given: Constants) -> ServoSettings:
     )
     theirs = as_the_paper(ours)
     moving = ours if method.feed_forward else theirs
+    hand = moving.hand
+    if method.feed_forward and not method.filtered:
+        # Speeds are fed forward as they are found.
+        hand = replace(hand, sure_speed=_ANY, sure_turning=_ANY)
     return ServoSettings(
         target=(ours if method.filtered else theirs).target,
-        hand=moving.hand,
+        hand=hand,
         joints=(ours if method.qp else theirs).joints,
         gaze=moving.gaze,
-        safety=theirs.safety,
+        safety=replace(theirs.safety, resume_after=_BEGINS_AFTER),
     )
 
 

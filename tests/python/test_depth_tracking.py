@@ -116,7 +116,7 @@ def test_columns_in_memory_one_after_another_say_the_same_as_rows(capture: Captu
 
 
 @pytest.mark.extended
-def test_one_camera_with_depth_holds_on_to_what_turns_and_one_without_does_not(
+def test_one_camera_with_depth_follows_what_turns_more_precisely_than_one_without(
     tmp_path: Path,
 ) -> None:
     folder = write_depth_course(tmp_path / "drill", "turn", DRILL, FULL, images=40)
@@ -125,9 +125,11 @@ def test_one_camera_with_depth_holds_on_to_what_turns_and_one_without_does_not(
     (folder / "capture.toml").write_text(text[: text.index("depths =")])
     (truth, *_) = read_trajectory(folder / "truth" / "left_from_object.csv")
     without = _followed(folder, distance_m=truth.world_from_object.translation[2])
-    # Measured: 0.7 against 4.5 mm with this seed; two images of three told against one.
-    assert np.median(with_depth.add[with_depth.right]) < 1.5e-3
-    assert with_depth.right.mean() > 0.6 and with_depth.right.mean() > without.right.mean()
+    # Measured: 0.7 mm with this seed, several without; as many images told since the body follows
+    # sides while it turns.
+    add = np.median(with_depth.add[with_depth.right])
+    assert add < 1.5e-3 and add < 0.5 * np.median(without.add[without.right])
+    assert with_depth.right.mean() > 0.6 and with_depth.right.mean() >= without.right.mean()
     assert not with_depth.trusted_wrong.any()
 
 

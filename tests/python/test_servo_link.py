@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from linked_joints import SETTINGS, Bench
 
 from servoid.errors import ServoError
-from servoid.servo.link import LinkSettings, Phase, Refusal, StoppingTrajectory
+from servoid.servo.link import LinkSettings, Phase, Refusal, Start, StoppingTrajectory
 from servoid.servo.link.messages import from_driver, from_loop, line_of
 from servoid.sim.joint_driver import PERIOD_S
 
@@ -214,6 +214,27 @@ def test_joints_whose_state_is_no_number_brake() -> None:
     assert not told[-1].any()
 
 
+def test_joints_whose_clock_stands_brake_and_one_that_runs_back_ends_the_session() -> None:
+    bench = Bench()
+    bench.start()
+    bench.drive(0.3, 0.4)
+    stands = bench.state
+    told = [bench.receiver.speeds(stands) for _ in range(round(BRAKING_S / PERIOD_S) + 1)]
+    assert np.abs(told[0]).max() > 0.1
+    assert not told[-1].any()
+    earlier = type(stands)(stands.time_s - 0.1, stands.positions, stands.velocities)
+    bench.receiver.speeds(earlier)
+    assert bench.receiver.phase is Phase.WAITING
+    assert bench.receiver.ended == "the arm's clock ran back"
+
+
+def test_no_session_starts_at_a_time_that_is_no_number() -> None:
+    bench = Bench()
+    timeless = type(bench.state)(np.nan, bench.state.positions, bench.state.velocities)
+    assert bench.receiver.take(Start(bench.receiver.session), timeless) is Refusal.NO_TIME
+    assert not bench.receiver.speeds(timeless).any()
+
+
 def test_messages_are_lines_of_json_that_read_back_equal() -> None:
     bench = Bench()
     message = bench.command(bench.motion(0.123456789))
@@ -225,3 +246,10 @@ def test_messages_are_lines_of_json_that_read_back_equal() -> None:
         assert from_loop(wrong) is None
         with pytest.raises(ServoError, match="is no message"):
             from_driver(wrong)
+
+
+def test_a_line_that_is_nested_without_end_is_no_message() -> None:
+    line = b'{"type":"start","session":"x","y":' + b"[" * 30_000 + b"]" * 30_000 + b"}"
+    assert from_loop(line) is None
+    with pytest.raises(ServoError, match="no message"):
+        from_driver(line)

@@ -103,6 +103,40 @@ def test_a_driver_that_ends_brings_its_joints_to_rest_within_limits(driver: Serv
     assert np.all(slopes <= MODEL.joints.acceleration * (1 + 1e-9))
 
 
+def test_a_driver_whose_watch_fails_brings_its_joints_to_rest_and_tells_the_failure() -> None:
+    joints, listener = SerialArm(read_arm(), PERIOD_S), listening(("127.0.0.1", 0))
+    address, full = listener.getsockname(), Event()
+    failures: list[BaseException] = []
+    told: list[np.ndarray] = []
+
+    class Kept(PacedJoints):
+        def command(self, velocities: np.ndarray) -> None:
+            told.append(velocities)
+            super().command(velocities)
+
+    def watch(step: DriverStep) -> None:
+        if np.abs(step.speeds).max() > 0.1:
+            full.set()
+        if full.is_set():
+            raise OSError("no space left")
+
+    def serve() -> None:
+        try:
+            serve_arm(Kept(joints), listener, SETTINGS, watch=watch)
+        except OSError as error:
+            failures.append(error)
+
+    thread = Thread(target=serve)
+    thread.start()
+    with LinkedArm(MODEL, address, SETTINGS) as arm, pytest.raises(ServoError):
+        for _ in range(1000):
+            arm.command(6.0 * SLOWLY)
+    thread.join()
+    assert [str(one) for one in failures] == ["no space left"]
+    assert np.abs(np.array(told)).max() > 0.05  # once more than 0.1 was to be told, watching failed
+    assert not told[-1].any()
+
+
 def test_nothing_moves_before_the_start(driver: Served) -> None:
     arm = LinkedArm(MODEL, driver.address, SETTINGS)
     with pytest.raises(ServoError, match="the arm was not started; enter its context"):

@@ -99,8 +99,8 @@ class Bounds:
     def hold(self, velocities: Floats) -> bool:
         """Say if joint speeds (n,) are inside."""
         window, rows = self.window, self.rows
-        if np.any((velocities < window.lower) | (velocities > window.upper)):
-            return False
+        if not np.all((velocities >= window.lower) & (velocities <= window.upper)):
+            return False  # so is what is no number
         if rows.reasons:
             values = exact.product(rows.matrix, velocities)
             if np.any((values < rows.lower) | (values > rows.upper)):

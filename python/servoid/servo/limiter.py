@@ -129,8 +129,8 @@ class Limiter:
             sense,
         )
         if flag not in _SOLVED or not np.all(np.isfinite(answer)):
-            # The window is never empty, so only numbers can have gone wrong: the wish, cut.
-            return window.bounded(wish.velocities), frozenset()
+            # The window is never empty, so only numbers can have gone wrong: the joints brake.
+            return window.bounded(np.zeros(count)), frozenset()
         pressures = np.asarray(told["lam"])
         reasons = [
             rows.reasons[place - count] if place >= count else window.causes[int(force > 0)][place]

@@ -80,7 +80,8 @@ class Trust:
         """
         self._now_s = time_s
         last = self._trusted_s
-        if last is None or time_s - last > self._settings.coast_s:
+        # A clock that was set back, or forth, leaves what is known of the target as old.
+        if last is None or abs(time_s - last) > self._settings.coast_s:
             self._held = True
             self._in_a_row = 0
         elif self._target.jumps > _TOLERATED_JUMPS:

@@ -150,7 +150,7 @@ class TargetFilter:
         if self._time_s is None or self._known is None:
             raise ServoError("no estimate has come yet; call update before predict")
         ahead, horizon = time_s - self._time_s, self._settings.horizon_s
-        span = min(ahead, horizon) if self._settings.compensate else 0.0
+        span = min(max(ahead, 0.0), horizon) if self._settings.compensate else 0.0
         states, covariances = self._known.ahead(span)
         twist, acceleration = states[:, 3:6].reshape(6), states[:, 6:9].reshape(6)
         rests = ahead > horizon

@@ -278,7 +278,7 @@ def _start_tracker(
     """
     asked = settings.track
     tracker = asked.method.maker(world.cameras, meeting.body, asked.options())
-    # Turns that images tell badly stay as they were when the object was modelled.
+    # Turns that images leave open stay as they were when the object was modelled.
     controller.see(None, meeting.teach(tracker))
     needed = settings.servo.safety.resume_after + 1
     found = 0

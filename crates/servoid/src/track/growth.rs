@@ -57,7 +57,10 @@ impl Tracker {
     /// # Errors
     /// If the views do not make a scene.
     pub fn evolve(&mut self) -> Result<bool, TrackError> {
-        self.evolving = None;
+        if self.evolving.take().is_some() {
+            // What it was to evolve by is still new.
+            self.target.sides.fresh = self.target.sides.fresh.max(1);
+        }
         let Some(growth) = self.target.growth(&self.settings) else { return Ok(false) };
         Ok(self.target.grow(growth.evolved()?))
     }

@@ -116,6 +116,13 @@ fn a_body_evolves_beside_the_tracker_as_it_does_while_that_waits_and_is_in_use_f
 }
 
 #[test]
+fn who_waits_gets_what_was_begun_beside() {
+    let (mut begun, mut waiting) = (settled(), settled());
+    assert!(begun.begin_evolving() && begun.evolve().unwrap() && waiting.evolve().unwrap());
+    assert_eq!(begun.body().unwrap(), waiting.body().unwrap());
+}
+
+#[test]
 fn a_new_start_knows_nothing_of_a_body_that_evolves_beside_it() {
     let (mut tracker, stage) = (settled(), Stage::textured());
     assert!(tracker.begin_evolving());

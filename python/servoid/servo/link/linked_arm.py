@@ -8,7 +8,7 @@ import numpy as np
 
 from servoid.errors import ServoError
 from servoid.pose import Pose
-from servoid.servo.arm import Eyes, Floats, Joints, JointState
+from servoid.servo.arm import Eyes, Floats, Joints, JointState, Shaped, Solid
 from servoid.servo.link.driver import Driver
 from servoid.servo.link.lines import Address
 from servoid.servo.link.messages import MotionCommand, State
@@ -98,6 +98,11 @@ class LinkedArm:
         return self._model.eyes
 
     @property
+    def solid(self) -> Solid | None:
+        """Return what knows the arm's shape, None if the model does not."""
+        return self._model.solid if isinstance(self._model, Shaped) else None
+
+    @property
     def period_s(self) -> float:
         """Return the control period in seconds."""
         return self._period_s
@@ -163,8 +168,14 @@ class LinkedArm:
         stamp_s = _number(told.time_s)
         self._driver.send(self._message(np.clip(wanted, -speed, speed), stamp_s))
         # Never sooner: the next command may differ from this one by a period's acceleration.
+        begun = time.monotonic()
         while _number(self.told.time_s) < stamp_s + self._period_s - self._slack_s:
             self._driver.listen()
+            if time.monotonic() - begun > self._period_s + self._settings.silence_s:
+                raise ServoError(
+                    f"the arm's driver at {self._driver.place} says states, but its clock does not "
+                    f"go on from {stamp_s:g} s; the arm comes to rest"
+                )
 
     def close(self) -> None:
         """Close the connection; a motion that was begun comes to its rest."""
@@ -206,7 +217,9 @@ def _joints(driver: Driver, model: ArmModel, period_s: float) -> Joints:
             f"{driver.place} has one of {welcome.period_s:g} s; give no shorter one"
         )
     limits = (welcome.lower, welcome.upper, welcome.speed, welcome.acceleration)
-    return Joints(joints.names, joints.hand_count, *(np.array(values) for values in limits))
+    jerk = joints.jerk if welcome.jerk is None else np.array(welcome.jerk)
+    bounds = (np.array(values) for values in limits)
+    return Joints(joints.names, joints.hand_count, *bounds, jerk=jerk)
 
 
 def _number(value: float | None) -> float:

@@ -31,7 +31,7 @@ class Phase(Enum):
 
 
 class Welcome(msgspec.Struct, frozen=True, tag="welcome", kw_only=True):
-    """Tells a loop which joints there are: limits are (N,) in rad, rad/s and rad/s²."""
+    """Tells a loop which joints there are: limits are (N,) in rad, rad/s, rad/s² and rad/s³."""
 
     version: int
     names: list[str]
@@ -41,6 +41,7 @@ class Welcome(msgspec.Struct, frozen=True, tag="welcome", kw_only=True):
     speed: list[float]
     acceleration: list[float]
     period_s: float
+    jerk: list[float] | None = None
 
 
 class Start(msgspec.Struct, frozen=True, tag="start"):
@@ -105,7 +106,7 @@ def from_loop(line: bytes) -> FromLoop | None:
     """Return what a loop said, None if it is no message."""
     try:
         return _FROM_LOOP.decode(line)
-    except (msgspec.DecodeError, UnicodeDecodeError):
+    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError):
         return None
 
 
@@ -118,7 +119,7 @@ def from_driver(line: bytes) -> FromDriver:
     """
     try:
         return _FROM_DRIVER.decode(line)
-    except (msgspec.DecodeError, UnicodeDecodeError) as reason:
+    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as reason:
         shown = line[:80].decode(errors="replace")
         raise ServoError(
             f"the arm's driver said what is no message: {shown!r} ({reason}); is it a driver of "

@@ -28,6 +28,7 @@ class Refusal(Enum):
     OLD_STAMP = "it answers a state that is too long ago"
     EARLY_STAMP = "it answers a state that is yet to come"
     NO_MOTION = "its motion cannot be driven"
+    NO_TIME = "the joints' clock says no number"
 
 
 class CommandReceiver:
@@ -47,6 +48,7 @@ class CommandReceiver:
         self._speeds = np.zeros(len(joints.names))
         self._motion: StoppingTrajectory | None = None
         self._begun_s = self._stamp_s = 0.0
+        self._heard_s = -np.inf
         self.refused: Counter[Refusal] = Counter()
         self.ended = ""
         self._open("")
@@ -82,7 +84,14 @@ class CommandReceiver:
         """Return the speeds (N,) for the next period; within all limits, whatever was commanded."""
         wanted = np.zeros(len(self._speeds))
         positions = np.asarray(state.positions, np.float64)
-        if self._motion is not None and np.isfinite([state.time_s, *positions]).all():
+        goes_on = state.time_s > self._heard_s
+        if state.time_s < self._heard_s:
+            self.brake("the arm's clock ran back")
+        if np.isfinite(state.time_s):
+            self._heard_s = state.time_s
+        # By a clock that stands no motion would end.
+        usable = goes_on and np.isfinite([state.time_s, *positions]).all()
+        if self._motion is not None and usable:
             wanted = self._motion.at(state.time_s - self._begun_s)
             if state.time_s - self._begun_s >= self._motion.end_s:
                 self._motion = None
@@ -101,6 +110,8 @@ class CommandReceiver:
             return Refusal.OTHER_SESSION
         if not self.is_at_rest:
             return Refusal.MOVING
+        if not np.isfinite(state.time_s):
+            return Refusal.NO_TIME
         self.phase, self.ended = Phase.RUNNING, ""
         self._stamp_s = self._begun_s = state.time_s
         self._motion = StoppingTrajectory.resting(len(self._speeds), self._settings.first_s)

@@ -65,24 +65,41 @@ def serve_arm(
     desk = _Desk(arm, listener, receiver)
     try:
         while not is_over():
-            _step(arm, desk, receiver, watch)
+            step = _step(arm, desk, receiver)
+            watch(step)
+            arm.command(step.speeds)
     finally:
         receiver.brake("the driver ends")
-        while not receiver.is_at_rest:
-            _step(arm, desk, receiver, watch)
-        desk.close()
+        try:
+            _brake(arm, desk, receiver, watch)
+        finally:
+            desk.close()
 
 
-def _step(
-    arm: DrivenJoints, desk: "_Desk", receiver: CommandReceiver, watch: Callable[[DriverStep], None]
-) -> None:
+def _step(arm: DrivenJoints, desk: "_Desk", receiver: CommandReceiver) -> DriverStep:
     state = arm.state()
     desk.hear(state)
     speeds = receiver.speeds(state)
     told = _told(receiver, state)
     desk.tell(told)
-    watch(DriverStep(state, speeds, told))
-    arm.command(speeds)
+    return DriverStep(state, speeds, told)
+
+
+def _brake(
+    arm: DrivenJoints, desk: "_Desk", receiver: CommandReceiver, watch: Callable[[DriverStep], None]
+) -> None:
+    """Bring the arm to rest, even if who watches fails; that is raised then."""
+    failed: Exception | None = None
+    while not receiver.is_at_rest:
+        step = _step(arm, desk, receiver)
+        try:
+            if failed is None:
+                watch(step)
+        except Exception as error:  # whatever it is, the arm comes first
+            failed = error
+        arm.command(step.speeds)
+    if failed is not None:
+        raise failed
 
 
 class _Desk:
@@ -97,7 +114,10 @@ class _Desk:
 
     def hear(self, state: JointState) -> None:
         """Take up what came, but no more than a period's work."""
+        self._read(state)
         self._accept()
+
+    def _read(self, state: JointState) -> None:
         if self._lines is None:
             return
         for line in self._lines.taken(_MOST):
@@ -145,6 +165,7 @@ def _welcome(arm: DrivenJoints) -> Welcome:
         upper=joints.upper.tolist(),
         speed=joints.speed.tolist(),
         acceleration=joints.acceleration.tolist(),
+        jerk=None if joints.jerk is None else joints.jerk.tolist(),
         period_s=arm.period_s,
     )
 

@@ -366,3 +366,16 @@ def test_every_reason_says_a_sentence() -> None:
     texts = [reason.value for reason in Reason]
     assert all(len(text.split()) >= 4 for text in texts)
     assert len(set(texts)) == len(texts)
+
+
+def test_a_clock_that_is_set_back_holds_the_hand() -> None:
+    target = TargetFilter(TargetSettings())
+    trust = Trust(SafetySettings(), target)
+    for index in range(40):
+        time_s = 100.0 + index / 30
+        trust.advance(time_s)
+        trust.see(None, FakeEstimate(time_s, Pose.identity(), confidence=1.0))
+    trust.advance(101.4)
+    assert not trust.holding()
+    trust.advance(5.0)
+    assert trust.holding()

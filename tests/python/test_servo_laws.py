@@ -163,6 +163,7 @@ def test_what_is_told_is_the_nearest_to_the_wish_inside_all_bounds(
         found = Limiter(arm, settings).nearest(wished, bounds)
         at_most = Rows(walls.matrix, walls.lower, walls.upper + 1e-5, walls.reasons)
         assert replace(bounds, rows=at_most).hold(found.velocities)
+        assert not bounds.hold(np.full(len(found.velocities), np.nan))
 
         def cost(velocities: np.ndarray, wished: JointWish = wished) -> float:
             off = velocities - wished.velocities

@@ -373,3 +373,13 @@ def test_without_compensation_the_target_is_where_the_last_image_showed_it() -> 
 def test_a_filter_without_estimates_predicts_nothing() -> None:
     with pytest.raises(ServoError, match="no estimate has come yet"):
         TargetFilter(TargetSettings()).predict(0.0)
+
+
+def test_before_the_newest_images_the_object_is_where_they_showed_it() -> None:
+    target = TargetFilter(TargetSettings())
+    for index in range(30):
+        time_s = index / 30
+        target.update(seen(to_and_fro(10)(time_s), time_s))
+    now, before = target.predict(29 / 30), target.predict(29 / 30 - 0.2)
+    assert np.allclose(before.world_from_object.matrix(), now.world_from_object.matrix())
+    assert np.isfinite(before.spread_at(np.ones(3)))

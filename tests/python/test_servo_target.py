@@ -66,11 +66,11 @@ def rms(errors: np.ndarray) -> float:
 @pytest.mark.parametrize("seed", range(3))
 def test_late_and_noisy_estimates_tell_where_the_target_is_now(seed: int) -> None:
     _, poses, twists = followed(turning, seed=seed)
-    # More than a filter errs that knows how slow this motion is; one that is quick enough for
-    # faster motion heeds each estimate more.
-    assert rms(poses[:, :3]) < 4e-3
+    # 1.8 mm and 24 mm/s, more than of a filter that is told how slow this motion is, 1.1 and 11:
+    # one that is quick enough for faster motion heeds each estimate more.
+    assert rms(poses[:, :3]) < 2.3e-3
     assert rms(poses[:, 3:]) < np.radians(0.6)
-    assert rms(twists[:, :3]) < 0.1
+    assert rms(twists[:, :3]) < 0.03
     assert rms(twists[:, 3:]) < np.radians(3)
 
 
@@ -85,14 +85,14 @@ def test_a_constant_twist_is_predicted() -> None:
     prediction = target.predict(299 / 30 + 0.1)
     error = change_between(path(299 / 30 + 0.1), prediction.world_from_object)
     # Not to the last digit: that it may have come to rest is never ruled out.
-    np.testing.assert_allclose(error, 0, atol=1e-3)
-    np.testing.assert_allclose(prediction.twist, [0.1, 0.02, -0.03, 0.3, 0, 0], atol=5e-3)
+    np.testing.assert_allclose(error, 0, atol=1.5e-4)
+    np.testing.assert_allclose(prediction.twist, [0.1, 0.02, -0.03, 0.3, 0, 0], atol=1e-3)
 
 
 def test_single_wrong_estimates_hardly_count() -> None:
     right = rms(followed(turning)[1])
     wrong = rms(followed(turning, wrong=frozenset(range(100, 600, 60)))[1])
-    assert wrong < 1.3 * right
+    assert wrong < 1.2 * right  # 1.14: it is quicker to follow them than a slow filter
 
 
 def test_an_estimate_that_cannot_be_is_left_out() -> None:
@@ -200,7 +200,7 @@ def test_a_turn_that_the_tracker_doubts_leads_the_hand_less_astray_than_it_errs(
         errors.append(change_between(true, target.predict(time_s).world_from_object))
         wrong.append(change_between(true, estimate.world_from_object))
     assert rms(np.array(errors)[:, 3:]) < 0.6 * rms(np.array(wrong)[:, 3:])
-    assert rms(np.array(errors)[:, :3]) < 2e-3
+    assert rms(np.array(errors)[:, :3]) < 1e-3
 
 
 @pytest.mark.parametrize("confidence", [0.95, 1.0])

@@ -102,17 +102,13 @@ def critical_factor() -> float:
 
 
 @pytest.mark.extended
-def test_with_fresh_stamps_the_gain_is_bounded_by_the_joints_alone() -> None:
+@pytest.mark.parametrize(("latency_s", "rate_hz"), [(0.0, 120.0), (0.04, 30.0), (0.2, 10.0)])
+def test_with_stamps_the_gain_is_bounded_by_the_joints_alone(
+    latency_s: float, rate_hz: float
+) -> None:
     critical = critical_factor()
-    assert stable(SERVOID, 0.0, 120.0, factor=0.95 * critical)
-    assert not stable(SERVOID, 0.0, 120.0, factor=1.05 * critical)
-
-
-@pytest.mark.extended
-@pytest.mark.parametrize(("latency_s", "rate_hz"), [(0.04, 30.0), (0.2, 10.0)])
-def test_of_rare_and_old_poses_half_of_that_gain_is_borne(latency_s: float, rate_hz: float) -> None:
-    # A slower filter bore 0.95 of it: this one takes more of what the camera's pose has wrong.
-    assert stable(SERVOID, latency_s, rate_hz, factor=0.5 * critical_factor())
+    assert stable(SERVOID, latency_s, rate_hz, factor=0.95 * critical)
+    assert not stable(SERVOID, latency_s, rate_hz, factor=1.05 * critical)
 
 
 @pytest.mark.extended
@@ -126,7 +122,7 @@ def test_without_stamps_the_gain_is_bounded_by_the_latency() -> None:
 def test_eyes_that_follow_bear_less_delay_than_fixed_ones() -> None:
     # Less than a slower filter bears, 0.02 to 0.035 s: the quicker it is, the more it takes the
     # hand's own motion in wrong stamps for the object's.
-    assert stable(SERVOID, 0.04, 30.0, unknown_s=0.014)
+    assert stable(SERVOID, 0.04, 30.0, unknown_s=0.016)
     assert not stable(SERVOID, 0.04, 30.0, unknown_s=0.02)
     assert stable(FIXED_EYES, 0.04, 30.0, unknown_s=0.025)
 

@@ -25,11 +25,7 @@ const FARTHEST: f64 = 1.4;
 const DELAY: usize = 5;
 
 /// A body that evolves beside the tracker.
-#[derive(Debug, Clone)]
-pub(super) struct Evolving {
-    pub(super) job: Job<Result<Evolved, ModelError>>,
-    wait: usize,
-}
+pub(super) type Evolving = Job<Result<Evolved, ModelError>>;
 
 /// What a body evolves by, as far as it was known when that began.
 #[derive(Debug, Clone)]
@@ -74,24 +70,17 @@ impl Tracker {
         }
         let Some(growth) = self.target.growth(&self.settings) else { return false };
         let adjusting = self.pending.as_ref().map(|pending| pending.job.clone());
-        let job = Job::new(move || {
-            // One core is enough for all that is computed beside the tracker.
-            adjusting.iter().for_each(Job::wait);
+        self.evolving = Some(Job::new(DELAY, adjusting, move || {
             let alone = rayon::ThreadPoolBuilder::new().num_threads(1).build();
             alone.map_err(|_| ModelError::Threads(1))?.install(|| growth.clone().evolved())
-        });
-        self.evolving = Some(Evolving { job, wait: DELAY });
+        }));
         true
     }
 
     /// Takes over the body that evolved in the worker, once it is time; says whether it changed.
     pub(super) fn take_evolved(&mut self) -> Result<bool, TrackError> {
-        let Some(evolving) = &mut self.evolving else { return Ok(false) };
-        evolving.wait = evolving.wait.saturating_sub(1);
-        if evolving.wait > 0 {
-            return Ok(false);
-        }
-        let evolved = self.evolving.take().and_then(|evolving| evolving.job.result());
+        let due = self.evolving.take_if(Job::is_due);
+        let evolved = due.and_then(|evolving| evolving.result());
         Ok(evolved.transpose()?.is_some_and(|evolved| self.target.grow(evolved)))
     }
 

@@ -46,7 +46,6 @@ pub(super) struct Pending {
     /// Numbers of its keyframes, and of its landmarks.
     keyframes: Vec<usize>,
     landmarks: Vec<usize>,
-    wait: usize,
 }
 
 impl Tracker {
@@ -109,23 +108,14 @@ impl Tracker {
         }
         let (bundle, landmarks) = self.target.bundle();
         let keyframes = self.target.keyframes.all.iter().map(|one| one.number).collect();
-        let evolving = self.evolving.as_ref().map(|evolving| evolving.job.clone());
-        let job = Job::new(move || {
-            // One core is enough for all that is computed beside the tracker.
-            evolving.iter().for_each(Job::wait);
-            bundle.adjusted()
-        });
-        self.pending = Some(Pending { job, keyframes, landmarks, wait: DELAY });
+        let job = Job::new(DELAY, self.evolving.clone(), move || bundle.adjusted());
+        self.pending = Some(Pending { job, keyframes, landmarks });
     }
 
     /// Takes over what was adjusted, once it is time.
     pub(super) fn take_adjusted(&mut self) {
-        let Some(pending) = &mut self.pending else { return };
-        pending.wait = pending.wait.saturating_sub(1);
-        if pending.wait > 0 {
-            return;
-        }
-        let Some(pending) = self.pending.take() else { return };
+        let due = self.pending.take_if(|pending| pending.job.is_due());
+        let Some(pending) = due else { return };
         let Some(Some(solution)) = pending.job.result() else { return };
         if self.target.is_torn(&solution, &pending.keyframes) {
             return;

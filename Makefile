@@ -81,7 +81,7 @@ clean: ## remove what these targets made
 	rm -rf out/run out/moving out/poses.csv out/track.mp4
 	rm -rf .pytest_cache .ruff_cache .mypy_cache .hypothesis
 	rm -f python/servoid/_native*.so
-	find python tests docs examples -type d -name __pycache__ -prune -exec rm -rf {} +
+	find python experiments tests docs examples -type d -name __pycache__ -prune -exec rm -rf {} +
 	rm -rf target
 
 # What is missing is told all at once, not one thing after another.
@@ -107,12 +107,13 @@ prerequisites:
 
 .venv/.tools: pyproject.toml | prerequisites
 	$(PYTHON) -m venv .venv
-	$(BIN)/python -m pip install -q --upgrade 'pip>=25.1' 'maturin>=1.9,<2'
+	$(BIN)/python -m pip install -q --upgrade 'pip>=25.1' 'maturin>=1.9,<2' 'flit_core>=3.11,<5'
 	$(BIN)/python -m pip install -q --group dev
 	@touch $@
 
-.venv/.package: .venv/.tools $(RUST_FILES) | prerequisites
-	$(BIN)/maturin develop --release --extras view,exchange,servo,sim
+.venv/.package: .venv/.tools $(RUST_FILES) experiments/pyproject.toml | prerequisites
+	$(BIN)/maturin develop --release --extras batch,view,exchange,servo,sim
+	$(BIN)/python -m pip install -q --no-build-isolation --editable experiments
 	@touch $@
 
 .venv/.docs: .venv/.tools

@@ -12,7 +12,7 @@ import numpy as np
 
 from servoid._native import Body, PaperSettings, Pose, Tracker, TrackSettings, View, paper_scores
 from servoid.observe.hue import hue_window, match_image
-from servoid.study.paper.eye_pair import (
+from servoid_experiments.paper.eye_pair import (
     EyeMode,
     EyePair,
     Moment,
@@ -21,8 +21,8 @@ from servoid.study.paper.eye_pair import (
     see,
     true_body,
 )
-from servoid.study.paper.map_case import MapTrial
-from servoid.study.paper.map_places import Places
+from servoid_experiments.paper.map_case import MapTrial
+from servoid_experiments.paper.map_places import Places
 
 RUNS = 3
 

@@ -27,7 +27,7 @@ import numpy as np
 from sequences import Table
 from servoid.errors import ServoidError
 from servoid.servo import ServoMetrics
-from servoid.study import ServoTrial, TrialSettings, changed, run_servo_trial
+from servoid.sim.trial import ServoTrial, TrialSettings, changed, run_servo_trial
 
 SINE = {"world.object.path": "sine:0.15@10s", "run.seconds": 13.0}
 OFF = {  # 0.2 m and 20 degrees

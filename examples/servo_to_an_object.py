@@ -6,7 +6,7 @@ Run it with `.venv/bin/python examples/servo_to_an_object.py`; it takes about te
 import tempfile
 
 from servoid.servo import ServoMetrics
-from servoid.study import TrialSettings, changed, run_servo_trial
+from servoid.sim.trial import TrialSettings, changed, run_servo_trial
 
 VALUES = {
     "world.object.name": "drill",

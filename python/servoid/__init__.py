@@ -14,6 +14,7 @@ from servoid import errors
 
 if TYPE_CHECKING:
     from servoid import (
+        batch,
         exchange,
         model,
         observe,
@@ -22,7 +23,6 @@ if TYPE_CHECKING:
         servo,
         shape,
         sim,
-        study,
         track,
         view,
     )
@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "__version__",
+    "batch",
     "errors",
     "exchange",
     "model",
@@ -40,7 +41,6 @@ __all__ = [
     "servo",
     "shape",
     "sim",
-    "study",
     "track",
     "view",
 ]

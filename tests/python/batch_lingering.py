@@ -6,7 +6,7 @@ from pathlib import Path
 
 from batch_trials import LINGER, Case
 
-from servoid.study.batch import Processes, Work, run_batch
+from servoid.batch import Processes, Work, run_batch
 
 if __name__ == "__main__":
     signal.signal(signal.SIGINT, signal.default_int_handler)  # deaf to it in the background

@@ -10,8 +10,8 @@ from typing import Annotated
 import msgspec
 from msgspec import Meta
 
+from servoid.batch import Experiment
 from servoid.errors import ModelError
-from servoid.study.batch import Experiment
 
 
 class Kind(Enum):

@@ -21,7 +21,7 @@ import servoid
 from servoid import _native
 
 PACKAGE = Path(servoid.__file__).parent
-ABOVE = {"cli", "study", "view"}  # the floors above, which drawing does not know
+ABOVE = {"batch", "cli", "view"}  # the floors above, which drawing does not know
 KEPT_S = 7 * 24 * 3600.0
 Self = TypeVar("Self")
 Options = ParamSpec("Options")

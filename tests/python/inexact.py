@@ -7,7 +7,7 @@ from pathlib import Path
 # What feeds a result. What only draws, plots, writes or reads may compute as it likes.
 EXACT = (
     "pose", "observe", "model", "track", "servo", "shape", "sim/world", "sim/serial_arm.py",
-    "sim/arm_file.py", "study/servo_trial.py", "study/meeting.py", "study/truth.py",
+    "sim/arm_file.py", "sim/trial/servoing.py", "sim/trial/truth.py",
 )  # fmt: skip
 MODULES = {"np": "numpy", "numpy": "numpy", "math": "math", "cmath": "math"}
 BOTH = "sin cos tan sinh cosh tanh exp expm1 exp2 log log2 log10 log1p hypot cbrt"

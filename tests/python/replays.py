@@ -82,7 +82,7 @@ def drawn_model(folder: Path, drawn: Drawn) -> str:
 def servo_run(folder: Path, _: Drawn) -> str:
     """Let the arm meet a drill and follow it; hash the log as it is written."""
     from servoid.record import write_servo_log
-    from servoid.study import TrialSettings, changed, run_servo_trial
+    from servoid.sim.trial import TrialSettings, changed, run_servo_trial
 
     values = {
         "world.ideal": True,

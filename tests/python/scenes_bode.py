@@ -7,7 +7,7 @@ import numpy as np
 from msgspec.structs import replace
 from scene_table import Figures, Scene, scene
 
-from servoid.study.bode.response import ResponseCase, ResponseRow, run_response
+from servoid_experiments.bode.response import ResponseCase, ResponseRow, run_response
 
 MANY = ResponseCase(
     seed=1,

@@ -10,9 +10,9 @@ from scene_table import Figures, Scene, scene
 from scenes_servo import seeded
 from servo_trials import position_errors, small_trial
 
-import servoid.study.servo_trial as servo_trial
+import servoid.sim.trial.servoing as servo_trial
 from servoid.servo import Reason, ServoLog
-from servoid.study import ServoTrial
+from servoid.sim.trial import ServoTrial
 
 AT_S, SECONDS = 1.2, 1.0
 NOTICED_S = 0.6  # delay of images, what is bridged, and braking

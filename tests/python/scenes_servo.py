@@ -9,7 +9,7 @@ from scene_table import Figures, scene
 from servo_trials import position_errors, rms, small_trial, turn_errors
 
 from servoid.servo import ServoLog, ServoMetrics
-from servoid.study import ServoTrial, TrialSettings, changed, run_servo_trial
+from servoid.sim.trial import ServoTrial, TrialSettings, changed, run_servo_trial
 
 SETTLED_S = 1.5
 LOST = {"not tracking": "images"}

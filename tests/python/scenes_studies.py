@@ -7,7 +7,7 @@ from msgspec.structs import replace
 from scene_table import Figures, scene
 
 from servoid._native import PaperSettings, Pose, Tracker, TrackSettings, View, paper_scores
-from servoid.study.paper.eye_pair import (
+from servoid_experiments.paper.eye_pair import (
     EyeMode,
     EyePair,
     Moment,
@@ -16,12 +16,12 @@ from servoid.study.paper.eye_pair import (
     see,
     true_body,
 )
-from servoid.study.paper.servoing import quick_servoing
-from servoid.study.paper.servoing_method import Judge, Method
-from servoid.study.paper.servoing_settings import with_constant
-from servoid.study.paper.servoing_trial import ServoingCase, run_servoing
-from servoid.study.paper.two_case import Procedure, TwoRow
-from servoid.study.paper.two_section import QUICK_TWO, two_work
+from servoid_experiments.paper.servoing import quick_servoing
+from servoid_experiments.paper.servoing_method import Judge, Method
+from servoid_experiments.paper.servoing_settings import with_constant
+from servoid_experiments.paper.servoing_trial import ServoingCase, run_servoing
+from servoid_experiments.paper.two_case import Procedure, TwoRow
+from servoid_experiments.paper.two_section import QUICK_TWO, two_work
 
 COARSE = with_constant(quick_servoing().constants, "scene.amplitude", 0.04)
 SHORT = ServoingCase(name="short", seed=3, omega=4.0, settle_s=0.3, periods=1, constants=COARSE)

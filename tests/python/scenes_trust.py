@@ -13,8 +13,8 @@ from trust_verdicts import Verdicts, verdicts
 from servoid.observe import open_capture
 from servoid.pose import Pose
 from servoid.record import read_trajectory
-from servoid.study.tracking.trial import known_of
 from servoid.track import Request, Subject, track_capture
+from servoid_experiments.tracking.trial import known_of
 
 ELLIPSOIDS = 5
 MOST = {"wrong": "%", "wrong in a row": "images"}

@@ -10,7 +10,7 @@ import numpy as np
 
 from servoid.record import write_servo_log
 from servoid.servo import ServoLog
-from servoid.study import ServoTrial, TrialSettings, TrialStep, changed, run_servo_trial
+from servoid.sim.trial import ServoTrial, TrialSettings, TrialStep, changed, run_servo_trial
 
 SMALL: dict[str, Any] = {
     "world.ideal": True,

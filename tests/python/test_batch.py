@@ -10,8 +10,7 @@ pytest.importorskip("pyarrow", reason="tables of trials need pyarrow")
 import pyarrow.parquet
 from batch_trials import DRAW, NO_NUMBER, STUMBLE, Case, Inner, Kind, Row, draw
 
-from servoid.errors import StudyError
-from servoid.study.batch import (
+from servoid.batch import (
     Done,
     Experiment,
     Headway,
@@ -21,6 +20,7 @@ from servoid.study.batch import (
     run_batch,
     workers_for,
 )
+from servoid.errors import StudyError
 
 
 def cases(count: int, folder: Path | None = None) -> list[Case]:

@@ -17,8 +17,8 @@ pytest.importorskip("distributed", reason="clusters need dask.distributed")
 
 from batch_trials import DAWDLE, DRAW, Case
 
+from servoid.batch import Headway, Work, run_batch, workers_for
 from servoid.errors import StudyError
-from servoid.study.batch import Headway, Work, run_batch, workers_for
 
 pytestmark = pytest.mark.extended
 
@@ -116,7 +116,7 @@ def test_a_scheduler_that_is_lost_midway_is_told_and_what_was_done_is_kept(tmp_p
 def test_a_scheduler_that_does_not_answer_is_told(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("servoid.study.batch.cluster._CONNECT_S", 0.5)
+    monkeypatch.setattr("servoid.batch.cluster._CONNECT_S", 0.5)
     with pytest.raises(StudyError, match=r"no Dask scheduler at tcp://127\.0\.0\.1:9"):
         run_batch([Work(DRAW, [Case(0)])], tmp_path, workers_for(None, "tcp://127.0.0.1:9"))
     with pytest.raises(StudyError, match="there is no Dask scheduler at nowhere"):

@@ -1,8 +1,8 @@
 import pytest
 import typer
 
+from servoid.batch import Headway
 from servoid.cli.headway import INTERRUPTED, watched_batch, words_of
-from servoid.study.batch import Headway
 
 
 def test_an_interrupted_batch_exits_and_says_what_is_kept(

@@ -19,8 +19,8 @@ from servo_trials import log_rows, small_settings
 from servoid.cli import servoing
 from servoid.servo import Reason
 from servoid.shape import load_body
+from servoid.sim.trial import TrialSettings, TrialStep, read_trial_settings, trial_toml
 from servoid.sim.world import IDEAL
-from servoid.study import TrialSettings, TrialStep, read_trial_settings, trial_toml
 
 SHORT = {"run.seconds": 1.0, "run.settle_s": 0.5, "servo.look.count": 1}
 PLOTS = ("hand.png", "joints.png", "gaze.png")

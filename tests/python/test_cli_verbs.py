@@ -16,8 +16,8 @@ from servoid.observe import open_capture
 from servoid.record import read_trajectory
 from servoid.servo import settings_toml
 from servoid.shape import load_body
-from servoid.study.modelling import ModelStudySettings
-from servoid.study.modelling.settings import CenterSettings, SweepSettings
+from servoid_experiments.modelling import ModelStudySettings
+from servoid_experiments.modelling.settings import CenterSettings, SweepSettings
 
 NOTHING = dict.fromkeys(SweepSettings.__struct_fields__, ())
 TINY = ModelStudySettings(

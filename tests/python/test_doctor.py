@@ -52,7 +52,7 @@ def test_it_says_what_servoid_runs_on_in_eighty_columns(servoid_command: Command
     assert all(name in said["back end"] for name in _native.backends())
     assert {"numpy", "typer", "rich"} <= set(said["needed"].split())
     assert "missing" not in said["needed"]
-    assert {"[sim]", "[servo]", "[view]", "[study]", "[cluster]"} <= set(said)
+    assert {"[sim]", "[servo]", "[view]", "[batch]", "[cluster]"} <= set(said)
 
 
 def test_a_library_that_is_not_there_is_missing_and_what_brings_it_is_said(

@@ -35,7 +35,7 @@ def read_rows(text: str) -> list[Row]:
 
 
 def tagged_files(root: Path) -> Iterator[tuple[str, set[int]]]:
-    for folder, suffix in (("crates", "rs"), ("python", "py")):
+    for folder, suffix in (("crates", "rs"), ("python", "py"), ("experiments", "py")):
         for path in sorted((root / folder).rglob(f"*.{suffix}")):
             if found := tags(path.read_text(encoding="utf-8")):
                 yield path.relative_to(root).as_posix(), found

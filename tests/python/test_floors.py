@@ -29,6 +29,13 @@ def test_arrows_between_python_modules_point_down() -> None:
     assert wrong_arrows(FLOORS, python_arrows(PYTHON)) == []
 
 
+def test_nothing_that_is_installed_or_shown_imports_the_experiments() -> None:
+    files = [*PYTHON.rglob("*.py"), *(ROOT / "examples").rglob("*.py")]
+    assert len(files) > 20
+    named = [str(file) for file in files if "servoid_experiments" in file.read_text("utf-8")]
+    assert named == []
+
+
 def test_rust_modules_are_those_that_the_architecture_lists() -> None:
     assert rust_source.top_modules(RUST) == {name for name, row in MODULES.items() if row.rust}
 

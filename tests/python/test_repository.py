@@ -28,7 +28,7 @@ def project_files() -> list[Path]:
         return [
             ROOT / name for name in sorted(set(names.split("\0")) - {""}) if (ROOT / name).is_file()
         ]
-    folders = ("crates", "python", "tests", "docs", "examples", "benches", ".ci")
+    folders = ("crates", "python", "experiments", "tests", "docs", "examples", "benches", ".ci")
     inner = [path for folder in folders for path in (ROOT / folder).rglob("*") if path.is_file()]
     return sorted([*ROOT.glob("*.*"), ROOT / "Makefile", *inner])
 
@@ -96,8 +96,9 @@ def test_the_crates_neither_panic_nor_print_outside_tests() -> None:
 
 
 def test_only_the_command_line_prints() -> None:
-    package = ROOT / "python" / "servoid"
-    files = [path for path in package.rglob("*.py") if "cli" not in path.with_suffix("").parts]
+    folders = (ROOT / "python", ROOT / "experiments" / "servoid_experiments")
+    sources = [path for folder in folders for path in folder.rglob("*.py")]
+    files = [path for path in sources if "cli" not in path.with_suffix("").parts]
     assert matches(re.compile(r"\b(?:print|sys\.exit|exit|quit)\("), files) == []
 
 
@@ -108,6 +109,9 @@ def test_the_version_is_written_the_same_everywhere() -> None:
     entries = re.findall(r"^## (\S+)", changes, flags=re.MULTILINE)
     assert len(versions) == 1
     assert next(entry for entry in entries if entry != "Unreleased") == versions[0]
+    experiments = (ROOT / "experiments" / "pyproject.toml").read_text(encoding="utf-8")
+    assert re.findall(r'^version = "(.*)"$', experiments, flags=re.MULTILINE) == versions
+    assert re.findall(r'"servoid\[.*\]==(.*)"', experiments) == versions
 
 
 def test_both_licences_name_the_holder_and_the_year() -> None:

@@ -10,12 +10,12 @@ from servoid.errors import ServoError
 from servoid.observe.source import Instant
 from servoid.pose import Pose
 from servoid.servo import Controller, LookSettings, Viewpoint, next_viewpoint, visit
+from servoid.servo.meeting import first_look
 from servoid.servo.moving import change_between
 from servoid.servo.surface import Surface
 from servoid.shape import Body
 from servoid.sim.arm_file import read_arm
 from servoid.sim.serial_arm import SerialArm
-from servoid.study.meeting import first_look
 
 pytest.importorskip("daqp", reason="servoing within all limits needs daqp")
 

@@ -8,10 +8,10 @@ import pytest
 pytest.importorskip("mujoco", reason="simulated worlds need mujoco")
 
 from servoid.errors import ServoError, TargetError
+from servoid.servo.meeting import Masks, first_look
+from servoid.sim.trial.marking import marker
+from servoid.sim.trial.settings import RunSettings
 from servoid.sim.world import CameraSettings, ObjectSettings, World, WorldSettings
-from servoid.study.marking import marker
-from servoid.study.meeting import Masks, first_look
-from servoid.study.trial_settings import RunSettings
 
 
 def marked(target: str, *, ideal: bool = False, seed: int = 0) -> tuple[World, Masks]:

@@ -11,7 +11,7 @@ from conftest import Command, everything_in
 from servoid.cli import extras
 from servoid.cli.app import app
 from servoid.servo import JointLaw, ServoSettings, as_the_paper
-from servoid.study import TrialSettings, read_trial_settings
+from servoid.sim.trial import TrialSettings, read_trial_settings
 from servoid.track import Method
 
 

@@ -21,7 +21,7 @@ from servo_trials import logged, small_trial
 
 from servoid.errors import ServoError
 from servoid.observe import open_capture
-from servoid.study import ServoTrial, TrialStep
+from servoid.sim.trial import ServoTrial, TrialStep
 
 
 @pytest.fixture(scope="module")

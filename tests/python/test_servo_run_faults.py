@@ -29,7 +29,7 @@ from scenes_faults import (
 
 from servoid.pose import Pose
 from servoid.servo import Reason
-from servoid.study import ServoTrial
+from servoid.sim.trial import ServoTrial
 
 pytestmark = pytest.mark.extended
 

@@ -6,7 +6,7 @@ import pytest
 from scenes_servo import BACK, back_again, servo_back
 from servo_trials import small_trial
 
-from servoid.study import TrialSettings, changed, run_servo_trial
+from servoid.sim.trial import TrialSettings, changed, run_servo_trial
 
 pytestmark = pytest.mark.extended
 

@@ -13,11 +13,11 @@ from typing import Any
 
 from conftest import Command
 
+from servoid.batch.table import write_table
 from servoid.errors import StudyError
 from servoid.servo import settings_toml
-from servoid.study.batch.table import write_table
-from servoid.study.design import Study
-from servoid.study.running import STUDIES, read_study_settings, study_named
+from servoid_experiments.design import Study
+from servoid_experiments.running import STUDIES, read_study_settings, study_named
 
 
 @pytest.fixture(scope="module", params=STUDIES)

@@ -10,13 +10,13 @@ import pytest
 from servoid.errors import StudyError
 from servoid.observe.strict import convert
 from servoid.servo import settings_toml
-from servoid.study.bode import BODE, BodeSettings
-from servoid.study.bode.margin import MARGIN, SERVOID, MarginCase, MarginRow
-from servoid.study.bode.planning import HALF, MAPS, VARIANTS
-from servoid.study.bode.response import RESPONSE, Answer, ResponseCase, ResponseRow
-from servoid.study.bode.spread import HALF_POWER, leaving
-from servoid.study.design import Done, Results
-from servoid.study.findings import Section, Verdict
+from servoid_experiments.bode import BODE, BodeSettings
+from servoid_experiments.bode.margin import MARGIN, SERVOID, MarginCase, MarginRow
+from servoid_experiments.bode.planning import HALF, MAPS, VARIANTS
+from servoid_experiments.bode.response import RESPONSE, Answer, ResponseCase, ResponseRow
+from servoid_experiments.bode.spread import HALF_POWER, leaving
+from servoid_experiments.design import Done, Results
+from servoid_experiments.findings import Section, Verdict
 
 SMALL = BODE.quick
 CORNER_HZ = {True: 4.0, False: 0.5}

@@ -7,8 +7,8 @@ from servoid.observe import Source
 from servoid.pose import Pose
 from servoid.servo import Controller
 from servoid.servo.moving import change_between
-from servoid.study.bode.late_sight import LateSource, Reader, Sight, image_of, pose_of
-from servoid.study.bode.margin import (
+from servoid_experiments.bode.late_sight import LateSource, Reader, Sight, image_of, pose_of
+from servoid_experiments.bode.margin import (
     DELAYS_S,
     FIXED_EYES,
     PAPER,

@@ -7,7 +7,7 @@ pytest.importorskip("daqp", reason="servoing within all limits needs daqp")
 from scene_table import Scene
 from scenes_bode import BODE_ALONE, MANY, bode_fed_forward, bode_fixed_eyes, bode_many, many
 
-from servoid.study.bode.response import run_response
+from servoid_experiments.bode.response import run_response
 
 pytestmark = pytest.mark.extended
 

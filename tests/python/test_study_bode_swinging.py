@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
-from servoid.study.bode.response import Answer, ResponseRow
-from servoid.study.bode.spread import HALF_POWER, Bode, Spread, leaving
-from servoid.study.bode.swinging import Swing, Swinging, amplitudes
-from servoid.study.sweeping import confidence
+from servoid_experiments.bode.response import Answer, ResponseRow
+from servoid_experiments.bode.spread import HALF_POWER, Bode, Spread, leaving
+from servoid_experiments.bode.swinging import Swing, Swinging, amplitudes
+from servoid_experiments.sweeping import confidence
 
 LINES = (1, 2, 4, 7, 11, 20)
 

@@ -12,18 +12,18 @@ from servoid.errors import SimError
 from servoid.pose import Pose
 from servoid.servo import settings_toml
 from servoid.sim import bird
-from servoid.study.design import Done
-from servoid.study.modelling import MODEL, ModelStudySettings
-from servoid.study.modelling.around import around
-from servoid.study.modelling.designs import DESIGNS, design_of
-from servoid.study.modelling.nets import surface_net
-from servoid.study.modelling.noise import spoilt_mask, spoilt_pose
-from servoid.study.modelling.plan import layout
-from servoid.study.modelling.settings import CenterSettings, SweepSettings
-from servoid.study.modelling.trial import MODELLING, run_model_case
-from servoid.study.modelling.voxels import voxels_of
-from servoid.study.modelling.words import enough_words
-from servoid.study.sweeping import Sweep
+from servoid_experiments.design import Done
+from servoid_experiments.modelling import MODEL, ModelStudySettings
+from servoid_experiments.modelling.around import around
+from servoid_experiments.modelling.designs import DESIGNS, design_of
+from servoid_experiments.modelling.nets import surface_net
+from servoid_experiments.modelling.noise import spoilt_mask, spoilt_pose
+from servoid_experiments.modelling.plan import layout
+from servoid_experiments.modelling.settings import CenterSettings, SweepSettings
+from servoid_experiments.modelling.trial import MODELLING, run_model_case
+from servoid_experiments.modelling.voxels import voxels_of
+from servoid_experiments.modelling.words import enough_words
+from servoid_experiments.sweeping import Sweep
 
 SMALL = ModelStudySettings(
     objects=("two_ellipsoids", "bottle"),

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from servoid.errors import OutputError
-from servoid.study.findings import Finding, Picture, Section, Table, Verdict
-from servoid.study.page import write_study_page
+from servoid_experiments.findings import Finding, Picture, Section, Table, Verdict
+from servoid_experiments.page import write_study_page
 
 
 class Reader(HTMLParser):

@@ -19,12 +19,12 @@ from scenes_studies import (
 )
 
 from servoid._native import PaperSettings, Tracker, paper_scores
+from servoid.batch import Done
 from servoid.errors import PoseError, TrackError
 from servoid.servo.settings_text import settings_toml
 from servoid.sim.world import ArmSettings, CameraSettings, ObjectSettings, World, WorldSettings
-from servoid.study.batch import Done
-from servoid.study.findings import Verdict
-from servoid.study.paper.eye_pair import (
+from servoid_experiments.findings import Verdict
+from servoid_experiments.paper.eye_pair import (
     EyeMode,
     EyePair,
     Moment,
@@ -32,11 +32,11 @@ from servoid.study.paper.eye_pair import (
     see,
     true_body,
 )
-from servoid.study.paper.fitness_map import FITNESS_MAP
-from servoid.study.paper.left_out import map_variants
-from servoid.study.paper.map_case import Fitness, MapRow
-from servoid.study.paper.map_section import QUICK_MAP, MapSettings, map_section, map_work
-from servoid.study.paper.ridges import peak_of, width_at_share
+from servoid_experiments.paper.fitness_map import FITNESS_MAP
+from servoid_experiments.paper.left_out import map_variants
+from servoid_experiments.paper.map_case import Fitness, MapRow
+from servoid_experiments.paper.map_section import QUICK_MAP, MapSettings, map_section, map_work
+from servoid_experiments.paper.ridges import peak_of, width_at_share
 
 PNG = b"\x89PNG"
 

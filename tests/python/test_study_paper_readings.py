@@ -10,10 +10,10 @@ from servoid.pose import Pose
 from servoid.servo import JointLaw, ServoSettings, as_the_paper
 from servoid.sim.arm_file import read_arm
 from servoid.sim.serial_arm import SerialArm
-from servoid.study.bode.margin import PAPER, loop_settings
-from servoid.study.paper.servoing_method import Method, servo_settings
-from servoid.study.paper.servoing_reading import Reading
-from servoid.study.paper.servoing_settings import Constants
+from servoid_experiments.bode.margin import PAPER, loop_settings
+from servoid_experiments.paper.servoing_method import Method, servo_settings
+from servoid_experiments.paper.servoing_reading import Reading
+from servoid_experiments.paper.servoing_settings import Constants
 
 THERE = Pose.from_parts([-0.9, -0.1, 0.5], [0.5, -0.5, -0.5, 0.5])
 

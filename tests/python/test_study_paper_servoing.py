@@ -7,10 +7,10 @@ import pytest
 import scipy.stats
 from scenes_studies import SHORT, paper_fed_forward
 
-from servoid.study.design import Done
-from servoid.study.findings import Section, Verdict
-from servoid.study.paper.intervals import interval
-from servoid.study.paper.sensitivity import (
+from servoid_experiments.design import Done
+from servoid_experiments.findings import Section, Verdict
+from servoid_experiments.paper.intervals import interval
+from servoid_experiments.paper.sensitivity import (
     BASE,
     SENSITIVITY,
     SensitivitySettings,
@@ -18,8 +18,8 @@ from servoid.study.paper.sensitivity import (
     quick_sensitivity,
     sensitivity_work,
 )
-from servoid.study.paper.sensitivity_telling import sensitivity_sections
-from servoid.study.paper.servoing import (
+from servoid_experiments.paper.sensitivity_telling import sensitivity_sections
+from servoid_experiments.paper.servoing import (
     FAST,
     FORWARD,
     OTHER,
@@ -29,19 +29,19 @@ from servoid.study.paper.servoing import (
     quick_servoing,
     servoing_work,
 )
-from servoid.study.paper.servoing_followed import Track, followed
-from servoid.study.paper.servoing_method import body_of
-from servoid.study.paper.servoing_settings import Constants, Place, constants, with_constant
-from servoid.study.paper.servoing_swing import response, swing, unswung
-from servoid.study.paper.servoing_telling import servoing_sections
-from servoid.study.paper.servoing_trial import (
+from servoid_experiments.paper.servoing_followed import Track, followed
+from servoid_experiments.paper.servoing_method import body_of
+from servoid_experiments.paper.servoing_settings import Constants, Place, constants, with_constant
+from servoid_experiments.paper.servoing_swing import response, swing, unswung
+from servoid_experiments.paper.servoing_telling import servoing_sections
+from servoid_experiments.paper.servoing_trial import (
     SERVOING,
     ServoingCase,
     ServoingRow,
     run_servoing,
     start_place,
 )
-from servoid.study.paper.servoing_unknown import UNKNOWN, UnknownRow
+from servoid_experiments.paper.servoing_unknown import UNKNOWN, UnknownRow
 
 TIMES = np.arange(0.0, 30.0, 1.0 / 30.0)
 OMEGA = 0.628

@@ -8,12 +8,12 @@ import pytest
 from scenes_studies import TWO, paper_two, two_figures
 
 from servoid._native import Body, Pose
-from servoid.study.batch import Done
-from servoid.study.paper.body_errors import centroid, nearest_parts, volume_iou
-from servoid.study.paper.eye_pair import paper_hand, true_body
-from servoid.study.paper.intervals import interval, mean_interval
-from servoid.study.paper.two_case import OBJECT_NAME, Procedure, TwoRow
-from servoid.study.paper.two_section import (
+from servoid.batch import Done
+from servoid_experiments.paper.body_errors import centroid, nearest_parts, volume_iou
+from servoid_experiments.paper.eye_pair import paper_hand, true_body
+from servoid_experiments.paper.intervals import interval, mean_interval
+from servoid_experiments.paper.two_case import OBJECT_NAME, Procedure, TwoRow
+from servoid_experiments.paper.two_section import (
     TwoSettings,
     two_section,
     two_work,

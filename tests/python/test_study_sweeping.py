@@ -3,9 +3,9 @@ from enum import Enum
 import msgspec
 import pytest
 
-from servoid.study.design import Done
-from servoid.study.modelling import ModelStudySettings
-from servoid.study.sweeping import (
+from servoid_experiments.design import Done
+from servoid_experiments.modelling import ModelStudySettings
+from servoid_experiments.sweeping import (
     Factor,
     Series,
     Sweep,
@@ -19,8 +19,8 @@ from servoid.study.sweeping import (
     spread_of,
     varied,
 )
-from servoid.study.sweeping.panels import Scale, far_apart
-from servoid.study.tracking import TrackStudySettings
+from servoid_experiments.sweeping.panels import Scale, far_apart
+from servoid_experiments.tracking import TrackStudySettings
 
 NOTHING = "\n".join(
     f"{name} = []"

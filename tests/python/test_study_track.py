@@ -11,26 +11,26 @@ from tiers import tiered
 
 from servoid.errors import SimError
 from servoid.servo import settings_toml
-from servoid.study.design import Done
-from servoid.study.modelling import design_of
-from servoid.study.sweeping import Sweep
-from servoid.study.tracking import TRACK, TrackStudySettings
-from servoid.study.tracking.cases import Eyes, Scene, TrackCase, TrackRow
-from servoid.study.tracking.figures import success_panels
-from servoid.study.tracking.footage import SetUp, eyes_of, is_hidden, last_quarter, shoot
-from servoid.study.tracking.metrics import (
+from servoid.track import Method
+from servoid_experiments.design import Done
+from servoid_experiments.modelling import design_of
+from servoid_experiments.sweeping import Sweep
+from servoid_experiments.tracking import TRACK, TrackStudySettings
+from servoid_experiments.tracking.cases import Eyes, Scene, TrackCase, TrackRow
+from servoid_experiments.tracking.figures import success_panels
+from servoid_experiments.tracking.footage import SetUp, eyes_of, is_hidden, last_quarter, shoot
+from servoid_experiments.tracking.metrics import (
     of_tracked,
     success,
     success_at_end,
     success_behind_board,
     wrongly_sure,
 )
-from servoid.study.tracking.plan import layout
-from servoid.study.tracking.settings import QUICK, CenterSettings, SweepSettings
-from servoid.study.tracking.tables import limits
-from servoid.study.tracking.trial import TRACKING, run_track_case
-from servoid.study.tracking.way import rest_from_objects
-from servoid.track import Method
+from servoid_experiments.tracking.plan import layout
+from servoid_experiments.tracking.settings import QUICK, CenterSettings, SweepSettings
+from servoid_experiments.tracking.tables import limits
+from servoid_experiments.tracking.trial import TRACKING, run_track_case
+from servoid_experiments.tracking.way import rest_from_objects
 
 SMALL = TrackStudySettings(
     seeds=1,

@@ -3,8 +3,8 @@ import pytest
 
 from servoid.pose import Pose
 from servoid.servo import spun_like
+from servoid.sim.trial.truth import Truth
 from servoid.sim.world import ObjectSettings, World, WorldSettings
-from servoid.study.truth import Truth
 
 OBJECT_FROM_BODY = Pose.exp([0.003, 0.001, -0.002, 0.1, -0.2, 0.3])
 SLIPPED = Pose.exp([0.0, 0.0, 0.0, 0.0, 0.7, 0.0])

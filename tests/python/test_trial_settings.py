@@ -11,6 +11,14 @@ from servoid.errors import CaptureError, ServoError, SimError
 from servoid.observe import LiveSettings
 from servoid.servo import JointLaw, LookSettings, ServoSettings
 from servoid.servo.settings import HandSettings, JointSettings
+from servoid.sim.trial import (
+    RunSettings,
+    TrackingSettings,
+    TrialSettings,
+    changed,
+    read_trial_settings,
+    trial_toml,
+)
 from servoid.sim.world import (
     ArmSettings,
     CameraSettings,
@@ -21,14 +29,6 @@ from servoid.sim.world import (
     Occlude,
     Teleport,
     WorldSettings,
-)
-from servoid.study import (
-    RunSettings,
-    TrackingSettings,
-    TrialSettings,
-    changed,
-    read_trial_settings,
-    trial_toml,
 )
 from servoid.track import Method
 

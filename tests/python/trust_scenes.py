@@ -18,9 +18,9 @@ from servoid.pose import Pose
 from servoid.record import Waypoint, write_trajectory
 from servoid.sim.surface import obj_text
 from servoid.sim.world.things import OBJECT, Finish, MeshShape, Thing
-from servoid.study.modelling import design_of
-from servoid.study.tracking.cases import Eyes, Scene
-from servoid.study.tracking.footage import RATE_HZ, SetUp
+from servoid_experiments.modelling import design_of
+from servoid_experiments.tracking.cases import Eyes, Scene
+from servoid_experiments.tracking.footage import RATE_HZ, SetUp
 
 SMALL, FULL = (320, 240), (640, 480)
 PRINTED, PLAIN = ("bottle", "mug", "drill", "painted_ellipsoid"), ("plain_mug", "two_ellipsoids")

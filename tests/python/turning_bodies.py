@@ -9,9 +9,9 @@ from turning_scenes import Turning
 from servoid.observe import Camera
 from servoid.pose import Pose
 from servoid.shape import Body
-from servoid.study.modelling import around, design_of
 from servoid.track import Followed
 from servoid.track.starting import placed
+from servoid_experiments.modelling import around, design_of
 
 POINTS = 100_000
 VIEWS, ELEVATIONS_DEG, AWAY = 20, (12.0, 40.0, -15.0), 0.5

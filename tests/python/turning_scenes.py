@@ -17,10 +17,10 @@ from trust_verdicts import Verdicts, verdicts
 
 from servoid.observe import Instant, open_capture
 from servoid.pose import Pose
-from servoid.study.tracking.footage import RATE_HZ, SetUp
-from servoid.study.tracking.trial import known_of
 from servoid.track import Followed, Request, Subject, Tracked, read_instants
 from servoid.track.starting import begin
+from servoid_experiments.tracking.footage import RATE_HZ, SetUp
+from servoid_experiments.tracking.trial import known_of
 
 STEP_DEG = 6.0  # from image to image
 PER_TURN = round(360.0 / STEP_DEG)

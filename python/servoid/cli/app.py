@@ -7,8 +7,8 @@ import typer
 
 from servoid._native import __version__
 from servoid.cli.model_command import model
+from servoid.cli.plugins import add_commands
 from servoid.cli.servo_command import servo
-from servoid.cli.study_command import study
 from servoid.cli.track_command import track
 from servoid.cli.values import Size, check_count, check_seed
 
@@ -46,7 +46,6 @@ def servoid(
 app.command()(model)
 app.command()(track)
 app.command()(servo)
-app.command()(study)
 
 
 @app.command()
@@ -180,3 +179,6 @@ def export(
     from servoid.cli.exporting import Request, run_export
 
     run_export(Request(body, out, to, density, frame, name, detail))
+
+
+add_commands(app)

@@ -4,12 +4,12 @@ from collections.abc import Mapping
 
 import typer
 
+from servoid.batch import Done, workers_for
+from servoid.batch.captures import CaptureCase, model_folder
 from servoid.cli.headway import watched_batch
 from servoid.cli.modelling import Order
 from servoid.cli.values import Method
 from servoid.errors import ModelError
-from servoid.study.batch import Done, workers_for
-from servoid.study.captures import CaptureCase, model_folder
 
 FAILED = 1
 

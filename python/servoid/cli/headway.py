@@ -5,9 +5,9 @@ from contextlib import contextmanager
 
 import typer
 
+from servoid.batch import Headway
+from servoid.batch.running import Watch
 from servoid.cli.progress import progress_bar
-from servoid.study.batch import Headway
-from servoid.study.batch.running import Watch
 
 INTERRUPTED = 130
 

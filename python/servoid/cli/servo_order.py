@@ -8,7 +8,7 @@ import msgspec
 import typer
 
 from servoid.servo import PAPER_LAW
-from servoid.study import TrialSettings, changed, read_trial_settings, trial_toml
+from servoid.sim.trial import TrialSettings, changed, read_trial_settings, trial_toml
 from servoid.track import Method
 
 EXTRAS = {"mujoco": "sim", "daqp": "servo", "matplotlib": "view"}

@@ -8,7 +8,7 @@ from pathlib import Path
 import typer
 
 from servoid.servo import Reason, ServoMetrics, limited_s
-from servoid.study import ServoTrial
+from servoid.sim.trial import ServoTrial
 
 _LABEL_WIDTH = 14
 _VALUE_WIDTH = 80 - len("  ") - _LABEL_WIDTH - len(" ")

@@ -21,15 +21,15 @@ from servoid.record import (
     write_servo_times,
 )
 from servoid.servo import ServoMetrics
-from servoid.sim.world import Path as ObjectPath
-from servoid.sim.world import Recorded, World
-from servoid.study import (
+from servoid.sim.trial import (
     ServoTrial,
     TrialSettings,
     TrialStep,
     run_servo_trial,
     trial_toml,
 )
+from servoid.sim.world import Path as ObjectPath
+from servoid.sim.world import Recorded, World
 from servoid.view import ServoPictures, draw_servo_plots, write_report, write_servo_report
 
 INTERRUPTED = 130

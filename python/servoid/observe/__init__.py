@@ -13,6 +13,7 @@ from servoid.observe.finding import Found, find_object, seek_object, undoubted
 from servoid.observe.images import read_image, read_mask
 from servoid.observe.instants import ASSUMED_HZ, cameras_of, read_instants, tidy_image
 from servoid.observe.live import Live, LiveCamera, LiveSettings
+from servoid.observe.looks import write_looks
 from servoid.observe.opening import open_capture
 from servoid.observe.picture import Picture
 from servoid.observe.recording import Recording
@@ -73,4 +74,5 @@ __all__ = [
     "tidy_image",
     "undistortion",
     "undoubted",
+    "write_looks",
 ]

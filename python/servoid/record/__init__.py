@@ -1,7 +1,6 @@
 """Recording: estimates become files, and files trajectories."""
 
 from servoid.record.answers import draw_answers
-from servoid.record.looks import write_looks
 from servoid.record.overlay import Overlay
 from servoid.record.servo_log import write_servo_log, write_servo_times
 from servoid.record.servo_overlay import ServoOverlay, ServoScene
@@ -28,7 +27,6 @@ __all__ = [
     "overlay_video",
     "read_trajectory",
     "waypoints",
-    "write_looks",
     "write_servo_log",
     "write_servo_times",
     "write_trajectory",

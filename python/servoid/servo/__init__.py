@@ -7,6 +7,7 @@ from servoid.servo.limited import limited_s
 from servoid.servo.log import Seen, ServoLog, ServoRow, off_center
 from servoid.servo.looking import Viewpoint, VisitStep, next_viewpoint, visit
 from servoid.servo.loop import Goal, Tick, brought_to_rest, halt, servo, servo_tracked
+from servoid.servo.meeting import Meeting, meet
 from servoid.servo.metrics import Hold, ServoMetrics, Spread, holds
 from servoid.servo.paper_law import PAPER_LAW, as_the_paper
 from servoid.servo.perception import Perception, TrackedInstant, TrackingInTurn, TrackingThread
@@ -41,6 +42,7 @@ __all__ = [
     "JointState",
     "Joints",
     "LookSettings",
+    "Meeting",
     "Perception",
     "Reason",
     "RememberingArm",
@@ -66,6 +68,7 @@ __all__ = [
     "halt",
     "holds",
     "limited_s",
+    "meet",
     "next_viewpoint",
     "off_center",
     "reached",

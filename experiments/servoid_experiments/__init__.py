@@ -1,0 +1,1 @@
+"""The experiments behind servoid, each a batch of seeded trials with its pictures and page."""

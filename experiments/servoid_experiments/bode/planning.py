@@ -1,0 +1,84 @@
+"""Which runs the study of frequency responses and margins asks for."""
+
+from collections.abc import Iterator, Sequence
+
+from servoid_experiments.bode.margin import (
+    FIXED_EYES,
+    MARGIN,
+    NO_FEED_FORWARD,
+    NO_PREDICTION,
+    PAPER,
+    SERVOID,
+    Loop,
+    MarginCase,
+)
+from servoid_experiments.bode.response import RESPONSE, ResponseCase
+from servoid_experiments.bode.settings import BodeSettings, MarginSettings, ResponseSettings
+from servoid_experiments.design import Work
+
+VARIANTS: dict[str, tuple[bool, bool]] = {
+    "feed-forward, eyes follow": (True, True),
+    "feed-forward, fixed cameras": (True, False),
+    "no feed-forward, eyes follow": (False, True),
+    "no feed-forward, fixed cameras": (False, False),
+}
+"""Whether motion is fed forward and eyes follow, by what it is called."""
+
+MAPS: dict[str, tuple[Loop, str]] = {
+    "servoid, eyes follow": (SERVOID, "delay"),
+    "servoid, fixed eyes": (FIXED_EYES, "delay"),
+    "no feed-forward, eyes follow": (NO_FEED_FORWARD, "delay"),
+    "neither feed-forward nor prediction, eyes follow": (NO_PREDICTION, "delay"),
+    "the paper's law, no time stamps": (PAPER, "gain"),
+}
+"""Loops and what is sought of them at each latency and rate, by what they are called."""
+
+HALF = 0.5  # scale of the runs that show whether answers depend on the amplitude
+_HALVED = 2  # seeds of these, at most
+
+
+def plan(settings: BodeSettings) -> Sequence[Work]:
+    """List the runs with images, and the margins without."""
+    return (
+        Work(RESPONSE, list(_responses(settings.response))),
+        Work(MARGIN, list(_margins(settings.margin))),
+    )
+
+
+def _responses(asked: ResponseSettings) -> Iterator[ResponseCase]:
+    for seed in range(asked.seeds):
+        for variant in VARIANTS.values():
+            yield _response(asked, seed, variant, 1.0)
+    for seed in range(min(_HALVED, asked.seeds // 2)):
+        yield _response(asked, seed, (True, True), HALF)
+
+
+def _response(
+    asked: ResponseSettings, seed: int, variant: tuple[bool, bool], scale: float
+) -> ResponseCase:
+    feed_forward, eyes_follow = variant
+    return ResponseCase(
+        seed=seed,
+        feed_forward=feed_forward,
+        eyes_follow=eyes_follow,
+        object=asked.object,
+        background=asked.background,
+        base_hz=asked.base_hz,
+        sideways_lines=asked.sideways_lines,
+        depth_lines=asked.depth_lines,
+        speed=asked.speed,
+        amplitude=asked.amplitude,
+        run_in_s=asked.run_in_s,
+        scale=scale,
+    )
+
+
+def _margins(asked: MarginSettings) -> Iterator[MarginCase]:
+    for loop, seeks in MAPS.values():
+        for latency_s in asked.latencies_s:
+            for rate_hz in asked.rates_hz:
+                yield MarginCase(loop=loop, latency_s=latency_s, rate_hz=rate_hz, seeks=seeks)
+    # With time stamps the gain's edge is the same everywhere, which the corners show.
+    for latency_s in dict.fromkeys((min(asked.latencies_s), max(asked.latencies_s))):
+        for rate_hz in dict.fromkeys((min(asked.rates_hz), max(asked.rates_hz))):
+            yield MarginCase(loop=SERVOID, latency_s=latency_s, rate_hz=rate_hz, seeks="gain")

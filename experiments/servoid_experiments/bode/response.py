@@ -1,0 +1,240 @@
+"""One run whose object swings with many frequencies: how recognition, eyes and hand answer."""
+
+from typing import Annotated
+
+import msgspec
+import numpy as np
+from msgspec import Meta
+from msgspec.structs import replace
+from numpy.typing import NDArray
+
+from servoid import model
+from servoid._native import Body
+from servoid.batch import Experiment
+from servoid.errors import ServoError
+from servoid.servo import Controller, ServoSettings, servo
+from servoid.servo.arm import Floats
+from servoid.sim.world import ArmSettings, CameraSettings, ObjectSettings, World, WorldSettings
+from servoid.track import Follower, Method
+from servoid_experiments.bode.listening import Course, Listener
+from servoid_experiments.bode.swinging import Swing, Swinging, amplitudes
+
+SIDEWAYS, DEPTH = 0, 2  # places of the axes
+_CAMERAS = CameraSettings(size_px=(320, 240), samples=1, moments=1)
+_ELLIPSOIDS = 4
+_SAME_M = 1e-7  # vertices that are nearer are one
+_HELD_S = 0.1  # in which the hand may be held while it is listened to
+_PATIENCE = 100  # control periods in which the first image must come
+
+
+class ResponseCase(msgspec.Struct, frozen=True, kw_only=True):
+    """A run: what swings and how, and whether what is known of its motion is fed forward.
+
+    `feed_forward` is that of hand and eyes. Eyes that do not `eyes_follow` are fixed to the hand
+    and look straight ahead. `scale` makes all amplitudes smaller or greater.
+    """
+
+    seed: int
+    feed_forward: bool
+    eyes_follow: bool
+    object: str
+    background: str
+    base_hz: float
+    sideways_lines: tuple[int, ...]
+    depth_lines: tuple[int, ...]
+    speed: float
+    amplitude: float
+    run_in_s: float
+    scale: float = 1.0
+
+
+class Answer(msgspec.Struct, frozen=True, kw_only=True):
+    """How one signal answers the object's motion along one axis, by frequency.
+
+    `real` and `imag` are of the ratio of complex amplitudes; `floor` is the root mean square of
+    the amplitudes at frequencies at which nothing was moved, in m.
+    """
+
+    signal: str
+    axis: str
+    hz: list[float]
+    real: list[float]
+    imag: list[float]
+    floor: float
+
+    @property
+    def ratio(self) -> NDArray[np.complex128]:
+        """Return the complex response, (L,)."""
+        return np.array(self.real) + 1j * np.array(self.imag)
+
+
+class ResponseRow(msgspec.Struct, frozen=True, kw_only=True):
+    """The answers of a run, and what share of its limits it used.
+
+    Of the joints' limits in speed and acceleration, the shares are the greatest in use;
+    `limited_share` is the share of control periods in which a limit of joints or hand was reached.
+    """
+
+    answers: list[Answer]
+    images: Annotated[int, Meta(description="observations that count")]
+    joint_speed_share: Annotated[float, Meta(description="of the limit, the greatest in use")]
+    joint_acceleration_share: Annotated[
+        float, Meta(description="of the limit, the greatest in use")
+    ]
+    limited_share: Annotated[float, Meta(description="of control periods, at a limit")]
+
+    def answer(self, signal: str, axis: str) -> Answer | None:
+        """Return the answer of a signal along an axis, None if there is none."""
+        return next((one for one in self.answers if (one.signal, one.axis) == (signal, axis)), None)
+
+
+def run_response(case: ResponseCase) -> ResponseRow:
+    """Follow an object that swings, and compare what answered with what it did.
+
+    Raises:
+        ServoError: the hand was held, so that what it did says nothing of the loop.
+        SimError: the case names what does not exist.
+
+    """
+    world = World(_world(case), path=_path(case))
+    body = body_of(world)
+    object_from_body = body.world_from_object
+    tracker = _start_tracker(world, body, case.seed)
+    settings = _servo(case)
+    goal_from_body = (
+        world.arm.world_from_hand(world.arm.state().positions).inverse()
+        @ world.world_from_object_at(world.time_s)
+        @ object_from_body
+    )
+    world.start_path()
+    listener = Listener(world, object_from_body, settings)
+    controller = Controller(world.arm, settings)
+    first = round(case.run_in_s / world.arm.period_s)
+    count = round(1.0 / (case.base_hz * world.arm.period_s))
+    ticks = servo(world.arm, world.source, tracker, controller, lambda _: goal_from_body)
+    for place, tick in enumerate(ticks):
+        if place == first + count:
+            break
+        listener.hear(tick, counts=place >= first)
+    if listener.held_s > _HELD_S:
+        raise ServoError(
+            f"the hand was held for {listener.held_s:.2f} s of the {1.0 / case.base_hz:g} s that "
+            "count; lower response.speed, or choose an object that is seen better"
+        )
+    return ResponseRow(
+        answers=_answers(case, listener),
+        images=len(listener.courses["seen"].times),
+        joint_speed_share=listener.joint_speed_share,
+        joint_acceleration_share=listener.joint_acceleration_share,
+        limited_share=listener.limited / count,
+    )
+
+
+RESPONSE = Experiment("bode.response", run_response, ResponseCase, ResponseRow)
+
+
+def body_of(world: World) -> Body:
+    """Model the object of a world by its true surface: how it is met is no part of the question."""
+    vertices, faces = _welded(*world.object_mesh())
+    request = model.Request(max_ellipsoids=_ELLIPSOIDS, seed=0, threads=1)
+    return model.fit_mesh(vertices, faces, request).body
+
+
+def _welded(vertices: Floats, faces: NDArray[np.int64]) -> tuple[Floats, NDArray[np.int64]]:
+    """Join vertices at the same place, which textures keep apart, so that the mesh is closed."""
+    grid = np.round(vertices / _SAME_M).astype(np.int64)
+    _, first, number = np.unique(grid, axis=0, return_index=True, return_inverse=True)
+    joined = number.reshape(-1)[faces]
+    flat = (joined == np.roll(joined, 1, axis=1)).any(axis=1)
+    return np.ascontiguousarray(vertices[first]), np.ascontiguousarray(joined[~flat])
+
+
+def _world(case: ResponseCase) -> WorldSettings:
+    return WorldSettings(
+        arm=ArmSettings(turning_eyes=case.eyes_follow),
+        object=ObjectSettings(name=case.object),
+        cameras=_CAMERAS,
+        ideal=True,
+        background=case.background,
+        seed=case.seed,
+        threads=1,
+    )
+
+
+def _path(case: ResponseCase) -> Swinging:
+    swings = [
+        Swing.of(
+            lines,
+            case.base_hz,
+            speed=case.scale * case.speed,
+            amplitude=case.scale * case.amplitude,
+            seed=(case.seed, axis),
+        )
+        for axis, lines in ((SIDEWAYS, case.sideways_lines), (DEPTH, case.depth_lines))
+    ]
+    return Swinging(*swings)
+
+
+def _servo(case: ResponseCase) -> ServoSettings:
+    settings = ServoSettings()
+    return replace(
+        settings,
+        hand=replace(settings.hand, feed_forward=case.feed_forward),
+        gaze=replace(settings.gaze, feed_forward=case.feed_forward),
+    )
+
+
+def _start_tracker(world: World, body: Body, seed: int) -> Follower:
+    """Show the object to a tracker, at rest."""
+    rest = np.zeros(len(world.arm.joints.names))
+    for _ in range(_PATIENCE):
+        instant = world.source.newest()
+        if instant is not None:
+            break
+        world.arm.command(rest)
+    else:
+        raise ServoError(f"no image came within {_PATIENCE} control periods")
+    tracker = Method.REGION.maker(world.cameras, body, {"seed": seed})
+    tracker.start(
+        instant.time_s,
+        instant.world_from_camera,
+        instant.images,
+        world.world_from_object_at(instant.time_s) @ body.world_from_object,
+        world.masks(),
+    )
+    return tracker
+
+
+def _answers(case: ResponseCase, listener: Listener) -> list[Answer]:
+    """Compare each signal with the object's motion, along both axes."""
+    found = []
+    for signal, course in listener.courses.items():
+        for axis, name, lines in (
+            (SIDEWAYS, "sideways", case.sideways_lines),
+            (DEPTH, "depth", case.depth_lines),
+        ):
+            if not (signal == "gaze" and name == "depth" and not case.eyes_follow):
+                found.append(_answer(case, signal, course, (axis, name, lines)))
+    return found
+
+
+def _answer(
+    case: ResponseCase, signal: str, course: Course, along: tuple[int, str, tuple[int, ...]]
+) -> Answer:
+    axis, name, lines = along
+    moved = {*case.sideways_lines, *case.depth_lines}
+    most = max(moved)
+    pairs = np.array([np.array(course.truth)[:, axis], np.array(course.told)[:, axis]]).T
+    heard = amplitudes(np.array(course.times), pairs, case.base_hz, most)
+    at = np.array(lines) - 1
+    ratio = heard[at, 1] / heard[at, 0]
+    others = [line - 1 for line in range(1, most + 1) if line not in moved]
+    quiet = heard[others, 1]
+    return Answer(
+        signal=signal,
+        axis=name,
+        hz=[line * case.base_hz for line in lines],
+        real=ratio.real.tolist(),
+        imag=ratio.imag.tolist(),
+        floor=float(np.sqrt(np.mean(np.abs(quiet) ** 2))) if others else 0.0,
+    )

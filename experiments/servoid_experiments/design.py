@@ -1,0 +1,34 @@
+"""What a study is: settings, the trials that they ask for, and what is told of the results."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Generic, TypeVar
+
+import msgspec
+
+from servoid.batch import Done, Results, Work
+from servoid_experiments.findings import Section
+
+__all__ = ["Done", "Results", "Study", "Work"]
+
+SettingsT = TypeVar("SettingsT", bound=msgspec.Struct)
+
+
+@dataclass(frozen=True)
+class Study(Generic[SettingsT]):
+    """A question that is answered by trials.
+
+    `settings` is a frozen msgspec struct whose defaults are the whole study, `quick` are settings
+    of a small one that takes seconds. `plan` says which trials they ask for. `tell` draws pictures
+    and tables into a folder and returns the sections of the study's page; trials that failed have
+    no row, and it leaves them out and says so.
+    """
+
+    name: str
+    title: str
+    asks: str
+    settings: type[SettingsT]
+    quick: SettingsT
+    plan: Callable[[SettingsT], Sequence[Work]]
+    tell: Callable[[SettingsT, Results, Path], Sequence[Section]]

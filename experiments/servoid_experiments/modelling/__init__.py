@@ -1,0 +1,23 @@
+"""The study of modelling: how good a body is, by what it was made of."""
+
+from servoid_experiments.design import Study
+from servoid_experiments.modelling.around import around
+from servoid_experiments.modelling.designs import design_of
+from servoid_experiments.modelling.plan import plan_modelling
+from servoid_experiments.modelling.settings import QUICK, ModelStudySettings
+from servoid_experiments.modelling.telling import tell_modelling
+
+MODEL = Study(
+    name="model",
+    title="How good a body is, by what it was made of",
+    asks=(
+        "How many views and ellipsoids a body needs, what masks and camera poses that are not "
+        "exact do to it, and how long modelling takes; on objects whose shape is known"
+    ),
+    settings=ModelStudySettings,
+    quick=QUICK,
+    plan=plan_modelling,
+    tell=tell_modelling,
+)
+
+__all__ = ["MODEL", "ModelStudySettings", "around", "design_of"]

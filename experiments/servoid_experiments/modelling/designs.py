@@ -1,0 +1,111 @@
+"""Objects whose exact shape is known: what they hold, and what cameras see of them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from servoid._native import Body, Camera, Lens, Paint, Stage
+from servoid.errors import SimError
+from servoid.pose import Pose
+from servoid.sim import bird
+from servoid.sim.world.meshes import as_mesh
+from servoid.sim.world.motions import STILL, Floats, pose_of, row_of, unit_row
+from servoid.sim.world.objects import OBJECTS, make_object
+from servoid_experiments.modelling.nets import surface_net
+from servoid_experiments.modelling.voxels import Voxels, voxels_of
+
+_BIRD = "bird"
+_BIRD_SPACING = 0.003
+VOXELS = 80  # along the longest side
+DESIGNS = (_BIRD, *OBJECTS)
+
+
+@dataclass(frozen=True, eq=False)
+class Design:
+    """An object's surface in its own frame, x right, y down, z away, and what it holds.
+
+    `vertices` is (N, 3) and `faces` (M, 3); parts may overlap.
+    """
+
+    vertices: Floats
+    faces: NDArray[np.int64]
+    voxels: Voxels
+    stage: Stage
+
+    def mask(self, camera: Camera, object_from_camera: Pose) -> NDArray[np.uint8]:
+        """Return where a camera sees the object: (H, W) uint8, 255 inside."""
+        lens = Lens(
+            model="pinhole",
+            size_px=camera.size_px,
+            focal_px=camera.focal_px,
+            center_px=camera.center_px,
+        )
+        _, numbers = self.stage.depth(
+            lens=lens,
+            world_from_lens=row_of(object_from_camera),
+            world_from_thing=np.array([STILL]),
+        )
+        return np.where(numbers >= 0, np.uint8(255), np.uint8(0))
+
+    def volume_iou(self, body: Body) -> float:
+        """Return the volume that object and body share, over that which either holds."""
+        body_from_object = body.world_from_object.inverse()
+        points = body_from_object.transform(np.ascontiguousarray(self.voxels.middles))
+        shared = self.voxels.volume * np.count_nonzero(_held_by(body, points))
+        return float(shared / (self.voxels.total + body.mass_properties()[0] - shared))
+
+
+@lru_cache(maxsize=len(DESIGNS))
+def design_of(name: str) -> Design:
+    """Return the design of an object, always the same.
+
+    Raises:
+        SimError: there is no such object.
+
+    """
+    if name not in DESIGNS:
+        raise SimError(f"unknown object '{name}'; choose one of {', '.join(DESIGNS)}")
+    vertices, faces = _bird() if name == _BIRD else _shipped(name)
+    stage = Stage()
+    stage.add_mesh(vertices, faces, Paint())
+    return Design(vertices, faces, voxels_of(vertices, faces, VOXELS), stage)
+
+
+def _shipped(name: str) -> tuple[Floats, NDArray[np.int64]]:
+    vertices: list[Floats] = []
+    faces: list[NDArray[np.int64]] = []
+    for thing in make_object(name):
+        mesh = as_mesh(thing.shape)
+        object_from_thing = pose_of(unit_row(thing.carrier_from_thing))
+        faces.append(mesh.faces + sum(map(len, vertices)))
+        vertices.append(object_from_thing.transform(np.ascontiguousarray(mesh.vertices)))
+    return np.concatenate(vertices), np.concatenate(faces)
+
+
+def _bird() -> tuple[Floats, NDArray[np.int64]]:
+    """Return the sample's bird, which stands on the ground with z up, about its middle."""
+    center = np.array(bird.BOUND_CENTER)
+    reach = np.full(3, bird.BOUND_RADIUS)
+
+    def distance(points: Floats) -> Floats:
+        return bird.distance(points.T.astype(np.float32)).astype(np.float64)
+
+    vertices, faces = surface_net(distance, center - reach, center + reach, _BIRD_SPACING)
+    x, y, z = (vertices - center).T
+    return np.ascontiguousarray(np.stack([x, -z, y], axis=1)), faces
+
+
+def _held_by(body: Body, points: Floats) -> NDArray[np.bool_]:
+    """Say which points (N, 3) in the body's frame lie in one of its ellipsoids."""
+    held = np.zeros(len(points), np.bool_)
+    parts: Sequence[tuple[Floats, Floats, Floats]] = list(
+        zip(body.centers, body.radii, body.rotations, strict=True)
+    )
+    for center, radii, rotation in parts:
+        turned = pose_of([*rotation, 0.0, 0.0, 0.0]).inverse()
+        own = turned.transform(np.ascontiguousarray(points - center)) / radii
+        held |= (own * own).sum(axis=1) < 1.0
+    return held

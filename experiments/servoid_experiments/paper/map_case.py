@@ -1,0 +1,104 @@
+"""What a fitness map is made of, and what is kept of it."""
+
+from enum import Enum
+from typing import Annotated
+
+import msgspec
+from msgspec import Meta
+
+from servoid_experiments.paper.eye_pair import EyeMode, PairSettings, Triple
+from servoid_experiments.paper.ridges import Ridge
+
+
+class Fitness(Enum):
+    """A way to say what a pose is worth."""
+
+    POINTS = "points"
+    REGION = "region"
+    SURFACE = "surface"
+    FULL = "full"
+    SOUGHT = "sought"
+
+
+class MapTrial(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """How a map is made."""
+
+    pair: PairSettings = PairSettings()
+    place: Annotated[
+        Triple, Meta(description="of the object in the hand's frame, m; the paper's, Sec. 5.1")
+    ] = (0.0, -0.1, 0.53)
+    middle: Annotated[
+        Triple, Meta(description="of the box of poses in the hand's frame, m; the paper's")
+    ] = (0.0, -0.09, 0.545)
+    half: Annotated[float, Meta(gt=0.0, description="half the box's side, m; the paper's")] = 0.1
+    count: Annotated[
+        int, Meta(ge=3, le=101, description="of poses along each side; the paper's: every 5 mm")
+    ] = 41
+    points: Annotated[int, Meta(ge=1, description="m, on a surface; assumed")] = 500
+    alpha: Annotated[
+        float,
+        Meta(gt=0.0, description="margin of the envelope, share of the least radius; assumed"),
+    ] = 0.3
+    taught_shift: Annotated[
+        float, Meta(ge=0.0, description="how far off the object was when its look was learned, m")
+    ] = 0.03
+    taught_turn_deg: Annotated[
+        float, Meta(ge=0.0, description="how far it was turned then, degrees")
+    ] = 6.0
+
+
+class MapCase(msgspec.Struct, frozen=True, kw_only=True):
+    """An object before the eyes; `whole` asks for the map of the box, too."""
+
+    object_name: str
+    eyes: EyeMode
+    seed: int
+    whole: bool
+    trial: MapTrial
+
+
+class FitnessRow(msgspec.Struct, frozen=True, kw_only=True):
+    """What was found of one fitness.
+
+    `xy`, `yz` and `xz` are the best over the third axis; in them the first axis runs fastest.
+    `crest` is the best at each depth along the ridge. All three and the floor are None or empty
+    where the box was not asked for.
+    """
+
+    fitness: Fitness
+    ridge: Ridge
+    floor: float | None
+    map_peak: list[float]
+    xy: list[list[float]]
+    yz: list[list[float]]
+    xz: list[list[float]]
+    along_z: list[float]
+    crest: list[float]
+
+
+class Answer(msgspec.Struct, frozen=True, kw_only=True):
+    """What servoid's tracker says with one kind of evidence or both.
+
+    `error` is that of its place in the hand's frame in m, None where it does not find the object;
+    `sigma_z` is its own standard deviation of z in m with the turn known, as in the map.
+    """
+
+    fitness: Fitness
+    error: list[float] | None
+    sigma_z: float | None
+
+
+class MapRow(msgspec.Struct, frozen=True, kw_only=True):
+    """What was found in one stereo pair.
+
+    `depths` are those of the profiles, relative to the true one in m; `crest_depths` those of the
+    crests. `answers` are by region, by surface and by both. Seconds are not reproducible.
+    """
+
+    fitnesses: list[FitnessRow]
+    answers: list[Answer]
+    depths: list[float]
+    crest_depths: list[float]
+    surface_points: int
+    points_seconds: float | None
+    region_seconds: float | None

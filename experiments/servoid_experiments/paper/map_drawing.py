@@ -1,0 +1,174 @@
+"""Pictures of fitness maps: the three planes of Fig. 8, and the ridges along z."""
+
+import csv
+import io
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from servoid.output import write_whole
+from servoid.view.axes import DISTINCT, dress, new_figure, png
+from servoid_experiments.paper.map_case import Fitness, FitnessRow, MapCase, MapRow
+from servoid_experiments.paper.map_places import Places
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.image import AxesImage
+
+NAMES = {
+    Fitness.POINTS: "the paper's points",
+    Fitness.REGION: "region",
+    Fitness.SURFACE: "surface",
+    Fitness.FULL: "region and surface",
+    Fitness.SOUGHT: "both, coarse",
+}
+MAPPED = (Fitness.POINTS, Fitness.REGION, Fitness.SURFACE, Fitness.FULL)
+_COLORS = dict(zip(MAPPED, DISTINCT, strict=False))
+_STYLES = dict(zip(MAPPED, ("-", "--", "-.", (0, (1, 1))), strict=True))
+_PLANES = (("xy", 0, 1), ("yz", 1, 2), ("xz", 0, 2))
+_MM = 1000.0
+
+
+def draw_map(case: MapCase, row: MapRow, file: Path) -> None:
+    """Draw the planes x-y, y-z and x-z of each fitness, with a CSV of the numbers beside it.
+
+    Raises:
+        OutputError: a file cannot be written.
+
+    """
+    found = {one.fitness: one for one in row.fitnesses}
+    figure = new_figure(11.0, 8.2)
+    panels = figure.subplots(len(_PLANES), len(MAPPED), squeeze=False)
+    shown = None
+    for column, fitness in enumerate(MAPPED):
+        for line, plane in enumerate(_PLANES):
+            shown = _plane(panels[line][column], case, found[fitness], plane)
+            if line == 0:
+                panels[line][column].set_title(NAMES[fitness], fontsize=12)
+    if shown is not None:
+        bar = figure.colorbar(shown, ax=panels, shrink=0.6, pad=0.015)
+        bar.set_label("fitness, share of its peak", fontsize=11)
+    write_whole(file, png(figure))
+    write_whole(file.with_suffix(".csv"), _map_csv(case, row))
+
+
+def draw_ridges(rows: Sequence[tuple[str, MapCase, MapRow]], file: Path) -> None:
+    """Draw the crests along z of all fitnesses, a panel for each titled row, with a CSV.
+
+    Raises:
+        OutputError: a file cannot be written.
+
+    """
+    figure = new_figure(max(5.4 * len(rows), 9.0), 4.7)
+    panels = figure.subplots(1, len(rows), squeeze=False, sharey=True)[0]
+    for panel, (title, _, row) in zip(panels, rows, strict=True):
+        depths = _MM * np.array(row.crest_depths)
+        for one in row.fitnesses:
+            if one.fitness in MAPPED and one.ridge.height > 0.0:
+                panel.plot(
+                    depths,
+                    np.array(one.crest) / one.ridge.height,
+                    color=_COLORS[one.fitness],
+                    linestyle=_STYLES[one.fitness],
+                    linewidth=2.0,
+                    label=NAMES[one.fitness],
+                )
+        _likelihood(panel, row)
+        panel.axhline(0.9, color="#888888", linewidth=1.0)
+        panel.text(-49.0, 0.905, "90 % of the peak", fontsize=9, color="#555555", va="bottom")
+        panel.set(xlim=(-50.0, 50.0), ylim=(0.0, 1.04))
+        panel.set_title(title, fontsize=12)
+        panel.set_xlabel("z, from the true place in mm", fontsize=11)
+        dress(panel)
+    panels[0].set_ylabel("best fitness at this depth,\nshare of its peak", fontsize=11)
+    lines, names = panels[0].get_legend_handles_labels()
+    figure.legend(lines, names, frameon=False, fontsize=10.5, ncols=5, loc="outside lower center")
+    write_whole(file, png(figure))
+    write_whole(file.with_suffix(".csv"), _ridge_csv(rows))
+
+
+def _likelihood(panel: "Axes", row: MapRow) -> None:
+    """Draw how likely servoid's answer holds each depth, by its own deviation."""
+    sigmas = [one.sigma_z for one in row.answers if one.fitness is Fitness.FULL]
+    if not sigmas or sigmas[0] is None:
+        return
+    sigma = _MM * sigmas[0]
+    off = np.linspace(-4.0 * sigma, 4.0 * sigma, 81)
+    panel.fill_between(
+        off,
+        np.exp(-0.5 * (off / sigma) ** 2),
+        color="#777777",
+        alpha=0.5,
+        linewidth=0.8,
+        label="likelihood of the answer",
+    )
+
+
+def _plane(
+    panel: "Axes", case: MapCase, one: FitnessRow, plane: tuple[str, int, int]
+) -> "AxesImage":
+    """Draw one plane: shades from 0 to the peak, a line at 90 % of it, and the true place."""
+    name, across, up = plane
+    axes = Places(case.trial).axes
+    right, above = _MM * axes[across], _MM * axes[up]
+    values = np.array(getattr(one, name))
+    share = values / max(float(values.max()), 1e-12)
+    half = 0.5 * (right[1] - right[0])
+    extent = (right[0] - half, right[-1] + half, above[0] - half, above[-1] + half)
+    shown = panel.imshow(
+        np.clip(share, 0.0, 1.0), origin="lower", extent=extent, cmap="YlGnBu", vmin=0.0, vmax=1.0
+    )
+    panel.contour(right, above, share, levels=[0.9], colors="#D55E00", linewidths=1.3)
+    place = case.trial.place
+    for color, width in (("white", 3.0), ("black", 1.2)):
+        panel.plot(
+            _MM * place[across], _MM * place[up], "o", mfc="none", mec=color, ms=15, mew=width
+        )
+    panel.set_xlabel(f"{name[0]} in mm", fontsize=10)
+    panel.set_ylabel(f"{name[1]} in mm", fontsize=10)
+    panel.tick_params(labelsize=9, length=3)
+    if name == "xy":
+        panel.invert_yaxis()
+    return shown
+
+
+def _map_csv(case: MapCase, row: MapRow) -> bytes:
+    text = io.StringIO()
+    out = csv.writer(text, lineterminator="\n")
+    out.writerow(["fitness", "plane", "first_mm", "second_mm", "value"])
+    axes = Places(case.trial).axes
+    for one in row.fitnesses:
+        for name, across, up in _PLANES:
+            for line, values in zip(axes[up], getattr(one, name), strict=False):
+                for place, value in zip(axes[across], values, strict=False):
+                    out.writerow(
+                        [
+                            one.fitness.value,
+                            name,
+                            f"{_MM * place:.1f}",
+                            f"{_MM * line:.1f}",
+                            f"{value:.6g}",
+                        ]
+                    )
+    return text.getvalue().encode()
+
+
+def _ridge_csv(rows: Sequence[tuple[str, MapCase, MapRow]]) -> bytes:
+    text = io.StringIO()
+    out = csv.writer(text, lineterminator="\n")
+    out.writerow(["object", "eyes", "fitness", "z_from_truth_mm", "value"])
+    for _, case, row in rows:
+        for one in row.fitnesses:
+            for depth, value in zip(row.crest_depths, one.crest, strict=False):
+                out.writerow(
+                    [
+                        case.object_name,
+                        case.eyes.value,
+                        one.fitness.value,
+                        f"{_MM * depth:.2f}",
+                        f"{value:.6g}",
+                    ]
+                )
+    return text.getvalue().encode()

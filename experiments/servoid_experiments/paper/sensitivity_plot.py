@@ -1,0 +1,99 @@
+"""A tornado plot: how far a figure goes when one constant after another is changed."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from servoid.output import write_together
+from servoid.view.axes import DISTINCT, dress, new_figure, png
+from servoid.view.page import INK, QUIET_INK
+from servoid_experiments.findings import Picture
+from servoid_experiments.paper.servoing_plots import table
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_MOST = 12  # constants that are drawn for a figure
+_BAND = "#e4e0d8"
+
+
+@dataclass(frozen=True)
+class Effect:
+    """A constant, and the figure with each of its other values."""
+
+    title: str
+    values: tuple[tuple[str, float], ...]
+
+
+def draw_tornado(
+    effects: Mapping[str, Sequence[Effect]],
+    middles: Mapping[str, tuple[float, float]],
+    file: Path,
+    caption: str,
+) -> Picture:
+    """Draw a panel for each figure, the first effects above, and write all of them as CSV.
+
+    `middles` are the figures as assumed, and how far single runs are from them by chance.
+
+    Raises:
+        OutputError: a file cannot be written.
+
+    """
+    shown = {name: all_of[:_MOST] for name, all_of in effects.items()}
+    heights = [len(few) for few in shown.values()]
+    figure = new_figure(9.6, 0.36 * sum(heights) + 0.9 * len(heights))
+    panels = figure.subplots(len(shown), 1, height_ratios=heights, squeeze=False)[:, 0]
+    for axes, (name, few) in zip(panels, shown.items(), strict=True):
+        _draw_effects(axes, few, *middles[name])
+        axes.set_title(name, loc="left", color=INK, fontsize=11)
+    _explain(figure)
+    rows = [
+        (name, one.title, value, figure_value, middles[name][0], middles[name][1])
+        for name, all_of in effects.items()
+        for one in all_of
+        for value, figure_value in one.values
+    ]
+    head = ("figure", "constant", "value", "with it", "as assumed", "by chance")
+    write_together({file: png(figure), file.with_suffix(".csv"): table(head, rows)})
+    return Picture(file, caption)
+
+
+def _draw_effects(axes: "Axes", few: Sequence[Effect], middle: float, band: float) -> None:
+    """Draw a row of bars from the middle for each constant."""
+    axes.axvspan(middle - band, middle + band, color=_BAND, linewidth=0)
+    for row, one in enumerate(few):
+        # Where both bars point to one side, both are to be seen.
+        height = 0.8 / len(one.values)
+        for place, (_, value) in enumerate(one.values):
+            axes.barh(
+                row - 0.4 + (place + 0.5) * height,
+                value - middle,
+                height,
+                left=middle,
+                color=DISTINCT[place % len(DISTINCT)],
+            )
+    axes.axvline(middle, color=QUIET_INK, linewidth=0.9)
+    axes.set_yticks(range(len(few)), [one.title for one in few])
+    axes.invert_yaxis()
+    dress(axes)
+    axes.grid(visible=False, axis="y")
+    axes.grid(axis="x", color="#e6e6e6", linewidth=0.8)
+    axes.tick_params(axis="y", labelsize=8)
+
+
+def _explain(figure: "Figure") -> None:
+    """Say below a figure which colour belongs to which value."""
+    from matplotlib.patches import Patch
+
+    labels = ("first value in brackets", "second", "third")
+    figure.legend(
+        handles=[
+            Patch(color=color, label=label) for color, label in zip(DISTINCT, labels, strict=False)
+        ],
+        loc="outside lower center",
+        ncols=3,
+        frameon=False,
+        fontsize=10,
+    )

@@ -1,0 +1,133 @@
+"""How well an object that swings was recognised and followed, by whole periods of its swing."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from servoid_experiments.paper.servoing_swing import response, unswung
+
+Floats = NDArray[np.float64]
+Triple = tuple[float, float, float]
+
+_KEPT_S = 1.0 / 16.0  # between two moments of a time course that are kept
+_AXES = "xyz"
+
+
+class Courses(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Time courses, in metres along the object's axes at its start; its start is the origin.
+
+    `seconds` are those since the object's path began, at which images were exposed. `hand` is
+    counted from where the hand should be at the start, so that it goes with the target if it
+    follows without an error. `seen` is where the object was recognised at that moment.
+    """
+
+    seconds: list[float]
+    target_x: list[float]
+    target_y: list[float]
+    target_z: list[float]
+    seen_x: list[float]
+    seen_y: list[float]
+    seen_z: list[float]
+    hand_x: list[float]
+    hand_y: list[float]
+    hand_z: list[float]
+
+    def along(self, what: str, axis: str) -> Floats:
+        """Return one course (N,): of the target, seen or hand, along x, y or z."""
+        return np.array(getattr(self, f"{what}_{axis}"))
+
+
+class Followed(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Figures of whole periods of the swing, lengths in metres, triples along x, y and z.
+
+    `gain` and `lag_deg` are amplitude ratio and phase lag in x against the object itself.
+    `hand_jitter` is the standard deviation of what is left of the hand's course without its
+    offset and swing; `seen_spread` is that of the recognition's error and `seen_worst` its greatest
+    magnitude. `x_by_z` correlates the recognition's errors in x and in z.
+    """
+
+    hand_gain: float
+    hand_lag_deg: float
+    seen_gain: float
+    seen_lag_deg: float
+    hand_rms: Triple
+    hand_offset: Triple
+    hand_jitter: Triple
+    seen_bias: Triple
+    seen_spread: Triple
+    seen_worst: Triple
+    x_by_z: float
+    z_spread_by_period: list[float]
+    courses: Courses
+
+
+@dataclass(frozen=True, eq=False)
+class Track:
+    """What happened at the moments of the images, (N,) in seconds: places in M0, (N, 3) each."""
+
+    times: Floats
+    target: Floats
+    seen: Floats
+    hand: Floats
+
+
+def followed(track: Track, omega: float, settle_s: float, periods: int) -> Followed:
+    """Measure whole periods of a swing along x in rad/s, after `settle_s`."""
+    period_s = 2.0 * math.pi / omega
+    measured = (track.times >= settle_s) & (track.times < settle_s + periods * period_s)
+    times, target, seen, hand = (
+        values[measured] for values in (track.times, track.target, track.seen, track.hand)
+    )
+    off, wrong = hand - target, seen - target
+    follows = response(times, hand[:, 0], target[:, 0], omega)
+    recognised = response(times, seen[:, 0], target[:, 0], omega)
+    number = np.floor((times - settle_s) / period_s)
+    return Followed(
+        hand_gain=follows.gain,
+        hand_lag_deg=follows.lag_deg,
+        seen_gain=recognised.gain,
+        seen_lag_deg=recognised.lag_deg,
+        hand_rms=_triple(np.sqrt(np.mean(off**2, axis=0))),
+        hand_offset=_triple(off.mean(axis=0)),
+        hand_jitter=_triple([unswung(times, column, omega).std() for column in hand.T]),
+        seen_bias=_triple(wrong.mean(axis=0)),
+        seen_spread=_triple(wrong.std(axis=0)),
+        seen_worst=_triple(np.abs(wrong).max(axis=0)),
+        x_by_z=_correlation(wrong[:, 0], wrong[:, 2]),
+        z_spread_by_period=[float(wrong[number == one, 2].std()) for one in range(periods)],
+        courses=_courses(track),
+    )
+
+
+def _courses(track: Track) -> Courses:
+    """Keep moments that are not much closer to each other than a picture needs."""
+    kept: list[int] = []
+    for place, moment in enumerate(track.times):
+        if not kept or moment - track.times[kept[-1]] >= _KEPT_S:
+            kept.append(place)
+    columns = {
+        f"{name}_{axis}": _listed(getattr(track, name)[kept, place])
+        for name in ("target", "seen", "hand")
+        for place, axis in enumerate(_AXES)
+    }
+    return Courses(seconds=_listed(track.times[kept]), **columns)
+
+
+def _correlation(one: Floats, other: Floats) -> float:
+    """Return the correlation of two series (N,), 0 where one of them does not change."""
+    scale = float(one.std() * other.std())
+    shared = float(np.mean((one - one.mean()) * (other - other.mean())))
+    return shared / scale if scale > 0.0 else 0.0
+
+
+def _triple(values: Sequence[float] | Floats) -> Triple:
+    x, y, z = (float(value) for value in values)
+    return (x, y, z)
+
+
+def _listed(values: Floats) -> list[float]:
+    return [round(float(value), 6) for value in values]

@@ -1,0 +1,219 @@
+"""The paper's servoing method, and what takes the place of its parts."""
+
+from collections.abc import Sequence
+from enum import Enum
+from typing import Annotated
+
+import msgspec
+import numpy as np
+from msgspec import Meta
+from msgspec.structs import replace
+
+from servoid._native import (
+    Body,
+    Estimate,
+    OneStepSettings,
+    OneStepTracker,
+    Tracker,
+    TrackSettings,
+)
+from servoid.pose import Pose
+from servoid.servo import GazeMode, ServoSettings, as_the_paper
+from servoid.servo.settings import GazeSettings, HandSettings, JointSettings
+from servoid.sim.world import World
+from servoid.sim.world.objects import make_object
+from servoid.sim.world.things import Ellipsoid
+from servoid.track.follower import Follower, Images
+from servoid_experiments.paper.servoing_reading import Frame, Reading, hand_of, in_world, placed
+from servoid_experiments.paper.servoing_settings import Constants, Search, Triple
+
+
+class Judge(Enum):
+    """What says where the object is."""
+
+    POINTS = "points"
+    REGION = "region"
+    SERVOID = "servoid"
+
+
+class Method(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """The paper's method, but for what servoid does in its place."""
+
+    judge: Annotated[
+        Judge,
+        Meta(
+            description="points or region for the 1-step genetic algorithm, or servoid's own "
+            "tracker, which finds out for itself how the object is turned"
+        ),
+    ] = Judge.POINTS
+    surface: Annotated[
+        bool,
+        Meta(description="let servoid's tracker use the look of the surface, beside outlines"),
+    ] = False
+    in_hand: Annotated[
+        bool,
+        Meta(
+            description="let the genetic algorithm's population live in the hand's frame, in "
+            "which the paper's equation 9 has the object, or in the world"
+        ),
+    ] = True
+    stamped: Annotated[
+        bool,
+        Meta(
+            description="take the object for where it was when its image was taken, or for now "
+            "as far before the hand as it was then: the paper does not speak of time stamps"
+        ),
+    ] = False
+    filtered: Annotated[
+        bool, Meta(description="filter estimates and move them ahead by their age")
+    ] = False
+    feed_forward: Annotated[
+        bool, Meta(description="add the target's velocity to that of hand and eyes")
+    ] = False
+    turn_told: Annotated[
+        bool, Meta(description="give servoing the object's true orientation, as the paper does")
+    ] = True
+    qp: Annotated[bool, Meta(description="joint speeds by a QP, not by the paper's law")] = False
+
+
+_ANY = 1e3  # m/s and rad/s
+_BEGINS_AFTER = 5  # estimates: the object has been modelled, and is where it was
+
+
+def servo_settings(method: Method, given: Constants) -> ServoSettings:
+    """Return how to servo by a method, with the paper's gains."""
+    law, eyes = given.law, given.eyes
+    ours = ServoSettings(
+        hand=HandSettings(
+            position_gain=law.position_gain,
+            position_rate_gain=law.position_rate_gain,
+            turn_gain=law.turn_gain,
+            turn_rate_gain=law.turn_rate_gain,
+            linear_speed=law.speed,
+            linear_acceleration=law.acceleration,
+        ),
+        joints=JointSettings(feedback_gain=law.joint_gain),
+        gaze=GazeSettings(
+            mode=GazeMode.FIXATE if eyes.verging else GazeMode.PARALLEL,
+            gain=eyes.gaze_gain,
+            rate_gain=eyes.gaze_rate_gain,
+        ),
+    )
+    theirs = as_the_paper(ours)
+    moving = ours if method.feed_forward else theirs
+    hand = moving.hand
+    if method.feed_forward and not method.filtered:
+        # Speeds are fed forward as they are found.
+        hand = replace(hand, sure_speed=_ANY, sure_turning=_ANY)
+    return ServoSettings(
+        target=(ours if method.filtered else theirs).target,
+        hand=hand,
+        joints=(ours if method.qp else theirs).joints,
+        gaze=moving.gaze,
+        safety=replace(theirs.safety, resume_after=_BEGINS_AFTER),
+    )
+
+
+def body_of(name: str, radii: Triple | None) -> Body:
+    """Return the body that an object made of ellipsoids is, its frame that of the object."""
+    centers, sizes, turns = [], [], []
+    for thing in make_object(name, radii):
+        assert isinstance(thing.shape, Ellipsoid), f"{name} is not made of ellipsoids"
+        sizes.append(thing.shape.radii)
+        turns.append(thing.carrier_from_thing[:4])
+        centers.append(thing.carrier_from_thing[4:])
+    return Body(
+        world_from_object=Pose.identity(),
+        centers=np.array(centers, float),
+        radii=np.array(sizes, float),
+        rotations=np.array(turns, float),
+    )
+
+
+def make_follower(world: World, body: Body, method: Method, search: Search, seed: int) -> Reading:
+    """Make what tracks the object of a world by a method."""
+    if method.judge is Judge.SERVOID:
+        tracker = Tracker(world.cameras, body, TrackSettings(seed=seed, surface=method.surface))
+        told = ToldTracker(world, tracker) if method.turn_told else tracker
+        return Reading(world, told, in_hand=False, stamped=method.stamped)
+    region = method.judge is Judge.REGION
+    settings = OneStepSettings(
+        seed=seed,
+        turns=False,
+        region=region or None,
+        points=None if region else search.points,
+        alpha=None if region else search.alpha,
+        reach=search.reach,
+        population=search.population,
+        elites=min(search.elites, search.population - 1),
+        mutation_rate=search.mutation_rate,
+        mutation_width=search.mutation_width,
+        least_width=min(search.least_width, search.mutation_width),
+    )
+    frame = hand_of(world) if method.in_hand else in_world
+    bred = ToldTurn(world, frame, OneStepTracker(world.cameras, body, settings), search.generations)
+    return Reading(world, bred, in_hand=method.in_hand, stamped=method.stamped)
+
+
+class ToldTracker:
+    """A tracker of all six degrees of freedom, of which the place is used."""
+
+    def __init__(self, world: World, tracker: Follower) -> None:
+        self._world, self._tracker = world, tracker
+
+    def start(
+        self,
+        time_s: float,
+        world_from_camera: Sequence[Pose],
+        images: Images,
+        world_from_object: Pose,
+        masks: Images | None = None,
+    ) -> Estimate:
+        """Learn what the object looks like, with the object at a known pose."""
+        return self._told(
+            self._tracker.start(time_s, world_from_camera, images, world_from_object, masks)
+        )
+
+    def step(self, time_s: float, world_from_camera: Sequence[Pose], images: Images) -> Estimate:
+        """Find the object in the next observation."""
+        return self._told(self._tracker.step(time_s, world_from_camera, images))
+
+    def _told(self, estimate: Estimate) -> Estimate:
+        found, truth = estimate.world_from_object, self._world.world_from_object_at(estimate.time_s)
+        turn = (truth.inverse() @ found).matrix()[:3, :3]
+        covariance = np.zeros((6, 6))
+        covariance[:3, :3] = turn @ estimate.covariance[:3, :3] @ turn.T
+        there = Pose.from_parts(found.translation, truth.quaternion)
+        return placed(estimate, there, covariance, np.zeros((0, 6)))
+
+
+class ToldTurn:
+    """The 1-step genetic algorithm on x, y and z, told how the object is truly turned.
+
+    With several generations an image, the same image is bred on again and again.
+    """
+
+    def __init__(
+        self, world: World, frame: Frame, tracker: OneStepTracker, generations: int
+    ) -> None:
+        self._world, self._frame = world, frame
+        self._tracker, self._generations = tracker, generations
+
+    def start(
+        self,
+        time_s: float,
+        world_from_camera: Sequence[Pose],
+        images: Images,
+        world_from_object: Pose,
+        masks: Images | None = None,
+    ) -> Estimate:
+        """Learn what the object looks like, with the object at a known pose."""
+        return self._tracker.start(time_s, world_from_camera, images, world_from_object, masks)
+
+    def step(self, time_s: float, world_from_camera: Sequence[Pose], images: Images) -> Estimate:
+        """Find the object in the next observation."""
+        truth = self._frame().inverse() @ self._world.world_from_object_at(time_s)
+        self._tracker.set_orientation(truth.quaternion)
+        for _ in range(self._generations - 1):
+            self._tracker.step(time_s, world_from_camera, images)
+        return self._tracker.step(time_s, world_from_camera, images)

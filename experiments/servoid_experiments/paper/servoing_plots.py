@@ -1,0 +1,181 @@
+"""Pictures of the paper's servoing: time courses as it plots them, and what each change does."""
+
+import csv
+import io
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from servoid.output import write_together
+from servoid.view.axes import DISTINCT, dress, new_figure, png
+from servoid.view.page import INK, QUIET_INK
+from servoid_experiments.findings import Picture
+from servoid_experiments.paper.intervals import Interval
+from servoid_experiments.paper.servoing_followed import Courses
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+Floats = NDArray[np.float64]
+
+_HAND, _SEEN = DISTINCT[0], DISTINCT[1]
+_ROOM = 1.08
+_LEAST_MM = 5.0  # half the height of a panel across the motion
+_AXES = "xyz"
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column of panels: its heading, the courses of one run, and how long they are shown."""
+
+    heading: str
+    courses: Courses
+    until_s: float | None = None
+
+    @property
+    def last_s(self) -> float:
+        """Return the last second that is shown."""
+        last_s = self.courses.seconds[-1]
+        return last_s if self.until_s is None else min(last_s, self.until_s)
+
+
+def draw_courses(columns: Sequence[Column], file: Path, caption: str) -> Picture:
+    """Draw x, y and z of target, recognition and hand over time, a column for each run.
+
+    A CSV file with the numbers is written beside the picture.
+
+    Raises:
+        OutputError: a file cannot be written.
+
+    """
+    figure = new_figure(9.6, 6.6)
+    panels = figure.subplots(3, len(columns), sharey="row", sharex="col", squeeze=False)
+    across = max(_LEAST_MM, *(_greatest(one.courses, axis) for one in columns for axis in "yz"))
+    for place, one in enumerate(columns):
+        for axes, axis in zip(panels[:, place], _AXES, strict=True):
+            _draw_along(axes, one, axis)
+            if axis != "x":
+                axes.set_ylim(-across, across)
+        panels[0, place].set_title(one.heading, loc="left", color=INK, fontsize=11)
+        panels[-1, place].set_xlabel("seconds since the object moves", color=INK, fontsize=10)
+    for axes, axis in zip(panels[:, 0], _AXES, strict=True):
+        axes.set_ylabel(f"{axis} in M0 [mm]", color=INK, fontsize=10)
+    figure.legend(
+        *panels[0, 0].get_legend_handles_labels(),
+        loc="outside lower center",
+        ncols=3,
+        frameon=False,
+        fontsize=10,
+    )
+    rows = [
+        (one.heading, *(getattr(one.courses, name)[index] for name in Courses.__struct_fields__))
+        for one in columns
+        for index in range(len(one.courses.seconds))
+    ]
+    write_together(
+        {file: png(figure), file.with_suffix(".csv"): table(("run", *_units(Courses)), rows)}
+    )
+    return Picture(file, caption)
+
+
+def _draw_along(axes: "Axes", one: Column, axis: str) -> None:
+    """Draw the three courses along an axis."""
+    lines = (
+        ("seen", _SEEN, "-", 1.1, "recognised"),
+        ("hand", _HAND, "-", 1.8, "hand"),
+        ("target", INK, "--", 1.1, "target"),
+    )
+    for what, color, style, width, label in lines:
+        values = 1000.0 * one.courses.along(what, axis)
+        axes.plot(one.courses.seconds, values, style, color=color, linewidth=width, label=label)
+    axes.set_xlim(0.0, one.last_s)
+    dress(axes)
+
+
+def _greatest(courses: Courses, axis: str) -> float:
+    """Return the greatest magnitude of what is shown along an axis in mm, with some room."""
+    values = [np.abs(courses.along(what, axis)).max() for what in ("target", "seen", "hand")]
+    return _ROOM * 1000.0 * float(max(values))
+
+
+def _units(kind: type[Courses]) -> list[str]:
+    return [name if name == "seconds" else f"{name}_m" for name in kind.__struct_fields__]
+
+
+@dataclass(frozen=True)
+class Bar:
+    """What came of a method: spread of the recognised z and x, and lag of the hand.
+
+    In millimetres and degrees. `group` bars are drawn together, with a gap after them.
+    """
+
+    name: str
+    group: int
+    z_spread: Interval
+    x_spread: Interval
+    lag: Interval
+
+
+def draw_cures(bars: Sequence[Bar], file: Path, caption: str) -> Picture:
+    """Draw what each change of the paper's method does, with intervals, and write a CSV file.
+
+    Raises:
+        OutputError: a file cannot be written.
+
+    """
+    figure = new_figure(9.6, 0.36 * len(bars) + 1.3)
+    panels = figure.subplots(1, 3, sharey=True)
+    heights = -np.array([index + 0.7 * one.group for index, one in enumerate(bars)])
+    kinds = (
+        ("recognised z:\nspread [mm]", [one.z_spread for one in bars]),
+        ("recognised x:\nspread [mm]", [one.x_spread for one in bars]),
+        ("hand:\nphase lag [deg]", [one.lag for one in bars]),
+    )
+    for axes, (title, values) in zip(panels, kinds, strict=True):
+        _draw_intervals(axes, heights, values)
+        axes.set_title(title, loc="left", color=INK, fontsize=10)
+    panels[0].set_yticks(heights, [one.name for one in bars])
+    rows = [(one.name, *_pair(one.z_spread), *_pair(one.x_spread), *_pair(one.lag)) for one in bars]
+    head = ("method", *_paired("z_spread_mm"), *_paired("x_spread_mm"), *_paired("lag_deg"))
+    write_together({file: png(figure), file.with_suffix(".csv"): table(head, rows)})
+    return Picture(file, caption)
+
+
+def _draw_intervals(axes: "Axes", heights: Floats, values: Sequence[Interval]) -> None:
+    """Draw means and intervals at heights (N,); a dashed line marks the first mean."""
+    means = np.array([value.mean for value in values])
+    halves = np.array([value.half or 0.0 for value in values])
+    # A spread cannot be below 0, however few runs there are.
+    below = np.minimum(halves, means) if (means >= 0.0).all() else halves
+    axes.axvline(means[0], color=QUIET_INK, linewidth=0.9, linestyle="--")
+    axes.errorbar(
+        means, heights, xerr=(below, halves), fmt="o", color=_HAND, capsize=3, markersize=5
+    )
+    least, most = float((means - below).min()), float((means + halves).max())
+    axes.set_xlim(min(0.0, least - 0.05 * most), 1.05 * most)
+    axes.axvline(0.0, color="#aaaaaa", linewidth=0.8)
+    dress(axes)
+    axes.grid(axis="x", color="#e6e6e6", linewidth=0.8)
+
+
+def _paired(name: str) -> tuple[str, str]:
+    return name, f"{name}_95_half_width"
+
+
+def _pair(value: Interval) -> tuple[float, float | str]:
+    return value.mean, "" if value.half is None else value.half
+
+
+def table(head: Sequence[str], rows: Sequence[Sequence[float | str]]) -> bytes:
+    """Return rows below a head as the bytes of a CSV file."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(head)
+    writer.writerows(
+        [f"{cell:.6g}" if isinstance(cell, float) else cell for cell in row] for row in rows
+    )
+    return text.getvalue().encode()

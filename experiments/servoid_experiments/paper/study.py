@@ -1,0 +1,71 @@
+"""The study of the paper: all its experiments, from one file of settings."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import msgspec
+
+from servoid_experiments.design import Results, Study, Work
+from servoid_experiments.findings import Section
+from servoid_experiments.paper.fitness_map import FITNESS_MAP
+from servoid_experiments.paper.map_section import QUICK_MAP, MapSettings, map_section, map_work
+from servoid_experiments.paper.sensitivity import (
+    SensitivitySettings,
+    quick_sensitivity,
+    sensitivity_work,
+)
+from servoid_experiments.paper.sensitivity_telling import sensitivity_sections
+from servoid_experiments.paper.servoing import ServoingSettings, quick_servoing, servoing_work
+from servoid_experiments.paper.servoing_telling import servoing_sections
+from servoid_experiments.paper.two_ellipsoids import TWO_ELLIPSOIDS
+from servoid_experiments.paper.two_section import QUICK_TWO, TwoSettings, two_section, two_work
+
+
+class PaperStudySettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """The paper's experiments; where it leaves out a constant, ours is called assumed."""
+
+    map: MapSettings = MapSettings()
+    two: TwoSettings = TwoSettings()
+    servoing: ServoingSettings = ServoingSettings()
+    sensitivity: SensitivitySettings = SensitivitySettings()
+
+
+def plan_paper(settings: PaperStudySettings) -> list[Work]:
+    """Return the trials of Figs. 8 to 11, and of the constants."""
+    return [
+        map_work(settings.map),
+        two_work(settings.two),
+        *servoing_work(settings.servoing),
+        *sensitivity_work(settings.sensitivity, settings.servoing.constants),
+    ]
+
+
+def tell_paper(settings: PaperStudySettings, results: Results, folder: Path) -> Sequence[Section]:
+    """Say what became of each figure."""
+    constants = settings.servoing.constants
+    return [
+        map_section(settings.map, results[FITNESS_MAP.name], folder),
+        two_section(settings.two, results[TWO_ELLIPSOIDS.name], folder),
+        *servoing_sections(settings.servoing, results, folder),
+        *sensitivity_sections(settings.sensitivity, constants, results, folder),
+    ]
+
+
+PAPER = Study(
+    name="paper",
+    title="The paper's experiments again",
+    asks=(
+        "What do the experiments of 'Modeling of Arbitrary-Shaped Objects by Evolving-Ellipsoids "
+        "Approximation for Visual Servoing' (AROB 2015) give in simulation, by its method and by "
+        "servoid's, and which of the constants that it leaves out matter?"
+    ),
+    settings=PaperStudySettings,
+    quick=PaperStudySettings(
+        map=QUICK_MAP,
+        two=QUICK_TWO,
+        servoing=quick_servoing(),
+        sensitivity=quick_sensitivity(),
+    ),
+    plan=plan_paper,
+    tell=tell_paper,
+)

@@ -1,0 +1,194 @@
+"""Pictures of the object of two ellipsoids and its models: Fig. 9, and the errors over seeds."""
+
+import csv
+import io
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from servoid._native import Body, Pose
+from servoid.output import write_whole
+from servoid.view.axes import DISTINCT, dress, new_figure, png
+from servoid_experiments.paper.body_errors import Floats, shape_matrices
+from servoid_experiments.paper.eye_pair import EyePair, paper_hand, true_body
+from servoid_experiments.paper.intervals import interval
+from servoid_experiments.paper.two_case import OBJECT_NAME, Procedure, TwoCase, TwoRow
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+NAMES = {
+    Procedure.PAPER: "the paper's",
+    Procedure.PAIR: "servoid, the pair",
+    Procedure.STEREO: "servoid, pair with\nits own depth",
+    Procedure.DEPTH: "servoid, pair with\na depth camera",
+    Procedure.LOOKS: "servoid, four pairs",
+}
+_MM = 1000.0
+_TRUE = "#111111"
+_MODEL = DISTINCT[0]
+_AROUND_PX = 30
+_SIDES = ((0, 2, "x", "z"), (2, 1, "z", "y"))
+_SIDE_ORDER = "seen from above", "seen from the side"
+_ANGLES = np.linspace(0.0, 2.0 * np.pi, 121)
+
+
+@dataclass(frozen=True)
+class Shown:
+    """A model that is drawn: how it was made, and what came of it."""
+
+    case: TwoCase
+    row: TwoRow
+
+    def body(self) -> Body:
+        """Return the model in the world."""
+        return Body(
+            world_from_object=paper_hand(),
+            centers=np.array(self.row.centers),
+            radii=np.array(self.row.radii),
+            rotations=np.array(self.row.rotations),
+        )
+
+
+def draw_models(pair: EyePair, shown: Sequence[Shown], file: Path) -> None:
+    """Draw models of one pair beside each other: in the left image, from above, and from the side.
+
+    Raises:
+        OutputError: the file cannot be written.
+
+    """
+    figure = new_figure(2.45 * len(shown), 7.6)
+    panels = figure.subplots(3, len(shown), squeeze=False)
+    true = true_body(OBJECT_NAME, pair.world_from_object)
+    for column, one in enumerate(shown):
+        body = one.body()
+        _image(panels[0][column], pair, body)
+        panels[0][column].set_title(NAMES[one.case.procedure], fontsize=10.5)
+        for line, side in enumerate(_SIDES, start=1):
+            _side(panels[line][column], true, body, side)
+            if column == 0:
+                words = _SIDE_ORDER[line - 1]
+                panels[line][column].set_ylabel(f"{words}\n{side[3]} in mm", fontsize=10)
+    panels[0][0].set_ylabel("left image", fontsize=10)
+    write_whole(file, png(figure))
+
+
+def draw_errors(rows: Mapping[Procedure, Sequence[TwoRow]], file: Path) -> None:
+    """Draw the errors of all seeds, with their means and 95 % intervals, and a CSV beside it.
+
+    Raises:
+        OutputError: a file cannot be written.
+
+    """
+    figure = new_figure(11.0, 4.6)
+    panels = figure.subplots(1, 4, sharey=True)
+    kinds = [kind for kind in Procedure if rows.get(kind)]
+    for axis, panel in enumerate(panels[:3]):
+        values = {kind: [_MM * row.error[axis] for row in rows[kind]] for kind in kinds}
+        _dots(panel, values, f"centroid's error in {'xyz'[axis]}, mm")
+        panel.axvline(0.0, color="#888888", linewidth=1.0)
+    _dots(
+        panels[3],
+        {kind: [row.volume_iou for row in rows[kind]] for kind in kinds},
+        "volume in common, IoU",
+    )
+    panels[3].set_xlim(0.0, 1.02)
+    panels[0].set_yticks(range(len(kinds)), [NAMES[kind] for kind in kinds], fontsize=10)
+    panels[0].set_ylim(len(kinds) - 0.5, -0.5)
+    write_whole(file, png(figure))
+    write_whole(file.with_suffix(".csv"), _csv(rows))
+
+
+def _image(panel: "Axes", pair: EyePair, body: Body) -> None:
+    """Draw what is seen, the object's true outline, and those of the model's ellipsoids."""
+    rows, columns = np.nonzero(pair.masks[0])
+    panel.imshow(pair.images[0])
+    eye = pair.cameras[0], pair.world_from_cameras[0]
+    panel.contour(pair.masks[0] != 0, levels=[0.5], colors="white", linewidths=2.6)
+    panel.contour(pair.masks[0] != 0, levels=[0.5], colors=_TRUE, linewidths=1.2)
+    for outline in body.outlines(*eye):
+        if outline is not None:
+            edge = _ellipse(*outline)
+            panel.plot(*edge, color="white", linewidth=2.6)
+            panel.plot(*edge, color=_MODEL, linewidth=1.4)
+    middle = np.array([columns.mean(), rows.mean()])
+    half = 0.5 * max(np.ptp(columns), np.ptp(rows)) + _AROUND_PX
+    panel.set_xlim(middle[0] - half, middle[0] + half)
+    panel.set_ylim(middle[1] + half, middle[1] - half)
+    panel.set_xticks([])
+    panel.set_yticks([])
+
+
+def _side(panel: "Axes", true: Body, body: Body, side: tuple[int, int, str, str]) -> None:
+    """Draw the outlines of both bodies as seen from far away along an axis of the hand."""
+    across, up, right, _ = side
+    middle = _MM * _in_hand(true)[0].mean(axis=0)
+    for centers, spread, color, style in (
+        (*_in_hand(body), _MODEL, "-"),
+        (*_in_hand(true), _TRUE, "--"),
+    ):
+        for center, matrix in zip(centers, spread, strict=True):
+            axes = [across, up]
+            edge = _ellipse(_MM * center[axes], _MM**2 * matrix[np.ix_(axes, axes)])
+            if style == "-":
+                panel.fill(*edge, color=color, alpha=0.15, linewidth=0.0)
+            panel.plot(*edge, color=color, linestyle=style, linewidth=1.4)
+    panel.set_xlim(middle[across] - 115.0, middle[across] + 115.0)
+    panel.set_ylim(middle[up] - 115.0, middle[up] + 115.0)
+    panel.set_aspect("equal")
+    if up == 1:
+        panel.invert_yaxis()
+    panel.set_xlabel(f"{right} in mm", fontsize=10)
+    panel.tick_params(labelsize=8.5, length=3)
+
+
+def _in_hand(body: Body) -> tuple[Floats, Floats]:
+    to_hand: Pose = paper_hand().inverse()
+    turn = to_hand.matrix()[:3, :3]
+    centers, spread = shape_matrices(body)
+    return to_hand.transform(np.ascontiguousarray(centers)), turn @ spread @ turn.T
+
+
+def _ellipse(center: Floats, spread: Floats) -> tuple[Floats, Floats]:
+    """Return the edge of the ellipse with a centre (2,) and a shape matrix (2, 2)."""
+    values, vectors = np.linalg.eigh(spread)
+    unit = np.stack([np.cos(_ANGLES), np.sin(_ANGLES)])
+    edge = center[:, None] + vectors @ (np.sqrt(np.maximum(values, 0.0))[:, None] * unit)
+    return edge[0], edge[1]
+
+
+def _dots(panel: "Axes", values: Mapping[Procedure, Sequence[float]], label: str) -> None:
+    for place, (kind, numbers) in enumerate(values.items()):
+        beside = place + np.linspace(-0.22, 0.22, len(numbers)) if len(numbers) > 1 else [place]
+        color = DISTINCT[1] if kind is Procedure.PAPER else _MODEL
+        panel.plot(numbers, beside, ".", color=color, alpha=0.45, markersize=5)
+        found = interval(numbers)
+        panel.plot([found.low, found.high], [place] * 2, color=_TRUE, linewidth=2.2)
+        panel.plot(found.mean, place, "D", color=_TRUE, markersize=5)
+    panel.set_xlabel(label, fontsize=10.5)
+    dress(panel)
+    panel.grid(axis="x", color="#e6e6e6", linewidth=0.8)
+
+
+def _csv(rows: Mapping[Procedure, Sequence[TwoRow]]) -> bytes:
+    text = io.StringIO()
+    out = csv.writer(text, lineterminator="\n")
+    out.writerow(
+        ["procedure", "trial", "x_mm", "y_mm", "z_mm", "volume_iou", "silhouette_iou", "volume"]
+    )
+    for kind, found in rows.items():
+        for number, row in enumerate(found):
+            out.writerow(
+                [
+                    kind.value,
+                    number,
+                    *(f"{_MM * x:.4f}" for x in row.error),
+                    f"{row.volume_iou:.5f}",
+                    f"{row.silhouette_iou:.5f}",
+                    f"{row.volume_ratio:.5f}",
+                ]
+            )
+    return text.getvalue().encode()

@@ -1,0 +1,168 @@
+"""Section 5.2, Fig. 9: an object of two ellipsoids is modelled with three."""
+
+import time
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from servoid._native import (
+    Body,
+    Given,
+    ModelSettings,
+    PaperSettings,
+    Pose,
+    View,
+    fit_body,
+    fit_paper,
+)
+from servoid.batch import Experiment
+from servoid.model import Sights
+from servoid.model.sights import NO_SIGHTS, sights_of_depth
+from servoid.observe import stereo_depth
+from servoid.observe.hue import hue_window, match_image
+from servoid_experiments.paper.body_errors import (
+    centroid,
+    nearest_parts,
+    shape_matrices,
+    silhouette_iou,
+    volume_iou,
+)
+from servoid_experiments.paper.eye_pair import EyePair, Moment, paper_hand, see, true_body
+from servoid_experiments.paper.two_case import OBJECT_NAME, Procedure, TwoCase, TwoRow
+
+_SURE = 0.008  # share of a measured depth that its expected error may be
+_LIGHT_TURN, _LIGHT_LEVEL = 0.2, 0.15
+
+
+def run_two_ellipsoids(case: TwoCase) -> TwoRow:
+    """Draw a stereo pair, model the object, and compare the model with the truth."""
+    pair = first_pair(case)
+    window = hue_window(pair.images[0], pair.masks[0])
+    pairs = [pair, *_further_pairs(case)] if case.procedure is Procedure.LOOKS else [pair]
+    views = [view for one in pairs for view in _views(one, window)]
+    sights = _sights(case, pair, match_image(pair.images[0], *window))
+    start = time.perf_counter()
+    body = _model(case, views, sights)
+    seconds = time.perf_counter() - start
+    return _row(body, pair, len(sights), seconds)
+
+
+TWO_ELLIPSOIDS = Experiment("two_ellipsoids", run_two_ellipsoids, TwoCase, TwoRow)
+
+
+def first_pair(case: TwoCase) -> EyePair:
+    """Draw what the eyes see from where the hand first stands."""
+    return _pair_from(case, paper_hand(), 0)
+
+
+def _further_pairs(case: TwoCase) -> list[EyePair]:
+    """Draw what they see when the hand has gone around the object.
+
+    That an arm gets there is not asked.
+    """
+    middle = _hand_from_object(case)
+    pairs = []
+    for number, (right, up) in enumerate(case.trial.looks_deg, start=1):
+        aside = Pose.exp([0.0, 0.0, 0.0, 0.0, -np.radians(right), 0.0])
+        above = Pose.exp([0.0, 0.0, 0.0, -np.radians(up), 0.0, 0.0])
+        hand = paper_hand() @ middle @ aside @ above @ middle.inverse()
+        pairs.append(_pair_from(case, hand, number))
+    return pairs
+
+
+def _hand_from_object(case: TwoCase) -> Pose:
+    """Return where the object is before the hand that first looks."""
+    random = np.random.default_rng([case.seed, 0])
+    place = np.array(case.trial.place) + random.uniform(-1.0, 1.0, 3) * case.trial.spread
+    return Pose.from_parts(place.tolist(), [1.0, 0.0, 0.0, 0.0])
+
+
+def _pair_from(case: TwoCase, world_from_hand: Pose, number: int) -> EyePair:
+    world_from_object = paper_hand() @ _hand_from_object(case)
+    random = np.random.default_rng([case.seed, 1])
+    toward = np.array(Moment.toward) + random.uniform(-_LIGHT_TURN, _LIGHT_TURN, 3)
+    moment = Moment(
+        OBJECT_NAME,
+        world_from_hand.inverse() @ world_from_object,
+        world_from_hand,
+        case.trial.eyes,
+        seed=100 * case.seed + number,
+        level=float(1.0 + random.uniform(-_LIGHT_LEVEL, _LIGHT_LEVEL)),
+        toward=(float(toward[0]), float(toward[1]), float(toward[2])),
+    )
+    return see(case.trial.pair, moment)
+
+
+def _views(pair: EyePair, window: tuple[float, float]) -> list[View]:
+    """Return the pixels that have the target's hue, which all procedures start from."""
+    return [
+        View(camera=camera, world_from_camera=pose, mask=match_image(image, *window))
+        for camera, pose, image in zip(
+            pair.cameras, pair.world_from_cameras, pair.images, strict=True
+        )
+    ]
+
+
+def _sights(case: TwoCase, pair: EyePair, mask: NDArray[np.uint8]) -> Sights:
+    """Return the depth of the left image's object as the procedure knows it."""
+    if case.procedure is Procedure.STEREO:
+        left_from_right = pair.world_from_cameras[0].inverse() @ pair.world_from_cameras[1]
+        found = stereo_depth(*pair.images, *pair.cameras, left_from_right, mask_a=mask)
+        sure = found.sigma_m <= _SURE * found.depth
+        depth = np.where(sure, found.depth, np.float32(np.nan)).astype(np.float32)
+    elif case.procedure is Procedure.DEPTH:
+        random = np.random.default_rng([case.seed, 2])
+        true = pair.depths[0]
+        noise = case.trial.depth_noise * random.normal(size=true.shape)
+        depth = np.where(pair.masks[0] != 0, true * (1.0 + noise), np.nan).astype(np.float32)
+    else:
+        return NO_SIGHTS
+    return sights_of_depth(depth, mask, pair.cameras[0], pair.world_from_cameras[0])
+
+
+def _model(case: TwoCase, views: Sequence[View], sights: Sights) -> Body:
+    """Model with all the ellipsoids that are asked for, on one thread."""
+    trial = case.trial
+    if case.procedure is Procedure.PAPER:
+        settings = PaperSettings(
+            max_ellipsoids=trial.ellipsoids,
+            delta=0.0,
+            seed=case.seed,
+            threads=1,
+            points=trial.points,
+            alpha=trial.alpha,
+            population=trial.population,
+            generations=trial.generations,
+        )
+        return fit_paper(views, settings)[-1].body
+    given = Given(views=views, points=sights.points, directions=sights.directions)
+    settings = ModelSettings(max_ellipsoids=trial.ellipsoids, delta=0.0, seed=case.seed, threads=1)
+    return fit_body(given, settings)[-1].body
+
+
+def _row(body: Body, pair: EyePair, seen_points: int, seconds: float) -> TwoRow:
+    true = true_body(OBJECT_NAME, pair.world_from_object)
+    to_hand = paper_hand().inverse()
+    in_hand = to_hand.matrix()[:3, :3]
+    found, there = shape_matrices(body)[0], shape_matrices(true)[0]
+    parts = nearest_parts(body, true)
+    radii = -np.sort(-body.radii, axis=1)
+    true_radii = -np.sort(-true.radii, axis=1)
+    world = [
+        body.world_from_object @ Pose.from_parts([0, 0, 0], q.tolist()) for q in body.rotations
+    ]
+    eyes = zip(pair.cameras, pair.world_from_cameras, pair.masks, strict=True)
+    return TwoRow(
+        error=(in_hand @ (centroid(body) - centroid(true))).tolist(),
+        volume_iou=volume_iou(body, true),
+        silhouette_iou=float(np.mean([silhouette_iou(body, *eye) for eye in eyes])),
+        volume_ratio=float(body.mass_properties()[0] / true.mass_properties()[0]),
+        part_errors=((found[parts] - there) @ in_hand.T).tolist(),
+        radius_errors=(radii[parts] - true_radii).tolist(),
+        seen_points=seen_points,
+        centers=to_hand.transform(np.ascontiguousarray(found)).tolist(),
+        radii=body.radii.tolist(),
+        rotations=[list((to_hand @ pose).quaternion) for pose in world],
+        seconds=seconds,
+    )

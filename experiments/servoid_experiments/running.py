@@ -1,0 +1,110 @@
+"""Runs a study: its trials, its pictures and its page."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from servoid.batch import Results, Workers, run_batch
+from servoid.batch.running import Watch
+from servoid.errors import StudyError
+from servoid.observe.strict import read_toml
+from servoid.output import make_folder, write_whole
+from servoid.servo import settings_toml
+from servoid_experiments.design import Study
+from servoid_experiments.findings import Section
+from servoid_experiments.page import write_study_page
+
+STUDIES = {
+    "paper": ("servoid_experiments.paper.study", "PAPER"),
+    "bode": ("servoid_experiments.bode", "BODE"),
+    "track": ("servoid_experiments.tracking", "TRACK"),
+    "model": ("servoid_experiments.modelling", "MODEL"),
+}
+_SETTINGS = "study.toml"
+_MOST_FAILURES = 3  # that are told in full
+
+
+@dataclass(frozen=True)
+class StudyReport:
+    """What came of a study: its sections, its page, trials that failed of all, and their words."""
+
+    sections: tuple[Section, ...]
+    page: Path
+    trials: int
+    failures: tuple[str, ...]
+
+
+def study_named(name: str) -> Study[Any]:
+    """Return a study by its name.
+
+    Raises:
+        StudyError: there is none of this name.
+
+    """
+    if name not in STUDIES:
+        raise StudyError(f"there is no study '{name}'; choose one of {', '.join(STUDIES)}")
+    module, constant = STUDIES[name]
+    return getattr(import_module(module), constant)
+
+
+def read_study_settings(study: Study[Any], path: str | Path) -> msgspec.Struct:
+    """Read the settings of a study from a TOML file; what it leaves out keeps its default.
+
+    Raises:
+        StudyError: the file cannot be read, a key is unknown, or a value cannot be.
+
+    """
+    return read_toml(Path(path), study.settings, StudyError)
+
+
+def run_study(
+    study: Study[Any],
+    settings: msgspec.Struct,
+    folder: str | Path,
+    *,
+    workers: Workers | None = None,
+    watch: Watch | None = None,
+) -> StudyReport:
+    """Run the trials of a study that are not done yet, and write its page, pictures and tables.
+
+    Raises:
+        StudyError: the settings cannot be, or the workers cannot run anything.
+        MissingExtraError: a library is not installed.
+        OutputError: the folder, or the one above it, cannot be written.
+
+    """
+    place = Path(folder)
+    make_folder(place)
+    text = settings_toml(settings)
+    write_whole(place / _SETTINGS, text.encode())
+    results = run_batch(study.plan(settings), place, workers, watch)
+    sections = tuple(study.tell(settings, results, place))
+    failures = _failures(results)
+    page = write_study_page(
+        place, study.title, sections, asks=study.asks, settings=text, notes=_notes(failures)
+    )
+    return StudyReport(sections, page, sum(map(len, results.values())), failures)
+
+
+def _failures(results: Results) -> tuple[str, ...]:
+    return tuple(
+        f"{name}: {done.failure}"
+        for name, trials in results.items()
+        for done in trials
+        if done.row is None
+    )
+
+
+def _notes(failures: Sequence[str]) -> list[str]:
+    """Say which trials failed."""
+    if not failures:
+        return []
+    one = len(failures) == 1
+    head = f"{len(failures)} trial{' has' if one else 's have'} failed and {'is' if one else 'are'}"
+    more = len(failures) - _MOST_FAILURES
+    rest = [f"And {more} more; the tables have all of them."] if more > 0 else []
+    return [f"{head} left out of what follows.", *failures[:_MOST_FAILURES], *rest]

@@ -1,0 +1,105 @@
+"""`servoid study`: runs a study, shows how far it is, and prints what was found."""
+
+import textwrap
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import typer
+
+from servoid.batch import workers_for
+from servoid.cli.extras import check_extras
+from servoid.cli.headway import watched_batch
+from servoid.errors import StudyError
+from servoid.output import check_folder, make_folder
+from servoid.servo import settings_toml
+from servoid_experiments.design import Study
+from servoid_experiments.running import StudyReport, read_study_settings, run_study, study_named
+
+_EXTRAS = {"matplotlib": "view", "pyarrow": "batch", "mujoco": "sim", "daqp": "servo"}
+_WIDTH = 80
+
+
+@dataclass(frozen=True, kw_only=True)
+class Order:
+    """What `servoid study` was asked for."""
+
+    name: str
+    out: Path | None
+    config: Path | None
+    quick: bool
+    workers: int | None
+    cluster: str | None
+
+    def settings(self, study: Study[Any]) -> msgspec.Struct:
+        """Return the settings that are meant.
+
+        Raises:
+            StudyError: there are two kinds of them, or the file cannot be read.
+
+        """
+        if self.config is None:
+            return study.quick if self.quick else study.settings()
+        if self.quick:
+            raise StudyError(
+                "a file of settings and --quick are both given; leave one of them out, or start "
+                f"your file from 'servoid study {self.name} --quick --print-config'"
+            )
+        return read_study_settings(study, self.config)
+
+
+def print_study_settings(order: Order) -> None:
+    """Print all settings as commented TOML."""
+    typer.echo(settings_toml(order.settings(study_named(order.name))), nl=False)
+
+
+def run_order(order: Order) -> None:
+    """Run a study, and print a summary."""
+    if order.out is None:
+        raise typer.BadParameter(
+            "nothing says where the results are to be written; give a folder, such as results",
+            param_hint="--out",
+        )
+    check_extras("servoid study", _EXTRAS)
+    study = study_named(order.name)
+    settings = order.settings(study)
+    workers = workers_for(order.workers, order.cluster)
+    check_folder(order.out, parents=True)
+    make_folder(order.out, parents=True)
+    folder = order.out / study.name
+    with watched_batch(f"study {study.name}, {workers.words}") as show:
+        report = run_study(study, settings, folder, workers=workers, watch=show)
+    _print_report(study, report, folder)
+
+
+def _print_report(study: Study[Any], report: StudyReport, folder: Path) -> None:
+    """Print what was found, in 80 columns."""
+    typer.echo(study.title)
+    for section in report.sections:
+        typer.echo(f"\n{section.heading}")
+        for words in section.words[:1]:
+            _print_words(words)
+        for finding in section.findings:
+            _print_words(f"{finding.verdict.value}: {finding.ours}", "- ")
+    typer.echo()
+    for failure in report.failures:
+        _print_words(f"failed: {failure}")
+    if report.failures:
+        _print_words(
+            f"{len(report.failures)} of {report.trials} trials failed; the same command tries "
+            "them again"
+        )
+    typer.echo(f"  page    {report.page}")
+    typer.echo(f"  tables  {folder}/*.parquet, {folder}/*.csv")
+
+
+def _print_words(words: str, mark: str = "") -> None:
+    for line in textwrap.wrap(
+        words,
+        _WIDTH,
+        initial_indent=f"  {mark}",
+        subsequent_indent="  " + " " * len(mark),
+        break_on_hyphens=False,
+    ):
+        typer.echo(line)

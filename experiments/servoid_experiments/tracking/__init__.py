@@ -1,0 +1,22 @@
+"""The study of tracking: until when an object is tracked, and how well."""
+
+from servoid_experiments.design import Study
+from servoid_experiments.tracking.plan import plan_tracking
+from servoid_experiments.tracking.settings import QUICK, TrackStudySettings
+from servoid_experiments.tracking.telling import tell_tracking
+
+TRACK = Study(
+    name="track",
+    title="Until when an object is tracked, and how well",
+    asks=(
+        "What tracking bears, one factor at a time around a common case: fast motion, few "
+        "hypotheses, coarse bodies, noise, light, something before the object, and how the eyes "
+        "stand; for servoid's tracker and for the paper's 1-step GA"
+    ),
+    settings=TrackStudySettings,
+    quick=QUICK,
+    plan=plan_tracking,
+    tell=tell_tracking,
+)
+
+__all__ = ["TRACK", "TrackStudySettings"]

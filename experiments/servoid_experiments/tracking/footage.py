@@ -1,0 +1,196 @@
+"""Draws a scene: two eyes that stand still, an object that moves, a room behind it."""
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from servoid._native import Camera, Lens
+from servoid.pose import Pose, looking
+from servoid.sim.world.motions import STILL, Floats, compose, pose_of, row_of, unit_row
+from servoid.sim.world.objects import make_object
+from servoid.sim.world.room import make_room
+from servoid.sim.world.settings import BEFORE_HAND, CameraSettings, LightSettings
+from servoid.sim.world.shutter import make_lens
+from servoid.sim.world.stages import Image, Raycaster, Shot
+from servoid.sim.world.things import BOARD, OBJECT, Box, Finish, Thing
+from servoid_experiments.tracking.cases import Eyes, Scene
+from servoid_experiments.tracking.way import rest_from_objects
+
+RATE_HZ = 30.0
+_EYES = (-0.89, 0.0, 0.5)  # the middle between them; where the paper's hand starts
+AWAY = BEFORE_HAND[2]  # metres before them, where the object's path has its middle
+_BOARD = Box((0.3, 0.3, 0.002))
+_CARD = Finish(color=(0.45, 0.36, 0.27))
+_CLEAR = 0.01  # metres between the board and what it hides
+_BESIDE = 0.05  # metres that it reaches beyond an object that it hides whole
+_OUT_OF_SIGHT = (1.0, 0.0, 0.0, 0.0, 0.0, 0.0, -50.0)
+_ROOMS = 2  # kept in memory, some 60 MB each
+
+Images = tuple[Image, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Footage:
+    """What two eyes saw of a scene, image by image, and what was true.
+
+    `masks` say where the object was in the first images, (H, W) uint8.
+    """
+
+    cameras: tuple[Camera, ...]
+    world_from_cameras: tuple[Pose, ...]
+    images: tuple[Images, ...]
+    world_from_objects: tuple[Pose, ...]
+    masks: tuple[NDArray[np.uint8], ...]
+
+
+@lru_cache(maxsize=2)
+def shoot(scene: Scene) -> Footage:
+    """Draw all images of a scene; the newest ones are kept, for trials that share them.
+
+    Raises:
+        SimError: there is no such object.
+
+    """
+    set_up = SetUp(scene)
+    return Footage(
+        cameras=(set_up.camera,) * len(set_up.eyes),
+        world_from_cameras=set_up.eyes,
+        images=tuple(set_up.images(index) for index in range(scene.images)),
+        world_from_objects=set_up.world_from_objects,
+        masks=set_up.masks(0),
+    )
+
+
+def eyes_of(scene: Scene) -> tuple[Pose, ...]:
+    """Return the poses of both eyes in the world, the left one first."""
+    head = _head()
+    eyes = []
+    for side in (-0.5, 0.5):
+        shift = Pose.from_parts((side * 0.001 * scene.baseline_mm, 0.0, 0.0), STILL[:4])
+        eye = head @ shift
+        if scene.eyes is Eyes.VERGED:
+            eye = looking(eye.translation, _rest().translation)
+        eyes.append(eye)
+    return tuple(eyes)
+
+
+def is_hidden(scene: Scene, index: int) -> bool:
+    """Say if the board stands before the object, as it does in the third quarter of a scene."""
+    return scene.hidden > 0.0 and scene.images // 2 <= index < last_quarter(scene.images)
+
+
+def last_quarter(images: int) -> int:
+    """Return the index of the first image of a scene's last quarter."""
+    return 3 * images // 4
+
+
+class SetUp:
+    """The things of a scene, and where they are in each image."""
+
+    def __init__(self, scene: Scene, own: tuple[Thing, ...] | None = None) -> None:
+        """Set up a scene; `own` are the parts of its object, if it is none of the world's.
+
+        Raises:
+            SimError: there is no such object.
+
+        """
+        self.scene = scene
+        self._lens = make_lens(CameraSettings(size_px=scene.size_px))
+        self.camera = Camera(
+            size_px=self._lens.size_px,
+            focal_px=self._lens.focal_px,
+            center_px=self._lens.center_px,
+        )
+        self.eyes = eyes_of(scene)
+        ways = rest_from_objects(scene.seed, 0.001 * scene.way_mm, scene.images)
+        self.world_from_objects = tuple(_rest() @ one for one in ways)
+        self._own = make_object(scene.object) if own is None else own
+        seen = _seen_room(scene.seed, self._lens, self.eyes)
+        self._things = (*self._own, Thing(_BOARD, _CARD, BOARD), *seen)
+        self._carried = np.array([unit_row(one.carrier_from_thing) for one in self._things])
+        self._drawer = Raycaster(self._things)
+        self._alone = Raycaster(self._own)
+
+    def images(self, index: int) -> Images:
+        """Draw what both eyes see at one instant."""
+        scene, halfway = self.scene, index >= self.scene.images // 2
+        return tuple(
+            self._drawer.image(
+                Shot(
+                    lens=self._lens,
+                    world_from_lens=row_of(eye)[None],
+                    world_from_things=self._places(index)[None],
+                    toward=LightSettings().toward,
+                    level=scene.light if halfway else 1.0,
+                    samples=1,
+                    noise=scene.noise,
+                    seed=(scene.seed * scene.images + index) * len(self.eyes) + side,
+                    threads=1,
+                )
+            )
+            for side, eye in enumerate(self.eyes)
+        )
+
+    def masks(self, index: int) -> tuple[NDArray[np.uint8], ...]:
+        """Return where the eyes see the object at one instant, (H, W) uint8, 255 inside."""
+        places = self._places(index)
+        masks = []
+        for eye in self.eyes:
+            _, numbers = self._drawer.depth(self._lens, row_of(eye), places)
+            own = (numbers >= 0) & (numbers < len(self._own))
+            masks.append(np.where(own, np.uint8(255), np.uint8(0)))
+        return tuple(masks)
+
+    def depths(self, index: int) -> tuple[NDArray[np.float32], ...]:
+        """Return how far the eyes see at one instant, (H, W) float32, metres along z, no noise."""
+        places = self._places(index)
+        return tuple(self._drawer.depth(self._lens, row_of(eye), places)[0] for eye in self.eyes)
+
+    def _places(self, index: int) -> Floats:
+        """Return the poses (T, 7) of all things in the world."""
+        board = self._board(index) if is_hidden(self.scene, index) else np.array(_OUT_OF_SIGHT)
+        carriers = {OBJECT: row_of(self.world_from_objects[index]), BOARD: board}
+        rows = [carriers.get(one.carrier, np.array(STILL)) for one in self._things]
+        return compose(np.array(rows), self._carried)
+
+    def _board(self, index: int) -> Floats:
+        """Put the board's edge where it hides the asked share from the middle between the eyes."""
+        count = len(self._own)
+        places = compose(row_of(self.world_from_objects[index]), self._carried[:count])
+        depths, numbers = self._alone.depth(self._lens, row_of(_head()), places)
+        columns = np.cumsum((numbers >= 0).sum(axis=0))
+        edge = int(np.searchsorted(columns, self.scene.hidden * columns[-1]))
+        near = float(np.nanmin(depths)) - _CLEAR
+        right = near * (edge + 0.5 - self._lens.center_px[0]) / self._lens.focal_px[0]
+        if math.isclose(self.scene.hidden, 1.0):
+            right += _BESIDE
+        place = (right - _BOARD.half_size[0], 0.0, near)
+        return row_of(_head() @ Pose.from_parts(place, STILL[:4]))
+
+
+def _seen_room(seed: int, lens: Lens, eyes: tuple[Pose, ...]) -> tuple[Thing, ...]:
+    """Return what the eyes see of a room: all else costs time and shows nowhere."""
+    things, drawer = _room(seed)
+    places = np.array([unit_row(one.carrier_from_thing) for one in things])
+    seen = {
+        int(one) for eye in eyes for one in np.unique(drawer.depth(lens, row_of(eye), places)[1])
+    }
+    return tuple(one for number, one in enumerate(things) if number in seen)
+
+
+@lru_cache(maxsize=_ROOMS)
+def _room(seed: int) -> tuple[tuple[Thing, ...], Raycaster]:
+    things = make_room("cluttered", seed)
+    return things, Raycaster(things)
+
+
+def _head() -> Pose:
+    return looking(_EYES, (_EYES[0] - AWAY, *_EYES[1:]))
+
+
+def _rest() -> Pose:
+    """Return the frame in the world in whose origin the object's path has its middle."""
+    return _head() @ pose_of((*STILL[:4], 0.0, 0.0, AWAY))

@@ -1,0 +1,169 @@
+"""Models every capture of a folder, in a batch."""
+
+import hashlib
+import os
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import msgspec
+import numpy as np
+from msgspec import Meta
+from numpy.typing import NDArray
+
+from servoid.batch import Done, Experiment, Work, Workers, run_batch
+from servoid.batch.running import Watch
+from servoid.errors import StudyError
+from servoid.exchange import is_capture, open_any
+from servoid.model import Request, fit_capture, fit_capture_by_paper
+from servoid.observe import parse_target
+from servoid.output import check_folder, write_whole
+from servoid.track import learn_appearance
+
+Bounds = tuple[int | None, int | None, int | None]
+
+
+class CaptureCase(msgspec.Struct, frozen=True, kw_only=True):
+    """A capture, and how to model it; None leaves a choice to servoid."""
+
+    capture: Annotated[str, Meta(description="folder, as all workers see it")]
+    content: Annotated[str, Meta(description="names, sizes and times of its files, as a digest")]
+    by_paper: Annotated[bool, Meta(description="with the paper's own method")] = False
+    targets: tuple[str, ...] = ()
+    views: Annotated[Bounds, Meta(description="which views: start, stop and step")] = (
+        None,
+        None,
+        None,
+    )
+    observations: Annotated[Bounds | None, Meta(description="which instants, likewise")] = None
+    distance: Annotated[float | None, Meta(description="of the object, for one image alone, m")] = (
+        None
+    )
+    trust_targets: Annotated[
+        bool, Meta(description="use targets that may mean several objects")
+    ] = False
+    max_ellipsoids: int | None = None
+    delta: float | None = None
+    seed: int | None = None
+
+
+class CaptureRow(msgspec.Struct, frozen=True, kw_only=True):
+    """What came of a capture; `seconds` alone differs from run to run."""
+
+    ellipsoids: int
+    fitness: float
+    iou_used: Annotated[float | None, Meta(description="mean silhouette IoU, views used")]
+    iou_unused: Annotated[float | None, Meta(description="mean silhouette IoU, other views")]
+    surface_seen: Annotated[float | None, Meta(description="share of the surface")]
+    seconds: Annotated[float, Meta(description="on the wall, of modelling alone")]
+    notes: list[str]
+    body: Annotated[str, Meta(description="the body's file, JSON")]
+
+
+def model_capture(case: CaptureCase) -> CaptureRow:
+    """Model a capture on one core.
+
+    Raises:
+        ServoidError: it cannot be read or modelled.
+
+    """
+    capture = open_any(case.capture)
+    targets = [parse_target(text) for text in case.targets]
+    request = Request(
+        max_ellipsoids=case.max_ellipsoids,
+        delta=case.delta,
+        seed=case.seed,
+        threads=1,
+        trust_targets=case.trust_targets,
+    )
+    instants = None if case.observations is None else slice(*case.observations)
+    chosen = {"observations": instants, "views": slice(*case.views)}
+    if case.by_paper:
+        result = fit_capture_by_paper(capture, request, targets=targets, **chosen)
+    else:
+        result = fit_capture(capture, request, targets=targets, distance_m=case.distance, **chosen)
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "body.json"
+        result.save(file, learn_appearance(result))
+        body = file.read_text(encoding="utf-8")
+    return CaptureRow(
+        ellipsoids=len(result.body),
+        fitness=result.fitness,
+        iou_used=_mean(result.iou_used),
+        iou_unused=_mean(result.iou_unused),
+        surface_seen=None if result.surface is None else result.surface.share,
+        seconds=result.seconds,
+        notes=list(result.all_notes),
+        body=body,
+    )
+
+
+CAPTURES = Experiment("captures", model_capture, CaptureCase, CaptureRow)
+
+
+@dataclass(frozen=True)
+class ModelledFolder:
+    """What came of a folder: trials by the captures' names, and folders that are no captures."""
+
+    trials: dict[str, Done]
+    passed_over: tuple[str, ...]
+
+
+def model_folder(
+    folder: str | Path,
+    out: str | Path,
+    case: CaptureCase,
+    *,
+    workers: Workers | None = None,
+    watch: Watch | None = None,
+) -> ModelledFolder:
+    """Model each capture that lies in a folder as `case` says, whose own capture does not matter.
+
+    `out` gets `NAME.json` for each, `captures.parquet`, and `trials`, from which it goes on if it
+    is broken off; a capture whose files have changed is modelled again.
+
+    Raises:
+        StudyError: there is no such folder, or no capture in it.
+        OutputError: `out` cannot be written.
+
+    """
+    place = Path(folder)
+    if not place.is_dir():
+        raise StudyError(f"there is no folder {place}; name one that holds captures")
+    inside = sorted(path for path in place.iterdir() if path.is_dir())
+    captures = [path for path in inside if is_capture(path)]
+    if not captures:
+        raise StudyError(
+            f"no folder in {place} is a capture; for a single capture leave --each out"
+        )
+    check_folder(Path(out))
+    cases = [
+        msgspec.structs.replace(case, capture=str(path.resolve()), content=_content(path))
+        for path in captures
+    ]
+    trials = run_batch([Work(CAPTURES, cases)], out, workers, watch)[CAPTURES.name]
+    for path, done in zip(captures, trials, strict=True):
+        if done.row is not None:
+            write_whole(Path(out) / f"{path.name}.json", done.row.body.encode())
+    return ModelledFolder(
+        dict(zip((path.name for path in captures), trials, strict=True)),
+        tuple(path.name for path in inside if path not in captures),
+    )
+
+
+def _content(folder: Path) -> str:
+    """Return a digest that changes when a file in a folder does."""
+    digest = hashlib.sha256()
+    for root, folders, names in os.walk(folder):
+        folders.sort()
+        for name in sorted(names):
+            path = Path(root) / name
+            about = path.stat() if path.exists() else path.lstat()  # a link may lead nowhere
+            line = f"{path.relative_to(folder)} {about.st_size} {about.st_mtime_ns}\n"
+            digest.update(line.encode(errors="surrogateescape"))
+    return digest.hexdigest()[:24]
+
+
+def _mean(values: NDArray[np.float64]) -> float | None:
+    return float(np.mean(values)) if len(values) else None

@@ -1,0 +1,192 @@
+"""A hand meets an object: it looks at it, looks around it, and a body of it is modelled."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from servoid import model
+from servoid._native import Body
+from servoid.errors import ServoError
+from servoid.model import ModelResult
+from servoid.observe import Instant, Source, open_capture, write_looks
+from servoid.pose import Pose
+from servoid.servo.arm import Arm
+from servoid.servo.controller import Command, Controller
+from servoid.servo.looking import next_viewpoint, visit
+from servoid.servo.loop import brought_to_rest
+from servoid.servo.settings import LookSettings
+from servoid.track import Estimate, Follower
+
+Masks = tuple[NDArray[np.uint8] | None, ...]
+Watch = Callable[[str, float, Instant | None, Command | None], None]
+
+_PATIENCE = 2000  # control periods in which an image must come
+
+
+@dataclass(frozen=True, eq=False)
+class Meeting:
+    """What is known of an object after it was looked at, at rest in the world.
+
+    `looks` are the observations, `masks` those of the first, by camera, and `capture` the folder
+    that holds them. `world_from_hand` is where the hand first stood. `notes` are for people.
+    """
+
+    looks: tuple[Instant, ...]
+    masks: Masks
+    result: ModelResult
+    capture: Path
+    world_from_hand: Pose
+    notes: tuple[str, ...] = ()
+
+    @property
+    def body(self) -> Body:
+        """Return the body, at its place in the world."""
+        return self.result.body
+
+    @property
+    def all_notes(self) -> tuple[str, ...]:
+        """Return what is to be known of the looks and of the body."""
+        return (*self.notes, *self.result.all_notes)
+
+    def teach(self, tracker: Follower) -> Estimate:
+        """Start a tracker with all that was seen; return where the object was as it was modelled.
+
+        What the tracker says of the other looks is not as true: the body was fitted to all of them.
+        """
+        pose = self.body.world_from_object
+        first = self.looks[0]
+        modelled = tracker.start(
+            first.time_s, first.world_from_camera, first.images, pose, self.masks
+        )
+        for look in self.looks[1:]:
+            tracker.step(look.time_s, look.world_from_camera, look.images)
+        return modelled
+
+
+def meet(
+    arm: Arm,
+    source: Source,
+    controller: Controller,
+    mask: Callable[[Instant], Masks],
+    *,
+    folder: Path,
+    settings: LookSettings,
+    request: model.Request,
+    watch: Watch | None = None,
+) -> Meeting:
+    """Look at an object that rests, look around it, model it, and bring the hand back.
+
+    `mask` says where the object is in the first observation, by camera; one camera is enough. The
+    observations are written to `folder` as a capture. With one place to look from the hand stays
+    where it is. `watch` hears what is being done and its share, with each observation and command.
+
+    Raises:
+        ServoError: no image comes.
+        ModelError, TargetError, MaskError: the object cannot be modelled from what was seen.
+        OutputError: the folder cannot be written.
+
+    """
+    tour = _Tour(arm, source, controller, settings, watch or (lambda *_: None))
+    home = arm.world_from_hand(arm.state().positions)
+    first = first_look(arm, source)
+    masks = mask(first)
+    tour.tell("looking", 0.0, first, None)
+
+    def modelled(looks: list[Instant], request: model.Request) -> ModelResult:
+        write_looks(folder, source.cameras, looks, masks)
+        return model.fit_capture(open_capture(folder), request)
+
+    result = modelled([first], request)
+    looks = tour.around(result.body, first, home)
+    if len(looks) > 1:
+        watched = replace(
+            request, progress=lambda made: tour.tell("modelling", made.share, None, None)
+        )
+        result = modelled(looks, watched)
+    return Meeting(tuple(looks), masks, result, folder, home, tour.notes())
+
+
+@dataclass
+class _Tour:
+    """Brings a hand to one place after another; `late` counts those that it did not reach."""
+
+    arm: Arm
+    source: Source
+    controller: Controller
+    settings: LookSettings
+    tell: Watch
+    visited: int = field(default=0, init=False)
+    late: int = field(default=0, init=False)
+
+    def around(self, body: Body, first: Instant, home: Pose) -> list[Instant]:
+        """Return what is seen from places around a body, after the first look, and come back."""
+        looks, place = [first], np.array(body.world_from_object.translation)
+        for number in range(1, self.settings.count):
+            positions = self.arm.state().positions
+            viewpoint = next_viewpoint(self.arm, body, looks, self.settings, positions)
+            if viewpoint is None:
+                break
+            share = number / self.settings.count
+            seen = self._go("looking around", share, (viewpoint.world_from_hand, place))
+            looks += [] if seen is None or seen.is_dark else [seen]
+        if self.visited:
+            self._go("coming back", 1.0, (home, place))
+        return looks
+
+    def notes(self) -> tuple[str, ...]:
+        """Say what did not go as it should."""
+        if not self.late:
+            return ()
+        return (
+            f"{self.late} of {self.visited} places, the start among them, were not reached within "
+            f"{self.settings.patience_s:g} s (servo.look.patience_s); the hand looked from where "
+            "it was",
+        )
+
+    def _go(
+        self, stage: str, share: float, goal: tuple[Pose, NDArray[np.float64]]
+    ) -> Instant | None:
+        """Visit a place, and bring the arm to rest: nobody commands it during thought."""
+        seen, late = None, False
+
+        def watch(command: Command) -> None:
+            self.tell(stage, share, None, command)
+
+        with brought_to_rest(self.arm, self.controller, watch):
+            for step in visit(self.arm, self.source, self.controller, goal, self.settings):
+                self.tell(stage, share, step.instant, step.command)
+                seen, late = step.instant, step.late
+        self.visited += 1
+        self.late += late
+        return seen
+
+
+def first_look(arm: Arm, source: Source) -> Instant:
+    """Return the first observation in which every camera sees something; the arm rests.
+
+    Raises:
+        ServoError: none comes.
+
+    """
+    return awaited(arm, source, lambda instant: all(image is not None for image in instant.images))
+
+
+def awaited(arm: Arm, source: Source, suits: Callable[[Instant], bool] = lambda _: True) -> Instant:
+    """Return the next observation that suits; the arm, which rests, goes on resting.
+
+    Raises:
+        ServoError: none comes.
+
+    """
+    rest = np.zeros(len(arm.joints.names))
+    for _ in range(_PATIENCE):
+        instant = source.newest()
+        if instant is not None and suits(instant):
+            return instant
+        arm.command(rest)
+    raise ServoError(
+        f"no image came within {_PATIENCE * arm.period_s:.0f} s; check that the cameras run"
+    )

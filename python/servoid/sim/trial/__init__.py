@@ -1,0 +1,23 @@
+"""Whole servo runs in a simulated world: settings, the run, and what was true of it."""
+
+from servoid.sim.trial.servoing import ServoTrial, TrialStep, run_servo_trial
+from servoid.sim.trial.settings import (
+    RunSettings,
+    TrackingSettings,
+    TrialSettings,
+    changed,
+    read_trial_settings,
+    trial_toml,
+)
+
+__all__ = [
+    "RunSettings",
+    "ServoTrial",
+    "TrackingSettings",
+    "TrialSettings",
+    "TrialStep",
+    "changed",
+    "read_trial_settings",
+    "run_servo_trial",
+    "trial_toml",
+]

@@ -1,4 +1,4 @@
-"""What a study is: settings, the trials that they ask for, and what is told of the results."""
+"""What a study is: settings, the trials that they ask for, and the report of the results."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -8,7 +8,7 @@ from typing import Generic, TypeVar
 import msgspec
 
 from servoid.batch import Done, Results, Work
-from servoid_experiments.findings import Section
+from servoid_experiments.report import Section
 
 __all__ = ["Done", "Results", "Study", "Work"]
 
@@ -20,9 +20,9 @@ class Study(Generic[SettingsT]):
     """A question that is answered by trials.
 
     `settings` is a frozen msgspec struct whose defaults are the whole study, `quick` are settings
-    of a small one that takes seconds. `plan` says which trials they ask for. `tell` draws pictures
-    and tables into a folder and returns the sections of the study's page; trials that failed have
-    no row, and it leaves them out and says so.
+    of a small one that takes seconds. `plan` says which trials they ask for. `report` draws
+    pictures into a folder and returns the sections of the study's page, whose tables are its data;
+    it leaves out trials that failed, which have no row.
     """
 
     name: str
@@ -31,4 +31,4 @@ class Study(Generic[SettingsT]):
     settings: type[SettingsT]
     quick: SettingsT
     plan: Callable[[SettingsT], Sequence[Work]]
-    tell: Callable[[SettingsT, Results, Path], Sequence[Section]]
+    report: Callable[[SettingsT, Results, Path], Sequence[Section]]

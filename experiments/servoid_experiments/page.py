@@ -9,10 +9,9 @@ from pathlib import Path
 
 from servoid.errors import OutputError
 from servoid.output import write_whole
-from servoid_experiments.findings import Finding, Picture, Section, Table
+from servoid_experiments.report import Picture, Section, Table, shown
 
 _NAME = "index.html"
-_NUMBER = re.compile(r"[-+−±<>≤≥ ]*\d[\d.,\s]*(%|°)?")
 
 
 def write_study_page(
@@ -33,10 +32,11 @@ def write_study_page(
         OutputError: the page cannot be written, or a picture cannot be read.
 
     """
+    items = "".join(f"<li>{html.escape(note)}</li>" for note in notes)
     parts = {
         "title": html.escape(title),
         "asks": html.escape(asks),
-        "notes": _notes(notes),
+        "notes": f'<ul class="notes">{items}</ul>' if items else "",
         "contents": "\n".join(_contents(*one) for one in enumerate(sections, 1)),
         "sections": "\n".join(_section(*one) for one in enumerate(sections, 1)),
         "settings": html.escape(settings),
@@ -48,16 +48,11 @@ def write_study_page(
     return path
 
 
-def _notes(notes: Sequence[str]) -> str:
-    items = "".join(f"<li>{html.escape(note)}</li>" for note in notes)
-    return f'<ul class="notes">{items}</ul>' if items else ""
-
-
 def _contents(number: int, section: Section) -> str:
-    """Return a line that leads to a section, and the verdicts on its findings below it."""
+    """Return a line that leads to a section, and its verdicts below it."""
     verdicts = "".join(
         f'<li><span class="{one.verdict.name.lower()}">{html.escape(one.verdict.value)}:</span> '
-        f"{html.escape(one.before)}</li>"
+        f"{html.escape(one.claim)}</li>"
         for one in section.findings
     )
     inner = f"<ul>{verdicts}</ul>" if verdicts else ""
@@ -66,25 +61,9 @@ def _contents(number: int, section: Section) -> str:
 
 def _section(number: int, section: Section) -> str:
     parts = [f'<h2 id="s{number}">{html.escape(section.heading)}</h2>']
-    parts += [f"<p>{html.escape(words)}</p>" for words in section.words]
-    parts += [_findings(section.findings)] if section.findings else []
     parts += map(_picture, section.pictures)
     parts += map(_table, section.tables)
     return "\n".join(parts)
-
-
-def _findings(findings: Sequence[Finding]) -> str:
-    rows = "\n".join(
-        f"<tr>{_cell(one.before)}{_cell(one.ours)}"
-        f'<td class="verdict {one.verdict.name.lower()}">{html.escape(one.verdict.value)}</td>'
-        f"{_cell(one.why)}</tr>"
-        for one in findings
-    )
-    heads = "".join(f"<th>{head}</th>" for head in ("before", "here", "verdict", "why"))
-    return (
-        f'<div class="scroll"><table class="findings">\n<thead><tr>{heads}</tr></thead>\n'
-        f"<tbody>\n{rows}\n</tbody></table></div>"
-    )
 
 
 def _picture(picture: Picture) -> str:
@@ -101,25 +80,19 @@ def _picture(picture: Picture) -> str:
 
 
 def _table(table: Table) -> str:
-    caption = f"<caption>{html.escape(table.caption)}</caption>" if table.caption else ""
     columns = zip(*table.rows, strict=True) if table.rows else ((),) * len(table.headings)
-    marks = [_mark(column) for column in columns]
-    heads = "".join(
-        f"<th{mark}>{html.escape(head)}</th>"
-        for head, mark in zip(table.headings, marks, strict=True)
+    numeric = [any(isinstance(one, float | int) for one in column) for column in columns]
+    marks = [' class="number"' if one else "" for one in numeric]
+    heads = _cells("th", table.headings, marks)
+    rows = "\n".join(
+        f"<tr>{_cells('td', [shown(cell) for cell in row], marks)}</tr>" for row in table.rows
     )
-    rows = "\n".join(f"<tr>{''.join(map(_cell, row, marks))}</tr>" for row in table.rows)
     return (
-        f'<div class="scroll"><table>{caption}\n<thead><tr>{heads}</tr></thead>\n'
-        f"<tbody>\n{rows}\n</tbody></table></div>"
+        f'<div class="scroll"><table><caption>{html.escape(table.caption)}</caption>\n'
+        f"<thead><tr>{heads}</tr></thead>\n<tbody>\n{rows}\n</tbody></table></div>"
     )
 
 
-def _mark(column: Sequence[str]) -> str:
-    """Return what makes a column of numbers stand under each other."""
-    numbers = [bool(_NUMBER.fullmatch(text)) for text in column if text]
-    return ' class="number"' if numbers and all(numbers) else ""
-
-
-def _cell(text: str, mark: str = "") -> str:
-    return f"<td{mark}>{html.escape(text)}</td>"
+def _cells(tag: str, texts: Sequence[str], marks: Sequence[str]) -> str:
+    pairs = zip(texts, marks, strict=True)
+    return "".join(f"<{tag}{mark}>{html.escape(text)}</{tag}>" for text, mark in pairs)

@@ -12,11 +12,11 @@ from servoid.batch import Results, Workers, run_batch
 from servoid.batch.running import Watch
 from servoid.errors import StudyError
 from servoid.observe.strict import read_toml
-from servoid.output import make_folder, write_whole
+from servoid.output import make_folder, write_together, write_whole
 from servoid.servo import settings_toml
 from servoid_experiments.design import Study
-from servoid_experiments.findings import Section
 from servoid_experiments.page import write_study_page
+from servoid_experiments.report import Section, csv_of
 
 STUDIES = {
     "paper": ("servoid_experiments.paper.study", "PAPER"),
@@ -24,13 +24,13 @@ STUDIES = {
     "track": ("servoid_experiments.tracking", "TRACK"),
     "model": ("servoid_experiments.modelling", "MODEL"),
 }
-_SETTINGS = "study.toml"
-_MOST_FAILURES = 3  # that are told in full
+_SETTINGS, _VERDICTS = "study.toml", "verdicts.csv"
+_MOST_FAILURES = 3  # that are listed in full
 
 
 @dataclass(frozen=True)
 class StudyReport:
-    """What came of a study: its sections, its page, trials that failed of all, and their words."""
+    """What came of a study: its sections, its page, its trials, and why some failed."""
 
     sections: tuple[Section, ...]
     page: Path
@@ -82,12 +82,24 @@ def run_study(
     text = settings_toml(settings)
     write_whole(place / _SETTINGS, text.encode())
     results = run_batch(study.plan(settings), place, workers, watch)
-    sections = tuple(study.tell(settings, results, place))
+    sections = tuple(study.report(settings, results, place))
+    write_together(_tables(sections, place))
     failures = _failures(results)
     page = write_study_page(
         place, study.title, sections, asks=study.asks, settings=text, notes=_notes(failures)
     )
     return StudyReport(sections, page, sum(map(len, results.values())), failures)
+
+
+def _tables(sections: Sequence[Section], folder: Path) -> dict[Path, bytes]:
+    """Return the CSV file of each table, and of the verdicts if there are any."""
+    found = {folder / f"{one.name}.csv": one.csv() for part in sections for one in part.tables}
+    verdicts = [
+        (part.heading, one.claim, one.verdict.value) for part in sections for one in part.findings
+    ]
+    if verdicts:
+        found[folder / _VERDICTS] = csv_of(("section", "claim", "verdict"), verdicts)
+    return found
 
 
 def _failures(results: Results) -> tuple[str, ...]:

@@ -1,4 +1,4 @@
-"""`servoid study`: runs a study, shows how far it is, and prints what was found."""
+"""`servoid study`: runs a study, shows how far it is, and prints the verdicts."""
 
 import textwrap
 from dataclasses import dataclass
@@ -78,10 +78,8 @@ def _print_report(study: Study[Any], report: StudyReport, folder: Path) -> None:
     typer.echo(study.title)
     for section in report.sections:
         typer.echo(f"\n{section.heading}")
-        for words in section.words[:1]:
-            _print_words(words)
         for finding in section.findings:
-            _print_words(f"{finding.verdict.value}: {finding.ours}", "- ")
+            _print_words(f"{finding.verdict.value}: {finding.claim}", "- ")
     typer.echo()
     for failure in report.failures:
         _print_words(f"failed: {failure}")

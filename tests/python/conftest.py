@@ -10,6 +10,7 @@ import cv2
 import hypothesis
 import numpy as np
 import pytest
+from commands import Command, Outcome, servoid_command
 from drawn import Drawn, once
 from fake_tracker import FakeSettings, FakeTracker
 from numpy.typing import NDArray
@@ -18,9 +19,10 @@ from scipy.spatial.transform import Rotation
 from tiers import longest_first
 
 from servoid import _native
-from servoid.cli import main
 from servoid.pose import Pose
 from servoid.shape import Body
+
+__all__ = ["Command", "Outcome", "servoid_command"]
 
 SIZE_PX = (160, 120)
 FOCAL_PX = 210.0
@@ -171,18 +173,6 @@ def write_png(path: Path, pixels: NDArray[np.uint8]) -> None:
     assert cv2.imwrite(str(path), stored)
 
 
-@dataclass(frozen=True)
-class Outcome:
-    """How a command ended, and what it said."""
-
-    code: int
-    out: str
-    err: str
-
-
-Command = Callable[..., Outcome]
-
-
 def pytest_configure(config: pytest.Config) -> None:
     """Try fewer examples in the quick tests; let Ctrl-C interrupt background runs, too."""
     hypothesis.settings.register_profile("whole", deadline=None)
@@ -196,22 +186,6 @@ def pytest_configure(config: pytest.Config) -> None:
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Begin with what takes longest."""
     longest_first(items)
-
-
-@pytest.fixture
-def servoid_command(capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Command:
-    """Run `servoid ARGUMENTS` in this process, in a terminal 80 columns wide."""
-    monkeypatch.setenv("COLUMNS", "80")
-
-    def run(*arguments: object) -> Outcome:
-        capfd.readouterr()
-        with pytest.raises(SystemExit) as ended:
-            main([str(argument) for argument in arguments])
-        out, err = capfd.readouterr()
-        code = ended.value.code
-        return Outcome(code if isinstance(code, int) else int(code is not None), out, err)
-
-    return run
 
 
 def everything_in(folder: Path) -> dict[str, bytes | None]:

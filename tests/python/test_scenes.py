@@ -98,7 +98,9 @@ def test_the_table_holds_what_the_scenes_measure_and_nothing_else() -> None:
 
 
 def test_each_scene_is_used_by_a_test() -> None:
-    texts = [path.read_text(encoding="utf-8") for path in sorted(FOLDER.glob("test_*.py"))]
+    folders = (FOLDER, FOLDER.parents[1] / "experiments" / "tests")
+    tests = sorted(path for folder in folders for path in folder.glob("test_*.py"))
+    texts = [path.read_text(encoding="utf-8") for path in tests]
     assert unused(SCENES, texts) == []
     one = next(iter(SCENES.values()))
     assert unused({one.name: one}, ["nothing"]) == [one.name]

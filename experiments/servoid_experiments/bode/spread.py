@@ -7,6 +7,7 @@ import numpy as np
 
 from servoid.servo.arm import Floats
 from servoid_experiments.bode.response import ResponseRow
+from servoid_experiments.stats import Spread, spread_of
 
 HALF_POWER = 2.0**-0.5
 
@@ -15,7 +16,7 @@ HALF_POWER = 2.0**-0.5
 class Band:
     """The median and the least and greatest of all runs, at each frequency, (L,) each.
 
-    `sweeping.confidence` says how likely they hold the median of all possible runs.
+    `stats.confidence` says how likely they hold the median of all possible runs.
     """
 
     middle: Floats
@@ -53,26 +54,30 @@ class Bode:
         phases = np.degrees(np.unwrap(np.angle(ratios), axis=1))
         return cls(np.array(answers[0].hz), Band.of(gains), Band.of(phases), gains, phases)
 
-    def phase_at(self, hz: float) -> "Spread":
-        """Return the phase in degrees at the nearest frequency."""
-        place = int(np.argmin(np.abs(self.hz - hz)))
-        return Spread.of(self.phases_deg[:, place].tolist())
+    def phase_at(self, hz: float, sign: float = 1.0) -> Spread:
+        """Return the phase in degrees at the nearest frequency; with a sign of -1 the lag."""
+        return _spread(sign * self.phases_deg[:, self._nearest(hz)])
+
+    def missed_at(self, hz: float) -> Spread:
+        """Return which share of the object's motion is missed at the nearest frequency."""
+        place = self._nearest(hz)
+        turns = np.exp(1j * np.radians(self.phases_deg[:, place]))
+        return _spread(np.abs(self.gains[:, place] * turns - 1.0))
 
     @property
-    def bandwidth_hz(self) -> "Spread":
+    def bandwidth_hz(self) -> Spread:
         """Return where the amplitude first falls to 3 dB below that of the object."""
-        return Spread.of([leaving(self.hz, row, (HALF_POWER, np.inf)) for row in self.gains])
+        return self._leaving((HALF_POWER, np.inf))
 
     @property
-    def faithful_hz(self) -> "Spread":
+    def faithful_hz(self) -> Spread:
         """Return up to where the amplitude is within 3 dB of that of the object."""
-        bounds = (HALF_POWER, 1.0 / HALF_POWER)
-        return Spread.of([leaving(self.hz, row, bounds) for row in self.gains])
+        return self._leaving((HALF_POWER, 1.0 / HALF_POWER))
 
     @property
-    def peak(self) -> "Spread":
+    def peak(self) -> Spread:
         """Return the greatest ratio of amplitudes."""
-        return Spread.of(self.gains.max(axis=1).tolist())
+        return _spread(self.gains.max(axis=1))
 
     @property
     def peak_hz(self) -> float:
@@ -80,9 +85,23 @@ class Bode:
         return float(self.hz[int(np.argmax(self.gain.middle))])
 
     @property
-    def delay_s(self) -> "Spread":
+    def delay_s(self) -> Spread:
         """Return the delay that the phases amount to: the median over all frequencies."""
-        return Spread.of(np.median(-self.phases_deg / (360.0 * self.hz), axis=1).tolist())
+        return _spread(np.median(-self.phases_deg / (360.0 * self.hz), axis=1))
+
+    def _nearest(self, hz: float) -> int:
+        return int(np.argmin(np.abs(self.hz - hz)))
+
+    def _leaving(self, bounds: tuple[float, float]) -> Spread:
+        found = [leaving(self.hz, row, bounds) for row in self.gains]
+        return _spread(np.array([np.inf if hz is None else hz for hz in found]))
+
+
+def _spread(values: Floats) -> Spread:
+    """Return how values (n,) of n runs are spread."""
+    found = spread_of(values.tolist())
+    assert found is not None, "no runs"
+    return found
 
 
 def leaving(hz: Floats, gains: Floats, bounds: tuple[float, float]) -> float | None:
@@ -100,30 +119,6 @@ def leaving(hz: Floats, gains: Floats, bounds: tuple[float, float]) -> float | N
     level = np.log(low if gains[after] < low else high)
     x, y = np.log(hz[after - 1 : after + 1]), np.log(gains[after - 1 : after + 1])
     return float(np.exp(x[0] + (x[1] - x[0]) * (level - y[0]) / (y[1] - y[0])))
-
-
-@dataclass(frozen=True)
-class Spread:
-    """The median and the least and greatest of a figure; None is beyond all that was tried."""
-
-    middle: float | None
-    low: float | None
-    high: float | None
-
-    @classmethod
-    def of(cls, values: Sequence[float | None]) -> "Spread":
-        """Sum up the values of runs, one or more."""
-        known = np.array([np.inf if value is None else value for value in values])
-        found = (float(np.median(known)), float(known.min()), float(known.max()))
-        return cls(*(None if np.isinf(value) else value for value in found))
-
-    def words(self, digits: int, scale: float = 1.0, beyond: str = "") -> str:
-        """Say it as `median (least to greatest)`, where `beyond` stands for what is beyond."""
-        middle, low, high = (
-            beyond if value is None else f"{round(scale * value, digits) + 0.0:.{digits}f}"
-            for value in (self.middle, self.low, self.high)
-        )
-        return middle if low == high else f"{middle} ({low} to {high})"
 
 
 def in_short(value: float) -> str:

@@ -4,8 +4,8 @@ from servoid_experiments.design import Study
 from servoid_experiments.modelling.around import around
 from servoid_experiments.modelling.designs import design_of
 from servoid_experiments.modelling.plan import plan_modelling
+from servoid_experiments.modelling.reporting import report_modelling
 from servoid_experiments.modelling.settings import QUICK, ModelStudySettings
-from servoid_experiments.modelling.telling import tell_modelling
 
 MODEL = Study(
     name="model",
@@ -17,7 +17,7 @@ MODEL = Study(
     settings=ModelStudySettings,
     quick=QUICK,
     plan=plan_modelling,
-    tell=tell_modelling,
+    report=report_modelling,
 )
 
 __all__ = ["MODEL", "ModelStudySettings", "around", "design_of"]

@@ -56,6 +56,11 @@ class MapCase(msgspec.Struct, frozen=True, kw_only=True):
     whole: bool
     trial: MapTrial
 
+    @property
+    def title(self) -> str:
+        """Return the object and the eyes in words."""
+        return f"{self.object_name.replace('_', ' ')}, {self.eyes.value} eyes"
+
 
 class FitnessRow(msgspec.Struct, frozen=True, kw_only=True):
     """What was found of one fitness.

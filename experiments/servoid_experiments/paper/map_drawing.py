@@ -1,7 +1,5 @@
 """Pictures of fitness maps: the three planes of Fig. 8, and the ridges along z."""
 
-import csv
-import io
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,6 +10,7 @@ from servoid.output import write_whole
 from servoid.view.axes import DISTINCT, dress, new_figure, png
 from servoid_experiments.paper.map_case import Fitness, FitnessRow, MapCase, MapRow
 from servoid_experiments.paper.map_places import Places
+from servoid_experiments.report import csv_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -54,8 +53,8 @@ def draw_map(case: MapCase, row: MapRow, file: Path) -> None:
     write_whole(file.with_suffix(".csv"), _map_csv(case, row))
 
 
-def draw_ridges(rows: Sequence[tuple[str, MapCase, MapRow]], file: Path) -> None:
-    """Draw the crests along z of all fitnesses, a panel for each titled row, with a CSV.
+def draw_ridges(rows: Sequence[tuple[MapCase, MapRow]], file: Path) -> None:
+    """Draw the crests along z of all fitnesses, a panel for each row, with a CSV.
 
     Raises:
         OutputError: a file cannot be written.
@@ -63,7 +62,7 @@ def draw_ridges(rows: Sequence[tuple[str, MapCase, MapRow]], file: Path) -> None
     """
     figure = new_figure(max(5.4 * len(rows), 9.0), 4.7)
     panels = figure.subplots(1, len(rows), squeeze=False, sharey=True)[0]
-    for panel, (title, _, row) in zip(panels, rows, strict=True):
+    for panel, (case, row) in zip(panels, rows, strict=True):
         depths = _MM * np.array(row.crest_depths)
         for one in row.fitnesses:
             if one.fitness in MAPPED and one.ridge.height > 0.0:
@@ -79,7 +78,7 @@ def draw_ridges(rows: Sequence[tuple[str, MapCase, MapRow]], file: Path) -> None
         panel.axhline(0.9, color="#888888", linewidth=1.0)
         panel.text(-49.0, 0.905, "90 % of the peak", fontsize=9, color="#555555", va="bottom")
         panel.set(xlim=(-50.0, 50.0), ylim=(0.0, 1.04))
-        panel.set_title(title, fontsize=12)
+        panel.set_title(case.title, fontsize=12)
         panel.set_xlabel("z, from the true place in mm", fontsize=11)
         dress(panel)
     panels[0].set_ylabel("best fitness at this depth,\nshare of its peak", fontsize=11)
@@ -135,40 +134,22 @@ def _plane(
 
 
 def _map_csv(case: MapCase, row: MapRow) -> bytes:
-    text = io.StringIO()
-    out = csv.writer(text, lineterminator="\n")
-    out.writerow(["fitness", "plane", "first_mm", "second_mm", "value"])
     axes = Places(case.trial).axes
-    for one in row.fitnesses:
-        for name, across, up in _PLANES:
-            for line, values in zip(axes[up], getattr(one, name), strict=False):
-                for place, value in zip(axes[across], values, strict=False):
-                    out.writerow(
-                        [
-                            one.fitness.value,
-                            name,
-                            f"{_MM * place:.1f}",
-                            f"{_MM * line:.1f}",
-                            f"{value:.6g}",
-                        ]
-                    )
-    return text.getvalue().encode()
+    rows = [
+        (one.fitness.value, name, f"{_MM * place:.1f}", f"{_MM * line:.1f}", value)
+        for one in row.fitnesses
+        for name, across, up in _PLANES
+        for line, values in zip(axes[up], getattr(one, name), strict=False)
+        for place, value in zip(axes[across], values, strict=False)
+    ]
+    return csv_of(("fitness", "plane", "first_mm", "second_mm", "value"), rows)
 
 
-def _ridge_csv(rows: Sequence[tuple[str, MapCase, MapRow]]) -> bytes:
-    text = io.StringIO()
-    out = csv.writer(text, lineterminator="\n")
-    out.writerow(["object", "eyes", "fitness", "z_from_truth_mm", "value"])
-    for _, case, row in rows:
-        for one in row.fitnesses:
-            for depth, value in zip(row.crest_depths, one.crest, strict=False):
-                out.writerow(
-                    [
-                        case.object_name,
-                        case.eyes.value,
-                        one.fitness.value,
-                        f"{_MM * depth:.2f}",
-                        f"{value:.6g}",
-                    ]
-                )
-    return text.getvalue().encode()
+def _ridge_csv(rows: Sequence[tuple[MapCase, MapRow]]) -> bytes:
+    lines = [
+        (case.object_name, case.eyes.value, one.fitness.value, f"{_MM * depth:.2f}", value)
+        for case, row in rows
+        for one in row.fitnesses
+        for depth, value in zip(row.crest_depths, one.crest, strict=False)
+    ]
+    return csv_of(("object", "eyes", "fitness", "z_from_truth_mm", "value"), lines)

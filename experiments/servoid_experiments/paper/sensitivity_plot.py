@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 from servoid.output import write_together
 from servoid.view.axes import DISTINCT, dress, new_figure, png
 from servoid.view.page import INK, QUIET_INK
-from servoid_experiments.findings import Picture
-from servoid_experiments.paper.servoing_plots import table
+from servoid_experiments.report import Picture, csv_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -56,7 +55,7 @@ def draw_tornado(
         for value, figure_value in one.values
     ]
     head = ("figure", "constant", "value", "with it", "as assumed", "by chance")
-    write_together({file: png(figure), file.with_suffix(".csv"): table(head, rows)})
+    write_together({file: png(figure), file.with_suffix(".csv"): csv_of(head, rows)})
     return Picture(file, caption)
 
 

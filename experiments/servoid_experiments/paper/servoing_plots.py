@@ -1,7 +1,5 @@
 """Pictures of the paper's servoing: time courses as it plots them, and what each change does."""
 
-import csv
-import io
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,9 +11,9 @@ from numpy.typing import NDArray
 from servoid.output import write_together
 from servoid.view.axes import DISTINCT, dress, new_figure, png
 from servoid.view.page import INK, QUIET_INK
-from servoid_experiments.findings import Picture
-from servoid_experiments.paper.intervals import Interval
 from servoid_experiments.paper.servoing_followed import Courses
+from servoid_experiments.report import Picture, csv_of
+from servoid_experiments.stats import Spread
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -77,7 +75,7 @@ def draw_courses(columns: Sequence[Column], file: Path, caption: str) -> Picture
         for index in range(len(one.courses.seconds))
     ]
     write_together(
-        {file: png(figure), file.with_suffix(".csv"): table(("run", *_units(Courses)), rows)}
+        {file: png(figure), file.with_suffix(".csv"): csv_of(("run", *_units(Courses)), rows)}
     )
     return Picture(file, caption)
 
@@ -115,9 +113,9 @@ class Bar:
 
     name: str
     group: int
-    z_spread: Interval
-    x_spread: Interval
-    lag: Interval
+    z_spread: Spread
+    x_spread: Spread
+    lag: Spread
 
 
 def draw_cures(bars: Sequence[Bar], file: Path, caption: str) -> Picture:
@@ -141,11 +139,11 @@ def draw_cures(bars: Sequence[Bar], file: Path, caption: str) -> Picture:
     panels[0].set_yticks(heights, [one.name for one in bars])
     rows = [(one.name, *_pair(one.z_spread), *_pair(one.x_spread), *_pair(one.lag)) for one in bars]
     head = ("method", *_paired("z_spread_mm"), *_paired("x_spread_mm"), *_paired("lag_deg"))
-    write_together({file: png(figure), file.with_suffix(".csv"): table(head, rows)})
+    write_together({file: png(figure), file.with_suffix(".csv"): csv_of(head, rows)})
     return Picture(file, caption)
 
 
-def _draw_intervals(axes: "Axes", heights: Floats, values: Sequence[Interval]) -> None:
+def _draw_intervals(axes: "Axes", heights: Floats, values: Sequence[Spread]) -> None:
     """Draw means and intervals at heights (N,); a dashed line marks the first mean."""
     means = np.array([value.mean for value in values])
     halves = np.array([value.half or 0.0 for value in values])
@@ -166,16 +164,5 @@ def _paired(name: str) -> tuple[str, str]:
     return name, f"{name}_95_half_width"
 
 
-def _pair(value: Interval) -> tuple[float, float | str]:
-    return value.mean, "" if value.half is None else value.half
-
-
-def table(head: Sequence[str], rows: Sequence[Sequence[float | str]]) -> bytes:
-    """Return rows below a head as the bytes of a CSV file."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(head)
-    writer.writerows(
-        [f"{cell:.6g}" if isinstance(cell, float) else cell for cell in row] for row in rows
-    )
-    return text.getvalue().encode()
+def _pair(value: Spread) -> tuple[float, float | None]:
+    return value.mean, value.half

@@ -6,19 +6,19 @@ from pathlib import Path
 import msgspec
 
 from servoid_experiments.design import Results, Study, Work
-from servoid_experiments.findings import Section
 from servoid_experiments.paper.fitness_map import FITNESS_MAP
-from servoid_experiments.paper.map_section import QUICK_MAP, MapSettings, map_section, map_work
+from servoid_experiments.paper.map_report import QUICK_MAP, MapSettings, map_section, map_work
 from servoid_experiments.paper.sensitivity import (
     SensitivitySettings,
     quick_sensitivity,
     sensitivity_work,
 )
-from servoid_experiments.paper.sensitivity_telling import sensitivity_sections
+from servoid_experiments.paper.sensitivity_report import sensitivity_sections
 from servoid_experiments.paper.servoing import ServoingSettings, quick_servoing, servoing_work
-from servoid_experiments.paper.servoing_telling import servoing_sections
+from servoid_experiments.paper.servoing_report import servoing_sections
 from servoid_experiments.paper.two_ellipsoids import TWO_ELLIPSOIDS
-from servoid_experiments.paper.two_section import QUICK_TWO, TwoSettings, two_section, two_work
+from servoid_experiments.paper.two_report import QUICK_TWO, TwoSettings, two_section, two_work
+from servoid_experiments.report import Section
 
 
 class PaperStudySettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -40,8 +40,8 @@ def plan_paper(settings: PaperStudySettings) -> list[Work]:
     ]
 
 
-def tell_paper(settings: PaperStudySettings, results: Results, folder: Path) -> Sequence[Section]:
-    """Say what became of each figure."""
+def report_paper(settings: PaperStudySettings, results: Results, folder: Path) -> Sequence[Section]:
+    """Draw each figure again, and list its numbers."""
     constants = settings.servoing.constants
     return [
         map_section(settings.map, results[FITNESS_MAP.name], folder),
@@ -67,5 +67,5 @@ PAPER = Study(
         sensitivity=quick_sensitivity(),
     ),
     plan=plan_paper,
-    tell=tell_paper,
+    report=report_paper,
 )

@@ -1,7 +1,5 @@
 """Pictures of the object of two ellipsoids and its models: Fig. 9, and the errors over seeds."""
 
-import csv
-import io
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,8 +12,9 @@ from servoid.output import write_whole
 from servoid.view.axes import DISTINCT, dress, new_figure, png
 from servoid_experiments.paper.body_errors import Floats, shape_matrices
 from servoid_experiments.paper.eye_pair import EyePair, paper_hand, true_body
-from servoid_experiments.paper.intervals import interval
 from servoid_experiments.paper.two_case import OBJECT_NAME, Procedure, TwoCase, TwoRow
+from servoid_experiments.report import csv_of
+from servoid_experiments.stats import over
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -165,8 +164,9 @@ def _dots(panel: "Axes", values: Mapping[Procedure, Sequence[float]], label: str
         beside = place + np.linspace(-0.22, 0.22, len(numbers)) if len(numbers) > 1 else [place]
         color = DISTINCT[1] if kind is Procedure.PAPER else _MODEL
         panel.plot(numbers, beside, ".", color=color, alpha=0.45, markersize=5)
-        found = interval(numbers)
-        panel.plot([found.low, found.high], [place] * 2, color=_TRUE, linewidth=2.2)
+        found = over(numbers, float)
+        half = found.half or 0.0
+        panel.plot([found.mean - half, found.mean + half], [place] * 2, color=_TRUE, linewidth=2.2)
         panel.plot(found.mean, place, "D", color=_TRUE, markersize=5)
     panel.set_xlabel(label, fontsize=10.5)
     dress(panel)
@@ -174,21 +174,15 @@ def _dots(panel: "Axes", values: Mapping[Procedure, Sequence[float]], label: str
 
 
 def _csv(rows: Mapping[Procedure, Sequence[TwoRow]]) -> bytes:
-    text = io.StringIO()
-    out = csv.writer(text, lineterminator="\n")
-    out.writerow(
-        ["procedure", "trial", "x_mm", "y_mm", "z_mm", "volume_iou", "silhouette_iou", "volume"]
-    )
-    for kind, found in rows.items():
-        for number, row in enumerate(found):
-            out.writerow(
-                [
-                    kind.value,
-                    number,
-                    *(f"{_MM * x:.4f}" for x in row.error),
-                    f"{row.volume_iou:.5f}",
-                    f"{row.silhouette_iou:.5f}",
-                    f"{row.volume_ratio:.5f}",
-                ]
-            )
-    return text.getvalue().encode()
+    lines = [
+        (
+            kind.value,
+            number,
+            *(f"{_MM * x:.4f}" for x in row.error),
+            *(f"{x:.5f}" for x in (row.volume_iou, row.silhouette_iou, row.volume_ratio)),
+        )
+        for kind, found in rows.items()
+        for number, row in enumerate(found)
+    ]
+    head = ("procedure", "trial", "x_mm", "y_mm", "z_mm", "volume_iou", "silhouette_iou", "volume")
+    return csv_of(head, lines)

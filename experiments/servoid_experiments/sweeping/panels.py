@@ -8,11 +8,17 @@ from typing import TYPE_CHECKING
 
 from servoid.view.axes import dress, new_figure, png
 from servoid.view.page import INK, QUIET_INK
+from servoid_experiments.report import csv_of
+from servoid_experiments.stats import Spread
 from servoid_experiments.sweeping.factor import Factor, Value
-from servoid_experiments.sweeping.spread import Spread
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+BANDS = (
+    "One panel a factor, all else as in the centre. Lines are the median over the seeds, bands "
+    "reach from the lowest to the highest."
+)
 
 _WIDE_IN, _HIGH_IN = 9.6, 2.35
 _COLUMNS = 3
@@ -195,16 +201,19 @@ def panels_csv(panels: Sequence[Panel], figure: str) -> bytes:
 
     `figure` names the number; `seeds_low` and `seeds_high` are the extremes over the seeds.
     """
-    lines = [f"factor,unit,value,series,variant,{figure},seeds_low,seeds_high"]
-    for panel in panels:
-        for curve in panel.curves:
-            variant = panel.note if curve.style != "-" else ""
-            for value, spread in zip(curve.values, curve.spreads, strict=True):
-                if spread is not None:
-                    shown = written(value).replace("\n", "_")
-                    numbers = (spread.middle, spread.low, spread.high)
-                    lines.append(
-                        f'"{panel.factor.title}",{panel.factor.unit},{shown},{curve.name},'
-                        f'"{variant}",{",".join(f"{number:.6g}" for number in numbers)}'
-                    )
-    return ("\n".join(lines) + "\n").encode()
+    rows = [
+        (
+            panel.factor.title,
+            panel.factor.unit,
+            written(value).replace("\n", "_"),
+            curve.name,
+            panel.note if curve.style != "-" else "",
+            *(spread.middle, spread.low, spread.high),
+        )
+        for panel in panels
+        for curve in panel.curves
+        for value, spread in zip(curve.values, curve.spreads, strict=True)
+        if spread is not None
+    ]
+    head = ("factor", "unit", "value", "series", "variant", figure, "seeds_low", "seeds_high")
+    return csv_of(head, rows)

@@ -7,9 +7,9 @@ from typing import Generic, TypeVar
 import msgspec
 
 from servoid_experiments.design import Done
+from servoid_experiments.stats import Spread, spread_of
 from servoid_experiments.sweeping.factor import Factor, Value, varied
 from servoid_experiments.sweeping.panels import Curve, Panel
-from servoid_experiments.sweeping.spread import Spread, spread_of
 
 CaseT = TypeVar("CaseT", bound=msgspec.Struct)
 RowT = TypeVar("RowT", bound=msgspec.Struct)
@@ -40,8 +40,6 @@ class Sweep(Generic[CaseT, RowT]):
         self._rows: Mapping[CaseT, RowT] = {
             done.case: done.row for done in trials if done.row is not None
         }
-        self.failed = [done for done in trials if done.row is None]
-        self.count = len(trials)
 
     @property
     def is_empty(self) -> bool:
@@ -52,13 +50,6 @@ class Sweep(Generic[CaseT, RowT]):
         """Return what came of a series with a factor at a value, of each seed that was run."""
         cases = [varied(center, factor.key, value) for center in series.centers]
         return [self._rows[case] for case in cases if case in self._rows]
-
-    def at_center(
-        self, series: Series[CaseT], metric: Callable[[RowT], float | None]
-    ) -> Spread | None:
-        """Return how a figure of the cases in the centre is spread over the seeds."""
-        known = [self._rows[case] for case in series.centers if case in self._rows]
-        return spread_of(metric(row) for row in known)
 
     def spread(
         self,

@@ -2,8 +2,8 @@
 
 from servoid_experiments.design import Study
 from servoid_experiments.tracking.plan import plan_tracking
+from servoid_experiments.tracking.reporting import report_tracking
 from servoid_experiments.tracking.settings import QUICK, TrackStudySettings
-from servoid_experiments.tracking.telling import tell_tracking
 
 TRACK = Study(
     name="track",
@@ -16,7 +16,7 @@ TRACK = Study(
     settings=TrackStudySettings,
     quick=QUICK,
     plan=plan_tracking,
-    tell=tell_tracking,
+    report=report_tracking,
 )
 
 __all__ = ["TRACK", "TrackStudySettings"]

@@ -2,9 +2,8 @@ import numpy as np
 import pytest
 
 from servoid_experiments.bode.response import Answer, ResponseRow
-from servoid_experiments.bode.spread import HALF_POWER, Bode, Spread, leaving
+from servoid_experiments.bode.spread import HALF_POWER, Bode, leaving
 from servoid_experiments.bode.swinging import Swing, Swinging, amplitudes
-from servoid_experiments.sweeping import confidence
 
 LINES = (1, 2, 4, 7, 11, 20)
 
@@ -110,18 +109,3 @@ def test_a_gain_leaves_its_bounds_where_it_first_crosses_one() -> None:
     assert crossing == pytest.approx(0.2 * 2.0**0.5)
     assert leaving(hz, np.ones(4), (HALF_POWER, np.inf)) is None
     assert leaving(hz, np.full(4, 0.5), (HALF_POWER, np.inf)) == 0.1
-
-
-def test_what_is_beyond_all_that_was_tried_is_said_to_be() -> None:
-    spread = Spread.of([1.0, 1.5, None])
-    assert spread.words(1, beyond="more") == "1.5 (1.0 to more)"
-    assert Spread.of([None, None]).words(1, beyond="more") == "more"
-    assert Spread.of([0.002, 0.002]).words(0, 1000.0) == "2"
-
-
-def test_a_band_holds_the_median_as_often_as_it_says() -> None:
-    random = np.random.default_rng(0)
-    for runs in (2, 4, 6):
-        draws = random.exponential(size=(20000, runs))
-        holds = (draws.min(axis=1) < np.log(2.0)) & (draws.max(axis=1) > np.log(2.0))
-        assert holds.mean() == pytest.approx(confidence(runs), abs=0.01)

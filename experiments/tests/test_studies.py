@@ -11,13 +11,15 @@ import importlib
 from pathlib import Path
 from typing import Any
 
-from conftest import Command
+from commands import Command, servoid_command
 
 from servoid.batch.table import write_table
 from servoid.errors import StudyError
 from servoid.servo import settings_toml
 from servoid_experiments.design import Study
 from servoid_experiments.running import STUDIES, read_study_settings, study_named
+
+__all__ = ["servoid_command"]
 
 
 @pytest.fixture(scope="module", params=STUDIES)

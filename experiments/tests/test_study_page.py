@@ -1,3 +1,6 @@
+import csv
+import io
+import math
 import re
 from html.parser import HTMLParser
 from pathlib import Path
@@ -7,8 +10,8 @@ import numpy as np
 import pytest
 
 from servoid.errors import OutputError
-from servoid_experiments.findings import Finding, Picture, Section, Table, Verdict
 from servoid_experiments.page import write_study_page
+from servoid_experiments.report import Finding, Picture, Section, Table, Verdict
 
 
 class Reader(HTMLParser):
@@ -40,10 +43,13 @@ class Reader(HTMLParser):
 def a_section(picture: Path) -> Section:
     return Section(
         heading="Fig. 8: <the map> & more",
-        words=("The peak is 2 mm off.",),
-        findings=(Finding("wide along z", "90 mm", Verdict.PARTLY, "a narrow <baseline>"),),
+        findings=(Finding("wide <along> z", Verdict.PARTLY),),
         pictures=(Picture(picture, "Maps & profiles"),),
-        tables=(Table(("fitness", "width"), [("points", "90 mm"), ("region", "12.5")], "Widths"),),
+        tables=(
+            Table(
+                "widths", "Widths", ("fitness", "width"), [("points", 12.34567), ("region", None)]
+            ),
+        ),
     )
 
 
@@ -65,9 +71,9 @@ def test_a_page_needs_nothing_beside_it_and_says_all(tmp_path: Path) -> None:
     assert {link[1:] for link in reader.links if link.startswith("#")} <= reader.ids
     text = re.sub(r"\s+", " ", " ".join(reader.words))
     for words in (
-        "A <study>", "How far?", "Fig. 8: <the map> & more", "The peak is 2 mm off.",
-        "wide along z", "agrees in part", "a narrow <baseline>", "Maps & profiles",
-        "Widths", "region", "12.5", "a = '<b>'", "1 failed",
+        "A <study>", "How far?", "Fig. 8: <the map> & more",
+        "wide <along> z", "agrees in part", "Maps & profiles", "Widths", "region", "12.35",
+        "a = '<b>'", "1 failed",
     ):  # fmt: skip
         assert words in text
 
@@ -76,3 +82,12 @@ def test_a_picture_that_is_missing_is_named_and_no_page_is_left(tmp_path: Path) 
     with pytest.raises(OutputError, match=r"map\.png"):
         write_study_page(tmp_path, "A study", [a_section(tmp_path / "map.png")])
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_table_is_read_back_from_its_csv_with_six_digits() -> None:
+    rows = [("a, b", 1.23456789, 3), ("", None, 4), ("c", math.inf, 5)]
+    table = Table("a", "A", ("name", "value", "count"), rows)
+    read = list(csv.DictReader(io.StringIO(table.csv().decode())))
+    assert [one["name"] for one in read] == ["a, b", "", "c"]
+    assert [one["value"] for one in read] == ["1.23457", "", "inf"]
+    assert [one["count"] for one in read] == ["3", "4", "5"]

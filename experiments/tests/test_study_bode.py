@@ -1,7 +1,8 @@
-"""The study as a whole, told of runs that were made up."""
+"""The study as a whole, which reports runs that were made up."""
 
 import csv
 from pathlib import Path
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -16,7 +17,7 @@ from servoid_experiments.bode.planning import HALF, MAPS, VARIANTS
 from servoid_experiments.bode.response import RESPONSE, Answer, ResponseCase, ResponseRow
 from servoid_experiments.bode.spread import HALF_POWER, leaving
 from servoid_experiments.design import Done, Results
-from servoid_experiments.findings import Section, Verdict
+from servoid_experiments.report import Section, Table, Verdict
 
 SMALL = BODE.quick
 CORNER_HZ = {True: 4.0, False: 0.5}
@@ -73,10 +74,10 @@ def results(failed: int = 0) -> Results:
 
 
 @pytest.fixture(scope="module")
-def told(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[Section]]:
+def reported(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[Section]]:
     pytest.importorskip("matplotlib")
     folder = tmp_path_factory.mktemp("bode")
-    return folder, list(BODE.tell(SMALL, results(), folder))
+    return folder, list(BODE.report(SMALL, results(), folder))
 
 
 def test_every_variant_is_run_with_every_seed_and_one_at_half_the_amplitude() -> None:
@@ -130,8 +131,8 @@ def test_settings_that_cannot_be_are_refused(values: dict[str, object], message:
 
 
 @pytest.mark.extended
-def test_every_figure_has_its_numbers_beside_it(told: tuple[Path, list[Section]]) -> None:
-    folder, sections = told
+def test_every_figure_has_its_numbers_beside_it(reported: tuple[Path, list[Section]]) -> None:
+    folder, sections = reported
     pictures = [picture.file for section in sections for picture in section.pictures]
     assert [file.name for file in pictures] == [
         "hand.png",
@@ -144,40 +145,49 @@ def test_every_figure_has_its_numbers_beside_it(told: tuple[Path, list[Section]]
     hand = [row for row in rows if row["signal"] == "hand" and row["axis"] == "sideways"]
     assert {row["variant"] for row in hand} == set(VARIANTS)
     assert len(hand) == len(VARIANTS) * len(SMALL.response.sideways_lines)
-    margins = list(csv.DictReader((folder / "margins.csv").open()))
-    assert len(margins) == len(BODE.plan(SMALL)[1].cases)
+    assert len(tables_of(sections)["margins"].rows) == len(BODE.plan(SMALL)[1].cases)
+
+
+def tables_of(sections: list[Section]) -> dict[str, Table]:
+    return {table.name: table for section in sections for table in section.tables}
+
+
+def figures(sections: list[Section], variant: str, signal: str) -> dict[str, Any]:
+    """Return the figures of a variant's answer sideways."""
+    table = tables_of(sections)["response_figures"]
+    [row] = [row for row in table.rows if row[:3] == (variant, signal, "sideways")]
+    return dict(zip(table.headings, row, strict=True))
 
 
 @pytest.mark.extended
-def test_sentences_say_what_the_rows_say(told: tuple[Path, list[Section]]) -> None:
-    sections = {section.heading: section for section in told[1]}
+def test_tables_hold_what_the_rows_say(reported: tuple[Path, list[Section]]) -> None:
+    sections = reported[1]
+    hand = figures(sections, "no feed-forward, eyes follow", "hand")
     lag = np.degrees(np.arctan(SMALL.response.lag_hz / CORNER_HZ[False]))
-    assert f"by {lag:.1f} deg without" in sections["The hand"].words[1]
+    assert hand["lag_deg"] == pytest.approx(lag)
     hz = SMALL.response.base_hz * np.array(SMALL.response.sideways_lines)
     gains = 1.0 / np.hypot(1.0, hz / CORNER_HZ[False])
     falls = leaving(hz, gains, (HALF_POWER, np.inf))
-    assert f"falls by 3 dB at {falls:.2f} Hz" in sections["The hand"].words[2]
-    loop = sections["How much the loop bears"]
-    assert "more than 256 at the corners" in loop.words[1]
-    assert any("bears 30 ms" in words and "16 degrees" in words for words in loop.words)
-    assert loop.tables[0].rows[0][-1] == "20"  # half of ten times 4 a second
+    assert hand["falls_by_3db_hz"] == pytest.approx(falls, rel=0.01)
+    seen = figures(sections, "feed-forward, eyes follow", "seen")
+    assert seen["falls_by_3db_hz"] == np.inf
+    assert seen["gain_off_at_most"] < 0.01
+    tables = tables_of(sections)
+    corners = [row for row in tables["margins"].rows if row[3] == "gain" and row[0] in MAPS]
+    assert {row[4] for row in corners if row[0] != "the paper's law, no time stamps"} == {""}
+    assert tables["greatest_gains"].rows[0][-1] == pytest.approx(
+        20.0
+    )  # half of ten times 4 a second
+    assert {name for section in sections for name in tables_of([section])} == set(tables)
 
 
 @pytest.mark.extended
-def test_a_peak_and_a_cure_of_the_lag_are_told_only_where_they_are(
-    told: tuple[Path, list[Section]], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+def test_feed_forward_goes_beyond_the_paper_only_if_the_hand_lags_less_for_it(
+    reported: tuple[Path, list[Section]], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    (hand,) = [section for section in told[1] if section.heading == "The hand"]
-    assert not any("peak" in words for words in hand.words)
-    assert hand.findings[0].verdict is Verdict.BEYOND
+    assert reported[1][0].findings[0].verdict is Verdict.BEYOND
     monkeypatch.setitem(CORNER_HZ, True, 0.4)  # as if feed-forward did harm
-    (hand,) = [
-        section
-        for section in BODE.tell(SMALL, results(), tmp_path)
-        if section.heading == "The hand"
-    ]
-    assert hand.findings[0].verdict is Verdict.AGREES
-    assert "does not take it away" in hand.findings[0].why
+    assert BODE.report(SMALL, results(), tmp_path)[0].findings[0].verdict is Verdict.AGREES
 
 
 @pytest.mark.extended
@@ -186,27 +196,26 @@ def test_halved_amplitudes_are_compared_with_the_run_of_the_same_seed(
 ) -> None:
     pytest.importorskip("matplotlib")
     monkeypatch.setitem(APART, "seeds", 0.2)  # but what is halved answers as the whole does
-    sections = BODE.tell(SMALL, results(), tmp_path)
-    (doubts,) = [one for one in sections if one.heading == "Is that a frequency response?"]
-    assert "differs by 0 % as a median over frequencies and runs, and by 0 %" in doubts.words[-1]
+    table = tables_of(list(BODE.report(SMALL, results(), tmp_path)))["response_halved"]
+    ratios = [row[-1] for row in table.rows]
+    assert ratios and ratios == pytest.approx([1.0] * len(ratios))
 
 
 @pytest.mark.extended
 def test_trials_that_failed_are_left_out(tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
-    sections = BODE.tell(SMALL, results(failed=1), tmp_path)
-    assert sections[0].heading == "The hand"
+    BODE.report(SMALL, results(failed=1), tmp_path)
     rows = list(csv.DictReader((tmp_path / "responses.csv").open()))
     runs = {row["variant"]: int(row["runs"]) for row in rows}
     seeds = SMALL.response.seeds
     assert list(runs.values()) == [seeds - 1, seeds, seeds, seeds]
 
 
-def test_nothing_but_failures_is_told(tmp_path: Path) -> None:
+def test_nothing_but_failures_leaves_nothing_to_report(tmp_path: Path) -> None:
     failed = {
         work.experiment.name: [Done(case, None, "no") for case in work.cases]
         for work in BODE.plan(SMALL)
     }
-    [section] = BODE.tell(SMALL, failed, tmp_path)
-    assert "No run succeeded" in section.words[0]
-    assert section.pictures == ()
+    [section] = BODE.report(SMALL, failed, tmp_path)
+    assert section.heading == "No trial succeeded"
+    assert section.pictures == section.tables == ()

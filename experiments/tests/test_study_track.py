@@ -17,7 +17,6 @@ from servoid_experiments.modelling import design_of
 from servoid_experiments.sweeping import Sweep
 from servoid_experiments.tracking import TRACK, TrackStudySettings
 from servoid_experiments.tracking.cases import Eyes, Scene, TrackCase, TrackRow
-from servoid_experiments.tracking.figures import success_panels
 from servoid_experiments.tracking.footage import SetUp, eyes_of, is_hidden, last_quarter, shoot
 from servoid_experiments.tracking.metrics import (
     of_tracked,
@@ -27,8 +26,8 @@ from servoid_experiments.tracking.metrics import (
     wrongly_sure,
 )
 from servoid_experiments.tracking.plan import layout
+from servoid_experiments.tracking.reporting import success_panels
 from servoid_experiments.tracking.settings import QUICK, CenterSettings, SweepSettings
-from servoid_experiments.tracking.tables import limits
 from servoid_experiments.tracking.trial import TRACKING, run_track_case
 from servoid_experiments.tracking.way import rest_from_objects
 
@@ -198,8 +197,8 @@ def done() -> list[Done]:
 
 
 @pytest.mark.extended
-def test_what_is_told_is_what_the_rows_say(done: list[Done], tmp_path: Path) -> None:
-    sections = TRACK.tell(SMALL, {TRACKING.name: done}, tmp_path)
+def test_what_is_reported_is_what_the_rows_say(done: list[Done], tmp_path: Path) -> None:
+    sections = TRACK.report(SMALL, {TRACKING.name: done}, tmp_path)
     pictures = [picture.file for section in sections for picture in section.pictures]
     assert [file.name for file in pictures] == ["success.png", "error.png", "large_errors.png"]
     for file in pictures:
@@ -207,27 +206,26 @@ def test_what_is_told_is_what_the_rows_say(done: list[Done], tmp_path: Path) -> 
     center = layout(SMALL).ours.centers[0]
     row = next(one.row for one in done if one.case == center)
     share = success(row, SMALL.near)
-    assert f"servoid is right in {100.0 * share:.0f} % of the images" in " ".join(sections[0].words)
-    line = f'"population",,24,servoid,"",{share:.6g},{share:.6g},{share:.6g}'
+    line = f"population,,24,servoid,,{share:.6g},{share:.6g},{share:.6g}"
     assert line in (tmp_path / "success.csv").read_text(encoding="utf-8").splitlines()
-    table = next(section for section in sections if section.heading == "All figures").tables[0]
+    [table] = [table for section in sections for table in section.tables]
     assert all(len(cells) == len(table.headings) for cells in table.rows)
-    assert {cells[0] for cells in table.rows} >= {"way between images [mm]", "object"}
+    assert {cells[0] for cells in table.rows} >= {"way between images", "object"}
+    [cells] = [cells for cells in table.rows if cells[:4] == ("population", "", "24", "servoid")]
+    assert dict(zip(table.headings, cells, strict=True))["tracked"] == share
 
 
 @pytest.mark.extended
-def test_failed_trials_are_left_out_and_told(done: list[Done], tmp_path: Path) -> None:
-    failing = [
-        replace(one, row=None, failure="the camera broke") if place == 3 else one
-        for place, one in enumerate(done)
-    ]
-    words = TRACK.tell(SMALL, {TRACKING.name: failing}, tmp_path)[-1].words
-    assert "1 trial failed and is left out; why: the camera broke" in words
+def test_failed_trials_are_left_out(done: list[Done], tmp_path: Path) -> None:
     lost = [replace(one, row=None, failure="the camera broke") for one in done]
-    assert TRACK.tell(SMALL, {TRACKING.name: lost}, tmp_path)[0].heading == "No trial succeeded"
+    assert TRACK.report(SMALL, {TRACKING.name: lost}, tmp_path)[0].heading == "No trial succeeded"
+    sections = TRACK.report(SMALL, {TRACKING.name: [done[0], *lost[1:]]}, tmp_path)
+    [table] = [table for section in sections for table in section.tables]
+    known = [cells for cells in table.rows if cells[-1] is not None]
+    assert 0 < len(known) < len(table.rows)
 
 
-def test_the_limits_name_what_holds_about_the_centre_and_elsewhere() -> None:
+def test_a_panel_of_success_shows_both_trackers_at_each_value() -> None:
     settings = changed(SMALL, sweep=SweepSettings(**{**NOTHING, "way_mm": (5.0, 40.0, 90.0)}))
     plan = layout(settings)
     worth = {5.0: True, 12.0: True, 40.0: False, 90.0: True}
@@ -236,8 +234,13 @@ def test_the_limits_name_what_holds_about_the_centre_and_elsewhere() -> None:
         holds = worth[case.scene.way_mm] and case.method is Method.REGION
         status = ["tracking" if holds else "lost"] * 11
         done.append(Done(case, row_of(status, [0.0] * 11)))
-    panels = success_panels(plan, Sweep(done), settings.near)
-    table = limits(plan, panels)
-    [cells] = [cells for cells in table.rows if cells[0].startswith("way")]
-    assert cells[3] == "5 to 12, and at 90"
-    assert cells[4] == "nowhere; 0 % in the centre"
+    [panel] = success_panels(plan, Sweep(done), settings.near)
+    ours, paper = (
+        {
+            value: spread and spread.middle
+            for value, spread in zip(one.values, one.spreads, strict=True)
+        }
+        for one in panel.curves[:2]
+    )
+    assert ours == {value: float(holds) for value, holds in worth.items()}
+    assert set(paper.values()) == {0.0}

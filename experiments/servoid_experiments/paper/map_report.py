@@ -1,0 +1,229 @@
+"""Reports the fitness maps: Section 5.1 of the paper, and Fig. 8."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import msgspec
+import numpy as np
+from msgspec import Meta
+
+from servoid.batch import Done, Work
+from servoid_experiments.paper.eye_pair import EyeMode
+from servoid_experiments.paper.fitness_map import FITNESS_MAP
+from servoid_experiments.paper.left_out import AS_IT_IS, map_variants
+from servoid_experiments.paper.map_case import Fitness, FitnessRow, MapCase, MapRow, MapTrial
+from servoid_experiments.paper.map_drawing import draw_map, draw_ridges
+from servoid_experiments.report import Cell, Finding, Picture, Section, Table, Verdict
+from servoid_experiments.stats import Spread, spread_of
+
+_QUARTER = 0.25  # of the points' width was aimed at
+_MM = 1e3
+_AT_SHARE = 2.0 * float(np.sqrt(2.0 * np.log(1.0 / 0.9)))
+"""Width of a normal likelihood at 90 % of its peak, in standard deviations."""
+
+
+class MapSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """The maps of Fig. 8."""
+
+    objects: Annotated[
+        tuple[str, ...],
+        Meta(min_length=1, description="of the simulated world, made of one ellipsoid"),
+    ] = ("ellipsoid", "painted_ellipsoid")
+    eyes: Annotated[
+        tuple[EyeMode, ...],
+        Meta(min_length=1, description="where the eyes look, the first with all seeds; assumed"),
+    ] = (EyeMode.VERGED, EyeMode.PARALLEL)
+    seeds: Annotated[
+        int, Meta(ge=1, description="pairs of each object: noise, light, and what was learned")
+    ] = 10
+    vary: Annotated[
+        bool, Meta(description="whether assumed numbers are changed, one at a time")
+    ] = True
+    trial: MapTrial = MapTrial()
+
+
+QUICK_MAP = MapSettings(
+    objects=("ellipsoid",),
+    eyes=(EyeMode.VERGED,),
+    seeds=2,
+    vary=False,
+    trial=MapTrial(count=11, points=100),
+)
+
+
+def map_work(settings: MapSettings) -> Work:
+    """Return the pairs to score: a whole map of each object and eyes, and ridges of more seeds."""
+    cases = [
+        MapCase(object_name=name, eyes=eyes, seed=seed, whole=seed == 0, trial=settings.trial)
+        for name in settings.objects
+        for eyes in settings.eyes
+        for seed in range(settings.seeds if eyes is settings.eyes[0] else 1)
+    ]
+    if settings.vary:
+        cases += [
+            MapCase(object_name=name, eyes=settings.eyes[0], seed=0, whole=False, trial=changed)
+            for name in settings.objects
+            for _, changed in map_variants(settings.trial)
+        ]
+    return Work(FITNESS_MAP, cases)
+
+
+@dataclass(frozen=True)
+class _Pairs:
+    """All pairs of an object before eyes that look in one way, with a trial that may be varied."""
+
+    variant: str
+    object_name: str
+    eyes: EyeMode
+    rows: Sequence[MapRow]
+
+    def fitness(
+        self, fitness: Fitness, take: Callable[[FitnessRow], float | None]
+    ) -> Spread | None:
+        """Return how a figure of one fitness is spread."""
+        found = [one for row in self.rows for one in row.fitnesses if one.fitness is fitness]
+        return spread_of(take(one) for one in found)
+
+    def sigma(self, fitness: Fitness) -> Spread | None:
+        """Return the answers' own standard deviation of z, in m."""
+        return spread_of(one.sigma_z for row in self.rows for one in row.answers
+                         if one.fitness is fitness)  # fmt: skip
+
+    def error(self, fitness: Fitness, axis: int) -> Spread | None:
+        """Return by how much the answers are off along an axis, in m."""
+        answers = [one.error for row in self.rows for one in row.answers if one.fitness is fitness]
+        return spread_of(None if error is None else abs(error[axis]) for error in answers)
+
+    @property
+    def place(self) -> tuple[str, str, str, int]:
+        """Return the first cells of a table's row."""
+        return self.variant, self.object_name, self.eyes.value, len(self.rows)
+
+
+def map_section(settings: MapSettings, done: Sequence[Done], folder: Path) -> Section:
+    """Draw the maps into a folder, and list their widths and peaks, and servoid's answers.
+
+    Raises:
+        OutputError: a picture cannot be written.
+
+    """
+    kept = [(one.case, one.row) for one in done if one.row is not None]
+    variants = map_variants(settings.trial) if settings.vary else []
+    pairs = [
+        _Pairs(variant, name, eyes, rows)
+        for variant, trial in [(AS_IT_IS, settings.trial), *variants]
+        for name in settings.objects
+        for eyes in settings.eyes
+        if (rows := [row for case, row in kept
+                     if (case.trial, case.object_name, case.eyes) == (trial, name, eyes)])
+    ]  # fmt: skip
+    plain = [one for one in pairs if one.variant == AS_IT_IS]
+    shown = [(case, row) for case, row in kept if case.whole and case.trial == settings.trial]
+    return Section(
+        heading="Section 5.1: the fitness map (Fig. 8)",
+        findings=_findings(plain),
+        pictures=_pictures(shown, folder),
+        tables=(_widths(pairs), _answers(pairs)),
+    )
+
+
+def _widths(pairs: Sequence[_Pairs]) -> Table:
+    takes: dict[str, Callable[[FitnessRow], float | None]] = {
+        "ridge_mm": lambda one: one.ridge.crest,
+        "ridge_from_lowest_mm": lambda one: one.ridge.crest_from_floor,
+        **{f"width_{'xyz'[i]}_mm": lambda one, i=i: one.ridge.along[i] for i in range(3)},
+        **{f"peak_off_{'xyz'[i]}_mm": lambda one, i=i: abs(one.ridge.peak[i]) for i in range(3)},
+    }
+    return Table(
+        "fitness_widths",
+        "Widths at 90 % of the peak: of the ridge along z, and along straight lines through the "
+        "true place; and by how much the peak is off. Means over the pairs.",
+        ("variant", "object", "eyes", "pairs", "fitness", *takes, "ridge_mm_95_half_width"),
+        [
+            (*one.place, fitness.value, *map(_mean, found), _half(found[0]))
+            for one in pairs
+            for fitness in Fitness
+            for found in [[one.fitness(fitness, take) for take in takes.values()]]
+        ],
+    )
+
+
+def _answers(pairs: Sequence[_Pairs]) -> Table:
+    rows: list[tuple[Cell, ...]] = []
+    for one in pairs:
+        for fitness in (Fitness.REGION, Fitness.SURFACE, Fitness.FULL):
+            sigma = one.sigma(fitness)
+            width = None if sigma is None else _mean(sigma.times(_AT_SHARE))
+            errors = [_mean(one.error(fitness, axis)) for axis in range(3)]
+            rows.append((*one.place, fitness.value, *errors, _mean(sigma), width))
+    return Table(
+        "fitness_answers",
+        "What servoid's tracker answers, which also seeks the turn: errors by magnitude, its own "
+        "standard deviation of z, and how wide that likelihood is at 90 % of its peak. Means over "
+        "the pairs.",
+        ("variant", "object", "eyes", "pairs", "by", "error_x_mm", "error_y_mm", "error_z_mm",
+         "sigma_z_mm", "likelihood_mm"),
+        rows,
+    )  # fmt: skip
+
+
+def _mean(spread: Spread | None) -> float | None:
+    return None if spread is None else _MM * spread.mean
+
+
+def _half(spread: Spread | None) -> float | None:
+    return None if spread is None or spread.half is None else _MM * spread.half
+
+
+def _findings(pairs: Sequence[_Pairs]) -> tuple[Finding, ...]:
+    """Compare the place of the peaks, and the widths of the ridges, with what the paper says."""
+    off = [
+        float(np.abs(one.map_peak).max())
+        for kind in pairs
+        for row in kind.rows
+        for one in row.fitnesses
+        if one.fitness is Fitness.POINTS and one.map_peak
+    ]
+    found = []
+    if off:
+        verdict = Verdict.AGREES if max(off) < 1e-6 else Verdict.PARTLY
+        found.append(Finding("The fitness is highest at the true position.", verdict))
+    widths = [
+        pairs[0].fitness(Fitness.POINTS, lambda one, i=i: one.ridge.along[i]) if pairs else None
+        for i in (0, 2)
+    ]
+    if widths[0] and widths[1]:
+        wide = widths[1].mean > 2.0 * widths[0].mean
+        verdict = Verdict.AGREES if wide else Verdict.PARTLY
+        found.append(Finding("The top is wider along z than along x and y.", verdict))
+    ratios = [
+        ours.mean / points.mean
+        for one in pairs
+        if (points := one.fitness(Fitness.POINTS, lambda row: row.ridge.crest))
+        and (ours := one.fitness(Fitness.FULL, lambda row: row.ridge.crest))
+    ]
+    if ratios:
+        verdict = Verdict.BEYOND if max(ratios) <= _QUARTER else Verdict.PARTLY
+        found.append(Finding("Recognition in z must become better (future work).", verdict))
+    return tuple(found)
+
+
+def _pictures(shown: Sequence[tuple[MapCase, MapRow]], folder: Path) -> tuple[Picture, ...]:
+    if not shown:
+        return ()
+    pictures = []
+    for case, row in shown:
+        file = folder / f"fitness_map_{case.object_name}_{case.eyes.value}.png"
+        draw_map(case, row, file)
+        caption = (
+            f"Fitness maps as in Fig. 8: {case.title}. Each shade is the best fitness over the "
+            "third axis, dark at the peak; the orange line is at 90 % of the peak, the ring around "
+            "the true place."
+        )
+        pictures.append(Picture(file, caption))
+    file = folder / "fitness_ridges.png"
+    draw_ridges([one for one in shown if one[0].eyes is shown[0][0].eyes], file)
+    caption = "Ridges along z: the best fitness at each depth. The narrower, the surer is z."
+    return (*pictures, Picture(file, caption))

@@ -1,0 +1,121 @@
+"""Reports which assumed constants matter: a table by effect, and a tornado plot."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from servoid_experiments.design import Results
+from servoid_experiments.paper.sensitivity import BASE, SENSITIVITY, SensitivitySettings, changes
+from servoid_experiments.paper.sensitivity_plot import Effect, draw_tornado
+from servoid_experiments.paper.servoing_settings import Constants, constants
+from servoid_experiments.paper.servoing_trial import ServoingRow
+from servoid_experiments.report import Cell, Finding, Section, Table, Verdict
+from servoid_experiments.stats import over
+
+Take = Callable[[ServoingRow], float]
+
+LAG = "phase lag of the hand [deg]"
+SPREAD = "spread of the recognised z [mm]"
+MEASURES: dict[str, Take] = {
+    LAG: lambda row: row.followed.hand_lag_deg,
+    SPREAD: lambda row: 1e3 * row.followed.seen_spread[2],
+}
+
+
+@dataclass(frozen=True)
+class Changed:
+    """What came of a constant's other values: a name for each, and the figure with it.
+
+    `effect` is the greatest change of the figure, and `clear` says whether it is more than runs
+    with other seeds differ.
+    """
+
+    constant: str
+    was: str
+    values: tuple[tuple[str, float], ...]
+    effect: float
+    clear: bool
+
+    @property
+    def title(self) -> str:
+        """Return the constant with its values."""
+        others = " | ".join(name for name, _ in self.values)
+        return f"{self.constant.replace('_', ' ')}: {self.was}\n({others})"
+
+
+def sensitivity_sections(
+    settings: SensitivitySettings, given: Constants, results: Results, folder: Path
+) -> list[Section]:
+    """Draw what each changed constant does to the hand's lag and to the recognised z, and list it.
+
+    Raises:
+        OutputError: a picture cannot be written.
+
+    """
+    base = _rows(results, BASE)
+    if len(base) < 2:
+        return []
+    found = {name: _changed(settings, given, results, take) for name, take in MEASURES.items()}
+    middles = {name: over(base, take) for name, take in MEASURES.items()}
+    picture = draw_tornado(
+        {name: [Effect(one.title, one.values) for one in found[name]] for name in MEASURES},
+        {name: (one.mean, one.reach) for name, one in middles.items()},
+        folder / "sensitivity.png",
+        "What the paper's method does at the fast motion when one constant is changed, the "
+        "greatest effects above. The grey band holds 95 % of single runs that differ by their seed "
+        "alone.",
+    )
+    rows: list[tuple[Cell, ...]] = [
+        (name, one.constant, one.was, one.effect, "yes" if one.clear else "no")
+        for name in MEASURES
+        for one in found[name]
+    ]
+    table = Table(
+        "sensitivity_effects",
+        "Greatest effect of each constant, and whether it is more than 95 % of single runs differ "
+        "by their seed: of twenty constants that do nothing, one counts all the same.",
+        ("figure", "constant", "assumed", "greatest_effect", "beyond_seeds"),
+        rows,
+    )
+    counts = _holds_table(settings, given, results)
+    finding = Finding("Gains, search and cameras are not given.", Verdict.PARTLY)
+    heading = "Which of the constants that the paper leaves out matter"
+    return [Section(heading, (finding,), (picture,), (table, counts))]
+
+
+def _rows(results: Results, name: str) -> list[ServoingRow]:
+    done = results.get(SENSITIVITY.name, ())
+    return [one.row for one in done if one.case.name == name and one.row is not None]
+
+
+def _changed(
+    settings: SensitivitySettings, given: Constants, results: Results, take: Take
+) -> list[Changed]:
+    """Return what each constant's change does to a figure, the greatest effect first."""
+    base = over(_rows(results, BASE), take)
+    now = {name: value for name, value, _, _ in constants(given)}
+    values: dict[str, list[tuple[str, float]]] = {}
+    for one in changes(settings, given):
+        if rows := _rows(results, one.name):
+            values.setdefault(one.constant, []).append((one.written, over(rows, take).mean))
+    found = []
+    for constant, pairs in values.items():
+        effect = max((value - base.mean for _, value in pairs), key=abs)
+        clear = abs(effect) > base.reach
+        found.append(Changed(constant, now[constant], tuple(pairs), effect, clear))
+    return sorted(found, key=lambda one: -abs(one.effect))
+
+
+def _holds_table(settings: SensitivitySettings, given: Constants, results: Results) -> Table:
+    """Count the runs with another value in which the paper's findings hold."""
+    rows: Sequence[ServoingRow] = [
+        row for one in changes(settings, given) for row in _rows(results, one.name)
+    ]
+    late = sum(row.followed.hand_lag_deg > 0.0 for row in rows)
+    unsteady = sum(row.followed.seen_spread[2] > row.followed.seen_spread[0] for row in rows)
+    return Table(
+        "sensitivity_holds",
+        "Runs with another value, and those in which the hand lags, and z is less steady than x.",
+        ("runs", "hand_lags", "z_less_steady_than_x"),
+        [(len(rows), late, unsteady)],
+    )

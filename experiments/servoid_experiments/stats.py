@@ -1,0 +1,75 @@
+"""How results of several seeds are spread: the one statistic of all studies."""
+
+import math
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from typing import TypeVar
+
+import numpy as np
+
+RowT = TypeVar("RowT")
+
+_SURE = 0.975  # both tails leave 95 %
+
+
+@dataclass(frozen=True)
+class Spread:
+    """Mean, median and extremes of one value or more, a value for each seed.
+
+    `half` is the half width of the mean's 95 % interval by Student's t, None with a single value.
+    A value that is beyond all that was tried counts as inf.
+    """
+
+    count: int
+    mean: float
+    half: float | None
+    middle: float
+    low: float
+    high: float
+
+    @property
+    def reach(self) -> float:
+        """Return how far a single further value is from the mean in 95 % of cases."""
+        return (self.half or 0.0) * math.sqrt(self.count + 1.0)
+
+    def times(self, factor: float) -> "Spread":
+        """Return the spread of all values times a factor above 0."""
+        half = None if self.half is None else factor * self.half
+        others = (factor * value for value in (self.middle, self.low, self.high))
+        return Spread(self.count, factor * self.mean, half, *others)
+
+
+def spread_of(values: Iterable[float | None]) -> Spread | None:
+    """Return how the values that are known are spread, None if there are none."""
+    known = [value for value in values if value is not None]
+    if not known:
+        return None
+    extremes = (float(np.median(known)), float(min(known)), float(max(known)))
+    if math.inf in known:
+        return Spread(len(known), math.inf, None, *extremes)
+    return Spread(len(known), float(np.mean(known)), _half(known), *extremes)
+
+
+def over(rows: Sequence[RowT], take: Callable[[RowT], float]) -> Spread:
+    """Return how a figure of one row or more is spread."""
+    found = spread_of(take(row) for row in rows)
+    assert found is not None, "no rows"
+    return found
+
+
+def _half(values: Sequence[float]) -> float | None:
+    """Return the half width of the 95 % interval of the mean."""
+    from scipy import stats
+
+    if len(values) < 2:
+        return None
+    error = float(np.std(values, ddof=1)) / math.sqrt(len(values))
+    return float(stats.t.ppf(_SURE, len(values) - 1)) * error
+
+
+def confidence(count: int) -> float:
+    """Return how likely the median of all seeds lies between the extremes of so many of them.
+
+    It lies outside only if all values fall on one side of it, whatever their distribution.
+    """
+    return max(0.0, 1.0 - 0.5 ** (count - 1))

@@ -18,16 +18,16 @@ from servoid_experiments.sweeping import Sweep
 from servoid_experiments.tracking import TRACK, TrackStudySettings
 from servoid_experiments.tracking.cases import Eyes, Scene, TrackCase, TrackRow
 from servoid_experiments.tracking.footage import SetUp, eyes_of, is_hidden, last_quarter, shoot
-from servoid_experiments.tracking.metrics import (
+from servoid_experiments.tracking.plan import layout
+from servoid_experiments.tracking.reporting import success_panels
+from servoid_experiments.tracking.settings import QUICK, CenterSettings, SweepSettings
+from servoid_experiments.tracking.success import (
     of_tracked,
     success,
     success_at_end,
     success_behind_board,
     wrongly_sure,
 )
-from servoid_experiments.tracking.plan import layout
-from servoid_experiments.tracking.reporting import success_panels
-from servoid_experiments.tracking.settings import QUICK, CenterSettings, SweepSettings
 from servoid_experiments.tracking.trial import TRACKING, run_track_case
 from servoid_experiments.tracking.way import rest_from_objects
 

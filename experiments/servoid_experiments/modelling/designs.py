@@ -1,6 +1,5 @@
 """Objects whose exact shape is known: what they hold, and what cameras see of them."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -14,6 +13,7 @@ from servoid.sim import bird
 from servoid.sim.world.meshes import as_mesh
 from servoid.sim.world.motions import STILL, Floats, pose_of, row_of, unit_row
 from servoid.sim.world.objects import OBJECTS, make_object
+from servoid_experiments.metrics import held_by
 from servoid_experiments.modelling.nets import surface_net
 from servoid_experiments.modelling.voxels import Voxels, voxels_of
 
@@ -52,9 +52,7 @@ class Design:
 
     def volume_iou(self, body: Body) -> float:
         """Return the volume that object and body share, over that which either holds."""
-        body_from_object = body.world_from_object.inverse()
-        points = body_from_object.transform(np.ascontiguousarray(self.voxels.middles))
-        shared = self.voxels.volume * np.count_nonzero(_held_by(body, points))
+        shared = self.voxels.volume * np.count_nonzero(held_by(body, self.voxels.middles))
         return float(shared / (self.voxels.total + body.mass_properties()[0] - shared))
 
 
@@ -96,16 +94,3 @@ def _bird() -> tuple[Floats, NDArray[np.int64]]:
     vertices, faces = surface_net(distance, center - reach, center + reach, _BIRD_SPACING)
     x, y, z = (vertices - center).T
     return np.ascontiguousarray(np.stack([x, -z, y], axis=1)), faces
-
-
-def _held_by(body: Body, points: Floats) -> NDArray[np.bool_]:
-    """Say which points (N, 3) in the body's frame lie in one of its ellipsoids."""
-    held = np.zeros(len(points), np.bool_)
-    parts: Sequence[tuple[Floats, Floats, Floats]] = list(
-        zip(body.centers, body.radii, body.rotations, strict=True)
-    )
-    for center, radii, rotation in parts:
-        turned = pose_of([*rotation, 0.0, 0.0, 0.0]).inverse()
-        own = turned.transform(np.ascontiguousarray(points - center)) / radii
-        held |= (own * own).sum(axis=1) < 1.0
-    return held

@@ -21,7 +21,7 @@ from servoid.model import Sights
 from servoid.model.sights import NO_SIGHTS, sights_of_depth
 from servoid.observe import stereo_depth
 from servoid.observe.hue import hue_window, match_image
-from servoid_experiments.paper.body_errors import (
+from servoid_experiments.metrics import (
     centroid,
     nearest_parts,
     shape_matrices,

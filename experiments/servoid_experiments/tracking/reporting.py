@@ -20,15 +20,15 @@ from servoid_experiments.sweeping import (
     written,
 )
 from servoid_experiments.tracking.cases import TrackCase, TrackRow
-from servoid_experiments.tracking.metrics import (
+from servoid_experiments.tracking.plan import BASELINE, HIDDEN, WAY, Plan, layout
+from servoid_experiments.tracking.settings import TrackStudySettings
+from servoid_experiments.tracking.success import (
     of_tracked,
     success,
     success_at_end,
     success_behind_board,
     wrongly_sure,
 )
-from servoid_experiments.tracking.plan import BASELINE, HIDDEN, WAY, Plan, layout
-from servoid_experiments.tracking.settings import TrackStudySettings
 from servoid_experiments.tracking.trial import TRACKING
 
 Trials = Sweep[TrackCase, TrackRow]

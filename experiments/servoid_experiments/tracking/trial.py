@@ -12,6 +12,7 @@ from servoid.servo import spun_like
 from servoid.sim.world.motions import Floats
 from servoid.sim.world.objects import SPIN_AXES
 from servoid.track import Estimate
+from servoid_experiments.metrics import add_error
 from servoid_experiments.modelling import around, design_of
 from servoid_experiments.tracking.cases import TrackCase, TrackRow
 from servoid_experiments.tracking.followers import start_follower
@@ -74,10 +75,9 @@ def _add(row: TrackRow, estimate: Estimate, poses: tuple[Pose, Pose], known: Kno
     truth, believed = poses
     away = np.subtract(believed.translation, truth.translation)
     turn = (truth.inverse() @ believed).log()[3:]
-    apart = believed.transform(known.points) - truth.transform(known.points)
     row.position_mm.append(1000.0 * float(np.linalg.norm(away)))
     row.turn_deg.append(float(np.degrees(np.linalg.norm(turn))))
-    row.add_share.append(float(np.linalg.norm(apart, axis=1).mean()) / known.diameter)
+    row.add_share.append(add_error(known.points, believed, truth) / known.diameter)
     row.status.append(estimate.status)
 
 

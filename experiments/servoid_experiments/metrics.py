@@ -1,4 +1,4 @@
-"""How a body differs from the true one: where it is, what it fills, and where its parts are."""
+"""What poses and bodies are compared with the truth by: ADD, IoU, places of parts."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,10 +11,28 @@ _STEP = 0.0025
 _MARGIN = 0.01
 
 
+def add_error(points: Floats, believed: Pose, truth: Pose) -> float:
+    """Return ADD: the mean distance of points (N, 3) of an object at two poses, in metres."""
+    apart = believed.transform(points) - truth.transform(points)
+    return float(np.linalg.norm(apart, axis=1).mean())
+
+
+def held_by(body: Body, points: Floats) -> NDArray[np.bool_]:
+    """Return which points (N, 3) in the world lie in one of a body's ellipsoids, (N,)."""
+    there = body.world_from_object.inverse().transform(np.ascontiguousarray(points))
+    held = np.zeros(len(points), np.bool_)
+    for center, radii, quaternion in zip(body.centers, body.radii, body.rotations, strict=True):
+        turned = Pose.from_parts([0.0, 0.0, 0.0], quaternion.tolist()).inverse()
+        own = turned.transform(np.ascontiguousarray(there - center)) / radii
+        held |= (own * own).sum(axis=1) < 1.0
+    return held
+
+
 def shape_matrices(body: Body) -> tuple[Floats, Floats]:
     """Return centres (K, 3) and shape matrices (K, 3, 3) of a body's ellipsoids in the world."""
     turn = body.world_from_object.matrix()[:3, :3]
-    frames = [turn @ _rotation(quaternion) for quaternion in body.rotations]
+    turns = [Pose.from_parts([0.0, 0.0, 0.0], one.tolist()) for one in body.rotations]
+    frames = [turn @ one.matrix()[:3, :3] for one in turns]
     spread = [
         frame @ np.diag(radii**2) @ frame.T for frame, radii in zip(frames, body.radii, strict=True)
     ]
@@ -33,7 +51,7 @@ def volume_iou(one: Body, other: Body) -> float:
     It is counted on a grid of 2.5 mm.
     """
     points = _grid([one, other])
-    a, b = _inside(one, points), _inside(other, points)
+    a, b = held_by(one, points), held_by(other, points)
     return float((a & b).sum() / max(int((a | b).sum()), 1))
 
 
@@ -50,14 +68,6 @@ def nearest_parts(body: Body, true: Body) -> list[int]:
     return [int(index) for index in away.argmin(axis=1)]
 
 
-def _inside(body: Body, points: Floats) -> NDArray[np.bool_]:
-    inside = np.zeros(len(points), bool)
-    for center, spread in zip(*shape_matrices(body), strict=True):
-        off = points - center
-        inside |= np.einsum("ni,ij,nj->n", off, np.linalg.inv(spread), off) < 1.0
-    return inside
-
-
 def _grid(bodies: list[Body]) -> Floats:
     """Return points (N, 3) over a box that holds all bodies."""
     low, high = [], []
@@ -69,7 +79,3 @@ def _grid(bodies: list[Body]) -> Floats:
     first, last = np.min(low, axis=0) - _MARGIN, np.max(high, axis=0) + _MARGIN
     sides = [np.arange(a, b, _STEP) for a, b in zip(first, last, strict=True)]
     return np.stack(np.meshgrid(*sides, indexing="ij"), axis=-1).reshape(-1, 3)
-
-
-def _rotation(quaternion: Floats) -> Floats:
-    return Pose.from_parts([0.0, 0.0, 0.0], quaternion.tolist()).matrix()[:3, :3]

@@ -7,6 +7,7 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 TAG = re.compile(r"\bEqs?\.\s+((?:\(\d+\)(?:\s*(?:,\s*and|,|-|–|and|to)\s*(?=\(\d))?)+)")
+FOLDERS = (("crates", "rs"), ("python", "py"), ("experiments/servoid_experiments", "py"))
 RANGE = re.compile(r"\((\d+)\)\s*(?:-|–|to)\s*\((\d+)\)")
 
 
@@ -35,7 +36,7 @@ def read_rows(text: str) -> list[Row]:
 
 
 def tagged_files(root: Path) -> Iterator[tuple[str, set[int]]]:
-    for folder, suffix in (("crates", "rs"), ("python", "py"), ("experiments", "py")):
+    for folder, suffix in FOLDERS:
         for path in sorted((root / folder).rglob(f"*.{suffix}")):
             if found := tags(path.read_text(encoding="utf-8")):
                 yield path.relative_to(root).as_posix(), found

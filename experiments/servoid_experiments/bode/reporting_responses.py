@@ -23,6 +23,7 @@ SIGNALS = {
     "hand": "the hand",
 }
 _RECOGNITION = ("seen", "known", "predicted")
+_ENDS = ("", "_low", "_high")  # of a figure: median and extremes
 _BEST, _PLAIN = "feed-forward, eyes follow", "no feed-forward, eyes follow"
 _BANDS = (
     "Lines are medians over the runs, bands reach from the least to the greatest. In the grey "
@@ -114,9 +115,6 @@ def _summary(settings: ResponseSettings, curves: Curves) -> Table:
          "greatest_gain_hz", "gain_off_at_most"),
         rows,
     )  # fmt: skip
-
-
-_ENDS = ("", "_low", "_high")
 
 
 def _cells(spread: Spread) -> tuple[float, float, float]:

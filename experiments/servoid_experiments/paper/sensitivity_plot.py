@@ -20,10 +20,23 @@ _BAND = "#e4e0d8"
 
 @dataclass(frozen=True)
 class Effect:
-    """A constant, and the figure with each of its other values."""
+    """What came of a constant's other values: a name for each, and the figure with it.
 
-    title: str
+    `greatest` is the greatest change of the figure, and `clear` says whether it is more than runs
+    with other seeds differ.
+    """
+
+    constant: str
+    was: str
     values: tuple[tuple[str, float], ...]
+    greatest: float
+    clear: bool
+
+    @property
+    def title(self) -> str:
+        """Return the constant with its values."""
+        others = " | ".join(name for name, _ in self.values)
+        return f"{self.constant.replace('_', ' ')}: {self.was}\n({others})"
 
 
 def draw_tornado(

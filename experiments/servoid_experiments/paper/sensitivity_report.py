@@ -1,7 +1,6 @@
 """Reports which assumed constants matter: a table by effect, and a tornado plot."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 from servoid_experiments.design import Results
@@ -22,27 +21,6 @@ MEASURES: dict[str, Take] = {
 }
 
 
-@dataclass(frozen=True)
-class Changed:
-    """What came of a constant's other values: a name for each, and the figure with it.
-
-    `effect` is the greatest change of the figure, and `clear` says whether it is more than runs
-    with other seeds differ.
-    """
-
-    constant: str
-    was: str
-    values: tuple[tuple[str, float], ...]
-    effect: float
-    clear: bool
-
-    @property
-    def title(self) -> str:
-        """Return the constant with its values."""
-        others = " | ".join(name for name, _ in self.values)
-        return f"{self.constant.replace('_', ' ')}: {self.was}\n({others})"
-
-
 def sensitivity_sections(
     settings: SensitivitySettings, given: Constants, results: Results, folder: Path
 ) -> list[Section]:
@@ -58,7 +36,7 @@ def sensitivity_sections(
     found = {name: _changed(settings, given, results, take) for name, take in MEASURES.items()}
     middles = {name: over(base, take) for name, take in MEASURES.items()}
     picture = draw_tornado(
-        {name: [Effect(one.title, one.values) for one in found[name]] for name in MEASURES},
+        found,
         {name: (one.mean, one.reach) for name, one in middles.items()},
         folder / "sensitivity.png",
         "What the paper's method does at the fast motion when one constant is changed, the "
@@ -66,7 +44,7 @@ def sensitivity_sections(
         "alone.",
     )
     rows: list[tuple[Cell, ...]] = [
-        (name, one.constant, one.was, one.effect, "yes" if one.clear else "no")
+        (name, one.constant, one.was, one.greatest, "yes" if one.clear else "no")
         for name in MEASURES
         for one in found[name]
     ]
@@ -90,7 +68,7 @@ def _rows(results: Results, name: str) -> list[ServoingRow]:
 
 def _changed(
     settings: SensitivitySettings, given: Constants, results: Results, take: Take
-) -> list[Changed]:
+) -> list[Effect]:
     """Return what each constant's change does to a figure, the greatest effect first."""
     base = over(_rows(results, BASE), take)
     now = {name: value for name, value, _, _ in constants(given)}
@@ -102,8 +80,8 @@ def _changed(
     for constant, pairs in values.items():
         effect = max((value - base.mean for _, value in pairs), key=abs)
         clear = abs(effect) > base.reach
-        found.append(Changed(constant, now[constant], tuple(pairs), effect, clear))
-    return sorted(found, key=lambda one: -abs(one.effect))
+        found.append(Effect(constant, now[constant], tuple(pairs), effect, clear))
+    return sorted(found, key=lambda one: -abs(one.greatest))
 
 
 def _holds_table(settings: SensitivitySettings, given: Constants, results: Results) -> Table:

@@ -33,6 +33,10 @@ _RECOGNISED_M = 0.03  # farther off, an object of this size counts as missed
 _SMALL_LAG_DEG, _VISIBLE_LAG_DEG = 3.0, 5.0  # wanted with feed-forward, and to be seen without
 _AMPLITUDE = 0.05  # by which the hand's may differ from the object's
 
+_NAMES = (SLOW, FAST, OTHER, *(one.name for one in (*READINGS, *ALONE, *ADDED)),
+          SEVERAL, SEVERAL_BEST, SIX_BEST)  # fmt: skip
+_Rows = dict[str, list[ServoingRow]]
+
 _XYZ = tuple(enumerate("xyz"))
 FIGURES: dict[str, Callable[[Followed], float]] = {
     "hand_gain": lambda row: row.hand_gain,
@@ -80,11 +84,6 @@ def servoing_sections(settings: ServoingSettings, results: Results, folder: Path
         tables = (_table(found), constants_table(settings.constants))
         sections.append(Section("Servoing: all figures, and the constants", tables=tables))
     return sections
-
-
-_NAMES = (SLOW, FAST, OTHER, *(one.name for one in (*READINGS, *ALONE, *ADDED)),
-          SEVERAL, SEVERAL_BEST, SIX_BEST)  # fmt: skip
-_Rows = dict[str, list[ServoingRow]]
 
 
 def rows_of(results: Results, name: str) -> list[ServoingRow]:

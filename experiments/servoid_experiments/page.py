@@ -11,8 +11,6 @@ from servoid.errors import OutputError
 from servoid.output import write_whole
 from servoid_experiments.report import Picture, Section, Table, shown
 
-_NAME = "index.html"
-
 
 def write_study_page(
     folder: str | Path,
@@ -43,7 +41,7 @@ def write_study_page(
     }
     template = files("servoid_experiments").joinpath("page.html").read_text(encoding="utf-8")
     page = re.sub(r"\{\{(\w+)\}\}", lambda match: parts[match.group(1)], template)
-    path = Path(folder) / _NAME
+    path = Path(folder) / "index.html"
     write_whole(path, page.encode())
     return path
 

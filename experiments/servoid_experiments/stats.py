@@ -65,11 +65,3 @@ def _half(values: Sequence[float]) -> float | None:
         return None
     error = float(np.std(values, ddof=1)) / math.sqrt(len(values))
     return float(stats.t.ppf(_SURE, len(values) - 1)) * error
-
-
-def confidence(count: int) -> float:
-    """Return how likely the median of all seeds lies between the extremes of so many of them.
-
-    It lies outside only if all values fall on one side of it, whatever their distribution.
-    """
-    return max(0.0, 1.0 - 0.5 ** (count - 1))

@@ -27,11 +27,10 @@ from servoid_experiments.paper.servoing import (
     quick_servoing,
     servoing_work,
 )
-from servoid_experiments.paper.servoing_followed import Track, followed
+from servoid_experiments.paper.servoing_followed import Track, followed, response, swing, unswung
 from servoid_experiments.paper.servoing_method import body_of
 from servoid_experiments.paper.servoing_report import servoing_sections
 from servoid_experiments.paper.servoing_settings import Constants, Place, constants, with_constant
-from servoid_experiments.paper.servoing_swing import response, swing, unswung
 from servoid_experiments.paper.servoing_trial import (
     SERVOING,
     ServoingCase,

@@ -9,7 +9,7 @@ import numpy as np
 from servoid.servo.arm import Floats
 from servoid.view.axes import DISTINCT, dress, new_figure, png
 from servoid.view.page import INK, QUIET_INK
-from servoid_experiments.bode.spread import Bode, in_short
+from servoid_experiments.bode.spread import Bode
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -127,7 +127,7 @@ def _draw_map(axes: "Axes", one: MarginMap, alike: Floats) -> None:
     for (row, column), value in np.ndenumerate(values):
         if np.isnan(value):
             continue
-        text = one.beyond if np.isinf(value) else in_short(value)
+        text = one.beyond if np.isinf(value) else f"{value:.{0 if value >= 10.0 else 1}f}"
         color = "white" if shades[row, column] < _DARK else "#111111"
         axes.text(column, row, text, ha="center", va="center", color=color, fontsize=10)
     axes.set_title(one.title, loc="left", color=INK, fontsize=10.5)

@@ -14,10 +14,7 @@ HALF_POWER = 2.0**-0.5
 
 @dataclass(frozen=True, eq=False)
 class Band:
-    """The median and the least and greatest of all runs, at each frequency, (L,) each.
-
-    `stats.confidence` says how likely they hold the median of all possible runs.
-    """
+    """The median and the least and greatest of all runs, at each frequency, (L,) each."""
 
     middle: Floats
     low: Floats
@@ -119,8 +116,3 @@ def leaving(hz: Floats, gains: Floats, bounds: tuple[float, float]) -> float | N
     level = np.log(low if gains[after] < low else high)
     x, y = np.log(hz[after - 1 : after + 1]), np.log(gains[after - 1 : after + 1])
     return float(np.exp(x[0] + (x[1] - x[0]) * (level - y[0]) / (y[1] - y[0])))
-
-
-def in_short(value: float) -> str:
-    """Return a number of 1 or more with two digits or more."""
-    return f"{value:.0f}" if value >= 10.0 else f"{value:.1f}"

@@ -13,7 +13,6 @@ import msgspec
 from msgspec import Meta
 
 _SOURCED = re.compile(r"(?P<says>.*) \((?P<source>(?:[^()]|\([^()]*\))*)\)")
-ASSUMED = "assumed"
 
 Triple = tuple[float, float, float]
 Seven = tuple[float, float, float, float, float, float, float]

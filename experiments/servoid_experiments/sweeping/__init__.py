@@ -1,7 +1,13 @@
 """Sweeps: one factor is varied at a time, around a case in the centre, over several seeds."""
 
-from servoid_experiments.sweeping.checks import check_names, check_varied
-from servoid_experiments.sweeping.factor import Factor, Value, cases_around, varied
+from servoid_experiments.sweeping.factor import (
+    Factor,
+    Value,
+    cases_around,
+    check_names,
+    check_varied,
+    varied,
+)
 from servoid_experiments.sweeping.panels import (
     BANDS,
     Curve,

@@ -1,4 +1,4 @@
-"""What is varied in a sweep, and the cases that come of it."""
+"""What is varied in a sweep, the cases that come of it, and checks of its settings."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -6,6 +6,8 @@ from enum import Enum
 from typing import TypeVar
 
 import msgspec
+
+from servoid.errors import StudyError
 
 CaseT = TypeVar("CaseT", bound=msgspec.Struct)
 
@@ -57,3 +59,28 @@ def cases_around(centers: Iterable[CaseT], factors: Sequence[Factor]) -> list[Ca
             for value in factor.values:
                 found[varied(center, factor.key, value)] = None
     return list(found)
+
+
+def check_varied(sweep: msgspec.Struct) -> None:
+    """Check that some factor has values to try.
+
+    Raises:
+        StudyError: none has, which msgspec tells with the place in the file.
+
+    """
+    names = [field.name for field in msgspec.structs.fields(sweep)]
+    if not any(getattr(sweep, name) for name in names):
+        raise StudyError(f"nothing is varied; give values to one of {', '.join(names)}")
+
+
+def check_names(given: Iterable[str], known: Iterable[str], kind: str = "object") -> None:
+    """Check that objects, or things of another kind, exist.
+
+    Raises:
+        StudyError: one does not, which msgspec tells with the place in the file.
+
+    """
+    every = list(known)
+    for name in given:
+        if name not in every:
+            raise StudyError(f"unknown {kind} '{name}'; choose one of {', '.join(every)}")

@@ -93,6 +93,10 @@ def missing(name: str, text: str) -> list[str]:
     return [one for one in SENTENCES[name](Kept(RESULTS / name)) if one not in text]
 
 
+def test_all_results_that_are_kept_are_compared_with_a_page() -> None:
+    assert {folder.name for folder in RESULTS.iterdir()} == set(SENTENCES)
+
+
 @pytest.mark.parametrize("name", SENTENCES)
 def test_the_numbers_on_a_page_are_those_of_the_results(name: str) -> None:
     assert missing(name, (PAGES / f"{name}.md").read_text(encoding="utf-8")) == []

@@ -6,8 +6,9 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
+from servoid import __version__
 from servoid.cli import plugins
-from servoid.errors import MissingExtraError
+from servoid.errors import MissingExtraError, ServoidError
 
 
 def app_with(monkeypatch: pytest.MonkeyPatch, *entries: EntryPoint) -> typer.Typer:
@@ -50,3 +51,15 @@ def test_without_the_experiments_study_says_in_one_line_what_brings_it(
 
 def test_a_command_that_is_not_installed_is_not_listed(monkeypatch: pytest.MonkeyPatch) -> None:
     assert "study" not in CliRunner().invoke(app_with(monkeypatch), ["--help"]).output
+
+
+@pytest.mark.parametrize("place", ["no_such_module:study", f"{__name__}:no_such_function"])
+def test_a_package_that_does_not_fit_spoils_its_own_command_only(
+    monkeypatch: pytest.MonkeyPatch, place: str
+) -> None:
+    app = app_with(monkeypatch, EntryPoint("study", place, plugins.GROUP))
+    assert CliRunner().invoke(app, ["other"]).exit_code == 0
+    ran = CliRunner().invoke(app, ["study", "paper", "--quick"])
+    assert isinstance(ran.exception, ServoidError)
+    assert f"does not fit servoid {__version__}" in str(ran.exception)
+    assert "no_such" in str(ran.exception)

@@ -1,11 +1,12 @@
 """Adds commands of other packages to `servoid`, which name them as entry points."""
 
-from importlib.metadata import entry_points
+from importlib.metadata import EntryPoint, entry_points
 from typing import Annotated, NoReturn
 
 import typer
 
-from servoid.errors import MissingExtraError
+from servoid._native import __version__
+from servoid.errors import MissingExtraError, ServoidError
 
 GROUP = "servoid.commands"
 _STUDY = "study"
@@ -16,26 +17,36 @@ def add_commands(app: typer.Typer) -> None:
     """Add the commands that installed packages bring.
 
     The name of an entry point in the group `servoid.commands` is the command's; it leads to a
-    function whose parameters are its options.
+    function whose parameters are its options. One that cannot be loaded says so when it is called,
+    and no other command suffers.
     """
     found = {entry.name: entry for entry in entry_points(group=GROUP)}
     for name, entry in sorted(found.items()):
-        app.command(name)(entry.load())
+        try:
+            app.command(name)(entry.load())
+        except (ImportError, AttributeError) as error:
+            _add_refusal(app, name, _unfit(entry, error))
     if _STUDY not in found:
-        app.command(_STUDY, hidden=True, context_settings=_ANYTHING)(_miss_study)
+        missing = MissingExtraError(
+            "servoid study needs servoid-experiments, which is not installed; install it with: "
+            "pip install servoid-experiments"
+        )
+        _add_refusal(app, _STUDY, missing)
 
 
-def _miss_study(
-    arguments: Annotated[list[str] | None, typer.Argument()] = None,
-) -> NoReturn:
-    """Say which package brings the command.
-
-    Raises:
-        MissingExtraError: always.
-
-    """
-    del arguments
-    raise MissingExtraError(
-        "servoid study needs servoid-experiments, which is not installed; install it with: "
-        "pip install servoid-experiments"
+def _unfit(entry: EntryPoint, error: Exception) -> ServoidError:
+    """Return what is said of a command whose package does not fit."""
+    package = "another package" if entry.dist is None else entry.dist.name
+    return ServoidError(
+        f"servoid {entry.name} comes from {package}, which does not fit servoid {__version__} "
+        f"({error}); install both in the same version"
     )
+
+
+def _add_refusal(app: typer.Typer, name: str, error: ServoidError) -> None:
+    """Add a command that takes anything and raises an error."""
+
+    def refuse(_arguments: Annotated[list[str] | None, typer.Argument()] = None) -> NoReturn:
+        raise error
+
+    app.command(name, hidden=True, context_settings=_ANYTHING)(refuse)

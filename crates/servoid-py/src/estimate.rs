@@ -1,40 +1,73 @@
+use std::hash::{Hash, Hasher};
+use std::time::Duration;
+
+use nalgebra::{Matrix6, Vector6};
 use numpy::PyArray2;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyDict, PyType};
 use servoid::track as core;
 
+use crate::errors::named;
 use crate::pose::{Pose, rows};
+use crate::taking::{hash_numbers, short, shorts};
 
 /// Where the object is, and how well that is known.
-#[pyclass(frozen, module = "servoid")]
-pub struct Estimate(pub core::Estimate);
+///
+/// Two estimates are equal if they say the same, whatever time they took.
+#[pyclass(frozen, eq, hash, module = "servoid.track")]
+#[derive(Clone)]
+pub struct Estimate {
+    core: core::Estimate,
+    notices: Vec<String>,
+}
+
+impl From<core::Estimate> for Estimate {
+    fn from(mut core: core::Estimate) -> Self {
+        let notices = core.notices.drain(..).map(|notice| notice.to_string()).collect();
+        Self { core, notices }
+    }
+}
+
+impl PartialEq for Estimate {
+    fn eq(&self, other: &Self) -> bool {
+        let untimed = core::Estimate { timing: other.core.timing, ..self.core.clone() };
+        untimed == other.core && self.notices == other.notices
+    }
+}
+
+impl Hash for Estimate {
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        hash_numbers(&[self.core.time_s, self.core.confidence], state);
+        Pose(self.core.world_from_object).hash(state);
+    }
+}
 
 #[pymethods]
 impl Estimate {
     /// When, in seconds.
     #[getter]
     fn time_s(&self) -> f64 {
-        self.0.time_s
+        self.core.time_s
     }
 
     /// Pose of the object in the world; while it is not tracked, where it was last or is supposed.
     #[getter]
     fn world_from_object(&self) -> Pose {
-        Pose(self.0.world_from_object)
+        Pose(self.core.world_from_object)
     }
 
     /// Covariance of a small motion (linear, angular) of the object in its own frame, (6, 6)
     /// float64, in metres and radians.
     #[getter]
     fn covariance<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
-        rows(py, self.0.covariance.transpose().as_slice(), 6)
+        rows(py, self.core.covariance.transpose().as_slice(), 6)
     }
 
     /// Unit motions that the images leave open, (K, 6) float64: linear in object sizes, angular in
     /// radians, in the object's frame.
     #[getter]
     fn unobservable<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
-        let axes = self.0.unobservable.iter();
+        let axes = self.core.unobservable.iter();
         rows(py, &axes.flat_map(|axis| axis.iter().copied()).collect::<Vec<_>>(), 6)
     }
 
@@ -42,7 +75,7 @@ impl Estimate {
     /// diameter if that is more, and 15 degrees off.
     #[getter]
     fn confidence(&self) -> f64 {
-        self.0.confidence
+        self.core.confidence
     }
 
     /// What speaks for the pose, where the object is followed, else None: `share` of what should be
@@ -61,7 +94,7 @@ impl Estimate {
             turn_rad,
             scatter_rad,
             drift_rad,
-        }) = self.0.evidence
+        }) = self.core.evidence
         else {
             return Ok(None);
         };
@@ -84,13 +117,13 @@ impl Estimate {
     /// What the tracker believes: "tracking", "searching" or "lost".
     #[getter]
     fn status(&self) -> &'static str {
-        self.0.status.name()
+        self.core.status.name()
     }
 
     /// Whether the images confirm where the object is; its turn, too, if the status is "tracking".
     #[getter]
     fn located(&self) -> bool {
-        self.0.located
+        self.core.located
     }
 
     /// Number and pose, world_from_object, of the keyframe that the pose belongs to, if the object is
@@ -98,31 +131,31 @@ impl Estimate {
     /// is corrected later, so is the pose.
     #[getter]
     fn keyframes(&self) -> Vec<(usize, Pose)> {
-        self.0.keyframes.iter().flatten().map(|(number, pose)| (*number, Pose(*pose))).collect()
+        self.core.keyframes.iter().flatten().map(|(number, pose)| (*number, Pose(*pose))).collect()
     }
 
     /// Whether the body changed since the last estimate, as it evolved in the worker.
     #[getter]
     fn evolved(&self) -> bool {
-        self.0.evolved
+        self.core.evolved
     }
 
     /// What was wrong with the observation, in words.
     #[getter]
     fn notices(&self) -> Vec<String> {
-        self.0.notices.iter().map(ToString::to_string).collect()
+        self.notices.clone()
     }
 
     /// Hypotheses that were scored.
     #[getter]
     fn evaluations(&self) -> usize {
-        self.0.evaluations
+        self.core.evaluations
     }
 
     /// Seconds that each stage took: look, search, polish, judge, learn.
     #[getter]
     fn seconds<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let core::Timing { look, search, polish, judge, learn } = self.0.timing;
+        let core::Timing { look, search, polish, judge, learn } = self.core.timing;
         let out = PyDict::new(py);
         let stages = [look, search, polish, judge, learn].map(|stage| stage.as_secs_f64());
         for (name, seconds) in ["look", "search", "polish", "judge", "learn"].iter().zip(stages) {
@@ -132,8 +165,101 @@ impl Estimate {
     }
 
     fn __repr__(&self) -> String {
-        let Self(core::Estimate { time_s, confidence, .. }) = self;
-        let status = self.status();
-        format!("Estimate(time_s={time_s}, status='{status}', confidence={confidence:.2})")
+        let core::Estimate { time_s, confidence, world_from_object, .. } = &self.core;
+        format!(
+            "Estimate(time_s={}, status='{}', confidence={confidence:.2}, at {})",
+            short(*time_s),
+            self.status(),
+            shorts(world_from_object.translation().as_slice())
+        )
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Parts)> {
+        let Self { core: it, notices } = slf.get();
+        let evidence = it.evidence.map(|e| {
+            let counts = [e.share, e.recognised, e.printed, e.usual_printed];
+            (counts, e.proved, [e.turn_rad, e.scatter_rad, e.drift_rad])
+        });
+        let core::Timing { look, search, polish, judge, learn } = it.timing;
+        let keyframes = it.keyframes.map(|one| one.map(|(number, pose)| (number, Pose(pose))));
+        let parts = (
+            (it.time_s, Pose(it.world_from_object), it.confidence),
+            it.covariance.as_slice().to_vec(),
+            it.unobservable.iter().map(|&axis| axis.into()).collect(),
+            evidence,
+            (it.status.name().to_owned(), it.located, it.evolved, it.evaluations),
+            keyframes.into(),
+            notices.clone(),
+            [look, search, polish, judge, learn].map(|stage| stage.as_secs_f64()),
+        );
+        Ok((slf.getattr("_of_parts")?, parts))
+    }
+
+    /// Joins parts as they were, to the last bit.
+    #[classmethod]
+    #[allow(clippy::too_many_arguments, reason = "an estimate has so many parts")]
+    fn _of_parts(
+        _class: &Bound<'_, PyType>,
+        first: (f64, Pose, f64),
+        covariance: Vec<f64>,
+        unobservable: Vec<[f64; 6]>,
+        evidence: Option<EvidenceParts>,
+        state: (String, bool, bool, usize),
+        keyframes: [Option<(usize, Pose)>; 2],
+        notices: Vec<String>,
+        seconds: [f64; 5],
+    ) -> PyResult<Self> {
+        let (time_s, world_from_object, confidence) = first;
+        let (status, located, evolved, evaluations) = state;
+        let states = [core::Status::Tracking, core::Status::Searching, core::Status::Lost];
+        let status = states.into_iter().find(|one| one.name() == status);
+        let (Some(status), 36) = (status, covariance.len()) else {
+            return Err(named("TrackError", "these parts make no estimate".into()));
+        };
+        let evidence = evidence.map(|(counts, proved, turns)| {
+            let ([share, recognised, printed, usual_printed], [turn_rad, scatter_rad, drift_rad]) =
+                (counts, turns);
+            core::Evidence {
+                share,
+                recognised,
+                printed,
+                usual_printed,
+                proved,
+                turn_rad,
+                scatter_rad,
+                drift_rad,
+            }
+        });
+        let [look, search, polish, judge, learn] =
+            seconds.map(|s| Duration::try_from_secs_f64(s).unwrap_or_default());
+        let core = core::Estimate {
+            time_s,
+            world_from_object: world_from_object.0,
+            covariance: Matrix6::from_column_slice(&covariance),
+            unobservable: unobservable.into_iter().map(Vector6::from).collect(),
+            confidence,
+            evidence,
+            status,
+            located,
+            keyframes: keyframes.map(|one| one.map(|(number, pose)| (number, pose.0))),
+            evolved,
+            notices: Vec::new(),
+            evaluations,
+            timing: core::Timing { look, search, polish, judge, learn },
+        };
+        Ok(Self { core, notices })
     }
 }
+
+type EvidenceParts = ([f64; 4], bool, [f64; 3]);
+
+type Parts = (
+    (f64, Pose, f64),
+    Vec<f64>,
+    Vec<[f64; 6]>,
+    Option<EvidenceParts>,
+    (String, bool, bool, usize),
+    [Option<(usize, Pose)>; 2],
+    Vec<String>,
+    [f64; 5],
+);

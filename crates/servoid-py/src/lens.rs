@@ -1,20 +1,37 @@
+use std::hash::{Hash, Hasher};
+
 use nalgebra::Vector3;
-use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray2};
+use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 use servoid::observe as core;
 
 use crate::errors::{named, raise};
-use crate::observe::{Camera, side_px};
-use crate::pose::{Pose, read_rows, rows};
+use crate::observe::{CENTER, Camera, FOCAL, read_distortion, read_matrix};
+use crate::pose::{Pose, rows};
+use crate::taking::{
+    Wanted, hash_numbers, read_numbers, read_rows, read_size, remade, shorts, taken_in_words,
+    valued,
+};
 
 /// A camera with a lens that may bend straight lines: pinhole, brown_conrady or kannala_brandt.
 ///
+/// It is made of (width, height), (fx, fy) and (cx, cy), all in pixels, and the coefficients of its
+/// model in OpenCV's order; CameraError is raised if there is no such lens. `Lens.from_matrix` takes
+/// OpenCV's K.
+///
 /// x points right, y down, z forward along the axis; pixel (0, 0) is the centre of the top-left
 /// pixel.
-#[pyclass(frozen, module = "servoid", from_py_object)]
-#[derive(Clone)]
+#[pyclass(frozen, eq, hash, module = "servoid.observe")]
+#[derive(Clone, PartialEq)]
 pub struct Lens(core::Lens);
+
+taken_in_words!(
+    Lens,
+    "CameraError",
+    "a lens",
+    "make one with servoid.observe.Lens(model=, size_px=, focal_px=, center_px=) or Lens.from_matrix"
+);
 
 impl Lens {
     pub fn core(&self) -> &core::Lens {
@@ -22,21 +39,70 @@ impl Lens {
     }
 }
 
+impl Hash for Lens {
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        let camera = self.0.camera();
+        (self.model(), camera.size_px()).hash(state);
+        hash_numbers(&camera.focal_px(), state);
+        hash_numbers(&camera.center_px(), state);
+        hash_numbers(self.0.distortion().coefficients(), state);
+    }
+}
+
+const POINTS: Wanted = Wanted {
+    name: "points_in_lens",
+    what: "numbers of shape (N, 3), in metres",
+    class: "CameraError",
+};
+
+const PIXELS: Wanted =
+    Wanted { name: "pixels", what: "numbers of shape (N, 2), in pixels", class: "CameraError" };
+
 #[pymethods]
 impl Lens {
-    /// Makes a lens of (width, height), (fx, fy) and (cx, cy), all in pixels, and the coefficients
-    /// of its model in OpenCV's order; raises CameraError.
     #[new]
-    #[pyo3(signature = (*, model, size_px, focal_px, center_px, distortion = Vec::new()))]
+    #[pyo3(signature = (*, model, size_px, focal_px, center_px, distortion = None))]
     fn new(
         model: &str,
-        size_px: (i64, i64),
-        focal_px: [f64; 2],
-        center_px: [f64; 2],
-        distortion: Vec<f64>,
+        size_px: &Bound<'_, PyAny>,
+        focal_px: &Bound<'_, PyAny>,
+        center_px: &Bound<'_, PyAny>,
+        distortion: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
-        let distortion = core::Distortion::from_name(model, &distortion).map_err(raise)?;
-        core::Lens::new(side_px(size_px), focal_px, center_px, distortion).map(Self).map_err(raise)
+        let coefficients = read_distortion(distortion)?;
+        let distortion = core::Distortion::from_name(model, &coefficients).map_err(raise)?;
+        let (focal, center) = (read_numbers(focal_px, FOCAL)?, read_numbers(center_px, CENTER)?);
+        core::Lens::new(read_size(size_px)?, focal, center, distortion).map(Self).map_err(raise)
+    }
+
+    /// Makes a lens of OpenCV's matrix K, (3, 3), (width, height) in pixels and what
+    /// `cv2.calibrateCamera` gives as distortion: none, 4, 5 or 8 coefficients, or more of which the
+    /// rest are zeros; with `fisheye` the 4 of `cv2.fisheye.calibrate`. Raises CameraError.
+    #[staticmethod]
+    #[pyo3(signature = (matrix, size_px, distortion=None, *, fisheye=false))]
+    fn from_matrix(
+        matrix: &Bound<'_, PyAny>,
+        size_px: &Bound<'_, PyAny>,
+        distortion: Option<&Bound<'_, PyAny>>,
+        fisheye: bool,
+    ) -> PyResult<Self> {
+        let (focal, center) = read_matrix(matrix)?;
+        let mut coefficients = read_distortion(distortion)?;
+        if matches!(coefficients.len(), 12 | 14) && coefficients[8..].iter().all(|&k| k == 0.0) {
+            coefficients.truncate(8);
+        }
+        let model = match (fisheye, coefficients.is_empty()) {
+            (true, _) => "kannala_brandt",
+            (false, true) => "pinhole",
+            (false, false) => "brown_conrady",
+        };
+        let distortion = core::Distortion::from_name(model, &coefficients).map_err(raise)?;
+        core::Lens::new(read_size(size_px)?, focal, center, distortion).map(Self).map_err(raise)
+    }
+
+    /// Gives OpenCV's matrix K, (3, 3) float64.
+    fn matrix<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
+        rows(py, self.0.camera().matrix().transpose().as_slice(), 3)
     }
 
     /// Name of the model.
@@ -80,9 +146,9 @@ impl Lens {
     fn project<'py>(
         &self,
         py: Python<'py>,
-        points_in_lens: PyReadonlyArray2<'_, f64>,
+        points_in_lens: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let points = read_rows::<_, 3>(&points_in_lens, "points_in_lens")?;
+        let points = read_rows::<3>(points_in_lens, POINTS)?;
         let pixel = |p: &[f64; 3]| {
             self.0.project(&Vector3::from(*p)).map_or([f64::NAN; 2], <[f64; 2]>::from)
         };
@@ -95,9 +161,9 @@ impl Lens {
     fn rays<'py>(
         &self,
         py: Python<'py>,
-        pixels: PyReadonlyArray2<'_, f64>,
+        pixels: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let pixels = read_rows::<_, 2>(&pixels, "pixels")?;
+        let pixels = read_rows::<2>(pixels, PIXELS)?;
         let ray = |&p: &[f64; 2]| self.0.ray(p).map_or([f64::NAN; 3], <[f64; 3]>::from);
         let rays = py.detach(|| pixels.iter().flat_map(ray).collect::<Vec<_>>());
         Ok(rows(py, &rays, 3))
@@ -127,13 +193,21 @@ impl Lens {
     }
 
     fn __repr__(&self) -> String {
+        let camera = self.0.camera();
         format!(
-            "Lens(model='{}', size_px={:?}, focal_px={:?}, center_px={:?}, distortion={:?})",
+            "Lens(model='{}', size_px={:?}, focal_px={}, center_px={}, distortion={})",
             self.model(),
             self.size_px(),
-            self.focal_px(),
-            self.center_px(),
-            self.0.distortion().coefficients()
+            shorts(&camera.focal_px()),
+            shorts(&camera.center_px()),
+            shorts(self.0.distortion().coefficients())
         )
+    }
+
+    fn __reduce__<'py>(
+        slf: &Bound<'py, Self>,
+    ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+        let names = ["model", "size_px", "focal_px", "center_px", "distortion"];
+        remade(slf, &valued(slf, &names)?)
     }
 }

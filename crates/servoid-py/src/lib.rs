@@ -14,6 +14,7 @@ mod pose;
 mod relay;
 mod shape;
 mod sim;
+mod taking;
 mod track;
 
 use pyo3::prelude::*;

@@ -1,18 +1,37 @@
-use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray2, PyReadonlyArrayDyn};
+use std::hash::{Hash, Hasher};
+
+use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
+use pyo3::types::{PyBool, PyTuple, PyType};
 use servoid::fitness::Sight;
 use servoid::model as core;
 
 use crate::errors::raise;
-use crate::observe::{Camera, Pixels, View};
-use crate::pose::{Pose, read_rows};
+use crate::observe::{Camera, GivenView, Pixels, View};
+use crate::pose::Pose;
 use crate::relay::relay;
 use crate::shape::{Body, Mesh};
+use crate::taking::{Picture, Wanted, read_rows, remade, short, taken_in_words, valued, written};
 
 /// How modelling proceeds; every default is written in the core.
-#[pyclass(frozen, module = "servoid", from_py_object)]
-#[derive(Clone)]
+#[pyclass(frozen, eq, hash, module = "servoid.model")]
+#[derive(Clone, PartialEq)]
 pub struct ModelSettings(core::Settings);
+
+taken_in_words!(
+    ModelSettings,
+    "ModelError",
+    "a ModelSettings",
+    "make one with servoid.model.ModelSettings"
+);
+
+const MODEL_NAMES: [&str; 5] = ["max_ellipsoids", "delta", "held_out", "seed", "threads"];
+
+impl Hash for ModelSettings {
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        self.0.seed.hash(state);
+    }
+}
 
 #[pymethods]
 impl ModelSettings {
@@ -69,11 +88,39 @@ impl ModelSettings {
     fn threads(&self) -> usize {
         self.0.threads
     }
+
+    fn __repr__(slf: &Bound<'_, Self>) -> PyResult<String> {
+        written(slf, &MODEL_NAMES)
+    }
+
+    fn __reduce__<'py>(
+        slf: &Bound<'py, Self>,
+    ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+        let settings = &slf.get().0;
+        let usual = core::Settings {
+            max_ellipsoids: settings.max_ellipsoids,
+            delta: settings.delta,
+            held_out: settings.held_out,
+            seed: settings.seed,
+            threads: settings.threads,
+            ..core::Settings::default()
+        };
+        let mut values = valued(slf, &MODEL_NAMES)?;
+        values.push(("quick", PyBool::new(slf.py(), *settings != usual).to_owned().into_any()));
+        remade(slf, &values)
+    }
 }
 
 /// What modelling had reached with one count of ellipsoids.
-#[pyclass(frozen, module = "servoid")]
+#[pyclass(frozen, eq, hash, module = "servoid.model")]
+#[derive(PartialEq)]
 pub struct Step(pub core::Step);
+
+impl Hash for Step {
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        Body(self.0.body.clone()).hash(state);
+    }
+}
 
 #[pymethods]
 impl Step {
@@ -95,10 +142,25 @@ impl Step {
     fn body(&self) -> Body {
         Body(self.0.body.clone())
     }
+
+    fn __repr__(&self) -> String {
+        format!("Step({} ellipsoids, fitness {})", self.count(), short(self.0.fitness))
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, (Body, f64))> {
+        let step = &slf.get().0;
+        Ok((slf.getattr("_of_parts")?, (Body(step.body.clone()), step.fitness)))
+    }
+
+    /// Joins a body and its fitness.
+    #[classmethod]
+    fn _of_parts(_class: &Bound<'_, PyType>, body: Body, fitness: f64) -> Self {
+        Self(core::Step { body: body.0, fitness })
+    }
 }
 
 /// What modelling starts from: views, a closed mesh, and seen points of the surface.
-#[pyclass(frozen, module = "servoid")]
+#[pyclass(frozen, module = "servoid._native")]
 pub struct Given {
     views: Vec<Py<View>>,
     mesh: Option<servoid::shape::Mesh>,
@@ -115,10 +177,10 @@ impl Given {
     #[allow(clippy::too_many_arguments, reason = "each is a keyword of its own in Python")]
     #[pyo3(signature = (*, views=None, mesh=None, points=None, directions=None, silhouette_weight=None, volume_weight=None, depth_weight=None))]
     fn new(
-        views: Option<Vec<Py<View>>>,
+        views: Option<Vec<GivenView<'_>>>,
         mesh: Option<Mesh>,
-        points: Option<PyReadonlyArray2<'_, f64>>,
-        directions: Option<PyReadonlyArray2<'_, f64>>,
+        points: Option<&Bound<'_, PyAny>>,
+        directions: Option<&Bound<'_, PyAny>>,
         silhouette_weight: Option<f64>,
         volume_weight: Option<f64>,
         depth_weight: Option<f64>,
@@ -131,7 +193,7 @@ impl Given {
             depth: depth_weight.unwrap_or(default.depth),
         };
         Ok(Self {
-            views: views.unwrap_or_default(),
+            views: views.unwrap_or_default().into_iter().map(|view| view.0.unbind()).collect(),
             mesh: mesh.map(|mesh| mesh.0),
             sights,
             weights,
@@ -171,19 +233,19 @@ pub fn fit_body(
 #[pyo3(signature = (views, images, pictures, settings, points=None, directions=None))]
 pub fn rough_body(
     py: Python<'_>,
-    views: Vec<Bound<'_, View>>,
-    images: Vec<PyReadonlyArrayDyn<'_, u8>>,
-    pictures: Vec<(Camera, Pose, PyReadonlyArrayDyn<'_, u8>)>,
+    views: Vec<GivenView<'_>>,
+    images: Vec<Picture<'_>>,
+    pictures: Vec<(Camera, Pose, Picture<'_>)>,
     settings: ModelSettings,
-    points: Option<PyReadonlyArray2<'_, f64>>,
-    directions: Option<PyReadonlyArray2<'_, f64>>,
+    points: Option<&Bound<'_, PyAny>>,
+    directions: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Body> {
     let views = borrow(&views)?;
-    let pixels = images.iter().map(Pixels::new).collect::<PyResult<Vec<_>>>()?;
+    let pixels = images.iter().map(|image| Pixels::new(&image.0)).collect::<PyResult<Vec<_>>>()?;
     let marked = views.into_iter().zip(&pixels);
     let marked: Vec<_> =
         marked.map(|(view, image)| Ok((view, image.view()?))).collect::<PyResult<_>>()?;
-    let others = pictures.iter().map(|picture| Pixels::new(&picture.2));
+    let others = pictures.iter().map(|picture| Pixels::new(&picture.2.0));
     let others = others.collect::<PyResult<Vec<_>>>()?;
     let unmarked = pictures.iter().zip(&others).map(|((camera, pose, _), image)| {
         let image = image.view()?;
@@ -207,9 +269,9 @@ type SeenSurface<'py> = (Bound<'py, PyArray1<f64>>, f64, Option<[f64; 3]>);
 pub fn seen_surface<'py>(
     py: Python<'py>,
     body: Body,
-    views: Vec<Bound<'py, View>>,
-    points: Option<PyReadonlyArray2<'_, f64>>,
-    directions: Option<PyReadonlyArray2<'_, f64>>,
+    views: Vec<GivenView<'py>>,
+    points: Option<&Bound<'_, PyAny>>,
+    directions: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<SeenSurface<'py>> {
     let views = borrow(&views)?;
     let sights = read_sights(points, directions)?;
@@ -218,11 +280,15 @@ pub fn seen_surface<'py>(
 }
 
 fn read_sights(
-    points: Option<PyReadonlyArray2<'_, f64>>,
-    directions: Option<PyReadonlyArray2<'_, f64>>,
+    points: Option<&Bound<'_, PyAny>>,
+    directions: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Vec<Sight>> {
-    let read = |array: Option<PyReadonlyArray2<'_, f64>>, name| {
-        array.map_or_else(|| Ok(Vec::new()), |array| read_rows::<_, 3>(&array, name))
+    let read = |given: Option<&Bound<'_, PyAny>>, name| {
+        let what = "numbers of shape (N, 3), in metres";
+        given.map_or_else(
+            || Ok(Vec::new()),
+            |given| read_rows::<3>(given, Wanted { name, what, class: "ModelError" }),
+        )
     };
     Sight::join(&read(points, "points")?, &read(directions, "directions")?).map_err(raise)
 }
@@ -233,7 +299,7 @@ fn read_sights(
 pub fn silhouette_ious<'py>(
     py: Python<'py>,
     body: Body,
-    views: Vec<Bound<'py, View>>,
+    views: Vec<GivenView<'py>>,
 ) -> PyResult<Bound<'py, PyArray1<f64>>> {
     let views = borrow(&views)?;
     let ious = py.detach(|| core::silhouette_ious(&body.0, &views));
@@ -245,16 +311,16 @@ pub fn silhouette_ious<'py>(
 pub fn ellipsoid_colors<'py>(
     py: Python<'py>,
     body: Body,
-    views: Vec<Bound<'py, View>>,
-    images: Vec<PyReadonlyArrayDyn<'py, u8>>,
+    views: Vec<GivenView<'py>>,
+    images: Vec<Picture<'py>>,
 ) -> PyResult<Bound<'py, PyArray2<u8>>> {
     let views = borrow(&views)?;
-    let pixels = images.iter().map(Pixels::new).collect::<PyResult<Vec<_>>>()?;
+    let pixels = images.iter().map(|image| Pixels::new(&image.0)).collect::<PyResult<Vec<_>>>()?;
     let images = pixels.iter().map(Pixels::view).collect::<PyResult<Vec<_>>>()?;
     let colors = py.detach(|| core::ellipsoid_colors(&body.0, &views, &images)).map_err(raise)?;
     PyArray1::from_vec(py, colors.concat()).reshape([colors.len(), 3])
 }
 
-pub fn borrow<'a>(views: &'a [Bound<'_, View>]) -> PyResult<Vec<servoid::observe::View<'a>>> {
-    views.iter().map(|view| view.get().core()).collect()
+pub fn borrow<'a>(views: &'a [GivenView<'_>]) -> PyResult<Vec<servoid::observe::View<'a>>> {
+    views.iter().map(|view| view.0.get().core()).collect()
 }

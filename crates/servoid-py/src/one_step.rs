@@ -1,4 +1,7 @@
+use std::hash::{Hash, Hasher};
+
 use pyo3::prelude::*;
+use pyo3::types::PyTuple;
 use servoid::evolve::GaSettings;
 use servoid::fitness::Margin;
 use servoid::track as core;
@@ -8,12 +11,41 @@ use crate::estimate::Estimate;
 use crate::observe::Camera;
 use crate::pose::Pose;
 use crate::shape::Body;
-use crate::track::{Pictures, mask, observation, read};
+use crate::taking::{Listed, Wanted, read_numbers, remade, taken_in_words, valued, written};
+use crate::track::{Masks, Pictures, mask, observation, read, read_masks};
 
 /// How the 1-step genetic algorithm tracks; every default is written in the core.
-#[pyclass(frozen, module = "servoid", from_py_object)]
-#[derive(Clone)]
+#[pyclass(frozen, eq, hash, module = "servoid._native")]
+#[derive(Clone, PartialEq)]
 pub struct OneStepSettings(core::OneStepSettings);
+
+taken_in_words!(
+    OneStepSettings,
+    "TrackError",
+    "a OneStepSettings",
+    "make one with servoid._native.OneStepSettings"
+);
+
+const NAMES: [&str; 12] = [
+    "seed",
+    "turns",
+    "region",
+    "points",
+    "alpha",
+    "reach",
+    "turn",
+    "population",
+    "elites",
+    "mutation_rate",
+    "mutation_width",
+    "least_width",
+];
+
+impl Hash for OneStepSettings {
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        self.0.seed.hash(state);
+    }
+}
 
 #[pymethods]
 impl OneStepSettings {
@@ -135,6 +167,16 @@ impl OneStepSettings {
     fn least_width(&self) -> f64 {
         self.0.search.least_width
     }
+
+    fn __repr__(slf: &Bound<'_, Self>) -> PyResult<String> {
+        written(slf, &NAMES)
+    }
+
+    fn __reduce__<'py>(
+        slf: &Bound<'py, Self>,
+    ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+        remade(slf, &valued(slf, &NAMES)?)
+    }
 }
 
 fn judge(
@@ -160,7 +202,7 @@ fn judge(
 }
 
 /// Tracks a body by one generation of a genetic algorithm an image, as the paper does.
-#[pyclass(module = "servoid")]
+#[pyclass(module = "servoid._native")]
 pub struct OneStepTracker(core::OneStep);
 
 #[pymethods]
@@ -169,8 +211,12 @@ impl OneStepTracker {
     #[new]
     #[pyo3(signature = (cameras, body, settings=None))]
     #[allow(clippy::needless_pass_by_value, reason = "as Python hands it over")]
-    fn new(cameras: Vec<Camera>, body: Body, settings: Option<OneStepSettings>) -> PyResult<Self> {
-        let cameras: Vec<_> = cameras.iter().map(|camera| camera.0).collect();
+    fn new(
+        cameras: Listed<Camera>,
+        body: Body,
+        settings: Option<OneStepSettings>,
+    ) -> PyResult<Self> {
+        let cameras: Vec<_> = cameras.0.iter().map(|camera| camera.0).collect();
         let settings = settings.map(|settings| settings.0).unwrap_or_default();
         core::OneStep::new(&cameras, &body.0, settings).map(Self).map_err(raise)
     }
@@ -185,18 +231,18 @@ impl OneStepTracker {
         &mut self,
         py: Python<'_>,
         time_s: f64,
-        world_from_camera: Vec<Pose>,
+        world_from_camera: Listed<Pose>,
         images: Pictures<'_>,
         world_from_object: Pose,
-        masks: Option<Pictures<'_>>,
+        masks: Option<Masks<'_>>,
     ) -> PyResult<Estimate> {
         let images = read(&images)?;
         let masks = masks.unwrap_or_default();
-        let masks = read(&masks)?;
-        let observation = observation(time_s, &world_from_camera, &images, &[])?;
+        let masks = read_masks(&masks)?;
+        let observation = observation(time_s, &world_from_camera.0, &images, &[])?;
         let masks = masks.iter().map(mask).collect::<PyResult<Vec<_>>>()?;
         let started = py.detach(|| self.0.start(&observation, world_from_object.0, &masks));
-        started.map(Estimate).map_err(raise)
+        started.map(Estimate::from).map_err(raise)
     }
 
     /// Says where the object is in the next images, None where a camera delivered nothing. Raises
@@ -206,17 +252,20 @@ impl OneStepTracker {
         &mut self,
         py: Python<'_>,
         time_s: f64,
-        world_from_camera: Vec<Pose>,
+        world_from_camera: Listed<Pose>,
         images: Pictures<'_>,
     ) -> PyResult<Estimate> {
         let images = read(&images)?;
-        let observation = observation(time_s, &world_from_camera, &images, &[])?;
-        py.detach(|| self.0.step(&observation)).map(Estimate).map_err(raise)
+        let observation = observation(time_s, &world_from_camera.0, &images, &[])?;
+        py.detach(|| self.0.step(&observation)).map(Estimate::from).map_err(raise)
     }
 
     /// Tells the orientation of the object in the world, a unit quaternion (w, x, y, z), where it
     /// is known. Raises TrackError before the start, PoseError.
-    fn set_orientation(&mut self, world_from_object: [f64; 4]) -> PyResult<()> {
+    fn set_orientation(&mut self, world_from_object: &Bound<'_, PyAny>) -> PyResult<()> {
+        let what = "4 numbers (w, x, y, z)";
+        let wanted = Wanted { name: "world_from_object", what, class: "PoseError" };
+        let world_from_object = read_numbers(world_from_object, wanted)?;
         let pose = servoid::pose::Pose::from_parts([0.0; 3], world_from_object).map_err(raise)?;
         self.0.set_orientation(pose.rotation()).map_err(raise)
     }

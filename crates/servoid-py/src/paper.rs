@@ -1,20 +1,49 @@
-use numpy::{PyArray1, PyReadonlyArray2};
+use std::hash::{Hash, Hasher};
+
+use numpy::PyArray1;
 use pyo3::prelude::*;
+use pyo3::types::PyTuple;
 use servoid::evolve::GaSettings;
 use servoid::fitness::Margin;
 use servoid::model as core;
 
 use crate::errors::{named, raise};
-use crate::model::Step;
-use crate::observe::View;
+use crate::model::{Step, borrow};
+use crate::observe::GivenView;
 use crate::pose::read_poses;
 use crate::relay::relay;
 use crate::shape::Body;
+use crate::taking::{remade, taken_in_words, valued, written};
 
 /// How the paper's own method proceeds; every default is written in the core.
-#[pyclass(frozen, module = "servoid", from_py_object)]
-#[derive(Clone)]
+#[pyclass(frozen, eq, hash, module = "servoid.model")]
+#[derive(Clone, PartialEq)]
 pub struct PaperSettings(core::PaperSettings);
+
+taken_in_words!(
+    PaperSettings,
+    "ModelError",
+    "a PaperSettings",
+    "make one with servoid.model.PaperSettings"
+);
+
+const NAMES: [&str; 9] = [
+    "max_ellipsoids",
+    "delta",
+    "seed",
+    "threads",
+    "points",
+    "alpha",
+    "alpha_m",
+    "population",
+    "generations",
+];
+
+impl Hash for PaperSettings {
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        self.0.seed.hash(state);
+    }
+}
 
 #[pymethods]
 impl PaperSettings {
@@ -115,6 +144,16 @@ impl PaperSettings {
     fn generations(&self) -> usize {
         self.0.generations
     }
+
+    fn __repr__(slf: &Bound<'_, Self>) -> PyResult<String> {
+        written(slf, &NAMES)
+    }
+
+    fn __reduce__<'py>(
+        slf: &Bound<'py, Self>,
+    ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+        remade(slf, &valued(slf, &NAMES)?)
+    }
 }
 
 /// Models what the views show by the paper's own method, the mask of each being where the hue
@@ -124,11 +163,11 @@ impl PaperSettings {
 #[pyo3(signature = (views, settings, progress=None))]
 pub fn fit_paper(
     py: Python<'_>,
-    views: Vec<Bound<'_, View>>,
+    views: Vec<GivenView<'_>>,
     settings: PaperSettings,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Vec<Step>> {
-    let views = views.iter().map(|view| view.get().core()).collect::<PyResult<Vec<_>>>()?;
+    let views = borrow(&views)?;
     let fit = |report: core::Progress<'_>| core::paper(&views, &settings.0, report);
     Ok(relay(py, progress.as_ref(), fit)?.into_iter().map(Step).collect())
 }
@@ -141,13 +180,13 @@ pub fn fit_paper(
 #[allow(clippy::needless_pass_by_value, reason = "as Python hands it over")]
 pub fn paper_scores<'py>(
     py: Python<'py>,
-    views: Vec<Bound<'py, View>>,
+    views: Vec<GivenView<'py>>,
     body: Body,
-    poses: PyReadonlyArray2<'py, f64>,
+    poses: &Bound<'py, PyAny>,
     settings: PaperSettings,
 ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-    let views = views.iter().map(|view| view.get().core()).collect::<PyResult<Vec<_>>>()?;
-    let poses = read_poses(&poses)?;
+    let views = borrow(&views)?;
+    let poses = read_poses(poses)?;
     let scores = py.detach(|| core::paper_scores(&views, &body.0, &poses, &settings.0));
     Ok(PyArray1::from_vec(py, scores.map_err(raise)?))
 }

@@ -1,12 +1,12 @@
-use numpy::{PyReadonlyArray2, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
 use servoid::track as core;
 
 use crate::errors::raise;
 use crate::model::borrow;
-use crate::observe::{Pixels, View};
-use crate::pose::{Pose, read_rows};
+use crate::observe::{GivenView, Pixels};
+use crate::pose::Pose;
 use crate::shape::Body;
+use crate::taking::{Listed, Picture, Wanted, read_index_rows};
 
 /// Finds the pose at which a body's outlines agree with masks, and how well they do there. Turns
 /// that look alike are told apart by the colours of its ellipsoids, (K, 3) uint8, in images, one a
@@ -17,23 +17,32 @@ use crate::shape::Body;
 pub fn place_body(
     py: Python<'_>,
     body: Body,
-    views: Vec<Bound<'_, View>>,
-    images: Option<Vec<PyReadonlyArrayDyn<'_, u8>>>,
-    colors: Option<PyReadonlyArray2<'_, u8>>,
+    views: Listed<GivenView<'_>>,
+    images: Option<Listed<Picture<'_>>>,
+    colors: Option<&Bound<'_, PyAny>>,
     seed: u64,
 ) -> PyResult<(Pose, f64)> {
-    let views = borrow(&views)?;
+    let views = borrow(&views.0)?;
     let pixels = images
         .as_ref()
-        .map(|images| images.iter().map(Pixels::new).collect::<PyResult<Vec<_>>>())
+        .map(|images| {
+            images.0.iter().map(|image| Pixels::new(&image.0)).collect::<PyResult<Vec<_>>>()
+        })
         .transpose()?;
     let images = pixels
         .as_ref()
         .map(|pixels| pixels.iter().map(Pixels::view).collect::<PyResult<Vec<_>>>())
         .transpose()?;
-    let colors = colors.map(|colors| read_rows::<_, 3>(&colors, "colors")).transpose()?;
+    let colors = colors.map(read_colors).transpose()?;
     let placed = py
         .detach(|| core::place(&body.0, &views, images.as_deref(), colors.as_deref(), seed))
         .map_err(raise)?;
     Ok((Pose(placed.world_from_object), placed.iou))
+}
+
+fn read_colors(given: &Bound<'_, PyAny>) -> PyResult<Vec<[u8; 3]>> {
+    let what = "whole numbers of shape (K, 3), 0 to 255";
+    let rows = read_index_rows::<3>(given, Wanted { name: "colors", what, class: "TrackError" })?;
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "it is clamped")]
+    Ok(rows.into_iter().map(|row| row.map(|c| c.clamp(0, 255) as u8)).collect())
 }

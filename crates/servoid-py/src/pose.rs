@@ -1,25 +1,64 @@
-use nalgebra::{Matrix4, Vector3, Vector6};
-use numpy::{Element, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray2, PyUntypedArrayMethods};
+use std::hash::{Hash, Hasher};
+
+use nalgebra::{Matrix4, Quaternion, UnitQuaternion, Vector3, Vector6};
+use numpy::{PyArray1, PyArray2, PyArrayMethods, PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::prelude::*;
+use pyo3::types::{PyList, PyTuple, PyType};
 use servoid::pose as core;
 
 use crate::errors::{named, raise};
+use crate::taking::{
+    Wanted, floats, hash_numbers, read_numbers, read_rows, shorts, taken_in_words, told,
+};
 
 /// A rigid motion, an element of SE(3): `a_from_b` maps coordinates in `b` to coordinates in `a`.
-#[pyclass(frozen, module = "servoid", from_py_object)]
-#[derive(Clone)]
+///
+/// It is made of a homogeneous matrix, (4, 4); PoseError is raised if that is no rigid motion.
+/// `a_from_b @ b_from_c` is `a_from_c`.
+#[pyclass(frozen, eq, hash, module = "servoid.pose")]
+#[derive(Clone, PartialEq)]
 pub struct Pose(pub core::Pose);
+
+taken_in_words!(
+    Pose,
+    "PoseError",
+    "a pose",
+    "make one with servoid.pose.Pose(matrix) of a 4x4 matrix, or Pose.from_parts"
+);
+
+impl Hash for Pose {
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        hash_numbers(self.0.translation().as_slice(), state);
+        // A quaternion and its negative turn alike.
+        let quaternion = self.0.quaternion();
+        let first = quaternion.iter().find(|&&x| x != 0.0).copied().unwrap_or(1.0);
+        hash_numbers(&quaternion.map(|x| x * first.signum()), state);
+    }
+}
+
+const fn wanted(name: &'static str, what: &'static str) -> Wanted {
+    Wanted { name, what, class: "PoseError" }
+}
+
+const TRANSLATION: Wanted = wanted("translation", "3 numbers (x, y, z) in metres");
 
 #[pymethods]
 impl Pose {
-    /// Reads a homogeneous matrix, (4, 4) float64; raises PoseError if it is no rigid motion.
+    /// Says that arrays leave `@` to poses.
+    #[classattr]
+    #[pyo3(name = "__array_ufunc__")]
+    const ARRAY_UFUNC: Option<bool> = None;
+
     #[new]
-    fn new(matrix: PyReadonlyArray2<'_, f64>) -> PyResult<Self> {
-        if matrix.shape() != [4, 4] {
-            let message = format!("a pose is a 4x4 matrix, but its shape is {:?}", matrix.shape());
+    fn new(matrix: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let wanted = wanted("the matrix of a pose", "a 4x4 array of numbers");
+        let array = floats(matrix, wanted)?;
+        if array.shape() != [4, 4] {
+            let given = told(matrix);
+            let message = format!("a pose is a 4x4 matrix, but {given} was given; {NOT_A_MATRIX}");
             return Err(named("PoseError", message));
         }
-        let array = matrix.as_array();
+        let array = array.as_array();
         let matrix = Matrix4::from_fn(|row, column| array[[row, column]]);
         core::Pose::from_matrix(&matrix).map(Self).map_err(raise)
     }
@@ -30,19 +69,68 @@ impl Pose {
         Self(core::Pose::identity())
     }
 
-    /// Joins a translation (x, y, z) in metres and a unit quaternion (w, x, y, z).
+    /// Joins a translation (x, y, z) in metres and a unit quaternion (w, x, y, z). Raises PoseError.
     #[staticmethod]
-    fn from_parts(translation: [f64; 3], quaternion: [f64; 4]) -> PyResult<Self> {
+    fn from_parts(translation: &Bound<'_, PyAny>, quaternion: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let quaternion = read_numbers(quaternion, wanted("quaternion", "4 numbers (w, x, y, z)"))?;
+        let translation = read_numbers(translation, TRANSLATION)?;
         core::Pose::from_parts(translation, quaternion).map(Self).map_err(raise)
     }
 
-    /// Follows a twist (linear, angular) for unit time.
+    /// Joins a translation (x, y, z) in metres and a unit quaternion (x, y, z, w), as ROS and SciPy
+    /// order it. Raises PoseError.
     #[staticmethod]
-    fn exp(twist: [f64; 6]) -> PyResult<Self> {
-        match twist.iter().find(|x| !x.is_finite()) {
-            Some(&bad) => Err(raise(core::PoseError::NotFinite(bad))),
-            None => Ok(Self(core::Pose::exp(&Vector6::from(twist)))),
+    fn from_xyzw(translation: &Bound<'_, PyAny>, xyzw: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let [x, y, z, w] = read_numbers(xyzw, wanted("xyzw", "4 numbers (x, y, z, w)"))?;
+        let translation = read_numbers(translation, TRANSLATION)?;
+        core::Pose::from_parts(translation, [w, x, y, z]).map(Self).map_err(raise)
+    }
+
+    /// Joins OpenCV's rotation vector and translation, 3 numbers each, as `solvePnP` gives them: of a
+    /// camera's they are camera_from_object. Raises PoseError.
+    #[staticmethod]
+    fn from_rvec_tvec(rvec: &Bound<'_, PyAny>, tvec: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let rvec: [f64; 3] = read_numbers(rvec, wanted("rvec", "3 numbers in radians"))?;
+        let tvec: [f64; 3] = read_numbers(tvec, wanted("tvec", "3 numbers in metres"))?;
+        finite(&[rvec, tvec].concat())?;
+        let rotation = UnitQuaternion::from_scaled_axis(Vector3::from(rvec));
+        Ok(Self(core::Pose::from_rotation(rotation, tvec.into())))
+    }
+
+    /// Joins a turn by angles in radians and a translation (x, y, z) in metres. The sequence names
+    /// one to three axes as SciPy does: "xyz" in lower case turns about axes that stay where they
+    /// are, x first; "XYZ" in upper case about axes that turn along. Raises PoseError.
+    #[staticmethod]
+    #[pyo3(signature = (sequence, angles, translation=None))]
+    fn from_euler(
+        sequence: &str,
+        angles: &Bound<'_, PyAny>,
+        translation: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        let sequence = core::EulerSequence::from_name(sequence).map_err(raise)?;
+        let wanted = wanted("angles", "as many numbers in radians as the sequence has axes");
+        let given = floats(angles, wanted)?;
+        let numbers: Vec<f64> = given.as_array().iter().copied().collect();
+        if numbers.len() != sequence.count() || given.ndim() > 1 {
+            let message = format!(
+                "the sequence has {} axes, but angles are {}; give one in radians for each axis",
+                sequence.count(),
+                told(angles)
+            );
+            return Err(named("PoseError", message));
         }
+        let translation = translation.map_or(Ok([0.0; 3]), |t| read_numbers(t, TRANSLATION))?;
+        finite(&[numbers.as_slice(), &translation].concat())?;
+        let rotation = sequence.rotation(&numbers);
+        Ok(Self(core::Pose::from_rotation(rotation, translation.into())))
+    }
+
+    /// Follows a twist (linear, angular), 6 numbers, for unit time. Raises PoseError.
+    #[staticmethod]
+    fn exp(twist: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let twist = read_numbers::<6>(twist, wanted("twist", "6 numbers (linear, angular)"))?;
+        finite(&twist)?;
+        Ok(Self(core::Pose::exp(&Vector6::from(twist))))
     }
 
     /// Gives the twist (linear, angular), (6,) float64, whose exponential this is.
@@ -65,6 +153,21 @@ impl Pose {
         rows(py, self.0.matrix().transpose().as_slice(), 4)
     }
 
+    /// Gives OpenCV's rotation vector and translation, (3,) float64 each, in radians and metres.
+    fn rvec_tvec<'py>(&self, py: Python<'py>) -> (Vector<'py>, Vector<'py>) {
+        let rvec = self.0.rotation().scaled_axis();
+        let tvec = self.0.translation();
+        (PyArray1::from_slice(py, rvec.as_slice()), PyArray1::from_slice(py, tvec.as_slice()))
+    }
+
+    /// Gives the three angles in radians about the axes of a sequence, as `from_euler` names it:
+    /// (3,) float64. The second is in -π/2 to π/2, or in 0 to π if the first and the last axis are the
+    /// same; where it leaves only the sum of the others known, the last one is 0. Raises PoseError.
+    fn euler<'py>(&self, py: Python<'py>, sequence: &str) -> PyResult<Vector<'py>> {
+        let sequence = core::EulerSequence::from_name(sequence).map_err(raise)?;
+        Ok(PyArray1::from_slice(py, &sequence.angles(&self.0).map_err(raise)?))
+    }
+
     /// Translation (x, y, z) in metres.
     #[getter]
     fn translation(&self) -> (f64, f64, f64) {
@@ -78,27 +181,101 @@ impl Pose {
         self.0.quaternion().into()
     }
 
-    /// Moves points, (N, 3) float64, in metres.
+    /// The same unit quaternion as (x, y, z, w), as ROS and SciPy order it.
+    #[getter]
+    fn xyzw(&self) -> (f64, f64, f64, f64) {
+        let [w, x, y, z] = self.0.quaternion();
+        (x, y, z, w)
+    }
+
+    /// Moves points, (N, 3), or one point, (3,), in metres: float64 of the same shape. Raises
+    /// PoseError.
     fn transform<'py>(
         &self,
         py: Python<'py>,
-        points: PyReadonlyArray2<'_, f64>,
-    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let points = read_rows::<_, 3>(&points, "points")?;
-        let moved: Vec<f64> = points
-            .iter()
-            .flat_map(|&p| <[f64; 3]>::from(self.0.transform(&Vector3::from(p))))
-            .collect();
-        Ok(rows(py, &moved, 3))
+        points: &Bound<'py, PyAny>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let moved = |p: [f64; 3]| <[f64; 3]>::from(self.0.transform(&Vector3::from(p)));
+        let wanted = wanted("points", "numbers of shape (N, 3) or (3,), in metres");
+        if floats(points, wanted)?.shape() == [3] {
+            let point = moved(read_numbers(points, wanted)?);
+            return Ok(PyArray1::from_slice(py, &point).into_any());
+        }
+        let points = read_rows::<3>(points, wanted)?;
+        let moved: Vec<f64> = points.into_iter().flat_map(moved).collect();
+        Ok(rows(py, &moved, 3).into_any())
     }
 
-    fn __matmul__(&self, other: &Self) -> Self {
-        Self(self.0 * other.0)
+    fn __matmul__<'py>(&self, py: Python<'py>, other: &Bound<'py, PyAny>) -> PyResult<Py<PyAny>> {
+        let Ok(other) = other.cast::<Self>() else {
+            return not_joined(py, other);
+        };
+        Ok(Self(self.0 * other.get().0).into_pyobject(py)?.into_any().unbind())
+    }
+
+    fn __rmatmul__<'py>(&self, py: Python<'py>, other: &Bound<'py, PyAny>) -> PyResult<Py<PyAny>> {
+        not_joined(py, other)
     }
 
     fn __repr__(&self) -> String {
-        format!("Pose(translation={:?}, quaternion={:?})", self.translation(), self.quaternion())
+        let translation = shorts(self.0.translation().as_slice());
+        format!("Pose(translation={translation}, quaternion={})", shorts(&self.0.quaternion()))
     }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Numbers)> {
+        let pose = &slf.get().0;
+        let q = pose.rotation().into_inner();
+        let parts = (pose.translation().into(), [q.w, q.i, q.j, q.k]);
+        Ok((slf.getattr("_of_parts")?, parts))
+    }
+
+    /// Joins parts as they were, to the last bit.
+    #[classmethod]
+    fn _of_parts(
+        _class: &Bound<'_, PyType>,
+        translation: [f64; 3],
+        quaternion: [f64; 4],
+    ) -> PyResult<Self> {
+        core::Pose::from_parts(translation, quaternion).map_err(raise)?;
+        Ok(Self(core::Pose::from_rotation(as_it_was(quaternion), translation.into())))
+    }
+}
+
+type Vector<'py> = Bound<'py, PyArray1<f64>>;
+
+/// Translation and quaternion.
+type Numbers = ([f64; 3], [f64; 4]);
+
+const NOT_A_MATRIX: &str = "a translation and a quaternion are joined by Pose.from_parts or \
+                            Pose.from_xyzw, OpenCV's rvec and tvec by Pose.from_rvec_tvec";
+
+/// Takes a quaternion (w, x, y, z) that is known to be of unit length, to the last bit.
+pub fn as_it_was(quaternion: [f64; 4]) -> UnitQuaternion<f64> {
+    let [w, x, y, z] = quaternion;
+    UnitQuaternion::new_unchecked(Quaternion::new(w, x, y, z))
+}
+
+fn finite(numbers: &[f64]) -> PyResult<()> {
+    match numbers.iter().find(|x| !x.is_finite()) {
+        Some(&bad) => Err(raise(core::PoseError::NotFinite(bad))),
+        None => Ok(()),
+    }
+}
+
+/// Refuses to join a pose and points; what else there may be has its own say.
+fn not_joined(py: Python<'_>, other: &Bound<'_, PyAny>) -> PyResult<Py<PyAny>> {
+    let points = other.is_instance_of::<PyUntypedArray>()
+        || other.is_instance_of::<PyList>()
+        || other.is_instance_of::<PyTuple>();
+    if !points {
+        return Ok(py.NotImplemented());
+    }
+    let message = format!(
+        "@ joins two poses, but {} was given; move points with pose.transform(points), and make a \
+         pose of a matrix with Pose(matrix)",
+        told(other)
+    );
+    Err(named("PoseError", message))
 }
 
 /// Gives a float64 array of rows of a length.
@@ -113,22 +290,9 @@ pub fn rows<'py>(py: Python<'py>, values: &[f64], length: usize) -> Bound<'py, P
     array
 }
 
-/// Reads an (N, K) float64 array.
-pub fn read_rows<T: Copy + Element, const K: usize>(
-    array: &PyReadonlyArray2<'_, T>,
-    what: &str,
-) -> PyResult<Vec<[T; K]>> {
-    if array.shape()[1] != K {
-        let message = format!("{what} must have shape (N, {K}), but it is {:?}", array.shape());
-        return Err(named("ServoidError", message));
-    }
-    let array = array.as_array();
-    Ok(array.rows().into_iter().map(|row| std::array::from_fn(|i| row[i])).collect())
-}
-
-/// Reads poses, (N, 7) float64, as (w, x, y, z, tx, ty, tz).
-pub fn read_poses(array: &PyReadonlyArray2<'_, f64>) -> PyResult<Vec<core::Pose>> {
-    let rows = read_rows::<_, 7>(array, "poses")?;
+/// Reads poses, (N, 7), as (w, x, y, z, tx, ty, tz).
+pub fn read_poses(array: &Bound<'_, PyAny>) -> PyResult<Vec<core::Pose>> {
+    let rows = read_rows::<7>(array, wanted("poses", "(N, 7) as (w, x, y, z, tx, ty, tz)"))?;
     let pose = |&[w, i, j, k, x, y, z]: &[f64; 7]| core::Pose::from_parts([x, y, z], [w, i, j, k]);
     rows.iter().map(pose).collect::<Result<_, _>>().map_err(raise)
 }

@@ -1,34 +1,65 @@
-use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray2};
+use std::hash::{Hash, Hasher};
+
+use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
+use pyo3::types::PyType;
 use servoid::shape as core;
 
 use crate::errors::{named, raise};
 use crate::observe::Camera;
-use crate::pose::{Pose, read_rows, rows};
+use crate::pose::{Pose, as_it_was, rows};
+use crate::taking::{Wanted, hash_numbers, read_index_rows, read_rows, shorts, taken_in_words};
 
 /// A rigid set of ellipsoids in the object's frame, and where that frame is in the world.
-#[pyclass(frozen, module = "servoid", from_py_object)]
-#[derive(Clone)]
+///
+/// It is made of centers (K, 3) and radii (K, 3) in metres and rotations (K, 4) as (w, x, y, z), all
+/// in the object's frame; BodyError is raised if they make no body.
+#[pyclass(frozen, eq, hash, module = "servoid.shape")]
+#[derive(Clone, PartialEq)]
 pub struct Body(pub core::Body);
 
+taken_in_words!(
+    Body,
+    "BodyError",
+    "a body",
+    "of a file it is servoid.shape.load_body(path).body(), of a model result.body"
+);
+
+impl Hash for Body {
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        Pose(self.0.world_from_object()).hash(state);
+        for ellipsoid in self.0.ellipsoids() {
+            hash_numbers(ellipsoid.center().as_slice(), state);
+            hash_numbers(ellipsoid.radii().as_slice(), state);
+        }
+    }
+}
+
+const fn wanted(name: &'static str, what: &'static str) -> Wanted {
+    Wanted { name, what, class: "BodyError" }
+}
+
+const METRES: &str = "numbers of shape (N, 3), in metres";
+
 /// A closed surface of triangles.
-#[pyclass(frozen, module = "servoid", from_py_object)]
+///
+/// It is made of corners (V, 3) in metres, and triangles (F, 3) of whole numbers that name them,
+/// counted from 0, counter-clockwise seen from outside; BodyError is raised if it is not closed.
+#[pyclass(frozen, module = "servoid._native")]
 #[derive(Clone)]
 pub struct Mesh(pub core::Mesh);
 
+taken_in_words!(Mesh, "BodyError", "a mesh", "give vertices and faces");
+
 #[pymethods]
 impl Mesh {
-    /// Joins corners (V, 3) float64, in metres, and triangles (F, 3) int64 that name them, counted
-    /// from 0, counter-clockwise seen from outside; raises BodyError if the surface is not closed.
     #[new]
     #[pyo3(signature = (*, vertices, faces))]
-    fn new(
-        vertices: PyReadonlyArray2<'_, f64>,
-        faces: PyReadonlyArray2<'_, i64>,
-    ) -> PyResult<Self> {
-        let vertices = read_rows::<_, 3>(&vertices, "vertices")?;
+    fn new(vertices: &Bound<'_, PyAny>, faces: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let vertices = read_rows::<3>(vertices, wanted("vertices", METRES))?;
         let corner = |i: i64| usize::try_from(i).unwrap_or(usize::MAX);
-        let faces = read_rows::<_, 3>(&faces, "faces")?;
+        let what = "whole numbers of shape (F, 3) that count vertices from 0";
+        let faces = read_index_rows::<3>(faces, wanted("faces", what))?;
         let faces = faces.into_iter().map(|face| face.map(corner)).collect();
         core::Mesh::new(vertices, faces).map(Self).map_err(raise)
     }
@@ -48,19 +79,18 @@ type MassParts<'py> = (f64, Bound<'py, PyArray1<f64>>, Bound<'py, PyArray2<f64>>
 
 #[pymethods]
 impl Body {
-    /// Joins ellipsoids: centers (K, 3) and radii (K, 3) in metres, rotations (K, 4) as
-    /// (w, x, y, z), float64; raises BodyError.
     #[new]
     #[pyo3(signature = (*, world_from_object, centers, radii, rotations))]
     fn new(
         world_from_object: Pose,
-        centers: PyReadonlyArray2<'_, f64>,
-        radii: PyReadonlyArray2<'_, f64>,
-        rotations: PyReadonlyArray2<'_, f64>,
+        centers: &Bound<'_, PyAny>,
+        radii: &Bound<'_, PyAny>,
+        rotations: &Bound<'_, PyAny>,
     ) -> PyResult<Self> {
-        let centers = read_rows::<_, 3>(&centers, "centers")?;
-        let radii = read_rows::<_, 3>(&radii, "radii")?;
-        let rotations = read_rows::<_, 4>(&rotations, "rotations")?;
+        let centers = read_rows::<3>(centers, wanted("centers", METRES))?;
+        let radii = read_rows::<3>(radii, wanted("radii", METRES))?;
+        let turns = "quaternions (w, x, y, z) of shape (N, 4)";
+        let rotations = read_rows::<4>(rotations, wanted("rotations", turns))?;
         if centers.len() != radii.len() || centers.len() != rotations.len() {
             let message = format!(
                 "centers, radii and rotations must have equal lengths, but have {}, {} and {}",
@@ -146,13 +176,43 @@ impl Body {
     }
 
     fn __repr__(&self) -> String {
-        format!(
-            "Body of {} ellipsoids at {:?}",
-            self.__len__(),
-            self.0.world_from_object().translation()
-        )
+        let place = shorts(self.0.world_from_object().translation().as_slice());
+        format!("Body({} ellipsoids at {place})", self.__len__())
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Parts)> {
+        let body = &slf.get().0;
+        let part = |ellipsoid: &core::Ellipsoid| {
+            let q = ellipsoid.rotation().into_inner();
+            let (center, radii) = (ellipsoid.center().into(), ellipsoid.radii().into());
+            (center, radii, [q.w, q.i, q.j, q.k])
+        };
+        let parts = body.ellipsoids().iter().map(part).collect();
+        Ok((slf.getattr("_of_parts")?, (Pose(body.world_from_object()), parts)))
+    }
+
+    /// Joins parts as they were, to the last bit.
+    #[classmethod]
+    fn _of_parts(
+        _class: &Bound<'_, PyType>,
+        world_from_object: Pose,
+        parts: Vec<Part>,
+    ) -> PyResult<Self> {
+        let made = |(index, (center, radii, rotation)): (usize, Part)| {
+            let ellipsoid = core::Ellipsoid::new(index, center, radii, rotation);
+            ellipsoid.map(|it| it.turned_to(as_it_was(rotation)))
+        };
+        let ellipsoids = parts.into_iter().enumerate().map(made).collect::<Result<_, _>>();
+        let body = core::Body::new(world_from_object.0, ellipsoids.map_err(raise)?);
+        body.map(Self).map_err(raise)
     }
 }
+
+/// Centre, radii and quaternion of an ellipsoid.
+type Part = ([f64; 3], [f64; 3], [f64; 4]);
+
+/// Pose and ellipsoids.
+type Parts = (Pose, Vec<Part>);
 
 impl Body {
     fn table<'py, const K: usize>(

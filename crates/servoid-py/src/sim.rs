@@ -1,16 +1,14 @@
 use numpy::{
-    PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray2, PyReadonlyArrayDyn,
-    PyUntypedArrayMethods,
+    PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods,
 };
 use pyo3::prelude::*;
 use servoid::{pose, sim as core};
 
 use crate::errors::{named, raise};
 use crate::lens::Lens;
-use crate::pose::read_rows;
 
 /// What a surface looks like.
-#[pyclass(frozen, module = "servoid", from_py_object)]
+#[pyclass(frozen, module = "servoid._native", from_py_object)]
 #[derive(Clone)]
 pub struct Paint(core::Paint);
 
@@ -52,7 +50,7 @@ fn read_texture(texture: &PyReadonlyArrayDyn<'_, u8>) -> PyResult<core::Texture>
 }
 
 /// A far lamp, and light from above and below.
-#[pyclass(frozen, module = "servoid", from_py_object)]
+#[pyclass(frozen, module = "servoid._native", from_py_object)]
 #[derive(Clone)]
 pub struct Lighting(core::Lighting);
 
@@ -83,7 +81,7 @@ impl Lighting {
 }
 
 /// Things of simple shapes, drawn by casting rays.
-#[pyclass(module = "servoid")]
+#[pyclass(module = "servoid._native")]
 pub struct Stage(core::Stage);
 
 /// Depth (H, W) and numbers of things (H, W).
@@ -227,8 +225,8 @@ fn table<T: Copy + numpy::Element, const K: usize>(
     if array.ndim() != 2 || array.shape()[1] != K {
         return Err(wrong_shape(what, &format!("(N, {K})"), array.shape()));
     }
-    let array: PyReadonlyArray2<'_, T> = array.as_any().extract()?;
-    read_rows::<_, K>(&array, what)
+    let array = array.as_array();
+    Ok(array.rows().into_iter().map(|row| std::array::from_fn(|i| row[i])).collect())
 }
 
 fn read_pose(numbers: &[f64]) -> PyResult<pose::Pose> {

@@ -1,6 +1,10 @@
-use numpy::{PyArray2, PyReadonlyArray2, PyReadonlyArrayDyn};
+use std::hash::{Hash, Hasher};
+
+use numpy::{
+    PyArray2, PyArrayDescrMethods, PyReadonlyArray2, PyUntypedArray, PyUntypedArrayMethods,
+};
 use pyo3::prelude::*;
-use pyo3::types::PyBytes;
+use pyo3::types::{PyBytes, PyTuple};
 use servoid::observe::{DepthView, Mask, Observation};
 use servoid::track as core;
 
@@ -9,17 +13,45 @@ use crate::estimate::Estimate;
 use crate::observe::{Camera, Pixels};
 use crate::pose::{Pose, read_poses, rows};
 use crate::shape::Body;
+use crate::taking::{GivenMask, Listed, Picture, remade, taken_in_words, told, valued, written};
 
-/// Images or masks as Python gives them, None where a camera delivered nothing.
-pub type Pictures<'py> = Vec<Option<PyReadonlyArrayDyn<'py, u8>>>;
+/// Images as Python gives them, None where a camera delivered nothing.
+pub type Pictures<'py> = Listed<Option<Picture<'py>>>;
+
+/// Masks as Python gives them, None where there is none.
+pub type Masks<'py> = Listed<Option<GivenMask<'py>>>;
 
 /// Depth images as Python gives them, None where a camera measured nothing.
-type Depths<'py> = Vec<Option<Bound<'py, PyAny>>>;
+type Depths<'py> = Listed<Option<Metres>>;
 
 /// How tracking proceeds; every default is written in the core.
-#[pyclass(frozen, module = "servoid", from_py_object)]
-#[derive(Clone)]
+#[pyclass(frozen, eq, hash, module = "servoid.track")]
+#[derive(Clone, PartialEq)]
 pub struct TrackSettings(core::TrackSettings);
+
+taken_in_words!(
+    TrackSettings,
+    "TrackError",
+    "a TrackSettings",
+    "make one with servoid.track.TrackSettings"
+);
+
+const NAMES: [&str; 8] = [
+    "seed",
+    "population",
+    "generations",
+    "budget_s",
+    "surface",
+    "region",
+    "local_colors",
+    "adjust",
+];
+
+impl Hash for TrackSettings {
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        self.0.seed.hash(state);
+    }
+}
 
 #[pymethods]
 impl TrackSettings {
@@ -98,10 +130,20 @@ impl TrackSettings {
     fn adjust(&self) -> bool {
         self.0.adjust
     }
+
+    fn __repr__(slf: &Bound<'_, Self>) -> PyResult<String> {
+        written(slf, &NAMES)
+    }
+
+    fn __reduce__<'py>(
+        slf: &Bound<'py, Self>,
+    ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+        remade(slf, &valued(slf, &NAMES)?)
+    }
 }
 
 /// Follows a body in six degrees of freedom from observation to observation.
-#[pyclass(module = "servoid")]
+#[pyclass(module = "servoid.track")]
 pub struct Tracker(core::Tracker);
 
 #[pymethods]
@@ -114,8 +156,8 @@ impl Tracker {
     #[new]
     #[pyo3(signature = (cameras, body, settings=None))]
     #[allow(clippy::needless_pass_by_value, reason = "as Python hands it over")]
-    fn new(cameras: Vec<Camera>, body: Body, settings: Option<TrackSettings>) -> PyResult<Self> {
-        let cameras: Vec<_> = cameras.iter().map(|camera| camera.0).collect();
+    fn new(cameras: Listed<Camera>, body: Body, settings: Option<TrackSettings>) -> PyResult<Self> {
+        let cameras: Vec<_> = cameras.0.iter().map(|camera| camera.0).collect();
         let settings = settings.map(|settings| settings.0).unwrap_or_default();
         core::Tracker::new(&cameras, &body.0, settings).map(Self).map_err(raise)
     }
@@ -129,19 +171,19 @@ impl Tracker {
         &mut self,
         py: Python<'_>,
         time_s: f64,
-        world_from_camera: Vec<Pose>,
+        world_from_camera: Listed<Pose>,
         images: Pictures<'_>,
         world_from_object: Pose,
-        masks: Option<Pictures<'_>>,
+        masks: Option<Masks<'_>>,
         depths: Option<Depths<'_>>,
     ) -> PyResult<Estimate> {
-        let (images, depths) = (read(&images)?, read_depths(&depths.unwrap_or_default())?);
+        let (images, depths) = (read(&images)?, depths.unwrap_or_default().0);
         let masks = masks.unwrap_or_default();
-        let masks = read(&masks)?;
-        let observation = observation(time_s, &world_from_camera, &images, &depths)?;
+        let masks = read_masks(&masks)?;
+        let observation = observation(time_s, &world_from_camera.0, &images, &depths)?;
         let masks = masks.iter().map(mask).collect::<PyResult<Vec<_>>>()?;
         let started = py.detach(|| self.0.start(&observation, world_from_object.0, &masks));
-        started.map(Estimate).map_err(raise)
+        started.map(Estimate::from).map_err(raise)
     }
 
     /// Says where the object is in the next images, None where a camera delivered nothing; `depths` are
@@ -152,13 +194,13 @@ impl Tracker {
         &mut self,
         py: Python<'_>,
         time_s: f64,
-        world_from_camera: Vec<Pose>,
+        world_from_camera: Listed<Pose>,
         images: Pictures<'_>,
         depths: Option<Depths<'_>>,
     ) -> PyResult<Estimate> {
-        let (images, depths) = (read(&images)?, read_depths(&depths.unwrap_or_default())?);
-        let observation = observation(time_s, &world_from_camera, &images, &depths)?;
-        py.detach(|| self.0.step(&observation)).map(Estimate).map_err(raise)
+        let (images, depths) = (read(&images)?, depths.unwrap_or_default().0);
+        let observation = observation(time_s, &world_from_camera.0, &images, &depths)?;
+        py.detach(|| self.0.step(&observation)).map(Estimate::from).map_err(raise)
     }
 
     /// Seeks the object with all that is known of it, near a pose if one is given, and goes on from
@@ -170,15 +212,15 @@ impl Tracker {
         &mut self,
         py: Python<'_>,
         time_s: f64,
-        world_from_camera: Vec<Pose>,
+        world_from_camera: Listed<Pose>,
         images: Pictures<'_>,
         near: Option<Pose>,
         depths: Option<Depths<'_>>,
     ) -> PyResult<Estimate> {
-        let (images, depths) = (read(&images)?, read_depths(&depths.unwrap_or_default())?);
-        let observation = observation(time_s, &world_from_camera, &images, &depths)?;
+        let (images, depths) = (read(&images)?, depths.unwrap_or_default().0);
+        let observation = observation(time_s, &world_from_camera.0, &images, &depths)?;
         let near = near.map(|pose| pose.0);
-        py.detach(|| self.0.find(&observation, near)).map(Estimate).map_err(raise)
+        py.detach(|| self.0.find(&observation, near)).map(Estimate::from).map_err(raise)
     }
 
     /// Says what poses are worth in images, by what was learned so far: poses (N, 7) float64,
@@ -192,15 +234,15 @@ impl Tracker {
         &self,
         py: Python<'py>,
         time_s: f64,
-        world_from_camera: Vec<Pose>,
+        world_from_camera: Listed<Pose>,
         images: Pictures<'py>,
-        poses: PyReadonlyArray2<'py, f64>,
+        poses: &Bound<'py, PyAny>,
         resolution: usize,
         threads: usize,
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let images = read(&images)?;
-        let observation = observation(time_s, &world_from_camera, &images, &[])?;
-        let poses = read_poses(&poses)?;
+        let observation = observation(time_s, &world_from_camera.0, &images, &[])?;
+        let poses = read_poses(poses)?;
         let weighed = py.detach(|| self.0.worths(&observation, &poses, resolution, threads));
         let weighed = weighed.map_err(raise)?;
         let values: Vec<f64> = weighed.iter().flat_map(|one| [one.region, one.surface]).collect();
@@ -261,7 +303,17 @@ type Surface<'py> =
     (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<u8>>);
 
 pub fn read<'a>(pictures: &'a Pictures<'_>) -> PyResult<Vec<Option<Pixels<'a>>>> {
-    pictures.iter().map(|picture| picture.as_ref().map(Pixels::new).transpose()).collect()
+    let pixels = |picture: &'a Option<Picture<'_>>| {
+        picture.as_ref().map(|picture| Pixels::new(&picture.0)).transpose()
+    };
+    pictures.0.iter().map(pixels).collect()
+}
+
+pub fn read_masks<'a>(masks: &'a Masks<'_>) -> PyResult<Vec<Option<Pixels<'a>>>> {
+    let pixels = |mask: &'a Option<GivenMask<'_>>| {
+        mask.as_ref().map(|mask| Pixels::new(&mask.0)).transpose()
+    };
+    masks.0.iter().map(pixels).collect()
 }
 
 pub fn mask<'a>(pixels: &'a Option<Pixels<'_>>) -> PyResult<Option<Mask<'a>>> {
@@ -285,36 +337,34 @@ pub fn observation<'a>(
     })
 }
 
-/// Reads depth images, which must be (H, W) float32.
-fn read_depths(depths: &Depths<'_>) -> PyResult<Vec<Option<Metres>>> {
-    depths.iter().map(|depth| depth.as_ref().map(Metres::new).transpose()).collect()
-}
-
 /// A depth image, row by row without gaps.
 pub struct Metres {
     data: Vec<f32>,
     size_px: [usize; 2],
 }
 
-impl Metres {
-    fn new(given: &Bound<'_, PyAny>) -> PyResult<Self> {
-        let depth: PyReadonlyArray2<'_, f32> = given.extract().map_err(|_| {
-            let kind = |name| given.getattr(name).map_or("unknown".into(), |it| it.to_string());
-            let (shape, dtype) = (kind("shape"), kind("dtype"));
-            named(
-                "ImageError",
-                format!(
-                    "a depth image has shape (H, W) of float32, in metres, but this one has {shape} \
-                     of {dtype}; convert it, such as millimetres by \
-                     (depth * 0.001).astype(numpy.float32)"
-                ),
-            )
-        })?;
+impl<'a, 'py> FromPyObject<'a, 'py> for Metres {
+    type Error = PyErr;
+
+    fn extract(given: Borrowed<'a, 'py, PyAny>) -> PyResult<Self> {
+        let kind = given.cast::<PyUntypedArray>().ok().filter(|array| array.ndim() == 2);
+        if kind.map(|array| array.dtype().kind()) != Some(b'f') {
+            let message = format!(
+                "a depth image has shape (H, W) of float32, in metres, but {} was given; convert \
+                 it, such as millimetres by (depth * 0.001).astype(numpy.float32)",
+                told(&given)
+            );
+            return Err(named("ImageError", message));
+        }
+        let depth = given.call_method1("astype", ("float32",))?;
+        let depth: PyReadonlyArray2<'_, f32> = depth.extract()?;
         let pixels = depth.as_array();
         let (height, width) = pixels.dim();
         Ok(Self { data: pixels.iter().copied().collect(), size_px: [width, height] })
     }
+}
 
+impl Metres {
     fn view(&self) -> PyResult<DepthView<'_>> {
         DepthView::new(&self.data, self.size_px).map_err(raise)
     }

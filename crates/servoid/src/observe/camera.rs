@@ -5,6 +5,12 @@ use super::Distortion;
 /// Why numbers do not make a camera.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum CameraError {
+    /// An angle of view is none.
+    #[error(
+        "an angle of view must be more than 0 and less than 180 degrees, but it is {0}; it is the \
+         angle from the left to the right border of the image"
+    )]
+    Fov(f64),
     /// A focal length is not a positive number.
     #[error("a focal length must be a positive number of pixels, but focal_px is {0:?}")]
     Focal([f64; 2]),
@@ -88,6 +94,21 @@ impl Camera {
             return Err(CameraError::Center(center_px));
         }
         Ok(Self { size_px, focal_px, center_px })
+    }
+
+    /// Makes a camera of (width, height) in pixels and its angle of view from the left to the right
+    /// border in degrees: its pixels are square and its centre is the image's.
+    ///
+    /// # Errors
+    /// If the angle is not between 0 and 180 degrees, or as for [`Camera::new`].
+    pub fn from_fov(size_px: [usize; 2], fov_deg: f64) -> Result<Self, CameraError> {
+        if !(fov_deg > 0.0 && fov_deg < 180.0) {
+            return Err(CameraError::Fov(fov_deg));
+        }
+        #[allow(clippy::cast_precision_loss, reason = "what is too large is refused")]
+        let [width, height] = size_px.map(|side| side as f64);
+        let focal = 0.5 * width / libm::tan(0.5 * fov_deg.to_radians());
+        Self::new(size_px, [focal; 2], [0.5 * (width - 1.0), 0.5 * (height - 1.0)])
     }
 
     /// Gives (width, height) in pixels.

@@ -1,9 +1,11 @@
 //! Rigid motions: the group SE(3) with its exponential, logarithm and adjoint.
 
+mod euler;
 mod even;
 mod principal;
 mod se3;
 
+pub use euler::EulerSequence;
 pub use even::{even_direction, even_turn};
 pub(crate) use se3::left_jacobian;
 pub use se3::{Pose, Twist};
@@ -36,6 +38,15 @@ pub enum PoseError {
     /// The quaternion is too far from unit length to be meant as a rotation.
     #[error("a rotation quaternion must have length 1 (within 1e-3), but its length is {0:.6}")]
     NotUnit(f64),
+    /// A name is no sequence of axes.
+    #[error(
+        "a sequence of axes is one to three of x, y, z, none twice in a row, in lower case about axes \
+         that stay and in upper case about axes that turn along, such as 'xyz' or 'ZYX', but it is '{0}'"
+    )]
+    Euler(String),
+    /// Angles of another count of axes than three were asked for.
+    #[error("a rotation has angles about three axes, but the sequence has {0}; give three")]
+    EulerCount(usize),
 }
 
 /// Largest entry of |RᵀR − 1| that still counts as printing noise.

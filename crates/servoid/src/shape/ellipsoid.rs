@@ -40,6 +40,12 @@ impl Ellipsoid {
         Ok(Self { center: center.into(), radii: radii.into(), rotation })
     }
 
+    /// Turns the ellipsoid to an orientation, which is taken to the last bit.
+    #[must_use]
+    pub fn turned_to(self, rotation: UnitQuaternion<f64>) -> Self {
+        Self { rotation, ..self }
+    }
+
     /// Makes the ellipsoid of a quadric, radii falling. Radii below `least` are raised to it, so
     /// that a flat one still makes a solid.
     #[must_use]

@@ -74,6 +74,12 @@ pub enum TrackError {
          target in the first observation, or its pose there"
     )]
     NothingKnown,
+    /// A step comes before any start.
+    #[error(
+        "the tracker was never started, so it knows nothing of how the object looks: call start with \
+         the object's pose in the first images, or find where its look was recalled"
+    )]
+    NotStarted,
     /// Bytes are no appearance.
     #[error(
         "these {0} bytes are no appearance that this version reads; leave the appearance out, or save \

@@ -97,10 +97,14 @@ impl Tracker {
     /// Says where the object is in the next observation.
     ///
     /// # Errors
-    /// If there is not one entry a camera, or the time stamp is no finite number.
+    /// If there is not one entry a camera, the time stamp is no finite number, or nothing was started,
+    /// recalled or found before.
     pub fn step(&mut self, observation: &Observation<'_>) -> Result<Estimate, TrackError> {
         let mut clock = Clock::start();
         self.frame.check(observation)?;
+        if !self.trust.is_met() && !self.target.knows_a_look() {
+            return Err(TrackError::NotStarted);
+        }
         self.take_adjusted();
         self.has_evolved |= self.take_evolved()?;
         let expected = self.motion.predict(observation.time_s);

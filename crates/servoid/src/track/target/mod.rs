@@ -20,6 +20,7 @@ use self::ranges::Ranges;
 use self::sides::Sides;
 use self::solid::Solid;
 use self::usual::Usual;
+use crate::observe::Channels;
 use crate::shape::Body;
 
 /// What is known of the object: its shape, what it looks like, and what is usual of it.
@@ -52,5 +53,11 @@ impl Target {
             sides: Sides::default(),
             usual: Usual::default(),
         }
+    }
+
+    /// Says whether anything is known of how the object looks.
+    pub(super) fn knows_a_look(&self) -> bool {
+        let colors = [Channels::Grey, Channels::Rgb].map(|kind| self.colors.know_object(kind));
+        colors.contains(&true) || self.colors.are_known() || !self.points.known.is_empty()
     }
 }

@@ -1,0 +1,325 @@
+//! Takes what Python gives: arrays of any kind of number, lists, one for several. What does not fit
+//! is refused in words, as an error of servoid.
+
+use std::borrow::Cow;
+
+use numpy::{PyArrayDescrMethods, PyReadonlyArrayDyn, PyUntypedArray, PyUntypedArrayMethods};
+use pyo3::prelude::*;
+use pyo3::types::{PyFloat, PyList, PyString, PyTuple};
+
+use crate::errors::named;
+
+/// What an argument is called, what it must be, and the class of the error if it is not.
+#[derive(Clone, Copy)]
+pub struct Wanted {
+    pub name: &'static str,
+    pub what: &'static str,
+    pub class: &'static str,
+}
+
+impl Wanted {
+    fn refuse(&self, given: &Bound<'_, PyAny>) -> PyErr {
+        let Self { name, what, class } = self;
+        named(class, format!("{name} must be {what}, but {} was given", told(given)))
+    }
+}
+
+/// Says in a few words what Python gave.
+pub fn told(given: &Bound<'_, PyAny>) -> String {
+    let kind = given.get_type().name().map_or_else(|_| "an object".into(), |name| name.to_string());
+    if let Ok(array) = given.cast::<PyUntypedArray>() {
+        let shape: Vec<String> = array.shape().iter().map(ToString::to_string).collect();
+        let comma = if shape.len() == 1 { "," } else { "" };
+        return format!("an array ({}{comma}) of {}", shape.join(", "), array.dtype());
+    }
+    if given.is_none() {
+        return "None".into();
+    }
+    if let Ok(items) = given.len().map(|count| format!("a {kind} of {count}"))
+        && (given.is_instance_of::<PyList>() || given.is_instance_of::<PyTuple>())
+    {
+        return items;
+    }
+    if let Ok(text) = given.cast::<PyString>() {
+        let shown: String = text.to_string_lossy().chars().take(40).collect();
+        return format!("'{shown}'");
+    }
+    let vowel = kind.starts_with(['A', 'E', 'I', 'O', 'a', 'e', 'i', 'o', 'u']);
+    format!("{} {kind}", if vowel { "an" } else { "a" })
+}
+
+/// Turns lists and arrays of any kind of number into an array of float64.
+pub fn floats<'py>(
+    given: &Bound<'py, PyAny>,
+    wanted: Wanted,
+) -> PyResult<PyReadonlyArrayDyn<'py, f64>> {
+    converted(given, wanted, "fiu", "float64")
+}
+
+fn converted<'py, T: numpy::Element>(
+    given: &Bound<'py, PyAny>,
+    wanted: Wanted,
+    kinds: &str,
+    kind: &str,
+) -> PyResult<PyReadonlyArrayDyn<'py, T>> {
+    if let Ok(array) = given.extract() {
+        return Ok(array);
+    }
+    let numpy = given.py().import("numpy")?;
+    let array = numpy.call_method1("asarray", (given,)).map_err(|_| wanted.refuse(given))?;
+    let array = array.cast_into::<PyUntypedArray>().map_err(PyErr::from)?;
+    // What a list of nothing holds is of no kind.
+    if array.len() > 0 && !kinds.contains(char::from(array.dtype().kind())) {
+        return Err(wanted.refuse(given));
+    }
+    Ok(array.call_method1("astype", (kind,))?.extract()?)
+}
+
+/// Reads an (N, K) array of numbers.
+pub fn read_rows<const K: usize>(
+    given: &Bound<'_, PyAny>,
+    wanted: Wanted,
+) -> PyResult<Vec<[f64; K]>> {
+    rows_of(&floats(given, wanted)?, given, wanted)
+}
+
+/// Reads an (N, K) array of whole numbers.
+pub fn read_index_rows<const K: usize>(
+    given: &Bound<'_, PyAny>,
+    wanted: Wanted,
+) -> PyResult<Vec<[i64; K]>> {
+    rows_of(&converted(given, wanted, "iu", "int64")?, given, wanted)
+}
+
+fn rows_of<T: Copy + numpy::Element, const K: usize>(
+    array: &PyReadonlyArrayDyn<'_, T>,
+    given: &Bound<'_, PyAny>,
+    wanted: Wanted,
+) -> PyResult<Vec<[T; K]>> {
+    match *array.shape() {
+        [0] => Ok(Vec::new()),
+        [_, width] if width == K => {
+            let array = array.as_array();
+            Ok(array.rows().into_iter().map(|row| std::array::from_fn(|i| row[i])).collect())
+        }
+        _ => Err(wanted.refuse(given)),
+    }
+}
+
+/// Reads K numbers, of which a column or a row of a matrix is one form.
+pub fn read_numbers<const K: usize>(
+    given: &Bound<'_, PyAny>,
+    wanted: Wanted,
+) -> PyResult<[f64; K]> {
+    let array = floats(given, wanted)?;
+    let lean = array.shape().iter().filter(|&&n| n != 1).count() <= 1;
+    if !lean || array.len() != K {
+        return Err(wanted.refuse(given));
+    }
+    let mut numbers = array.as_array().into_iter().copied().collect::<Vec<_>>().into_iter();
+    Ok(std::array::from_fn(|_| numbers.next().unwrap_or(f64::NAN)))
+}
+
+/// Reads (width, height); a negative side becomes zero, which the core refuses in words.
+pub fn read_size(given: &Bound<'_, PyAny>) -> PyResult<[usize; 2]> {
+    let what = "(width, height) in whole pixels";
+    let wanted = Wanted { name: "size_px", what, class: "CameraError" };
+    let sides = read_numbers::<2>(given, wanted)?;
+    if sides.iter().any(|side| side.fract() != 0.0) {
+        return Err(wanted.refuse(given));
+    }
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "it saturates")]
+    Ok(sides.map(|side| side.max(0.0) as usize))
+}
+
+/// Several things, or one thing in place of a list of one.
+pub struct Listed<T>(pub Vec<T>);
+
+impl<T> Default for Listed<T> {
+    fn default() -> Self {
+        Self(Vec::new())
+    }
+}
+
+impl<'a, 'py, T: FromPyObjectOwned<'py>> FromPyObject<'a, 'py> for Listed<T> {
+    type Error = PyErr;
+
+    fn extract(given: Borrowed<'a, 'py, PyAny>) -> PyResult<Self> {
+        if !given.is_instance_of::<PyList>() && !given.is_instance_of::<PyTuple>() {
+            let one = T::extract(given).map_err(Into::into);
+            // An array whose first axis counts images is a list of them.
+            let several = given.cast::<PyUntypedArray>().map_or(true, |array| array.ndim() > 3);
+            match one {
+                Err(_) if several && given.try_iter().is_ok() => {}
+                one => return Ok(Self(vec![one?])),
+            }
+        }
+        let take = |item: PyResult<Bound<'py, PyAny>>| item?.extract::<T>().map_err(Into::into);
+        given.try_iter()?.map(take).collect::<PyResult<_>>().map(Self)
+    }
+}
+
+/// An image as Python gives it: (H, W) or (H, W, 3) uint8.
+pub struct Picture<'py>(pub PyReadonlyArrayDyn<'py, u8>);
+
+impl<'a, 'py> FromPyObject<'a, 'py> for Picture<'py> {
+    type Error = PyErr;
+
+    fn extract(given: Borrowed<'a, 'py, PyAny>) -> PyResult<Self> {
+        let Ok(array) = given.extract::<PyReadonlyArrayDyn<'py, u8>>() else {
+            return Err(wrong_picture(&given));
+        };
+        match *array.shape() {
+            [_, _] | [_, _, 3] => Ok(Self(array)),
+            _ => Err(wrong_picture(&given)),
+        }
+    }
+}
+
+fn wrong_picture(given: &Bound<'_, PyAny>) -> PyErr {
+    let cure = given.cast::<PyUntypedArray>().map_or(
+        "make an array of it with numpy.asarray(image, dtype=numpy.uint8)",
+        |array| match (array.dtype().kind(), array.shape()) {
+            (b'f', _) => {
+                "say what its values mean: (255 * image).astype(numpy.uint8) if they go from 0 to 1"
+            }
+            (b'u' | b'i', _) if array.dtype().itemsize() > 1 => {
+                "say what its values mean: (image >> 8).astype(numpy.uint8) if they have 16 bits, \
+                 image.astype(numpy.uint8) if they go from 0 to 255"
+            }
+            (b'b', _) => "write image.astype(numpy.uint8) * 255",
+            (_, [_, _, 4]) => "leave its transparency out: image[..., :3]",
+            (_, [_, _, 1]) => "leave its last axis out: image[..., 0]",
+            _ => "give one image for each camera",
+        },
+    );
+    let message = format!(
+        "an image must be (H, W) or (H, W, 3) of uint8, RGB, but {} was given; {cure}",
+        told(given)
+    );
+    named("ImageError", message)
+}
+
+/// A mask as Python gives it: (H, W) of bool or of whole numbers, not zero on the object.
+pub struct GivenMask<'py>(pub PyReadonlyArrayDyn<'py, u8>);
+
+impl<'a, 'py> FromPyObject<'a, 'py> for GivenMask<'py> {
+    type Error = PyErr;
+
+    fn extract(given: Borrowed<'a, 'py, PyAny>) -> PyResult<Self> {
+        if let Ok(array) = given.extract::<PyReadonlyArrayDyn<'py, u8>>()
+            && array.ndim() == 2
+        {
+            return Ok(Self(array));
+        }
+        let array = given.cast::<PyUntypedArray>().ok().filter(|array| array.ndim() == 2);
+        match array.map(|array| array.dtype().kind()) {
+            Some(b'b' | b'u' | b'i') => {
+                let marked = given.call_method1("__ne__", (0,))?;
+                Ok(Self(marked.call_method1("astype", ("uint8",))?.extract()?))
+            }
+            kind => Err(wrong_mask(&given, kind)),
+        }
+    }
+}
+
+fn wrong_mask(given: &Bound<'_, PyAny>, kind: Option<u8>) -> PyErr {
+    let cure = match kind {
+        Some(b'f') => "say from where on it is the object, such as mask > 0.5",
+        _ => "make it of one channel, such as mask[..., 0] != 0",
+    };
+    let message = format!(
+        "a mask must be (H, W) of bool or whole numbers, not zero on the object, but {} was given; \
+         {cure}",
+        told(given)
+    );
+    named("MaskError", message)
+}
+
+/// Refuses a thing of another class than is needed, and says how to make the right one.
+pub fn other_class(given: &Bound<'_, PyAny>, needed: &str, error: &str, cure: &str) -> PyErr {
+    named(error, format!("{needed} is needed, but {} was given; {cure}", told(given)))
+}
+
+/// Takes an object of a class, and refuses all else in words.
+macro_rules! taken_in_words {
+    ($class:ty, $error:literal, $needed:literal, $cure:literal) => {
+        impl<'a, 'py> pyo3::FromPyObject<'a, 'py> for $class {
+            type Error = pyo3::PyErr;
+
+            fn extract(given: pyo3::Borrowed<'a, 'py, pyo3::PyAny>) -> pyo3::PyResult<Self> {
+                match given.cast::<Self>() {
+                    Ok(found) => Ok(found.get().clone()),
+                    Err(_) => Err($crate::taking::other_class(&given, $needed, $error, $cure)),
+                }
+            }
+        }
+    };
+}
+pub(crate) use taken_in_words;
+
+/// Writes a number with at most six digits, as `format(x, ".6g")` does in Python.
+pub fn short(x: f64) -> Cow<'static, str> {
+    if !x.is_finite() || x == 0.0 {
+        return if x == 0.0 { "0".into() } else { format!("{x}").to_lowercase().into() };
+    }
+    let scientific = format!("{x:.5e}");
+    let (digits, exponent) = scientific.split_once('e').unwrap_or((&scientific, "0"));
+    let exponent: i32 = exponent.parse().unwrap_or(0);
+    let trimmed = |text: &str| match text.contains('.') {
+        true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
+        false => text.to_owned(),
+    };
+    if (-4..6).contains(&exponent) {
+        let places = usize::try_from(5 - exponent).unwrap_or(0);
+        return trimmed(&format!("{x:.places$}")).into();
+    }
+    format!("{}e{exponent:+03}", trimmed(digits)).into()
+}
+
+/// Writes numbers as a tuple, each with at most six digits.
+pub fn shorts(numbers: &[f64]) -> String {
+    let parts: Vec<_> = numbers.iter().map(|&x| short(x)).collect();
+    format!("({})", parts.join(", "))
+}
+
+/// Feeds numbers to a hasher so that equal ones, 0.0 and -0.0 too, give the same.
+pub fn hash_numbers(numbers: &[f64], state: &mut impl std::hash::Hasher) {
+    for number in numbers {
+        // A sum with 0.0 makes 0.0 of -0.0.
+        state.write_u64((number + 0.0).to_bits());
+    }
+}
+
+/// Reads members of an object, each with its name.
+pub fn valued<'py, 'a, T>(
+    of: &Bound<'py, T>,
+    names: &[&'a str],
+) -> PyResult<Vec<(&'a str, Bound<'py, PyAny>)>> {
+    let of = of.as_any();
+    names.iter().map(|&name| of.getattr(name).map(|value| (name, value))).collect()
+}
+
+/// Writes an object as its class with the values of members.
+pub fn written<T>(of: &Bound<'_, T>, names: &[&str]) -> PyResult<String> {
+    let write = |(name, value): (&str, Bound<'_, PyAny>)| match value.cast::<PyFloat>() {
+        Ok(number) => Ok(format!("{name}={}", short(number.value()))),
+        Err(_) => value.repr().map(|text| format!("{name}={text}")),
+    };
+    let values: PyResult<Vec<_>> = valued(of, names)?.into_iter().map(write).collect();
+    Ok(format!("{}({})", of.as_any().get_type().name()?, values?.join(", ")))
+}
+
+/// Gives what `pickle` and `copy` call to make an object again: its class with these keywords.
+pub fn remade<'py, T>(
+    of: &Bound<'py, T>,
+    keywords: &[(&str, Bound<'py, PyAny>)],
+) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+    let py = of.py();
+    let given = pyo3::types::PyDict::new(py);
+    for (name, value) in keywords {
+        given.set_item(name, value)?;
+    }
+    let partial = py.import("functools")?.getattr("partial")?;
+    Ok((partial.call((of.as_any().get_type(),), Some(&given))?, PyTuple::empty(py)))
+}

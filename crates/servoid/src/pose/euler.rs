@@ -1,0 +1,103 @@
+use nalgebra::{UnitQuaternion, Vector3};
+
+use super::{Pose, PoseError};
+
+/// Below it, as a sine, the first and the last axis are one, and only their sum is known.
+const LOCKED: f64 = 1e-7;
+
+/// Axes about which a thing is turned, one after another: `xyz` in lower case about axes that stay
+/// where they are, `XYZ` in upper case about axes that turn along.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct EulerSequence {
+    /// As turns are multiplied from left to right.
+    axes: Vec<usize>,
+    moving: bool,
+}
+
+impl EulerSequence {
+    /// Reads a sequence of one to three axes.
+    ///
+    /// # Errors
+    /// If there is none or more than three, a letter is no axis, cases are mixed, or an axis follows
+    /// itself.
+    pub fn from_name(name: &str) -> Result<Self, PoseError> {
+        let wrong = || PoseError::Euler(name.chars().take(8).collect());
+        let moving = name.chars().all(|letter| letter.is_ascii_uppercase());
+        if !moving && !name.chars().all(|letter| letter.is_ascii_lowercase()) {
+            return Err(wrong());
+        }
+        let place = |letter: char| "xyz".find(letter.to_ascii_lowercase()).ok_or_else(wrong);
+        let mut axes = name.chars().map(place).collect::<Result<Vec<_>, _>>()?;
+        if axes.is_empty() || axes.len() > 3 || axes.windows(2).any(|pair| pair[0] == pair[1]) {
+            return Err(wrong());
+        }
+        if !moving {
+            axes.reverse();
+        }
+        Ok(Self { axes, moving })
+    }
+
+    /// Gives how many angles belong to the sequence.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        self.axes.len()
+    }
+
+    /// Gives the rotation by angles in radians, in the sequence's order.
+    #[must_use]
+    pub fn rotation(&self, angles: &[f64]) -> UnitQuaternion<f64> {
+        let mut ordered = angles.to_vec();
+        if !self.moving {
+            ordered.reverse();
+        }
+        let turns = self.axes.iter().zip(ordered).map(|(&axis, angle)| about(axis, angle));
+        turns.fold(UnitQuaternion::identity(), |sum, turn| sum * turn)
+    }
+
+    /// Gives the three angles in radians of a pose's rotation, in the sequence's order: the second in
+    /// -π/2 to π/2, or in 0 to π if the first and the last axis are the same; the others in -π to π. If
+    /// the second leaves only the sum of the others known, the last one is 0.
+    ///
+    /// # Errors
+    /// If the sequence has not three axes.
+    pub fn angles(&self, pose: &Pose) -> Result<[f64; 3], PoseError> {
+        let &[a, b, c] = self.axes.as_slice() else {
+            return Err(PoseError::EulerCount(self.axes.len()));
+        };
+        let rotation = pose.rotation();
+        let proper = a == c;
+        let rest = 3 - a - b; // the axis that is neither
+        let sign = if (b + 3 - a) % 3 == 1 { 1.0 } else { -1.0 };
+        // Where the first two turns bring the last axis: the third leaves it where it is.
+        let last = rotation * unit(c);
+        let (second, across, along) = if proper {
+            let across = libm::hypot(last[b], last[rest]);
+            (libm::atan2(across, last[a]), last[b], -sign * last[rest])
+        } else {
+            let level = libm::hypot(last[b], last[rest]);
+            (libm::atan2(sign * last[a], level), -sign * last[b], last[rest])
+        };
+        let locked = libm::hypot(across, along) < LOCKED;
+        let mut first = if locked { 0.0 } else { libm::atan2(across, along) };
+        let mut third = left_about(c, &(about(b, -second) * about(a, -first) * rotation));
+        if locked && self.moving {
+            (first, third) = (left_about(a, &(rotation * about(b, -second))), 0.0);
+        }
+        let angles = [first, second, third];
+        Ok(if self.moving { angles } else { [third, second, first] })
+    }
+}
+
+fn unit(axis: usize) -> Vector3<f64> {
+    Vector3::from_fn(|row, _| f64::from(u8::from(row == axis)))
+}
+
+fn about(axis: usize, angle: f64) -> UnitQuaternion<f64> {
+    UnitQuaternion::from_scaled_axis(unit(axis) * angle)
+}
+
+/// Gives the angle, -π to π, of a rotation that is about one axis.
+fn left_about(axis: usize, rotation: &UnitQuaternion<f64>) -> f64 {
+    let turn = rotation.scaled_axis();
+    turn[axis]
+}

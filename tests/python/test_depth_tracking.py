@@ -71,7 +71,11 @@ def test_what_is_no_depth_image_of_the_camera_is_refused_or_said(capture: Captur
     seen = (0.1, second.world_from_camera, second.images)
     with pytest.raises(TrackError, match="1 cameras, but 2 depth images"):
         tracker.step(*seen, depths=(None, None))
-    for wrong in (np.ones((4, 5), bool), np.ones((4, 5, 1), np.float32), np.ones((4, 5), np.uint16)):
+    for wrong in (
+        np.ones((4, 5), bool),
+        np.ones((4, 5, 1), np.float32),
+        np.ones((4, 5), np.uint16),
+    ):
         with pytest.raises(ImageError, match=r"has shape \(H, W\) of float32, in metres"):
             tracker.step(*seen, depths=(wrong,))  # type: ignore[arg-type]
     small = np.ones((4, 5), np.float32)

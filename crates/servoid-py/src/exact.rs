@@ -29,6 +29,7 @@ impl<'py> Numbers<'py> {
 
 macro_rules! elementary {
     ($($name:ident = $function:path;)*) => {$(
+        #[doc = concat!("Gives ", stringify!($function), " of a number, or of each in an array.")]
         #[pyfunction]
         pub fn $name<'py>(py: Python<'py>, x: Numbers<'py>) -> PyResult<Bound<'py, PyAny>> {
             x.map(py, $function)

@@ -39,6 +39,9 @@ fn native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<one_step::OneStepTracker>()?;
     module.add_class::<track::TrackSettings>()?;
     module.add_class::<track::Tracker>()?;
+    module.add_function(wrap_pyfunction!(observe::taken_image, module)?)?;
+    module.add_function(wrap_pyfunction!(observe::taken_mask, module)?)?;
+    module.add_function(wrap_pyfunction!(track::taken_depth, module)?)?;
     module.add_function(wrap_pyfunction!(placing::place_body, module)?)?;
     module.add_class::<sim::Paint>()?;
     module.add_class::<sim::Lighting>()?;

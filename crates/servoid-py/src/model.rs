@@ -14,6 +14,9 @@ use crate::shape::{Body, Mesh};
 use crate::taking::{Picture, Wanted, read_rows, remade, short, taken_in_words, valued, written};
 
 /// How modelling proceeds; every default is written in the core.
+///
+/// Takes the defaults, except where a value is given; `quick` searches less, for a body that is
+/// only a step to another.
 #[pyclass(frozen, eq, hash, module = "servoid.model")]
 #[derive(Clone, PartialEq)]
 pub struct ModelSettings(core::Settings);
@@ -35,8 +38,6 @@ impl Hash for ModelSettings {
 
 #[pymethods]
 impl ModelSettings {
-    /// Takes the defaults, except where a value is given; `quick` searches less, for a body that is
-    /// only a step to another.
     #[new]
     #[pyo3(signature = (*, max_ellipsoids=None, delta=None, held_out=None, seed=None, threads=None, quick=false))]
     fn new(
@@ -160,6 +161,10 @@ impl Step {
 }
 
 /// What modelling starts from: views, a closed mesh, and seen points of the surface.
+///
+/// Joins views; a mesh; seen points (N, 3) in metres with the directions (N, 3) in which they
+/// were seen, float64, as long as the eye is away or short where only the side is known; and
+/// how often each kind counts, None being the core's default. Raises BodyError.
 #[pyclass(frozen, module = "servoid._native")]
 pub struct Given {
     views: Vec<Py<View>>,
@@ -170,9 +175,6 @@ pub struct Given {
 
 #[pymethods]
 impl Given {
-    /// Joins views; a mesh; seen points (N, 3) in metres with the directions (N, 3) in which they
-    /// were seen, float64, as long as the eye is away or short where only the side is known; and
-    /// how often each kind counts, None being the core's default. Raises BodyError.
     #[new]
     #[allow(clippy::too_many_arguments, reason = "each is a keyword of its own in Python")]
     #[pyo3(signature = (*, views=None, mesh=None, points=None, directions=None, silhouette_weight=None, volume_weight=None, depth_weight=None))]

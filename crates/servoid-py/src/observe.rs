@@ -10,8 +10,8 @@ use servoid::observe as core;
 use crate::errors::{named, raise};
 use crate::pose::{Pose, rows};
 use crate::taking::{
-    GivenMask, Wanted, floats, hash_numbers, other_class, read_numbers, read_rows, read_size,
-    remade, shorts, taken_in_words, told, valued,
+    GivenMask, Picture, Wanted, floats, hash_numbers, other_class, read_numbers, read_rows,
+    read_size, remade, shorts, taken_in_words, told, valued,
 };
 
 /// A pinhole camera: pixel (0, 0) is the centre of the top-left pixel.
@@ -297,4 +297,28 @@ impl View {
     ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
         remade(slf, &valued(slf, &["camera", "world_from_camera", "mask"])?)
     }
+}
+
+/// Takes an image, (H, W) or (H, W, 3) uint8, and gives it as (H, W, 3); raises ImageError.
+#[pyfunction]
+pub fn taken_image<'py>(py: Python<'py>, image: Picture<'py>) -> PyResult<Bound<'py, PyAny>> {
+    let array = image.0.as_any();
+    if image.0.ndim() == 3 {
+        return Ok(array.clone());
+    }
+    py.import("numpy")?.call_method1("stack", ((array, array, array), -1))
+}
+
+/// Takes a mask, (H, W) of bool or whole numbers, and gives it as uint8: 255 where it is not zero.
+/// Raises MaskError.
+#[pyfunction]
+pub fn taken_mask<'py>(py: Python<'py>, mask: GivenMask<'py>) -> Bound<'py, PyArray2<u8>> {
+    let (height, width) = (mask.0.shape()[0], mask.0.shape()[1]);
+    let mask = mask.0.as_array();
+    PyArray2::from_owned_array(
+        py,
+        numpy::ndarray::Array2::from_shape_fn((height, width), |(row, column)| {
+            255 * u8::from(mask[[row, column]] != 0)
+        }),
+    )
 }

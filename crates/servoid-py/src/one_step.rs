@@ -15,6 +15,8 @@ use crate::taking::{Listed, Wanted, read_numbers, remade, taken_in_words, valued
 use crate::track::{Masks, Pictures, mask, observation, read, read_masks};
 
 /// How the 1-step genetic algorithm tracks; every default is written in the core.
+///
+/// Takes the defaults, except where a value is given.
 #[pyclass(frozen, eq, hash, module = "servoid._native")]
 #[derive(Clone, PartialEq)]
 pub struct OneStepSettings(core::OneStepSettings);
@@ -49,7 +51,6 @@ impl Hash for OneStepSettings {
 
 #[pymethods]
 impl OneStepSettings {
-    /// Takes the defaults, except where a value is given.
     #[new]
     #[pyo3(signature = (*, seed=None, turns=None, region=None, points=None, alpha=None, reach=None,
         turn=None, population=None, elites=None, mutation_rate=None, mutation_width=None,
@@ -202,12 +203,13 @@ fn judge(
 }
 
 /// Tracks a body by one generation of a genetic algorithm an image, as the paper does.
+///
+/// Joins the cameras, the body that is followed, and how; raises TrackError, ImageError.
 #[pyclass(module = "servoid._native")]
 pub struct OneStepTracker(core::OneStep);
 
 #[pymethods]
 impl OneStepTracker {
-    /// Joins the cameras, the body that is followed, and how; raises TrackError, ImageError.
     #[new]
     #[pyo3(signature = (cameras, body, settings=None))]
     #[allow(clippy::needless_pass_by_value, reason = "as Python hands it over")]

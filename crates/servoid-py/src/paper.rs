@@ -16,6 +16,8 @@ use crate::shape::Body;
 use crate::taking::{remade, taken_in_words, valued, written};
 
 /// How the paper's own method proceeds; every default is written in the core.
+///
+/// Takes the defaults, except where a value is given.
 #[pyclass(frozen, eq, hash, module = "servoid.model")]
 #[derive(Clone, PartialEq)]
 pub struct PaperSettings(core::PaperSettings);
@@ -47,7 +49,6 @@ impl Hash for PaperSettings {
 
 #[pymethods]
 impl PaperSettings {
-    /// Takes the defaults, except where a value is given.
     #[new]
     #[pyo3(signature = (*, max_ellipsoids=None, delta=None, seed=None, threads=None, points=None,
         alpha=None, alpha_m=None, population=None, generations=None))]

@@ -8,14 +8,15 @@ use crate::errors::{named, raise};
 use crate::lens::Lens;
 
 /// What a surface looks like.
+///
+/// Takes a colour in linear RGB, 0 to 1, which multiplies a texture, (H, W, 3) uint8 sRGB, that
+/// repeats so often over u and v; gloss lies from 0 to 1. Raises SimError.
 #[pyclass(frozen, module = "servoid._native", from_py_object)]
 #[derive(Clone)]
 pub struct Paint(core::Paint);
 
 #[pymethods]
 impl Paint {
-    /// Takes a colour in linear RGB, 0 to 1, which multiplies a texture, (H, W, 3) uint8 sRGB, that
-    /// repeats so often over u and v; gloss lies from 0 to 1. Raises SimError.
     #[new]
     #[pyo3(signature = (*, color = None, texture = None, repeat = None, gloss = None))]
     fn new(
@@ -50,14 +51,15 @@ fn read_texture(texture: &PyReadonlyArrayDyn<'_, u8>) -> PyResult<core::Texture>
 }
 
 /// A far lamp, and light from above and below.
+///
+/// Takes the direction towards the lamp in the world, and strengths in linear RGB of the lamp,
+/// of the light from above and of that from below; raises SimError.
 #[pyclass(frozen, module = "servoid._native", from_py_object)]
 #[derive(Clone)]
 pub struct Lighting(core::Lighting);
 
 #[pymethods]
 impl Lighting {
-    /// Takes the direction towards the lamp in the world, and strengths in linear RGB of the lamp,
-    /// of the light from above and of that from below; raises SimError.
     #[new]
     #[pyo3(signature = (*, toward = None, key = None, sky = None, bounce = None, exposure = None))]
     fn new(
@@ -81,6 +83,8 @@ impl Lighting {
 }
 
 /// Things of simple shapes, drawn by casting rays.
+///
+/// Makes an empty stage.
 #[pyclass(module = "servoid._native")]
 pub struct Stage(core::Stage);
 
@@ -89,7 +93,6 @@ type DepthParts<'py> = (Bound<'py, PyArray2<f32>>, Bound<'py, PyArray2<i32>>);
 
 #[pymethods]
 impl Stage {
-    /// Makes an empty stage.
     #[new]
     fn new() -> Self {
         Self(core::Stage::new())

@@ -1,7 +1,8 @@
 use std::hash::{Hash, Hasher};
 
 use numpy::{
-    PyArray2, PyArrayDescrMethods, PyReadonlyArray2, PyUntypedArray, PyUntypedArrayMethods,
+    PyArray1, PyArray2, PyArrayDescrMethods, PyArrayMethods, PyReadonlyArray2, PyUntypedArray,
+    PyUntypedArrayMethods,
 };
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyTuple};
@@ -25,6 +26,8 @@ pub type Masks<'py> = Listed<Option<GivenMask<'py>>>;
 type Depths<'py> = Listed<Option<Metres>>;
 
 /// How tracking proceeds; every default is written in the core.
+///
+/// Takes the defaults, except where a value is given.
 #[pyclass(frozen, eq, hash, module = "servoid.track")]
 #[derive(Clone, PartialEq)]
 pub struct TrackSettings(core::TrackSettings);
@@ -55,7 +58,6 @@ impl Hash for TrackSettings {
 
 #[pymethods]
 impl TrackSettings {
-    /// Takes the defaults, except where a value is given.
     #[new]
     #[allow(clippy::too_many_arguments, reason = "each is a keyword of its own in Python")]
     #[pyo3(signature = (*, seed=None, population=None, generations=None, budget_s=None, surface=None, region=None, local_colors=None, adjust=None))]
@@ -143,6 +145,8 @@ impl TrackSettings {
 }
 
 /// Follows a body in six degrees of freedom from observation to observation.
+///
+/// Makes a tracker for cameras and a body; raises TrackError.
 #[pyclass(module = "servoid.track")]
 pub struct Tracker(core::Tracker);
 
@@ -152,7 +156,6 @@ impl Tracker {
     #[classattr]
     const TAKES_DEPTHS: bool = true;
 
-    /// Makes a tracker for cameras and a body; raises TrackError.
     #[new]
     #[pyo3(signature = (cameras, body, settings=None))]
     #[allow(clippy::needless_pass_by_value, reason = "as Python hands it over")]
@@ -293,8 +296,8 @@ impl Tracker {
         let normals: Vec<f64> = self.0.surface().flat_map(|p| <[f64; 3]>::from(p.normal)).collect();
         let colors: Vec<[u8; 3]> = self.0.surface().map(|p| p.color).collect();
         let count = colors.len();
-        let colors = numpy::PyArray1::from_vec(py, colors.concat());
-        let colors = numpy::PyArrayMethods::reshape(&colors, [count, 3])?;
+        let colors = PyArray1::from_vec(py, colors.concat());
+        let colors = PyArrayMethods::reshape(&colors, [count, 3])?;
         Ok((rows(py, &points, 3), rows(py, &normals, 3), colors))
     }
 }
@@ -368,4 +371,11 @@ impl Metres {
     fn view(&self) -> PyResult<DepthView<'_>> {
         DepthView::new(&self.data, self.size_px).map_err(raise)
     }
+}
+
+/// Takes a depth image, (H, W) of floats, metres along z, and gives it as float32; raises ImageError.
+#[pyfunction]
+pub fn taken_depth(py: Python<'_>, depth: Metres) -> PyResult<Bound<'_, PyArray2<f32>>> {
+    let [width, height] = depth.size_px;
+    PyArray1::from_vec(py, depth.data).reshape([height, width])
 }

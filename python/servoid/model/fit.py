@@ -21,7 +21,7 @@ from servoid.errors import ModelError
 from servoid.model.result import ModelResult, Surface
 from servoid.model.running import Progress, in_parallel, run_core
 from servoid.model.sights import NO_SIGHTS, Sights
-from servoid.observe import CaptureView
+from servoid.observe import CaptureView, views_of
 
 PLAIN_COLOR = (150, 150, 150)
 _MOST_CHOSEN = 12
@@ -77,9 +77,10 @@ class Request:
 
 
 def fit(
-    capture_views: Sequence[CaptureView],
+    capture_views: Sequence[CaptureView] | Sequence[View],
     /,
     *,
+    images: Sequence[NDArray[np.uint8]] | None = None,
     max_ellipsoids: int | None = None,
     delta: float | None = None,
     views: slice = slice(None),
@@ -89,7 +90,9 @@ def fit(
 ) -> ModelResult:
     """Model a body from the views that the slice `views` selects; the rest only judge it.
 
-    All views have masks. With `delta` 0 the count goes up to `max_ellipsoids`; otherwise it stops
+    All views have masks: they are those of a capture, or each a `View` made of arrays. To these
+    belong `images`, (H, W, 3) uint8 RGB, one a view, which give the ellipsoids their colours;
+    without, all are grey. With `delta` 0 the count goes up to `max_ellipsoids`; otherwise it stops
     where one more raises the fitness by less than `delta`; with neither it is chosen by views that
     are held out. `progress` is called on the caller's thread after each ellipsoid; an exception
     that it raises ends the modelling and comes out here, and so does Ctrl-C.
@@ -97,13 +100,13 @@ def fit(
     Raises:
         ModelError: no view is selected, the views see no common point, or a setting is out of
             range.
-        ImageError, MaskError: a file of a view cannot be used.
+        ImageError, MaskError: a file of a view cannot be used, or images do not fit the views.
 
     """
     request = Request(
         max_ellipsoids=max_ellipsoids, delta=delta, seed=seed, threads=threads, progress=progress
     )
-    used, unused = divide(capture_views, views)
+    used, unused = divide(_of_capture(capture_views, images), views)
     return fit_views(used, unused, NO_SIGHTS, request)
 
 
@@ -128,13 +131,14 @@ def fit_views(
     # Files are read first, so that a damaged one is found before the long work.
     native_used = in_parallel(CaptureView.view, used)
     native_unused = in_parallel(CaptureView.view, unused)
-    images = in_parallel(CaptureView.image, used)
+    seen = all(view.has_image for view in used)
+    images = in_parallel(CaptureView.image, used) if seen else []
     given = request.given(views=native_used, sights=sights)
     steps = run_core(lambda report: fit_body(given, settings, report), request.progress)
     body = steps[-1].body
     return ModelResult(
         body=body,
-        colors=ellipsoid_colors(body, native_used, images),
+        colors=ellipsoid_colors(body, native_used, images) if seen else _plain(body),
         steps=tuple(steps),
         settings=settings,
         used_views=tuple(used),
@@ -190,13 +194,36 @@ def _fit_shape(given: Given, sights: Sights, request: Request, notes: Sequence[s
     body = steps[-1].body
     return ModelResult(
         body=body,
-        colors=np.tile(np.array(PLAIN_COLOR, dtype=np.uint8), (len(body), 1)),
+        colors=_plain(body),
         steps=tuple(steps),
         settings=settings,
         seconds=time.perf_counter() - start,
         sights=sights,
         surface=Surface.of(body, [], sights) if len(sights) else None,
         notes=tuple(notes),
+    )
+
+
+def _plain(body: Body) -> NDArray[np.uint8]:
+    return np.tile(np.array(PLAIN_COLOR, dtype=np.uint8), (len(body), 1))
+
+
+def _of_capture(
+    views: Sequence[CaptureView] | Sequence[View], images: Sequence[NDArray[np.uint8]] | None
+) -> Sequence[CaptureView]:
+    """Return views of a capture; views of arrays become such with their images."""
+    of_files = [view for view in views if isinstance(view, CaptureView)]
+    of_arrays = [view for view in views if isinstance(view, View)]
+    if of_arrays and len(of_arrays) == len(views):
+        return views_of(of_arrays, images)
+    if len(of_files) == len(views) and images is None:
+        return of_files
+    if len(of_files) == len(views):
+        raise ModelError("views of a capture have images of their own; leave images out")
+    other = next((one for one in views if not isinstance(one, CaptureView | View)), views[0])
+    raise ModelError(
+        f"views must all be of a capture, or all be of arrays, as View(camera=, "
+        f"world_from_camera=, mask=), but one is a {type(other).__name__}"
     )
 
 

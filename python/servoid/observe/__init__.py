@@ -1,6 +1,7 @@
 """Cameras and captures: what was seen, by which camera, from where."""
 
 from servoid._native import Camera, Lens, View
+from servoid.observe.arrays import ArrayPicture, PosedImage, capture_of, views_of
 from servoid.observe.capture import (
     Capture,
     CaptureCamera,
@@ -34,6 +35,7 @@ from servoid.observe.undistort import Undistortion, undistortion
 
 __all__ = [
     "ASSUMED_HZ",
+    "ArrayPicture",
     "BackgroundTarget",
     "BoxTarget",
     "Camera",
@@ -52,6 +54,7 @@ __all__ = [
     "MaskTarget",
     "Observation",
     "Picture",
+    "PosedImage",
     "Recording",
     "Source",
     "StereoDepth",
@@ -59,6 +62,7 @@ __all__ = [
     "Undistortion",
     "View",
     "cameras_of",
+    "capture_of",
     "find_object",
     "grow_mask",
     "open_capture",
@@ -74,5 +78,6 @@ __all__ = [
     "tidy_image",
     "undistortion",
     "undoubted",
+    "views_of",
     "write_looks",
 ]

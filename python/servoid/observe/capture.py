@@ -15,12 +15,29 @@ from servoid.observe.images import read_mask
 from servoid.observe.picture import Picture
 
 
+def read_scaled(path: Path, lens: Lens, scale_m: float | None) -> NDArray[np.float32]:
+    """Read a depth image whose unit is `scale_m` metres: (H, W) float32, NaN where unknown.
+
+    Raises:
+        ImageError: the file is missing, damaged or of another size than the lens's images.
+        CaptureError: nothing says which unit the file counts in.
+
+    """
+    if scale_m is None:
+        raise CaptureError(
+            f"{path}: nothing says what one unit is in metres; give depth_scale_m, such as 0.001 "
+            "for millimetres"
+        )
+    return read_depth(path, lens.size_px, scale_m)
+
+
 @dataclass(frozen=True)
 class CaptureCamera:
     """One camera of the rig, with what it delivered in each observation, in order.
 
     A picture is None where the camera delivered nothing, and so are a mask and a depth image where
-    there is none. `depth_scale_m` is what one unit of the depth images is in metres.
+    there is none. `depth_scale_m` is what one unit of the depth images is in metres. `masks`,
+    (H, W) uint8, and `depths_m`, (H, W) float32 in metres, are in memory and replace the files.
     """
 
     name: str
@@ -30,6 +47,21 @@ class CaptureCamera:
     mask_paths: tuple[Path | None, ...]
     depth_paths: tuple[Path | None, ...]
     depth_scale_m: float | None = None
+    masks: tuple[NDArray[np.uint8] | None, ...] = ()
+    depths_m: tuple[NDArray[np.float32] | None, ...] = ()
+
+    def recorded_depth(self, index: int) -> NDArray[np.float32] | None:
+        """Read a depth image in the pixels of the recorded image: metres, NaN where unknown.
+
+        Raises:
+            ImageError: the file is missing, damaged or of another size than the camera's.
+            CaptureError: nothing says which unit the file counts in.
+
+        """
+        if self.depths_m:
+            return self.depths_m[index]
+        path = self.depth_paths[index]
+        return None if path is None else read_scaled(path, self.lens, self.depth_scale_m)
 
     @cached_property
     def ideal(self) -> Ideal:
@@ -55,7 +87,8 @@ class CaptureView:
     `world_from_camera` and all that the methods return belong to the ideal pinhole: without
     distortion, and turned towards the object if the lens is a fisheye. `given_mask` is a mask in
     the ideal pinhole's pixels, (H, W) uint8, that takes precedence over the others;
-    `recorded_mask` is one in the pixels of the image as it was recorded, instead of the file's.
+    `recorded_mask` is one in the pixels of the image as it was recorded, instead of the file's, and
+    so is `depth_m`, (H, W) float32 in metres.
     """
 
     camera_name: str
@@ -69,6 +102,7 @@ class CaptureView:
     given_mask: NDArray[np.uint8] | None = None
     recorded_mask: NDArray[np.uint8] | None = None
     shared: Ideal | None = None
+    depth_m: NDArray[np.float32] | None = None
 
     @property
     def name(self) -> str:
@@ -79,6 +113,11 @@ class CaptureView:
     def image_path(self) -> Path:
         """Return the file that holds the image."""
         return self.picture.path
+
+    @property
+    def has_image(self) -> bool:
+        """Say if there is an image: views that were made of arrays may have a mask only."""
+        return self.picture.is_there
 
     @property
     def has_mask(self) -> bool:
@@ -199,14 +238,11 @@ class CaptureView:
             ImageError, CaptureError: as for `depth`.
 
         """
+        if self.depth_m is not None:
+            return self.depth_m
         if self.depth_path is None:
             return None
-        if self.depth_scale_m is None:
-            raise CaptureError(
-                f"{self.depth_path}: nothing says what one unit is in metres; give depth_scale_m, "
-                "such as 0.001 for millimetres"
-            )
-        return read_depth(self.depth_path, self.lens.size_px, self.depth_scale_m)
+        return read_scaled(self.depth_path, self.lens, self.depth_scale_m)
 
     def view(self) -> View:
         """Read the mask and join it with the camera and its pose, ready for modelling.
@@ -269,7 +305,8 @@ class Capture:
 
     def _view(self, camera: CaptureCamera, index: int, picture: Picture) -> CaptureView:
         mask_path = camera.mask_paths[index]
-        own = mask_path is not None and needs_object(camera.lens)
+        mask = camera.masks[index] if camera.masks else None
+        own = (mask_path is not None or mask is not None) and needs_object(camera.lens)
         return CaptureView(
             camera_name=camera.name,
             index=index,
@@ -280,4 +317,6 @@ class Capture:
             world_from_lens=self.world_from_rig[index] @ camera.rig_from_camera,
             depth_scale_m=camera.depth_scale_m,
             shared=None if own else camera.ideal,
+            recorded_mask=mask,
+            depth_m=camera.depths_m[index] if camera.depths_m else None,
         )

@@ -27,6 +27,10 @@ class Ideal:
         self._mask = mask if needs_object(lens) else None
         self._lock = Lock()
 
+    def __reduce__(self) -> tuple[object, ...]:
+        """Say how to make a copy: its maps are made anew, and a lock cannot be copied."""
+        return Ideal, (self.lens, self._mask)
+
     @cached_property
     def camera(self) -> Camera:
         """Return the pinhole camera."""

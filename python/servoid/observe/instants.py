@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 from servoid._native import Camera, Pose
 from servoid.errors import ImageError
 from servoid.observe.capture import Capture, CaptureCamera, Observation
-from servoid.observe.depth import read_depth
 from servoid.observe.ideal import Ideal
 from servoid.observe.picture import Picture
 from servoid.observe.source import Instant
@@ -122,11 +121,13 @@ def _read(
 
 def _measured(camera: CaptureCamera, index: int) -> tuple[NDArray[np.float32] | None, str | None]:
     """Read the depth image of an observation, as the ideal pinhole of its camera sees it."""
-    path, scale_m = camera.depth_paths[index], camera.depth_scale_m
-    if path is None or scale_m is None:
+    if camera.depth_scale_m is None and not camera.depths_m:
         return None, None
     try:
-        depth = camera.ideal.maps().depth(read_depth(path, camera.lens.size_px, scale_m))
+        recorded = camera.recorded_depth(index)
+        if recorded is None:
+            return None, None
+        depth = camera.ideal.maps().depth(recorded)
     except ImageError as error:
         return None, f"camera {camera.name}: {error}"
     return np.ascontiguousarray(depth, dtype=np.float32), None

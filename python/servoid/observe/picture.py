@@ -28,6 +28,11 @@ class Picture:
             return self.label
         return self.path.stem if self.index is None else f"{self.index:04}"
 
+    @property
+    def is_there(self) -> bool:
+        """Say if there is an image at all, which only one in memory can lack."""
+        return True
+
     def read(self, size_px: tuple[int, int]) -> NDArray[np.uint8]:
         """Read the image of (width, height) pixels: (H, W, 3) uint8, RGB.
 

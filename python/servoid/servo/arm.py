@@ -6,18 +6,35 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
+from servoid.errors import ServoError
 from servoid.pose import Pose
 
 Floats = NDArray[np.float64]
+
+
+def _row(what: str, given: object, count: int | None = None) -> Floats:
+    """Take a row of numbers, one for each joint where it is known how many there are."""
+    try:
+        numbers = np.asarray(given, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise ServoError(f"{what} must be a row of numbers, but is {given!r:.60}") from error
+    if numbers.ndim != 1 or count not in (None, len(numbers)):
+        expected = "a row of numbers" if count is None else f"{count} numbers, one for each name"
+        raise ServoError(f"{what} must be {expected}, but has shape {numbers.shape}")
+    return numbers
 
 
 @dataclass(frozen=True, eq=False)
 class Joints:
     """The N joints of an arm and its eyes, with what each may do.
 
-    All arrays are (N,) float64: `lower` and `upper` bound the angles in radians, `speed` is in
-    rad/s, `acceleration` in rad/s² and `jerk`, if the arm says it, in rad/s³. The first
-    `hand_count` joints move the hand, the rest the eyes.
+    All are rows of N numbers, kept as (N,) float64: `lower` and `upper` bound the angles in
+    radians, `speed` is in rad/s, `acceleration` in rad/s² and `jerk`, if the arm says it, in
+    rad/s³. The first `hand_count` joints move the hand, the rest the eyes.
+
+    Raises:
+        ServoError: a row has not one number for each name.
+
     """
 
     names: tuple[str, ...]
@@ -27,6 +44,13 @@ class Joints:
     speed: Floats
     acceleration: Floats
     jerk: Floats | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "names", tuple(self.names))
+        for name in ("lower", "upper", "speed", "acceleration", "jerk"):
+            given = getattr(self, name)
+            if given is not None:
+                object.__setattr__(self, name, _row(f"Joints.{name}", given, len(self.names)))
 
 
 @dataclass(frozen=True)
@@ -47,11 +71,20 @@ class Eyes:
 
 @dataclass(frozen=True, eq=False)
 class JointState:
-    """What the joints' sensors say: angles (N,) in radians, speeds (N,) in rad/s, and when."""
+    """What the joints' sensors say: angles (N,) in radians, speeds (N,) in rad/s, and when.
+
+    Raises:
+        ServoError: something else than a row of numbers was given.
+
+    """
 
     time_s: float
     positions: Floats
     velocities: Floats
+
+    def __post_init__(self) -> None:
+        for name in ("positions", "velocities"):
+            object.__setattr__(self, name, _row(f"JointState.{name}", getattr(self, name)))
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,0 +1,117 @@
+"""Models, tracks and servos with arrays alone: no file is written.
+
+Run it after `make samples`: `.venv/bin/python examples/from_arrays.py out/moving`. What a webcam
+and an arm would deliver is taken from a recording and a simulated arm.
+"""
+
+import sys
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from servoid.model import ModelResult, Request, fit, fit_capture, fit_sights, sights_of_cloud
+from servoid.observe import Camera, PosedImage, View, capture_of, open_capture
+from servoid.pose import Pose
+from servoid.servo import Arm, Controller
+from servoid.shape import Body
+from servoid.sim.arm_file import read_arm
+from servoid.sim.serial_arm import SerialArm
+from servoid.track import Tracker
+
+Image = NDArray[np.uint8]
+
+
+def model_from_masks(
+    camera: Camera, poses: list[Pose], images: list[Image], masks: list[Image]
+) -> ModelResult:
+    """Model what masks show in images of one camera at several places."""
+    views = [
+        View(camera=camera, world_from_camera=pose, mask=mask)
+        for pose, mask in zip(poses, masks, strict=True)
+    ]
+    return fit(views, images=images, max_ellipsoids=4, delta=0.0)
+
+
+def model_from_pair(left: PosedImage, right: PosedImage) -> ModelResult:
+    """Model what the left image's mask shows; the depth is measured by the pair.
+
+    With `targets=[parse_target("box:120,80,420,400")]` a box does in place of the mask.
+    """
+    return fit_capture(capture_of([[left, right]]), Request(max_ellipsoids=4, delta=0.0))
+
+
+def model_from_points(points: NDArray[np.float64], eye: tuple[float, float, float]) -> ModelResult:
+    """Model a point cloud that was seen from one place."""
+    return fit_sights(sights_of_cloud(points, None, eye), Request(max_ellipsoids=4, delta=0.0))
+
+
+def track(camera: Camera, body: Body, stream: Iterator[tuple[float, Image]]) -> Iterator[Pose]:
+    """Track a body before a camera at rest, image by image."""
+    world_from_camera, tracker = Pose.identity(), Tracker(camera, body)
+    time_s, image = next(stream)
+    tracker.start(time_s, world_from_camera, image, body.world_from_object)
+    for time_s, image in stream:
+        estimate = tracker.step(time_s, world_from_camera, image)
+        if estimate.status == "tracking":
+            yield estimate.world_from_object
+
+
+def servo(
+    arm: Arm, tracker: Tracker, goal_from_object: Pose, stream: Iterator[tuple[float, Image]]
+) -> None:
+    """Keep an object where it should be before the hand, by images of a camera at rest."""
+    controller = Controller(arm)
+    for time_s, image in stream:
+        controller.see(None, tracker.step(time_s, Pose.identity(), image))
+        while arm.state().time_s < time_s:
+            arm.command(controller.command(arm.state(), goal_from_object).velocities)
+
+
+def main(folder: str) -> None:
+    """Do each of it with the arrays of a recording."""
+    views = open_capture(folder).all_views()
+    left = [view for view in views if view.camera_name == views[0].camera_name]
+    right = [view for view in views if view.camera_name != views[0].camera_name]
+    camera = Camera.from_matrix(left[0].camera.matrix(), left[0].camera.size_px)
+    images = [view.image() for view in left[:40]]
+    start = left[0].world_from_camera
+    pair = [
+        PosedImage(
+            camera=view.camera,
+            world_from_camera=start.inverse() @ view.world_from_camera,
+            image=view.image(),
+            mask=view.mask() if view.has_mask else None,
+        )
+        for view in (left[0], right[0])
+    ]
+    result = model_from_pair(*pair)
+    print(f"stereo pair: {len(result.body)} ellipsoids, IoU {result.iou_used.mean():.3f}")
+    points = result.sights.points
+    cloud = model_from_points(points, (0.0, 0.0, 0.0))
+    print(f"{len(points)} points: {len(cloud.body)} ellipsoids")
+    masks = [one.mask() for one in result.used_views]
+    places = [one.world_from_camera for one in result.used_views]
+    seen = [one.image() for one in result.used_views]
+    modelled = model_from_masks(camera, places, seen, masks)
+    print(f"masks: {len(modelled.body)} ellipsoids, IoU {modelled.iou_used.mean():.3f}")
+    times_s = 0.04 * np.arange(len(images))
+    poses = list(track(camera, result.body, zip(times_s, images, strict=True)))
+    print(f"tracked in {len(poses)} of {len(images) - 1} images")
+    arm, tracker = SerialArm(read_arm()), Tracker(camera, result.body)
+    before = arm.world_from_hand(arm.state().positions)
+    start_s, world_from_object = arm.state().time_s, result.body.world_from_object
+    tracker.start(start_s, Pose.identity(), images[0], world_from_object)
+    servo(
+        arm,
+        tracker,
+        before.inverse() @ world_from_object,
+        zip(start_s + times_s, images, strict=True),
+    )
+    after = arm.world_from_hand(arm.state().positions)
+    moved_mm = 1e3 * np.linalg.norm(np.subtract(after.translation, before.translation))
+    print(f"the hand moved {moved_mm:.0f} mm with the object")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1] if len(sys.argv) > 1 else "out/moving")

@@ -1,0 +1,180 @@
+"""Python without files: arrays in, bodies and poses out."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from servoid.errors import ImageError, MaskError, ModelError, ServoError, ServoidError, TrackError
+from servoid.model import Request, fit, fit_capture
+from servoid.observe import (
+    Camera,
+    CaptureView,
+    Lens,
+    PosedImage,
+    View,
+    capture_of,
+    open_capture,
+    views_of,
+)
+from servoid.pose import Pose
+from servoid.servo import Joints, JointState
+from servoid.shape import Body
+from servoid.sim import write_sample
+from servoid.track import Tracker
+from servoid.view import write_report
+
+
+@pytest.fixture(scope="module")
+def seen(tmp_path_factory: pytest.TempPathFactory) -> list[CaptureView]:
+    folder = tmp_path_factory.mktemp("arrays") / "sample"
+    return open_capture(write_sample(folder, views=6, size_px=(160, 120))).views()
+
+
+def native(views: list[CaptureView]) -> list[View]:
+    return [
+        View(camera=one.camera, world_from_camera=one.world_from_camera, mask=one.mask())
+        for one in views
+    ]
+
+
+def posed(view: CaptureView, **parts: object) -> PosedImage:
+    given = {"image": view.image(), "mask": view.mask()} | parts
+    return PosedImage(camera=view.camera, world_from_camera=view.world_from_camera, **given)  # type: ignore[arg-type]
+
+
+def test_views_of_arrays_and_views_of_files_make_the_same_body(seen: list[CaptureView]) -> None:
+    images = [one.image() for one in seen]
+    of_files = fit(seen, max_ellipsoids=2, delta=0.0, views=slice(0, None, 2))
+    of_arrays = fit(
+        native(seen), images=images, max_ellipsoids=2, delta=0.0, views=slice(0, None, 2)
+    )
+    assert of_arrays.body == of_files.body
+    assert (of_arrays.colors == of_files.colors).all()
+    assert (of_arrays.iou_unused == of_files.iou_unused).all()
+
+
+def test_a_capture_of_arrays_and_one_of_files_make_the_same_body(seen: list[CaptureView]) -> None:
+    request = Request(max_ellipsoids=2, delta=0.0)
+    made = fit_capture(capture_of([posed(one) for one in seen]), request)
+    assert made.body == fit(seen, max_ellipsoids=2, delta=0.0).body
+
+
+def test_a_result_of_arrays_is_saved_and_reported(seen: list[CaptureView], tmp_path: Path) -> None:
+    result = fit(native(seen), images=[one.image() for one in seen], max_ellipsoids=1)
+    result.save(tmp_path / "body.json")
+    write_report(result, tmp_path / "report")
+    assert "view/0" in (tmp_path / "body.json").read_text(encoding="utf-8")
+    assert (tmp_path / "report" / "report.html").is_file()
+
+
+def test_views_without_images_make_a_grey_body(seen: list[CaptureView]) -> None:
+    result = fit(native(seen), max_ellipsoids=1)
+    assert len(set(result.colors.ravel().tolist())) == 1
+    with pytest.raises(ImageError, match="has no image"):
+        result.used_views[0].image()
+
+
+def test_views_and_images_that_do_not_fit_are_refused_in_words(seen: list[CaptureView]) -> None:
+    images = [one.image() for one in seen]
+    with pytest.raises(ImageError, match="6 views, but 5 images"):
+        fit(native(seen), images=images[:-1])
+    with pytest.raises(ImageError, match=r"\(255 \* image\)"):
+        fit(native(seen), images=[image / 255.0 for image in images])
+    with pytest.raises(ModelError, match="leave images out"):
+        fit(seen, images=images)
+    with pytest.raises(ModelError, match=r"View\(camera=, .* but one is a str"):
+        fit(["eye/0000"])  # type: ignore[list-item]
+    with pytest.raises(ImageError, match="160x60 pixels, but its camera's have 160x120"):
+        views_of(native(seen)[:1], [images[0][:60]])
+
+
+def test_a_mask_may_be_of_any_whole_number_and_of_no_float(seen: list[CaptureView]) -> None:
+    mask = seen[0].mask()
+    kinds = (mask != 0, mask.astype(np.int64), mask.astype(np.uint16) * 257, mask // 255)
+    views = {posed_view(seen[0], kind) for kind in kinds}
+    assert len(views) == 1
+    with pytest.raises(MaskError, match=r"mask > 0\.5"):
+        posed_view(seen[0], mask / 255.0)
+    with pytest.raises(MaskError, match="one channel"):
+        posed_view(seen[0], np.stack([mask] * 3, axis=-1))
+
+
+def posed_view(view: CaptureView, mask: np.ndarray) -> View:
+    return View(camera=view.camera, world_from_camera=view.world_from_camera, mask=mask)
+
+
+def test_depth_in_memory_is_evidence(seen: list[CaptureView]) -> None:
+    view = seen[0]
+    mask = view.mask()
+    away = float(np.linalg.norm(view.world_from_camera.translation))
+    depth = np.where(mask != 0, away, 0.0)
+    result = fit_capture(capture_of([posed(view, depth_m=depth)]), Request(max_ellipsoids=1))
+    assert len(result.sights) > 100
+    with pytest.raises(ImageError, match=r"metres, but an array \(120, 160\) of int64"):
+        posed(view, depth_m=depth.astype(int))
+
+
+def test_cameras_of_one_instant_are_a_rig_and_a_lens_is_straightened(
+    seen: list[CaptureView],
+) -> None:
+    K = seen[0].camera.matrix()  # noqa: N806
+    lens = Lens.from_matrix(K, (160, 120), [0.1, 0.0, 0.0, 0.0, 0.0])
+    right = Pose.from_parts([0.06, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0])
+    pairs = [
+        [
+            PosedImage(camera=lens, world_from_camera=pose, image=one.image(), mask=one.mask())
+            for pose in (one.world_from_camera, one.world_from_camera @ right)
+        ]
+        for one in seen[:3]
+    ]
+    capture = capture_of(pairs, rate_hz=10.0)
+    assert [camera.name for camera in capture.cameras] == ["camera_1", "camera_2"]
+    assert np.allclose(capture.cameras[1].rig_from_camera.matrix(), right.matrix())
+    assert capture.views()[0].image().shape[:2] != (0, 0)
+    assert capture.views()[0].ideal.camera.size_px != (160, 120)
+
+
+def test_what_makes_no_capture_is_refused(seen: list[CaptureView]) -> None:
+    with pytest.raises(ServoidError, match="no image"):
+        capture_of([])
+    with pytest.raises(ServoidError, match="2 observations, but 1 times"):
+        capture_of([posed(one) for one in seen[:2]], times_s=[0.0])
+    with pytest.raises(ServoidError, match="must be a Pose, but it is a ndarray"):
+        PosedImage(camera=seen[0].camera, world_from_camera=np.eye(4), image=seen[0].image())  # type: ignore[arg-type]
+
+
+def body() -> Body:
+    at = Pose.from_parts([0.0, 0.0, 0.5], [1.0, 0.0, 0.0, 0.0])
+    return Body(
+        world_from_object=at,
+        centers=[[0, 0, 0]],
+        radii=[[0.1, 0.08, 0.06]],
+        rotations=[[1, 0, 0, 0]],
+    )
+
+
+def test_one_camera_and_one_image_stand_for_lists_of_one() -> None:
+    camera, here = Camera.from_fov((160, 120), 60.0), Pose.identity()
+    image = np.where(body().silhouette(camera, here), np.uint8(200), np.uint8(40))
+    alone, listed = Tracker(camera, body()), Tracker([camera], body())
+    first = alone.start(0.0, here, image, body().world_from_object, masks=image > 100)
+    assert first == listed.start(0.0, [here], [image], body().world_from_object, [image > 100])
+    assert alone.step(0.1, here, image) == listed.step(0.1, (here,), (image,))
+
+
+def test_a_step_before_any_start_is_refused() -> None:
+    camera = Camera.from_fov((160, 120), 60.0)
+    with pytest.raises(TrackError, match="never started"):
+        Tracker(camera, body()).step(0.0, Pose.identity(), np.zeros((120, 160), np.uint8))
+
+
+def test_joints_take_lists_and_refuse_other_counts() -> None:
+    rows = {"lower": [-1, -1], "upper": [1, 1], "speed": [1, 1], "acceleration": [2, 2]}
+    joints = Joints(names=["a", "b"], hand_count=2, **rows)  # type: ignore[arg-type]
+    assert joints.lower.dtype == np.float64
+    assert joints.names == ("a", "b")
+    with pytest.raises(ServoError, match=r"Joints\.upper must be 2 numbers"):
+        Joints(names=("a", "b"), hand_count=2, **(rows | {"upper": [1]}))  # type: ignore[arg-type]
+    with pytest.raises(ServoError, match=r"JointState\.positions must be a row of numbers"):
+        JointState(0.0, ["a"], [0.0])  # type: ignore[arg-type]

@@ -106,6 +106,9 @@ class Pose:
     `a_from_b @ b_from_c` is `a_from_c`.
     """
 
+    __array_ufunc__: ClassVar[None]
+    """Says that arrays leave `@` to poses."""
+
     def __new__(cls, matrix: ArrayLike) -> Self: ...
     @staticmethod
     def identity() -> Pose:

@@ -54,7 +54,7 @@ class DoubtError(TargetError):
     ) -> None:
         super().__init__(message)
         self.image = image
-        self.masks = tuple(masks)
+        self.masks: tuple[NDArray[np.uint8], ...] = tuple(masks)
 
     def __reduce__(self) -> "tuple[object, ...]":
         """Say how to make a copy, in another process too."""

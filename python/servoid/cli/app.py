@@ -12,7 +12,7 @@ from servoid.cli.servo_command import servo
 from servoid.cli.track_command import track
 from servoid.cli.values import Size, check_count, check_seed
 
-app = typer.Typer(
+app: typer.Typer = typer.Typer(
     name="servoid",
     no_args_is_help=True,
     add_completion=False,

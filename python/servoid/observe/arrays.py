@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -59,8 +60,8 @@ class PosedImage:
     camera: Camera | Lens
     world_from_camera: Pose
     image: NDArray[np.uint8]
-    mask: NDArray[np.generic] | None = None
-    depth_m: NDArray[np.floating] | None = None
+    mask: NDArray[Any] | None = None
+    depth_m: NDArray[Any] | None = None
 
     def __post_init__(self) -> None:
         if not isinstance(self.camera, Camera | Lens):

@@ -5,7 +5,8 @@ finds, and each rounds in its own way; so does the C library behind `math`. What
 servoid is computed here, by the core: arrays of float64 and numbers go in, the same come out.
 """
 
-from typing import overload
+from collections.abc import Callable
+from typing import Protocol, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,17 +15,27 @@ from servoid import _native
 
 Array = NDArray[np.float64]
 
-sin = _native.exact_sin
-cos = _native.exact_cos
-tan = _native.exact_tan
-arcsin = _native.exact_arcsin
-arccos = _native.exact_arccos
-arctan = _native.exact_arctan
-arctan2 = _native.exact_arctan2
-exp = _native.exact_exp
-expm1 = _native.exact_expm1
-log = _native.exact_log
-power = _native.exact_power
+
+class _Elementary(Protocol):
+    """A function of one number, or of each in an array."""
+
+    @overload
+    def __call__(self, x: float, /) -> float: ...
+    @overload
+    def __call__(self, x: Array, /) -> Array: ...
+
+
+sin: _Elementary = _native.exact_sin
+cos: _Elementary = _native.exact_cos
+tan: _Elementary = _native.exact_tan
+arcsin: _Elementary = _native.exact_arcsin
+arccos: _Elementary = _native.exact_arccos
+arctan: _Elementary = _native.exact_arctan
+exp: _Elementary = _native.exact_exp
+expm1: _Elementary = _native.exact_expm1
+log: _Elementary = _native.exact_log
+arctan2: Callable[[float, float], float] = _native.exact_arctan2
+power: Callable[[float, float], float] = _native.exact_power
 
 
 @overload

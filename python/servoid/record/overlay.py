@@ -44,7 +44,7 @@ class Overlay:
         width = max(320, sum(tile[0] for tile in self._tiles))
         self._images_px = max(1, round(self._scale * high))
         height = self._images_px + _ROW_PX * objects
-        self.size_px = (width + width % 2, height + height % 2)
+        self.size_px: tuple[int, int] = (width + width % 2, height + height % 2)
 
     def draw(self, step: TrackStep) -> NDArray[np.uint8]:
         """Return a step as an image (H, W, 3) uint8 RGB of `size_px`."""

@@ -66,7 +66,7 @@ class ServoOverlay:
         boxes = self._eyes if self._overview is None else [*self._eyes, self._overview]
         self._images_px = max(top + height for _, top, _, height in boxes)
         height = self._images_px + _BAND_PX
-        self.size_px = (_WIDTH_PX, height + height % 2)
+        self.size_px: tuple[int, int] = (_WIDTH_PX, height + height % 2)
         self._empty = np.full((self.size_px[1], _WIDTH_PX, 3), _DARK, dtype=np.uint8)
         self._last: NDArray[np.uint8] | None = None
 

@@ -44,7 +44,7 @@ class ServoVideo:
         self._overlay = ServoOverlay(cameras, names, overview_px)
         self._stack = ExitStack()
         self._write: Callable[[NDArray[np.uint8]], None] | None = None
-        self.count = 0
+        self.count: int = 0
 
     @property
     def size_px(self) -> tuple[int, int]:

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from servoid.pose import Pose, exact
 from servoid.servo.arm import Eyes, Floats, JointState
@@ -56,7 +57,7 @@ class GazeControl:
 
     def __init__(self, eyes: Eyes, settings: GazeSettings) -> None:
         self._eyes, self._settings = eyes, settings
-        self.places = np.array([eyes.tilt, eyes.pan_left, eyes.pan_right])
+        self.places: NDArray[np.int64] = np.array([eyes.tilt, eyes.pan_left, eyes.pan_right])
 
     def wanted(
         self, world_from_hand: Pose, hand_twist: Floats, point: Floats, velocity: Floats

@@ -47,8 +47,8 @@ class Surface:
             areas.append((np.prod(solid.radii) * length)[keep])
         area = np.concatenate(areas).cumsum()
         chosen = np.searchsorted(area, (np.arange(_PLACES) + 0.5) / _PLACES * area[-1])
-        self.places = np.concatenate(places)[chosen]
-        self.normals = np.concatenate(normals)[chosen]
+        self.places: Floats = np.concatenate(places)[chosen]
+        self.normals: Floats = np.concatenate(normals)[chosen]
 
     def __len__(self) -> int:
         return len(self.places)

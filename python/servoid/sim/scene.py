@@ -74,9 +74,13 @@ class MovingScene:
         width, height = SIZES_PX[scenario.size]
         center_px = ((width - 1) / 2.0, (height - 1) / 2.0)
         subpixels = _SUBPIXELS[scenario.size]
-        self.camera = Pinhole((width, height), _FOCAL_OF_WIDTH * width, center_px, subpixels)
-        self.offsets = (0.0,) if scenario.one_camera else (0.0, BASELINE)
-        self.toy = Thing(snail.PARTS, snail.paint_plain if scenario.plain else snail.paint, 0.12)
+        self.camera: Pinhole = Pinhole(
+            (width, height), _FOCAL_OF_WIDTH * width, center_px, subpixels
+        )
+        self.offsets: tuple[float, ...] = (0.0,) if scenario.one_camera else (0.0, BASELINE)
+        self.toy: Thing = Thing(
+            snail.PARTS, snail.paint_plain if scenario.plain else snail.paint, 0.12
+        )
 
     def __len__(self) -> int:
         return self.scenario.count

@@ -38,7 +38,9 @@ class Page:
     texts: list[Text] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        self.pixels = np.full((self.height_px, self.width_px, 3), PAPER, np.uint8)
+        self.pixels: NDArray[np.uint8] = np.full(
+            (self.height_px, self.width_px, 3), PAPER, np.uint8
+        )
 
     def put(self, picture: NDArray[np.uint8], x_px: int, y_px: int) -> None:
         """Copy a picture (H, W, 3) RGB to where its top left pixel is to be."""

@@ -42,11 +42,12 @@ class Driver:
             ServoError: no driver answers, it is busy, or speaks another version.
 
         """
-        self.place, self._settings = shown(address), settings
+        self.place: str = shown(address)
+        self._settings = settings
         self._lines = _connected(address, settings.patience_s)
         try:
-            self.welcome = self._welcomed(self._messages()[0])
-            self.heard = self.listen()
+            self.welcome: Welcome = self._welcomed(self._messages()[0])
+            self.heard: Heard = self.listen()
         except ServoError:
             self._lines.close()
             raise

@@ -68,7 +68,7 @@ class Lines:
     def __init__(self, connection: socket.socket) -> None:
         connection.setblocking(False)
         self.socket = connection
-        self.closed = ""  # why, once it is
+        self.closed: str = ""  # why, once it is
         self._come, self._going = bytearray(), bytearray()
 
     def taken(self, most: int) -> list[bytes]:

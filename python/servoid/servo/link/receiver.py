@@ -55,8 +55,11 @@ class CommandReceiver:
 
     def _open(self, ended: str) -> None:
         """Wait for the start of a new session."""
-        self.session, self.phase, self.ended = secrets.token_hex(8), Phase.WAITING, ended
-        self.accepted = self.missing = 0
+        self.session: str = secrets.token_hex(8)
+        self.phase: Phase = Phase.WAITING
+        self.ended: str = ended
+        self.accepted: int = 0
+        self.missing: int = 0
 
     def end(self, why: str) -> None:
         """Let nothing count any more; a motion that was begun comes to its rest."""

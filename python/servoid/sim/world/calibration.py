@@ -19,8 +19,10 @@ class Calibration:
     ) -> None:
         self._kinematics = kinematics
         self._head_from_true, right_from_true = lab.head_from_true, lab.right_from_true
-        self.eyes = _eyes(robot, self._head_from_true, right_from_true)
-        self.cameras = tuple(lab.camera(one, number) for number, one in enumerate(true_cameras))
+        self.eyes: Eyes | None = _eyes(robot, self._head_from_true, right_from_true)
+        self.cameras: tuple[Camera, ...] = tuple(
+            lab.camera(one, number) for number, one in enumerate(true_cameras)
+        )
         left, right = (_turn(*pair) for pair in zip(true_cameras, self.cameras, strict=True))
         self._eye_from_believed = (left, _joined(right_from_true, right))
 

@@ -3,6 +3,7 @@
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from servoid.errors import SimError
 from servoid.pose import Pose
@@ -24,11 +25,11 @@ class Kinematics:
         self._model = model
         self._data = self._mujoco.MjData(model)
         joints = [model.joint(drive.joint) for drive in robot.drives]
-        self.places = np.array([joint.qposadr[0] for joint in joints])
-        self.speeds = np.array([joint.dofadr[0] for joint in joints])
+        self.places: NDArray[np.int64] = np.array([joint.qposadr[0] for joint in joints])
+        self.speeds: NDArray[np.int64] = np.array([joint.dofadr[0] for joint in joints])
         self._hand = model.body(HAND).id
         self._eyes = [model.body(name).id for name in EYES]
-        self.joints = Joints(
+        self.joints: Joints = Joints(
             names=tuple(drive.joint for drive in robot.drives),
             hand_count=robot.hand_count,
             lower=np.array([drive.lower for drive in robot.drives]),

@@ -31,7 +31,8 @@ class Lab:
     """A laboratory: its settings, and all that its seed draws with them."""
 
     def __init__(self, settings: LabSettings, seed: int) -> None:
-        self.settings, self._seed = settings, seed
+        self.settings: LabSettings = settings
+        self._seed = seed
 
     @property
     def head_from_true(self) -> Pose | None:

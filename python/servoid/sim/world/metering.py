@@ -35,7 +35,7 @@ class Metering:
         if self._wanted is None:
             self._wanted = light
         factor = 1.0 + self._share * (self._wanted / light - 1.0)
-        self.gain = min(max(gain * factor, 1.0 / _STRONGEST), _STRONGEST)
+        self.gain: float = min(max(gain * factor, 1.0 / _STRONGEST), _STRONGEST)
         return gain
 
 

@@ -54,7 +54,8 @@ class World:
             MissingExtraError: MuJoCo is not installed.
 
         """
-        self.settings = settings = settings or WorldSettings()
+        self.settings: WorldSettings = settings or WorldSettings()
+        settings = self.settings
         self._steps = round(settings.physics.period_s / settings.physics.step_s)
         path = path or parse_path(settings.object.path)
         things = [*make_object(settings.object.name, settings.object.radii), *_board(settings)]

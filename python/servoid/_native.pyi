@@ -5,7 +5,7 @@ from typing import Any, ClassVar, final, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from typing_extensions import Self
+from typing_extensions import Self, TypeAlias
 
 __all__ = ["Body", "Camera", "Estimate", "Given", "Lens", "Mesh", "ModelSettings"]
 __all__ += ["OneStepSettings", "OneStepTracker", "PaperSettings", "Pose", "Step", "TrackSettings"]
@@ -86,16 +86,15 @@ def exact_eigh(a: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.
 def exact_norm(x: NDArray[np.float64]) -> float:
     """Gives the length of a vector."""
 
-# One camera's may be given without a list. Of arrays of other kinds, and of lists of lists, what they
-# hold is known at run time only.
-_Cameras = Sequence[Camera] | Camera
-_Poses = Sequence[Pose] | Pose
-_Images = Sequence[NDArray[np.uint8] | None] | NDArray[np.uint8]
-_Masks = Sequence[NDArray[Any] | None] | NDArray[Any]
-_Depths = Sequence[NDArray[np.floating] | None] | NDArray[np.floating]
-_Points = NDArray[np.float64]
-_Colors = NDArray[np.uint8]
-_Progress = Callable[[int, float, float], None]
+# One camera's may be given without a list. What arrays and lists hold is known at run time only.
+_Cameras: TypeAlias = Sequence[Camera] | Camera
+_Poses: TypeAlias = Sequence[Pose] | Pose
+_Images: TypeAlias = Sequence[NDArray[np.uint8] | None] | NDArray[np.uint8]
+_Masks: TypeAlias = Sequence[NDArray[Any] | None] | NDArray[Any]
+_Depths: TypeAlias = Sequence[NDArray[np.floating] | None] | NDArray[np.floating]
+_Points: TypeAlias = NDArray[np.float64]
+_Colors: TypeAlias = NDArray[np.uint8]
+_Progress: TypeAlias = Callable[[int, float, float], None]
 
 @final
 class Pose:

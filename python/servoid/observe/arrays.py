@@ -46,10 +46,10 @@ class ArrayPicture(Picture):
 class PosedImage:
     """One image in memory, its camera, and where the camera was.
 
-    `image` is (H, W) or (H, W, 3) uint8, RGB; `mask`, if there is one, is (H, W) of bool or whole
-    numbers, not zero on the object; `depth_m`, if it was measured, is (H, W) of floats, metres
-    along z, and zero, NaN or infinite where unknown. A `Lens` may distort the image: its mask and its
-    depth are in the pixels of the image as it was recorded.
+    `image` is (H, W) or (H, W, 3) uint8, RGB. `mask`, if there is one, is (H, W) of bool or whole
+    numbers, not zero on the object. `depth_m`, if it was measured, is (H, W) of floats, metres
+    along z, and zero, NaN or infinite where unknown. A `Lens` may distort the image: its mask and
+    its depth are in the pixels of the image as it was recorded.
 
     Raises:
         ImageError, MaskError: an array is of another kind, or has not the camera's size.

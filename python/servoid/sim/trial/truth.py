@@ -17,7 +17,8 @@ class Truth:
     """
 
     def __init__(self, world: World, object_from_body: Pose) -> None:
-        self._world, self.object_from_body = world, object_from_body
+        self._world = world
+        self.object_from_body: Pose = object_from_body
 
     def at(self, time_s: float, believed: Pose | None) -> Pose:
         """Return `world_from_body` at a time, with the spin of what is believed where it is open.

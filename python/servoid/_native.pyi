@@ -1,11 +1,11 @@
 """The Rust core, as Python sees it: C-contiguous arrays, lengths in metres, angles in radians."""
 
 from collections.abc import Callable, Sequence
-from typing import Any, ClassVar, final, overload
+from typing import Any, ClassVar, TypeAlias, final, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from typing_extensions import Self, TypeAlias
+from typing_extensions import Self
 
 __all__ = ["Body", "Camera", "Estimate", "Given", "Lens", "Mesh", "ModelSettings"]
 __all__ += ["OneStepSettings", "OneStepTracker", "PaperSettings", "Pose", "Step", "TrackSettings"]

@@ -211,7 +211,7 @@ FILES = {
     "unknown key of a camera": (
         toml("distortion", "distorsion"),
         r"capture\.toml, line 11, camera\[0\]: unknown key 'distorsion'; known keys: name, "
-        r"size_px, model, focal_px, center_px, distortion, rig_from_camera, images, masks, depths, "
+        r"size_px, model, focal_px, fov_deg, center_px, distortion, rig_from_camera, images, masks, depths, "
         r"depth_scale_m",
     ),
     "unknown key of the rig": (
@@ -219,8 +219,8 @@ FILES = {
         r"line 15, rig: unknown key 'path'; known keys: poses",
     ),
     "missing key": (
-        toml("focal_px = [210.0, 210.0]", ""),
-        r"camera\[0\]: the key 'focal_px' is missing; known keys: name",
+        toml("size_px = [240, 180]", ""),
+        r"camera\[0\]: the key 'size_px' is missing; known keys: name",
     ),
     "no camera": (toml("[[camera]]", "[camera]"), r"camera: expected a list, got a table"),
     "later version": (

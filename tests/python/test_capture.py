@@ -11,7 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
+from servoid.errors import CameraError, CaptureError
 from servoid.observe import Capture, open_capture, read_image, read_mask
+from servoid.pose import Pose
 
 
 def write_stereo(folder: Path, extra: str = "", rig: str = "") -> Capture:
@@ -192,3 +194,44 @@ def test_a_body_is_seen_where_rays_through_the_pixels_meet_it(
 def test_capture_files_with_poses_name_their_camera(drawn_capture: Path) -> None:
     (drawn_capture / "capture.toml").write_text(capture_toml(camera_toml(name="hand")))
     assert {view.camera_name for view in open_capture(drawn_capture).views()} == {"hand"}
+
+
+ALONE = """version = 1
+[[camera]]
+name = "webcam"
+images = "images/*.png"
+size_px = [64, 48]
+"""
+
+
+def one_image(folder: Path, more: str) -> Path:
+    (folder / "images").mkdir()
+    cv2.imwrite(str(folder / "images" / "0.png"), np.zeros((48, 64, 3), np.uint8))
+    (folder / "capture.toml").write_text(ALONE + more)
+    return folder
+
+
+def test_a_single_camera_needs_an_angle_of_view_only(tmp_path: Path) -> None:
+    [camera] = open_capture(one_image(tmp_path, "fov_deg = 90")).cameras
+    assert camera.lens.center_px == (31.5, 23.5)
+    assert camera.lens.focal_px == pytest.approx((32.0, 32.0))
+    assert camera.rig_from_camera == Pose.identity()
+
+
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [
+        ("", "give focal_px, .* or fov_deg"),
+        ("fov_deg = 60\nfocal_px = [50, 50]", "one of them, not both"),
+        ("fov_deg = 180", "less than 180 degrees, but it is 180"),
+        ('fov_deg = 170\nmodel = "kannala_brandt"', "too little of a fisheye"),
+        (
+            'fov_deg = 60\n[[camera]]\nname = "b"\nimages = "images/*.png"\nsize_px = [64, 48]\n'
+            "fov_deg = 60",
+            "rig_from_camera is missing",
+        ),
+    ],
+)
+def test_a_table_that_says_too_little_is_refused(tmp_path: Path, more: str, words: str) -> None:
+    with pytest.raises((CaptureError, CameraError), match=words):
+        open_capture(one_image(tmp_path, more))

@@ -70,6 +70,13 @@ def fit_capture(
     if marked.others and (len(known) < 2 or marked.from_targets):
         known = _with_spread(marked, sights, request, notes)
     used, unused = divide(known, views)
+    if len(used) == 1 and not len(sights):
+        raise ModelError(
+            f"{used[0].name} is the only view that was chosen to model from: one picture cannot "
+            "tell a small near object from a large far one; choose more views, or take this one "
+            "alone and say how far away the object is: "
+            f"--observations {used[0].index}:{used[0].index + 1} --distance 0.6"
+        )
     result = fit_views(used, unused, sights, request, start=start)
     return replace(result, targets=tuple(map(str, targets)), notes=tuple(notes))
 

@@ -8,7 +8,7 @@ from typing import Annotated, TypeVar
 import msgspec
 import numpy as np
 
-from servoid._native import Lens, Pose
+from servoid._native import Camera, Lens, Pose
 from servoid.errors import CaptureError, located
 from servoid.observe.lenses import make_lens
 from servoid.observe.strict import check_version, convert, line_of, read_bytes
@@ -20,15 +20,20 @@ FileT = TypeVar("FileT", bound=msgspec.Struct)
 
 
 class LensEntry(msgspec.Struct, frozen=True, kw_only=True):
-    """Holds what a [[camera]] table says of the camera itself."""
+    """Holds what a [[camera]] table says of the camera itself.
+
+    Of `focal_px` and `fov_deg` one is given. Without `center_px` it is the image's middle, and the
+    only camera of a rig needs no `rig_from_camera`: it is the rig.
+    """
 
     name: Annotated[str, msgspec.Meta(min_length=1)]
     size_px: tuple[int, int]
-    model: str
-    focal_px: tuple[float, float]
-    center_px: tuple[float, float]
+    model: str = "pinhole"
+    focal_px: tuple[float, float] | None = None
+    fov_deg: float | None = None
+    center_px: tuple[float, float] | None = None
     distortion: tuple[float, ...] = ()
-    rig_from_camera: tuple[Row, Row, Row, Row]
+    rig_from_camera: tuple[Row, Row, Row, Row] | None = None
 
 
 class CameraEntry(LensEntry, frozen=True, kw_only=True):
@@ -104,7 +109,7 @@ def mounted_lenses(path: Path, entries: Sequence[LensEntry], text: str) -> tuple
     """Return what the [[camera]] tables of a file, whose `text` is given, say of the cameras.
 
     Raises:
-        CaptureError: two have one name.
+        CaptureError: two have one name, or a table says too little of a camera.
         CameraError: a camera cannot exist, or its model is unknown.
         PoseError: a `rig_from_camera` is no rigid motion.
 
@@ -113,24 +118,54 @@ def mounted_lenses(path: Path, entries: Sequence[LensEntry], text: str) -> tuple
     for name in names:
         if names.count(name) > 1:
             raise CaptureError(f"{path}: two cameras are named '{name}'; give each its own name")
-    return tuple(
-        _read_lens(entry, f"{path}, camera '{entry.name}'", line_of(text, "rig_from_camera", index))
-        for index, entry in enumerate(entries)
-    )
+    mounted = []
+    for index, entry in enumerate(entries):
+        place = f"{path}, camera '{entry.name}'"
+        if entry.rig_from_camera is None and len(entries) > 1:
+            raise CaptureError(
+                f"{place}: rig_from_camera is missing; the only camera of a rig needs none, but "
+                f"each of {len(entries)} says where it is on the rig, as a 4x4 matrix"
+            )
+        mounted.append(_read_lens(entry, place, line_of(text, "rig_from_camera", index)))
+    return tuple(mounted)
 
 
 def _read_lens(entry: LensEntry, place: str, pose_line: int | None) -> MountedLens:
+    focal_px, middle_px = _focal_and_middle(entry, place)
     lens = make_lens(
         place,
         model=entry.model,
         size_px=entry.size_px,
-        focal_px=entry.focal_px,
-        center_px=entry.center_px,
+        focal_px=focal_px,
+        center_px=middle_px if entry.center_px is None else entry.center_px,
         distortion=entry.distortion,
     )
+    if entry.rig_from_camera is None:
+        return MountedLens(lens, Pose.identity())
     line = f", line {pose_line}" if pose_line else ""
     with located(f"{place}, rig_from_camera{line}"):
         return MountedLens(lens, Pose(np.array(entry.rig_from_camera, dtype=np.float64)))
+
+
+def _focal_and_middle(
+    entry: LensEntry, place: str
+) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Return the focal lengths and the middle of the image, in pixels."""
+    width, height = entry.size_px
+    if entry.focal_px is not None and entry.fov_deg is None:
+        return entry.focal_px, ((width - 1) / 2.0, (height - 1) / 2.0)
+    if entry.fov_deg is None or entry.focal_px is not None:
+        raise CaptureError(
+            f"{place}: give focal_px, two focal lengths in pixels from a calibration, or fov_deg, "
+            "the angle of view from the left to the right border; one of them, not both"
+        )
+    if entry.model == "kannala_brandt":
+        raise CaptureError(
+            f"{place}: fov_deg says too little of a fisheye; calibrate it, and give focal_px"
+        )
+    with located(f"{place}, fov_deg"):
+        camera = Camera.from_fov(entry.size_px, entry.fov_deg)
+    return camera.focal_px, camera.center_px
 
 
 def read_poses(path: Path) -> tuple[list[float], list[Pose]]:

@@ -81,7 +81,7 @@ def _table(table: Table) -> str:
     columns = zip(*table.rows, strict=True) if table.rows else ((),) * len(table.headings)
     numeric = [any(isinstance(one, float | int) for one in column) for column in columns]
     marks = [' class="number"' if one else "" for one in numeric]
-    heads = _cells("th", table.headings, marks)
+    heads = _cells("th", table.headings, [f' scope="col"{mark}' for mark in marks])
     rows = "\n".join(
         f"<tr>{_cells('td', [shown(cell) for cell in row], marks)}</tr>" for row in table.rows
     )

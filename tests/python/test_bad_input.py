@@ -211,15 +211,15 @@ FILES = {
     "unknown key of a camera": (
         toml("distortion", "distorsion"),
         r"capture\.toml, line 11, camera\[0\]: unknown key 'distorsion'; known keys: name, "
-        r"size_px, model, focal_px, fov_deg, center_px, distortion, rig_from_camera, images, masks, depths, "
-        r"depth_scale_m",
+        r"size_px, model, focal_px, fov_deg, center_px, distortion, rig_from_camera, images, "
+        r"masks, depths, depth_scale_m",
     ),
     "unknown key of the rig": (
         toml("poses =", "path ="),
         r"line 15, rig: unknown key 'path'; known keys: poses",
     ),
     "missing key": (
-        toml("size_px = [240, 180]", ""),
+        toml("size_px = [160, 120]", ""),
         r"camera\[0\]: the key 'size_px' is missing; known keys: name",
     ),
     "no camera": (toml("[[camera]]", "[camera]"), r"camera: expected a list, got a table"),

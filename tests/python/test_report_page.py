@@ -8,6 +8,7 @@ import subprocess
 from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -16,8 +17,10 @@ from numpy.typing import NDArray
 
 from servoid.model import ModelResult, fit
 from servoid.observe import open_capture
-from servoid.view import write_report
-from servoid.view.scores import scored_views
+from servoid.view import html_page, write_report
+from servoid.view.html_page import _lengths
+from servoid.view.page import INK, QUIET_INK
+from servoid.view.scores import UNUSED_COLOR, USED_COLOR, ScoredView, scored_views, verdict
 
 VOID = {"meta", "img", "link", "br"}
 
@@ -218,3 +221,52 @@ def test_a_page_without_unused_views_does_not_speak_of_them(
     write_report(alone, tmp_path)
     body = (tmp_path / "report.html").read_text(encoding="utf-8").split("<body>")[1]
     assert "unused" not in body.split("<script>")[0]
+
+
+def luminance(color: str) -> float:
+    """Return the relative luminance of #rgb or #rrggbb, as WCAG 2 defines it."""
+    digits = color if len(color) == 7 else "#" + "".join(2 * one for one in color[1:])
+    shares = [int(digits[at : at + 2], 16) / 255 for at in (1, 3, 5)]
+    linear = [one / 12.92 if one <= 0.04045 else ((one + 0.055) / 1.055) ** 2.4 for one in shares]
+    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+
+
+PAGES = sorted(Path(html_page.__file__).parent.glob("*.html"))
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_all_letters_of_a_page_have_the_contrast_of_wcag_aa(page: Path) -> None:
+    colors = re.findall(r"[{;\s]color:\s*(#\w+)", page.read_text(encoding="utf-8"))
+    inks = ["#{:02x}{:02x}{:02x}".format(*color) for color in (USED_COLOR, UNUSED_COLOR)]
+    assert colors
+    for color in (*colors, *inks, INK, QUIET_INK):
+        assert (1.0 + 0.05) / (luminance(color) + 0.05) >= 4.5, color
+
+
+def test_the_contrast_is_that_of_wcag() -> None:
+    assert 1.05 / (luminance("#777") + 0.05) == pytest.approx(4.48, abs=0.01)
+    assert 1.05 / (luminance("#000000") + 0.05) == pytest.approx(21.0)
+
+
+def test_the_page_says_first_whether_the_body_is_good_and_then_what_is_not() -> None:
+    def scored(*ious: float) -> list[ScoredView]:
+        views = [SimpleNamespace(name=f"eye/{place}") for place in range(len(ious))]
+        return [ScoredView(one, True, iou) for one, iou in zip(views, ious, strict=True)]  # type: ignore[arg-type]
+
+    [good] = verdict(scored(0.97, 0.961), 0.96)
+    assert good.startswith("Good: the body explains 96 % of the worst view, eye/1, and 96 %")
+    rough, poor = verdict(scored(0.97, 0.71, 0.75), 0.8)
+    assert rough.startswith("Rough: the body explains 71 % of the worst view, eye/1")
+    assert poor.startswith("2 of 3 views have less than 80 %: eye/1, eye/2.")
+    assert verdict(scored(0.0), 0.0)[0].startswith("Poor: the body explains 0 %")
+    assert "F = 0.932" in verdict([], 0.932)[0]
+
+
+def test_each_head_of_a_table_says_what_it_heads() -> None:
+    for page in PAGES:
+        assert re.findall(r"<th(?! scope=)(?!ead)", page.read_text(encoding="utf-8")) == []
+
+
+def test_lengths_have_as_many_decimals_each() -> None:
+    assert _lengths([208.0, 222.71, 164.25]) == "208 × 223 × 164"
+    assert _lengths([1.234, 12.34, 0.5]) == "1.2 × 12.3 × 0.5"

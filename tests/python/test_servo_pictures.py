@@ -281,7 +281,9 @@ def test_the_plots_show_what_the_log_says(shown: Shown) -> None:
     assert apart.lines[0].values == pytest.approx(1e3 * log.hand_errors[:, 0])
     angles, speeds, *_ = joint_panels(log)
     assert len(angles.lines) == len(speeds.lines) == 7
-    assert [line.name for line in gaze_panels(log, 0.3)[-1].lines[:3]] == [
+    assert len({line.style for line in angles.lines}) == 7  # told apart without colour, too
+    assert {line.style for line in moved.lines[:3]} == {"band"}  # seen below a hand that is there
+    assert [line.name for line in gaze_panels(log, 0.3)[-1].lines[3:]] == [
         "tilt",
         "left pan",
         "right pan",
@@ -292,7 +294,9 @@ def test_a_log_that_says_nothing_can_be_drawn(tmp_path: Path) -> None:
     for path in draw_servo_plots(ServoLog(("a", "b")), tmp_path):
         assert path.stat().st_size > 1000
     page = write_servo_report(tmp_path, ServoLog(("a", "b")), {}, ServoPictures())
-    assert "Nothing: the hand was free" in page.read_text(encoding="utf-8")
+    text = page.read_text(encoding="utf-8")
+    assert "Nothing: the hand was free" in text
+    assert "How well the hand followed is not known" in text
 
 
 def test_a_report_holds_everything_and_asks_for_nothing_from_elsewhere(shown: Shown) -> None:
@@ -309,6 +313,11 @@ def test_a_report_holds_everything_and_asks_for_nothing_from_elsewhere(shown: Sh
     assert path == shown.folder / "report.html"
     assert re.findall(r"https?://|[\"']//|url\(|@import|<script|<link|fetch\(", text) == []
     assert "{{" not in text
+    assert re.findall(r"<th(?! scope=)(?!ead)", text) == []
+    assert re.search(
+        r'<p class="verdict">In the second half of the run the hand was [\d.]+ mm', text
+    )
+    assert '<th scope="row">kept from the goal by</th>' in text
     sources = re.findall(r'src="data:image/(\w+);base64,([^"]+)"', text)
     assert [kind for kind, _ in sources] == ["jpeg", "png", "png", "png"]
     inside = [base64.b64decode(data) for _, data in sources[1:]]

@@ -1,6 +1,7 @@
 """Small multiples: one panel a factor, a line with a band over the seeds for each series."""
 
 import math
+import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
@@ -22,6 +23,7 @@ BANDS = (
 
 _WIDE_IN, _HIGH_IN = 9.6, 2.35
 _COLUMNS = 3
+_TITLE_LETTERS = 24  # in a line beside an axis
 _MOST_TICKS = 7
 _IN_LEGEND = 6
 _BESIDE = 0.13  # of the way from one name to the next: what stands side by side there
@@ -86,7 +88,9 @@ def draw_panels(panels: Sequence[Panel], scale: Scale) -> bytes:
         _set_log(grid[0])
     grid[0].set_ylim(scale.low, scale.high)
     for place in range(0, len(panels), _COLUMNS):
-        grid[place].set_ylabel(scale.title, color=INK, fontsize=10)
+        # A panel is not high: a longer title would run into that of the next row.
+        title = textwrap.fill(scale.title, _TITLE_LETTERS)
+        grid[place].set_ylabel(title, color=INK, fontsize=10)
     known = {
         handle.get_label(): handle
         for axes in grid[: len(panels)]

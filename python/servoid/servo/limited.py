@@ -8,6 +8,8 @@ from servoid.servo.safety import ORDINARY, Reason
 
 def limited_s(log: ServoLog) -> dict[Reason, float]:
     """Return the seconds in which each bound acted, but for those that any quick motion meets."""
+    if not len(log):
+        return {}
     times = log.times
     last = 0.0 if len(times) < 2 else float(np.median(np.diff(times)))
     found: dict[Reason, float] = {}

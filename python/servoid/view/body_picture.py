@@ -23,6 +23,8 @@ TURN_DEG, RISE_DEG = 38.0, 27.0
 
 Vector = NDArray[np.float64]
 
+_RAYS = ((0, 1), (0, 2), (0, 3), (0, 4))
+
 
 def draw_body(result: ModelResult) -> bytes:
     """Draw the body in its colours and the cameras around it; return the PNG file's bytes."""
@@ -153,7 +155,8 @@ def _put_cameras(
     ):
         lines = sight.project(frustum(one, pose, 0.085 * reach))
         color = USED_COLOR if one.used else UNUSED_COLOR
-        for start, end in ((0, 1), (0, 2), (0, 3), (0, 4), (1, 2), (2, 3), (3, 4), (4, 1)):
+        # Told apart by shape, too: a camera that was not used has no rays.
+        for start, end in (*(_RAYS if one.used else ()), (1, 2), (2, 3), (3, 4), (4, 1)):
             ends = np.rint(16 * lines[[start, end]]).astype(np.int32)
             cv2.polylines(picture, [ends], False, color, 1, cv2.LINE_AA, 4)
     page.put(picture, *corner)

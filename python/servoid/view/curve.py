@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _FITNESS_COLOR = (90, 90, 90)
+_TEXT_PT = 8.5  # as large as the page's own letters where the picture is shown at its width
 _Line = tuple[str, NDArray[np.float64], tuple[int, int, int], str]
 
 
@@ -22,22 +23,24 @@ def draw_curve(result: ModelResult) -> bytes:
     ious = result.iou_by_count
     fitness = np.array([step.fitness for step in result.steps])
     lines: list[_Line] = [
-        ("fitness F", fitness, _FITNESS_COLOR, "--"),
-        ("IoU, used views", ious.used, USED_COLOR, "-"),
-        ("IoU, unused views", ious.unused, UNUSED_COLOR, "-"),
+        # Wide and pale, so that it shows where another line lies on it.
+        ("fitness F", fitness, _FITNESS_COLOR, "s"),
+        ("IoU, used views", ious.used, USED_COLOR, "o"),
+        ("IoU, unused views", ious.unused, UNUSED_COLOR, "^"),
     ]
     lines = [line for line in lines if np.isfinite(line[1]).any()]
     figure = new_figure(7.2, 4.4)
     axes = figure.add_subplot()
-    for _, values, color, style in lines:
+    for _, values, color, marker in lines:
+        wide = marker == "s"
         axes.plot(
             ious.counts,
             values,
-            style,
-            color=_unit(color),
-            linewidth=1.8,
-            marker="o",
-            markersize=4.5,
+            "--" if marker == "^" else "-",
+            color=(*_unit(color), 0.4 if wide else 1.0),
+            linewidth=6.0 if wide else 1.8,
+            marker=marker,
+            markersize=8.0 if wide else 4.5,
         )
     _label(axes, int(ious.counts[-1]), lines)
     _name(axes)
@@ -59,7 +62,7 @@ def _label(axes: "Axes", last_count: int, lines: list[_Line]) -> None:
             textcoords="offset points",
             va="center",
             color=_unit(color),
-            fontsize=11,
+            fontsize=_TEXT_PT,
             annotation_clip=False,
         )
 
@@ -68,9 +71,10 @@ def _name(axes: "Axes") -> None:
     """Say what counts along the axis, and give the axes their look."""
     from matplotlib.ticker import MaxNLocator
 
-    axes.set_xlabel("ellipsoids", color=INK, fontsize=11)
+    axes.set_xlabel("ellipsoids", color=INK, fontsize=_TEXT_PT)
     axes.xaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
     dress(axes)
+    axes.tick_params(labelsize=_TEXT_PT)
 
 
 def spread(places: NDArray[np.float64], gap: float) -> NDArray[np.float64]:

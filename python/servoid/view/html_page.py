@@ -1,6 +1,7 @@
 """The report as one page that needs nothing beside it: words, pictures, and a body to turn."""
 
 import html
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
@@ -14,11 +15,33 @@ from servoid.view.body_picture import (
     side_and_front,
     solids_in_world,
 )
-from servoid.view.page_parts import fill, json_text, notes_list, paragraphs, picture, read
-from servoid.view.scores import UNUSED_COLOR, USED_COLOR, ScoredView, score_words, scored_views
+from servoid.view.page_parts import (
+    fill,
+    json_text,
+    notes_list,
+    paragraphs,
+    picture,
+    read,
+    verdict_list,
+)
+from servoid.view.scores import (
+    UNUSED_COLOR,
+    USED_COLOR,
+    ScoredView,
+    score_words,
+    scored_views,
+    verdict,
+)
 from servoid.view.turntable import Frustum, around, turntable_scene
 
 _FRUSTUM_SHARE = 0.085  # of the distance of the farthest camera
+
+_SHOWN = {
+    "body.png": "The body drawn from four sides and, beside it, where the cameras stood",
+    "contact_sheet.png": "Photographs with the outline of each ellipsoid drawn over the object",
+    "curve.png": "Lines that rise with the count of ellipsoids: fitness F, IoU of used and unused "
+    "views; the table of steps in summary.json has the numbers",
+}
 
 _CAPTIONS = {
     "body.png": "The body from four sides, and the cameras",
@@ -33,12 +56,14 @@ def html_page(result: ModelResult, pictures: Mapping[str, bytes], notes: Sequenc
     count = len(result.body)
     parts = {
         "title": f"A body of {count} ellipsoid{'' if count == 1 else 's'}",
+        "verdict": verdict_list(verdict(scored, result.fitness)),
         "words": paragraphs(list(_words(result, scored))),
         "notes": notes_list(notes),
         "legend": _legend(scored),
         "hidden": "" if scored else " hidden",
         "pictures": "\n".join(
-            picture(data, _CAPTIONS.get(name, name)) for name, data in pictures.items()
+            picture(data, _CAPTIONS.get(name, name), _SHOWN.get(name, ""))
+            for name, data in pictures.items()
         ),
         "rows": "\n".join(_rows(scored)),
         "scene": json_text(_scene(result, scored)),
@@ -52,9 +77,12 @@ def _words(result: ModelResult, scored: list[ScoredView]) -> Iterator[str]:
     solids = solids_in_world(result.body, result.colors)
     axes = result.body.world_from_object.matrix()[:3, :3].T
     spans = (high - low for low, high in (solids.extent(axis) for axis in axes))
-    size = " × ".join(_plain(1000.0 * span) for span in spans)
+    size = _lengths([1000.0 * float(span) for span in spans])
     volume = _plain(1e6 * result.body.mass_properties()[0])
-    yield f"It measures {size} mm along its axes and holds {volume} cm³."
+    yield (
+        f"It measures {size} mm along x, y and z of its frame, which are the axes of its inertia, "
+        f"so that x need not be the longest, and holds {volume} cm³."
+    )
     settings = result.settings
     yield (
         f"It was modelled in {result.seconds:.2f} s from {_sources(result, scored)}, with at most "
@@ -72,6 +100,12 @@ def _sources(result: ModelResult, scored: list[ScoredView]) -> str:
     if len(result.sights):
         parts.append(f"{len(result.sights)} seen points")
     return " and ".join(parts) or "a mesh"
+
+
+def _lengths(values: list[float]) -> str:
+    """Return lengths with as many decimals each, three digits of the longest."""
+    decimals = max(0, 2 - math.floor(math.log10(max(values))))
+    return " × ".join(f"{value:.{decimals}f}" for value in values)
 
 
 def _plain(value: float) -> str:

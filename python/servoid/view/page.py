@@ -10,7 +10,7 @@ from servoid.errors import OutputError
 
 PAPER = (255, 255, 255)
 INK = "#222222"
-QUIET_INK = "#777777"
+QUIET_INK = "#666666"
 WARNING_INK = "#c62f2f"
 
 _DOTS_PER_INCH = 100

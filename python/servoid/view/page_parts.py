@@ -33,6 +33,11 @@ def paragraphs(lines: Sequence[str]) -> str:
     return "\n".join(f"<p>{html.escape(line)}</p>" for line in lines)
 
 
+def verdict_list(sentences: Sequence[str]) -> str:
+    """Return what a page says first, as paragraphs that stand out."""
+    return "\n".join(f'<p class="verdict">{html.escape(one)}</p>' for one in sentences)
+
+
 def notes_list(notes: Sequence[str]) -> str:
     """Return the sentences that go above all else, as a list; nothing without any."""
     items = "".join(f"<li>{html.escape(note)}</li>" for note in notes)
@@ -45,9 +50,9 @@ def image(data: bytes, words: str, kind: str = "png") -> str:
     return f'<img alt="{html.escape(words)}" src="data:image/{kind};base64,{encoded}">'
 
 
-def picture(data: bytes, caption: str) -> str:
-    """Return a PNG picture below its heading."""
-    return f"<h2>{html.escape(caption)}</h2>\n{image(data, caption)}"
+def picture(data: bytes, caption: str, shown: str = "") -> str:
+    """Return a PNG picture below its heading; `shown` says what is seen, for who cannot see it."""
+    return f"<h2>{html.escape(caption)}</h2>\n{image(data, shown or caption)}"
 
 
 def write_report_files(directory: Path, contents: Mapping[str, bytes]) -> list[Path]:

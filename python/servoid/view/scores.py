@@ -1,5 +1,6 @@
 """Views with their scores: what every picture of the report starts from."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -7,8 +8,12 @@ import numpy as np
 from servoid.model import ModelResult
 from servoid.observe import CaptureView
 
+# The least IoU of the worst view for each word.
+_VERDICTS = (("Good", 0.8), ("Rough", 0.6), ("Poor", -math.inf))
+_MOST_NAMED = 5
+
 USED_COLOR = (31, 90, 166)
-UNUSED_COLOR = (214, 112, 28)
+UNUSED_COLOR = (176, 80, 8)
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,6 +47,33 @@ def mean_iou(scored: list[ScoredView], *, used: bool) -> float | None:
     """Return the mean silhouette IoU over the used or the unused views; None if there is none."""
     ious = [one.iou for one in scored if one.used is used]
     return float(np.mean(ious)) if ious else None
+
+
+def verdict(scored: list[ScoredView], fitness: float) -> list[str]:
+    """Say first whether a body is good, and then which views it does not explain, in sentences."""
+    if not scored:
+        return [f"The body agrees with what was given to F = {fitness:.3f}, where 1 is all of it."]
+    worst = min(scored, key=lambda one: one.iou)
+    mean = float(np.mean([one.iou for one in scored]))
+    word = next(word for word, least in _VERDICTS if worst.iou >= least)
+    said = [
+        f"{word}: the body explains {_percent(worst.iou)} of the worst view, {worst.view.name}, "
+        f"and {_percent(mean)} on average: so much of mask and silhouette together is in both."
+    ]
+    poor = sorted((one for one in scored if one.iou < _VERDICTS[0][1]), key=lambda one: one.iou)
+    if poor:
+        names = ", ".join(one.view.name for one in poor[:_MOST_NAMED])
+        more = f" and {len(poor) - _MOST_NAMED} more" if len(poor) > _MOST_NAMED else ""
+        verb = "view has" if len(poor) == 1 else "views have"
+        said.append(
+            f"{len(poor)} of {len(scored)} {verb} less than {_percent(_VERDICTS[0][1])}: {names}"
+            f"{more}. Look at their masks and poses first."
+        )
+    return said
+
+
+def _percent(share: float) -> str:
+    return f"{math.floor(100.0 * share)} %"
 
 
 def score_words(scored: list[ScoredView], count: int) -> str:

@@ -25,6 +25,20 @@ _WIDE_IN, _PANEL_IN = 9.6, 2.15
 _ZOOM = 4.0  # a part that is so many times smaller than the whole is drawn again by itself
 _ROOM = 1.25
 _SHADE = "#e4e0d8"
+_BAND = "band"  # what is wanted: wide and pale below what is, so that it shows where both agree
+# Joints are told apart by their dashes, too; names of dashes, in points on and off.
+_PATTERNS: dict[str, str | tuple[float, tuple[float, ...]]] = {
+    _BAND: "-",
+    "-": "-",
+    "--": "--",
+    "long": (0.0, (7.0, 2.0)),
+    "short": (0.0, (2.5, 1.2)),
+    "long short": (0.0, (7.0, 1.5, 1.5, 1.5)),
+    "dots": (0.0, (1.0, 1.0)),
+    "long dots": (0.0, (7.0, 1.5, 1.0, 1.0, 1.0, 1.5)),
+    "apart": (0.0, (4.0, 4.0)),
+}
+_DASHES = ("-", "long", "short", "long short", "dots", "long dots", "apart")
 
 
 @dataclass(frozen=True, eq=False)
@@ -167,8 +181,8 @@ def _moved(log: ServoLog) -> Panel:
         "displacement in the world",
         "mm",
         (
+            *_lines(log.times, target, [f"target {axis}" for axis in axes], _BAND),
             *_lines(log.times, hand, [f"hand {axis}" for axis in axes]),
-            *_lines(log.times, target, [f"target {axis}" for axis in axes], "--"),
         ),
     )
 
@@ -187,8 +201,8 @@ def _turned(log: ServoLog) -> Panel:
         "angles of the eyes",
         "deg",
         (
+            *_lines(log.times, np.degrees(wanted), [f"{name}, wanted" for name in names], _BAND),
             *_lines(log.times, angles, names),
-            *_lines(log.times, np.degrees(wanted), [f"{name}, wanted" for name in names], "--"),
         ),
     )
 
@@ -213,12 +227,14 @@ def _hand_count(log: ServoLog) -> int:
     return len(log.names) if log.joints is None else log.joints.hand_count
 
 
-def _line(name: str, times: Floats, values: Floats, place: int = 0, style: str = "-") -> Line:
-    return Line(name, times, values, DISTINCT[place % len(DISTINCT)], style)
+def _line(name: str, times: Floats, values: Floats, place: int = 0, style: str = "") -> Line:
+    """Return a line whose colour and, without a style, whose dashes go by its place."""
+    dashes = style or _DASHES[place % len(_DASHES)]
+    return Line(name, times, values, DISTINCT[place % len(DISTINCT)], dashes)
 
 
 def _lines(
-    times: Floats, values: Floats, names: Sequence[str], style: str = "-"
+    times: Floats, values: Floats, names: Sequence[str], style: str = ""
 ) -> tuple[Line, ...]:
     """Return a line for each name, from the columns of values (T, N)."""
     return tuple(
@@ -251,9 +267,10 @@ def _draw_panel(axes: "Axes", panel: Panel) -> None:
         axes.plot(
             line.times,
             line.values,
-            line.style,
             color=line.color,
-            linewidth=1.1 if line.style == "--" else widths[line.color],
+            alpha=0.35 if line.style == _BAND else 1.0,
+            linestyle=_PATTERNS[line.style],
+            linewidth=5.5 if line.style == _BAND else widths[line.color],
             label=line.name,
         )
     if panel.reach is not None:

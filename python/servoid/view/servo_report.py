@@ -11,12 +11,19 @@ from numpy.typing import NDArray
 
 from servoid.errors import OutputError
 from servoid.output import write_whole
-from servoid.servo import Hold, ServoLog, holds
-from servoid.view.page_parts import fill, image, notes_list, picture
+from servoid.servo import Hold, ServoLog, holds, limited_s
+from servoid.view.page_parts import fill, image, notes_list, picture, verdict_list
 
 _NAME = "report.html"
 _QUALITY = 90  # of the JPEG picture of the overview
 _MOST_HOLDS = 40
+
+_SHOWN = {
+    "hand.png": "Plots over time: how far target and hand moved, and the hand's errors",
+    "joints.png": "Plots over time: angles and commanded speeds of the joints",
+    "gaze.png": "Plots over time: fixation error in pixels and the angles of the eyes",
+    "contact_sheet.png": "Images of the looks with the outline of each ellipsoid drawn over them",
+}
 
 _CAPTIONS = {
     "hand.png": "How the hand followed",
@@ -62,9 +69,10 @@ def write_servo_report(
     shaded = "; the plots shade these times" if pictures.files else ""
     parts = {
         "title": html.escape(title),
+        "verdict": verdict_list(_verdict(log)),
         "notes": notes_list(notes),
         "overview": "" if pictures.overview is None else _overview(pictures.overview),
-        "figures": "\n".join(_figure(*one) for one in summary.items()),
+        "figures": "\n".join(_figure(*one) for one in {**summary, **_limited(log)}.items()),
         "pictures": "\n".join(_picture(Path(path)) for path in pictures.files),
         "holds": _held(log, shaded),
         "settings": _settings(settings),
@@ -72,6 +80,37 @@ def write_servo_report(
     path = Path(folder) / _NAME
     write_whole(path, fill("servo_report.html", parts))
     return path
+
+
+def _verdict(log: ServoLog) -> list[str]:
+    """Say first how well the hand was where it should be, and then what kept it from there."""
+    times, errors = log.times, log.hand_errors
+    late = times >= 0.5 * (times[0] + times[-1]) if len(log) else np.zeros(0, np.bool_)
+    away = 1e3 * np.linalg.norm(errors[late, :3], axis=1)
+    known = away[np.isfinite(away)]
+    if not len(known):
+        return ["How well the hand followed is not known: it had no goal in the second half."]
+    held = sum(hold.seconds for hold in holds(log))
+    lasted = float(times[-1] - times[0])
+    limits = limited_s(log)
+    said = [
+        f"In the second half of the run the hand was {np.median(known):.1f} mm from its goal "
+        f"(median), {np.quantile(known, 0.95):.1f} mm at 95 %; "
+        + (f"it was held for {held:.1f} of {lasted:.1f} s." if held else "it was never held.")
+    ]
+    if limits:
+        most = max(limits, key=lambda reason: limits[reason])
+        said.append(
+            f"What kept it from its goal most, for {limits[most]:.1f} of {lasted:.1f} s: "
+            f"{most.value}."
+        )
+    return said
+
+
+def _limited(log: ServoLog) -> dict[str, str]:
+    """Say for how long each bound kept the hand from its goal."""
+    words = [f"{reason.value}, {seconds:.2f} s" for reason, seconds in limited_s(log).items()]
+    return {"kept from the goal by": "; ".join(words) if words else "nothing"}
 
 
 def _overview(shown: NDArray[np.uint8]) -> str:
@@ -85,7 +124,7 @@ def _overview(shown: NDArray[np.uint8]) -> str:
 
 
 def _figure(name: str, value: str) -> str:
-    return f"<tr><th>{html.escape(name)}</th><td>{html.escape(value)}</td></tr>"
+    return f'<tr><th scope="row">{html.escape(name)}</th><td>{html.escape(value)}</td></tr>'
 
 
 def _picture(path: Path) -> str:
@@ -96,7 +135,7 @@ def _picture(path: Path) -> str:
         reason = (error.strerror or str(error)).lower()
         raise OutputError(f"cannot put {path} into the report: {reason}") from error
     caption = _CAPTIONS.get(path.name, path.stem.replace("_", " "))
-    return picture(data, caption)
+    return picture(data, caption, _SHOWN.get(path.name, ""))
 
 
 def _held(log: ServoLog, shaded: str) -> str:
@@ -112,9 +151,10 @@ def _held(log: ServoLog, shaded: str) -> str:
     return (
         f'<p class="quiet">It was held {times}, for {total:.2f} s altogether{shaded}. '
         "Times are since servoing began.</p>\n"
-        '<table>\n<thead><tr><th class="number">from</th><th class="number">to</th>'
-        '<th class="number">for</th><th>why</th></tr></thead>\n'
-        f"<tbody>\n{rows}\n</tbody>\n</table>\n{rest}"
+        '<div class="scroll" tabindex="0" role="region" aria-label="What held the arm">\n<table>\n'
+        '<thead><tr><th scope="col" class="number">from</th><th scope="col" class="number">to</th>'
+        '<th scope="col" class="number">for</th><th scope="col">why</th></tr></thead>\n'
+        f"<tbody>\n{rows}\n</tbody>\n</table>\n</div>\n{rest}"
     )
 
 

@@ -5,8 +5,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from servoid.errors import ImageError, MaskError, ModelError, ServoError, ServoidError, TrackError
-from servoid.model import Request, fit, fit_capture
+from servoid.errors import (
+    BodyError,
+    ImageError,
+    MaskError,
+    MeshError,
+    ModelError,
+    ServoError,
+    ServoidError,
+    TrackError,
+)
+from servoid.model import Request, fit, fit_capture, fit_mesh, sights_of_cloud
 from servoid.observe import (
     Camera,
     CaptureView,
@@ -142,6 +151,21 @@ def test_what_makes_no_capture_is_refused(seen: list[CaptureView]) -> None:
         capture_of([posed(one) for one in seen[:2]], times_s=[0.0])
     with pytest.raises(ServoidError, match="must be a Pose, but it is a ndarray"):
         PosedImage(camera=seen[0].camera, world_from_camera=np.eye(4), image=seen[0].image())  # type: ignore[arg-type]
+
+
+def test_clouds_and_meshes_may_be_lists() -> None:
+    corners = [[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)]
+    faces = [[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1], [2, 3, 7], [2, 7, 6]]
+    faces += [[0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3]]
+    assert len(fit_mesh(corners, faces, Request(max_ellipsoids=1)).body) == 1
+    assert sights_of_cloud(corners, None, [0, 0, 9]).directions[0].tolist() == [0, 0, -9]
+    for wrong in (corners[0], "abc", [["a", "b", "c"]]):
+        with pytest.raises(MeshError, match="rows of three numbers"):
+            sights_of_cloud(wrong, None, (0, 0, 9))  # type: ignore[arg-type]
+    with pytest.raises(MeshError, match="8 points have 1 normals"):
+        sights_of_cloud(corners, [[0, 0, 1]], None)
+    with pytest.raises(BodyError, match="whole numbers of shape"):
+        fit_mesh(corners, np.array(faces) * 1.5)
 
 
 def body() -> Body:

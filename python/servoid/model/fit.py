@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from servoid._native import (
     Body,
@@ -154,15 +154,16 @@ def fit_views(
 
 
 def fit_mesh(
-    vertices: NDArray[np.float64],
-    faces: NDArray[np.int64],
+    vertices: ArrayLike,
+    faces: ArrayLike,
     request: Request | None = None,
     *,
     notes: Sequence[str] = (),
 ) -> ModelResult:
     """Model a body from a closed mesh: its volume and its silhouettes together.
 
-    `vertices` is (V, 3) float64 in metres, `faces` (F, 3) int64, counter-clockwise from outside.
+    `vertices` is (V, 3) numbers in metres, `faces` (F, 3) whole ones, counter-clockwise from
+    outside.
 
     Raises:
         BodyError: the mesh is not closed or holds nothing.

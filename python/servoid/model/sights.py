@@ -4,7 +4,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from servoid.errors import MeshError
 from servoid.observe import Camera, CaptureView, stereo_depth
@@ -99,24 +99,40 @@ def sights_of_pair(view: CaptureView, other: CaptureView) -> Sights:
 
 
 def sights_of_cloud(
-    points: NDArray[np.float64],
-    normals: NDArray[np.float64] | None,
-    viewpoint: tuple[float, float, float] | None,
+    points: ArrayLike,
+    normals: ArrayLike | None,
+    viewpoint: ArrayLike | None,
 ) -> Sights:
-    """Turn a point cloud, (N, 3) float64 each, into seen points.
+    """Turn a point cloud, (N, 3) numbers each, in metres, into seen points.
 
-    They were seen from `viewpoint`, or else against their normals.
+    They were seen from `viewpoint`, (3,), or else against their normals.
 
     Raises:
-        MeshError: there are neither normals nor a view point.
+        MeshError: there are neither normals nor a view point, or one is no such row of numbers.
 
     """
+    places = _rows("points", points)
     if viewpoint is not None:
-        return join_sights([Sights(points, points - np.array(viewpoint))])
+        [eye] = _rows("the view point", [viewpoint])
+        return join_sights([Sights(places, places - eye)])
     if normals is None:
         raise MeshError(
             "the cloud has no normals, so nothing says which side of its points is outside; give "
             "the place from which it was seen with --viewpoint X,Y,Z, or save it with normals"
         )
-    known = exact.lengths(normals) > 0.0
-    return join_sights([Sights(points[known], -_HAIR * normals[known])])
+    outward = _rows("normals", normals)
+    if outward.shape != places.shape:
+        raise MeshError(f"{len(places)} points have {len(outward)} normals; give one for each")
+    known = exact.lengths(outward) > 0.0
+    return join_sights([Sights(places[known], -_HAIR * outward[known])])
+
+
+def _rows(what: str, given: ArrayLike | list[ArrayLike]) -> NDArray[np.float64]:
+    """Take rows of three numbers."""
+    try:
+        numbers = np.asarray(given, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise MeshError(f"{what} must be rows of three numbers, but hold other things") from error
+    if numbers.ndim != 2 or numbers.shape[1] != 3:
+        raise MeshError(f"{what} must be rows of three numbers, but have shape {numbers.shape}")
+    return numbers

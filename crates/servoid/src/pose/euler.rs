@@ -101,3 +101,41 @@ fn left_about(axis: usize, rotation: &UnitQuaternion<f64>) -> f64 {
     let turn = rotation.scaled_axis();
     turn[axis]
 }
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    const NAMES: [&str; 8] = ["xyz", "XYZ", "zyx", "ZYX", "zxz", "ZXZ", "yxy", "XZX"];
+
+    proptest! {
+        #[test]
+        fn a_rotation_is_that_of_its_angles(
+            name in proptest::sample::select(&NAMES), angles in [-3.0..3.0_f64, -3.0..3.0, -3.0..3.0],
+        ) {
+            let sequence = EulerSequence::from_name(name).unwrap();
+            let rotation = sequence.rotation(&angles);
+            let pose = Pose::from_rotation(rotation, Vector3::zeros());
+            let again = sequence.rotation(&sequence.angles(&pose).unwrap());
+            prop_assert!(rotation.angle_to(&again) < 1e-7);
+        }
+    }
+
+    #[test]
+    fn axes_that_stay_are_axes_that_turn_along_in_the_other_order() {
+        let moving = EulerSequence::from_name("XYZ").unwrap().rotation(&[0.1, 0.2, 0.3]);
+        let fixed = EulerSequence::from_name("zyx").unwrap().rotation(&[0.3, 0.2, 0.1]);
+        assert!(moving.angle_to(&fixed) < 1e-12);
+    }
+
+    #[test]
+    fn names_of_no_axes_and_too_few_axes_are_refused() {
+        for name in ["", "xx", "xyzx", "xY", "abc"] {
+            assert_eq!(EulerSequence::from_name(name), Err(PoseError::Euler(name.into())));
+        }
+        let two = EulerSequence::from_name("xy").unwrap();
+        assert_eq!(two.angles(&Pose::identity()), Err(PoseError::EulerCount(2)));
+    }
+}

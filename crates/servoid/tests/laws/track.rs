@@ -209,6 +209,7 @@ fn what_cannot_be_tracked_is_refused() {
     assert_eq!(start, Err(TrackError::NotInView));
     let mut fresh = Tracker::new(&stage.cameras(), &stage.body, usual).unwrap();
     assert_eq!(fresh.find(&shot.observation(), None), Err(TrackError::NothingKnown));
+    assert_eq!(fresh.step(&shot.observation()), Err(TrackError::NotStarted));
     let mut one_eyed = shot.observation();
     one_eyed.images.pop();
     let wrong = TrackError::Count { what: "images", cameras: 2, given: 1 };

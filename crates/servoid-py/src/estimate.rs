@@ -188,7 +188,7 @@ impl Estimate {
             it.unobservable.iter().map(|&axis| axis.into()).collect(),
             evidence,
             (it.status.name().to_owned(), it.located, it.evolved, it.evaluations),
-            keyframes.into(),
+            keyframes,
             notices.clone(),
             [look, search, polish, judge, learn].map(|stage| stage.as_secs_f64()),
         );

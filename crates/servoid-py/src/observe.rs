@@ -147,9 +147,9 @@ pub fn read_matrix(given: &Bound<'_, PyAny>) -> PyResult<([f64; 2], [f64; 2])> {
     let what = "a 3x3 array of numbers, fx 0 cx, 0 fy cy, 0 0 1; of a 3x4 projection give the first \
                 three columns";
     let rows = read_rows::<3>(given, wanted("the matrix of a camera", what))?;
-    match rows.as_slice() {
-        &[[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]] => Ok(([fx, fy], [cx, cy])),
-        &[[_, skew, _], [under, _, _], last] => {
+    match *rows.as_slice() {
+        [[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]] => Ok(([fx, fy], [cx, cy])),
+        [[_, skew, _], [under, _, _], last] => {
             let message = format!(
                 "the matrix of a camera is fx 0 cx, 0 fy cy, 0 0 1, but this one has {skew} beside \
                  fx, {under} under it and {} below; calibrate without skew, and scale it so that \
@@ -169,7 +169,7 @@ pub fn read_distortion(given: Option<&Bound<'_, PyAny>>) -> PyResult<Vec<f64>> {
     let array = floats(given, wanted)?;
     let lean = array.shape().iter().filter(|&&n| n != 1).count() <= 1;
     let numbers: Vec<f64> = array.as_array().iter().copied().collect();
-    if lean { Ok(numbers) } else { read_numbers::<0>(given, wanted).map(Vec::from) }
+    if lean { Ok(numbers) } else { Err(wanted.refuse(given)) }
 }
 
 /// The bytes of an image in a numpy array, which nobody may change while they are looked at.

@@ -18,7 +18,8 @@ pub struct Wanted {
 }
 
 impl Wanted {
-    fn refuse(&self, given: &Bound<'_, PyAny>) -> PyErr {
+    /// Says what was given in place of what is wanted.
+    pub fn refuse(&self, given: &Bound<'_, PyAny>) -> PyErr {
         let Self { name, what, class } = self;
         named(class, format!("{name} must be {what}, but {} was given", told(given)))
     }
@@ -72,7 +73,7 @@ fn converted<'py, T: numpy::Element>(
     if array.len() > 0 && !kinds.contains(char::from(array.dtype().kind())) {
         return Err(wanted.refuse(given));
     }
-    Ok(array.call_method1("astype", (kind,))?.extract()?)
+    array.call_method1("astype", (kind,))?.extract()
 }
 
 /// Reads an (N, K) array of numbers.

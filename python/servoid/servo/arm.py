@@ -73,14 +73,17 @@ class Eyes:
 class JointState:
     """What the joints' sensors say: angles (N,) in radians, speeds (N,) in rad/s, and when.
 
+    `stopped` says that the arm's own driver has brought it to a protective stop, in which commands
+    do nothing until somebody resets it.
+
     Raises:
         ServoError: something else than a row of numbers was given.
-
     """
 
     time_s: float
     positions: Floats
     velocities: Floats
+    stopped: bool = False
 
     def __post_init__(self) -> None:
         for name in ("positions", "velocities"):

@@ -146,6 +146,8 @@ class Controller:
         now = self._look_at(state)
         if now is None:
             return self._stop(state)
+        if state.stopped:
+            return self._hold(now, None, frozenset({Reason.PROTECTIVE_STOP}))
         point = Pose.from_parts(np.asarray(fixate).tolist(), [1.0, 0.0, 0.0, 0.0])
         target = Prediction.at_rest(state.time_s, point)
         goal = Moving.at_rest(world_from_goal.inverse() @ point)
@@ -255,7 +257,7 @@ class Controller:
         """Work out what the hand does now; None if the state holds no numbers."""
         if not np.isfinite([state.time_s, *state.positions, *state.velocities]).all():
             return None
-        self._trust.advance(state.time_s)
+        self._trust.advance(state.time_s, stopped=state.stopped)
         velocities = np.asarray(state.velocities, np.float64)
         told = self._previous
         if told is not None and state.time_s - told.time_s > _MISSED_PERIODS * self._arm.period_s:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from servoid._native import Body
+from servoid.errors import ServoError
 from servoid.observe.source import Instant, Source
 from servoid.pose import Pose, exact, looking
 from servoid.servo.arm import Arm, Floats
@@ -89,11 +90,20 @@ def visit(
 
     Each step is one control period; the last one has the observation, None if it took too long.
     The hand is still moving a little at its end: `halt` brings it to rest.
+
+    Raises:
+        ServoError: the arm's own driver has stopped it.
+
     """
     world_from_goal, point = goal
     start_s, arrived_s, late = arm.state().time_s, None, False
     while True:
         state = arm.state()
+        if state.stopped:
+            raise ServoError(
+                "the arm's own driver has stopped it on its way to the next look, as when it hits "
+                "something; see what is in its way, bring it free, and reset it"
+            )
         # On the way no image is asked for: a simulation need not draw them.
         instant = None if arrived_s is None else source.newest()
         off = change_between(arm.world_from_hand(state.positions), world_from_goal)

@@ -73,12 +73,16 @@ def servo_tracked(
 
 
 def halt(arm: Arm, controller: Controller) -> Iterator[Command]:
-    """Bring hand and eyes to rest within their limits; each command is one control period."""
+    """Bring hand and eyes to rest within their limits; each command is one control period.
+
+    An arm that its own driver has stopped is left to that: it follows no command.
+    """
     while True:
-        command = controller.rest(arm.state())
+        state = arm.state()
+        command = controller.rest(state)
         arm.command(command.velocities)
         yield command
-        if not command.velocities.any():
+        if state.stopped or not command.velocities.any():
             return
 
 

@@ -26,6 +26,7 @@ class Reason(Enum):
     TELEPORT = "the target jumped farther than it can move"
     RETURNING = "the target is back, and a few more images are awaited"
     BAD_STATE = "the arm's joint state holds numbers that are not finite"
+    PROTECTIVE_STOP = "the arm's own driver has stopped it, and waits for a reset"
     PARTED = "what is believed of the target and what is seen of it have parted"
     ROUGH = "the target's pose is told too roughly to place the hand by it"
     WORKSPACE = "the hand is at the edge of its workspace"
@@ -69,22 +70,23 @@ class Trust:
         self._in_a_row = 0
         self._parting = Parting(settings)
         self._trusted_s: float | None = None
-        self._held = True
+        self._held, self._stopped = True, False
         self._resumed_s = 0.0
         self._now_s = np.inf
 
-    def advance(self, time_s: float) -> None:
+    def advance(self, time_s: float, *, stopped: bool = False) -> None:
         """Take in what time it is on the arm's clock, to which those of observations belong.
 
-        A gap that has become too long holds the arm; estimates that came in a row let it go.
+        A gap that has become too long holds the arm, and so does a protective stop of its own;
+        estimates that came in a row let it go.
         """
-        self._now_s = time_s
+        self._now_s, self._stopped = time_s, stopped
         last = self._trusted_s
         # A clock that was set back, or forth, leaves what is known of the target as old.
         if last is None or abs(time_s - last) > self._settings.coast_s:
             self._held = True
             self._in_a_row = 0
-        elif self._target.jumps > _TOLERATED_JUMPS:
+        elif stopped or self._target.jumps > _TOLERATED_JUMPS:
             self._held = True
         elif self._held and self._in_a_row >= self._settings.resume_after:
             self._held, self._resumed_s = False, time_s
@@ -103,7 +105,11 @@ class Trust:
         """Return why the arm is held at the time it is; empty if it may move."""
         if not self._held:
             return frozenset()
-        reasons = {self._fault} if self._in_a_row == 0 else {Reason.RETURNING}
+        reasons = {Reason.PROTECTIVE_STOP} if self._stopped else set[Reason]()
+        if self._in_a_row == 0:
+            reasons.add(self._fault)
+        elif self._in_a_row < self._settings.resume_after or not self._stopped:
+            reasons.add(Reason.RETURNING)
         if self._trusted_s is None:
             reasons.add(Reason.NO_TARGET)
         if self._watchdog.is_stale(self._now_s):

@@ -68,6 +68,11 @@ class Driver:
             if ready and self.send(Start(told.session)):
                 asked = told.session
             if time.monotonic() > until:
+                if told.stopped:
+                    raise ServoError(
+                        f"the arm at {self.place} is in a protective stop; see what it hit, bring "
+                        "it free, and reset it on its own controller"
+                    )
                 raise ServoError(
                     f"the arm's driver at {self.place} did not start within "
                     f"{self._settings.patience_s:g} s; its joints must rest before they may move"

@@ -146,7 +146,12 @@ class LinkedArm:
 
         """
         told = self._driver.newest().state
-        return JointState(_number(told.time_s), _numbers(told.positions), _numbers(told.velocities))
+        return JointState(
+            _number(told.time_s),
+            _numbers(told.positions),
+            _numbers(told.velocities),
+            told.stopped,
+        )
 
     def command(self, velocities: Floats) -> None:
         """Have the joints turn at (N,) rad/s, and come to rest if nothing more is commanded.

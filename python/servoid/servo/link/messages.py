@@ -69,7 +69,8 @@ class State(msgspec.Struct, frozen=True, tag="state", kw_only=True):
     `resting` says if the joints are told to rest and no motion is under way, as a start asks for.
     `accepted` is the number of the last command that counts, 0 before the first of a session;
     `missing` how many numbers before it never came, `refused` how many commands were refused by
-    reason, and `ended` why the last session is over.
+    reason, and `ended` why the last session is over. `stopped` says that the arm is in a protective
+    stop, in which no session starts.
     """
 
     session: str
@@ -82,6 +83,7 @@ class State(msgspec.Struct, frozen=True, tag="state", kw_only=True):
     missing: int
     refused: dict[str, int]
     ended: str = ""
+    stopped: bool = False
 
 
 class Busy(msgspec.Struct, frozen=True, tag="busy"):

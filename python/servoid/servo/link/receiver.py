@@ -29,6 +29,7 @@ class Refusal(Enum):
     EARLY_STAMP = "it answers a state that is yet to come"
     NO_MOTION = "its motion cannot be driven"
     NO_TIME = "the joints' clock says no number"
+    STOPPED = "the arm is in a protective stop; reset it first"
 
 
 class CommandReceiver:
@@ -90,6 +91,8 @@ class CommandReceiver:
         goes_on = state.time_s > self._heard_s
         if state.time_s < self._heard_s:
             self.brake("the arm's clock ran back")
+        if state.stopped:
+            self.brake("the arm is in a protective stop")
         if np.isfinite(state.time_s):
             self._heard_s = state.time_s
         # By a clock that stands no motion would end.
@@ -111,6 +114,8 @@ class CommandReceiver:
     def _start(self, start: Start, state: JointState) -> Refusal | None:
         if start.session != self.session or self.phase is Phase.RUNNING:
             return Refusal.OTHER_SESSION
+        if state.stopped:
+            return Refusal.STOPPED
         if not self.is_at_rest:
             return Refusal.MOVING
         if not np.isfinite(state.time_s):

@@ -182,4 +182,5 @@ def _told(receiver: CommandReceiver, state: JointState) -> State:
         missing=receiver.missing,
         refused={one.name.lower(): count for one, count in receiver.refused.items()},
         ended=receiver.ended,
+        stopped=state.stopped,
     )

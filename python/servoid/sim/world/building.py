@@ -1,6 +1,6 @@
 """Builds the arm that a world's settings ask for, ready to start."""
 
-import copy
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -9,6 +9,7 @@ from msgspec.structs import replace
 from servoid.errors import SimError
 from servoid.servo.gaze import fixation
 from servoid.sim.arm_file import ArmFile, read_arm
+from servoid.sim.world.contacts import name_geoms, touching_model
 from servoid.sim.world.engine import load_mujoco
 from servoid.sim.world.file_arm import build_file_arm, is_file_name
 from servoid.sim.world.kinematics import Kinematics
@@ -17,6 +18,8 @@ from servoid.sim.world.motions import Floats, pose_of, unit_row
 from servoid.sim.world.robot import Robot
 from servoid.sim.world.settings import ArmSettings, WorldSettings
 from servoid.sim.world.shipped_arm import build_shipped_arm
+from servoid.sim.world.solids import Solids
+from servoid.sim.world.things import OBJECT, Thing
 
 
 def build_robot(settings: WorldSettings) -> Robot:
@@ -44,7 +47,8 @@ def _changed(file: ArmFile, arm: ArmSettings) -> ArmFile:
 
 
 def compile_robot(robot: Robot, step_s: float) -> Any:
-    """Return a `mujoco.MjModel` of the robot; nothing in the world touches anything."""
+    """Return a `mujoco.MjModel` of the robot as its drives know it: it touches nothing."""
+    name_geoms(robot.spec)
     robot.spec.option.timestep = step_s
     robot.spec.option.disableflags |= int(load_mujoco().mjtDisableBit.mjDSBL_CONTACT)
     model = robot.spec.compile()
@@ -55,22 +59,30 @@ def compile_robot(robot: Robot, step_s: float) -> Any:
     return model
 
 
-def build_plant(robot: Robot, model: Any, lab: Lab) -> Any:
-    """Return the `mujoco.MjModel` of the robot as it truly is, None if `model` is that."""
+def build_plant(
+    robot: Robot, model: Any, lab: Lab, solids: Solids, things: Sequence[Thing]
+) -> tuple[Any, bool]:
+    """Return the `mujoco.MjModel` of the robot as it truly is, and if it moves as `model` does.
+
+    It touches itself, the room and what there is of the object among `things`.
+    """
     settings = lab.settings
+    plant = touching_model(robot.spec, model, solids, [it for it in things if it.carrier == OBJECT])
+    for drive in robot.drives:  # against which nothing but a push from outside drives a joint
+        joint = plant.joint(drive.joint)
+        plant.jnt_limited[joint.id], plant.jnt_range[joint.id] = 1, (drive.lower, drive.upper)
     if settings.masses == 0.0 and settings.friction == 0.0:
-        return None
-    plant = copy.copy(model)
-    shares = lab.mass_shares(model.nbody)
-    plant.body_mass[:] = model.body_mass * shares
-    plant.body_inertia[:] = model.body_inertia * shares[:, None]
+        return plant, True
+    shares = lab.mass_shares(plant.nbody)
+    plant.body_mass[:] *= shares
+    plant.body_inertia[:] *= shares[:, None]
     for drive in robot.drives:
         place = plant.joint(drive.joint).dofadr[0]
         needed = drive.acceleration * model.dof_M0[place]
         plant.dof_frictionloss[place] = settings.friction * needed
     mujoco = load_mujoco()
     mujoco.mj_setConst(plant, mujoco.MjData(plant))
-    return plant
+    return plant, False
 
 
 def start_angles(robot: Robot, kinematics: Kinematics, settings: WorldSettings) -> Floats:

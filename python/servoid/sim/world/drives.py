@@ -7,9 +7,11 @@ from typing import Any
 import numpy as np
 
 from servoid.pose import exact
+from servoid.sim.world.contacts import greatest_force
 from servoid.sim.world.engine import load_mujoco
 from servoid.sim.world.kinematics import Kinematics
 from servoid.sim.world.motions import Floats
+from servoid.sim.world.protective_stop import ProtectiveStop
 from servoid.sim.world.robot import Robot
 
 _REMEMBERED_S = 1.0  # more than the longest exposure and control period take together
@@ -20,14 +22,24 @@ class Drives:
 
     Each joint's speed follows the command with a first-order lag, within its acceleration, speed
     and torque, and it brakes before its limits. Gravity is balanced by a `model` of the arm; where
-    the arm itself is another, the `plant`, the drives bring back what the speeds miss.
+    the arm itself, the `plant`, moves in another way, the drives bring back what the speeds miss.
+    What pushes the arm from outside stops it.
     """
 
     def __init__(
-        self, robot: Robot, model: Any, kinematics: Kinematics, start: Floats, plant: Any = None
+        self,
+        robot: Robot,
+        model: Any,
+        kinematics: Kinematics,
+        start: Floats,
+        plant: Any,
+        protection: ProtectiveStop,
+        *,
+        known: bool,
     ) -> None:
+        """Take an arm as the drives know it and as it is; `known` says that both move alike."""
         self._mujoco = load_mujoco()
-        self._model, self._plant = model, model if plant is None else plant
+        self._model, self._plant, self.protection = model, plant, protection
         self._data = self._mujoco.MjData(self._plant)
         self._places, self._speeds = kinematics.places, kinematics.speeds
         step = model.opt.timestep
@@ -39,7 +51,7 @@ class Drives:
         self._lower = np.array([drive.lower for drive in robot.drives])
         self._upper = np.array([drive.upper for drive in robot.drives])
         self._data.qpos[self._places] = start
-        self._corrections = None if plant is None else self._settled(start)
+        self._corrections = None if known else self._settled(start)
         self._steps = 0
         self._went: deque[Floats] = deque([start.copy()], maxlen=int(_REMEMBERED_S / step))
 
@@ -68,16 +80,30 @@ class Drives:
         """Return the joints' speeds (N,)."""
         return self._data.qvel[self._speeds].copy()
 
-    def step(self, velocities: Floats) -> None:
-        """Let one physics step pass with the joints told to turn at (N,) rad/s."""
+    @property
+    def contact_force(self) -> float:
+        """Return the greatest force of what touches in N, 0 where nothing does."""
+        return greatest_force(self._plant, self._data)
+
+    def step(self, velocities: Floats, world_from_object: Floats) -> None:
+        """Let one physics step pass with the joints told to turn at (N,) rad/s.
+
+        The object is at a pose (7,) meanwhile. After a protective stop the joints brake, whatever
+        they are told.
+        """
         data = self._data
+        data.mocap_quat[0], data.mocap_pos[0] = world_from_object[:4], world_from_object[4:]
         self._mujoco.mj_step1(self._plant, data)
         wanted = np.zeros(self._model.nv)
-        wanted[self._speeds] = self._answer(velocities)
+        stopped = self.protection.stopped
+        wanted[self._speeds] = self._answer(np.zeros_like(velocities) if stopped else velocities)
         needed = self._computed(wanted)
         data.qfrc_applied[:] = needed
         data.qfrc_applied[self._speeds] = np.clip(needed[self._speeds], -self._torque, self._torque)
+        before = data.qvel.copy()
         self._mujoco.mj_step2(self._plant, data)
+        off = (data.qvel - before) / self.step_s - wanted
+        self.protection.see(self._unexplained(off, needed))
         self._steps += 1
         self._went.append(self.positions)
 
@@ -95,6 +121,16 @@ class Drives:
         """Return the angles (N,) after so many steps, at most those of the last second."""
         place = step - (self._steps - len(self._went) + 1)
         return self._went[min(max(place, 0), len(self._went) - 1)].copy()
+
+    def _unexplained(self, off: Floats, needed: Floats) -> Floats:
+        """Return torques (N,) that joints whose accelerations are `off` (V,) had from outside.
+
+        `needed` (V,) are those with which the model would have had none.
+        """
+        outside = np.zeros(self._model.nv)
+        known = self._data if self._corrections is None else self._corrections.known
+        self._mujoco.mj_mulM(self._model, known, outside, off)
+        return (outside + needed - self._data.qfrc_applied)[self._speeds]
 
     def _computed(self, wanted: Floats) -> Floats:
         """Return the torques that bring about accelerations, as the drives' model has it."""
@@ -130,12 +166,15 @@ class Drives:
     ) -> Floats:
         """Return accelerations (N,) that keep the speeds (N,) to those of an arm that is known."""
         step, most = self.step_s, self._acceleration
+        if self.protection.stopped and self.protection.pushed:
+            corrections.speeds = speeds  # the arm yields
         asked = self._wanted(velocities, angles, corrections.speeds)
         off = corrections.speeds - speeds
         answer = asked + self._gain * off + corrections.held
-        # Both poles lie at half the gain: nothing overshoots.
-        held = corrections.held + 0.25 * self._gain * self._gain * step * off
-        corrections.held = np.clip(held, -most, most)
+        if not self.protection.pushed:
+            # Both poles lie at half the gain: nothing overshoots.
+            held = corrections.held + 0.25 * self._gain * self._gain * step * off
+            corrections.held = np.clip(held, -most, most)
         corrections.speeds = corrections.speeds + step * asked
         return answer
 

@@ -24,6 +24,7 @@ class Encoders:
             drives.time_s,
             self._read(drives.positions, step),
             drives.velocities + self._lab.speed_noise(self._count, step),
+            drives.protection.stopped,
         )
 
     def positions_at(self, time_s: float) -> Floats:

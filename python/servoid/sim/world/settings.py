@@ -47,6 +47,13 @@ class ArmSettings(SimSettings, frozen=True, kw_only=True, forbid_unknown_fields=
             description="half the distance of the eyes in m; none: as the shipped arm's file says"
         ),
     ] = None
+    stop_torque: Annotated[
+        Positive,
+        Meta(
+            description="share of a joint's greatest torque that stops the arm where its model "
+            "does not explain it"
+        ),
+    ] = 0.1
     turning_eyes: Annotated[
         bool, Meta(description="eyes with a shared tilt and a pan each, or fixed cameras")
     ] = True

@@ -11,6 +11,9 @@ from servoid.sim.world.calibration import Calibration
 from servoid.sim.world.encoders import Encoders
 from servoid.sim.world.kinematics import Kinematics
 from servoid.sim.world.motions import Floats
+from servoid.sim.world.protective_stop import ProtectiveStop
+
+_AT_REST = 0.02  # rad/s, above what encoders of a joint at rest say
 
 
 class SimArm:
@@ -28,10 +31,11 @@ class SimArm:
         period_s: float,
         advance: Callable[[Floats], None],
         solid: Solid,
+        protection: ProtectiveStop,
     ) -> None:
         self._kinematics, self._calibration, self._encoders = kinematics, calibration, encoders
         self._period_s, self._advance = period_s, advance
-        self._solid = solid
+        self._solid, self._protection = solid, protection
 
     @property
     def joints(self) -> Joints:
@@ -77,6 +81,21 @@ class SimArm:
 
         """
         self._advance(self._checked(velocities, "speeds"))
+
+    def reset(self) -> None:
+        """Let the arm move again after a protective stop; what still pushes it stops it once more.
+
+        Raises:
+            ServoError: it has not come to rest yet.
+
+        """
+        fastest = float(np.abs(self._encoders.state().velocities).max())
+        if fastest > _AT_REST:
+            raise ServoError(
+                f"a joint still moves at {fastest:.3g} rad/s; reset the arm when all are below "
+                f"{_AT_REST:g} rad/s"
+            )
+        self._protection.reset()
 
     def _checked(self, values: Floats, what: str) -> Floats:
         values = np.asarray(values, dtype=np.float64)

@@ -21,7 +21,7 @@ def add_solids(spec: Any, things: Iterable[Thing]) -> None:
     """Add to a `mujoco.MjSpec` what can be hit of things that its bodies, or the room, carry."""
     for thing in things:
         carrier = spec.worldbody if thing.carrier == ROOM else spec.body(thing.carrier)
-        shape = _shape(thing)
+        shape = shape_of(thing)
         if carrier is None or shape is None:
             continue
         kind, size = shape
@@ -29,7 +29,7 @@ def add_solids(spec: Any, things: Iterable[Thing]) -> None:
         carrier.add_geom(type=kind, size=size, pos=row[4:].tolist(), quat=row[:4].tolist())
 
 
-def _shape(thing: Thing) -> tuple[Any, list[float]] | None:
+def shape_of(thing: Thing) -> tuple[Any, list[float]] | None:
     """Return the kind and size of a geom, None for what is not solid or too intricate."""
     kinds = load_mujoco().mjtGeom
     match thing.shape:
@@ -61,12 +61,18 @@ class Solids:
         self._radii = np.array(model.geom_rbound)
         self._flat = np.array(model.geom_type) == self._mujoco.mjtGeom.mjGEOM_PLANE
         self._pairs = np.array(list(self._possible()), np.int64).reshape(-1, 2)
+        self.of_arm = [one for one in self._solid() if self._ranks()[model.geom_bodyid[one]] > 0]
         self._place(start)
         near = [
             self._distance(one, other, _NEIGHBOURS)[0] < _NEIGHBOURS for one, other in self._pairs
         ]
         self._pairs = self._pairs[~np.array(near, np.bool_)]
         self._pairs = np.where(self._flat[self._pairs[:, 1:]], self._pairs[:, ::-1], self._pairs)
+
+    @property
+    def pairs(self) -> NDArray[np.int64]:
+        """Return the numbers of the geoms that are watched, (P, 2)."""
+        return self._pairs
 
     def clearances(self, positions: Floats, within: float) -> Clearances:
         """Return the distances of parts that are no farther than `within` from each other.

@@ -21,6 +21,7 @@ from servoid.sim.world.motions import STILL, Floats, pose_of, row_of, unit_row
 from servoid.sim.world.objects import make_object, spin_axis
 from servoid.sim.world.overview import overview_from
 from servoid.sim.world.paths import Path, parse_path
+from servoid.sim.world.protective_stop import ProtectiveStop, borne_torques
 from servoid.sim.world.room import make_room
 from servoid.sim.world.settings import WorldSettings
 from servoid.sim.world.shutter import NAMES, Exposure, Scene, Shutter, true_cameras
@@ -38,8 +39,8 @@ class World:
     """Makes a world and lets its time pass with each command to its arm.
 
     Its time has nothing to do with the time on the wall, and the same settings and commands give
-    the same images, bit for bit. The object follows its path whatever stands in its way. Use it
-    from one thread at a time.
+    the same images, bit for bit. The object follows its path whatever stands in its way; what
+    pushes the arm stops it, until `arm.reset()`. Use it from one thread at a time.
     """
 
     arm: SimArm
@@ -71,8 +72,11 @@ class World:
         start = start_angles(robot, kinematics, settings)
         hand_from_object = pose_of(settings.object.hand_from_object)
         self._course = Course(settings, kinematics.world_from_hand(start) @ hand_from_object, path)
-        plant = build_plant(robot, model, lab)
-        self._drives = Drives(robot, model, kinematics, start, plant)
+        solids = Solids(model, kinematics, start)
+        plant, known = build_plant(robot, model, lab, solids, things)
+        borne = borne_torques(robot, model, start, settings.arm.stop_torque)
+        protection = ProtectiveStop(borne, settings.physics.step_s)
+        self._drives = Drives(robot, model, kinematics, start, plant, protection, known=known)
         self._layout = Layout(things, model, kinematics, self._course)
         self._things = tuple(things)
         self._drawer = _drawer(settings, self._things)
@@ -90,9 +94,10 @@ class World:
             calibration=calibration,
         )
         self.source = Shutter(settings, scene)
-        solids = Solids(model, kinematics, start)
         period_s = settings.physics.period_s
-        self.arm = SimArm(kinematics, calibration, encoders, period_s, self._advance, solids)
+        self.arm = SimArm(
+            kinematics, calibration, encoders, period_s, self._advance, solids, protection
+        )
 
     @property
     def time_s(self) -> float:
@@ -113,6 +118,11 @@ class World:
     def spin_axis(self) -> tuple[float, float, float] | None:
         """Return the unit axis of the object's frame about which it looks the same, if any."""
         return spin_axis(self.settings.object.name, self.settings.object.radii)
+
+    @property
+    def contact_force(self) -> float:
+        """Return the greatest force in N with which the arm touches something now, 0 if nothing."""
+        return self._drives.contact_force
 
     def start_path(self) -> None:
         """Let the object's path begin now; until then it rests.
@@ -232,7 +242,8 @@ class World:
     def _advance(self, velocities: Floats) -> None:
         """Let one control period pass."""
         for _ in range(self._steps):
-            self._drives.step(velocities)
+            place = row_of(self._course.world_from_object_at(self.time_s))
+            self._drives.step(velocities, place)
         self.source.expose()
 
 

@@ -1,11 +1,26 @@
 """How something goes: a bank of Kalman filters for three coordinates whose estimates err alike."""
 
+import math
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
 from servoid.pose import exact
 from servoid.servo.arm import Floats
+
+
+class Way(Protocol):
+    """A way to go, driven by a white jerk."""
+
+    @property
+    def jerk(self) -> float:
+        """Return its density, per s² and root s."""
+        ...
+
+    def moved(self, span: float) -> Floats:
+        """Return (3, 3): what place, speed and acceleration become in a time."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -18,6 +33,30 @@ class Going:
     jerk: float
     lasting_s: float
 
+    def moved(self, span: float) -> Floats:
+        """Return (3, 3): what place, speed and acceleration become in a time."""
+        return fading_acceleration(span, self.lasting_s)
+
+
+@dataclass(frozen=True)
+class Swinging:
+    """A way to go: to and fro about any place, once in `period_s`, driven likewise."""
+
+    jerk: float
+    period_s: float
+
+    def moved(self, span: float) -> Floats:
+        """Return (3, 3): what place, speed and acceleration become in a time."""
+        rate = 2.0 * math.pi / self.period_s
+        along, across = exact.cos(rate * span), exact.sin(rate * span)
+        return np.array(
+            [
+                [1.0, across / rate, (1.0 - along) / (rate * rate)],
+                [0.0, along, across / rate],
+                [0.0, -rate * across, along],
+            ]
+        )
+
 
 @dataclass(frozen=True)
 class Manner:
@@ -28,7 +67,7 @@ class Manner:
     """
 
     rest: float
-    ways: tuple[Going, ...]
+    ways: tuple[Way, ...]
     change_s: float
     lasting_s: float
 
@@ -178,7 +217,7 @@ class Motion:
         models = [(rests, np.diag([manner.rest * manner.rest * span, 0.0, 0.0, comes]))]
         for way in manner.ways:
             goes, driven = np.diag([0.0, 0.0, 0.0, fades]), np.diag([0.0, 0.0, 0.0, comes])
-            goes[:3, :3] = fading_acceleration(span, way.lasting_s)
+            goes[:3, :3] = way.moved(span)
             driven[:3, :3] = way.jerk * way.jerk * white_jerk(span)
             models.append((goes, driven))
         return models

@@ -68,6 +68,12 @@ class TargetSettings(_Settings, frozen=True, kw_only=True, forbid_unknown_fields
     gliding_s: Annotated[
         float, _above("how long accelerations last of one that goes smoothly, s")
     ] = 2.0
+    period_s: Annotated[
+        float, _from_0("after which an object that swings is where it was, s; 0: none is known")
+    ] = 0.0
+    swinging_jerk: Annotated[
+        float, _above("how fast the acceleration of its swing wanders, m/s² per root s")
+    ] = 0.1
     change_s: Annotated[float, _above("how long an object rests, goes, or goes smoothly, s")] = 2.0
     fading_s: Annotated[float, _above("how long a turn stays wrong that the tracker doubts, s")] = (
         15.0

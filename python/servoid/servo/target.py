@@ -9,7 +9,7 @@ from servoid.errors import ServoError
 from servoid.pose import Pose, exact
 from servoid.servo.arm import Floats
 from servoid.servo.jumps import Jumps, Verdict
-from servoid.servo.motion import Going, Manner, Motion, Noise, Seen
+from servoid.servo.motion import Going, Manner, Motion, Noise, Seen, Swinging
 from servoid.servo.moving import change_between, cross_matrix, shifted_and_turned
 from servoid.servo.open_turns import OpenTurns, UnsureEstimate
 from servoid.servo.settings import TargetSettings
@@ -274,9 +274,11 @@ class _Known:
 def _manners(settings: TargetSettings) -> tuple[Manner, Manner]:
     """Return how an object shifts, and how it turns."""
     lasting = settings.change_s, settings.fading_s
+    swings = (Swinging(settings.swinging_jerk, settings.period_s),) if settings.period_s else ()
     shifts = (
         Going(settings.linear_jerk, settings.going_s),
         Going(settings.gliding_jerk, settings.gliding_s),
+        *swings,
     )
     turns = (
         Going(settings.angular_jerk, settings.turning_s),

@@ -19,7 +19,7 @@ from servoid.servo.limiter import Limiter
 from servoid.servo.limits import JointLimits
 from servoid.servo.moving import Moving, change_between
 from servoid.servo.reaching import Reaching
-from servoid.servo.safety import Reason, Trust
+from servoid.servo.safety import LOCATED, Reason, Trust
 from servoid.servo.settings import JointLaw, JointSettings, ServoSettings
 from servoid.servo.target import Prediction, TargetEstimate, TargetFilter
 
@@ -137,7 +137,8 @@ class Controller:
         if holding or goal_from_object is None:
             self._goal = None
             # A wrong guess of the tracker must not turn the eyes away from a hidden target.
-            return self._hold(now, (self._sure or target) if holding else target, holding)
+            hidden = bool(holding - LOCATED)
+            return self._hold(now, (self._sure or target) if hidden else target, holding)
         goal = self._moving_goal(state.time_s, goal_from_object)
         return self._pursue(now, self._led(target), goal, authority)
 

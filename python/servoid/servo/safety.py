@@ -5,11 +5,12 @@ from enum import Enum
 import numpy as np
 
 from servoid.observe.source import Instant
+from servoid.pose import exact
 from servoid.servo.arm import Floats
 from servoid.servo.jumps import Verdict
 from servoid.servo.settings import SafetySettings
 from servoid.servo.target import Prediction, TargetEstimate, TargetFilter
-from servoid.servo.watchdog import Parting, Watchdog
+from servoid.servo.watchdog import Drifting, Parting, Watchdog
 
 
 class Reason(Enum):
@@ -28,6 +29,7 @@ class Reason(Enum):
     BAD_STATE = "the arm's joint state holds numbers that are not finite"
     PROTECTIVE_STOP = "the arm's own driver has stopped it, and waits for a reset"
     PARTED = "what is believed of the target and what is seen of it have parted"
+    ADRIFT = "what is seen of the target's turn wanders about what is believed of it"
     ROUGH = "the target's pose is told too roughly to place the hand by it"
     WORKSPACE = "the hand is at the edge of its workspace"
     NEAR = "the hand is as near to the object as it may be"
@@ -52,6 +54,8 @@ ORDINARY = frozenset(
         Reason.JOINT_JERK,
     }
 )
+# What holds the hand though the place of the target is known.
+LOCATED = frozenset({Reason.PROTECTIVE_STOP, Reason.ADRIFT})
 _TOLERATED_JUMPS = 1
 
 
@@ -68,7 +72,7 @@ class Trust:
         self._watchdog = Watchdog(settings)
         self._fault = Reason.NO_TARGET
         self._in_a_row = 0
-        self._parting = Parting(settings)
+        self._parting, self._drifting = Parting(settings), Drifting(settings)
         self._trusted_s: float | None = None
         self._held, self._stopped = True, False
         self._resumed_s = 0.0
@@ -86,7 +90,7 @@ class Trust:
         if last is None or abs(time_s - last) > self._settings.coast_s:
             self._held = True
             self._in_a_row = 0
-        elif stopped or self._target.jumps > _TOLERATED_JUMPS:
+        elif stopped or self._drifting.holds or self._target.jumps > _TOLERATED_JUMPS:
             self._held = True
         elif self._held and self._in_a_row >= self._settings.resume_after:
             self._held, self._resumed_s = False, time_s
@@ -105,10 +109,11 @@ class Trust:
         """Return why the arm is held at the time it is; empty if it may move."""
         if not self._held:
             return frozenset()
-        reasons = {Reason.PROTECTIVE_STOP} if self._stopped else set[Reason]()
+        kept = {Reason.PROTECTIVE_STOP: self._stopped, Reason.ADRIFT: self._drifting.holds}
+        reasons = {reason for reason, holds in kept.items() if holds}
         if self._in_a_row == 0:
             reasons.add(self._fault)
-        elif self._in_a_row < self._settings.resume_after or not self._stopped:
+        elif self._in_a_row < self._settings.resume_after or not reasons:
             reasons.add(Reason.RETURNING)
         if self._trusted_s is None:
             reasons.add(Reason.NO_TARGET)
@@ -118,6 +123,7 @@ class Trust:
 
     def limiting(self, target: Prediction, place: Floats) -> frozenset[Reason]:
         """Return what makes the goal doubtful though the arm moves: it lies at a place (3,)."""
+        self._drifting.reach(exact.norm(place - target.place))
         rough = target.spread_at(place) > self._settings.rough
         reasons = {Reason.ROUGH: rough, Reason.PARTED: self._parting.is_told}
         return frozenset(reason for reason, holds in reasons.items() if holds)
@@ -152,6 +158,7 @@ class Trust:
         if self._held and self._in_a_row == 0 and self._target.jumps == 0:
             self._target.forget()  # what moved before the gap says nothing of after it
             self._parting.clear()
+            self._drifting.clear()
         verdict = self._target.update(estimate)
         if verdict is Verdict.OUTDATED:
             return
@@ -160,7 +167,10 @@ class Trust:
             return
         if verdict is Verdict.RESTARTED:
             self._held, self._in_a_row = True, 0
+            self._drifting.clear()
         self._trusted_s = estimate.time_s
+        if self._target.turn_off is not None:
+            self._drifting.see(estimate.time_s, self._target.turn_off)
         self._parting.see(estimate.time_s, is_odd=self._target.is_odd)
         if self._parting.holds:
             self._held = True

@@ -193,6 +193,13 @@ class SafetySettings(_Settings, frozen=True, kw_only=True, forbid_unknown_fields
     rough: Annotated[
         float, _above("standard deviation of the goal's place from which on it is told, m")
     ] = 0.025
+    adrift: Annotated[
+        float,
+        _above("how far turns that come and go, unbelieved, move a goal before the arm is held, m"),
+    ] = 0.03
+    calm_s: Annotated[
+        float, _above("for which they must move it half as far before the arm moves again, s")
+    ] = 2.0
     parted_s: Annotated[
         float,
         _above("odd estimates that are told; the arm is held after twice as long, s"),

@@ -104,6 +104,7 @@ class TargetFilter:
         self._pose = Pose.identity()
         self._known: _Known | None = None
         self._odd = False
+        self._turn_off: Floats | None = None
 
     @property
     def time_s(self) -> float | None:
@@ -119,6 +120,15 @@ class TargetFilter:
     def is_odd(self) -> bool:
         """Say if the last used estimate was farther off than it and what was believed explain."""
         return self._odd
+
+    @property
+    def turn_off(self) -> Floats | None:
+        """Return by what turn (3,) in the world the last used estimate was off what was believed.
+
+        Turns about open axes are left out. It is None of an estimate that nothing was believed
+        before.
+        """
+        return self._turn_off
 
     def update(self, estimate: TargetEstimate) -> Verdict:
         """Take in an estimate, in the order of their times."""
@@ -181,6 +191,7 @@ class TargetFilter:
             # Else the hand would go around a plain bottle that is found again with another spin.
             seen = turns.left_out(self._pose, seen)
         self._time_s, self._pose, self._odd = estimate.time_s, seen, False
+        self._turn_off = None
         noises, hidden = self._noise(estimate)
         shift, turn = (
             Motion(*begin) for begin in zip(self._manners, noises, _START_SPREAD, strict=True)
@@ -200,7 +211,7 @@ class TargetFilter:
         known.turn.loosen(_OPEN_WANDER * _OPEN_WANDER * elapsed * turns.spread)
         self._settle(known)
         self._known = replace(known, turns=turns, hidden=hidden)
-        self._time_s, self._odd = estimate.time_s, odd
+        self._time_s, self._odd, self._turn_off = estimate.time_s, odd, change[3:]
 
     def _settle(self, known: "_Known") -> None:
         moved = np.concatenate([known.shift.settle(), known.turn.settle()])

@@ -1,4 +1,4 @@
-"""Notices images that stop coming or that hang, and a belief that parts from what is seen."""
+"""Notices images that stop or hang, and a belief that what is seen does not bear out."""
 
 import zlib
 from dataclasses import dataclass
@@ -7,11 +7,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid.observe.source import Instant
-from servoid.pose import Pose
+from servoid.pose import Pose, exact
+from servoid.servo.arm import Floats
 from servoid.servo.moving import change_between
 from servoid.servo.settings import SafetySettings
 
 _FITTING = 3  # estimates in a row that are not odd after which belief and sight are the same
+_QUICK_S, _SLOW_S = 1.0, 5.0  # over which turns are smoothed, and taken for what is always wrong
+_LASTING = 1.0 / 3.0  # share of that which counts
+_CALM = 0.5  # share of what holds the arm, below which it moves again
 _ROWS = 4  # every fourth row tells images apart
 
 
@@ -104,3 +108,57 @@ class Parting:
         """Begin anew: belief and sight are the same."""
         self._since_s: float | None = None
         self._lasts_s, self._fitting = 0.0, 0
+
+
+class Drifting:
+    """Watches turns of a target that are seen and not believed: how far they would move its goal.
+
+    A tracker that has the same turn wrong all the time is borne. Where what it sees comes and goes,
+    the target turns and its turn is told too badly to follow, or nobody knows how it is turned.
+    """
+
+    def __init__(self, settings: SafetySettings) -> None:
+        self._settings = settings
+        self._lever = 0.0
+        self.clear()
+
+    def reach(self, lever: float) -> None:
+        """Take in how far the goal is from the target's origin, in m."""
+        self._lever = lever
+
+    def see(self, time_s: float, off: Floats) -> None:
+        """Take in by what turn (3,) an estimate was off what was believed, in rad."""
+        if self._lever == 0.0:
+            return  # there is no goal yet
+        elapsed = 0.0 if self._time_s is None else time_s - self._time_s
+        if self._time_s is None:
+            self._quick = self._slow = off
+        self._quick = _towards(self._quick, off, elapsed / _QUICK_S)
+        self._slow = _towards(self._slow, off, elapsed / _SLOW_S)
+        self._time_s = time_s
+        most, departs = self._settings.adrift, self.departs
+        if departs > most:
+            self.holds = True
+        if departs > _CALM * most:
+            self._calm_s = time_s
+        self.holds &= time_s - self._calm_s < self._settings.calm_s
+
+    @property
+    def departs(self) -> float:
+        """Return how far the goal would go with the turns that are not believed, in m."""
+        off = exact.norm(self._quick)
+        # What was always wrong and is so no more is no doubt.
+        new = min(off, exact.norm(self._quick - self._slow))
+        return self._lever * max(new, _LASTING * off)
+
+    def clear(self) -> None:
+        """Begin anew: what is seen is believed."""
+        self._time_s: float | None = None
+        self._quick = self._slow = np.zeros(3)
+        self._calm_s = -np.inf
+        self.holds = False
+
+
+def _towards(smoothed: Floats, value: Floats, times: float) -> Floats:
+    """Return a smoothed value after so many of its time constants."""
+    return smoothed - exact.expm1(-times) * (value - smoothed)

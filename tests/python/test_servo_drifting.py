@@ -109,12 +109,12 @@ def test_a_hand_that_was_held_moves_on_when_turns_have_calmed_down() -> None:
     assert not ticks[-1].command.holding
 
 
-def seen_by(watch: Drifting, turn: Turn, seconds: float) -> list[float]:
+def seen_by(watch: Drifting, turn: Turn, seconds: float, spread: float = 0.0) -> list[float]:
     """Return when a watch held, as it saw turns off what is believed."""
     times = np.arange(0.0, seconds, 1.0 / RATE_HZ)
     held = []
     for time_s in times:
-        watch.see(time_s, turned(turn(time_s))[3:])
+        watch.see(time_s, turned(turn(time_s))[3:], spread)
         if watch.holds:
             held.append(float(time_s))
     return held
@@ -138,3 +138,12 @@ def test_noise_from_image_to_image_holds_nothing() -> None:
 def test_where_there_is_no_goal_turns_hold_nothing() -> None:
     watch = Drifting(SafetySettings())
     assert seen_by(watch, rocking(40.0, 3.0), 10.0) == []
+
+
+def test_what_the_tracker_says_that_its_turns_may_be_off_does_not_count_as_new() -> None:
+    rock = rocking(6.0, 6.0)
+    watches = [Drifting(SafetySettings()) for _ in range(2)]
+    for watch in watches:
+        watch.reach(LEVER)
+    assert seen_by(watches[0], rock, 10.0, spread=np.radians(2.0))
+    assert seen_by(watches[1], rock, 10.0, spread=np.radians(15.0)) == []

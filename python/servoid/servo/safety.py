@@ -170,7 +170,8 @@ class Trust:
             self._drifting.clear()
         self._trusted_s = estimate.time_s
         if self._target.turn_off is not None:
-            self._drifting.see(estimate.time_s, self._target.turn_off)
+            spread = float(np.sqrt(estimate.covariance[3:, 3:].trace()))
+            self._drifting.see(estimate.time_s, self._target.turn_off, spread)
         self._parting.see(estimate.time_s, is_odd=self._target.is_odd)
         if self._parting.holds:
             self._held = True

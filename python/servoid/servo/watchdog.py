@@ -15,6 +15,7 @@ from servoid.servo.settings import SafetySettings
 _FITTING = 3  # estimates in a row that are not odd after which belief and sight are the same
 _QUICK_S, _SLOW_S = 1.0, 5.0  # over which turns are smoothed, and taken for what is always wrong
 _LASTING = 1.0 / 3.0  # share of that which counts
+_TOLD = 0.5  # share of the standard deviation that the tracker gives its turns, above which all do
 _CALM = 0.5  # share of what holds the arm, below which it moves again
 _ROWS = 4  # every fourth row tells images apart
 
@@ -126,15 +127,20 @@ class Drifting:
         """Take in how far the goal is from the target's origin, in m."""
         self._lever = lever
 
-    def see(self, time_s: float, off: Floats) -> None:
-        """Take in by what turn (3,) an estimate was off what was believed, in rad."""
+    def see(self, time_s: float, off: Floats, spread: float) -> None:
+        """Take in by what turn (3,) an estimate was off what was believed, in rad.
+
+        `spread` is the standard deviation of such turns, as the tracker says.
+        """
         if self._lever == 0.0:
             return  # there is no goal yet
         elapsed = 0.0 if self._time_s is None else time_s - self._time_s
         if self._time_s is None:
             self._quick = self._slow = off
+            self._spread = spread
         self._quick = _towards(self._quick, off, elapsed / _QUICK_S)
         self._slow = _towards(self._slow, off, elapsed / _SLOW_S)
+        self._spread -= float(exact.expm1(-elapsed / _QUICK_S)) * (spread - self._spread)
         self._time_s = time_s
         most, departs = self._settings.adrift, self.departs
         if departs > most:
@@ -149,13 +155,14 @@ class Drifting:
         off = exact.norm(self._quick)
         # What was always wrong and is so no more is no doubt.
         new = min(off, exact.norm(self._quick - self._slow))
+        new *= new > _TOLD * self._spread
         return self._lever * max(new, _LASTING * off)
 
     def clear(self) -> None:
         """Begin anew: what is seen is believed."""
         self._time_s: float | None = None
         self._quick = self._slow = np.zeros(3)
-        self._calm_s = -np.inf
+        self._calm_s, self._spread = -np.inf, 0.0
         self.holds = False
 
 

@@ -61,7 +61,8 @@ class Solids:
         self._radii = np.array(model.geom_rbound)
         self._flat = np.array(model.geom_type) == self._mujoco.mjtGeom.mjGEOM_PLANE
         self._pairs = np.array(list(self._possible()), np.int64).reshape(-1, 2)
-        self.of_arm = [one for one in self._solid() if self._ranks()[model.geom_bodyid[one]] > 0]
+        moved = self._ranks()[model.geom_bodyid] > 0
+        self.of_arm = [one for one in self._solid() if moved[one]]
         self._place(start)
         near = [
             self._distance(one, other, _NEIGHBOURS)[0] < _NEIGHBOURS for one, other in self._pairs

@@ -14,7 +14,7 @@ from servoid.servo.settings import SafetySettings
 
 _FITTING = 3  # estimates in a row that are not odd after which belief and sight are the same
 _QUICK_S, _SLOW_S = 1.0, 5.0  # over which turns are smoothed, and taken for what is always wrong
-_LASTING = 1.0 / 3.0  # share of that which counts
+_LASTING = 0.2  # share of that which counts
 _TOLD = 0.5  # share of the standard deviation that the tracker gives its turns, above which all do
 _CALM = 0.5  # share of what holds the arm, below which it moves again
 _ROWS = 4  # every fourth row tells images apart

@@ -14,7 +14,7 @@ from servoid.errors import ServoError
 from servoid.sim.world import CameraSettings, ObjectSettings, World, WorldSettings
 
 SMALL = CameraSettings(size_px=(64, 48), samples=1, moments=1, rate_hz=1.0)
-MOST_N = 400.0  # an arm of 35 kg at half a metre a second; measured: at most 152 N in these tests
+MOST_N = 400.0  # an arm of 35 kg at half a metre a second; measured against the floor: 126 N
 REST = 3e-3  # rad/s: what is pushed a little creeps in dry friction by 1e-3
 
 

@@ -301,6 +301,9 @@ class Body:
     all in the object's frame; BodyError is raised if they make no body.
     """
 
+    MAX_ELLIPSOIDS: ClassVar[int]
+    """Most ellipsoids of a body."""
+
     def __new__(
         cls,
         *,
@@ -503,6 +506,9 @@ class ModelSettings:
     Takes the defaults, except where a value is given; `quick` searches less, for a body that is
     only a step to another.
     """
+
+    MAX_THREADS: ClassVar[int]
+    """Most worker threads."""
 
     def __new__(
         cls,

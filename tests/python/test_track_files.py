@@ -144,3 +144,23 @@ def test_a_file_that_cannot_be_read_is_named(
     spoil(tmp_path / "a.csv")
     with pytest.raises(TrajectoryError, match=r"a\.csv"):
         read_trajectory(tmp_path / "a.csv")
+
+
+@pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
+def test_lines_may_end_as_on_any_system(tmp_path: Path, end: str) -> None:
+    path = tmp_path / "a.csv"
+    path.write_bytes(end.join([HEADER, LINE, LINE.replace("0.5,", "0.6,"), ""]).encode())
+    assert [point.time_s for point in read_trajectory(path)] == [0.5, 0.6]
+
+
+@given(damaged=st.binary(min_size=1, max_size=3), place=st.integers(0, 200))
+def test_a_damaged_byte_raises_a_servoid_error_or_is_read(
+    tmp_path_factory: pytest.TempPathFactory, damaged: bytes, place: int
+) -> None:
+    path = tmp_path_factory.getbasetemp() / "damaged.csv"
+    whole = f"{HEADER}\n{LINE}\n{LINE}\n".encode()
+    path.write_bytes(whole[:place] + damaged + whole[place + len(damaged) :])
+    try:
+        read_trajectory(path)
+    except (TrajectoryError, PoseError) as error:
+        assert "damaged.csv" in str(error)

@@ -140,7 +140,7 @@ def test_every_setting_says_what_it_does() -> None:
             r"world.faults\[0\]: unknown key 'seconds'; known keys: type, at_s, by, turn",
         ),
         ("run = 3", r"run: expected a table, got a whole number"),
-        ("[run", r"not a TOML file"),
+        ("[run", r"is not valid TOML"),
     ],
 )
 def test_a_setting_that_cannot_be_is_refused_with_what_is_allowed(
@@ -202,7 +202,7 @@ def test_a_file_that_is_missing_or_no_text_is_refused(tmp_path: Path) -> None:
     with pytest.raises(ServoError, match=r"cannot read .*none.toml"):
         read_trial_settings(tmp_path / "none.toml")
     (tmp_path / "image.toml").write_bytes(b"\x89PNG\xff\xfe")
-    with pytest.raises(ServoError, match=r"image.toml: not a TOML file"):
+    with pytest.raises(ServoError, match=r"image.toml: the file is not UTF-8 text"):
         read_trial_settings(tmp_path / "image.toml")
 
 

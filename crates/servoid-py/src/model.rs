@@ -38,6 +38,10 @@ impl Hash for ModelSettings {
 
 #[pymethods]
 impl ModelSettings {
+    /// Most worker threads.
+    #[classattr]
+    const MAX_THREADS: usize = core::Settings::MAX_THREADS;
+
     #[new]
     #[pyo3(signature = (*, max_ellipsoids=None, delta=None, held_out=None, seed=None, threads=None, quick=false))]
     fn new(

@@ -79,6 +79,10 @@ type MassParts<'py> = (f64, Bound<'py, PyArray1<f64>>, Bound<'py, PyArray2<f64>>
 
 #[pymethods]
 impl Body {
+    /// Most ellipsoids of a body.
+    #[classattr]
+    const MAX_ELLIPSOIDS: usize = core::Body::MAX_ELLIPSOIDS;
+
     #[new]
     #[pyo3(signature = (*, world_from_object, centers, radii, rotations))]
     fn new(

@@ -15,3 +15,4 @@ pub mod pose;
 pub mod shape;
 pub mod sim;
 pub mod track;
+mod words;

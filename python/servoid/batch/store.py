@@ -9,7 +9,8 @@ from servoid.batch.attempt import read_entry
 from servoid.batch.experiment import Experiment
 from servoid.batch.work import Done
 from servoid.errors import StudyError
-from servoid.observe.strict import read_bytes
+from servoid.observe.limits import TRIAL_FILE
+from servoid.observe.reading import read_bytes
 from servoid.output import make_folder, write_whole
 
 _TRIALS = "trials"
@@ -40,7 +41,7 @@ class Store:
         if not path.is_file():
             return None
         try:
-            done = read_entry(experiment, read_bytes(path, StudyError))
+            done = read_entry(experiment, read_bytes(path, StudyError, TRIAL_FILE))
         except StudyError:
             return None  # a trial of which the file is damaged is run again
         return done if done.row is not None and done.case == case else None

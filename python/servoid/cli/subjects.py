@@ -7,6 +7,7 @@ from pathlib import Path
 from servoid.errors import PoseError, TrackError, located
 from servoid.exchange.mesh_file import SUFFIXES as MESH_SUFFIXES
 from servoid.observe import parse_target
+from servoid.observe.numerals import number_of
 from servoid.pose import Pose
 from servoid.shape import BodyFile, load_body
 from servoid.track import Subject
@@ -52,7 +53,7 @@ def parse_pose(text: str) -> Pose:
 
     """
     try:
-        numbers = [float(part) for part in text.split(",")]
+        numbers = [number_of(part) for part in text.split(",")]
     except ValueError:
         numbers = []
     if len(numbers) != 7:

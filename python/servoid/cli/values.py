@@ -5,6 +5,8 @@ from enum import Enum
 
 import typer
 
+from servoid.observe.numerals import number_of
+
 _LARGEST_SEED = 2**64 - 1
 _LARGEST_COUNT = 2**31 - 1
 
@@ -31,7 +33,7 @@ def parse_point(text: str) -> tuple[float, float, float]:
 def parse_triple(text: str, option: str) -> tuple[float, float, float]:
     """Turn `0.1,0,-0.5` into three numbers."""
     try:
-        numbers = [float(part) for part in text.split(",")]
+        numbers = [number_of(part) for part in text.split(",")]
     except ValueError:
         numbers = []
     if len(numbers) != 3 or not all(map(math.isfinite, numbers)):

@@ -9,7 +9,7 @@ from servoid.exchange.gathering import Shot, ShotCamera, gather, group, number
 from servoid.observe import Capture, Picture
 from servoid.observe.image_size import read_image_size
 from servoid.observe.lenses import make_lens
-from servoid.observe.places import first_file, is_file
+from servoid.observe.places import check_held, first_file, is_file
 from servoid.pose import Pose
 
 FILE_NAME = "scene_camera.json"
@@ -119,9 +119,12 @@ def _find(folder: Path, image: int, object_index: int | None, world_from_lens: P
     mask = None
     if object_index is not None:
         mask = first_file([folder / "mask_visib" / f"{image:06}_{object_index:06}.png"])
+    depth = first_file(folder / name.format(image) for name in _DEPTHS)
+    found = [path for path in (picture, mask, depth) if path is not None]
+    check_held(found, folder, f"{folder / FILE_NAME}, image {image}")
     return Shot(
         picture=Picture(picture),
         world_from_lens=world_from_lens,
         mask_path=mask,
-        depth_path=first_file(folder / name.format(image) for name in _DEPTHS),
+        depth_path=depth,
     )

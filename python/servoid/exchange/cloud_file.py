@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 
 from servoid.errors import MeshError
 from servoid.exchange.ply_header import PlyElement, PlyHeader, read_ply_header
-from servoid.observe.strict import read_bytes
+from servoid.observe.limits import SHAPE_FILE
+from servoid.observe.reading import read_bytes
 
 _XYZ = ("x", "y", "z")
 _NORMAL = ("nx", "ny", "nz")
@@ -41,7 +42,7 @@ def is_cloud(path: Path) -> bool:
         MeshError: the file cannot be read, or it is a PLY file with a damaged header.
 
     """
-    data = read_bytes(path, MeshError)
+    data = read_bytes(path, MeshError, SHAPE_FILE)
     if not data.startswith(b"ply"):
         return False
     header = read_ply_header(path, data)
@@ -59,7 +60,7 @@ def read_cloud(path: Path) -> CloudFile:
             more than half of them are not finite.
 
     """
-    data = read_bytes(path, MeshError)
+    data = read_bytes(path, MeshError, SHAPE_FILE)
     header = read_ply_header(path, data)
     rows = _vertex_rows(path, data, header)
     missing = [name for name in _XYZ if name not in rows]

@@ -8,7 +8,7 @@ from servoid.exchange.colmap_model import ColmapCamera, ColmapImage, lens_of
 from servoid.exchange.colmap_text import read_cameras_text, read_images_text
 from servoid.exchange.gathering import Shot, ShotCamera, gather, short_names
 from servoid.observe import Capture, Picture
-from servoid.observe.places import check_inside, first_file, is_file, is_folder
+from servoid.observe.places import check_held, check_inside, first_file, is_file, is_folder
 from servoid.pose import Pose
 
 MODEL_FOLDERS = ("sparse/0", "", "sparse")
@@ -49,7 +49,10 @@ def open_colmap(folder: str | Path, images: str | Path | None = None) -> Capture
     cameras = _by_id(read_cameras(model / f"cameras{suffix}"), model / f"cameras{suffix}")
     listed = read_images(model / f"images{suffix}")
     place = f"{model / f'images{suffix}'}"
-    shots = _shots(listed, cameras, _find_images(model, folder, images), place)
+    taken = _find_images(model, folder, images)
+    # A folder that was named may itself be a link; one that was found may not lead elsewhere.
+    home = taken.parent if images is None else taken
+    shots = _shots(listed, cameras, taken, home, place)
     return gather(
         model,
         [
@@ -90,7 +93,11 @@ def _find_images(model: Path, folder: Path, given: str | Path | None) -> Path:
 
 
 def _shots(
-    listed: list[ColmapImage], cameras: dict[int, ColmapCamera], images: Path, place: str
+    listed: list[ColmapImage],
+    cameras: dict[int, ColmapCamera],
+    images: Path,
+    home: Path,
+    place: str,
 ) -> dict[int, list[Shot]]:
     shots: dict[int, list[Shot]] = {key: [] for key in cameras}
     ordered = sorted(listed, key=lambda image: image.name)
@@ -102,21 +109,24 @@ def _shots(
                 f"{where}: it is of camera {image.camera_id}, which the model does not have; "
                 "export the model again"
             )
-        shots[image.camera_id].append(_shot(image, label, images, where))
+        shots[image.camera_id].append(_shot(image, label, images, home, where))
     return shots
 
 
-def _shot(image: ColmapImage, label: str, images: Path, place: str) -> Shot:
+def _shot(image: ColmapImage, label: str, images: Path, home: Path, place: str) -> Shot:
     check_inside(image.name, place)
     path = images / image.name
     if not is_file(path):
         raise CaptureError(f"{place}: there is no {path}; give the folder of the model's images")
+    check_held([path], home, place)
     with located(place):
         camera_from_world = Pose.from_parts(image.translation, image.quaternion)
     masks = images.parent / "masks"
     names = (f"{image.name}.png", Path(image.name).with_suffix(".png"))
+    mask = first_file(masks / name for name in names)
+    check_held([] if mask is None else [mask], images.parent, place)
     return Shot(
         picture=Picture(path, label=label),
         world_from_lens=camera_from_world.inverse(),
-        mask_path=first_file(masks / name for name in names),
+        mask_path=mask,
     )

@@ -10,7 +10,8 @@ from servoid.exchange.colmap_model import (
     ColmapImage,
     parameter_count,
 )
-from servoid.observe.strict import read_bytes
+from servoid.observe.limits import COLMAP_FILE
+from servoid.observe.reading import read_bytes
 
 _CAMERA_HEAD = struct.Struct("<IiQQ")  # id, model, width, height
 _IMAGE_HEAD = struct.Struct("<I7dI")  # id, quaternion, translation, camera
@@ -60,7 +61,7 @@ class _Binary:
 
     def __init__(self, path: Path) -> None:
         self._path = path
-        self._data = read_bytes(path, CaptureError)
+        self._data = read_bytes(path, CaptureError, COLMAP_FILE)
         self._at = 0
 
     def take(self, form: struct.Struct) -> tuple:

@@ -6,7 +6,9 @@ from typing import TypeVar
 
 from servoid.errors import CaptureError
 from servoid.exchange.colmap_model import ColmapCamera, ColmapImage
-from servoid.observe.strict import read_bytes
+from servoid.observe.limits import COLMAP_FILE
+from servoid.observe.numerals import number_of, whole_number_of
+from servoid.observe.reading import read_text
 
 NumberT = TypeVar("NumberT", int, float)
 
@@ -73,11 +75,7 @@ def _read_image(line: str, place: str) -> ColmapImage:
 
 
 def _lines(path: Path) -> Iterator[tuple[int, str]]:
-    try:
-        text = read_bytes(path, CaptureError).decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise CaptureError(f"{path}: the file is not UTF-8 text; export the model again") from error
-    return enumerate(text.split("\n"), start=1)
+    return enumerate(read_text(path, CaptureError, COLMAP_FILE).split("\n"), start=1)
 
 
 def _says_something(line: str) -> bool:
@@ -88,7 +86,7 @@ def _numbers(kind: type[NumberT], cells: list[str], place: str) -> tuple[NumberT
     numbers = []
     for cell in cells:
         try:
-            numbers.append(kind(cell))
+            numbers.append(kind(whole_number_of(cell) if kind is int else number_of(cell)))
         except ValueError as error:
             what = "a whole number" if kind is int else "a number"
             raise CaptureError(f"{place}: '{cell[:40]}' stands where {what} belongs") from error

@@ -6,7 +6,9 @@ from typing import Any, TypeVar
 import msgspec
 
 from servoid.errors import CaptureError
-from servoid.observe.strict import convert, read_bytes
+from servoid.observe.limits import SCENE_FILE
+from servoid.observe.reading import read_json
+from servoid.observe.strict import convert
 
 StructT = TypeVar("StructT", bound=msgspec.Struct)
 
@@ -18,12 +20,7 @@ def read_table(path: Path) -> dict[str, Any]:
         CaptureError: the file is missing or no JSON, or holds something else.
 
     """
-    try:
-        data = msgspec.json.decode(read_bytes(path, CaptureError))
-    except (msgspec.DecodeError, UnicodeDecodeError) as error:
-        raise CaptureError(f"{path} is not valid JSON: {error}") from error
-    except RecursionError as error:
-        raise CaptureError(f"{path} is nested too deeply; export it again") from error
+    data = read_json(path, CaptureError, SCENE_FILE)
     if not isinstance(data, dict):
         raise CaptureError(f"{path}: expected a table of keys and values")
     return data

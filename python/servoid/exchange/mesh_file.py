@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 from servoid.errors import MeshError, MissingExtraError, located
 from servoid.exchange.mesh_counts import check_counts
 from servoid.exchange.mesh_repair import close_mesh, signed_volume
-from servoid.observe.strict import read_bytes
+from servoid.observe.limits import SHAPE_FILE
+from servoid.observe.reading import read_bytes
 
 SUFFIXES = (".ply", ".obj", ".stl", ".off", ".glb")
-_LARGEST_FILE = 1 << 30
 _LONGEST = 1e6  # metres; squares and cubes of lengths stay far from overflow
 _SUSPICIOUS = 10.0
 
@@ -48,14 +48,9 @@ def read_mesh(path: Path) -> MeshFile:
             f"{path} is no mesh that can be read: its name ends in '{path.suffix}'; known "
             f"endings are {', '.join(SUFFIXES)}"
         )
-    data = read_bytes(path, MeshError)
+    data = read_bytes(path, MeshError, SHAPE_FILE)
     if not data:
         raise MeshError(f"{path} is empty; replace the file")
-    if len(data) > _LARGEST_FILE:
-        raise MeshError(
-            f"{path} has {len(data) >> 20} MiB; meshes may have {_LARGEST_FILE >> 20} at most, so "
-            "simplify it first"
-        )
     check_counts(path, data)
     vertices, faces = _parse(path, data, suffix[1:])
     with located(str(path)):

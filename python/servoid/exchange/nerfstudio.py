@@ -13,7 +13,7 @@ from servoid.exchange.json_file import read_struct, read_table
 from servoid.exchange.nerfstudio_lens import LensKeys, NerfLens, read_lens
 from servoid.observe import Capture, Picture
 from servoid.observe.image_size import read_image_size
-from servoid.observe.places import check_inside, first_file, is_folder
+from servoid.observe.places import check_held, check_inside, first_file, is_folder
 from servoid.pose import Pose
 
 FILE_NAME = "transforms.json"
@@ -108,4 +108,5 @@ def _find(path: Path, name: str, place: str, suffixes: Sequence[str] = ("",)) ->
     found = first_file(path.parent / start.with_name(start.name + suffix) for suffix in suffixes)
     if found is None:
         raise CaptureError(f"{place}: there is no {path.parent / name}; correct the path")
+    check_held([found], path.parent, place)
     return found

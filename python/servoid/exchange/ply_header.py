@@ -126,7 +126,7 @@ def _check_room(path: Path, header: PlyHeader, size: int) -> None:
             else 2 * len(element.properties)
         )
         need = element.count * max(1, row)
-        if need > room + 1:
+        if need > room + (0 if header.order else 1):
             raise MeshError(
                 f"{path}: the header promises {element.count} rows of '{element.name}', at least "
                 f"{need} bytes, but only {max(0, room)} are left in the file; it is cut short or "

@@ -11,7 +11,10 @@ import numpy as np
 from servoid._native import Camera, Lens, Pose
 from servoid.errors import CaptureError, located
 from servoid.observe.lenses import make_lens
-from servoid.observe.strict import check_version, convert, line_of, read_bytes
+from servoid.observe.limits import MOST_CAMERAS, POSES_FILE
+from servoid.observe.numerals import number_of
+from servoid.observe.reading import read_text, read_toml_text
+from servoid.observe.strict import check_version, convert, line_of
 
 POSES_HEADER = ("time_s", "x", "y", "z", "qw", "qx", "qy", "qz")
 
@@ -94,13 +97,7 @@ def read_versioned(path: Path, struct: type[FileT], kind: str) -> tuple[FileT, s
         CaptureError: the file is missing or malformed, or a key is unknown.
 
     """
-    try:
-        text = read_bytes(path, CaptureError).decode("utf-8")
-        data = msgspec.toml.decode(text)
-    except UnicodeDecodeError as error:
-        raise CaptureError(f"{path}: the file is not UTF-8 text; save it as UTF-8") from error
-    except msgspec.DecodeError as error:
-        raise CaptureError(f"{path} is not valid TOML: {error}") from error
+    data, text = read_toml_text(path, CaptureError)
     check_version(data, str(path), CaptureError, kind)
     return convert(data, struct, str(path), CaptureError, text), text
 
@@ -109,11 +106,13 @@ def mounted_lenses(path: Path, entries: Sequence[LensEntry], text: str) -> tuple
     """Return what the [[camera]] tables of a file, whose `text` is given, say of the cameras.
 
     Raises:
-        CaptureError: two have one name, or a table says too little of a camera.
+        CaptureError: two have one name, there are too many, or a table says too little of a camera.
         CameraError: a camera cannot exist, or its model is unknown.
         PoseError: a `rig_from_camera` is no rigid motion.
 
     """
+    if len(entries) > MOST_CAMERAS:
+        raise CaptureError(f"{path} names {len(entries)} cameras; at most {MOST_CAMERAS} can be")
     names = [entry.name for entry in entries]
     for name in names:
         if names.count(name) > 1:
@@ -176,10 +175,7 @@ def read_poses(path: Path) -> tuple[list[float], list[Pose]]:
         PoseError: a line is no rigid motion; the message names file and line.
 
     """
-    try:
-        text = read_bytes(path, CaptureError).decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise CaptureError(f"{path}: the file is not UTF-8 text; save it as UTF-8") from error
+    text = read_text(path, CaptureError, POSES_FILE)
     lines = text.splitlines() or [""]
     header = tuple(cell.strip() for cell in lines[0].split(","))
     if header != POSES_HEADER:
@@ -204,7 +200,7 @@ def _read_pose(cells: list[str], place: str) -> tuple[float, Pose]:
     numbers = []
     for name, cell in zip(POSES_HEADER, cells, strict=True):
         try:
-            numbers.append(float(cell))
+            numbers.append(number_of(cell))
         except ValueError as error:
             raise CaptureError(f"{place}: {name} is '{cell}'; write a number") from error
     if not np.isfinite(numbers[0]):

@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 
 from servoid.errors import ImageError
 from servoid.observe.images import check_size, decode
-from servoid.observe.strict import read_bytes
+from servoid.observe.limits import IMAGE_FILE
+from servoid.observe.reading import read_bytes
 
 _KINDS = "16-bit PNG, 16-bit or float32 TIFF, or .npy"
 
@@ -46,7 +47,7 @@ def _read_image(path: Path, size_px: tuple[int, int]) -> NDArray[np.generic]:
 
 
 def _read_npy(path: Path, size_px: tuple[int, int]) -> NDArray[np.generic]:
-    data = read_bytes(path, ImageError)
+    data = read_bytes(path, ImageError, IMAGE_FILE)
     stream = io.BytesIO(data)
     try:
         version = np.lib.format.read_magic(stream)

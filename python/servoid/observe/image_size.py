@@ -4,7 +4,8 @@ import struct
 from pathlib import Path
 
 from servoid.errors import ImageError
-from servoid.observe.strict import read_bytes
+from servoid.observe.limits import IMAGE_FILE
+from servoid.observe.reading import check_regular, read_bytes
 
 PNG = b"\x89PNG\r\n\x1a\n"
 JPEG = b"\xff\xd8"
@@ -39,10 +40,11 @@ def read_image_size(path: Path) -> tuple[int, int]:
         ImageError: the file is missing or no image.
 
     """
+    check_regular(path, ImageError, IMAGE_FILE)
     size = size_in_header(_read_start(path))
     if size is not None:
         return size
-    data = read_bytes(path, ImageError)
+    data = read_bytes(path, ImageError, IMAGE_FILE)
     size = size_in_header(data)
     if size is not None:
         return size

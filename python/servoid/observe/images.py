@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 
 from servoid.errors import ImageError, MaskError
 from servoid.observe.image_size import JPEG, PNG, size_in_header
-from servoid.observe.strict import read_bytes
+from servoid.observe.limits import IMAGE_FILE
+from servoid.observe.reading import read_bytes
 
 if TYPE_CHECKING:
     import cv2
@@ -60,7 +61,7 @@ def decode(
     """Decode an image file of (width, height) pixels with OpenCV's `flags`, or raise `error`."""
     import cv2
 
-    data = read_bytes(path, error)
+    data = read_bytes(path, error, IMAGE_FILE)
     if not data:
         raise error(f"{path} is empty; replace the file")
     if _is_cut_short(data):

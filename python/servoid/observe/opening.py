@@ -14,7 +14,7 @@ from servoid.observe.capture_file import (
     read_poses,
 )
 from servoid.observe.picture import Picture
-from servoid.observe.places import check_inside
+from servoid.observe.places import check_held, check_inside
 from servoid.observe.video import VIDEO_SUFFIXES, count_video_images
 
 _DEPTH_SUFFIXES = (".png", ".tif", ".tiff", ".npy")
@@ -62,6 +62,7 @@ def _read_motion(
         return times_s, (Pose.identity(),) * count
     check_inside(file.rig.poses, f"{toml}, rig.poses")
     csv_path = toml.parent / file.rig.poses
+    check_held([csv_path], toml.parent, f"{toml}, rig.poses")
     times_s, poses = read_poses(csv_path)
     if len(poses) != count:
         raise CaptureError(
@@ -191,4 +192,6 @@ def _matches(toml: Path, pattern: str, place: str) -> list[Path]:
             f"{place}: '{pattern}' matches no file in {toml.parent}; correct the pattern, such as "
             "'images/*.jpg'"
         )
-    return [toml.parent / name for name in names]
+    paths = [toml.parent / name for name in names]
+    check_held(paths, toml.parent, place)
+    return paths

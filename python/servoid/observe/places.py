@@ -24,6 +24,26 @@ def check_inside(name: str, place: str) -> None:
         )
 
 
+def check_held(paths: Iterable[Path], folder: Path, place: str) -> None:
+    """Check that files lie in a capture's folder also when links on the way are followed.
+
+    Raises:
+        CaptureError: a link leads out of the folder.
+
+    """
+    home = _followed(folder)
+    within: dict[Path, Path] = {}  # a folder has many files
+    for path in paths:
+        if path.parent not in within:
+            within[path.parent] = _followed(path.parent)
+        target = _followed(path) if path.is_symlink() else within[path.parent] / path.name
+        if not target.is_relative_to(home):
+            raise CaptureError(
+                f"{place}: a link leads from {path} to {target}, out of the capture's folder "
+                f"{folder}; copy what it leads to into the folder"
+            )
+
+
 def is_file(path: Path) -> bool:
     """Say if there is a file; a name that no file can have is none."""
     try:
@@ -38,6 +58,14 @@ def is_folder(path: Path) -> bool:
         return path.is_dir()
     except (OSError, ValueError):
         return False
+
+
+def _followed(path: Path) -> Path:
+    """Return where the links of a path lead; a circle leads to itself, which no one can read."""
+    try:
+        return path.resolve()
+    except (OSError, RuntimeError):
+        return path.absolute()
 
 
 def first_file(paths: Iterable[Path]) -> Path | None:

@@ -8,12 +8,11 @@ from pathlib import Path
 from typing import Any, TypeVar, get_args, get_origin
 
 import msgspec
-import msgspec.toml
 
 from servoid.errors import ServoidError
+from servoid.observe.reading import read_toml_text
 
 StructT = TypeVar("StructT", bound=msgspec.Struct)
-ErrorT = TypeVar("ErrorT", bound=ServoidError)
 
 _PLAIN_WORDS = {
     "`array`": "a list",
@@ -26,14 +25,6 @@ _PLAIN_WORDS = {
 }
 
 
-def read_bytes(path: Path, error: type[ServoidError]) -> bytes:
-    """Return the content of a file, or raise `error` and say why that is impossible."""
-    try:
-        return path.read_bytes()
-    except OSError as reason:
-        raise unreadable(path, reason, error) from reason
-
-
 def read_toml(path: Path, struct: type[StructT], error: type[ServoidError]) -> StructT:
     """Read a TOML file as a `struct`; what it leaves out keeps its default.
 
@@ -41,17 +32,8 @@ def read_toml(path: Path, struct: type[StructT], error: type[ServoidError]) -> S
         error: the file cannot be read or is no TOML, or says what `convert` refuses.
 
     """
-    content = read_bytes(path, error)
-    try:
-        data = msgspec.toml.decode(content)
-    except (msgspec.DecodeError, UnicodeDecodeError) as reason:
-        raise error(f"{path}: not a TOML file: {reason}") from reason
-    return convert(data, struct, str(path), error, content.decode())
-
-
-def unreadable(path: Path, reason: OSError, error: type[ErrorT]) -> ErrorT:
-    """Make the `error` that says why a file cannot be read."""
-    return error(f"cannot read {path}: {(reason.strerror or str(reason)).lower()}")
+    data, text = read_toml_text(path, error)
+    return convert(data, struct, str(path), error, text)
 
 
 def convert(

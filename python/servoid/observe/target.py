@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from servoid.errors import TargetError, located
+from servoid.observe.numerals import number_of
 
 _FORMS = (
     "mask:FILE, box:U0,V0,U1,V1, click:U,V, hue:LOW..HIGH or background:FILE, each with an "
@@ -146,7 +147,7 @@ def parse_target(text: str) -> Target:
         return BackgroundTarget(Path(value), view)
     separator, count = {"box": (",", 4), "click": (",", 2), "hue": ("..", 2)}[kind]
     try:
-        numbers = [float(cell) for cell in value.split(separator)]
+        numbers = [number_of(cell) for cell in value.split(separator)]
     except ValueError:
         numbers = []
     if len(numbers) != count:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from servoid._native import Camera
 from servoid.errors import CaptureError, ImageError
 from servoid.observe.images import check_size
-from servoid.observe.strict import unreadable
+from servoid.observe.reading import check_regular, unreadable
 
 if TYPE_CHECKING:
     import cv2
@@ -55,10 +55,8 @@ def read_video_image(path: Path, index: int, size_px: tuple[int, int]) -> NDArra
 
 def _version(path: Path, error: type[CaptureError] | type[ImageError]) -> tuple[int, int]:
     """Return what changes when a file is written anew."""
-    try:
-        status = path.stat()
-    except OSError as reason:
-        raise unreadable(path, reason, error) from reason
+    check_regular(path, error)
+    status = path.stat()
     return status.st_size, status.st_mtime_ns
 
 

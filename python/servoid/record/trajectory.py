@@ -3,15 +3,18 @@
 import csv
 import io
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Protocol
 
 import numpy as np
 
 from servoid._native import Pose
 from servoid.errors import OutputError, TrajectoryError, located
-from servoid.observe.strict import read_bytes
+from servoid.observe.limits import POSES_FILE
+from servoid.observe.numerals import number_of
+from servoid.observe.reading import read_text
 from servoid.output import write_whole
 from servoid.track import Tracked
 
@@ -22,6 +25,16 @@ STATUSES = ("tracking", "searching", "lost")
 SUFFIXES = (".csv", ".tum", ".txt")
 
 _BETWEEN_NOTICES = "; "
+
+
+class _Rows(Protocol):
+    """Rows of a table, and on which line the last one ended."""
+
+    line_num: int
+
+    def __iter__(self) -> Iterator[list[str]]: ...
+
+    def __next__(self) -> list[str]: ...
 
 
 @dataclass(frozen=True)
@@ -107,10 +120,7 @@ def read_trajectory(path: str | Path) -> list[Waypoint]:
         raise TrajectoryError(
             f"{path}: a trajectory ends in .csv, or in .tum or .txt for TUM text; rename the file"
         )
-    try:
-        text = read_bytes(path, TrajectoryError).decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise TrajectoryError(f"{path}: the file is not UTF-8 text; save it as UTF-8") from error
+    text = read_text(path, TrajectoryError, POSES_FILE)
     return _read_csv(path, text) if path.suffix.lower() == ".csv" else _read_tum(path, text)
 
 
@@ -163,7 +173,17 @@ def _tum(points: Sequence[Waypoint]) -> str:
 
 
 def _read_csv(path: Path, text: str) -> list[Waypoint]:
-    rows = csv.reader(io.StringIO(text))
+    # Lines may end as on any system; what then is no table is told by its line.
+    rows = csv.reader(io.StringIO(text, newline=None))
+    try:
+        return _read_rows(path, rows)
+    except csv.Error as error:
+        raise TrajectoryError(
+            f"{path}, line {rows.line_num}: this is no line of a table ({error}); write it anew"
+        ) from error
+
+
+def _read_rows(path: Path, rows: "_Rows") -> list[Waypoint]:
     header = tuple(cell.strip() for cell in next(rows, []))
     needed = CSV_HEADER[:8]
     if header[:8] != needed:
@@ -229,7 +249,7 @@ def _read_tum(path: Path, text: str) -> list[Waypoint]:
 
 def _number(cell: str, name: str, place: str) -> float:
     try:
-        value = float(cell)
+        value = number_of(cell)
     except ValueError as error:
         raise TrajectoryError(f"{place}: {name} is '{cell}'; write a number") from error
     if not math.isfinite(value):

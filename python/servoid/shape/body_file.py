@@ -12,7 +12,9 @@ from numpy.typing import NDArray
 
 from servoid._native import Body, Pose
 from servoid.errors import BodyError, located
-from servoid.observe.strict import check_version, convert, read_bytes
+from servoid.observe.limits import BODY_FILE
+from servoid.observe.reading import read_json
+from servoid.observe.strict import check_version, convert
 from servoid.output import write_whole
 from servoid.shape.layout import lay_out
 
@@ -73,7 +75,9 @@ class BodyFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     version: Literal[1]
     units: Literal["m"]
     world_from_object: tuple[float, float, float, float, float, float, float]
-    ellipsoids: Annotated[tuple[EllipsoidEntry, ...], msgspec.Meta(min_length=1)]
+    ellipsoids: Annotated[
+        tuple[EllipsoidEntry, ...], msgspec.Meta(min_length=1, max_length=Body.MAX_ELLIPSOIDS)
+    ]
     fitness: float | None = None
     made_by: MadeBy | None = None
     seen: SeenEntry | None = None
@@ -184,15 +188,13 @@ def load_body(path: str | Path) -> BodyFile:
 
     """
     place = str(path)
-    try:
-        data = msgspec.json.decode(read_bytes(Path(path), BodyError))
-    except (msgspec.DecodeError, UnicodeDecodeError) as error:
-        raise BodyError(f"{place} is not valid JSON: {error}") from error
+    data = read_json(Path(path), BodyError, BODY_FILE)
     check_version(data, place, BodyError, "bodies")
     if data.get("units", "m") != "m":
         raise BodyError(
             f'{place}: units is {data["units"]!r}; give lengths in metres and write "units": "m"'
         )
+    _check_count(data.get("ellipsoids"), place)
     file = convert(data, BodyFile, place, BodyError)
     _check_unit(file.world_from_object[3:], f"{place}, world_from_object")
     for index, entry in enumerate(file.ellipsoids):
@@ -222,6 +224,15 @@ def body_schema() -> dict[str, Any]:
 def published_schema() -> str:
     """Return the text of the schema as the package ships it."""
     return files("servoid.shape").joinpath("body.schema.json").read_text(encoding="utf-8")
+
+
+def _check_count(ellipsoids: Any, place: str) -> None:
+    """Check how many ellipsoids there are, before each of very many is looked at."""
+    if isinstance(ellipsoids, list) and len(ellipsoids) > Body.MAX_ELLIPSOIDS:
+        raise BodyError(
+            f"{place}: {len(ellipsoids)} ellipsoids were given; a body has 1 to "
+            f"{Body.MAX_ELLIPSOIDS}"
+        )
 
 
 def _check_unit(quaternion: tuple[float, ...], place: str) -> None:

@@ -4,6 +4,7 @@ use super::overlap::agreement;
 use super::rows::Sums;
 use super::{Differentiable, Evidence, Fitness};
 use crate::shape::{Body, Quadric, QuadricGradient};
+use crate::words::were;
 
 /// A point of a surface that was seen, and the direction in which it was seen.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -20,7 +21,7 @@ pub struct Sight {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum SightError {
     /// Not one direction a point.
-    #[error("{points} seen points need as many directions, but {directions} were given")]
+    #[error("{points} seen points need as many directions, but {directions} {} given", were(*directions))]
     Count {
         /// Points given.
         points: usize,

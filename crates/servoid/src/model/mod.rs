@@ -31,19 +31,35 @@ pub use seen::{Seen, seen};
 pub use settings::Settings;
 pub(crate) use settings::workers;
 
+use crate::words::{Digits, were};
+
 /// Why no body comes out.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ModelError {
     /// There are too few views.
     #[error(
-        "modelling needs at least two views from different places, but {0} was given: one picture \
-         cannot tell a small near object from a large far one"
+        "modelling needs at least two views from different places, but {} {} given: one picture \
+         cannot tell a small near object from a large far one",
+        .0,
+        were(*.0)
     )]
     TooFewViews(usize),
+    /// There are too few seen points, and no views.
+    #[error(
+        "modelling needs at least {least} points of the surface, but {given} {} given; measure more",
+        were(*given)
+    )]
+    TooFewSights {
+        /// Points given.
+        given: usize,
+        /// Points that are needed.
+        least: usize,
+    },
     /// The lines of sight are parallel or the cameras stand at one place.
     #[error(
         "the views' lines of sight to the object are parallel or start at one place, so its \
-         distance is open; add views from other places"
+         distance is open: pictures cannot tell a small near object from a large far one; add views \
+         from other places, and check that each has its own pose"
     )]
     NoBaseline,
     /// Every kind of evidence has weight 0.
@@ -54,7 +70,7 @@ pub enum ModelError {
         "the views see no common point: the lines of sight to the masks' centres come closest at \
          ({}, {}, {}) m, which view {view} {what}; check that poses are world_from_rig, in metres, \
          in the order of the images, and that every mask marks the same object",
-        point[0], point[1], point[2]
+        Digits(point[0]), Digits(point[1]), Digits(point[2])
     )]
     NoCommonPoint {
         /// Where the lines of sight come closest.

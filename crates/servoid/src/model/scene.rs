@@ -75,15 +75,27 @@ fn frame_and_unit(given: &Given<'_>) -> Result<(Pose, f64), ModelError> {
     if let Some(mesh) = given.mesh {
         return Ok((mesh.principal_frame(), mesh.extent()));
     }
+    let has_sights = given.sights.len() >= LEAST_SIGHTS;
     if given.views.len() >= 2 {
-        let origin = common_point(given.views)?;
-        let rotation = given.views[0].world_from_camera().rotation();
-        return Ok((Pose::from_rotation(rotation, origin), mean_radius(given.views, &origin)));
+        match common_point(given.views) {
+            // Depth says how far the object is, also where all views are from one place.
+            Err(ModelError::NoBaseline) if has_sights => {}
+            found => return Ok(about_views(given.views, found?)),
+        }
     }
-    if given.sights.len() >= LEAST_SIGHTS {
+    if has_sights {
         return Ok(about_sights(given.sights));
     }
+    if given.views.is_empty() && !given.sights.is_empty() {
+        return Err(ModelError::TooFewSights { given: given.sights.len(), least: LEAST_SIGHTS });
+    }
     Err(ModelError::TooFewViews(given.views.len()))
+}
+
+/// Gives the axes of the first camera at the views' common point, and the object's mean radius.
+fn about_views(views: &[View<'_>], origin: Vector3<f64>) -> (Pose, f64) {
+    let rotation = views[0].world_from_camera().rotation();
+    (Pose::from_rotation(rotation, origin), mean_radius(views, &origin))
 }
 
 /// Fewer seen points than this say nothing of a shape.
@@ -227,13 +239,28 @@ pub(super) fn common_point(views: &[View<'_>]) -> Result<Vector3<f64>, ModelErro
     // The mean squared sine of the angles between the lines of sight.
     let spread = SymmetricEigen::new(normal / views.len() as f64).eigenvalues.min();
     let point = normal.lu().solve(&target).filter(|_| spread > 1e-6);
-    let point = point.ok_or(ModelError::NoBaseline)?;
+    let point = point.filter(|point| is_apart(views, point)).ok_or(ModelError::NoBaseline)?;
     for (index, view) in views.iter().enumerate() {
         if let Some(what) = disagreement(view, &point) {
             return Err(ModelError::NoCommonPoint { point: point.into(), view: index, what });
         }
     }
     Ok(point)
+}
+
+/// Least distance between cameras, as a share of theirs from the object and from the world's origin:
+/// a thousandth of a radian of parallax, and what is left of rounding.
+const LEAST_PARALLAX: f64 = 1e-3;
+const LEAST_APART: f64 = 1e-9;
+
+/// Says whether cameras stand at different places, as seen from a point. Where all stand at one,
+/// their lines of sight meet in it, whatever the masks are.
+fn is_apart(views: &[View<'_>], point: &Vector3<f64>) -> bool {
+    let places: Vec<_> = views.iter().map(|view| view.world_from_camera().translation()).collect();
+    let far =
+        |from: &Vector3<f64>| places.iter().map(|place| (place - from).norm()).fold(0.0, f64::max);
+    let apart = far(&places[0]);
+    apart > LEAST_PARALLAX * far(point) && apart > LEAST_APART * far(&Vector3::zeros())
 }
 
 /// Gives the direction, in the world, in which a view sees its mask's centre.

@@ -61,6 +61,9 @@ impl Default for Settings {
 }
 
 impl Settings {
+    /// Most worker threads that are started.
+    pub const MAX_THREADS: usize = 256;
+
     /// Searches as little as gives a useful body, for one that is only a step to another.
     #[must_use]
     pub fn quick(self) -> Self {
@@ -110,8 +113,6 @@ pub(super) fn check_common(max_ellipsoids: usize, delta: f64) -> Result<(), Mode
 
 /// Largest count that a setting may ask for: each costs time or memory.
 const MOST: usize = 10_000;
-/// Most worker threads that are started.
-const MOST_THREADS: usize = 1024;
 
 /// Checks a count that is at least `least`.
 pub(super) fn check_count(
@@ -123,7 +124,7 @@ pub(super) fn check_count(
 }
 
 fn check_threads(threads: usize) -> Result<(), ModelError> {
-    check_range("threads", threads, 0, MOST_THREADS)
+    check_range("threads", threads, 0, Settings::MAX_THREADS)
 }
 
 fn check_range(

@@ -1,6 +1,7 @@
 use nalgebra::{Matrix3, Vector2, Vector3};
 
 use super::Distortion;
+use crate::words::were;
 
 /// Why numbers do not make a camera.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -29,7 +30,7 @@ pub enum CameraError {
     #[error("unknown model '{0}'; known models: {known}", known = Distortion::MODELS.join(", "))]
     Model(String),
     /// A lens model takes another number of coefficients.
-    #[error("{} but {given} were given", coefficients_of(model))]
+    #[error("{} but {given} {} given", coefficients_of(model), were(*given))]
     Coefficients {
         /// Name of the model.
         model: String,

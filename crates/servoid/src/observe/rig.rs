@@ -1,5 +1,6 @@
 use super::{Camera, DepthView, ImageView};
 use crate::pose::Pose;
+use crate::words::{Digits, s};
 
 /// Why cameras, poses and images do not make an observation.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -8,7 +9,10 @@ pub enum RigError {
     #[error("a rig needs at least one camera")]
     NoCamera,
     /// A list has not one entry a camera.
-    #[error("a rig of {cameras} cameras needs {cameras} {what}, but {given} were given")]
+    #[error(
+        "a rig of {cameras} camera{} was given {given} {what}; give one for each camera",
+        s(*cameras)
+    )]
     Count {
         /// What is counted.
         what: &'static str,
@@ -28,7 +32,7 @@ pub enum RigError {
         given: [usize; 2],
     },
     /// A time stamp is not finite.
-    #[error("a time stamp must be a finite number of seconds, but it is {0}")]
+    #[error("a time stamp must be a finite number of seconds, but it is {}", Digits(*.0))]
     Time(f64),
 }
 

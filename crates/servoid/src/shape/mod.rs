@@ -20,6 +20,8 @@ pub use quadric::{Quadric, QuadricGradient};
 pub use section::{Section, SectionGradient};
 pub use silhouette::silhouette;
 
+use crate::words::were;
+
 /// Why numbers do not make a shape.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ShapeError {
@@ -50,7 +52,7 @@ pub enum ShapeError {
         source: crate::pose::PoseError,
     },
     /// A body has no ellipsoid or too many.
-    #[error("a body has 1 to {max} ellipsoids, but {given} were given")]
+    #[error("a body has 1 to {max} ellipsoids, but {given} {} given", were(*given))]
     Count {
         /// How many were given.
         given: usize,

@@ -31,6 +31,8 @@ pub use paint::{Paint, Texture};
 pub use render::Exposure;
 pub use stage::{Scene, Stage};
 
+use crate::words::were;
+
 /// Longest length in metres: beyond it, single precision sees nothing small any more.
 pub const MAX_LENGTH: f64 = 1e4;
 
@@ -51,7 +53,7 @@ pub enum SimError {
         value: f64,
     },
     /// A mesh has no triangle or too many.
-    #[error("a mesh has from 1 to {max} faces, but {given} were given")]
+    #[error("a mesh has from 1 to {max} faces, but {given} {} given", were(*given))]
     Faces {
         /// What was given.
         given: usize,

@@ -16,6 +16,7 @@ use super::trace::{nearest, shaded};
 use super::vector::{Vector, splat};
 use super::{SimError, within};
 use crate::fitness::Backend;
+use crate::model::Settings;
 
 /// How an image is taken.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -105,6 +106,11 @@ pub(super) fn with_threads<T: Send>(
 ) -> Result<T, SimError> {
     if threads == 0 {
         return Ok(work());
+    }
+    let most = Settings::MAX_THREADS;
+    if threads > most {
+        let reason = format!("the most are {most}");
+        return Err(SimError::Threads { threads, reason });
     }
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
     let reason = |error: rayon::ThreadPoolBuildError| error.to_string();

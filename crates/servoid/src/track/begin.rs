@@ -30,16 +30,27 @@ impl Tracker {
         world_from_object: Pose,
         masks: &[Option<Mask<'_>>],
     ) -> Result<Estimate, TrackError> {
-        let mut clock = Clock::start();
         self.check_masks(masks)?;
-        // Nothing is left of what was before.
-        let keyframes = Keyframes::after(&self.target.keyframes);
-        *self = Self::new(&self.frame.cameras, &self.target.body, self.settings)?;
-        self.target.keyframes = keyframes;
+        // Nothing is left of what was before, and nothing comes of a start that fails.
+        let mut fresh = Self::new(&self.frame.cameras, &self.target.body, self.settings)?;
+        fresh.target.keyframes = Keyframes::after(&self.target.keyframes);
+        let estimate = fresh.learn_first(observation, world_from_object, masks)?;
+        *self = fresh;
+        Ok(estimate)
+    }
+
+    /// Learns the object's look from the first observation.
+    fn learn_first(
+        &mut self,
+        observation: &Observation<'_>,
+        world_from_object: Pose,
+        masks: &[Option<Mask<'_>>],
+    ) -> Result<Estimate, TrackError> {
+        let mut clock = Clock::start();
         self.frame.check(observation)?;
         self.motion = Motion::at_rest(observation.time_s, world_from_object);
         if !self.look(observation, &world_from_object, START_MARGIN) {
-            return Err(TrackError::NotInView);
+            return Err(self.unseen_at_first());
         }
         if masks.iter().any(Option::is_some) {
             self.learn_masks(observation, masks);
@@ -70,6 +81,13 @@ impl Tracker {
         clock.lap(|timing| &mut timing.learn);
         estimate.timing = clock.timing();
         Ok(estimate)
+    }
+
+    /// Says why the first observation does not show the object.
+    fn unseen_at_first(&mut self) -> TrackError {
+        let mut notices = std::mem::take(&mut self.frame.notices);
+        notices.retain(|notice| notice.is_of_image());
+        if notices.is_empty() { TrackError::NotInView } else { TrackError::NoUse(notices) }
     }
 
     /// Seeks the object near a pose, or anywhere, with all that is known of it, and goes on from

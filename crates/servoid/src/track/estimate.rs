@@ -4,6 +4,7 @@ use nalgebra::Matrix6;
 
 use super::confidence::Evidence;
 use crate::pose::{Pose, Twist};
+use crate::words::Seconds;
 
 /// What a tracker believes about its own answer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -64,7 +65,7 @@ pub enum Notice {
     #[error("camera {0}: the image is the one before, once more")]
     Repeated(usize),
     /// Time did not go on.
-    #[error("time goes back or stands still: {before:.3} s, then {now:.3} s")]
+    #[error("time goes back or stands still: {} s, then {} s", Seconds(*before), Seconds(*now))]
     Time {
         /// The time before, in seconds.
         before: f64,
@@ -72,7 +73,7 @@ pub enum Notice {
         now: f64,
     },
     /// Time jumped: motion is not predicted over the gap.
-    #[error("time jumps by {0:.3} s")]
+    #[error("time jumps by {} s", Seconds(*.0))]
     Jump(f64),
     /// The object leaves the image.
     #[error("camera {0}: the object is not in the image")]
@@ -98,6 +99,13 @@ pub enum Notice {
         /// Share in per cent.
         hidden: f64,
     },
+}
+
+impl Notice {
+    /// Says whether an image itself is at fault, wherever the object is.
+    pub(super) fn is_of_image(&self) -> bool {
+        matches!(self, Self::NoImage(_) | Self::WrongSize { .. } | Self::Blank(_))
+    }
 }
 
 /// Where a step spent its time.

@@ -39,6 +39,8 @@ pub use search::Worth;
 pub use settings::TrackSettings;
 pub use tracker::Tracker;
 
+use crate::words::{Digits, s, were};
+
 /// Why tracking cannot begin.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum TrackError {
@@ -53,7 +55,10 @@ pub enum TrackError {
         given: String,
     },
     /// The observation has not one entry a camera.
-    #[error("the tracker has {cameras} cameras, but {given} {what} were given")]
+    #[error(
+        "the tracker has {cameras} camera{}, but was given {given} {what}; give one for each camera",
+        s(*cameras)
+    )]
     Count {
         /// What is counted.
         what: &'static str,
@@ -66,7 +71,7 @@ pub enum TrackError {
     #[error("a tracker needs at least one camera")]
     NoCamera,
     /// A time stamp is not finite.
-    #[error("a time stamp must be a finite number of seconds, but it is {0}")]
+    #[error("a time stamp must be a finite number of seconds, but it is {}", Digits(*.0))]
     Time(f64),
     /// Nothing tells the object from the rest.
     #[error(
@@ -91,8 +96,9 @@ pub enum TrackError {
     NoMask,
     /// Not one colour an ellipsoid.
     #[error(
-        "a body of {ellipsoids} ellipsoids has {ellipsoids} colours, but {given} were given; give \
-         the colours that were made with it, or none"
+        "a body of {ellipsoids} ellipsoids has {ellipsoids} colours, but {given} {} given; give \
+         the colours that were made with it, or none",
+        were(*given)
     )]
     Colors {
         /// Ellipsoids of the body.
@@ -112,6 +118,13 @@ pub enum TrackError {
          world_from_object, in metres"
     )]
     NotInView,
+    /// No image of the first observation can be used.
+    #[error(
+        "no image tells where the object is: {}; give images of each camera's size that show the \
+         object",
+        .0.iter().map(ToString::to_string).collect::<Vec<_>>().join("; ")
+    )]
+    NoUse(Vec<Notice>),
     /// The search was misconfigured.
     #[error(transparent)]
     Search(#[from] crate::evolve::GaError),

@@ -145,6 +145,23 @@ fn views_that_cannot_be_modelled_are_refused() {
 }
 
 #[test]
+fn views_from_one_place_are_refused_whatever_their_masks_are() {
+    let scene = Scene::new(&pair());
+    let refused = |views: &[View<'_>]| {
+        progressive(&given(views), &exactly(1), &mut |_, _, _| true).unwrap_err()
+    };
+    for turned in [0.0, 0.02] {
+        let mut held = Scene::new(&pair());
+        for (index, pose) in held.poses.iter_mut().enumerate() {
+            let turn = Vector6::new(0.0, 0.0, 0.0, 0.0, turned * index as f64, 0.0);
+            *pose = scene.poses[0] * Pose::exp(&turn);
+        }
+        // Each mask shows the object as another place would.
+        assert!(matches!(refused(&held.views()), ModelError::NoBaseline), "{turned}");
+    }
+}
+
+#[test]
 fn settings_out_of_range_are_refused_by_name() {
     let scene = Scene::new(&pair());
     let refused = |settings| {

@@ -5,6 +5,7 @@ use crate::shapes::drawn::{Shot, Stage, eyes};
 use nalgebra::{UnitQuaternion, Vector3};
 use servoid::fitness::Backend;
 use servoid::model::Settings;
+use servoid::observe::{Channels, ImageView};
 use servoid::pose::Pose;
 use servoid::track::{Estimate, Notice, Status, TrackError, TrackSettings, Tracker};
 
@@ -205,8 +206,15 @@ fn what_cannot_be_tracked_is_refused() {
     let shot = stage.shot(0, &eyes(), Some(&start()));
     let mut tracker = Tracker::new(&stage.cameras(), &stage.body, usual).unwrap();
     let behind = Pose::from_rotation(UnitQuaternion::identity(), Vector3::new(0.0, 0.0, -3.0));
-    let start = tracker.start(&shot.observation(), behind, &[]);
-    assert_eq!(start, Err(TrackError::NotInView));
+    let unseen = tracker.start(&shot.observation(), behind, &[]);
+    assert_eq!(unseen, Err(TrackError::NotInView));
+    let size = stage.cameras()[0].size_px();
+    let black = vec![0_u8; 3 * size[0] * size[1]];
+    let mut dark = shot.observation();
+    let image = ImageView::new(&black, size, Channels::Rgb).unwrap();
+    dark.images.iter_mut().for_each(|seen| *seen = Some(image));
+    let blank = vec![Notice::Blank(0), Notice::Blank(1)];
+    assert_eq!(tracker.start(&dark, start(), &[]), Err(TrackError::NoUse(blank)));
     let mut fresh = Tracker::new(&stage.cameras(), &stage.body, usual).unwrap();
     assert_eq!(fresh.find(&shot.observation(), None), Err(TrackError::NothingKnown));
     assert_eq!(fresh.step(&shot.observation()), Err(TrackError::NotStarted));

@@ -6,6 +6,8 @@ from typing import Any
 from xml.etree import ElementTree
 
 from servoid.errors import SimError
+from servoid.observe.limits import ARM_FILE
+from servoid.observe.reading import read_bytes
 from servoid.sim.arm_file import EyeLimits
 from servoid.sim.world.engine import load_mujoco
 from servoid.sim.world.file_looks import file_things
@@ -102,8 +104,8 @@ def _kind(path: Path) -> str:
             f"{path} is no arm's file by its name; give an MJCF file (.xml, .mjcf) or a URDF"
         )
     try:
-        root = ElementTree.fromstring(path.read_bytes())
-    except (ElementTree.ParseError, OSError) as error:
+        root = ElementTree.fromstring(read_bytes(path, SimError, ARM_FILE))
+    except ElementTree.ParseError as error:
         raise SimError(f"{path} cannot be read as an arm: {error}") from error
     if any(one.tag.startswith(_XACRO) for one in root.iter() if isinstance(one.tag, str)):
         raise SimError(_of_xacro(path))

@@ -165,7 +165,7 @@ class LightSettings(SimSettings, frozen=True, kw_only=True, forbid_unknown_field
 class PhysicsSettings(SimSettings, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """How time passes."""
 
-    step_s: Annotated[Positive, Meta(description="physics step")] = 0.002
+    step_s: Annotated[float, Meta(ge=1e-5, le=0.25, description="physics step")] = 0.002
     period_s: Annotated[
         float, Meta(gt=0.0, le=0.25, description="control period, a multiple of the physics step")
     ] = 0.008

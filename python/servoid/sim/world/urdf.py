@@ -6,6 +6,8 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 from servoid.errors import SimError
+from servoid.observe.limits import ARM_FILE
+from servoid.observe.reading import read_bytes
 
 _READABLE = (".stl", ".obj", ".msh")
 _LEAST_MASS, _LEAST_INERTIA = "0.01", "0.0001"  # of a link of which the file says neither
@@ -40,8 +42,8 @@ def read_urdf(path: Path) -> Urdf:
 
     """
     try:
-        root = ElementTree.fromstring(path.read_bytes())
-    except (ElementTree.ParseError, OSError) as error:
+        root = ElementTree.fromstring(read_bytes(path, SimError, ARM_FILE))
+    except ElementTree.ParseError as error:
         raise SimError(f"{path} cannot be read as an arm: {error}") from error
     for link in root.iter("link"):
         _keep_solid(link)

@@ -1,0 +1,36 @@
+"""Reads numbers as people and programs write them in text files and options: in ASCII."""
+
+import re
+
+_WHOLE = re.compile(r"[+-]?[0-9]+")
+_NUMBER = re.compile(
+    r"[+-]?(?:(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?|inf(?:inity)?|nan)", re.IGNORECASE
+)
+
+
+def number_of(text: str) -> float:
+    """Return the number that a text is, blanks around it aside; NaN and infinity are some, too.
+
+    Python's own `float` takes digits of other scripts and `1_000`, which other programs do not.
+
+    Raises:
+        ValueError: the text is no number.
+
+    """
+    text = text.strip()
+    if _NUMBER.fullmatch(text) is None:
+        raise ValueError(f"'{text[:40]}' is no number")
+    return float(text)
+
+
+def whole_number_of(text: str) -> int:
+    """Return the whole number that a text is, as `number_of` does.
+
+    Raises:
+        ValueError: the text is no whole number.
+
+    """
+    text = text.strip()
+    if _WHOLE.fullmatch(text) is None:
+        raise ValueError(f"'{text[:40]}' is no whole number")
+    return int(text)

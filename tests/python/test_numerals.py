@@ -1,0 +1,39 @@
+"""Numbers in text files and options are those that every program reads alike."""
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from servoid.observe.numerals import number_of, whole_number_of
+
+
+@given(st.floats())
+def test_every_number_is_read_back_as_python_writes_it(number: float) -> None:
+    read = number_of(repr(number))
+    assert read == number or (math.isnan(read) and math.isnan(number))
+
+
+@pytest.mark.parametrize(
+    ("text", "number"), [("1", 1.0), (" -.5 ", -0.5), ("3.", 3.0), ("+1E-3", 0.001)]
+)
+def test_numbers_are_read_in_every_usual_form(text: str, number: float) -> None:
+    assert number_of(text) == number
+
+
+@pytest.mark.parametrize("text", ["1_000", "１２", "٣", "1e", ".", "", "0x10", "1 0", "1,5", "--1"])
+def test_what_other_programs_do_not_take_for_a_number_is_none(text: str) -> None:
+    with pytest.raises(ValueError, match="is no number"):
+        number_of(text)
+
+
+@given(st.integers(-(10**30), 10**30))
+def test_whole_numbers_are_read_back(number: int) -> None:
+    assert whole_number_of(str(number)) == number
+
+
+@pytest.mark.parametrize("text", ["1.0", "1_0", "２", ""])
+def test_what_is_no_whole_number_is_none(text: str) -> None:
+    with pytest.raises(ValueError, match="is no whole number"):
+        whole_number_of(text)

@@ -73,7 +73,7 @@ def test_a_wrong_setting_is_refused_with_its_place(text: str, says: str) -> None
 def test_a_file_that_is_no_toml_is_refused(tmp_path: Path) -> None:
     file = tmp_path / "run.toml"
     file.write_text("[hand\n")
-    with pytest.raises(ServoError, match="not valid TOML|not UTF-8"):
+    with pytest.raises(ServoError, match="is not valid TOML"):
         read_settings(file)
     with pytest.raises(ServoError, match="cannot read"):
         read_settings(tmp_path / "none.toml")

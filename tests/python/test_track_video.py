@@ -1,3 +1,6 @@
+import resource
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import cv2
@@ -8,8 +11,9 @@ from numpy.typing import NDArray
 
 from servoid.errors import OutputError
 from servoid.observe import Camera, Instant
+from servoid.observe.video import count_video_images
 from servoid.pose import Pose
-from servoid.record import Overlay, check_video, overlay_video
+from servoid.record import Overlay, check_video, image_video, overlay_video
 from servoid.record.outline import draw_outline, draw_points, project
 from servoid.record.overlay import STATUS_COLORS
 from servoid.track import Followed, Tracked, TrackStep
@@ -135,3 +139,44 @@ def test_a_video_shows_what_was_drawn(tmp_path: Path) -> None:
 def test_a_video_that_cannot_be_written_is_told_so(tmp_path: Path, name: str) -> None:
     with pytest.raises(OutputError, match="cannot write"):
         check_video(tmp_path / name)
+
+
+@contextmanager
+def files_no_larger_than(size: int) -> Iterator[None]:
+    """Let each write beyond so many bytes of a file fail, as on a disk that is full."""
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+
+@pytest.mark.parametrize("room", [100, 1 << 14, 1 << 16, 1 << 17])
+def test_a_video_that_does_not_fit_is_an_error_and_leaves_nothing(
+    tmp_path: Path, room: int
+) -> None:
+    noise = np.random.default_rng(0).integers(0, 256, (40, 120, 160, 3), np.uint8)
+
+    def write(path: Path) -> int:
+        with image_video(path, (160, 120), 30.0) as add:
+            for image in noise:
+                add(image)
+        return path.stat().st_size
+
+    assert write(tmp_path / "whole.mp4") > 1 << 18
+    (tmp_path / "whole.mp4").unlink()
+    with (
+        files_no_larger_than(room),
+        pytest.raises(OutputError, match=r"small\.mp4: the encoder .*; is the disk full\?"),
+    ):
+        write(tmp_path / "small.mp4")
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("count", [1, 2, 13, 50])
+def test_a_video_has_as_many_images_as_were_added(tmp_path: Path, count: int) -> None:
+    with image_video(tmp_path / "v.mp4", (64, 48), 25.0) as add:
+        for index in range(count):
+            add(np.full((48, 64, 3), 5 * index, np.uint8))
+    assert count_video_images(tmp_path / "v.mp4") == count

@@ -45,16 +45,18 @@ def image_video(
     check_video(path)
     with written_beside(path) as partial:
         writer = _open(path, partial, rate_hz, size_px)
+        count = 0
 
         def add(image: NDArray[np.uint8]) -> None:
+            nonlocal count
             writer.write(cv2.cvtColor(image, cv2.COLOR_RGB2BGR))
+            count += 1
 
         try:
             yield add
         finally:
             writer.release()
-        if not partial.is_file() or partial.stat().st_size == 0:
-            raise OutputError(f"cannot write {path}: the encoder wrote nothing; is the disk full?")
+        _check_written(path, partial, count)
 
 
 @contextmanager
@@ -69,6 +71,28 @@ def overlay_video(
     """
     with image_video(path, overlay.size_px, rate_hz) as add:
         yield lambda step: add(overlay.draw(step))
+
+
+def _check_written(path: Path, partial: Path, count: int) -> None:
+    """Check that all images are in a video: the encoder says nothing of a disk that is full.
+
+    The index, which counts the images, is written last, and the last image just before it; so if
+    both are there, nothing before them is missing.
+    """
+    if not partial.is_file() or partial.stat().st_size == 0:
+        raise OutputError(f"cannot write {path}: the encoder wrote nothing; is the disk full?")
+    if count == 0:
+        return
+    video = cv2.VideoCapture(str(partial), cv2.CAP_FFMPEG)
+    found = round(video.get(cv2.CAP_PROP_FRAME_COUNT)) if video.isOpened() else 0
+    video.set(cv2.CAP_PROP_POS_FRAMES, count - 1)
+    is_whole = found == count and video.read()[0]
+    video.release()
+    if not is_whole:
+        raise OutputError(
+            f"cannot write {path}: the encoder took {count} image{'' if count == 1 else 's'}, but "
+            "not all of them can be read back; is the disk full?"
+        )
 
 
 def _open(path: Path, partial: Path, rate_hz: float, size_px: tuple[int, int]) -> cv2.VideoWriter:

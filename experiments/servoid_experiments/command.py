@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from servoid.cli.values import check_count
+from servoid.cli.values import check_threads
 
 
 class Name(str, Enum):
@@ -52,7 +52,7 @@ def study(
     workers: Annotated[
         int | None,
         typer.Option(
-            callback=check_count,
+            callback=check_threads,
             metavar="N",
             help="Run trials in so many processes (default: one for each core). The results do "
             "not depend on it.",

@@ -11,7 +11,7 @@ import typer
 from servoid.batch import workers_for
 from servoid.cli.extras import check_extras
 from servoid.cli.headway import watched_batch
-from servoid.errors import StudyError
+from servoid.cli.values import OptionError, of_options
 from servoid.output import check_folder, make_folder
 from servoid.servo import settings_toml
 from servoid_experiments.design import Study
@@ -36,13 +36,14 @@ class Order:
         """Return the settings that are meant.
 
         Raises:
-            StudyError: there are two kinds of them, or the file cannot be read.
+            OptionError: there are two kinds of them.
+        StudyError: the file cannot be read.
 
         """
         if self.config is None:
             return study.quick if self.quick else study.settings()
         if self.quick:
-            raise StudyError(
+            raise OptionError(
                 "a file of settings and --quick are both given; leave one of them out, or start "
                 f"your file from 'servoid study {self.name} --quick --print-config'"
             )
@@ -64,7 +65,8 @@ def run_order(order: Order) -> None:
     check_extras("servoid study", _EXTRAS)
     study = study_named(order.name)
     settings = order.settings(study)
-    workers = workers_for(order.workers, order.cluster)
+    with of_options():
+        workers = workers_for(order.workers, order.cluster)
     check_folder(order.out, parents=True)
     make_folder(order.out, parents=True)
     folder = order.out / study.name

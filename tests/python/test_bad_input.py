@@ -271,12 +271,14 @@ FILES = {
 CASES = IMAGES | CAMERAS | FILES
 
 
-def check_refused(command: Command, folder: Path, message: str, *arguments: object) -> None:
+def check_refused(
+    command: Command, folder: Path, message: str, *arguments: object, code: int = 1
+) -> None:
     """Run `servoid ARGUMENTS`; it must fail with one line that matches, and change no file."""
     before = everything_in(folder)
     outcome = command(*arguments)
     assert everything_in(folder) == before
-    assert outcome.code == 1, outcome.out + outcome.err
+    assert outcome.code == code, outcome.out + outcome.err
     assert outcome.out == ""
     assert outcome.err.startswith("error: ")
     assert outcome.err.count("\n") == 1, outcome.err
@@ -313,23 +315,24 @@ def test_an_existing_body_survives_an_error(
 
 
 @pytest.mark.parametrize(
-    ("out", "message"),
+    ("out", "message", "code"),
     [
-        ("none/body.json", r"there is no folder .*none; make it first"),
-        ("body.txt", r"the file of a body ends in \.json"),
-        ("photos.json", r"photos\.json: it is a folder; name a file in it"),
-        ("file/body.json", r"there is no folder .*file; make it first"),
+        ("none/body.json", r"there is no folder .*none; make it first", 1),
+        ("body.txt", r"the file of a body ends in \.json", 2),
+        ("photos.json", r"photos\.json: it is a folder; name a file in it", 1),
+        ("file/body.json", r"there is no folder .*file; make it first", 1),
     ],
 )
 def test_an_output_that_cannot_be_written_is_refused_before_the_work(
-    out: str, message: str, drawn_capture: Path, tmp_path: Path, servoid_command: Command
+    out: str, message: str, code: int, drawn_capture: Path, tmp_path: Path, servoid_command: Command
 ) -> None:
     (tmp_path / "photos.json").mkdir()
     (tmp_path / "file").write_text("")
     (drawn_capture / "capture.toml").write_text("would be the error if it were read")
     check_refused(
-        servoid_command, tmp_path, message, "model", drawn_capture, "--out", tmp_path / out
-    )
+        servoid_command, tmp_path, message, "model", drawn_capture, "--out", tmp_path / out,
+        code=code,
+    )  # fmt: skip
 
 
 @pytest.mark.parametrize(
@@ -363,23 +366,29 @@ def test_a_folder_that_is_read_only_is_refused(
 
 
 @pytest.mark.parametrize(
-    ("arguments", "message"),
+    ("arguments", "message", "code"),
     [
-        (("--views", "8:"), r"no usable view: views 8:: selects none of the 8 views"),
-        (("--delta", "nan"), r"delta"),
-        (("--delta", "-1"), r"delta"),
+        (("--views", "8:"), r"no usable view: views 8:: selects none of the 8 views", 1),
+        (("--delta", "nan"), r"delta", 2),
+        (("--delta", "-1"), r"delta", 2),
+        (("--max-ellipsoids", "65"), r"max_ellipsoids must be 1 to 64, but it is 65", 2),
+        (("--distance", "-1"), r"--distance is -1; give a positive number", 2),
+        (("--target", "box:1,2,3"), r"needs 4 numbers", 2),
+        (("--target", "box:9,2,3,4"), r"left < right", 2),
+        (("--viewpoint", "0,0,1"), r"meant for a point cloud", 2),
     ],
 )
 def test_settings_that_make_no_sense_are_refused(
     arguments: tuple[str, str],
     message: str,
+    code: int,
     drawn_capture: Path,
     tmp_path: Path,
     servoid_command: Command,
 ) -> None:
     check_refused(
         servoid_command, tmp_path, message,
-        "model", drawn_capture, "--out", tmp_path / "body.json", *arguments,
+        "model", drawn_capture, "--out", tmp_path / "body.json", *arguments, code=code,
     )  # fmt: skip
 
 

@@ -227,6 +227,7 @@ REFUSED: dict[str, tuple[tuple[str, ...], str]] = {
         (*BARE, "--smooth", "a.bag"),
         r"a\.bag: a trajectory ends",
     ),
+    "a distance that cannot be": ((*BARE, "--distance", "nan"), "the distance is nan; give a pos"),
     "one file for both": ((*BARE, "--smooth", "poses.csv"), "another file than --out"),
     "no folder": ((*BARE, "--out", "none/a.csv"), "there is no folder"),
     "a video of another kind": ((*BARE, "--video", "a.gif"), r"a\.gif: a video ends in \.mp4"),
@@ -237,6 +238,18 @@ REFUSED: dict[str, tuple[tuple[str, ...], str]] = {
 }
 
 
+OF_FILES = {
+    "no body file",
+    "a body that is none",
+    "a mesh for a body",
+    "no folder",
+    "no pose and no mask",
+    "no observations",
+    "no mask and no target",
+}
+"""What hangs on what lies on the disk; the rest are options that cannot be."""
+
+
 @pytest.mark.parametrize("case", REFUSED)
 def test_what_cannot_be_tracked_is_refused_in_one_line_and_leaves_no_file(
     case: str, folder: Path, servoid_command: Command
@@ -245,7 +258,8 @@ def test_what_cannot_be_tracked_is_refused_in_one_line_and_leaves_no_file(
     before = everything_in(folder)
     outcome = servoid_command("track", "video", *arguments)
     assert everything_in(folder) == before
-    assert (outcome.code, outcome.out) == (1, ""), outcome.err
+    code = 1 if case in OF_FILES else 2
+    assert (outcome.code, outcome.out) == (code, ""), outcome.err
     assert outcome.err.startswith("error: ") and outcome.err.count("\n") == 1, outcome.err
     assert re.search(message, outcome.err), outcome.err
 
@@ -260,6 +274,14 @@ def test_a_value_out_of_range_is_a_wrong_use(
     outcome = servoid_command("track", "video", *CUP, *option)
     assert outcome.code == 2
     assert option[0] in outcome.err
+
+
+def test_a_population_that_cannot_be_is_refused_before_anything_is_read(
+    tmp_path: Path, servoid_command: Command
+) -> None:
+    outcome = servoid_command("track", tmp_path / "none", "--population", "3")
+    assert (outcome.code, outcome.out) == (2, "")
+    assert outcome.err == "error: population must be 8 to 4096, but it is 3\n"
 
 
 def test_a_capture_that_is_not_there_is_named(folder: Path, servoid_command: Command) -> None:

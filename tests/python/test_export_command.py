@@ -74,9 +74,10 @@ def test_the_help_names_every_format_and_the_defaults(servoid_command: Command) 
         (["--to", "splat", "--out", "b.xml"], "such a file ends in .ply"),
         (["--out", "no/b.xml"], "there is no folder"),
         (["--out", "in.xml"], "it is a folder"),
-        (["--out", "b.xml", "--density", "0"], "the density is 0.0 kg/m³; give a positive"),
+        (["--out", "b.xml", "--density", "0"], "the density is 0 kg/m³; give a positive"),
         (["--out", "b.xml", "--density", "nan"], "the density is nan kg/m³; give a positive"),
         (["--out", "b.xml", "--density", "inf"], "the density is inf kg/m³; give a positive"),
+        (["--out", "b.xml", "--density", "1e300"], "is 1e+300 kg/m³; give a positive number, at"),
         (["--out", "b.obj", "--detail", "7"], "the detail is 7; choose a whole number from 0 to 6"),
         (["--out", "b.xml", "--frame", "hand"], "there is no frame 'hand'; choose one of object,"),
         (["--out", "b.xml", "--name", "../up"], "a body cannot be named '../up'"),
@@ -96,7 +97,8 @@ def test_what_cannot_be_written_is_refused(
     (tmp_path / "in.xml").mkdir()
     before = everything_in(tmp_path)
     done = servoid_command("export", body, *arguments)
-    assert done.code == 1
+    of_the_disk = message in ("there is no folder", "it is a folder")
+    assert done.code == (1 if of_the_disk else 2)
     assert done.err.startswith("error: ")
     assert message in done.err
     assert everything_in(tmp_path) == before

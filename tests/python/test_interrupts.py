@@ -29,6 +29,40 @@ servoid.cli.main([])
 """
 
 
+TERMINATED_WHILE_IT_RUNS = """
+import os, signal, sys, time
+from servoid.cli import main, modelling
+
+def stop(*_, **__):
+    os.kill(os.getpid(), signal.SIGTERM)
+    time.sleep(30.0)
+
+modelling.fit_capture = stop
+main(sys.argv[1:])
+"""
+FORKED_WHILE_IT_RUNS = """
+import multiprocessing, time
+import servoid.cli.app
+
+def work(began):
+    began.set()
+    time.sleep(30.0)
+
+def fork(**_):
+    context = multiprocessing.get_context("fork")
+    began = context.Event()
+    child = context.Process(target=work, args=(began,))
+    child.start()
+    began.wait()
+    child.terminate()
+    child.join()
+    print(child.exitcode)
+
+servoid.cli.app.app = fork
+servoid.cli.main([])
+"""
+
+
 def deaf(*arguments: str) -> subprocess.CompletedProcess[str]:
     """Run Python as a shell starts it in the background: with SIGINT ignored."""
     command = ["sh", "-c", "trap '' INT; exec \"$@\"", "sh", sys.executable, *arguments]
@@ -39,6 +73,32 @@ def test_a_command_in_the_background_is_interrupted() -> None:
     ran = deaf("-c", PRESSED_WHILE_IT_RUNS)
     assert (ran.returncode, ran.stdout) == (130, "")
     assert ran.stderr == "interrupted; nothing was written\n"
+
+
+def test_a_command_that_is_terminated_ends_as_after_ctrl_c_and_leaves_nothing(
+    drawn_capture: Path, tmp_path: Path
+) -> None:
+    before = conftest.everything_in(tmp_path)
+    arguments = ["model", str(drawn_capture), "--out", str(tmp_path / "body.json")]
+    ran = subprocess.run(
+        [sys.executable, "-c", TERMINATED_WHILE_IT_RUNS, *arguments],
+        capture_output=True,
+        text=True,
+        cwd=HERE,
+    )
+    assert (ran.returncode, ran.stdout) == (143, ""), ran.stderr
+    assert ran.stderr == "interrupted; nothing was written\n"
+    assert conftest.everything_in(tmp_path) == before
+
+
+def test_a_process_that_a_command_forked_ends_when_it_is_terminated() -> None:
+    ran = subprocess.run(
+        [sys.executable, "-W", "ignore", "-c", FORKED_WHILE_IT_RUNS],
+        capture_output=True,
+        text=True,
+        cwd=HERE,
+    )
+    assert (ran.stdout, ran.stderr) == (f"{-signal.SIGTERM}\n", "")
 
 
 def test_ctrl_c_interrupts_these_tests() -> None:

@@ -51,17 +51,18 @@ impl ModelSettings {
         seed: Option<u64>,
         threads: Option<usize>,
         quick: bool,
-    ) -> Self {
+    ) -> PyResult<Self> {
         let default = core::Settings::default();
         let default = if quick { default.quick() } else { default };
-        Self(core::Settings {
+        let settings = core::Settings {
             max_ellipsoids: max_ellipsoids.unwrap_or(default.max_ellipsoids),
             delta: delta.unwrap_or(default.delta),
             held_out: held_out.unwrap_or(default.held_out),
             seed: seed.unwrap_or(default.seed),
             threads: threads.unwrap_or(default.threads),
             ..default
-        })
+        };
+        settings.checked().map(Self).map_err(raise)
     }
 
     /// Most ellipsoids.

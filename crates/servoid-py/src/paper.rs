@@ -73,7 +73,7 @@ impl PaperSettings {
             }
             (share, metres) => share.map(Margin::Share).or(metres.map(Margin::Metres)),
         };
-        Ok(Self(core::PaperSettings {
+        let settings = core::PaperSettings {
             max_ellipsoids: max_ellipsoids.unwrap_or(default.max_ellipsoids),
             delta: delta.unwrap_or(default.delta),
             seed: seed.unwrap_or(default.seed),
@@ -82,7 +82,8 @@ impl PaperSettings {
             alpha: margin.unwrap_or(default.alpha),
             generations: generations.unwrap_or(default.generations),
             search: GaSettings { population, ..default.search },
-        }))
+        };
+        settings.checked().map(Self).map_err(raise)
     }
 
     /// Most ellipsoids.

@@ -70,9 +70,9 @@ impl TrackSettings {
         region: Option<bool>,
         local_colors: Option<bool>,
         adjust: Option<bool>,
-    ) -> Self {
+    ) -> PyResult<Self> {
         let default = core::TrackSettings::default();
-        Self(core::TrackSettings {
+        let settings = core::TrackSettings {
             seed: seed.unwrap_or(default.seed),
             population: population.unwrap_or(default.population),
             generations: generations.unwrap_or(default.generations),
@@ -82,7 +82,8 @@ impl TrackSettings {
             local_colors: local_colors.unwrap_or(default.local_colors),
             adjust: adjust.unwrap_or(default.adjust),
             ..default
-        })
+        };
+        settings.checked().map(Self).map_err(raise)
     }
 
     /// Seed of every search.

@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from servoid._native import __version__
+from servoid.cli.interrupting import Commands
 from servoid.cli.model_command import model
 from servoid.cli.plugins import add_commands
 from servoid.cli.servo_command import servo
@@ -14,6 +15,7 @@ from servoid.cli.values import Size, check_count, check_seed
 
 app: typer.Typer = typer.Typer(
     name="servoid",
+    cls=Commands,
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,

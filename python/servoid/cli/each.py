@@ -8,8 +8,7 @@ from servoid.batch import Done, workers_for
 from servoid.batch.captures import CaptureCase, model_folder
 from servoid.cli.headway import watched_batch
 from servoid.cli.modelling import Order
-from servoid.cli.values import Method
-from servoid.errors import ModelError
+from servoid.cli.values import Method, OptionError, of_options
 
 FAILED = 1
 
@@ -17,7 +16,8 @@ FAILED = 1
 def run_each(order: Order, workers: int | None, cluster: str | None) -> None:
     """Model all captures of a folder, and print a line for each."""
     _check(order)
-    place = workers_for(workers, cluster)
+    with of_options():
+        place = workers_for(workers, cluster)
     with watched_batch(f"modelling, {place.words}") as show:
         folder = model_folder(order.source, order.out, _case(order), workers=place, watch=show)
     _print_table(folder.trials)
@@ -39,7 +39,7 @@ def _check(order: Order) -> None:
     """Refuse what means nothing for many captures.
 
     Raises:
-        ModelError: such an option was given.
+        OptionError: such an option was given.
 
     """
     given = {
@@ -50,7 +50,7 @@ def _check(order: Order) -> None:
         "--threads": order.threads,
     }
     for option in (option for option, value in given.items() if value is not None):
-        raise ModelError(f"{option} means nothing for a folder of captures; leave it out")
+        raise OptionError(f"{option} means nothing for a folder of captures; leave it out")
 
 
 def _case(order: Order) -> CaptureCase:

@@ -1,35 +1,59 @@
 """Runs the command line and turns every failure into one clear line and an exit code."""
 
+import logging
 import os
 import signal
 import sys
-import threading
 import traceback
 from collections.abc import Sequence
 from typing import NoReturn
 
+from servoid.cli.interrupting import (
+    INTERRUPTED,
+    TERMINATED,
+    InterruptedCommand,
+    heeded_signals,
+)
+from servoid.cli.values import OptionError
 from servoid.errors import ServoidError
 
 FAILED = 1
+WRONG_OPTION = 2
 BUG = 70  # what <sysexits.h> calls an internal software error
-INTERRUPTED = 130
 
 _SHOW_TRACEBACK = "SERVOID_TRACEBACK"
 
 
 def main(arguments: Sequence[str] | None = None) -> NoReturn:
     """Run `servoid ARGUMENTS` and exit: 0 done, 1 failed, 2 wrong usage, 130 interrupted."""
-    # The decoders write to standard error by themselves; servoid says what is wrong with a file.
+    _quieten()
+    with heeded_signals() as came:
+        try:
+            _run(arguments)
+        except SystemExit as end:
+            if end.code == INTERRUPTED and signal.SIGTERM in came:
+                sys.exit(TERMINATED)
+            raise
+
+
+def _quieten() -> None:
+    """Let libraries not write to standard error: servoid says what is wrong with a file."""
     os.environ.setdefault("OPENCV_LOG_LEVEL", "SILENT")
     os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
-    _heed_interrupts()
+    # It tells of a home that cannot be written; plots need nothing there.
+    logging.getLogger("matplotlib").setLevel(logging.ERROR)
+
+
+def _run(arguments: Sequence[str] | None) -> NoReturn:
     try:
         from servoid.cli.app import app
 
         app(args=arguments, prog_name="servoid")
+    except OptionError as error:
+        _fail(f"error: {error}", WRONG_OPTION)
     except ServoidError as error:
         _fail(f"error: {error}", FAILED)
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, InterruptedCommand):
         _fail("interrupted; nothing was written", INTERRUPTED)
     except Exception as error:
         _fail(_bug(error), BUG)
@@ -39,13 +63,6 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
             raise
         _fail(_bug(error), BUG)
     sys.exit(0)
-
-
-def _heed_interrupts() -> None:
-    """Let Ctrl-C interrupt, also where a shell started this in the background, deaf to it."""
-    main_thread = threading.current_thread() is threading.main_thread()
-    if main_thread and signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
-        signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def _bug(error: BaseException) -> str:

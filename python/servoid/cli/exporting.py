@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 import typer
 
-from servoid.exchange.export import check_export, export_body, format_of
+from servoid.cli.values import of_options
+from servoid.exchange.export import check_export, check_wish, export_body, format_of
 from servoid.shape import load_body
 
 _CM3_PER_M3 = 1e6
@@ -28,8 +29,6 @@ class Request:
 
 def run_export(request: Request) -> None:
     """Write the body and say what it weighs and where it lies."""
-    format_ = request.format or format_of(request.out)
-    check_export(request.out, format_)
     settings: dict[str, Any] = {
         "density_kg_m3": request.density_kg_m3,
         "frame": request.frame,
@@ -37,6 +36,10 @@ def run_export(request: Request) -> None:
         "detail": request.detail,
     }
     given = {name: value for name, value in settings.items() if value is not None}
+    with of_options():
+        format_ = request.format or format_of(request.out)
+        check_wish(request.out, format_, **given)
+    check_export(request.out, format_)
     file = load_body(request.body)
     done = export_body(file, request.out, format_, **given)
     count = len(file.ellipsoids)

@@ -7,9 +7,8 @@ import typer
 
 from servoid.batch import Headway
 from servoid.batch.running import Watch
+from servoid.cli.interrupting import INTERRUPTED
 from servoid.cli.progress import progress_bar
-
-INTERRUPTED = 130
 
 _MINUTE = 60.0
 

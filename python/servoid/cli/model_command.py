@@ -6,7 +6,14 @@ from typing import Annotated
 import typer
 
 from servoid._native import ModelSettings
-from servoid.cli.values import Method, check_count, check_seed, parse_point, parse_slice
+from servoid.cli.values import (
+    Method,
+    check_count,
+    check_seed,
+    check_threads,
+    parse_point,
+    parse_slice,
+)
 
 _BATCH = "A folder of captures"
 _defaults = ModelSettings()
@@ -116,7 +123,7 @@ def model(
     threads: Annotated[
         int | None,
         typer.Option(
-            callback=check_count,
+            callback=check_threads,
             metavar="N",
             help="Work with this many threads; the body stays the same (default: all cores).",
         ),
@@ -137,7 +144,7 @@ def model(
     workers: Annotated[
         int | None,
         typer.Option(
-            callback=check_count,
+            callback=check_threads,
             metavar="N",
             help="Work in so many processes (default: one for each core).",
             rich_help_panel=_BATCH,

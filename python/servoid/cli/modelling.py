@@ -1,14 +1,16 @@
 """`servoid model`: from a capture, a mesh or a cloud to a body, a summary and a report."""
 
+import math
 import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+from servoid._native import ModelSettings, PaperSettings
 from servoid.cli.doubting import settled
 from servoid.cli.progress import progress_bar
 from servoid.cli.summary import print_summary
-from servoid.cli.values import Method
+from servoid.cli.values import Method, OptionError, of_options
 from servoid.errors import ModelError, OutputError
 from servoid.exchange import open_any
 from servoid.exchange.cloud_file import is_cloud, read_cloud
@@ -26,6 +28,7 @@ from servoid.model import (
 from servoid.observe import Target, parse_target
 from servoid.output import check_file, check_folder, make_folder
 from servoid.track import learn_appearance
+from servoid.words import digits
 
 WriteReport = Callable[..., list[Path]]
 
@@ -55,7 +58,9 @@ class Order:
 def run_model(order: Order) -> None:
     """Model the source, then write the report, then the body, and print a summary."""
     _check_outputs(order.out, order.report)
-    targets = [parse_target(text) for text in order.targets]
+    with of_options():
+        targets = [parse_target(text) for text in order.targets]
+        _check_settings(order)
     write_report = _report_writer() if order.report is not None else None
     result = settled(lambda trusted: _fit(order, targets, trusted=trusted), order)
     files: list[Path] = []
@@ -67,12 +72,32 @@ def run_model(order: Order) -> None:
 
 def _check_outputs(out: Path, report: Path | None) -> None:
     if out.suffix != ".json":
-        raise OutputError(f"cannot write {out}: the file of a body ends in .json")
+        raise OptionError(f"cannot write {out}: the file of a body ends in .json")
     if report is not None:
         check_folder(report)
         if not report.exists() and out.resolve().parent == report.resolve():
             return  # The report's folder will be made, and the body put into it.
     check_file(out)
+
+
+def _check_settings(order: Order) -> None:
+    """Check what the method is told, before anything is read.
+
+    Raises:
+        ModelError: a setting is out of range.
+
+    """
+    kind = ModelSettings if order.method is Method.region else PaperSettings
+    kind(
+        max_ellipsoids=order.max_ellipsoids,
+        delta=order.delta,
+        seed=order.seed,
+        threads=order.threads,
+    )
+    if order.distance is not None and not (0.0 < order.distance < math.inf):
+        raise ModelError(
+            f"--distance is {digits(order.distance)}; give a positive number of metres, such as 0.6"
+        )
 
 
 def _report_writer() -> WriteReport:
@@ -103,7 +128,7 @@ def _fit(order: Order, targets: list[Target], *, trusted: bool) -> ModelResult:
         if order.source.is_file() and order.source.suffix.lower() in SUFFIXES:
             return _fit_shape(order, request, targets)
         if order.viewpoint is not None:
-            raise ModelError("--viewpoint is meant for a point cloud, and this is a capture")
+            raise OptionError("--viewpoint is meant for a point cloud, and this is a capture")
         capture = open_any(order.source, bop_object=order.bop_object, images=order.images)
         chosen = {"observations": order.observations, "views": order.views}
         if order.method is Method.region:
@@ -111,7 +136,7 @@ def _fit(order: Order, targets: list[Target], *, trusted: bool) -> ModelResult:
                 capture, request, targets=targets, distance_m=order.distance, **chosen
             )
         if order.distance is not None:
-            raise ModelError("--distance means nothing to the paper's method; leave it out")
+            raise OptionError("--distance means nothing to the paper's method; leave it out")
         return fit_capture_by_paper(capture, request, targets=targets, **chosen)
 
 
@@ -127,13 +152,13 @@ def _fit_shape(order: Order, request: Request, targets: list[Target]) -> ModelRe
         "--images": order.images is not None,
     }
     for option in (option for option, given in chosen.items() if given):
-        raise ModelError(f"{order.source} is no capture, so {option} means nothing; leave it out")
+        raise OptionError(f"{order.source} is no capture, so {option} means nothing; leave it out")
     if is_cloud(order.source):
         cloud = read_cloud(order.source)
         sights = sights_of_cloud(cloud.points, cloud.normals, order.viewpoint)
         return fit_sights(sights, request, notes=(*cloud.notes, _own_frame("cloud")))
     if order.viewpoint is not None:
-        raise ModelError(f"{order.source} is a mesh, so --viewpoint means nothing; leave it out")
+        raise OptionError(f"{order.source} is a mesh, so --viewpoint means nothing; leave it out")
     mesh = read_mesh(order.source)
     notes = (*mesh.notes, _own_frame("mesh"))
     return fit_mesh(mesh.vertices, mesh.faces, request, notes=notes)
@@ -154,7 +179,10 @@ def _write_report_whole(
     """Draw all pictures beside `directory`, and move them there when the last one is done."""
     above = directory.resolve().parent
     with tempfile.TemporaryDirectory(prefix=".servoid-", dir=above) as drafts:
-        drawn = write_report(result, Path(drafts), notes=result.all_notes)
+        try:
+            drawn = write_report(result, Path(drafts), notes=result.all_notes)
+        except OutputError as error:  # the folder's name for the time being says nothing to anybody
+            raise OutputError(str(error).replace(drafts, str(directory))) from error
         make_folder(directory)
         targets = [directory / draft.relative_to(drafts) for draft in drawn]
         for draft, target in zip(drawn, targets, strict=True):

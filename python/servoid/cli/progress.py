@@ -1,19 +1,31 @@
-"""A progress bar on standard error, for people only."""
+"""Shows on standard error how far the work is: a bar for people, lines for logs."""
 
+import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
+_LINE_S = 10.0  # so often a line is written where a bar cannot be shown
+
+Update = Callable[[float, str], None]
+
 
 @contextmanager
-def progress_bar(task: str) -> Iterator[Callable[[float, str], None]]:
-    """Show a bar while the block runs; call what it gives with the share done and a note.
+def progress_bar(task: str) -> Iterator[Update]:
+    """Show how far the block is; call what it gives with the share done and a note.
 
-    Nothing is shown where standard error is no terminal.
+    Where standard error is no terminal a line is written every ten seconds.
     """
     console = Console(stderr=True)
+    shown = _bar(task, console) if console.is_terminal else _lines(task, console)
+    with shown as update:
+        yield update
+
+
+@contextmanager
+def _bar(task: str, console: Console) -> Iterator[Update]:
     bar = Progress(
         TextColumn("{task.description}"),
         BarColumn(bar_width=30),
@@ -21,7 +33,6 @@ def progress_bar(task: str) -> Iterator[Callable[[float, str], None]]:
         TimeElapsedColumn(),
         console=console,
         transient=True,
-        disable=not console.is_terminal,
     )
     with bar:
         shown = bar.add_task(task, total=1.0, note="")
@@ -30,3 +41,31 @@ def progress_bar(task: str) -> Iterator[Callable[[float, str], None]]:
             bar.update(shown, completed=share, note=note)
 
         yield update
+
+
+@contextmanager
+def _lines(task: str, console: Console) -> Iterator[Update]:
+    """Write lines by the clock, and not by what is told, which may not be told for a while."""
+    latest: list[tuple[float, str]] = [(0.0, "")]
+    over = threading.Event()
+
+    def tell() -> None:
+        seconds = 0.0
+        while not over.wait(_LINE_S):
+            seconds += _LINE_S
+            share, note = latest[0]
+            done = f"{task}: {100.0 * share:.0f} % after {seconds:.0f} s"
+            line = f"{done}, {note}" if note else done
+            console.file.write(f"{line}\n")
+            console.file.flush()
+
+    def update(share: float, note: str) -> None:
+        latest[0] = (share, note)
+
+    teller = threading.Thread(target=tell, name="progress", daemon=True)
+    teller.start()
+    try:
+        yield update
+    finally:
+        over.set()
+        teller.join()

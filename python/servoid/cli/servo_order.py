@@ -7,6 +7,7 @@ from typing import Any
 import msgspec
 import typer
 
+from servoid.cli.values import of_options
 from servoid.servo import PAPER_LAW
 from servoid.sim.trial import TrialSettings, changed, read_trial_settings, trial_toml
 from servoid.track import Method
@@ -26,7 +27,8 @@ class Order:
     def settings(self) -> TrialSettings:
         """Return the settings of the file, if there is one, with the options on top."""
         settings = TrialSettings() if self.config is None else read_trial_settings(self.config)
-        return changed(settings, self.values, "the options")
+        with of_options():
+            return changed(settings, self.values, "the options")
 
 
 def paper_values() -> dict[str, Any]:

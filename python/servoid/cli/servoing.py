@@ -8,6 +8,7 @@ import msgspec
 import numpy as np
 import typer
 
+from servoid.cli.interrupting import INTERRUPTED
 from servoid.cli.progress import progress_bar
 from servoid.cli.servo_order import Order
 from servoid.cli.servo_summary import print_servo_summary
@@ -31,8 +32,6 @@ from servoid.sim.trial import (
 from servoid.sim.world import Path as ObjectPath
 from servoid.sim.world import Recorded, World
 from servoid.view import ServoPictures, draw_servo_plots, write_report, write_servo_report
-
-INTERRUPTED = 130
 
 _RECORDED = "recorded:"
 _OVERVIEW_PX = (960, 720)

@@ -1,16 +1,17 @@
 """Turns `--body`, `--target` and `--start` into the objects to track."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from servoid.cli.values import OptionError, of_options
 from servoid.errors import PoseError, TrackError, located
 from servoid.exchange.mesh_file import SUFFIXES as MESH_SUFFIXES
 from servoid.observe import parse_target
-from servoid.observe.numerals import number_of
 from servoid.pose import Pose
 from servoid.shape import BodyFile, load_body
 from servoid.track import Subject
+from servoid.words import number_of
 
 _TAGGED = re.compile(r"([A-Za-z0-9][\w-]*)=(.+)", re.DOTALL)
 _OWN_POSE = "body"
@@ -25,11 +26,19 @@ def read_subjects(
     without belongs to the only object.
 
     Raises:
-        BodyError, PoseError, TargetError: a text or file is malformed.
-        TrackError: a name is given twice or belongs to no object, or is missing among several.
+        BodyError: a body's file is malformed.
+        OptionError: a text is malformed, or a name is given twice, belongs to no object, or is
+            missing among several.
 
     """
     files = _read_bodies(bodies)
+    with of_options():
+        return _put_together(files, targets, starts)
+
+
+def _put_together(
+    files: Mapping[str, BodyFile], targets: Sequence[str], starts: Sequence[str]
+) -> list[Subject]:
     tagged_targets = [_split(text) for text in targets]
     names = list(files) or list(dict.fromkeys(name for name, _ in tagged_targets if name))
     names = names or [Subject.name]
@@ -77,7 +86,7 @@ def _read_bodies(texts: Sequence[str]) -> dict[str, BodyFile]:
         name, place = (None, text) if Path(text).is_file() else _split(text)
         name = name or Path(place).stem
         if name in files:
-            raise TrackError(
+            raise OptionError(
                 f"two bodies are named '{name}'; give each its own name, such as --body b={place}"
             )
         if Path(place).suffix.lower() in MESH_SUFFIXES:

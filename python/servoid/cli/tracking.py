@@ -10,11 +10,12 @@ from pathlib import Path
 import typer
 
 from servoid.cli.doubting import settled
+from servoid.cli.interrupting import INTERRUPTED
 from servoid.cli.progress import progress_bar
 from servoid.cli.subjects import read_subjects
 from servoid.cli.track_reporting import Reports, check_reports
 from servoid.cli.track_summary import print_track_summary
-from servoid.cli.values import Method
+from servoid.cli.values import Method, OptionError, of_options
 from servoid.errors import OutputError, ServoidError, TrackError
 from servoid.exchange import open_any
 from servoid.model import Progress
@@ -24,6 +25,7 @@ from servoid.record import (
     Overlay,
     check_suffix,
     check_video,
+    check_video_suffix,
     overlay_video,
     waypoints,
     write_trajectory,
@@ -39,8 +41,6 @@ from servoid.track import (
     follow,
 )
 from servoid.track import Method as TrackMethod
-
-INTERRUPTED = 130
 
 _VIDEO_HZ = 10.0  # of a capture that knows no times
 _MS_PER_S = 1e3
@@ -74,6 +74,7 @@ class Order:
 
 def run_track(order: Order) -> None:
     """Track, write what was tracked even if it was interrupted, and print a summary."""
+    _check_options(order)
     subjects = read_subjects(order.bodies, order.targets, order.starts)
     _check_outputs(order, subjects)
     capture = open_any(order.capture)
@@ -111,20 +112,34 @@ def place_of(path: Path, name: str, count: int) -> Path:
     return path if count == 1 else path.with_stem(f"{path.stem}_{name}")
 
 
+def _check_options(order: Order) -> None:
+    """Check settings and what the names of outputs say, wherever they lie.
+
+    Raises:
+        OptionError: a setting is out of range, a name ends in something that is not written, or two
+            are the same.
+
+    """
+    with of_options():
+        _request(order, lambda _: None).check()
+        check_suffix(order.out)
+        if order.smooth is not None:
+            check_suffix(order.smooth)
+        if order.video is not None:
+            check_video_suffix(order.video)
+    if order.save_body is not None and order.save_body.suffix != ".json":
+        raise OptionError(f"cannot write {order.save_body}: the file of a body ends in .json")
+    if order.smooth is not None and order.smooth.resolve() == order.out.resolve():
+        raise OptionError(
+            f"{order.out} would hold the poses as they were known and as they were corrected "
+            "later; give --smooth another file than --out"
+        )
+
+
 def _check_outputs(order: Order, subjects: list[Subject]) -> None:
-    check_suffix(order.out)
     folders = _report_folders(order, subjects)
     check_reports(folders)
     to_make = [folder.resolve() for folder in folders if not folder.exists()]
-    if order.save_body is not None and order.save_body.suffix != ".json":
-        raise OutputError(f"cannot write {order.save_body}: the file of a body ends in .json")
-    if order.smooth is not None:
-        check_suffix(order.smooth)
-        if order.smooth.resolve() == order.out.resolve():
-            raise OutputError(
-                f"{order.out} would hold the poses as they were known and as they were corrected "
-                "later; give --smooth another file than --out"
-            )
     for path in (order.out, order.save_body, order.smooth):
         if path is not None:
             for subject in subjects:

@@ -1,14 +1,33 @@
 """Checks the values of options."""
 
 import math
+from collections.abc import Iterator
+from contextlib import contextmanager
 from enum import Enum
 
 import typer
 
-from servoid.observe.numerals import number_of
+from servoid._native import ModelSettings
+from servoid.errors import MissingExtraError, ServoidError
+from servoid.words import number_of
 
 _LARGEST_SEED = 2**64 - 1
 _LARGEST_COUNT = 2**31 - 1
+
+
+class OptionError(ServoidError, ValueError):
+    """Is raised for an option that cannot be, whatever the files hold: the command ends with 2."""
+
+
+@contextmanager
+def of_options() -> Iterator[None]:
+    """Take what is refused inside for a wrong option, not for a wrong file."""
+    try:
+        yield
+    except MissingExtraError:
+        raise
+    except ServoidError as error:
+        raise OptionError(str(error)) from error
 
 
 class Method(str, Enum):
@@ -70,4 +89,12 @@ def check_count(count: int | None) -> int | None:
     """Return a number of things if it is one."""
     if count is not None and not 1 <= count <= _LARGEST_COUNT:
         raise typer.BadParameter(f"{count} is out of range; choose 1 to {_LARGEST_COUNT}")
+    return count
+
+
+def check_threads(count: int | None) -> int | None:
+    """Return a number of threads, or of processes, if so many can be started."""
+    most = ModelSettings.MAX_THREADS
+    if count is not None and not 1 <= count <= most:
+        raise typer.BadParameter(f"{count} is out of range; choose 1 to {most}")
     return count

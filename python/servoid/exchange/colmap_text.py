@@ -7,8 +7,8 @@ from typing import TypeVar
 from servoid.errors import CaptureError
 from servoid.exchange.colmap_model import ColmapCamera, ColmapImage
 from servoid.observe.limits import COLMAP_FILE
-from servoid.observe.numerals import number_of, whole_number_of
 from servoid.observe.reading import read_text
+from servoid.words import number_of, whole_number_of
 
 NumberT = TypeVar("NumberT", int, float)
 

@@ -12,9 +12,9 @@ from servoid._native import Camera, Lens, Pose
 from servoid.errors import CaptureError, located
 from servoid.observe.lenses import make_lens
 from servoid.observe.limits import MOST_CAMERAS, POSES_FILE
-from servoid.observe.numerals import number_of
 from servoid.observe.reading import read_text, read_toml_text
 from servoid.observe.strict import check_version, convert, line_of
+from servoid.words import number_of
 
 POSES_HEADER = ("time_s", "x", "y", "z", "qw", "qx", "qy", "qz")
 

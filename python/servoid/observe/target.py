@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from servoid.errors import TargetError, located
-from servoid.observe.numerals import number_of
+from servoid.words import number_of
 
 _FORMS = (
     "mask:FILE, box:U0,V0,U1,V1, click:U,V, hue:LOW..HIGH or background:FILE, each with an "

@@ -12,7 +12,7 @@ from servoid.record.trajectory import (
     waypoints,
     write_trajectory,
 )
-from servoid.record.video_file import check_video, image_video, overlay_video
+from servoid.record.video_file import check_video, check_video_suffix, image_video, overlay_video
 
 __all__ = [
     "Overlay",
@@ -22,6 +22,7 @@ __all__ = [
     "Waypoint",
     "check_suffix",
     "check_video",
+    "check_video_suffix",
     "draw_answers",
     "image_video",
     "overlay_video",

@@ -13,10 +13,10 @@ import numpy as np
 from servoid._native import Pose
 from servoid.errors import OutputError, TrajectoryError, located
 from servoid.observe.limits import POSES_FILE
-from servoid.observe.numerals import number_of
 from servoid.observe.reading import read_text
 from servoid.output import write_whole
 from servoid.track import Tracked
+from servoid.words import number_of
 
 CSV_HEADER = ("time_s", "x", "y", "z", "qw", "qx", "qy", "qz", "confidence", "status")
 CSV_FURTHER = ("observation", "std_m", "std_rad", "notices")

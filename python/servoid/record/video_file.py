@@ -23,9 +23,19 @@ def check_video(path: Path) -> None:
         OutputError: it does not end in .mp4, or nothing can be written there.
 
     """
+    check_video_suffix(path)
+    check_file(path)
+
+
+def check_video_suffix(path: Path) -> None:
+    """Check that a name is one of a video.
+
+    Raises:
+        OutputError: it does not end in .mp4.
+
+    """
     if path.suffix.lower() != ".mp4":
         raise OutputError(f"cannot write {path}: a video ends in .mp4")
-    check_file(path)
 
 
 @contextmanager

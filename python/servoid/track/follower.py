@@ -108,6 +108,16 @@ def make_one_step_tracker(
         TrackError: a setting is out of range, or is one that this tracker does not have.
 
     """
+    return _native.OneStepTracker(cameras, body, one_step_settings(options))
+
+
+def one_step_settings(options: dict[str, Any]) -> _native.OneStepSettings:
+    """Return the settings of the paper's tracker; `None` leaves one to the core.
+
+    Raises:
+        TrackError: one is out of range, or is one that this tracker does not have.
+
+    """
     for name, value in options.items():
         if value is not None and name not in _ONE_STEP_OPTIONS:
             raise TrackError(
@@ -115,4 +125,4 @@ def make_one_step_tracker(
                 f"{' and '.join(_ONE_STEP_OPTIONS)})"
             )
     known = {name: options.get(name) for name in _ONE_STEP_OPTIONS}
-    return _native.OneStepTracker(cameras, body, _native.OneStepSettings(**known))
+    return _native.OneStepSettings(**known)

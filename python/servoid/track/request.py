@@ -1,5 +1,6 @@
 """What a person asks of tracking: which objects, and how."""
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import Enum
@@ -7,11 +8,13 @@ from enum import Enum
 import numpy as np
 from numpy.typing import NDArray
 
+from servoid import _native
 from servoid._native import Body, Pose
 from servoid.errors import TrackError
 from servoid.model import Progress
 from servoid.observe import Target
-from servoid.track.follower import Maker, make_one_step_tracker, make_tracker
+from servoid.track.follower import Maker, make_one_step_tracker, make_tracker, one_step_settings
+from servoid.words import digits
 
 
 class Method(Enum):
@@ -86,6 +89,23 @@ class Request:
         for name, value in (("every", self.every), ("evolve_every", self.evolve_every)):
             if value < 1:
                 raise TrackError(f"{name} is {value}; choose 1 or more")
+
+    def check(self) -> None:
+        """Check the settings that the core knows, before anything is read.
+
+        Raises:
+            TrackError: one is out of range, or is one that the method does not have.
+
+        """
+        if self.method is Method.PAPER:
+            one_step_settings(self.options())
+        else:
+            _native.TrackSettings(**self.options())
+        if self.distance_m is not None and not 0.0 < self.distance_m < math.inf:
+            raise TrackError(
+                f"the distance is {digits(self.distance_m)}; give a positive number of metres, "
+                "such as 0.6"
+            )
 
     def evolves(self, subject: Subject) -> bool:
         """Say if the body of a subject evolves."""

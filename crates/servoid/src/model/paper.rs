@@ -48,7 +48,10 @@ impl Default for PaperSettings {
 
 impl PaperSettings {
     /// Passes the settings on if they are in their ranges.
-    fn checked(self) -> Result<Self, ModelError> {
+    ///
+    /// # Errors
+    /// If one is not.
+    pub fn checked(self) -> Result<Self, ModelError> {
         check_common(self.max_ellipsoids, self.delta)?;
         check_count("generations", self.generations, 1)?;
         self.search.checked()?;

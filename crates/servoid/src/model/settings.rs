@@ -82,7 +82,10 @@ impl Settings {
     }
 
     /// Passes the settings on if they are in their ranges.
-    pub(crate) fn checked(self) -> Result<Self, ModelError> {
+    ///
+    /// # Errors
+    /// If one is not.
+    pub fn checked(self) -> Result<Self, ModelError> {
         check_common(self.max_ellipsoids, self.delta)?;
         check_threads(self.threads)?;
         self.search.checked()?;

@@ -53,7 +53,10 @@ impl Default for TrackSettings {
 
 impl TrackSettings {
     /// Passes the settings on if they are in their ranges.
-    pub(super) fn checked(self) -> Result<Self, TrackError> {
+    ///
+    /// # Errors
+    /// If one is not.
+    pub fn checked(self) -> Result<Self, TrackError> {
         let fail = |name, allowed, given: String| Err(TrackError::Setting { name, allowed, given });
         if !(8..=4096).contains(&self.population) {
             return fail("population", "8 to 4096", self.population.to_string());

@@ -4,9 +4,10 @@ from servoid.exchange.export.exporting import (
     Exported,
     Frame,
     check_export,
+    check_wish,
     export_body,
     format_of,
 )
 from servoid.exchange.export.formats import FORMATS
 
-__all__ = ["FORMATS", "Exported", "Frame", "check_export", "export_body", "format_of"]
+__all__ = ["FORMATS", "Exported", "Frame", "check_export", "check_wish", "export_body", "format_of"]

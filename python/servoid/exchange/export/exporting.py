@@ -1,6 +1,5 @@
 """Turns a body into the files of a format."""
 
-import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,10 +12,12 @@ from servoid.exchange.export.solid import solid_of
 from servoid.exchange.export.surface import DEFAULT_DETAIL, MOST_DETAIL, check_libraries
 from servoid.output import check_file, write_together
 from servoid.shape import BodyFile
+from servoid.words import digits
 
 Frame = Literal["object", "world"]
 
 WATER_KG_M3 = 1000.0
+MOST_DENSITY = 1e6  # in kg/m³; no metal has more than 22,600
 _RESERVED = ("world",)  # what MuJoCo and SDFormat call their root
 
 
@@ -54,10 +55,8 @@ def export_body(
 
     """
     path = Path(path)
+    check_wish(path, format, density_kg_m3=density_kg_m3, frame=frame, name=name, detail=detail)
     check_export(path, format)
-    _check_numbers(density_kg_m3, detail)
-    if frame not in get_args(Frame):
-        raise ExportError(f"there is no frame {frame!r}; choose one of {_list(get_args(Frame))}")
     chosen = FORMATS[format]
     pose = file.body().world_from_object if frame == "world" else Pose.identity()
     solid = solid_of(file, _name(path, name), density_kg_m3, pose)
@@ -65,6 +64,29 @@ def export_body(
     files = {path.parent / file_name: data for file_name, data in made.items()}
     write_together(files)
     return Exported(tuple(files), solid.volume_m3, solid.mass_kg)
+
+
+def check_wish(
+    path: Path,
+    format: str,  # noqa: A002
+    *,
+    density_kg_m3: float = WATER_KG_M3,
+    name: str | None = None,
+    frame: str = "object",
+    detail: int = DEFAULT_DETAIL,
+) -> None:
+    """Check what `export_body` is asked for, whatever the body is and where it is to be written.
+
+    Raises:
+        ExportError: the format, frame, name, density or detail is none that exists, or the path's
+            ending is not the format's.
+
+    """
+    _check_format(path, format)
+    _check_numbers(density_kg_m3, detail)
+    if frame not in get_args(Frame):
+        raise ExportError(f"there is no frame {frame!r}; choose one of {_list(get_args(Frame))}")
+    _name(path, name)
 
 
 def check_export(path: Path, format: str) -> None:  # noqa: A002
@@ -76,13 +98,8 @@ def check_export(path: Path, format: str) -> None:  # noqa: A002
         OutputError: the file, or one that goes beside it, cannot be written.
 
     """
-    if format not in FORMATS:
-        raise ExportError(f"there is no format {format!r}; choose one of {_list(FORMATS)}")
+    _check_format(path, format)
     chosen = FORMATS[format]
-    if path.suffix not in chosen.suffixes:
-        raise ExportError(
-            f"cannot write {path} as {format}: such a file ends in {' or '.join(chosen.suffixes)}"
-        )
     if chosen.meshes:
         check_libraries()
     check_file(path)
@@ -107,9 +124,22 @@ def format_of(path: Path) -> str:
     )
 
 
+def _check_format(path: Path, format: str) -> None:  # noqa: A002
+    if format not in FORMATS:
+        raise ExportError(f"there is no format {format!r}; choose one of {_list(FORMATS)}")
+    suffixes = FORMATS[format].suffixes
+    if path.suffix not in suffixes:
+        raise ExportError(
+            f"cannot write {path} as {format}: such a file ends in {' or '.join(suffixes)}"
+        )
+
+
 def _check_numbers(density_kg_m3: float, detail: int) -> None:
-    if not (math.isfinite(density_kg_m3) and density_kg_m3 > 0.0):
-        raise ExportError(f"the density is {density_kg_m3} kg/m³; give a positive number")
+    if not 0.0 < density_kg_m3 <= MOST_DENSITY:
+        raise ExportError(
+            f"the density is {digits(density_kg_m3)} kg/m³; give a positive number, at most "
+            f"{digits(MOST_DENSITY)}"
+        )
     if not 0 <= detail <= MOST_DETAIL:
         raise ExportError(f"the detail is {detail}; choose a whole number from 0 to {MOST_DETAIL}")
 

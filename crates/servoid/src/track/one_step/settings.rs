@@ -112,7 +112,10 @@ pub enum OneStepError {
 
 impl OneStepSettings {
     /// Passes the settings on if they are in their ranges.
-    pub(super) fn checked(self) -> Result<Self, OneStepError> {
+    ///
+    /// # Errors
+    /// If one is not.
+    pub fn checked(self) -> Result<Self, OneStepError> {
         let bounded = |name, allowed, given: f64, fits: bool| {
             if fits { Ok(()) } else { Err(OneStepError::Setting { name, allowed, given }) }
         };

@@ -1,4 +1,4 @@
-"""Reads numbers as people and programs write them in text files and options: in ASCII."""
+"""Reads numbers as people and programs write them, and writes them for people."""
 
 import re
 
@@ -34,3 +34,13 @@ def whole_number_of(text: str) -> int:
     if _WHOLE.fullmatch(text) is None:
         raise ValueError(f"'{text[:40]}' is no whole number")
     return int(text)
+
+
+def digits(number: float) -> str:
+    """Write a number with six digits at most, and an exponent where it is very large or small."""
+    return f"{number:.6g}"
+
+
+def counted(count: int, thing: str, things: str = "") -> str:
+    """Write how many things there are: `1 image`, `3 images`."""
+    return f"{count} {thing if count == 1 else things or thing + 's'}"

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from servoid.observe.numerals import number_of, whole_number_of
+from servoid.words import number_of, whole_number_of
 
 
 @given(st.floats())

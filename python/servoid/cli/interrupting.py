@@ -1,0 +1,57 @@
+"""Makes Ctrl-C and SIGTERM end a command in order: nothing half written, and one sentence."""
+
+import os
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from types import FrameType
+from typing import Any
+
+from typer.core import TyperGroup
+
+INTERRUPTED = 130
+TERMINATED = 143  # what shells and service managers expect after SIGTERM
+
+
+class InterruptedCommand(BaseException):
+    """Is raised for Ctrl-C in a command that says nothing about it itself."""
+
+
+class Commands(TyperGroup):
+    """The group of all commands; its library would end an interrupted one without a word."""
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run the command that was asked for."""
+        try:
+            return super().invoke(ctx)
+        except KeyboardInterrupt as interrupt:
+            raise InterruptedCommand from interrupt
+
+
+@contextmanager
+def heeded_signals() -> Iterator[list[int]]:
+    """Let Ctrl-C and SIGTERM interrupt the block; what is given lists the signals that came.
+
+    Ctrl-C does so also where a shell started this in the background, deaf to it.
+    """
+    came: list[int] = []
+    if threading.current_thread() is not threading.main_thread():
+        yield came  # where Python never interrupts
+        return
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+    home = os.getpid()
+
+    def heed(number: int, _: FrameType | None) -> None:
+        if os.getpid() != home:  # a process that was forked ends as one does
+            signal.signal(number, signal.SIG_DFL)
+            os.kill(os.getpid(), number)
+        came.append(number)
+        signal.raise_signal(signal.SIGINT)
+
+    before = signal.signal(signal.SIGTERM, heed)
+    try:
+        yield came
+    finally:
+        signal.signal(signal.SIGTERM, before)

@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -21,7 +21,7 @@ from servoid.errors import ModelError
 from servoid.model.result import ModelResult, Surface
 from servoid.model.running import Progress, in_parallel, run_core
 from servoid.model.sights import NO_SIGHTS, Sights
-from servoid.observe import CaptureView, views_of
+from servoid.observe import CaptureView, shrunk, views_of
 
 PLAIN_COLOR = (150, 150, 150)
 _MOST_CHOSEN = 12
@@ -106,8 +106,10 @@ def fit(
     request = Request(
         max_ellipsoids=max_ellipsoids, delta=delta, seed=seed, threads=threads, progress=progress
     )
-    used, unused = divide(_of_capture(capture_views, images), views)
-    return fit_views(used, unused, NO_SIGHTS, request)
+    small, note = shrunk(_of_capture(capture_views, images))
+    used, unused = divide(small, views)
+    result = fit_views(used, unused, NO_SIGHTS, request)
+    return result if note is None else replace(result, notes=(*result.notes, note))
 
 
 def fit_views(
@@ -128,6 +130,8 @@ def fit_views(
     """
     start = time.perf_counter() if start is None else start
     settings = request.settings()
+    if request.progress is not None:
+        request.progress(Progress(0, 0.0, 0.0, stage="reading images"))
     # Files are read first, so that a damaged one is found before the long work.
     native_used = in_parallel(CaptureView.view, used)
     native_unused = in_parallel(CaptureView.view, unused)

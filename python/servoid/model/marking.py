@@ -11,6 +11,7 @@ from servoid.observe import (
     HueTarget,
     Target,
     seek_object,
+    shrunk,
     undoubted,
 )
 
@@ -73,11 +74,13 @@ def mark(
             f"{capture.path}: no usable view: nothing says where the object is; give at least one "
             f"image a mask, or mark the object in one, such as {_example(views)}"
         )
+    kept = [marked.get(view.name, view) for view in views]
+    small, note = shrunk(kept)
     return Marked(
-        views=tuple(marked[view.name] for view in views if view.name in marked),
-        others=tuple(view for view in views if view.name not in marked),
+        views=tuple(view for view in small if view.name in marked),
+        others=tuple(view for view in small if view.name not in marked),
         from_targets=bool(targets),
-        notes=tuple(notes),
+        notes=(*notes, *([] if note is None else [note])),
     )
 
 

@@ -20,6 +20,7 @@ from servoid.observe.picture import Picture
 from servoid.observe.recording import Recording
 from servoid.observe.rig_file import read_rig
 from servoid.observe.segment import grow_mask
+from servoid.observe.shrinking import shrunk
 from servoid.observe.source import Instant, Source
 from servoid.observe.stereo import StereoDepth, rough_depth, stereo_depth
 from servoid.observe.target import (
@@ -74,6 +75,7 @@ __all__ = [
     "read_rig",
     "rough_depth",
     "seek_object",
+    "shrunk",
     "stereo_depth",
     "tidy_image",
     "undistortion",

@@ -12,6 +12,7 @@ from servoid._native import Camera, Lens, Pose, View, taken_depth, taken_image, 
 from servoid.errors import CameraError, CaptureError, ImageError, MaskError, PoseError, ServoidError
 from servoid.observe.capture import Capture, CaptureCamera, CaptureView
 from servoid.observe.ideal import Ideal
+from servoid.observe.images import shrink
 from servoid.observe.picture import Picture
 
 _APART = 1e-9  # metres and radians by which cameras of one rig may seem to move
@@ -29,8 +30,13 @@ class ArrayPicture(Picture):
         """Say if there is an image."""
         return self.pixels is not None
 
-    def read(self, size_px: tuple[int, int]) -> NDArray[np.uint8]:
-        """Return the image, which has (width, height) pixels.
+    @property
+    def is_in_memory(self) -> bool:
+        """Say that nothing is read."""
+        return True
+
+    def read(self, size_px: tuple[int, int], by: int = 1) -> NDArray[np.uint8]:
+        """Return the image, which has (width, height) pixels, shrunk `by` so much.
 
         Raises:
             ImageError: there is none, or it has another size.
@@ -39,7 +45,7 @@ class ArrayPicture(Picture):
         if self.pixels is None:
             raise ImageError(f"view {self.stem} has no image; give one with its mask")
         _check_size("image", self.pixels, size_px, ImageError)
-        return self.pixels
+        return np.asarray(shrink(self.pixels, by), np.uint8)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -11,15 +11,15 @@ from servoid._native import Camera, Lens, Pose, View
 from servoid.errors import CaptureError, MaskError, located
 from servoid.observe.depth import read_depth
 from servoid.observe.ideal import Ideal, needs_object
-from servoid.observe.images import read_mask
+from servoid.observe.images import Recorded, read_mask
 from servoid.observe.picture import Picture
 
 
-def read_scaled(path: Path, lens: Lens, scale_m: float | None) -> NDArray[np.float32]:
+def read_scaled(path: Path, recorded: Recorded, scale_m: float | None) -> NDArray[np.float32]:
     """Read a depth image whose unit is `scale_m` metres: (H, W) float32, NaN where unknown.
 
     Raises:
-        ImageError: the file is missing, damaged or of another size than the lens's images.
+        ImageError: the file is missing, damaged or of another size than was recorded.
         CaptureError: nothing says which unit the file counts in.
 
     """
@@ -28,7 +28,7 @@ def read_scaled(path: Path, lens: Lens, scale_m: float | None) -> NDArray[np.flo
             f"{path}: nothing says what one unit is in metres; give depth_scale_m, such as 0.001 "
             "for millimetres"
         )
-    return read_depth(path, lens.size_px, scale_m)
+    return read_depth(path, recorded.size_px, scale_m, recorded.by)
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ class CaptureCamera:
         if self.depths_m:
             return self.depths_m[index]
         path = self.depth_paths[index]
-        return None if path is None else read_scaled(path, self.lens, self.depth_scale_m)
+        return None if path is None else read_scaled(path, Recorded(self.lens.size_px), self.depth_scale_m)
 
     @cached_property
     def ideal(self) -> Ideal:
@@ -88,7 +88,8 @@ class CaptureView:
     distortion, and turned towards the object if the lens is a fisheye. `given_mask` is a mask in
     the ideal pinhole's pixels, (H, W) uint8, that takes precedence over the others;
     `recorded_mask` is one in the pixels of the image as it was recorded, instead of the file's, and
-    so is `depth_m`, (H, W) float32 in metres.
+    so is `depth_m`, (H, W) float32 in metres. `shrinking` says how large the files' images are where
+    they are shrunk to the lens's.
     """
 
     camera_name: str
@@ -103,6 +104,12 @@ class CaptureView:
     recorded_mask: NDArray[np.uint8] | None = None
     shared: Ideal | None = None
     depth_m: NDArray[np.float32] | None = None
+    shrinking: Recorded | None = None
+
+    @property
+    def recorded(self) -> Recorded:
+        """Return how large the files' images are, and by how much they are shrunk."""
+        return self.shrinking or Recorded(self.lens.size_px)
 
     @property
     def name(self) -> str:
@@ -129,7 +136,7 @@ class CaptureView:
     def ideal(self) -> Ideal:
         """Return the ideal pinhole, with what turns the lens's images into its own."""
         mask = self.mask_path if self.recorded_mask is None else self.recorded_mask
-        return self.shared or Ideal(self.lens, mask)
+        return self.shared or Ideal(self.lens, mask, self.recorded)
 
     @cached_property
     def camera(self) -> Camera:
@@ -189,7 +196,7 @@ class CaptureView:
             ImageError: as for `image`.
 
         """
-        return self.picture.read(self.lens.size_px)
+        return self.picture.read(self.recorded.size_px, self.recorded.by)
 
     def image(self) -> NDArray[np.uint8]:
         """Read the image: (H, W, 3) uint8, RGB.
@@ -214,7 +221,8 @@ class CaptureView:
             return self.ideal.maps().mask(self.recorded_mask)
         if self.mask_path is None:
             raise MaskError(f"{self.name} has no mask; write one and name it like the image")
-        return self.ideal.maps().mask(read_mask(self.mask_path, self.lens.size_px))
+        mask = read_mask(self.mask_path, self.recorded.size_px, self.recorded.by)
+        return self.ideal.maps().mask(mask)
 
     def depth(self) -> NDArray[np.float32] | None:
         """Read the depth image: (H, W) float32, metres along z, NaN where unknown; None: no such.
@@ -242,7 +250,7 @@ class CaptureView:
             return self.depth_m
         if self.depth_path is None:
             return None
-        return read_scaled(self.depth_path, self.lens, self.depth_scale_m)
+        return read_scaled(self.depth_path, self.recorded, self.depth_scale_m)
 
     def view(self) -> View:
         """Read the mask and join it with the camera and its pose, ready for modelling.

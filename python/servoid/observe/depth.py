@@ -14,17 +14,23 @@ from servoid.observe.reading import read_bytes
 _KINDS = "16-bit PNG, 16-bit or float32 TIFF, or .npy"
 
 
-def read_depth(path: Path, size_px: tuple[int, int], scale_m: float) -> NDArray[np.float32]:
+def read_depth(
+    path: Path, size_px: tuple[int, int], scale_m: float, by: int = 1
+) -> NDArray[np.float32]:
     """Read a depth image of (width, height) pixels whose unit is `scale_m` metres.
 
     Returns (H, W) float32, metres along z; NaN where the file has zero, a negative number, NaN or
-    infinity.
+    infinity. Shrunk `by` more than 1, each pixel is one of the file's: means of depths lie where
+    nothing is.
 
     Raises:
         ImageError: the file is missing, cut short or of another size, or it is no depth image.
 
     """
     values = _read_npy(path, size_px) if path.suffix == ".npy" else _read_image(path, size_px)
+    if by > 1:
+        rows, columns = values.shape[0] // by, values.shape[1] // by
+        values = values[by // 2 :: by, by // 2 :: by][:rows, :columns]
     with np.errstate(over="ignore", invalid="ignore"):
         depth = (values.astype(np.float64) * scale_m).astype(np.float32)
     depth[~(np.isfinite(depth) & (depth > 0.0))] = np.nan

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from servoid._native import Camera, Lens, Pose
 from servoid.errors import located
-from servoid.observe.images import read_mask
+from servoid.observe.images import Recorded, read_mask
 from servoid.observe.undistort import Undistortion, undistortion
 
 _KEPT = 8  # a map of a large image takes hundreds of megabytes
@@ -22,8 +22,15 @@ class Ideal:
     pinhole looks at the object: `mask` says where that is, a file or (H, W) in the lens's pixels.
     """
 
-    def __init__(self, lens: Lens, mask: Path | NDArray[np.uint8] | None = None) -> None:
+    def __init__(
+        self,
+        lens: Lens,
+        mask: Path | NDArray[np.uint8] | None = None,
+        recorded: Recorded | None = None,
+    ) -> None:
+        """Stand for a lens; `recorded` is how a mask's file is read, if not as the lens sees."""
         self.lens = lens
+        self._recorded = recorded or Recorded(lens.size_px)
         self._mask = mask if needs_object(lens) else None
         self._lock = Lock()
 
@@ -46,11 +53,14 @@ class Ideal:
         with self._lock:  # threads that ask at once wait for one answer
             return _maps(self)
 
+    def _read(self, mask: Path) -> NDArray[np.uint8]:
+        return read_mask(mask, self._recorded.size_px, self._recorded.by)
+
     def _undistortion(self) -> Undistortion:
         if self._mask is None:
             return undistortion(self.lens)
         if isinstance(self._mask, Path):
-            place, mask = str(self._mask), read_mask(self._mask, self.lens.size_px)
+            place, mask = str(self._mask), self._read(self._mask)
         else:
             place, mask = "the object", self._mask
         rows, columns = np.nonzero(mask)

@@ -1,5 +1,6 @@
 """Reads images and masks from files, whole or not at all."""
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,11 +17,20 @@ if TYPE_CHECKING:
 
 _PNG_AROUND = 12  # length, kind and checksum of a chunk
 _JPEG_START_OF_SCAN = 0xDA
+_MOST_REDUCED = 8
 _JPEG_END = b"\xff\xd9"
 
 
-def read_image(path: Path, size_px: tuple[int, int]) -> NDArray[np.uint8]:
-    """Read an image of (width, height) pixels as (H, W, 3) uint8 in RGB order.
+@dataclass(frozen=True)
+class Recorded:
+    """How large images are in their files, and by how much they are shrunk as they are read."""
+
+    size_px: tuple[int, int]
+    by: int = 1
+
+
+def read_image(path: Path, size_px: tuple[int, int], by: int = 1) -> NDArray[np.uint8]:
+    """Read an image of (width, height) pixels as (H, W, 3) uint8 in RGB order, shrunk `by` so much.
 
     A turn that the file's EXIF data asks for is ignored: the camera's calibration knows none.
 
@@ -31,12 +41,14 @@ def read_image(path: Path, size_px: tuple[int, int]) -> NDArray[np.uint8]:
     import cv2  # costs as much as the rest of the package, and help texts do not need it
 
     flags = cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION
-    pixels = decode(path, flags, size_px, ImageError)
+    pixels = decode(path, flags, size_px, ImageError, by)
     return np.asarray(cv2.cvtColor(pixels, cv2.COLOR_BGR2RGB), dtype=np.uint8)
 
 
-def read_mask(path: Path, size_px: tuple[int, int]) -> NDArray[np.uint8]:
+def read_mask(path: Path, size_px: tuple[int, int], by: int = 1) -> NDArray[np.uint8]:
     """Read a mask of (width, height) pixels as (H, W) uint8: 255 on the object, 0 elsewhere.
+
+    It is shrunk `by` so much, as `shrink_mask` does.
 
     A pixel belongs to the object if any of its colour channels, of any depth, is not zero;
     transparency does not count.
@@ -49,7 +61,25 @@ def read_mask(path: Path, size_px: tuple[int, int]) -> NDArray[np.uint8]:
 
     pixels = decode(path, cv2.IMREAD_UNCHANGED, size_px, MaskError)
     object_px = pixels != 0 if pixels.ndim == 2 else (pixels[..., :3] != 0).any(axis=2)
-    return object_px.astype(np.uint8) * np.uint8(255)
+    return shrink_mask(object_px.astype(np.uint8) * np.uint8(255), by)
+
+
+def shrink_mask(mask: NDArray[np.uint8], by: int) -> NDArray[np.uint8]:
+    """Shrink a mask, (H, W) uint8: 255 where at least half of the pixels are, 0 elsewhere."""
+    if by == 1:
+        return mask
+    return (shrink(mask, by) > 127).astype(np.uint8) * np.uint8(255)
+
+
+def shrink(pixels: "cv2.typing.MatLike", by: int) -> "cv2.typing.MatLike":
+    """Shrink an image so that each pixel is the mean of `by` times `by`; a rest is cut off."""
+    if by == 1:
+        return pixels
+    import cv2
+
+    height, width = (max(1, side // by) for side in pixels.shape[:2])
+    whole = pixels[: height * by, : width * by]
+    return cv2.resize(whole, (width, height), interpolation=cv2.INTER_AREA)
 
 
 def decode(
@@ -57,8 +87,12 @@ def decode(
     flags: int,
     size_px: tuple[int, int],
     error: type[ImageError] | type[MaskError],
+    by: int = 1,
 ) -> "cv2.typing.MatLike":
-    """Decode an image file of (width, height) pixels with OpenCV's `flags`, or raise `error`."""
+    """Decode an image file of (width, height) pixels with OpenCV's `flags`, or raise `error`.
+
+    It is shrunk `by` so much, a power of two.
+    """
     import cv2
 
     data = read_bytes(path, error, IMAGE_FILE)
@@ -70,14 +104,27 @@ def decode(
     if size is not None:  # before a header that lies can ask for memory
         check_size(path, size, size_px, error)
     try:
-        pixels = cv2.imdecode(np.frombuffer(data, dtype=np.uint8), flags)
+        # A JPEG can be decoded at a half, a quarter or an eighth, which costs much less.
+        reduced = min(by, _MOST_REDUCED) if size is not None and data.startswith(JPEG) else 1
+        pixels = cv2.imdecode(np.frombuffer(data, dtype=np.uint8), flags | _reduction(reduced))
     except cv2.error as reason:
         raise error(f"{path} cannot be decoded as an image: {reason.err}") from reason
     if pixels is None:
         raise error(f"{path} cannot be decoded: it is no image or it is damaged; replace the file")
     height, width = pixels.shape[:2]
-    check_size(path, (width, height), size_px, error)
-    return pixels
+    if reduced == 1:
+        check_size(path, (width, height), size_px, error)
+        return shrink(pixels, by)
+    # What is left over at the right and below is decoded, too.
+    whole = pixels[: size_px[1] // reduced, : size_px[0] // reduced]
+    return shrink(whole, by // reduced)
+
+
+def _reduction(by: int) -> int:
+
+    if by == 1:
+        return 0
+    return {2: 16, 4: 32, 8: 64}[by]
 
 
 def check_size(

@@ -41,6 +41,10 @@ FILE_LIMITS = (
     TRIAL_FILE,
 )
 
+MOST_VIEW_PX = 160_000_000
+"""How many pixels the views that are modelled may have together; more are shrunk as they are read:
+at four bytes a pixel, with its mask, and twice for a moment, well within a gibibyte and a half."""
+
 MOST_CAMERAS = 64
 """How many cameras a capture.toml or a rig's file may name."""
 

@@ -33,13 +33,18 @@ class Picture:
         """Say if there is an image at all, which only one in memory can lack."""
         return True
 
-    def read(self, size_px: tuple[int, int]) -> NDArray[np.uint8]:
-        """Read the image of (width, height) pixels: (H, W, 3) uint8, RGB.
+    @property
+    def is_in_memory(self) -> bool:
+        """Say if the image is held already, so that nothing is read."""
+        return False
+
+    def read(self, size_px: tuple[int, int], by: int = 1) -> NDArray[np.uint8]:
+        """Read the image of (width, height) pixels: (H, W, 3) uint8, RGB, shrunk `by` so much.
 
         Raises:
             ImageError: the file is missing, damaged or of another size.
 
         """
         if self.index is None:
-            return read_image(self.path, size_px)
-        return read_video_image(self.path, self.index, size_px)
+            return read_image(self.path, size_px, by)
+        return read_video_image(self.path, self.index, size_px, by)

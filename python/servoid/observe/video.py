@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from servoid._native import Camera
 from servoid.errors import CaptureError, ImageError
-from servoid.observe.images import check_size
+from servoid.observe.images import check_size, shrink
 from servoid.observe.reading import check_regular, unreadable
 
 if TYPE_CHECKING:
@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 VIDEO_SUFFIXES = (".mp4", ".avi", ".mov", ".mkv", ".webm", ".m4v")
 
 _KEPT = 32  # decoded images: threads ask for neighbours, not quite in order
+_LEAST_KEPT = 12  # more than there are threads that read
+_KEPT_BYTES = 1 << 28
 _OPEN = 4  # videos that stay open: one that is opened anew is decoded from its start
 _LARGEST_SIDE_PX = Camera.MAX_SIDE_PX
 _MISSING_SHARE = 0.02  # a header may estimate the number from the duration
@@ -39,8 +41,12 @@ def count_video_images(path: Path) -> int:
     return _count(path, *_version(path, CaptureError))
 
 
-def read_video_image(path: Path, index: int, size_px: tuple[int, int]) -> NDArray[np.uint8]:
+def read_video_image(
+    path: Path, index: int, size_px: tuple[int, int], by: int = 1
+) -> NDArray[np.uint8]:
     """Read one image of a video, (H, W, 3) uint8 RGB; in order this costs one decoding of each.
+
+    The images of the video have (width, height) pixels; what is returned is shrunk `by` so much.
 
     Raises:
         ImageError: the file is missing or no video, ends before the image, or has another size.
@@ -50,7 +56,7 @@ def read_video_image(path: Path, index: int, size_px: tuple[int, int]) -> NDArra
 
     pixels = _stream(path, *_version(path, ImageError)).read(index)
     check_size(path, (pixels.shape[1], pixels.shape[0]), size_px, ImageError)
-    return np.asarray(cv2.cvtColor(pixels, cv2.COLOR_BGR2RGB), dtype=np.uint8)
+    return np.asarray(cv2.cvtColor(shrink(pixels, by), cv2.COLOR_BGR2RGB), dtype=np.uint8)
 
 
 def _version(path: Path, error: type[CaptureError] | type[ImageError]) -> tuple[int, int]:
@@ -90,6 +96,7 @@ class _Stream:
         self._waiting: list[int] = []
         self._video: cv2.VideoCapture | None = None
         self._next = 0
+        self._most = _KEPT
         self._kept: OrderedDict[int, cv2.typing.MatLike] = OrderedDict()
 
     def read(self, index: int) -> "cv2.typing.MatLike":
@@ -123,6 +130,7 @@ class _Stream:
         found = video.grab()
         if found and keep:
             found, pixels = video.retrieve()
+            self._most = min(max(_KEPT_BYTES // max(pixels.nbytes, 1), _LEAST_KEPT), _KEPT)
             self._kept[self._next] = pixels
         if not found:
             self._kept.pop(self._next, None)
@@ -131,7 +139,7 @@ class _Stream:
                 f"{self._path} ends at image {self._next}, or is damaged there; copy the file again"
             )
         self._next += 1
-        while len(self._kept) > _KEPT:
+        while len(self._kept) > self._most:
             self._kept.popitem(last=False)
 
 

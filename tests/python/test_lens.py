@@ -343,7 +343,7 @@ def test_the_same_lens_gives_the_same_maps() -> None:
     ("model", "coefficients", "words"),
     [
         ("fov", (), "known models: pinhole, brown_conrady, kannala_brandt"),
-        ("pinhole", (0.1,), "1 were given"),
+        ("pinhole", (0.1,), "1 was given"),
         ("brown_conrady", (0.1, 0.2), "4, 5 or 8"),
         ("kannala_brandt", (0.1,) * 5, "takes 4"),
         ("kannala_brandt", (0.1, 0.0, float("nan"), 0.0), "index 2 is NaN"),

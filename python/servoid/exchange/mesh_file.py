@@ -12,10 +12,13 @@ from servoid.exchange.mesh_counts import check_counts
 from servoid.exchange.mesh_repair import close_mesh, signed_volume
 from servoid.observe.limits import SHAPE_FILE
 from servoid.observe.reading import read_bytes
+from servoid.words import digits
 
 SUFFIXES = (".ply", ".obj", ".stl", ".off", ".glb")
 _LONGEST = 1e6  # metres; squares and cubes of lengths stay far from overflow
 _SUSPICIOUS = 10.0
+_TINY = 1e-3
+_LEAST = 1e-6  # metres; what the core can tell from a point
 
 
 @dataclass(frozen=True)
@@ -95,6 +98,12 @@ def _check_numbers(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> N
             f"a vertex lies {np.abs(vertices).max():.3g} m from the origin; lengths are metres, "
             f"at most {_LONGEST:.0e}; scale the mesh"
         )
+    size = float(np.linalg.norm(np.ptp(vertices, axis=0)))
+    if size < _LEAST:
+        raise MeshError(
+            f"the mesh is {digits(size)} m large; lengths are metres, at least {_LEAST:.0e}; scale "
+            "the mesh"
+        )
     low, high = int(faces.min()), int(faces.max())
     if low < 0 or high >= len(vertices):
         raise MeshError(
@@ -115,6 +124,10 @@ def _check_volume(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> No
 
 def _size_note(vertices: NDArray[np.float64]) -> tuple[str, ...]:
     size = float(np.linalg.norm(np.ptp(vertices, axis=0)))
-    if size <= _SUSPICIOUS:
+    if size > _SUSPICIOUS:
+        cure = "if its unit is the millimetre, scale it by 0.001"
+    elif size < _TINY:
+        cure = "if its unit is the kilometre or the inch, scale it by 1000 or 0.0254"
+    else:
         return ()
-    return (f"the mesh is {size:.0f} m large; if its unit is the millimetre, scale it by 0.001",)
+    return (f"the mesh is {digits(size)} m large; {cure}",)

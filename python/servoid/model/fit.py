@@ -17,11 +17,14 @@ from servoid._native import (
     fit_body,
     silhouette_ious,
 )
-from servoid.errors import ModelError
+from servoid.errors import MaskError, MeshError, ModelError
+from servoid.model.misfit import swapped_note, touches_all_borders
 from servoid.model.result import ModelResult, Surface
 from servoid.model.running import Progress, in_parallel, run_core
 from servoid.model.sights import NO_SIGHTS, Sights
 from servoid.observe import CaptureView, shrunk, views_of
+from servoid.pose import exact
+from servoid.words import digits
 
 PLAIN_COLOR = (150, 150, 150)
 _MOST_CHOSEN = 12
@@ -133,8 +136,10 @@ def fit_views(
     if request.progress is not None:
         request.progress(Progress(0, 0.0, 0.0, stage="reading images"))
     # Files are read first, so that a damaged one is found before the long work.
-    native_used = in_parallel(CaptureView.view, used)
-    native_unused = in_parallel(CaptureView.view, unused)
+    read = in_parallel(_read, [*used, *unused])
+    native = [view for view, _ in read]
+    native_used, native_unused = native[: len(used)], native[len(used) :]
+    swapped = swapped_note([touching for _, touching in read])
     seen = all(view.has_image for view in used)
     images = in_parallel(CaptureView.image, used) if seen else []
     given = request.given(views=native_used, sights=sights)
@@ -154,6 +159,7 @@ def fit_views(
         native_unused=tuple(native_unused),
         sights=sights,
         surface=Surface.of(body, native_used, sights),
+        notes=() if swapped is None else (swapped,),
     )
 
 
@@ -171,12 +177,20 @@ def fit_mesh(
 
     Raises:
         BodyError: the mesh is not closed or holds nothing.
+        MeshError: it is so thin that no picture shows it.
         ModelError: a setting is out of range.
 
     """
     request = request or Request()
     given = request.given(mesh=Mesh(vertices=vertices, faces=faces))
-    return _fit_shape(given, NO_SIGHTS, request, notes)
+    try:
+        return _fit_shape(given, NO_SIGHTS, request, notes)
+    except MaskError as error:  # it is looked at from all sides, and none of them shows it
+        sides = np.sort(_sides(vertices))[::-1]
+        raise MeshError(
+            f"the mesh is too thin to be modelled: it is {' x '.join(map(digits, sides))} m large; "
+            "ellipsoids need a solid, so give it thickness, or model its parts by themselves"
+        ) from error
 
 
 def fit_sights(
@@ -190,6 +204,13 @@ def fit_sights(
     """
     request = request or Request()
     return _fit_shape(request.given(sights=sights), sights, request, notes)
+
+
+def _sides(vertices: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return how long a mesh is along its principal axes, (3,) float64 in metres."""
+    offsets = vertices - vertices.mean(axis=0)
+    _, axes = exact.eigh(exact.product(offsets.T, offsets))
+    return np.ptp(exact.product(offsets, axes), axis=0)
 
 
 def _fit_shape(given: Given, sights: Sights, request: Request, notes: Sequence[str]) -> ModelResult:
@@ -261,6 +282,12 @@ def _write_slice(chosen: slice) -> str:
     return ":".join(
         "" if part is None else str(part) for part in (chosen.start, chosen.stop, chosen.step)
     )
+
+
+def _read(view: CaptureView) -> tuple[View, bool]:
+    """Read a view, and say if its mask touches all borders."""
+    mask = view.mask()
+    return view.view(mask), touches_all_borders(mask)
 
 
 def _judge(body: Body, views: Sequence[View]) -> NDArray[np.float64]:

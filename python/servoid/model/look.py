@@ -78,6 +78,7 @@ def fit_capture(
             f"--observations {used[0].index}:{used[0].index + 1} --distance 0.6"
         )
     result = fit_views(used, unused, sights, request, start=start)
+    notes += result.notes
     return replace(result, targets=tuple(map(str, targets)), notes=tuple(notes))
 
 

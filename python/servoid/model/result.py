@@ -18,6 +18,7 @@ from servoid._native import (
     seen_surface,
     silhouette_ious,
 )
+from servoid.model.misfit import misfit_notes
 from servoid.model.sights import NO_SIGHTS, Sights
 from servoid.observe import CaptureView
 from servoid.shape import MadeBy, SeenEntry, save_body
@@ -119,9 +120,16 @@ class ModelResult:
 
     @property
     def all_notes(self) -> tuple[str, ...]:
-        """Return all that a user should read, what was not seen included."""
+        """Return all that a user should read, what fits badly and what was not seen included."""
         unseen = None if self.surface is None else self.surface.note()
-        return self.notes if unseen is None else (*self.notes, unseen)
+        used, unused = (
+            misfit_notes(kind, [view.name for view in views], ious)
+            for kind, views, ious in (
+                ("used", self.used_views, self.iou_used),
+                ("unused", self.unused_views, self.iou_unused),
+            )
+        )
+        return (*self.notes, *used, *unused, *([] if unseen is None else [unseen]))
 
     def save(self, path: str | Path, appearance: bytes | None = None) -> None:
         """Write the body, its colours and how it was made to a JSON file.

@@ -222,6 +222,12 @@ class CaptureView:
         if self.mask_path is None:
             raise MaskError(f"{self.name} has no mask; write one and name it like the image")
         mask = read_mask(self.mask_path, self.recorded.size_px, self.recorded.by)
+        if not mask.any():
+            width, height = self.recorded.size_px
+            raise MaskError(
+                f"{self.mask_path}: the mask is empty: no pixel of its {width}x{height} is "
+                "non-zero; mark the object's pixels"
+            )
         return self.ideal.maps().mask(mask)
 
     def depth(self) -> NDArray[np.float32] | None:
@@ -252,14 +258,14 @@ class CaptureView:
             return None
         return read_scaled(self.depth_path, self.recorded, self.depth_scale_m)
 
-    def view(self) -> View:
-        """Read the mask and join it with the camera and its pose, ready for modelling.
+    def view(self, mask: NDArray[np.uint8] | None = None) -> View:
+        """Join the mask, which is read if it is not given, with the camera and its pose.
 
         Raises:
             MaskError: as for `mask`, or the mask is empty or covers the whole image.
 
         """
-        mask = self.mask()
+        mask = self.mask() if mask is None else mask
         told = self.given_mask is not None or self.recorded_mask is not None
         with located(self.name if told else str(self.mask_path)):
             return View(camera=self.camera, world_from_camera=self.world_from_camera, mask=mask)

@@ -1,5 +1,6 @@
 """Finds the object that a target means in its image."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -161,7 +162,7 @@ def _in_box(image: Image, target: BoxTarget) -> Found:
     mask[pixels_in(larger(box), image.shape) == 0] = 0
     return replace(
         _found(image, mask, answers, "a box moved"),
-        notes=_far_away(mask, box) if mask.any() else (),
+        notes=(*_beyond(box, image), *(_far_away(mask, box) if mask.any() else ())),
     )
 
 
@@ -196,14 +197,36 @@ def _floor(share: float) -> str:
     return f"{int(100.0 * share) / 100.0:.2f}"
 
 
+def _beyond(box: Corners, image: Image) -> tuple[str, ...]:
+    """Say that a box reaches beyond its image by more than a hand's error."""
+    height, width = image.shape[:2]
+    over = {
+        "left": -box[0],
+        "top": -box[1],
+        "right": box[2] - (width - 1.0),
+        "bottom": box[3] - (height - 1.0),
+    }
+    sides = [side for side, pixels in over.items() if pixels > HAND_PX]
+    if not sides:
+        return ()
+    return (
+        f"the box reaches beyond the image at its {_joined(sides)}: u goes from 0 to {width - 1} "
+        f"and v from 0 to {height - 1}; check the numbers, and that the image was not resized",
+    )
+
+
+def _joined(names: Sequence[str]) -> str:
+    """Join names as a sentence has them: `left, top and right`."""
+    return " and ".join((", ".join(names[:-1]), names[-1]) if len(names) > 1 else names)
+
+
 def _far_away(mask: Mask, box: Corners) -> tuple[str, ...]:
     sides = far_sides(mask, box)
     if not sides:
         return ()
-    names = " and ".join((", ".join(sides[:-1]), sides[-1]) if len(sides) > 1 else sides)
     return (
-        f"the object that was found does not reach the {names} of its box; if a part of it is "
-        "missing, draw the box closer around it",
+        f"the object that was found does not reach the {_joined(sides)} of its box; if a part of "
+        "it is missing, draw the box closer around it",
     )
 
 

@@ -6,6 +6,7 @@ from numpy.typing import NDArray
 from servoid._native import Camera, Lens, Pose
 from servoid.errors import CameraError
 from servoid.pose import exact
+from servoid.words import digits
 
 MAX_SPAN_DEG = 120.0
 """The widest object that a pinhole camera is turned to, and the widest picture along an axis."""
@@ -15,6 +16,7 @@ _MAX_GROWTH = 2.0  # Of the longer side: a picture four times as large costs fou
 _LEAST_PX = 64.0  # The least bound for a side, however small the lens's picture.
 _MARGIN = 0.25  # Of the object's size, on each side: its background is needed too.
 _MARGIN_PX = 8.0
+_LEAST_LEFT_PX = 16.0  # or an eighth of the lens's own side, if that is less
 _RIM_PX = 2.0  # How far apart the rim of the lens's picture is looked at.
 _GRID = 65
 
@@ -38,7 +40,20 @@ def camera_along_the_axis(lens: Lens) -> Camera:
     middle_px = np.clip(_middle(flat, lens) * focal_px, first_px, last_px)
     first_px = np.floor(np.maximum(first_px, middle_px - most_px / 2.0 + 1.0))
     last_px = np.ceil(np.minimum(last_px, middle_px + most_px / 2.0 - 1.0))
+    _check_left(lens, last_px - first_px + 1.0)
     return _camera(first_px, last_px, focal_px)
+
+
+def _check_left(lens: Lens, sides_px: NDArray[np.float64]) -> None:
+    """Check that straightening leaves a picture."""
+    if (sides_px < np.minimum(np.array(lens.size_px) / 8.0, _LEAST_LEFT_PX)).any():
+        (fx, fy), (cx, cy) = lens.focal_px, lens.center_px
+        raise CameraError(
+            f"the calibration leaves no picture: without its distortion the image of "
+            f"{lens.size_px[0]}x{lens.size_px[1]} pixels would have "
+            f"{sides_px[0]:.0f}x{sides_px[1]:.0f}; check focal_px ({digits(fx)}, {digits(fy)}), "
+            f"center_px ({digits(cx)}, {digits(cy)}) and distortion"
+        )
 
 
 def camera_towards(lens: Lens, object_px: NDArray[np.float64]) -> tuple[Camera, Pose]:

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 _PNG_AROUND = 12  # length, kind and checksum of a chunk
 _JPEG_START_OF_SCAN = 0xDA
+_WITH_ALPHA = 4  # channels
 _MOST_REDUCED = 8
 _JPEG_END = b"\xff\xd9"
 
@@ -61,7 +62,19 @@ def read_mask(path: Path, size_px: tuple[int, int], by: int = 1) -> NDArray[np.u
 
     pixels = decode(path, cv2.IMREAD_UNCHANGED, size_px, MaskError)
     object_px = pixels != 0 if pixels.ndim == 2 else (pixels[..., :3] != 0).any(axis=2)
+    if pixels.ndim == 3 and pixels.shape[2] == _WITH_ALPHA and not object_px.any():
+        _check_alpha(path, pixels[..., 3])
     return shrink_mask(object_px.astype(np.uint8) * np.uint8(255), by)
+
+
+def _check_alpha(path: Path, alpha: NDArray[np.generic]) -> None:
+    """Check that a mask without any colour does not hold the object in its transparency."""
+    if alpha.min() != alpha.max():
+        raise MaskError(
+            f"{path}: the mask has no colour that is not zero, and the object is in its alpha "
+            "channel; write that as a grey image, such as with "
+            "'magick IN.png -alpha extract OUT.png'"
+        )
 
 
 def shrink_mask(mask: NDArray[np.uint8], by: int) -> NDArray[np.uint8]:

@@ -222,6 +222,13 @@ FILES = {
         toml("size_px = [160, 120]", ""),
         r"camera\[0\]: the key 'size_px' is missing; known keys: name",
     ),
+    "all keys but one": (
+        lambda folder: (folder / "capture.toml").write_text("[[camera]]\nimages = 'i/*.png'\n"),
+        r"capture\.toml: the key 'version' is missing; known keys: .*; write such as version = 1; "
+        r"camera\[0\]: the keys 'name', 'size_px', 'model', 'focal_px', 'center_px', "
+        r"'rig_from_camera' are missing; known keys: .*; write such as name = \"eye\", "
+        r"size_px = \[640,480\], model = \"pinhole\", .*rig_from_camera = \[\[1,0,0,0\],",
+    ),
     "no camera": (toml("[[camera]]", "[camera]"), r"camera: expected a list, got a table"),
     "later version": (
         toml("version = 1", "version = 2"),

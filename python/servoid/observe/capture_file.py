@@ -22,6 +22,9 @@ Row = tuple[float, float, float, float]
 FileT = TypeVar("FileT", bound=msgspec.Struct)
 
 
+Version = Annotated[int, msgspec.Meta(examples=[1])]
+
+
 class LensEntry(msgspec.Struct, frozen=True, kw_only=True):
     """Holds what a [[camera]] table says of the camera itself.
 
@@ -29,8 +32,8 @@ class LensEntry(msgspec.Struct, frozen=True, kw_only=True):
     only camera of a rig needs no `rig_from_camera`: it is the rig.
     """
 
-    name: Annotated[str, msgspec.Meta(min_length=1)]
-    size_px: tuple[int, int]
+    name: Annotated[str, msgspec.Meta(min_length=1, examples=["eye"])]
+    size_px: Annotated[tuple[int, int], msgspec.Meta(examples=[[640, 480]])]
     model: str = "pinhole"
     focal_px: tuple[float, float] | None = None
     fov_deg: float | None = None
@@ -42,7 +45,7 @@ class LensEntry(msgspec.Struct, frozen=True, kw_only=True):
 class CameraEntry(LensEntry, frozen=True, kw_only=True):
     """Holds one [[camera]] table of capture.toml."""
 
-    images: Annotated[str, msgspec.Meta(min_length=1)]
+    images: Annotated[str, msgspec.Meta(min_length=1, examples=["images/*.jpg"])]
     masks: Annotated[str, msgspec.Meta(min_length=1)] | None = None
     depths: Annotated[str, msgspec.Meta(min_length=1)] | None = None
     depth_scale_m: Annotated[float, msgspec.Meta(gt=0)] | None = None
@@ -57,7 +60,7 @@ class RigEntry(msgspec.Struct, frozen=True, kw_only=True):
 class CaptureFile(msgspec.Struct, frozen=True, kw_only=True):
     """Holds a whole capture.toml of version 1."""
 
-    version: int
+    version: Version
     rate_hz: Annotated[float, msgspec.Meta(gt=0)] | None = None
     camera: Annotated[tuple[CameraEntry, ...], msgspec.Meta(min_length=1)]
     rig: RigEntry = RigEntry()
@@ -98,7 +101,8 @@ def read_versioned(path: Path, struct: type[FileT], kind: str) -> tuple[FileT, s
 
     """
     data, text = read_toml_text(path, CaptureError)
-    check_version(data, str(path), CaptureError, kind)
+    if "version" in data:  # of a file without, all is told that it lacks
+        check_version(data, str(path), CaptureError, kind)
     return convert(data, struct, str(path), CaptureError, text), text
 
 

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import msgspec
 
-from servoid.observe.capture_file import LensEntry, mounted_lenses, read_versioned
+from servoid.observe.capture_file import LensEntry, Version, mounted_lenses, read_versioned
 from servoid.observe.live import LiveCamera
 
 
@@ -18,7 +18,7 @@ class _LiveEntry(LensEntry, frozen=True, kw_only=True):
 class _RigFile(msgspec.Struct, frozen=True, kw_only=True):
     """Holds a whole rig's file of version 1."""
 
-    version: int
+    version: Version
     camera: Annotated[tuple[_LiveEntry, ...], msgspec.Meta(min_length=1)]
 
 

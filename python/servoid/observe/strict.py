@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from enum import Enum
 from pathlib import Path
 from typing import Any, TypeVar, get_args, get_origin
@@ -13,6 +13,8 @@ from servoid.errors import ServoidError
 from servoid.observe.reading import read_toml_text
 
 StructT = TypeVar("StructT", bound=msgspec.Struct)
+
+_MOST_TOLD = 8  # tables that lack keys
 
 _PLAIN_WORDS = {
     "`array`": "a list",
@@ -53,8 +55,12 @@ def convert(
         error: a key is unknown or missing, a value has the wrong type or range, a number is NaN.
 
     """
-    for complaint in _wrong_keys(data, struct, (), text if known_only else None):
-        raise error(f"{place}{complaint}")
+    complaints = list(_wrong_keys(data, struct, (), text if known_only else None))
+    if complaints:
+        # Of unknown keys the first is told, as others may follow from it; of missing ones all are.
+        unknown = [words for words, is_missing in complaints if not is_missing]
+        told = unknown[:1] or [words for words, _ in complaints[:_MOST_TOLD]]
+        raise error(place + "; ".join(told).replace("; , ", "; "))
     for where in _not_finite(data, ()):
         raise error(f"{place}{_at(where)}: the number is not finite; write a finite number")
     try:
@@ -102,8 +108,11 @@ def _wrong_keys(
     struct: type[msgspec.Struct],
     where: tuple[str | int, ...],
     text: str | None,
-) -> Iterator[str]:
-    """Say which keys are missing and, if there is the `text` of the file, which are unknown."""
+) -> Iterator[tuple[str, bool]]:
+    """Say which keys are missing and, if there is the `text` of the file, which are unknown.
+
+    Each answer comes with whether it is of missing keys.
+    """
     fields = {field.encode_name: field for field in msgspec.structs.fields(struct)}
     tag = struct.__struct_config__.tag_field
     known = f"known keys: {', '.join([tag, *fields] if tag else fields)}"
@@ -112,10 +121,13 @@ def _wrong_keys(
             # A key that stands on several lines cannot be told apart by its name.
             line = line_of(text, key) if line_of(text, key, 1) is None else None
             on = f", line {line}" if line else ""
-            yield f"{on}{_at(where)}: unknown key '{key}'; {known}"
+            yield f"{on}{_at(where)}: unknown key '{key}'; {known}", False
+    missing = [field for name, field in fields.items() if field.required and name not in data]
+    if missing:
+        names = ", ".join(f"'{field.encode_name}'" for field in missing)
+        are = "key {} is" if len(missing) == 1 else "keys {} are"
+        yield f"{_at(where)}: the {are.format(names)} missing; {known}{_examples(missing)}", True
     for name, field in fields.items():
-        if field.required and name not in data:
-            yield f"{_at(where)}: the key '{name}' is missing; {known}"
         structs = list(_structs_in(field.type))
         if not structs or name not in data:
             continue
@@ -132,7 +144,7 @@ def _wrong_inside(
     structs: list[type[msgspec.Struct]],
     where: tuple[str | int, ...],
     text: str | None,
-) -> Iterator[str]:
+) -> Iterator[tuple[str, bool]]:
     """Say what is wrong with the keys of a table that may be one of several structs, by its tag."""
     tag = structs[0].__struct_config__.tag_field
     if tag is None:
@@ -144,7 +156,19 @@ def _wrong_inside(
         yield from _wrong_keys(data, kinds[given], where, text)
     else:
         what = f"the key '{tag}' is missing" if tag not in data else f"{tag} is {given!r}"
-        yield f"{_at(where)}: {what}; choose one of {', '.join(map(str, kinds))}"
+        yield f"{_at(where)}: {what}; choose one of {', '.join(map(str, kinds))}", False
+
+
+def _examples(fields: Sequence[msgspec.structs.FieldInfo]) -> str:
+    """Write values that keys may have as TOML has them, as far as their types give any."""
+    values = {
+        field.encode_name: meta.examples[0]
+        for field in fields
+        for meta in get_args(field.type)
+        if isinstance(meta, msgspec.Meta) and meta.examples
+    }
+    lines = [f"{name} = {msgspec.json.encode(value).decode()}" for name, value in values.items()]
+    return f"; write such as {', '.join(lines)}" if lines else ""
 
 
 def _structs_in(kind: Any) -> Iterator[type[msgspec.Struct]]:

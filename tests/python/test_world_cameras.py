@@ -1,4 +1,6 @@
+import gc
 import sys
+import weakref
 from itertools import pairwise
 
 import numpy as np
@@ -51,6 +53,25 @@ def look(world: World):
 def centroid(mask: np.ndarray) -> np.ndarray:
     rows, columns = np.nonzero(mask)
     return np.array([columns.mean(), rows.mean()])
+
+
+def test_a_world_that_nobody_holds_is_gone_at_once() -> None:
+    look(make_world())  # what is imported for the first world is no part of it
+    world = make_world()
+    look(world)
+    gone = weakref.ref(world)
+    gc.disable()
+    try:
+        del world
+        assert gone() is None
+    finally:
+        gc.enable()
+
+
+def test_an_arm_outlives_its_world() -> None:
+    arm = make_world().arm
+    arm.command(REST)
+    assert arm.state().time_s > 0.0
 
 
 def test_the_cameras_of_a_world_are_a_source() -> None:

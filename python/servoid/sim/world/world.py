@@ -1,5 +1,7 @@
 """A simulated world: an arm with eyes, an object that moves, a room, and time."""
 
+from functools import partial
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -57,7 +59,7 @@ class World:
         """
         self.settings: WorldSettings = settings or WorldSettings()
         settings = self.settings
-        self._steps = round(settings.physics.period_s / settings.physics.step_s)
+        steps = round(settings.physics.period_s / settings.physics.step_s)
         path = path or parse_path(settings.object.path)
         things = [*make_object(settings.object.name, settings.object.radii), *_board(settings)]
         room = make_room(settings.background, settings.seed)
@@ -81,7 +83,7 @@ class World:
         self._things = tuple(things)
         self._drawer = _drawer(settings, self._things)
         self._kinematics = kinematics
-        encoders = Encoders(self._drives, lab, self._steps, robot.hand_count)
+        encoders = Encoders(self._drives, lab, steps, robot.hand_count)
         calibration = Calibration(robot, kinematics, lab, true_cameras(settings.cameras))
         scene = Scene(
             drives=self._drives,
@@ -95,9 +97,9 @@ class World:
         )
         self.source = Shutter(settings, scene)
         period_s = settings.physics.period_s
-        self.arm = SimArm(
-            kinematics, calibration, encoders, period_s, self._advance, solids, protection
-        )
+        # The arm does not know the world, which knows it: no circle keeps a world that is over.
+        advance = partial(_advance, self._drives, self._course, self.source, steps)
+        self.arm = SimArm(kinematics, calibration, encoders, period_s, advance, solids, protection)
 
     @property
     def time_s(self) -> float:
@@ -239,12 +241,14 @@ class World:
             raise SimError("no observation was handed out yet; call source.newest() first")
         return exposure
 
-    def _advance(self, velocities: Floats) -> None:
-        """Let one control period pass."""
-        for _ in range(self._steps):
-            place = row_of(self._course.world_from_object_at(self.time_s))
-            self._drives.step(velocities, place)
-        self.source.expose()
+
+def _advance(
+    drives: Drives, course: Course, source: Shutter, steps: int, velocities: Floats
+) -> None:
+    """Let one control period of so many steps pass."""
+    for _ in range(steps):
+        drives.step(velocities, row_of(course.world_from_object_at(drives.time_s)))
+    source.expose()
 
 
 def _board(settings: WorldSettings) -> list[Thing]:

@@ -41,6 +41,11 @@ def digits(number: float) -> str:
     return f"{number:.6g}"
 
 
+def in_one_line(error: object) -> str:
+    """Write what another library says of an error in one line."""
+    return " ".join(str(error).split())
+
+
 def counted(count: int, thing: str, things: str = "") -> str:
-    """Write how many things there are: `1 image`, `3 images`."""
+    """Write how many things there are: `1 image`, `3 images`, `1 value was`, `2 values were`."""
     return f"{count} {thing if count == 1 else things or thing + 's'}"

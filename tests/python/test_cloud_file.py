@@ -159,7 +159,10 @@ HEAD = "ply\nformat {}\nelement vertex {}\nproperty float x\nproperty float y\np
         (HEAD.format("ascii 1.0", "9" * 30) + "end_header\n", "whole number"),
         (HEAD.format("ascii 1.0", -1) + "end_header\n", "whole number"),
         (HEAD.format("ascii 1.0", 0) + "end_header\n", "no points"),
-        (HEAD.format("ascii 1.0", 2) + "end_header\n0 0 0\n\n\n\n\n\n\n", "2 points, but 1 lines"),
+        (
+            HEAD.format("ascii 1.0", 2) + "end_header\n0 0 0\n\n\n\n\n\n\n",
+            "2 points, but 1 line follows",
+        ),
         (HEAD.format("ascii 1.0", 1) + "end_header\n0 0\n   \n", "2 values were given, not 3"),
         (HEAD.format("ascii 1.0", 1) + "end_header\n0 0 cup\n", "no number"),
         (HEAD.format("ascii 1.0", 1) + f"end_header\n0 0 {'1' * 500}\n", "too long"),

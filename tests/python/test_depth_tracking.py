@@ -69,7 +69,9 @@ def test_what_is_no_depth_image_of_the_camera_is_refused_or_said(capture: Captur
     pose = step.tracked[0].estimate.world_from_object
     tracker.start(0.0, first.world_from_camera, first.images, pose, depths=first.depths)
     seen = (0.1, second.world_from_camera, second.images)
-    with pytest.raises(TrackError, match="1 cameras, but 2 depth images"):
+    with pytest.raises(
+        TrackError, match="1 camera and needs as many depth images, but was given 2"
+    ):
         tracker.step(*seen, depths=(None, None))
     for wrong in (
         np.ones((4, 5), bool),

@@ -118,7 +118,7 @@ def test_degenerate_and_double_faces_and_unused_vertices_are_dropped(tmp_path: P
     mesh = read_mesh(write(tmp_path / "a.ply", vertices, faces))
     assert mesh.notes == (
         "2 faces without area were dropped",
-        "3 faces that were there twice were dropped",
+        "3 double faces were dropped",
     )
     assert is_closed_and_outward(mesh)
     assert np.abs(mesh.vertices).max() < 0.06
@@ -170,7 +170,7 @@ def with_nan() -> tuple[object, object]:
         (flat_box, "volume"),
         (half_ball, "the mesh is open"),
         (fin, "no closed surface"),
-        (with_nan, "1 of 162 vertices are not finite"),
+        (with_nan, "1 of 162 vertices is not finite"),
         (lambda: (BALL.vertices * 1e8, BALL.faces), "scale the mesh"),
         (lambda: (BALL.vertices, [[0, 1, 1]]), "three different corners"),
     ],

@@ -55,7 +55,7 @@ def test_missing_and_wrong_images_are_notices() -> None:
 def test_what_cannot_be_tracked_is_said() -> None:
     with pytest.raises(TrackError, match="was not started"):
         OneStepTracker([SMALL, SMALL], egg()).step(0.0, TWO_EYES, pictures(START))
-    with pytest.raises(ImageError, match="2 cameras needs 2 images, but 1"):
+    with pytest.raises(ImageError, match="2 cameras needs as many images, but was given 1"):
         started().step(0.1, TWO_EYES, pictures(START)[:1])
     with pytest.raises(ServoidError, match="at least one camera"):
         OneStepTracker([], egg())

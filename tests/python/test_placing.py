@@ -28,7 +28,7 @@ def test_without_a_mask_nothing_is_placed() -> None:
 def test_masks_images_and_colors_must_belong_together() -> None:
     true = body_at(Pose.from_parts((0.0, 0.0, 0.5), (1.0, 0.0, 0.0, 0.0)))
     views, images = marked(true)
-    with pytest.raises(ImageError, match="2 images, but 1 were given"):
+    with pytest.raises(ImageError, match="2 cameras needs as many images, but was given 1"):
         place_body(true, views, images[:1], COLORS)
     with pytest.raises(TrackError, match="3 ellipsoids has 3 colours, but 2 were given"):
         place_body(true, views, images, COLORS[:2])

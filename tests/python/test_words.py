@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from servoid.words import number_of, whole_number_of
+from servoid.words import counted, digits, in_one_line, number_of, whole_number_of
 
 
 @given(st.floats())
@@ -37,3 +37,19 @@ def test_whole_numbers_are_read_back(number: int) -> None:
 def test_what_is_no_whole_number_is_none(text: str) -> None:
     with pytest.raises(ValueError, match="is no whole number"):
         whole_number_of(text)
+
+
+def test_one_thing_has_no_plural() -> None:
+    assert [counted(count, "image") for count in (0, 1, 2)] == ["0 images", "1 image", "2 images"]
+    assert counted(1, "value was", "values were") == "1 value was"
+    assert counted(3, "value was", "values were") == "3 values were"
+
+
+@given(st.floats(allow_nan=False))
+def test_a_number_for_people_has_six_digits_at_most(number: float) -> None:
+    mantissa = digits(number).partition("e")[0].strip("-")
+    assert sum(sign.isdigit() for sign in mantissa.lstrip("0.")) <= 6
+
+
+def test_what_another_library_says_becomes_one_line() -> None:
+    assert in_one_line(ValueError("XML Error:\n  no file\n\tx.xml")) == "XML Error: no file x.xml"

@@ -87,8 +87,7 @@ impl OneStepSettings {
         };
         let reach = reach.unwrap_or(default.reach);
         let (turn, seed) = (turn.unwrap_or(default.turn), seed.unwrap_or(default.seed));
-        let settings =
-            core::OneStepSettings { seed, genes, judge, reach, turn, search, ..default };
+        let settings = core::OneStepSettings { seed, genes, judge, reach, turn, search, ..default };
         settings.checked().map(Self).map_err(raise)
     }
 

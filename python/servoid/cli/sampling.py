@@ -9,6 +9,7 @@ import typer
 
 from servoid.cli.progress import progress_bar
 from servoid.sim import WHOLE_TURN, MovingScene, Scenario, write_moving_sample, write_sample
+from servoid.words import counted
 
 
 def check_still(chosen: Mapping[str, Any]) -> None:
@@ -42,7 +43,7 @@ def run_moving_sample(directory: Path, chosen: Mapping[str, Any]) -> None:
             scenario,
             progress=lambda done, of: update(done / of, f"{done} of {of}"),
         )
-    typer.echo(f"Wrote a recording of {scenario.count} observations into {directory},")
+    typer.echo(f"Wrote a recording of {counted(scenario.count, 'observation')} into {directory},")
     typer.echo(f"  with the true poses in {directory / 'truth'}; track it with")
     distance = f" --distance {_first_distance_m(scenario):.2f}" if scenario.one_camera else ""
     typer.echo(f"  servoid track {directory}{distance} --out poses.csv --video track.mp4")

@@ -10,6 +10,7 @@ from servoid.errors import MeshError
 from servoid.exchange.ply_header import PlyElement, PlyHeader, read_ply_header
 from servoid.observe.limits import SHAPE_FILE
 from servoid.observe.reading import read_bytes
+from servoid.words import counted
 
 _XYZ = ("x", "y", "z")
 _NORMAL = ("nx", "ny", "nz")
@@ -77,7 +78,9 @@ def read_cloud(path: Path) -> CloudFile:
         )
     notes = []
     if not finite.all():
-        notes.append(f"{int((~finite).sum())} of {len(points)} points were not finite and dropped")
+        bad = int((~finite).sum())
+        were = "was" if bad == 1 else "were"
+        notes.append(f"{bad} of {len(points)} points {were} not finite and dropped")
     if header.element("face") is not None:
         notes.append("the faces were ignored")
     normals = _read_normals(rows)
@@ -129,14 +132,18 @@ def _read_text(path: Path, body: bytes, skip: int, vertex: PlyElement) -> NDArra
     lines = [line for line in body.splitlines() if line.strip()][skip : skip + vertex.count]
     if len(lines) < vertex.count:
         raise MeshError(
-            f"{path}: the header promises {vertex.count} points, but {len(lines)} lines follow; "
+            f"{path}: the header promises {counted(vertex.count, 'point')}, but "
+            f"{counted(len(lines), 'line follows', 'lines follow')}; "
             "the file is cut short, copy it again"
         )
     width = len(vertex.properties)
     rows = [line.split() for line in lines]
     for number, row in enumerate(rows, start=1):
         if len(row) != width:
-            raise MeshError(f"{path}, point {number}: {len(row)} values were given, not {width}")
+            raise MeshError(
+                f"{path}, point {number}: {counted(len(row), 'value was', 'values were')} given, "
+                f"not {width}"
+            )
         # An array of texts is as wide as its longest text.
         if max(map(len, row)) > _LONGEST_NUMBER:
             raise MeshError(f"{path}, point {number}: a value is too long to be a number")

@@ -12,6 +12,7 @@ from servoid.exchange.colmap_model import (
 )
 from servoid.observe.limits import COLMAP_FILE
 from servoid.observe.reading import read_bytes
+from servoid.words import counted
 
 _CAMERA_HEAD = struct.Struct("<IiQQ")  # id, model, width, height
 _IMAGE_HEAD = struct.Struct("<I7dI")  # id, quaternion, translation, camera
@@ -99,8 +100,8 @@ class _Binary:
         rest = len(self._data) - self._at
         if rest:
             raise CaptureError(
-                f"{self._path}: {rest} bytes follow the last entry, so a count in it is wrong or "
-                "it is no file of COLMAP; export the model again"
+                f"{self._path}: {counted(rest, 'byte follows', 'bytes follow')} the last entry, "
+                "so a count in it is wrong or it is no file of COLMAP; export the model again"
             )
 
     def _cut_short(self) -> CaptureError:

@@ -8,7 +8,7 @@ from servoid.errors import CaptureError
 from servoid.exchange.colmap_model import ColmapCamera, ColmapImage
 from servoid.observe.limits import COLMAP_FILE
 from servoid.observe.reading import read_text
-from servoid.words import number_of, whole_number_of
+from servoid.words import counted, number_of, whole_number_of
 
 NumberT = TypeVar("NumberT", int, float)
 
@@ -30,8 +30,8 @@ def read_cameras_text(path: Path) -> list[ColmapCamera]:
         cells = line.split()
         if len(cells) < 5:
             raise CaptureError(
-                f"{place}: {len(cells)} values were given; a camera is CAMERA_ID MODEL WIDTH "
-                "HEIGHT PARAMETERS"
+                f"{place}: {counted(len(cells), 'value was', 'values were')} given; a camera is "
+                "CAMERA_ID MODEL WIDTH HEIGHT PARAMETERS"
             )
         camera_id, width, height = _numbers(int, [cells[0], *cells[2:4]], place)
         parameters = _numbers(float, cells[4:], place)
@@ -66,8 +66,8 @@ def _read_image(line: str, place: str) -> ColmapImage:
     cells = line.split(maxsplit=9)
     if len(cells) < 10:
         raise CaptureError(
-            f"{place}: {len(cells)} values were given; an image is IMAGE_ID QW QX QY QZ TX TY TZ "
-            "CAMERA_ID NAME"
+            f"{place}: {counted(len(cells), 'value was', 'values were')} given; an image is "
+            "IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME"
         )
     image_id, camera_id = _numbers(int, [cells[0], cells[8]], place)
     pose = _numbers(float, cells[1:8], place)

@@ -12,7 +12,7 @@ from servoid.exchange.mesh_counts import check_counts
 from servoid.exchange.mesh_repair import close_mesh, signed_volume
 from servoid.observe.limits import SHAPE_FILE
 from servoid.observe.reading import read_bytes
-from servoid.words import digits
+from servoid.words import counted, digits
 
 SUFFIXES = (".ply", ".obj", ".stl", ".off", ".glb")
 _LONGEST = 1e6  # metres; squares and cubes of lengths stay far from overflow
@@ -87,12 +87,15 @@ def _parse(path: Path, data: bytes, kind: str) -> tuple[NDArray[np.float64], NDA
 def _check_numbers(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> None:
     if not len(faces):
         raise MeshError(
-            f"the file has {len(vertices)} points and no faces; give a mesh with faces, or a PLY "
-            "file as a point cloud"
+            f"the file has {counted(len(vertices), 'point')} and no faces; give a mesh with "
+            "faces, or a PLY file as a point cloud"
         )
     if not np.isfinite(vertices).all():
         bad = int((~np.isfinite(vertices)).any(axis=1).sum())
-        raise MeshError(f"{bad} of {len(vertices)} vertices are not finite; export the mesh again")
+        are = "is" if bad == 1 else "are"
+        raise MeshError(
+            f"{bad} of {len(vertices)} vertices {are} not finite; export the mesh again"
+        )
     if np.abs(vertices).max() > _LONGEST:
         raise MeshError(
             f"a vertex lies {np.abs(vertices).max():.3g} m from the origin; lengths are metres, "

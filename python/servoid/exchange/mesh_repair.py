@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid.errors import MeshError
+from servoid.words import counted
 
 Vertices = NDArray[np.float64]
 Faces = NDArray[np.int64]
@@ -64,10 +65,13 @@ def _drop(faces: Faces, notes: list[str]) -> Faces:
     whole = (corners[:, 0] != corners[:, 1]) & (corners[:, 1] != corners[:, 2])
     faces, corners = faces[whole], corners[whole]
     if not whole.all():
-        notes.append(f"{int((~whole).sum())} faces without area were dropped")
+        count = int((~whole).sum())
+        dropped = "was dropped" if count == 1 else "were dropped"
+        notes.append(f"{counted(count, 'face')} without area {dropped}")
     _, first = np.unique(corners, axis=0, return_index=True)
     if len(first) < len(faces):
-        notes.append(f"{len(faces) - len(first)} faces that were there twice were dropped")
+        double = len(faces) - len(first)
+        notes.append(f"{counted(double, 'double face was', 'double faces were')} dropped")
     return faces[np.sort(first)]
 
 
@@ -130,8 +134,8 @@ def _fill(vertices: Vertices, faces: Faces, notes: list[str]) -> tuple[Vertices,
     crowded = int(((users > 2) & (balance != 0)).sum()) + int(((users == 2) & (balance != 0)).sum())
     if crowded:
         raise MeshError(
-            f"{crowded} edges have faces that no closed surface has there: three or more, or two "
-            f"that look to different sides; {_REMEDY}"
+            f"{counted(crowded, 'edge has', 'edges have')} faces that no closed surface has "
+            f"there: three or more, or two that look to different sides; {_REMEDY}"
         )
     size = float(np.linalg.norm(np.ptp(vertices, axis=0)))
     loops = _loops(_directed(faces)[(users == 1)[edge]])
@@ -140,8 +144,8 @@ def _fill(vertices: Vertices, faces: Faces, notes: list[str]) -> tuple[Vertices,
     if across[worst] > _LARGEST_HOLE * size:
         raise MeshError(
             f"the mesh is open: it has {len(loops)} {'hole' if len(loops) == 1 else 'holes'}, the "
-            f"largest with {len(loops[worst])} edges and {across[worst]:.3g} m across, and only "
-            f"holes up to {_LARGEST_HOLE * size:.3g} m are closed; {_REMEDY}"
+            f"largest with {counted(len(loops[worst]), 'edge')} and {across[worst]:.3g} m "
+            f"across, and only holes up to {_LARGEST_HOLE * size:.3g} m are closed; {_REMEDY}"
         )
     new_vertices, new_faces = [vertices], [faces]
     for index, loop in enumerate(loops):

@@ -14,7 +14,7 @@ from servoid.observe.lenses import make_lens
 from servoid.observe.limits import MOST_CAMERAS, POSES_FILE
 from servoid.observe.reading import read_text, read_toml_text
 from servoid.observe.strict import check_version, convert, line_of
-from servoid.words import number_of
+from servoid.words import counted, number_of
 
 POSES_HEADER = ("time_s", "x", "y", "z", "qw", "qx", "qy", "qz")
 
@@ -198,7 +198,8 @@ def read_poses(path: Path) -> tuple[list[float], list[Pose]]:
 def _read_pose(cells: list[str], place: str) -> tuple[float, Pose]:
     if len(cells) != len(POSES_HEADER):
         raise CaptureError(
-            f"{place}: {len(cells)} values were given; a pose has {len(POSES_HEADER)}: "
+            f"{place}: {counted(len(cells), 'value was', 'values were')} given; a pose has "
+            f"{len(POSES_HEADER)}: "
             f"{','.join(POSES_HEADER)}"
         )
     numbers = []

@@ -16,6 +16,7 @@ from servoid.observe.capture_file import (
 from servoid.observe.picture import Picture
 from servoid.observe.places import check_held, check_inside
 from servoid.observe.video import VIDEO_SUFFIXES, count_video_images
+from servoid.words import counted
 
 _DEPTH_SUFFIXES = (".png", ".tif", ".tiff", ".npy")
 
@@ -66,7 +67,8 @@ def _read_motion(
     times_s, poses = read_poses(csv_path)
     if len(poses) != count:
         raise CaptureError(
-            f"{csv_path} has {len(poses)} poses, but each camera has {count} images; write one "
+            f"{csv_path} has {counted(len(poses), 'pose')}, but each camera has "
+            f"{counted(count, 'image')}; write one "
             "line an observation"
         )
     return tuple(times_s), tuple(poses)
@@ -113,7 +115,8 @@ def _check_pairs(toml: Path, one: CaptureCamera, other: CaptureCamera) -> None:
     hint = "" if gap is None else f": {gap}"
     if counts[0] != counts[1]:
         raise CaptureError(
-            f"{toml}: camera '{one.name}' has {counts[0]} images and camera '{other.name}' has "
+            f"{toml}: camera '{one.name}' has {counted(counts[0], 'image')} and camera "
+            f"'{other.name}' has "
             f"{counts[1]}; every observation needs one image of each camera{hint}"
         )
     if gap is not None:

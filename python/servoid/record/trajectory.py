@@ -16,7 +16,7 @@ from servoid.observe.limits import POSES_FILE
 from servoid.observe.reading import read_text
 from servoid.output import write_whole
 from servoid.track import Tracked
-from servoid.words import number_of
+from servoid.words import counted, number_of
 
 CSV_HEADER = ("time_s", "x", "y", "z", "qw", "qx", "qy", "qz", "confidence", "status")
 CSV_FURTHER = ("observation", "std_m", "std_rad", "notices")
@@ -198,7 +198,8 @@ def _read_rows(path: Path, rows: "_Rows") -> list[Waypoint]:
             continue
         if len(cells) != len(header):
             raise TrajectoryError(
-                f"{place}: {len(cells)} values were given, but the header names {len(header)}"
+                f"{place}: {counted(len(cells), 'value was', 'values were')} given, but the "
+                f"header names {len(header)}"
             )
         points.append(_waypoint(dict(zip(header, map(str.strip, cells), strict=True)), place))
     return points
@@ -236,7 +237,8 @@ def _read_tum(path: Path, text: str) -> list[Waypoint]:
         place = f"{path}, line {number}"
         if len(cells) != len(TUM_HEADER):
             raise TrajectoryError(
-                f"{place}: {len(cells)} values were given; TUM text has {len(TUM_HEADER)}, parted "
+                f"{place}: {counted(len(cells), 'value was', 'values were')} given; TUM text has "
+                f"{len(TUM_HEADER)}, parted "
                 "by blanks: time tx ty tz qx qy qz qw"
             )
         named = zip(cells, TUM_HEADER, strict=True)

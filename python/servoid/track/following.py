@@ -10,6 +10,7 @@ from servoid.track.follower import depths_for
 from servoid.track.request import Request, Subject
 from servoid.track.result import Tracked, TrackResult
 from servoid.track.starting import Followed, begin
+from servoid.words import counted
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,13 +49,16 @@ def follow(
     first = next((one for one in instants if not one.is_dark), None)
     if first is None:
         raise TrackError(
-            f"{capture.path}: not one image of the {len(observations)} observations can be read; "
-            "check the first"
+            f"{capture.path}: not one image of the {counted(len(observations), 'observation')} "
+            "can be read; check the first"
         )
     passed = next(at for at, one in enumerate(observations) if one.index == first.index)
     objects = tuple(begin(capture, first, subject, request) for subject in subjects)
     if passed:
-        note = f"the first {passed} observations have no image that can be read"
+        note = (
+            f"the first {counted(passed, 'observation has', 'observations have')} no image "
+            "that can be read"
+        )
         objects = tuple(replace(one, notes=(*one.notes, note)) for one in objects)
     starts = tuple(one.first for one in objects)
     yield TrackStep(first, objects, starts, (passed + 1) / len(observations))

@@ -10,7 +10,7 @@ pub enum RigError {
     NoCamera,
     /// A list has not one entry a camera.
     #[error(
-        "a rig of {cameras} camera{} was given {given} {what}; give one for each camera",
+        "a rig of {cameras} camera{} needs as many {what}, but was given {given}",
         s(*cameras)
     )]
     Count {

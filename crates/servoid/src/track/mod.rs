@@ -56,7 +56,7 @@ pub enum TrackError {
     },
     /// The observation has not one entry a camera.
     #[error(
-        "the tracker has {cameras} camera{}, but was given {given} {what}; give one for each camera",
+        "the tracker has {cameras} camera{} and needs as many {what}, but was given {given}",
         s(*cameras)
     )]
     Count {

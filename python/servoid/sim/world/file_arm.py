@@ -17,6 +17,7 @@ from servoid.sim.world.robot import HAND, Drive, Robot
 from servoid.sim.world.settings import ArmSettings
 from servoid.sim.world.solids import add_solids
 from servoid.sim.world.urdf import Urdf, read_urdf
+from servoid.words import in_one_line
 
 _MJCF, _URDF = "mujoco", "robot"  # what such files begin with
 _SUFFIXES = (".xml", ".mjcf", ".urdf")
@@ -81,7 +82,7 @@ def _read(path: Path) -> tuple[Any, Urdf | None]:
             else mujoco.MjSpec.from_string(urdf.text)
         )
     except ValueError as error:
-        raise SimError(f"{path} cannot be read as an arm: {error}") from error
+        raise SimError(f"{path} cannot be read as an arm: {in_one_line(error)}") from error
     spec.compiler.fusestatic = False  # the mount may be a body without a joint
     return spec, urdf
 
@@ -106,7 +107,7 @@ def _kind(path: Path) -> str:
     try:
         root = ElementTree.fromstring(read_bytes(path, SimError, ARM_FILE))
     except ElementTree.ParseError as error:
-        raise SimError(f"{path} cannot be read as an arm: {error}") from error
+        raise SimError(f"{path} cannot be read as an arm: {in_one_line(error)}") from error
     if any(one.tag.startswith(_XACRO) for one in root.iter() if isinstance(one.tag, str)):
         raise SimError(_of_xacro(path))
     if root.tag not in (_MJCF, _URDF):
@@ -140,7 +141,7 @@ def _compiled(spec: Any, name: str) -> Any:
     try:
         return spec.compile()
     except ValueError as error:
-        raise SimError(f"{name} cannot be used as an arm: {error}") from error
+        raise SimError(f"{name} cannot be used as an arm: {in_one_line(error)}") from error
 
 
 def _mount(spec: Any, model: Any, settings: ArmSettings) -> tuple[Any, Any]:

@@ -8,6 +8,7 @@ from xml.etree import ElementTree
 from servoid.errors import SimError
 from servoid.observe.limits import ARM_FILE
 from servoid.observe.reading import read_bytes
+from servoid.words import in_one_line
 
 _READABLE = (".stl", ".obj", ".msh")
 _LEAST_MASS, _LEAST_INERTIA = "0.01", "0.0001"  # of a link of which the file says neither
@@ -44,7 +45,7 @@ def read_urdf(path: Path) -> Urdf:
     try:
         root = ElementTree.fromstring(read_bytes(path, SimError, ARM_FILE))
     except ElementTree.ParseError as error:
-        raise SimError(f"{path} cannot be read as an arm: {error}") from error
+        raise SimError(f"{path} cannot be read as an arm: {in_one_line(error)}") from error
     for link in root.iter("link"):
         _keep_solid(link)
     compiler = _compiler(root)

@@ -168,8 +168,8 @@ def with_nan() -> tuple[object, object]:
     [
         (sheet, "the mesh is open"),
         (flat_box, "volume"),
-        (half_ball, "the mesh is open"),
-        (fin, "no closed surface"),
+        (half_ball, r"the mesh is open: it has 1 hole, .* around \(.*, .*, 0\.0[0-2]\d*\), and"),
+        (fin, r"1 edge has faces that no closed surface has there: .*; one is at \(-?[0-9.e-]+, "),
         (with_nan, "1 of 162 vertices is not finite"),
         (lambda: (BALL.vertices * 1e8, BALL.faces), "scale the mesh"),
         (lambda: (BALL.vertices, [[0, 1, 1]]), "three different corners"),
@@ -311,3 +311,24 @@ def test_without_trimesh_the_pip_line_is_said(
 def test_a_missing_file_is_refused(tmp_path: Path) -> None:
     with pytest.raises(MeshError, match="no such file"):
         read_mesh(tmp_path / "missing.ply")
+
+
+@pytest.mark.parametrize(
+    ("scale", "words"),
+    [(1e3, "if its unit is the millimetre"), (1e-3, "if its unit is the kilometre or the inch")],
+)
+def test_a_mesh_of_an_absurd_size_is_told_both_ways(
+    tmp_path: Path, scale: float, words: str
+) -> None:
+    ball = trimesh.creation.icosphere(2, 0.1)
+    ball.apply_scale(scale)
+    ball.export(tmp_path / "ball.ply")
+    (note,) = read_mesh(tmp_path / "ball.ply").notes
+    assert words in note
+
+
+def test_a_mesh_too_small_to_be_told_from_a_point_is_refused(tmp_path: Path) -> None:
+    ball = trimesh.creation.icosphere(2, 1e-9)
+    ball.export(tmp_path / "ball.obj", digits=16)
+    with pytest.raises(MeshError, match="lengths are metres, at least 1e-06; scale the mesh"):
+        read_mesh(tmp_path / "ball.obj")

@@ -18,6 +18,7 @@ from servoid.observe.limits import (
     IMAGE_FILE,
     MOST_CAMERAS,
     MOST_NESTED,
+    MOST_VIEW_PX,
     SETTINGS_FILE,
     FileLimit,
 )
@@ -211,6 +212,9 @@ def test_the_page_of_errors_lists_every_limit() -> None:
         "tables and lists of TOML and JSON inside each other, and parts of a key": MOST_NESTED,
         "cameras of a capture.toml": MOST_CAMERAS,
         "pixels along a side of an image": Camera.MAX_SIDE_PX,
+        "pixels of all views together that are modelled from; more are shrunk as they are read": (
+            MOST_VIEW_PX
+        ),
         "ellipsoids of a body": Body.MAX_ELLIPSOIDS,
         "threads, and processes of a batch": ModelSettings.MAX_THREADS,
     }

@@ -10,7 +10,7 @@ import typer
 
 from servoid.cli.interrupting import INTERRUPTED
 from servoid.cli.progress import progress_bar
-from servoid.cli.servo_order import Order
+from servoid.cli.servo_order import RECORDED, Order
 from servoid.cli.servo_summary import print_servo_summary
 from servoid.errors import DoubtError, TargetError
 from servoid.output import check_folder, write_whole
@@ -33,7 +33,6 @@ from servoid.sim.world import Path as ObjectPath
 from servoid.sim.world import Recorded, World
 from servoid.view import ServoPictures, draw_servo_plots, write_report, write_servo_report
 
-_RECORDED = "recorded:"
 _OVERVIEW_PX = (960, 720)
 _FILM_HZ = 15.0
 
@@ -138,9 +137,9 @@ def _line(step: TrialStep, trial: ServoTrial | None) -> str:
 def _recorded(settings: TrialSettings) -> ObjectPath | None:
     """Read the path of the object from a file, if one is named."""
     text = settings.world.object.path
-    if not text.startswith(_RECORDED):
+    if not text.startswith(RECORDED):
         return None
-    points = read_trajectory(text.removeprefix(_RECORDED))
+    points = read_trajectory(text.removeprefix(RECORDED))
     return Recorded(
         [point.time_s for point in points], [point.world_from_object for point in points]
     )

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid.errors import MeshError
-from servoid.words import counted
+from servoid.words import counted, digits
 
 Vertices = NDArray[np.float64]
 Faces = NDArray[np.int64]
@@ -131,11 +131,13 @@ def _fill(vertices: Vertices, faces: Faces, notes: list[str]) -> tuple[Vertices,
     edge, users, balance = _edge_counts(faces)
     if not balance.any():
         return vertices, faces
-    crowded = int(((users > 2) & (balance != 0)).sum()) + int(((users == 2) & (balance != 0)).sum())
-    if crowded:
+    crowded = np.flatnonzero((users >= 2) & (balance != 0))
+    if len(crowded):
+        ends = _directed(faces)[edge == crowded[0]][0]
         raise MeshError(
-            f"{counted(crowded, 'edge has', 'edges have')} faces that no closed surface has "
-            f"there: three or more, or two that look to different sides; {_REMEDY}"
+            f"{counted(len(crowded), 'edge has', 'edges have')} faces that no closed surface has "
+            f"there: three or more, or two that look to different sides; one is at "
+            f"{_place(vertices[ends])}; {_REMEDY}"
         )
     size = float(np.linalg.norm(np.ptp(vertices, axis=0)))
     loops = _loops(_directed(faces)[(users == 1)[edge]])
@@ -143,9 +145,10 @@ def _fill(vertices: Vertices, faces: Faces, notes: list[str]) -> tuple[Vertices,
     worst = int(np.argmax(across))
     if across[worst] > _LARGEST_HOLE * size:
         raise MeshError(
-            f"the mesh is open: it has {len(loops)} {'hole' if len(loops) == 1 else 'holes'}, the "
-            f"largest with {counted(len(loops[worst]), 'edge')} and {across[worst]:.3g} m "
-            f"across, and only holes up to {_LARGEST_HOLE * size:.3g} m are closed; {_REMEDY}"
+            f"the mesh is open: it has {counted(len(loops), 'hole')}, the largest with "
+            f"{counted(len(loops[worst]), 'edge')} and {across[worst]:.3g} m across, around "
+            f"{_place(vertices[loops[worst]])}, and only holes up to {_LARGEST_HOLE * size:.3g} m "
+            f"are closed; {_REMEDY}"
         )
     new_vertices, new_faces = [vertices], [faces]
     for index, loop in enumerate(loops):
@@ -159,6 +162,12 @@ def _fill(vertices: Vertices, faces: Faces, notes: list[str]) -> tuple[Vertices,
         else f"{len(loops)} holes of {lengths} edges were closed"
     )
     return np.concatenate(new_vertices), np.concatenate(new_faces)
+
+
+def _place(vertices: Vertices) -> str:
+    """Write where the middle of some vertices is, in the mesh's own coordinates."""
+    middle = ", ".join(digits(x) for x in vertices.mean(axis=0).tolist())
+    return f"({middle})"
 
 
 def _loops(edges: NDArray[np.int64]) -> list[NDArray[np.int64]]:

@@ -3,9 +3,10 @@ SHELL := bash
 .SHELLFLAGS := -euo pipefail -c
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: lint-rust lint-python help demo samples test test-extended test-all lint bench trust docs clean prerequisites
+.PHONY: lint-rust lint-python help demo samples test test-extended test-all lint bench trust fuzz docs clean prerequisites
 
 PYTHON ?= python3
+SECONDS ?= 3600
 CARGO ?= cargo
 BIN := .venv/bin
 # What the scripts share, and what has a target of its own.
@@ -71,6 +72,9 @@ bench: .venv/.package ## measure speed
 
 trust: .venv/.package ## measure how far the tracker's words can be trusted; takes hours
 	$(BIN)/python benches/trust.py
+
+fuzz: .venv/.package ## throw damaged input at all that reads, for SECONDS (an hour)
+	$(BIN)/python -m fuzz.run --seconds $(SECONDS)
 
 docs: .venv/.package .venv/.docs ## build the documentation in docs/_build
 	$(BIN)/sphinx-build -W --keep-going -q -b html docs docs/_build

@@ -28,7 +28,10 @@ def project_files() -> list[Path]:
         return [
             ROOT / name for name in sorted(set(names.split("\0")) - {""}) if (ROOT / name).is_file()
         ]
-    folders = ("crates", "python", "experiments", "tests", "docs", "examples", "benches", ".ci")
+    folders = (
+        *("crates", "python", "experiments", "tests", "docs", "examples", "benches", "fuzz"),
+        ".ci",
+    )
     inner = [path for folder in folders for path in (ROOT / folder).rglob("*") if path.is_file()]
     return sorted([*ROOT.glob("*.*"), ROOT / "Makefile", *inner])
 

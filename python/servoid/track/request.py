@@ -4,6 +4,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import Enum
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -100,7 +101,8 @@ class Request:
         if self.method is Method.PAPER:
             one_step_settings(self.options())
         else:
-            _native.TrackSettings(**self.options())
+            options: dict[str, Any] = self.options()
+            _native.TrackSettings(**options)
         if self.distance_m is not None and not 0.0 < self.distance_m < math.inf:
             raise TrackError(
                 f"the distance is {digits(self.distance_m)}; give a positive number of metres, "

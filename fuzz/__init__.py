@@ -1,0 +1,1 @@
+"""Throws damaged input at everything that reads; see `fuzz/run.py`."""

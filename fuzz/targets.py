@@ -1,0 +1,208 @@
+"""What is fuzzed: each target takes bytes and a folder, and may raise only a ServoidError."""
+
+import io
+import json
+import struct
+from collections.abc import Callable
+from contextlib import redirect_stderr, redirect_stdout
+from dataclasses import dataclass
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from fuzz.calls import call_the_core
+from servoid.cli import main
+from servoid.exchange import open_any
+from servoid.exchange.cloud_file import read_cloud
+from servoid.exchange.mesh_file import read_mesh
+from servoid.observe import Capture, parse_target, read_depth, read_image, read_mask, read_rig
+from servoid.record import read_trajectory
+from servoid.servo import read_settings
+from servoid.shape import load_body
+
+SIZE_PX = (24, 16)
+_CORPUS = Path(__file__).parent / "corpus"
+
+
+@dataclass(frozen=True)
+class Target:
+    """Something that reads: whole input to begin from, and what reads it out of a folder."""
+
+    seeds: tuple[bytes, ...]
+    run: Callable[[bytes, Path], object]
+
+
+def _file(name: str, read: Callable[[Path], object]) -> Callable[[bytes, Path], object]:
+    """Return what writes data to a file of this name, and reads it."""
+
+    def run(data: bytes, folder: Path) -> object:
+        path = folder / name
+        path.write_bytes(data)
+        return read(path)
+
+    return run
+
+
+def _in_capture(name: str) -> Callable[[bytes, Path], object]:
+    """Return what puts data into a whole capture in place of one of its files, and reads all."""
+
+    def run(data: bytes, folder: Path) -> object:
+        for other, content in _CAPTURE.items():
+            (folder / other).write_bytes(content)
+        (folder / name).write_bytes(data)
+        return _read_all(open_any(folder))
+
+    return run
+
+
+def _other_capture(name: str, *beside: str) -> Callable[[bytes, Path], object]:
+    def run(data: bytes, folder: Path) -> object:
+        for path in ("images/a.png", "rgb/000001.png"):
+            (folder / path).parent.mkdir(exist_ok=True)
+            (folder / path).write_bytes(_CAPTURE["0.png"])
+        for other in beside:
+            (folder / other).write_bytes(_seed(other))
+        (folder / name).write_bytes(data)
+        return _read_all(open_any(folder))
+
+    return run
+
+
+def _command(data: bytes, folder: Path) -> None:
+    """Model a capture whose capture.toml is damaged, by the command, which must not call it a bug.
+
+    Raises:
+        RuntimeError: it did, or it said more than a line.
+
+    """
+    for other, content in _CAPTURE.items():
+        (folder / other).write_bytes(content)
+    (folder / "capture.toml").write_bytes(data)
+    out, told, code = io.StringIO(), io.StringIO(), None
+    with redirect_stdout(out), redirect_stderr(told):
+        try:
+            main(["model", str(folder), "--out", str(folder / "b.json"), "--max-ellipsoids", "1"])
+        except SystemExit as end:
+            code = end.code
+    if code not in (0, 1) or told.getvalue().count("\n") > 1:
+        raise RuntimeError(f"the command ended with {code} and said {told.getvalue()!r}")
+
+
+def _read_all(capture: Capture) -> object:
+    views = capture.all_views()[:4]
+    return [(view.image(), view.view() if view.has_mask else None) for view in views]
+
+
+def _seed(name: str) -> bytes:
+    return (_CORPUS / name).read_bytes()
+
+
+def _png(pixels: np.ndarray, kind: str = ".png") -> bytes:
+    return cv2.imencode(kind, pixels)[1].tobytes()
+
+
+def _npy(values: np.ndarray, folder: Path = Path()) -> bytes:
+    del folder
+    header = repr({"descr": values.dtype.str, "fortran_order": False, "shape": values.shape})
+    text = header.encode() + b" " * (117 - len(header)) + b"\n"
+    return b"\x93NUMPY\x01\x00" + struct.pack("<H", len(text)) + text + values.tobytes()
+
+
+def _binary_ply() -> bytes:
+    head = (
+        "ply\nformat binary_little_endian 1.0\nelement vertex 20\n"
+        "property float x\nproperty float y\nproperty float z\nproperty uchar red\nend_header\n"
+    )
+    rows = b"".join(struct.pack("<fffB", i, -i, 0.5 * i, i) for i in range(20))
+    return head.encode() + rows
+
+
+def _stl() -> bytes:
+    corners = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
+    faces = [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)]
+    rows = b"".join(
+        struct.pack("<12fH", 0, 0, 0, *(x for corner in face for x in corners[corner]), 0)
+        for face in faces
+    )
+    return bytes(80) + struct.pack("<I", len(faces)) + rows
+
+
+def _glb() -> bytes:
+    points = struct.pack("<12f", 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1)
+    faces = struct.pack("<12H", 0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3)
+    scene = {
+        "asset": {"version": "2.0"},
+        "scene": 0,
+        "scenes": [{"nodes": [0]}],
+        "nodes": [{"mesh": 0}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}],
+        "accessors": [
+            {"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3"},
+            {"bufferView": 1, "componentType": 5123, "count": 12, "type": "SCALAR"},
+        ],
+        "bufferViews": [
+            {"buffer": 0, "byteLength": 48},
+            {"buffer": 0, "byteOffset": 48, "byteLength": 24},
+        ],
+        "buffers": [{"byteLength": 72}],
+    }
+    text = json.dumps(scene).encode()
+    text += b" " * (-len(text) % 4)
+    body = struct.pack("<I4s", len(text), b"JSON") + text
+    body += struct.pack("<I4s", 72, b"BIN\0") + points + faces
+    return b"glTF" + struct.pack("<II", 2, 12 + len(body)) + body
+
+
+_RNG = np.random.default_rng(0)
+_PIXELS = _RNG.integers(0, 256, (SIZE_PX[1], SIZE_PX[0], 3), np.uint8)
+_DEPTH = (500 * np.ones((SIZE_PX[1], SIZE_PX[0]))).astype(np.uint16)
+_OBJECT = np.zeros((SIZE_PX[1], SIZE_PX[0]), np.uint8)
+_OBJECT[4:10, 6:18] = 255
+_CAPTURE = {
+    "capture.toml": _seed("capture.toml"),
+    "poses.csv": _seed("poses.csv"),
+    "0.png": _png(_PIXELS),
+    "1.png": _png(_PIXELS),
+    "0.mask.png": _png(_OBJECT),
+}
+
+TARGETS: dict[str, Target] = {
+    **{name: Target((content,), _in_capture(name)) for name, content in _CAPTURE.items()},
+    "transforms.json": Target((_seed("transforms.json"),), _other_capture("transforms.json")),
+    "scene_camera.json": Target(
+        (_seed("scene_camera.json"),), _other_capture("scene_camera.json", "scene_gt.json")
+    ),
+    "scene_gt.json": Target(
+        (_seed("scene_gt.json"),), _other_capture("scene_gt.json", "scene_camera.json")
+    ),
+    "cameras.txt": Target((_seed("cameras.txt"),), _other_capture("cameras.txt", "images.txt")),
+    "images.txt": Target((_seed("images.txt"),), _other_capture("images.txt", "cameras.txt")),
+    "body.json": Target((_seed("body.json"),), _file("body.json", load_body)),
+    "rig.toml": Target((_seed("rig.toml"),), _file("rig.toml", read_rig)),
+    "servo.toml": Target((_seed("servo.toml"),), _file("servo.toml", read_settings)),
+    "track.csv": Target((_seed("track.csv"),), _file("track.csv", read_trajectory)),
+    "track.tum": Target((_seed("track.tum"),), _file("track.tum", read_trajectory)),
+    "image.jpg": Target(
+        (_png(_PIXELS, ".jpg"),), _file("image.jpg", lambda path: read_image(path, SIZE_PX, 2))
+    ),
+    "mask.png": Target((_png(_OBJECT),), _file("m.png", lambda path: read_mask(path, SIZE_PX))),
+    "depth.png": Target(
+        (_png(_DEPTH),), _file("d.png", lambda path: read_depth(path, SIZE_PX, 1e-3))
+    ),
+    "depth.npy": Target(
+        (_npy(_DEPTH.astype(np.float32)),),
+        _file("d.npy", lambda path: read_depth(path, SIZE_PX, 1.0)),
+    ),
+    "cloud.ply": Target((_seed("cloud.ply"), _binary_ply()), _file("c.ply", read_cloud)),
+    "mesh.obj": Target((_seed("mesh.obj"),), _file("mesh.obj", read_mesh)),
+    "mesh.off": Target((_seed("mesh.off"),), _file("mesh.off", read_mesh)),
+    "mesh.stl": Target((_stl(),), _file("mesh.stl", read_mesh)),
+    "mesh.glb": Target((_glb(),), _file("mesh.glb", read_mesh)),
+    "calls": Target((b"core", b"numbers"), call_the_core),
+    "command": Target((_seed("capture.toml"),), _command),
+    "target": Target(
+        (b"box:1,2,3,4@eye/0", b"hue:10..20", b"click:1,2", b"mask:a.png"),
+        lambda data, _: parse_target(data.decode("utf-8", "replace")),
+    ),
+}

@@ -12,7 +12,7 @@ from conftest import Command, everything_in
 
 import servoid
 from servoid.cli import modelling
-from servoid.errors import MissingExtraError
+from servoid.errors import MissingExtraError, OutputError
 from servoid.model import ModelResult
 from servoid.shape import load_body
 from servoid.track import learn_appearance
@@ -173,6 +173,25 @@ def test_a_report_that_fails_leaves_nothing_behind(
     assert outcome.code == 1
     assert outcome.err == "error: reports need matplotlib; pip install 'servoid[view]'\n"
     assert everything_in(tmp_path) == before
+
+
+def test_a_report_that_does_not_fit_is_told_by_the_name_that_was_given(
+    drawn_capture: Path,
+    tmp_path: Path,
+    servoid_command: Command,
+    put_view: Callable[..., None],
+) -> None:
+    def fail(result: ModelResult, directory: Path, *, notes: Sequence[str]) -> list[Path]:
+        raise OutputError(f"cannot write a report into {directory}: no space left {notes} {result}")
+
+    put_view(fail)
+    report = tmp_path / "report"
+    outcome = servoid_command(
+        "model", drawn_capture, "--out", tmp_path / "body.json", "--report", report
+    )
+    assert outcome.code == 1
+    assert f"cannot write a report into {report}: no space left" in outcome.err
+    assert ".servoid-" not in outcome.err
 
 
 def test_an_interrupted_model_exits_with_130_and_writes_nothing(

@@ -113,5 +113,5 @@ def test_a_file_of_settings_and_quick_together_are_refused(
     (tmp_path / "a.toml").write_text("")
     asked = ("--config", tmp_path / "a.toml", "--quick", "--out", tmp_path / "o")
     ran = servoid_command("study", "bode", *asked)
-    assert ran.code == 1
+    assert ran.code == 2
     assert "leave one of them out" in ran.err

@@ -8,7 +8,8 @@ from servoid.batch import Done, workers_for
 from servoid.batch.captures import CaptureCase, model_folder
 from servoid.cli.headway import watched_batch
 from servoid.cli.modelling import Order
-from servoid.cli.values import Method, OptionError, of_options
+from servoid.cli.values import Method
+from servoid.cli.wrong_options import OptionError, of_options
 
 FAILED = 1
 

@@ -14,7 +14,7 @@ from servoid.cli.interrupting import (
     InterruptedCommand,
     heeded_signals,
 )
-from servoid.cli.values import OptionError
+from servoid.cli.wrong_options import OptionError
 from servoid.errors import ServoidError
 
 FAILED = 1

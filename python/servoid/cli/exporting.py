@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import typer
 
-from servoid.cli.values import of_options
+from servoid.cli.wrong_options import of_options
 from servoid.exchange.export import check_export, check_wish, export_body, format_of
 from servoid.shape import load_body
 

@@ -10,7 +10,8 @@ from servoid._native import ModelSettings, PaperSettings
 from servoid.cli.doubting import settled
 from servoid.cli.progress import progress_bar
 from servoid.cli.summary import print_summary
-from servoid.cli.values import Method, OptionError, of_options
+from servoid.cli.values import Method
+from servoid.cli.wrong_options import OptionError, of_options
 from servoid.errors import ModelError, OutputError
 from servoid.exchange import open_any
 from servoid.exchange.cloud_file import is_cloud, read_cloud

@@ -7,7 +7,7 @@ from typing import Any
 import msgspec
 import typer
 
-from servoid.cli.values import of_options
+from servoid.cli.wrong_options import of_options
 from servoid.servo import PAPER_LAW
 from servoid.sim.arm_file import read_arm
 from servoid.sim.trial import TrialSettings, changed, read_trial_settings, trial_toml

@@ -4,7 +4,7 @@ import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from servoid.cli.values import OptionError, of_options
+from servoid.cli.wrong_options import OptionError, of_options
 from servoid.errors import PoseError, TrackError, located
 from servoid.exchange.mesh_file import SUFFIXES as MESH_SUFFIXES
 from servoid.observe import parse_target

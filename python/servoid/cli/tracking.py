@@ -15,7 +15,8 @@ from servoid.cli.progress import progress_bar
 from servoid.cli.subjects import read_subjects
 from servoid.cli.track_reporting import Reports, check_reports
 from servoid.cli.track_summary import print_track_summary
-from servoid.cli.values import Method, OptionError, of_options
+from servoid.cli.values import Method
+from servoid.cli.wrong_options import OptionError, of_options
 from servoid.errors import OutputError, ServoidError, TrackError
 from servoid.exchange import open_any
 from servoid.model import Progress

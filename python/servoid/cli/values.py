@@ -1,33 +1,15 @@
 """Checks the values of options."""
 
 import math
-from collections.abc import Iterator
-from contextlib import contextmanager
 from enum import Enum
 
 import typer
 
 from servoid._native import ModelSettings
-from servoid.errors import MissingExtraError, ServoidError
 from servoid.words import number_of
 
 _LARGEST_SEED = 2**64 - 1
 _LARGEST_COUNT = 2**31 - 1
-
-
-class OptionError(ServoidError, ValueError):
-    """Is raised for an option that cannot be, whatever the files hold: the command ends with 2."""
-
-
-@contextmanager
-def of_options() -> Iterator[None]:
-    """Take what is refused inside for a wrong option, not for a wrong file."""
-    try:
-        yield
-    except MissingExtraError:
-        raise
-    except ServoidError as error:
-        raise OptionError(str(error)) from error
 
 
 class Method(str, Enum):

@@ -626,6 +626,7 @@ class TrackSettings:
         region: bool | None = None,
         local_colors: bool | None = None,
         adjust: bool | None = None,
+        depth_from_motion: bool | None = None,
     ) -> Self: ...
     @property
     def seed(self) -> int:
@@ -651,6 +652,9 @@ class TrackSettings:
     @property
     def adjust(self) -> bool:
         """Whether keyframes and surface points are adjusted together, in a thread of its own."""
+    @property
+    def depth_from_motion(self) -> bool:
+        """Whether motion tells the distances of points that one camera sees alone."""
     def __eq__(self, value: object, /) -> bool: ...
     def __hash__(self) -> int: ...
 

@@ -136,7 +136,7 @@ def test_poses_take_lists_and_any_kind_of_number() -> None:
 @pytest.mark.parametrize(
     "wrong",
     [None, "a", 3, [[1, 2], [3]], np.eye(3), np.eye(4, dtype=bool), np.eye(4) * 1j, object()],
-    ids=repr,
+    ids=["nothing", "text", "number", "ragged", "3x3", "bool", "complex", "object"],
 )
 def test_what_is_no_pose_is_refused_as_such(wrong: object) -> None:
     with pytest.raises(PoseError):

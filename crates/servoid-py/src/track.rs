@@ -39,7 +39,7 @@ taken_in_words!(
     "make one with servoid.track.TrackSettings"
 );
 
-const NAMES: [&str; 8] = [
+const NAMES: [&str; 9] = [
     "seed",
     "population",
     "generations",
@@ -48,6 +48,7 @@ const NAMES: [&str; 8] = [
     "region",
     "local_colors",
     "adjust",
+    "depth_from_motion",
 ];
 
 impl Hash for TrackSettings {
@@ -60,7 +61,7 @@ impl Hash for TrackSettings {
 impl TrackSettings {
     #[new]
     #[allow(clippy::too_many_arguments, reason = "each is a keyword of its own in Python")]
-    #[pyo3(signature = (*, seed=None, population=None, generations=None, budget_s=None, surface=None, region=None, local_colors=None, adjust=None))]
+    #[pyo3(signature = (*, seed=None, population=None, generations=None, budget_s=None, surface=None, region=None, local_colors=None, adjust=None, depth_from_motion=None))]
     fn new(
         seed: Option<u64>,
         population: Option<usize>,
@@ -70,6 +71,7 @@ impl TrackSettings {
         region: Option<bool>,
         local_colors: Option<bool>,
         adjust: Option<bool>,
+        depth_from_motion: Option<bool>,
     ) -> PyResult<Self> {
         let default = core::TrackSettings::default();
         let settings = core::TrackSettings {
@@ -81,6 +83,7 @@ impl TrackSettings {
             region: region.unwrap_or(default.region),
             local_colors: local_colors.unwrap_or(default.local_colors),
             adjust: adjust.unwrap_or(default.adjust),
+            depth_from_motion: depth_from_motion.unwrap_or(default.depth_from_motion),
             ..default
         };
         settings.checked().map(Self).map_err(raise)
@@ -132,6 +135,12 @@ impl TrackSettings {
     #[getter]
     fn adjust(&self) -> bool {
         self.0.adjust
+    }
+
+    /// Whether motion tells the distances of points that one camera sees alone.
+    #[getter]
+    fn depth_from_motion(&self) -> bool {
+        self.0.depth_from_motion
     }
 
     fn __repr__(slf: &Bound<'_, Self>) -> PyResult<String> {

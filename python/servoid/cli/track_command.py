@@ -194,6 +194,17 @@ def track(
             rich_help_panel=_SEARCH,
         ),
     ] = None,
+    depth_from_motion: Annotated[
+        bool | None,
+        typer.Option(
+            "--depth-from-motion/--no-depth-from-motion",
+            help="Let motion tell how far points are that one camera sees alone: for an object "
+            "that turns far before a single camera; one that hardly turns does better without "
+            f"(default: {'yes' if _defaults.depth_from_motion else 'no'}).",
+            show_default=False,
+            rich_help_panel=_SEARCH,
+        ),
+    ] = None,
     seed: Annotated[
         int | None,
         typer.Option(
@@ -239,6 +250,7 @@ def track(
             budget_ms=budget_ms,
             evolve=evolve,
             adjust=adjust,
+            depth_from_motion=depth_from_motion,
             seed=seed,
         )
     )

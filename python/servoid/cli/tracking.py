@@ -70,6 +70,7 @@ class Order:
     budget_ms: float | None
     evolve: bool | None
     adjust: bool | None
+    depth_from_motion: bool | None
     seed: int | None
 
 
@@ -202,6 +203,7 @@ def _request(order: Order, progress: Callable[[Progress], None]) -> Request:
         budget_s=None if budget_ms is None else budget_ms / _MS_PER_S,
         evolve=order.evolve,
         adjust=order.adjust,
+        depth_from_motion=order.depth_from_motion,
         observations=order.observations,
         every=order.every,
         distance_m=order.distance,

@@ -61,7 +61,11 @@ class CaptureCamera:
         if self.depths_m:
             return self.depths_m[index]
         path = self.depth_paths[index]
-        return None if path is None else read_scaled(path, Recorded(self.lens.size_px), self.depth_scale_m)
+        return (
+            None
+            if path is None
+            else read_scaled(path, Recorded(self.lens.size_px), self.depth_scale_m)
+        )
 
     @cached_property
     def ideal(self) -> Ideal:
@@ -87,9 +91,9 @@ class CaptureView:
     `world_from_camera` and all that the methods return belong to the ideal pinhole: without
     distortion, and turned towards the object if the lens is a fisheye. `given_mask` is a mask in
     the ideal pinhole's pixels, (H, W) uint8, that takes precedence over the others;
-    `recorded_mask` is one in the pixels of the image as it was recorded, instead of the file's, and
-    so is `depth_m`, (H, W) float32 in metres. `shrinking` says how large the files' images are where
-    they are shrunk to the lens's.
+    `recorded_mask` is one in the pixels of the image as it was recorded, instead of the file's,
+    and so is `depth_m`, (H, W) float32 in metres. `shrinking` says how large the files' images are
+    where they are shrunk to the lens's.
     """
 
     camera_name: str

@@ -78,6 +78,7 @@ class JointState:
 
     Raises:
         ServoError: something else than a row of numbers was given.
+
     """
 
     time_s: float

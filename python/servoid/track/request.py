@@ -77,6 +77,7 @@ class Request:
     region: bool | None = None
     local_colors: bool | None = None
     adjust: bool | None = None
+    depth_from_motion: bool | None = None
     evolve: bool | None = None
     evolve_every: int = 10
     observations: slice = field(default_factory=lambda: slice(None))
@@ -116,5 +117,5 @@ class Request:
     def options(self) -> dict[str, int | float | bool | None]:
         """Return the settings that the core knows by these names."""
         names = ("seed", "population", "generations", "budget_s")
-        terms = ("surface", "region", "local_colors", "adjust")
+        terms = ("surface", "region", "local_colors", "adjust", "depth_from_motion")
         return {name: getattr(self, name) for name in (*names, *terms)}

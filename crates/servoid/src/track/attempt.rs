@@ -18,6 +18,9 @@ pub(super) const COARSEST: usize = Pyramid::LEVELS - 1;
 /// Pixels by which the object may be off for the finest resolution, and the next, to find it.
 const FORESEEN_PX: [f64; COARSEST] = [0.8, 3.0];
 
+/// Pixels from one image to the next from which on an object may be blurred.
+const BLURRED_PX: f64 = 3.0;
+
 /// A pose that was made precise, and what it is worth.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Attempt {
@@ -76,7 +79,7 @@ impl Tracker {
             pose,
             &self.target.solid,
             most,
-            (&mut self.desk.rims, &mut self.desk.in_view),
+            (&mut self.desk.rims, &mut self.desk.visible, &mut self.desk.in_view),
         );
     }
 
@@ -116,6 +119,18 @@ impl Tracker {
         let go_on = |bred: usize| bred < most && !clock.is_over(budget);
         let found = self.search.run(&judged, (expected, &last), leeway, go_on)?;
         Ok((found.pose, found.evaluations))
+    }
+
+    /// Says whether the object may move so fast that its image is blurred.
+    pub(super) fn foresee_blur(&mut self, expected: &Pose) {
+        let way = (self.motion.last().inverse() * *expected).log();
+        let (across, turned) = (way.fixed_rows::<3>(0).norm(), way.fixed_rows::<3>(3).norm());
+        let radius = self.target.solid.radius;
+        let way = across + self.surprise.0 + (turned + self.surprise.1) * radius;
+        let is_fast = way * self.frame.px_per_meter(expected) > BLURRED_PX;
+        // A pose that leapt must not be judged by what is coarse alone, unless all else is lost.
+        let is_asked = self.settings.depth_from_motion && self.status == Status::Tracking;
+        self.frame.is_blurred = is_asked && is_fast;
     }
 
     /// Gives the pixels that the body's outlines hold at a pose.

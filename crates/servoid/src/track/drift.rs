@@ -33,10 +33,11 @@ impl Tracker {
     /// without this image, or nothing where the object was lost.
     pub(super) fn follow_drift(&mut self, attempt: &Attempt, foreseen: Option<f64>) {
         let slip = slip(&attempt.verdict, self.frame.open());
-        let points = &mut self.target.points;
+        let (points, radius) = (&mut self.target.points, self.target.solid.radius);
         let known = points.drift_seen(&self.desk.matches, &attempt.toward, slip * slip);
         let lost = FOUND_RAD * FOUND_RAD;
         let drift = known.unwrap_or(points.drift + foreseen.unwrap_or(lost));
+        points.tilt = points.tilt_seen(&self.desk.matches, &attempt.toward, radius);
         // Where much is missed, what seems to be a known side may be another one.
         let is_clear = attempt.verdict.share >= CLEAR;
         points.drift = if is_clear { drift } else { drift.max(points.drift) };
@@ -79,7 +80,7 @@ impl Tracker {
 
     /// Gives the covariance of a pose by what it may have drifted, in the object's frame.
     pub(super) fn drift_covariance(&self) -> Matrix6<f64> {
-        let turn = self.target.points.drift / 3.0;
+        let turn = self.target.points.told() / 3.0;
         let place = (PLACE * self.target.solid.radius).powi(2) * turn;
         Matrix6::from_diagonal(&Vector6::new(place, place, place, turn, turn, turn))
     }

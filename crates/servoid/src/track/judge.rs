@@ -37,7 +37,7 @@ pub(super) fn judge(sight: &Sight<'_>, found: &Evaluated, desk: &Desk) -> Verdic
     let usual = sight.usual;
     let (mut seen, mut expected, mut shown, mut hidden) = (0.0, 0.0, 0.0, 0.0);
     let mut printed = 0.0;
-    for Match { view, agreement, pixel } in &desk.matches {
+    for Match { view, agreement, pixel, .. } in &desk.matches {
         let quality = f64::from(sight.points.known[view.point].quality());
         let correlation = agreement.map_or(0.0, |a| a.correlation);
         let worth = quality * ((correlation - SEEN.0) / (SEEN.1 - SEEN.0)).clamp(0.0, 1.0);

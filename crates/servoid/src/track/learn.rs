@@ -25,6 +25,9 @@ const LEAST_CORNER: f32 = 3.0;
 const REACH: f64 = 0.35;
 /// Least correlation between two cameras' images of a new point.
 const LEAST_CORRELATION: f64 = 0.85;
+/// Standard deviation of a distance that only the body tells, as a share of its radius, and where motion is to
+/// tell it.
+const GUESS: (f64, f64) = (0.1, 0.25);
 /// Largest standard deviation of a new point's distance, as a share of the body's radius.
 const WORST: f64 = 0.05;
 /// Grains by which a point lies inside the outline.
@@ -75,7 +78,7 @@ pub(super) fn learn(
 }
 
 /// Gives the pixels that a grain is in a camera's image of the object.
-fn grain(sight: &Sight<'_>, projection: &Projection) -> Option<f64> {
+pub(super) fn grain(sight: &Sight<'_>, projection: &Projection) -> Option<f64> {
     let (_, by_place) = projection.pixel(&Vector3::zeros())?;
     Some((sight.solid.radius * by_place.row(0).norm() / FULL_PX).clamp(FINEST, 1.0))
 }
@@ -209,13 +212,14 @@ fn point_at(
     let toward = (eye - hit).normalize();
     let window = &sight.windows[camera];
     let mut point = SurfacePoint::learn(projection, &window.pyramid, [hit, normal, toward], scale)?;
-    let mut variance = (0.1 * radius).powi(2);
+    let guess = if sight.depth_from_motion { GUESS.1 } else { GUESS.0 };
+    let (mut variance, mut is_guess) = ((guess * radius).powi(2), true);
     let others = sight.windows.iter().enumerate().filter(|(other, _)| *other != camera);
     let found = sight.rangefinder(camera, pose).and_then(|seen| seen.place(&pixel));
     let found = found.filter(|(found, _)| (found - hit).norm() < REACH * radius);
     if let Some((found, metres)) = found {
         point.position = found;
-        variance = depth_noise(metres).powi(2);
+        (variance, is_guess) = (depth_noise(metres).powi(2), false);
     }
     let others = others.filter(|_| found.is_none());
     for (other, window) in others {
@@ -233,13 +237,14 @@ fn point_at(
         {
             return None;
         }
-        variance = found;
+        (variance, is_guess) = (found, false);
         break;
     }
     let mut learned =
         SurfacePoint::learn(projection, &window.pyramid, [point.position, normal, toward], scale)?;
     learned.color = sight.images[camera]?.rgb(pixel.x as usize, pixel.y as usize);
-    Some(Known::new(learned, variance))
+    let known = Known::new(learned, variance);
+    Some(if is_guess { known.guessed(sight.depth_from_motion) } else { known })
 }
 
 /// Seeks how far towards its camera a point must move to agree with another camera's image; gives

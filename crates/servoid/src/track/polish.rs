@@ -1,7 +1,9 @@
-use nalgebra::{Matrix6, Vector2, Vector3, Vector6};
+use nalgebra::{Matrix6, Vector3, Vector6};
 
 use super::certainty::inverse;
 use super::frame::occlusion::{LastSeen, Occlusion};
+use super::guess::{Distance, Ray};
+use super::matching::match_points;
 use super::motion::Prior;
 use super::sight::Sight;
 use super::target::bias::Said;
@@ -10,7 +12,7 @@ use super::target::ranges::Residual;
 use super::target::shift::Shift;
 use super::target::solid::Rims;
 use crate::fitness::{Agreement, ContourPoint, SurfacePoint, boundary, contour};
-use crate::observe::{ImageView, Pyramid};
+use crate::observe::Pyramid;
 use crate::pose::{Pose, Twist};
 use crate::shape::{Outline, Quadric};
 
@@ -21,7 +23,7 @@ pub(super) struct Normal {
     pub(super) curvature: Matrix6<f64>,
     /// The part of it that no image told.
     pub(super) belief: Matrix6<f64>,
-    slope: Vector6<f64>,
+    pub(super) slope: Vector6<f64>,
     /// What the outline says, with its bias.
     pub(super) outline: Said,
     /// The part of it that is in the sum: what its bias leaves.
@@ -47,17 +49,22 @@ impl Evaluated {
 /// Memory of a polish, kept from image to image.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Desk {
+    /// The points that should be seen, and those of them that are looked at.
+    pub(super) visible: Vec<InView>,
     pub(super) in_view: Vec<InView>,
     pub(super) matches: Vec<Match>,
     pub(super) rims: Rims,
     pub(super) occlusion: Occlusion,
+    /// Metres by which each point in view is moved for now, if its distance is a guess.
+    pub(super) moved: Vec<f64>,
+    pub(super) distances: Vec<Distance>,
     outlines: Vec<(Outline, Quadric)>,
     pub(super) teaching: Vec<Outline>,
     contour: Vec<ContourPoint>,
 }
 
 /// Longest step, in radii and radians.
-const MOST_STEP: f64 = 0.35;
+pub(super) const MOST_STEP: f64 = 0.35;
 /// Most steps at each resolution, the finest first. They end where they have converged: a quarter of
 /// these left the pose of an object that turns behind, until another one looked better.
 const STEPS: [usize; Pyramid::LEVELS] = [16, 12, 12];
@@ -75,6 +82,8 @@ const NEAR_PX: f64 = 2.5;
 const INSIDE_PX: f64 = 4.0;
 /// Standard deviation of a point's place, in radii, where it is seen across the way in which it was learned.
 const BENT: f64 = 0.02;
+/// Most steps to where the images put points of a pose that stays.
+const GUESSES: usize = 4;
 /// How much a line counts: neighbours err together.
 const LINE_SHARE: f64 = 0.25;
 
@@ -113,6 +122,7 @@ pub(super) fn polish(
 ) -> Evaluated {
     let last_seen = last_seen(prior);
     let mut found = Evaluated::nothing(start, sight.solid.radius);
+    desk.forget_distances();
     for level in (0..=coarsest).rev() {
         for number in 0..STEPS[level] {
             match_points(sight, &found.pose, level, desk);
@@ -122,6 +132,7 @@ pub(super) fn polish(
             found = linearize(sight, (found.pose, prior), level, desk);
             let Some(step) = found.normal.step() else { break };
             let step = bounded(step, sight.solid.radius);
+            desk.move_guesses(&step, sight.solid.radius);
             found.pose = found.pose * Pose::exp(&step);
             let turn = step.fixed_rows::<3>(3).norm() * sight.solid.radius;
             if step.fixed_rows::<3>(0).norm() + turn
@@ -143,9 +154,19 @@ pub(super) fn look_at(
     prior: Option<&Prior>,
     desk: &mut Desk,
 ) -> Evaluated {
+    desk.forget_distances();
     match_points(sight, &pose, 0, desk);
     desk.look_for_hidden(sight, &pose, last_seen(prior));
-    linearize(sight, (pose, prior), 0, desk)
+    let mut found = linearize(sight, (pose, prior), 0, desk);
+    for _ in 0..GUESSES {
+        if desk.distances.is_empty() {
+            break;
+        }
+        desk.move_guesses(&Twist::zeros(), sight.solid.radius);
+        match_points(sight, &pose, 0, desk);
+        found = linearize(sight, (pose, prior), 0, desk);
+    }
+    found
 }
 
 /// Says whether the object was seen a moment ago: only then is it believed where it is.
@@ -173,14 +194,17 @@ fn linearize(
         sum.normal.slope += pull;
     }
     let (mut camera, mut eye) = (usize::MAX, None);
-    for Match { view, agreement, pixel } in &desk.matches {
+    desk.distances.clear();
+    for Match { view, agreement, level, pixel, at } in &desk.matches {
         if let (Some(agreement), Some(pixel)) = (agreement, pixel) {
             if view.camera != camera {
                 let seen = sight.windows[view.camera].projection(&pose);
                 (camera, eye) = (view.camera, seen.and_then(|seen| seen.eye()));
             }
             let shows = 1.0 - desk.occlusion.hides(view.camera, pixel);
-            add_point(&mut sum.normal, sight, view.point, (agreement, level), (shows, eye));
+            let point = (*view, *at, desk.moved[*at]);
+            let found = add_point(&mut sum.normal, sight, point, (agreement, *level), (shows, eye));
+            desk.distances.extend(found);
         }
     }
     for camera in 0..sight.windows.len() {
@@ -212,39 +236,6 @@ fn linearize(
 pub(super) fn toward(sight: &Sight<'_>, pose: &Pose) -> Vector3<f64> {
     let eye = sight.windows.iter().find_map(|window| window.projection(pose)?.eye());
     eye.map_or_else(Vector3::z, |eye| eye.normalize())
-}
-
-/// Matches the points in view at a pose; the matches stay on the desk.
-fn match_points(sight: &Sight<'_>, pose: &Pose, level: usize, desk: &mut Desk) {
-    desk.matches.clear();
-    let (mut camera, mut seen) = (usize::MAX, None);
-    for view in &desk.in_view {
-        if view.camera != camera {
-            (camera, seen) = (view.camera, sight.windows[view.camera].projection(pose));
-        }
-        let Some(projection) = seen else { continue };
-        let point = &sight.points.known[view.point].point;
-        let pyramid = &sight.windows[view.camera].pyramid;
-        let agreement = point.agreement(&projection, pyramid, level);
-        let place = projection.pixel(&point.position);
-        let asked = || {
-            let image = sight.images[view.camera].as_ref();
-            place.zip(image).is_none_or(|((pixel, slope), image)| {
-                point.reach_px(&slope, level).is_some_and(|reach| holds(image, &pixel, &reach))
-            })
-        };
-        // What lies beside the image, or was never seen so coarsely, is not missed.
-        if agreement.is_some() || asked() {
-            let pixel = place.map(|(pixel, _)| pixel);
-            desk.matches.push(Match { view: *view, agreement, pixel });
-        }
-    }
-}
-
-/// Says whether an image shows a place with all that lies within a reach of it.
-fn holds(image: &ImageView<'_>, pixel: &Vector2<f64>, reach: &Vector2<f64>) -> bool {
-    let size = image.size_px().map(|n| n as f64 - 1.0);
-    (0..2).all(|i| pixel[i] - reach[i] >= 0.0 && pixel[i] + reach[i] < size[i])
 }
 
 impl Desk {
@@ -307,31 +298,42 @@ fn told(variance_px: f64, (reach, step_px): (usize, f64)) -> f64 {
 fn add_point(
     normal: &mut Normal,
     sight: &Sight<'_>,
-    point: usize,
+    (view, at, moved): (InView, usize, f64),
     (agreement, level): (&Agreement, usize),
     (shows, eye): (f64, Option<Vector3<f64>>),
-) {
+) -> Option<Distance> {
     let weight = shows * ((agreement.correlation - 0.3) / 0.5).clamp(0.0, 1.0).powi(2);
     if weight == 0.0 {
-        return;
+        return None;
     }
-    let Known { point: SurfacePoint { position, toward, .. }, variance, .. } =
-        sight.points.known[point];
+    let known = &sight.points.known[view.point];
+    let Known { point: SurfacePoint { toward, .. }, variance, .. } = *known;
+    let position = known.point.position + toward * moved;
+    let is_guess = known.is_guess(sight.solid.radius);
     let by_motion = by_motion(&agreement.slope, &position);
     // Along the way to where it was learned its place is known the less, the more it is seen from aside.
-    let aside = eye.map_or(0.0, |eye| (1.0 - (eye - position).normalize().dot(&toward)).max(0.0));
+    let aside = eye.map_or(0.0, |eye| {
+        (1.0 - (eye - position).normalize().dot(&known.seen_as(view.look).toward)).max(0.0)
+    });
     let along = agreement.slope * toward;
-    let beside =
-        along * along.transpose() * (variance + (BENT * sight.solid.radius * aside).powi(2))
-            + sight.points.strayed(point, &by_motion);
-    let Some(shift) = Shift::new(agreement, level, &beside) else { return };
+    let beside = along
+        * along.transpose()
+        * (if is_guess { 0.0 } else { variance } + (BENT * sight.solid.radius * aside).powi(2))
+        + sight.points.strayed(view.point, &by_motion);
+    let shift = Shift::new(agreement, level, &beside)?;
+    if is_guess {
+        let ray = Ray { along, moved, variance };
+        let told = (shift.information * weight, shift.pull * weight);
+        return Some(Distance::taken_out(at, normal, &by_motion, told, &ray));
+    }
     normal.curvature += by_motion.tr_mul(&(shift.information * by_motion)) * weight;
     normal.slope += by_motion.tr_mul(&shift.pull) * weight;
+    None
 }
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::Matrix2x3;
+    use nalgebra::{Matrix2x3, Vector2};
 
     use super::*;
 

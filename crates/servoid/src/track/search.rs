@@ -1,6 +1,7 @@
 use super::sight::Sight;
 use super::target::points::InView;
 use crate::evolve::{Ga, GaError, GaSettings, Rng};
+use crate::fitness::SurfacePoint;
 use crate::observe::Pyramid;
 use crate::pose::{Pose, Twist};
 
@@ -140,8 +141,7 @@ impl Judged<'_> {
             if self.sight.colors.is_some() {
                 region += window.region(&projection, self.sight.solid).0;
             }
-            let mut look = |index: usize| {
-                let point = &self.sight.points.known[index].point;
+            let mut look = |point: &SurfacePoint| {
                 let level = coarsest(&point.looks[..=level]);
                 let found = point.correlation(&projection, &window.pyramid, level);
                 surface += found.unwrap_or(0.0).max(0.0);
@@ -152,7 +152,8 @@ impl Judged<'_> {
                     let of_camera = all.len() / self.sight.windows.len().max(1);
                     let every = of_camera.div_ceil(POINTS).max(1);
                     let seen = all.iter().filter(|view| view.camera == camera);
-                    seen.step_by(every).for_each(|view| look(view.point));
+                    let known = &self.sight.points.known;
+                    seen.step_by(every).for_each(|view| look(known[view.point].seen_as(view.look)));
                 }
                 Probes::Facing(all) => {
                     let Some(eye) = projection.eye() else { continue };
@@ -160,7 +161,7 @@ impl Judged<'_> {
                         let point = &self.sight.points.known[index].point;
                         let way = eye - point.position;
                         if way.dot(&point.normal) > LEAST_FACING * way.norm() {
-                            look(index);
+                            look(point);
                         }
                     }
                 }

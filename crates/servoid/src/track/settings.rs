@@ -22,6 +22,9 @@ pub struct TrackSettings {
     pub local_colors: bool,
     /// Whether keyframes and surface points are adjusted together, in a thread of its own.
     pub adjust: bool,
+    /// Whether motion tells the distances of points that one camera sees alone, from a wide guess: for an object
+    /// that turns far before it. One that hardly turns is tracked better without.
+    pub depth_from_motion: bool,
     /// Surface points that are looked at in each camera.
     pub points: usize,
     /// Share of what should be seen of an object from which on the pose of an object that was not tracked is trusted.
@@ -43,6 +46,7 @@ impl Default for TrackSettings {
             region: true,
             local_colors: true,
             adjust: true,
+            depth_from_motion: false,
             points: 80,
             trusted: 0.5,
             held: 0.35,

@@ -25,6 +25,9 @@ pub(super) struct Sight<'a> {
     pub(super) colors: Option<&'a Colors>,
     pub(super) usual: &'a Usual,
     pub(super) bias: &'a Bias,
+    /// Whether the object moves so fast that its image may be blurred.
+    pub(super) is_blurred: bool,
+    pub(super) depth_from_motion: bool,
 }
 
 impl<'a> Sight<'a> {
@@ -45,6 +48,8 @@ impl<'a> Sight<'a> {
             colors: settings.region.then_some(&target.colors),
             usual: &target.usual,
             bias: &target.bias,
+            is_blurred: frame.is_blurred,
+            depth_from_motion: settings.depth_from_motion,
         }
     }
 

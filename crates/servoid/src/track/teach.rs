@@ -2,6 +2,7 @@ use nalgebra::Vector2;
 
 use super::attempt::Attempt;
 use super::learn::{Lesson, learn};
+use super::looks::looks;
 use super::sight::Sight;
 use super::tracker::Tracker;
 use crate::observe::{Mask, Observation};
@@ -19,6 +20,16 @@ const COLOR_RATE: f32 = 0.15;
 const COLOR_LESSONS: usize = 2;
 /// Pixels about the outline that teach no colours, since bodies are not made of ellipsoids.
 const DOUBT_PX: f64 = 4.0;
+
+/// What an image may teach.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Teachable {
+    pub(super) colors: bool,
+    /// Surface points, where nothing hides the object.
+    pub(super) surface: bool,
+    /// What is usual, and views.
+    pub(super) whole: bool,
+}
 
 impl Tracker {
     /// Learns from an observation in which the object is tracked.
@@ -43,10 +54,22 @@ impl Tracker {
             let lesson = Lesson { from: self.cell, cells, tries, masks: &[] };
             self.cell = self.cell.wrapping_add(cells);
             self.learn_points(observation, &attempt.pose, &lesson);
+            self.learn_looks(observation, &attempt.pose);
             self.target.points.judge(&self.desk.matches, &self.desk.occlusion);
         }
         if may.surface {
             self.learn_ranges(observation, &attempt.pose, &[]);
+        }
+    }
+
+    /// Learns how points look that are recognised from a side of which they have no look.
+    fn learn_looks(&mut self, observation: &Observation<'_>, pose: &Pose) {
+        let sight = Sight::new(&self.frame, observation, &self.target, &self.settings);
+        let mut rims = std::mem::take(&mut self.desk.rims);
+        let found = looks(&sight, pose, &self.desk, &mut rims);
+        self.desk.rims = rims;
+        for (point, look) in found {
+            self.target.points.known[point].add_look(look);
         }
     }
 
@@ -96,11 +119,12 @@ impl Tracker {
     ) {
         let sight = Sight::new(&self.frame, observation, &self.target, &self.settings);
         self.fresh.clear();
-        let known = (&*self.desk.in_view, &self.desk.occlusion);
+        let known = (&*self.desk.visible, &self.desk.occlusion);
         learn(&sight, pose, known, lesson, (&mut self.desk.rims, &mut self.fresh));
         let (drift, keyframe) = (self.drift_of_lesson(), self.keyframe_around(observation, pose));
+        let tilt = self.target.points.tilt;
         for known in &mut self.fresh {
-            known.learn_with((keyframe.0, &keyframe.1), drift);
+            known.learn_with((keyframe.0, &keyframe.1), (drift, tilt));
         }
         self.target.points.add(&mut self.fresh);
     }

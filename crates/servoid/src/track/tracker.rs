@@ -111,6 +111,7 @@ impl Tracker {
         let mut attempt = Attempt::nothing(expected, self.target.solid.radius);
         let (mut least, mut evaluations) = (self.least_share(), 0);
         let visible = self.look(observation, &expected, self.margin());
+        self.foresee_blur(&expected);
         clock.lap(|timing| &mut timing.look);
         if visible {
             let (guess, scored) = self.seek(observation, &expected, &clock)?;
@@ -244,7 +245,7 @@ impl Tracker {
             usual_printed: if usual > 0.0 { usual } else { printed },
             proved: self.trust.is_proved(),
             turn_rad: turn(noise),
-            drift_rad: self.target.points.drift.sqrt(),
+            drift_rad: self.target.points.told().sqrt(),
             scatter_rad: if self.scatter.is_measured() {
                 turn(&self.scatter.covariance())
             } else {

@@ -6,6 +6,7 @@ use super::estimate::Status;
 use super::judge::Verdict;
 use super::settings::TrackSettings;
 use super::target::usual::Usual;
+use super::teach::Teachable;
 use super::tracker::Tracker;
 use crate::pose::Pose;
 
@@ -63,20 +64,12 @@ const COLOR_SHARE: f64 = 0.65;
 /// Share and part of the usual surface points that prove that an object which was found again is
 /// the one that was lost, at its true pose, and no look-alike's: one that teaches is wrong for good.
 const PROVED: (f64, f64) = (0.92, 0.5);
+/// Share, part of the usual points with the contrast of a pattern, and the least number of those, that prove the same.
+const RECOGNISABLE: (f64, f64, f64) = (0.75, 0.8, 40.0);
 /// Share that proves one that is met for the first time, by what it looked like elsewhere.
 const FOUND: f64 = 0.85;
 /// Images without the object after which it counts as lost.
 const LOST_AFTER: usize = 15;
-
-/// What an image may teach.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Teachable {
-    pub(super) colors: bool,
-    /// Surface points, where nothing hides the object.
-    pub(super) surface: bool,
-    /// What is usual, and views.
-    pub(super) whole: bool,
-}
 
 /// How far an object is trusted to be where it is followed, by what was seen of it so far.
 #[derive(Debug, Clone)]
@@ -146,6 +139,10 @@ impl Trust {
         let explained = verdict.recognised >= part * usual.recognised;
         self.proved &= goes_on;
         self.proved |= verdict.share >= least && explained;
+        // No other pose and no look-alike shows so many points of a pattern.
+        let (share, part, many) = RECOGNISABLE;
+        let printed = (part * usual.printed).max(many);
+        self.proved |= verdict.share >= share && verdict.printed >= printed;
         self.confirmed |= self.proved;
     }
 

@@ -195,7 +195,8 @@ fn what_is_no_lens_is_refused_with_what_was_given() {
     for (name, given) in [("pinhole", 1), ("brown_conrady", 3), ("kannala_brandt", 5)] {
         let error = Distortion::from_name(name, &vec![0.0; given]).unwrap_err();
         assert!(matches!(error, CameraError::Coefficients { given: g, .. } if g == given));
-        assert!(error.to_string().contains(&format!("but {given} were given")), "{error}");
+        let verb = if given == 1 { "was" } else { "were" };
+        assert!(error.to_string().contains(&format!("but {given} {verb} given")), "{error}");
     }
     for bad in [f64::NAN, f64::INFINITY, -1e13] {
         let error = Distortion::from_name("kannala_brandt", &[0.0, bad, 0.0, 0.0]).unwrap_err();

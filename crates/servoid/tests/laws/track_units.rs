@@ -107,8 +107,9 @@ fn the_world_in_other_units_is_tracked_alike() {
         let shots = pictures(&stage);
         let usual = Course::of(&stage, seed, &shots, 1.0);
         // What is rounded in one image goes on to the next with the motion that is foreseen; with powers of
-        // two nothing is rounded otherwise.
-        for (scale, bound) in [(0.25, 1e-15), (64.0, 1e-15), (0.1, 1e-9), (3.0, 1e-9), (10.0, 1e-9)]
+        // two nothing is rounded otherwise. Looks that are learned on the way keep it, too: 2e-8 with 10.0,
+        // where it was 1e-9 without them.
+        for (scale, bound) in [(0.25, 1e-15), (64.0, 1e-15), (0.1, 1e-7), (3.0, 1e-7), (10.0, 1e-7)]
         {
             let other = Course::of(&stage, seed, &shots, scale);
             let differs = usual.differs(&other);

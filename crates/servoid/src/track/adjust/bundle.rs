@@ -40,6 +40,8 @@ pub(crate) struct Landmark {
     pub(crate) position: Vector3<f64>,
     /// `None` fixes it.
     pub(crate) anchor: Option<Anchor>,
+    /// Whether it is to be told how well its distance is known.
+    pub(crate) is_guess: bool,
 }
 
 /// Where it was learned, at a keyframe, in the world's frame.
@@ -72,10 +74,13 @@ pub(crate) struct Solution {
     pub(crate) bundle: Bundle,
     /// Variance of each keyframe's turn, in square radians, by the noise of the sightings.
     pub(crate) turn_variances: Vec<f64>,
+    /// The same of the distance of each landmark that is a guess, in square metres.
+    pub(crate) distance_variances: Vec<Option<f64>>,
 }
 
-/// Most steps, and the part of the cost by which the last one lowers it.
-const STEPS: usize = 5;
+/// Most steps, the same where only motion tells distances, and the part of the cost by which the last one
+/// lowers it.
+const STEPS: (usize, usize) = (5, 12);
 const CONVERGED: f64 = 3e-3;
 /// Standard deviations from which on a sighting counts by its distance instead of its square.
 const HUBER: f64 = 2.0;
@@ -88,7 +93,8 @@ impl Bundle {
     pub(crate) fn adjusted(&self) -> Option<Solution> {
         let mut bundle = self.clone();
         let (mut damping, mut cost) = (DAMPING.0, self.cost());
-        for _ in 0..STEPS {
+        let guesses = self.landmarks.iter().any(|one| one.is_guess);
+        for _ in 0..if guesses { STEPS.1 } else { STEPS.0 } {
             let reduced = Reduced::new(&bundle);
             let (lower, step) = loop {
                 let (motions, shifts) = reduced.step(damping)?;
@@ -111,8 +117,8 @@ impl Bundle {
                 break;
             }
         }
-        let turn_variances = Reduced::new(&bundle).turn_variances()?;
-        Some(Solution { bundle, turn_variances })
+        let (turn_variances, distance_variances) = Reduced::new(&bundle).variances(&bundle)?;
+        Some(Solution { bundle, turn_variances, distance_variances })
     }
 
     /// Gives how badly everything is explained.
@@ -218,7 +224,7 @@ pub(super) fn scene(seed: u64, off: f64) -> Bundle {
         let anchor = (landmark % 5 != 0).then_some(anchor);
         let shift = if anchor.is_some() { 0.05 * off } else { 0.0 };
         let position = position + Vector3::new(any(), any(), any()) * shift;
-        bundle.landmarks.push(Landmark { position, anchor });
+        bundle.landmarks.push(Landmark { position, anchor, is_guess: landmark % 5 == 1 });
     }
     for (at, pose) in truth.iter().enumerate() {
         let noise = Twist::from_fn(|i, _| any() * off * if i < 3 { 0.05 } else { 1.0 });

@@ -14,7 +14,7 @@ use super::estimate::Notice;
 use super::frame::window::Window;
 use super::target::Target;
 use super::target::keyframes::{Keyframe, Stand};
-use super::target::points::Known;
+use super::target::points::{Known, LEAST_KNOWN, Match, RECOGNISED};
 use super::tracker::Tracker;
 use crate::observe::Observation;
 use crate::pose::Pose;
@@ -26,6 +26,7 @@ const LEAST_KEYFRAMES: usize = 3;
 /// Standard deviation, in radians, of the turn from one keyframe to the next as it was tracked, and of an
 /// object that was lost between; a place errs by this part of the radius a radian.
 const STEP_RAD: f64 = 0.03;
+const GUESS_RAD: f64 = 0.15;
 const LOST_RAD: f64 = 0.3;
 const PLACE: f64 = 0.25;
 /// Factor of the turn's standard deviation by the noise of the sightings: neighbours err together.
@@ -83,7 +84,7 @@ impl Tracker {
         let object_from_camera = (attempt.pose.inverse() * eyes).rotation();
         let adrift = self.target.points.drift > ADRIFT * ADRIFT;
         let is_given = self.target.keyframes.all.is_empty() && !self.trust.is_met();
-        if !self.target.keyframes.is_new(&object_from_camera, adrift) {
+        if !self.target.keyframes.is_new(&object_from_camera, (adrift, self.guesses())) {
             return;
         }
         let world = |window: &Window| window.projection(&Pose::identity());
@@ -94,11 +95,24 @@ impl Tracker {
         };
         let seen = (&self.target.points, &*self.desk.matches);
         let clear = (&*self.frame.windows, &self.desk.occlusion);
-        let drift = self.drift_of_lesson();
-        if let Some(dropped) = self.target.keyframes.keep(stand, seen, clear, (drift, is_given)) {
+        let (drift, guesses) = (self.drift_of_lesson(), self.guesses());
+        if let Some(dropped) =
+            self.target.keyframes.keep(stand, seen, clear, (drift, is_given, guesses))
+        {
             self.target.adopt(&dropped);
         }
         self.begin_adjusting();
+    }
+
+    /// Says whether the distances of most points that are recognised are guesses yet.
+    pub(super) fn guesses(&self) -> bool {
+        let radius = self.target.solid.radius;
+        let seen = self.desk.matches.iter().filter(|one| {
+            one.agreement.is_some_and(|agreement| agreement.correlation > RECOGNISED)
+        });
+        let guess = |one: &&Match| self.target.points.known[one.view.point].is_guess(radius);
+        let known = seen.clone().filter(|one| !guess(one)).count();
+        known < LEAST_KNOWN && seen.count() > known
     }
 
     fn begin_adjusting(&mut self) {
@@ -108,7 +122,8 @@ impl Tracker {
         }
         let (bundle, landmarks) = self.target.bundle();
         let keyframes = self.target.keyframes.all.iter().map(|one| one.number).collect();
-        let job = Job::new(DELAY, self.evolving.clone(), move || bundle.adjusted());
+        let delay = if self.guesses() { 1 } else { DELAY };
+        let job = Job::new(delay, self.evolving.clone(), move || bundle.adjusted());
         self.pending = Some(Pending { job, keyframes, landmarks });
     }
 
@@ -155,7 +170,8 @@ impl Target {
             }
             let landmark = bundle.landmarks.len();
             let anchor = self.anchor(known);
-            bundle.landmarks.push(Landmark { position: known.point.position, anchor });
+            let (position, is_guess) = (known.point.position, known.is_told_by_motion());
+            bundle.landmarks.push(Landmark { position, anchor, is_guess });
             ids.push(known.id);
             bundle.sightings.extend(group.iter().filter_map(|(keyframe, seen)| {
                 let world = all[*keyframe].cameras[seen.camera]?;
@@ -208,14 +224,18 @@ impl Target {
         self.keyframes.move_by(by);
         self.sides.move_by(by);
         self.ranges.move_by(by);
-        let mut found = ids.iter().zip(&solution.bundle.landmarks).peekable();
+        let landmarks = solution.bundle.landmarks.iter().zip(&solution.distance_variances);
+        let mut found = ids.iter().zip(landmarks).peekable();
         for known in &mut self.points.known {
             if let Some(keyframe) = known.learned.keyframe {
-                known.point.move_by(&by(keyframe).inverse());
+                known.move_by(&by(keyframe).inverse());
             }
             while found.next_if(|(id, _)| **id < known.id).is_some() {}
-            if let Some((_, landmark)) = found.next_if(|(id, _)| **id == known.id) {
-                known.point.position = landmark.position;
+            if let Some((_, (landmark, variance))) = found.next_if(|(id, _)| **id == known.id) {
+                known.place_at(landmark.position);
+                if let Some(variance) = variance {
+                    known.variance = known.learned.variance.min(TOGETHER * TOGETHER * variance);
+                }
             }
         }
         let drifts = self
@@ -263,6 +283,7 @@ fn station(all: &[Keyframe], at: usize, one: &Keyframe, radius: f64) -> Station 
         Some((place, motion))
     });
     let (from, motion, turn) = match from {
+        Some((from, motion)) if one.guesses => (Some(from), motion, GUESS_RAD),
         Some((from, motion)) => (Some(from), motion, STEP_RAD),
         None => (None, one.world_from_object, LOST_RAD),
     };
@@ -298,7 +319,7 @@ mod tests {
             let pose = stand.world_from_object;
             let none = (&target.points, &[][..]);
             let clear = (&[][..], &Default::default());
-            target.keyframes.keep(stand, none, clear, (0.0, number == 0));
+            target.keyframes.keep(stand, none, clear, (0.0, number == 0, false));
             let position = Vector3::new(0.01 * number as f64, 0.02, -0.04);
             let point = SurfacePoint {
                 position,
@@ -309,7 +330,7 @@ mod tests {
                 color: [0; 3],
             };
             let mut known = Known::new(point, 1e-6);
-            known.learn_with((number, &pose), 0.0);
+            known.learn_with((number, &pose), (0.0, 0.0));
             target.points.add(&mut vec![known]);
         }
         target
@@ -320,7 +341,8 @@ mod tests {
         for (station, motion) in bundle.keyframes.iter_mut().zip(&motions) {
             station.world_from_object = station.world_from_object * Pose::exp(motion);
         }
-        Solution { bundle, turn_variances: vec![1e-4; 3] }
+        let distance_variances = vec![None; bundle.landmarks.len()];
+        Solution { bundle, turn_variances: vec![1e-4; 3], distance_variances }
     }
 
     #[test]

@@ -154,9 +154,9 @@ impl Reduced {
         Some((motions, shifts))
     }
 
-    /// Gives the variance of each keyframe's turn.
-    pub(super) fn turn_variances(&self) -> Option<Vec<f64>> {
-        let (matrix, ..) = self.eliminated(0.0)?;
+    /// Gives the variance of each keyframe's turn, and of the distance of each landmark for which it is asked.
+    pub(super) fn variances(&self, bundle: &Bundle) -> Option<(Vec<f64>, Vec<Option<f64>>)> {
+        let (matrix, _, inverses) = self.eliminated(0.0)?;
         let factor = matrix.cholesky()?.unpack();
         let count = factor.nrows() / 6;
         // The inverse is the product of this one's transpose and itself.
@@ -166,7 +166,21 @@ impl Reduced {
         }
         factor.solve_lower_triangular_mut(&mut turns).then_some(())?;
         let turn = |at: usize| turns.columns(3 * at, 3).norm_squared();
-        Some(self.free.iter().map(|at| at.map_or(0.0, turn)).collect())
+        let turns = self.free.iter().map(|at| at.map_or(0.0, turn)).collect();
+        let landmarks = bundle.landmarks.iter().zip(&self.landmarks).zip(&inverses);
+        let distances = landmarks.map(|((landmark, block), inverse)| {
+            let anchor = landmark.anchor.filter(|_| landmark.is_guess)?;
+            let object = bundle.keyframes[anchor.keyframe].world_from_object.rotation();
+            let way = object.inverse() * anchor.toward_in_world;
+            let by_place = inverse * way;
+            let mut by_motion = DVector::zeros(6 * count);
+            for (at, with) in &block.with {
+                add_to(&mut by_motion, *at, with * by_place);
+            }
+            factor.solve_lower_triangular_mut(&mut by_motion).then_some(())?;
+            Some(way.dot(&by_place) + by_motion.norm_squared())
+        });
+        Some((turns, distances.collect()))
     }
 
     /// Takes the landmarks out.
@@ -215,6 +229,40 @@ fn add_to(vector: &mut DVector<f64>, row: usize, block: Vector6<f64>) {
 mod tests {
     use super::*;
     use crate::track::adjust::bundle::scene;
+
+    #[test]
+    fn variances_of_distances_are_those_of_all_unknowns_together() {
+        let bundle = scene(3, 0.0);
+        let reduced = Reduced::new(&bundle);
+        let (_, found) = reduced.variances(&bundle).unwrap();
+        let (poses, count) = (reduced.slope.len(), bundle.landmarks.len());
+        let mut whole = DMatrix::zeros(poses + 3 * count, poses + 3 * count);
+        whole.view_mut((0, 0), (poses, poses)).copy_from(&reduced.curvature);
+        for (at, block) in reduced.landmarks.iter().enumerate() {
+            let own = poses + 3 * at;
+            // What is fixed is known for sure.
+            let sure = if block.is_fixed { 1e12 } else { 0.0 };
+            let curvature = block.curvature + Matrix3::identity() * sure;
+            whole.fixed_view_mut::<3, 3>(own, own).copy_from(&curvature);
+            for (keyframe, with) in block.with.iter().filter(|_| !block.is_fixed) {
+                whole.fixed_view_mut::<6, 3>(6 * keyframe, own).copy_from(with);
+                whole.fixed_view_mut::<3, 6>(own, 6 * keyframe).copy_from(&with.transpose());
+            }
+        }
+        let covariance = whole.cholesky().unwrap().inverse();
+        let mut asked = 0;
+        for (at, variance) in found.iter().enumerate() {
+            let Some(variance) = variance else { continue };
+            let anchor = bundle.landmarks[at].anchor.unwrap();
+            let object = bundle.keyframes[anchor.keyframe].world_from_object.rotation();
+            let way = object.inverse() * anchor.toward_in_world;
+            let own = covariance.fixed_view::<3, 3>(poses + 3 * at, poses + 3 * at);
+            let expected = way.dot(&(own * way));
+            assert!((variance / expected - 1.0).abs() < 1e-4, "{variance} {expected}");
+            asked += 1;
+        }
+        assert_eq!(asked, 6);
+    }
 
     #[test]
     fn slopes_are_those_of_the_cost() {

@@ -23,6 +23,8 @@ pub(super) struct Frame {
     pub(super) cameras: Vec<Camera>,
     pub(super) windows: Vec<Window>,
     pub(super) notices: Vec<Notice>,
+    /// Whether the object moves so fast that its image may be blurred.
+    pub(super) is_blurred: bool,
     senses: Senses,
 }
 
@@ -32,6 +34,7 @@ impl Frame {
             cameras: cameras.to_vec(),
             windows: vec![Window::default(); cameras.len()],
             notices: Vec::new(),
+            is_blurred: false,
             senses: Senses::new(cameras.len()),
         }
     }

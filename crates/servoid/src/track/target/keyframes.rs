@@ -16,6 +16,8 @@ pub(crate) struct Keyframe {
     pub(crate) step: Option<(usize, Pose)>,
     /// Whether its pose was given.
     pub(crate) is_given: bool,
+    /// Whether most of what was seen then lay at distances that were guesses.
+    pub(crate) guesses: bool,
     /// Variance of the object's turn since the first image, in square radians.
     pub(crate) drift: f64,
     /// How each camera saw the world.
@@ -69,6 +71,8 @@ pub(crate) struct Keyframes {
 
 /// Angle from one to the next, in radians.
 const APART: f64 = 0.10;
+/// The same while distances are guesses.
+const GUESSING: f64 = 0.04;
 /// How many tie the ends of a loop, and the angle from one to the next of these.
 const TIES: usize = 3;
 const CLOSE: f64 = 0.05;
@@ -103,8 +107,13 @@ impl Keyframes {
 
     /// Says whether a view differs enough from the last one, and, unless `all_over` is wanted, from
     /// all others.
-    pub(crate) fn is_new(&self, object_from_camera: &UnitQuaternion<f64>, all_over: bool) -> bool {
-        let differs = |one: &Keyframe| one.object_from_camera.angle_to(object_from_camera) >= APART;
+    pub(crate) fn is_new(
+        &self,
+        object_from_camera: &UnitQuaternion<f64>,
+        (all_over, guesses): (bool, bool),
+    ) -> bool {
+        let apart = if guesses { GUESSING } else { APART };
+        let differs = |one: &Keyframe| one.object_from_camera.angle_to(object_from_camera) >= apart;
         let Some(last) = self.all.last() else { return true };
         if self.tie.is_some() {
             return true;
@@ -121,7 +130,7 @@ impl Keyframes {
         stand: Stand,
         (points, matches): (&Points, &[Match]),
         (windows, occlusion): (&[Window], &Occlusion),
-        (drift, is_given): (f64, bool),
+        (drift, is_given, guesses): (f64, bool, bool),
     ) -> Option<Keyframe> {
         let Stand { world_from_object, object_from_camera, cameras } = stand;
         let last = self.around(&object_from_camera).filter(|_| self.followed);
@@ -138,6 +147,7 @@ impl Keyframes {
             world_from_object,
             step,
             is_given,
+            guesses,
             drift,
             cameras,
             sightings,
@@ -263,7 +273,7 @@ impl Sighting {
             return None;
         }
         let shift = Shift::pixels(agreement).filter(|shift| shift.norm() < FARTHEST_PX)?;
-        let Shift { information, .. } = Shift::new(agreement, 0, &Matrix2::zeros())?;
+        let Shift { information, .. } = Shift::new(agreement, found.level, &Matrix2::zeros())?;
         let id = points.known[found.view.point].id;
         let share = if windows[camera].shows_print(agreement) { 1.0 } else { SHADING };
         let information = (information + information.transpose()) * (0.5 * share);
@@ -280,7 +290,7 @@ mod tests {
         let object_from_camera = world_from_object.inverse().rotation();
         let stand = Stand { world_from_object, object_from_camera, cameras: Vec::new() };
         let nothing = (&Points::default(), &[][..]);
-        keyframes.keep(stand, nothing, (&[], &Occlusion::default()), (0.01, false))
+        keyframes.keep(stand, nothing, (&[], &Occlusion::default()), (0.01, false, false))
     }
 
     #[test]

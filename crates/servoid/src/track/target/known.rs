@@ -10,12 +10,17 @@ pub(crate) struct Known {
     /// Counts the points that were ever known: those with a greater one were learned later.
     pub(crate) id: usize,
     pub(crate) point: SurfacePoint,
+    /// How it looks from other sides.
+    beside: Vec<SurfacePoint>,
     pub(crate) learned: Learned,
     /// Variance of its place along `toward`, in square metres.
     pub(crate) variance: f64,
     /// Variance of the object's turn since the first image where it was learned, in square radians: what it
     /// tells is only as true.
     pub(crate) drift: f64,
+    /// Beside it, that by distances that are guesses.
+    pub(super) tilt: f64,
+    distance: Distance,
     /// How far the object had turned since then when it was recognised among many others, in radians: it does
     /// not slip that far.
     pub(super) proved: f64,
@@ -26,20 +31,119 @@ impl Known {
     pub(crate) fn new(point: SurfacePoint, variance: f64) -> Self {
         let (position, toward) = (point.position, point.toward);
         let learned = Learned { keyframe: None, position, toward, variance };
-        Self { id: 0, point, learned, variance, drift: 0.0, proved: 0.0, record: Record::new() }
+        let (beside, record) = (Vec::new(), Record::new());
+        let distance = Distance::Measured;
+        Self {
+            id: 0,
+            point,
+            beside,
+            learned,
+            variance,
+            drift: 0.0,
+            tilt: 0.0,
+            distance,
+            proved: 0.0,
+            record,
+        }
     }
 
     /// Notes with which keyframe the point was learned, which stood at a pose; and how well the turn was known.
-    pub(crate) fn learn_with(&mut self, (keyframe, pose): (usize, &Pose), drift: f64) {
+    pub(crate) fn learn_with(
+        &mut self,
+        (keyframe, pose): (usize, &Pose),
+        (drift, tilt): (f64, f64),
+    ) {
         self.learned.keyframe = Some(keyframe);
         self.learned.position = pose.transform(&self.point.position);
         self.learned.toward = pose.rotation() * self.point.toward;
-        self.drift = drift;
+        (self.drift, self.tilt) = (drift, tilt);
+    }
+
+    /// Gives it with one of its looks.
+    pub(crate) fn seen_as(&self, look: usize) -> &SurfacePoint {
+        look.checked_sub(1).and_then(|at| self.beside.get(at)).unwrap_or(&self.point)
+    }
+
+    /// Gives the look that was learned nearest to a way to a camera, and the cosine between the two.
+    pub(crate) fn nearest_look(&self, way: &Vector3<f64>) -> (usize, f64) {
+        let mut best = (0, way.dot(&self.point.toward));
+        for (at, other) in self.beside.iter().enumerate() {
+            let like = way.dot(&other.toward);
+            if like > best.1 {
+                best = (at + 1, like);
+            }
+        }
+        best
+    }
+
+    /// Says whether there is room for another look.
+    pub(crate) fn has_room(&self) -> bool {
+        self.beside.len() < MOST_BESIDE
+    }
+
+    /// Keeps another look.
+    pub(crate) fn add_look(&mut self, mut other: SurfacePoint) {
+        other.position = self.point.position;
+        self.beside.push(other);
+    }
+
+    /// Moves it in the object's frame.
+    pub(crate) fn move_by(&mut self, motion: &Pose) {
+        self.point.move_by(motion);
+        self.beside.iter_mut().for_each(|other| other.move_by(motion));
+    }
+
+    /// Has it lie at a place.
+    pub(crate) fn place_at(&mut self, position: Vector3<f64>) {
+        self.point.position = position;
+        self.beside.iter_mut().for_each(|other| other.position = position);
+    }
+
+    /// Has its distance be a guess, and motion tell it, or the body.
+    pub(crate) fn guessed(mut self, by_motion: bool) -> Self {
+        self.distance = if by_motion { Distance::ByMotion } else { Distance::ByBody };
+        self
+    }
+
+    /// Says whether its distance is solved with each pose, since motion is to tell it and did not yet.
+    pub(crate) fn is_guess(&self, radius: f64) -> bool {
+        self.is_told_by_motion() && self.variance > (GUESSED * radius).powi(2)
+    }
+
+    /// Says whether only motion tells its distance.
+    pub(crate) fn is_told_by_motion(&self) -> bool {
+        self.distance == Distance::ByMotion
+    }
+
+    /// Gives the variance of its distance, in square metres, as far as the errors of neighbours are alike.
+    pub(super) fn shared_variance(&self) -> f64 {
+        match self.distance {
+            Distance::Measured => 0.0,
+            Distance::ByMotion => self.variance,
+            // What is refined with a pose is no truer than the pose.
+            Distance::ByBody => self.learned.variance,
+        }
     }
 
     pub(crate) fn quality(&self) -> f32 {
         self.record.quality()
     }
+}
+
+/// Most looks beside the first.
+const MOST_BESIDE: usize = 4;
+/// Standard deviation of a point's distance from which on it is a guess, as a share of the body's radius.
+pub(crate) const GUESSED: f64 = 0.05;
+
+/// What tells a point's distance.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Distance {
+    /// Another camera, or a depth image.
+    Measured,
+    /// The body's shape, where it was learned.
+    ByBody,
+    /// How it moves in the images while the object turns.
+    ByMotion,
 }
 
 /// Where a point was found when it was learned, in the world's frame.

@@ -10,6 +10,7 @@ mod record;
 pub(super) mod shift;
 pub(super) mod sides;
 pub(super) mod solid;
+mod told;
 pub(super) mod usual;
 
 use self::bias::Bias;

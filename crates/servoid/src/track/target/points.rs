@@ -13,6 +13,8 @@ use crate::track::frame::window::Window;
 pub(crate) struct InView {
     pub(crate) camera: usize,
     pub(crate) point: usize,
+    /// Number of the look that it should have.
+    pub(crate) look: usize,
 }
 
 /// How a point that a camera should see agrees with its image.
@@ -20,8 +22,12 @@ pub(crate) struct InView {
 pub(crate) struct Match {
     pub(crate) view: InView,
     pub(crate) agreement: Option<Agreement>,
+    /// The level of the pyramid at which it agrees so.
+    pub(crate) level: usize,
     /// Where it should be.
     pub(crate) pixel: Option<Vector2<f64>>,
+    /// Its place among those in view.
+    pub(crate) at: usize,
 }
 
 /// The surface points of an object.
@@ -30,17 +36,21 @@ pub(crate) struct Points {
     pub(crate) known: Vec<Known>,
     /// Variance of the object's turn since the first image, by those that were seen last.
     pub(crate) drift: f64,
+    /// Beside it, that by distances that only motion told.
+    pub(crate) tilt: f64,
     next: usize,
     /// Those that were recognised last, by their numbers.
-    seen: Vec<usize>,
-    /// Memory of `drift_seen`.
-    drifts: Vec<f64>,
+    pub(super) seen: Vec<usize>,
+    /// Memory of what is gathered of them.
+    pub(super) drifts: Vec<f64>,
 }
 
 /// Least cosine between a surface's normal and the way to a camera that sees it.
 const LEAST_FACING: f64 = 0.3;
 /// Least cosine between the ways to a camera now and when the point was learned.
 const LEAST_LIKE: f64 = 0.6;
+/// The same of a point whose distance is a guess: so is its normal.
+const LEAST_OF_GUESS: (f64, f64) = (0.5, 0.92);
 /// Pixels inside the outline between which a point lies on the rim: bodies are not made of ellipsoids.
 const RIM_PX: (f64, f64) = (-3.0, 4.0);
 /// Points are kept up to this number.
@@ -58,33 +68,40 @@ impl Points {
         out
     }
 
-    /// Lists the points that open windows should show, at most `most` a camera.
+    /// Lists the points that open windows should show: all, and at most `most` a camera of them.
     pub(crate) fn in_view(
         &self,
         windows: &[Window],
         pose: &Pose,
         solid: &Solid,
         most: usize,
-        (rims, out): (&mut Rims, &mut Vec<InView>),
+        (rims, all, out): (&mut Rims, &mut Vec<InView>, &mut Vec<InView>),
     ) {
         out.clear();
+        all.clear();
         for (camera, window) in windows.iter().enumerate() {
             let Some(projection) = window.projection(pose) else { continue };
             let Some(eye) = projection.eye() else { continue };
-            let begin = out.len();
+            let begin = all.len();
             rims.read(solid, &projection);
             for (index, known) in self.known.iter().enumerate() {
                 let point = &known.point;
                 let way = (eye - point.position).normalize();
-                let shows = way.dot(&point.normal) > LEAST_FACING
-                    && way.dot(&point.toward) > LEAST_LIKE
+                let (facing, like) = if known.is_guess(solid.radius) {
+                    LEAST_OF_GUESS
+                } else {
+                    (LEAST_FACING, LEAST_LIKE)
+                };
+                let (look, cosine) = known.nearest_look(&way);
+                let shows = way.dot(&point.normal) > facing
+                    && cosine > like
                     && !solid.hides(&point.position, &eye)
                     && !is_on_rim(&projection, rims, &point.position);
                 if shows {
-                    out.push(InView { camera, point: index });
+                    all.push(InView { camera, point: index, look });
                 }
             }
-            thin(out, begin, most);
+            thin(&all[begin..], most, out);
         }
     }
 
@@ -103,7 +120,7 @@ impl Points {
     /// Judges points by what images said of them where nothing hides them, and drops those that no longer
     /// agree.
     pub(crate) fn judge(&mut self, matches: &[Match], occlusion: &Occlusion) {
-        for Match { view, agreement, pixel } in matches {
+        for Match { view, agreement, pixel, .. } in matches {
             let (Some(agreement), Some(pixel)) = (agreement, pixel) else { continue };
             if occlusion.hides(view.camera, pixel) > 0.0 {
                 continue;
@@ -122,34 +139,6 @@ impl Points {
         }
     }
 
-    /// Gives how far the turn may have drifted by the points that agree with images, as a variance: half of
-    /// them know it at least so well. Nothing if they are too few. `toward` is the direction to the camera,
-    /// and `slip` the variance by which points slip along while the object turns by a radian.
-    pub(crate) fn drift_seen(
-        &mut self,
-        matches: &[Match],
-        toward: &Vector3<f64>,
-        slip: f64,
-    ) -> Option<f64> {
-        self.drifts.clear();
-        self.seen.clear();
-        for Match { view, agreement, .. } in matches {
-            if agreement.is_none_or(|agreement| agreement.correlation < RECOGNISED) {
-                continue;
-            }
-            let known = &mut self.known[view.point];
-            self.seen.push(known.id);
-            let turned = (known.point.toward.angle(toward) - EYES_APART).max(0.0);
-            if slip < PROVES * PROVES {
-                known.proved = known.proved.max(turned);
-            }
-            self.drifts.push(known.drift + 0.5 * slip * (turned - known.proved).max(0.0));
-        }
-        let half = self.drifts.len() / 2;
-        let enough = self.drifts.len() >= LEAST_KNOWN;
-        enough.then(|| *self.drifts.select_nth_unstable_by(half, f64::total_cmp).1)
-    }
-
     /// Turns points back that were learned with keyframes since one of them, each by its share of a motion that
     /// closes a loop; `drifts` are the variances of the turn before that and after it.
     pub(crate) fn turn_back(&mut self, off: &Twist, drifts: (f64, f64), since: Option<usize>) {
@@ -157,7 +146,7 @@ impl Points {
             let (share, left) = bridged(known.drift, drifts);
             known.drift = left;
             if share > 0.0 {
-                known.point.move_by(&Pose::exp(&(-off * share)));
+                known.move_by(&Pose::exp(&(-off * share)));
             }
         }
     }
@@ -228,6 +217,9 @@ impl Points {
                 continue;
             }
             let known = &mut self.known[view.point];
+            if known.is_told_by_motion() {
+                continue;
+            }
             let way = agreement.slope * known.point.toward;
             let curvature = way.dot(&(agreement.tensor * way));
             let noise = noise(agreement.correlation);
@@ -237,19 +229,14 @@ impl Points {
             }
             let step = way.dot(&agreement.pull) / curvature;
             let gain = information * SHARED / (1.0 / known.variance + information * SHARED);
-            known.point.position += known.point.toward * (gain * step);
+            known.place_at(known.point.position + known.point.toward * (gain * step));
             known.variance = (1.0 - gain) * known.variance + (FADING * radius).powi(2);
         }
     }
 }
 
 /// Points that must agree for what they know of the turn to be known.
-const LEAST_KNOWN: usize = 12;
-/// Standard deviation of what slips while the object turns by a radian, in radians, below which it is
-/// proved that points do not.
-const PROVES: f64 = 0.15;
-/// Angle between the ways to two cameras, in radians, that is no turn.
-const EYES_APART: f64 = 0.2;
+pub(crate) const LEAST_KNOWN: usize = 12;
 /// Says whether a point lies about where the body's outline is: its image is that of the outline, which
 /// does not move as the surface does.
 fn is_on_rim(projection: &Projection, rims: &Rims, point: &Vector3<f64>) -> bool {
@@ -279,15 +266,10 @@ pub(crate) fn by_motion(slope: &Matrix2x3<f64>, point: &Vector3<f64>) -> Matrix2
     out
 }
 
-/// Keeps `most` of the entries from `begin` on, evenly.
-fn thin(out: &mut Vec<InView>, begin: usize, most: usize) {
-    let count = out.len() - begin;
-    if count > most {
-        for kept in 0..most {
-            out[begin + kept] = out[begin + kept * count / most];
-        }
-        out.truncate(begin + most);
-    }
+/// Takes `most` of all entries, evenly.
+fn thin(all: &[InView], most: usize, out: &mut Vec<InView>) {
+    let (count, kept) = (all.len(), all.len().min(most));
+    out.extend((0..kept).map(|at| all[at * count / kept]));
 }
 
 /// Gives the share of a drift that had come about where a point was learned, and what is left of its

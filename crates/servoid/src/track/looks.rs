@@ -1,0 +1,72 @@
+//! Looks from other sides: what a point looked like where it was learned is not what it looks like from aside.
+
+use nalgebra::{Vector2, Vector3};
+
+use super::learn::grain;
+use super::polish::Desk;
+use super::sight::Sight;
+use super::target::points::{Match, RECOGNISED};
+use super::target::shift::Shift;
+use super::target::solid::Rims;
+use crate::fitness::SurfacePoint;
+use crate::pose::Pose;
+use crate::shape::Projection;
+
+/// Largest cosine between the ways to a camera now and where a point's nearest look was learned for which
+/// there is another one to be learned.
+const APART: f64 = 0.97;
+/// Most pixels by which a point may lie beside where it should.
+const FARTHEST_PX: f64 = 2.0;
+
+/// Learns looks of points that are recognised at a pose from a side of which they have none; gives them
+/// with the places of their points.
+pub(super) fn looks(
+    sight: &Sight<'_>,
+    pose: &Pose,
+    desk: &Desk,
+    rims: &mut Rims,
+) -> Vec<(usize, SurfacePoint)> {
+    let mut out = Vec::new();
+    for (camera, window) in sight.windows.iter().enumerate() {
+        let Some(projection) = window.projection(pose) else { continue };
+        let Some(grain) = grain(sight, &projection) else { continue };
+        rims.read(sight.solid, &projection);
+        for found in desk.matches.iter().filter(|found| found.view.camera == camera) {
+            let scale = |pixel: &Vector2<f64>| (grain, rims.margin(pixel));
+            let look = look(sight, &projection, (found, desk), scale);
+            out.extend(look.map(|look| (found.view.point, look)));
+        }
+    }
+    out
+}
+
+fn look(
+    sight: &Sight<'_>,
+    projection: &Projection,
+    (found, desk): (&Match, &Desk),
+    scale: impl Fn(&Vector2<f64>) -> (f64, f64),
+) -> Option<SurfacePoint> {
+    let (agreement, pixel) = (found.agreement.as_ref()?, found.pixel?);
+    let known = &sight.points.known[found.view.point];
+    let clear = agreement.correlation > RECOGNISED
+        && desk.occlusion.hides(found.view.camera, &pixel) == 0.0;
+    if !clear || !known.has_room() {
+        return None;
+    }
+    let eye = projection.eye()?;
+    let place = known.point.position + known.point.toward * desk.moved(found.at);
+    let toward = (eye - place).normalize();
+    if known.nearest_look(&toward).1 > APART {
+        return None;
+    }
+    // It is learned where it is seen, and not where it should be.
+    let off = Shift::pixels(agreement).filter(|off| off.norm() < FARTHEST_PX)?;
+    let ray =
+        projection.linear.try_inverse()? * Vector3::new(pixel.x + off.x, pixel.y + off.y, 1.0);
+    let seen = eye + ray.normalize() * (place - eye).norm();
+    let pyramid = &sight.windows[found.view.camera].pyramid;
+    let vectors = [seen, known.point.normal, toward];
+    let mut look = SurfacePoint::learn(projection, pyramid, vectors, scale(&pixel))?;
+    look.color = known.point.color;
+    Some(look)
+}

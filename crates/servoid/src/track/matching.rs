@@ -1,0 +1,76 @@
+//! Points that should be seen are compared with the images, at the resolution at which they show.
+
+use nalgebra::Vector2;
+
+use super::polish::Desk;
+use super::sight::Sight;
+use super::target::points::Match;
+use crate::fitness::{Agreement, SurfacePoint};
+use crate::observe::{ImageView, Pyramid};
+use crate::pose::Pose;
+use crate::shape::Projection;
+
+/// Correlation from which on a point's image is sharp, and by how much it must agree better at a coarser
+/// resolution to be blurred.
+const SHARP: f64 = 0.8;
+const CLEARER: f64 = 0.05;
+
+/// Matches the points in view at a pose; the matches stay on the desk.
+pub(super) fn match_points(sight: &Sight<'_>, pose: &Pose, level: usize, desk: &mut Desk) {
+    desk.matches.clear();
+    let (mut camera, mut seen) = (usize::MAX, None);
+    for (at, view) in desk.in_view.iter().enumerate() {
+        if view.camera != camera {
+            (camera, seen) = (view.camera, sight.windows[view.camera].projection(pose));
+        }
+        let Some(projection) = seen else { continue };
+        let known = &sight.points.known[view.point];
+        let mut point = *known.seen_as(view.look);
+        point.position += known.point.toward * desk.moved[at];
+        let pyramid = &sight.windows[view.camera].pyramid;
+        let (agreement, used) = agreement(sight, &point, (&projection, pyramid), level);
+        let place = projection.pixel(&point.position);
+        let asked = || {
+            let image = sight.images[view.camera].as_ref();
+            place.zip(image).is_none_or(|((pixel, slope), image)| {
+                point.reach_px(&slope, level).is_some_and(|reach| holds(image, &pixel, &reach))
+            })
+        };
+        // What lies beside the image, or was never seen so coarsely, is not missed.
+        if agreement.is_some() || asked() {
+            let pixel = place.map(|(pixel, _)| pixel);
+            desk.matches.push(Match { view: *view, agreement, level: used, pixel, at });
+        }
+    }
+}
+
+/// Compares a point with an image at a level, or, if the image may be blurred, at the next coarser one where it
+/// agrees better; gives the level, too.
+fn agreement(
+    sight: &Sight<'_>,
+    point: &SurfacePoint,
+    (projection, pyramid): (&Projection, &Pyramid),
+    level: usize,
+) -> (Option<Agreement>, usize) {
+    let mut found = (point.agreement(projection, pyramid, level), level);
+    if !sight.is_blurred {
+        return found;
+    }
+    for coarser in level + 1..Pyramid::LEVELS {
+        let worth = |one: &Option<Agreement>| one.map_or(0.0, |one| one.correlation);
+        if worth(&found.0) > SHARP {
+            break;
+        }
+        let other = point.agreement(projection, pyramid, coarser);
+        if worth(&other) > worth(&found.0) + CLEARER {
+            found = (other, coarser);
+        }
+    }
+    found
+}
+
+/// Says whether an image shows a place with all that lies within a reach of it.
+fn holds(image: &ImageView<'_>, pixel: &Vector2<f64>, reach: &Vector2<f64>) -> bool {
+    let size = image.size_px().map(|n| n as f64 - 1.0);
+    (0..2).all(|i| pixel[i] - reach[i] >= 0.0 && pixel[i] + reach[i] < size[i])
+}

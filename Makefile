@@ -85,8 +85,8 @@ clean: ## remove what these targets made
 	rm -rf out/run out/moving out/poses.csv out/track.mp4
 	rm -rf .pytest_cache .ruff_cache .mypy_cache .hypothesis
 	rm -f python/servoid/_native*.so
-	find python experiments tests docs examples -type d -name __pycache__ -prune -exec rm -rf {} +
-	rm -rf target
+	find python experiments tests docs examples benches fuzz -type d -name __pycache__ -prune -exec rm -rf {} +
+	rm -rf target fuzz/found
 
 # What is missing is told all at once, not one thing after another.
 prerequisites:

@@ -39,7 +39,8 @@ def heeded_signals() -> Iterator[list[int]]:
     if threading.current_thread() is not threading.main_thread():
         yield came  # where Python never interrupts
         return
-    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    deaf = signal.getsignal(signal.SIGINT) is signal.SIG_IGN
+    if deaf:
         signal.signal(signal.SIGINT, signal.default_int_handler)
     home = os.getpid()
 
@@ -54,4 +55,6 @@ def heeded_signals() -> Iterator[list[int]]:
     try:
         yield came
     finally:
-        signal.signal(signal.SIGTERM, before)
+        signal.signal(signal.SIGTERM, before or signal.SIG_DFL)
+        if deaf:
+            signal.signal(signal.SIGINT, signal.SIG_IGN)

@@ -18,13 +18,16 @@ def add_commands(app: typer.Typer) -> None:
 
     The name of an entry point in the group `servoid.commands` is the command's; it leads to a
     function whose parameters are its options. One that cannot be loaded says so when it is called,
-    and no other command suffers.
+    and no other command suffers; servoid's own are not replaced. They must be there already.
     """
+    own = {one.name or one.callback.__name__ for one in app.registered_commands if one.callback}
     found = {entry.name: entry for entry in entry_points(group=GROUP)}
     for name, entry in sorted(found.items()):
+        if name in own:
+            continue
         try:
             app.command(name)(entry.load())
-        except (ImportError, AttributeError) as error:
+        except Exception as error:  # whatever another package does wrong
             _add_refusal(app, name, _unfit(entry, error))
     if _STUDY not in found:
         missing = MissingExtraError(

@@ -199,7 +199,8 @@ def track(
         typer.Option(
             "--depth-from-motion/--no-depth-from-motion",
             help="Let motion tell how far points are that one camera sees alone: for an object "
-            "that turns far before a single camera; one that hardly turns does better without "
+            "that turns far before a single camera. It is followed so, and not trusted; one "
+            "that hardly turns does better without "
             f"(default: {'yes' if _defaults.depth_from_motion else 'no'}).",
             show_default=False,
             rich_help_panel=_SEARCH,

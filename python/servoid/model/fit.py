@@ -186,7 +186,7 @@ def fit_mesh(
     try:
         return _fit_shape(given, NO_SIGHTS, request, notes)
     except MaskError as error:  # it is looked at from all sides, and none of them shows it
-        sides = np.sort(_sides(vertices))[::-1]
+        sides = np.sort(_sides(np.asarray(vertices, np.float64)))[::-1]
         raise MeshError(
             f"the mesh is too thin to be modelled: it is {' x '.join(map(digits, sides))} m large; "
             "ellipsoids need a solid, so give it thickness, or model its parts by themselves"

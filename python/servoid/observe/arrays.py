@@ -13,9 +13,10 @@ from servoid.errors import CameraError, CaptureError, ImageError, MaskError, Pos
 from servoid.observe.capture import Capture, CaptureCamera, CaptureView
 from servoid.observe.ideal import Ideal
 from servoid.observe.images import shrink
+from servoid.observe.limits import MOST_CAMERAS
 from servoid.observe.picture import Picture
 
-_APART = 1e-9  # metres and radians by which cameras of one rig may seem to move
+_APART = 1e-5  # metres and radians by which cameras of one rig may seem to move: float32 rounds
 _PLACE = Path("arrays")  # stands for a file where messages name one
 
 
@@ -75,7 +76,8 @@ class PosedImage:
         if not isinstance(self.world_from_camera, Pose):
             raise PoseError(_other("world_from_camera", "a Pose", self.world_from_camera))
         size_px = self.camera.size_px
-        object.__setattr__(self, "image", taken_image(self.image))
+        # A copy: who reads a camera may read the next image into the same memory.
+        object.__setattr__(self, "image", np.array(taken_image(self.image)))
         _check_size("image", self.image, size_px, ImageError)
         if self.mask is not None:
             object.__setattr__(self, "mask", taken_mask(self.mask))
@@ -117,6 +119,11 @@ def capture_of(
             if slot:
                 from_rig = places[index].inverse() @ image.world_from_camera
             _place(cameras, (slot, _lens_of(image.camera), from_rig))[index] = image
+    if len(cameras) > MOST_CAMERAS:
+        raise CaptureError(
+            f"the images are of {len(cameras)} cameras or places on the rig; at most "
+            f"{MOST_CAMERAS} can be; give cameras that do not move on their rig, or one image each"
+        )
     count = len(instants)
     return Capture(
         path=_PLACE,

@@ -36,7 +36,7 @@ class Ideal:
 
     def __reduce__(self) -> tuple[object, ...]:
         """Say how to make a copy: its maps are made anew, and a lock cannot be copied."""
-        return Ideal, (self.lens, self._mask)
+        return Ideal, (self.lens, self._mask, self._recorded)
 
     @cached_property
     def camera(self) -> Camera:

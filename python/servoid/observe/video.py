@@ -130,8 +130,9 @@ class _Stream:
         found = video.grab()
         if found and keep:
             found, pixels = video.retrieve()
-            self._most = min(max(_KEPT_BYTES // max(pixels.nbytes, 1), _LEAST_KEPT), _KEPT)
-            self._kept[self._next] = pixels
+            if found:
+                self._most = min(max(_KEPT_BYTES // max(pixels.nbytes, 1), _LEAST_KEPT), _KEPT)
+                self._kept[self._next] = pixels
         if not found:
             self._kept.pop(self._next, None)
             self._video = None

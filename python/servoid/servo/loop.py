@@ -3,7 +3,9 @@
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+
+import numpy as np
 
 from servoid.observe.source import Instant, Source
 from servoid.pose import Pose
@@ -75,14 +77,17 @@ def servo_tracked(
 def halt(arm: Arm, controller: Controller) -> Iterator[Command]:
     """Bring hand and eyes to rest within their limits; each command is one control period.
 
-    An arm that its own driver has stopped is left to that: it follows no command.
+    An arm that its own driver has stopped is left to that: it is commanded to rest, once.
     """
     while True:
         state = arm.state()
         command = controller.rest(state)
+        if state.stopped:
+            # Whoever resets it must not set free what was commanded last.
+            command = replace(command, velocities=np.zeros_like(command.velocities))
         arm.command(command.velocities)
         yield command
-        if state.stopped or not command.velocities.any():
+        if not command.velocities.any():
             return
 
 

@@ -158,7 +158,8 @@ class Trust:
         if self._held and self._in_a_row == 0 and self._target.jumps == 0:
             self._target.forget()  # what moved before the gap says nothing of after it
             self._parting.clear()
-            self._drifting.clear()
+            if not self._drifting.holds:  # that ends by itself, once it is calm
+                self._drifting.clear()
         verdict = self._target.update(estimate)
         if verdict is Verdict.OUTDATED:
             return

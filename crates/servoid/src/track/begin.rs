@@ -103,6 +103,7 @@ impl Tracker {
     ) -> Result<Estimate, TrackError> {
         let mut clock = Clock::start();
         self.frame.check(observation)?;
+        self.frame.is_blurred = false;
         if !self.target.colors.are_known() {
             self.learn_surroundings(observation, near)?;
         }

@@ -14,7 +14,7 @@ use crate::shape::Projection;
 
 /// Largest cosine between the ways to a camera now and where a point's nearest look was learned for which
 /// there is another one to be learned.
-const APART: f64 = 0.97;
+pub(super) const APART: f64 = 0.97;
 /// Most pixels by which a point may lie beside where it should.
 const FARTHEST_PX: f64 = 2.0;
 

@@ -44,8 +44,8 @@ pub(super) fn match_points(sight: &Sight<'_>, pose: &Pose, level: usize, desk: &
     }
 }
 
-/// Compares a point with an image at a level, or, if the image may be blurred, at the next coarser one where it
-/// agrees better; gives the level, too.
+/// Compares a point with an image at a level, or, if the image may be blurred, at a coarser one where it agrees
+/// better; gives the level, too.
 fn agreement(
     sight: &Sight<'_>,
     point: &SurfacePoint,

@@ -2,7 +2,7 @@ use nalgebra::Vector2;
 
 use super::attempt::Attempt;
 use super::learn::{Lesson, learn};
-use super::looks::looks;
+use super::looks::{APART, looks};
 use super::sight::Sight;
 use super::tracker::Tracker;
 use crate::observe::{Mask, Observation};
@@ -69,7 +69,11 @@ impl Tracker {
         let found = looks(&sight, pose, &self.desk, &mut rims);
         self.desk.rims = rims;
         for (point, look) in found {
-            self.target.points.known[point].add_look(look);
+            let known = &mut self.target.points.known[point];
+            // Another camera may just have learned the same.
+            if known.has_room() && known.nearest_look(&look.toward).1 <= APART {
+                known.add_look(look);
+            }
         }
     }
 

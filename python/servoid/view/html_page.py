@@ -39,8 +39,8 @@ _FRUSTUM_SHARE = 0.085  # of the distance of the farthest camera
 _SHOWN = {
     "body.png": "The body drawn from four sides and, beside it, where the cameras stood",
     "contact_sheet.png": "Photographs with the outline of each ellipsoid drawn over the object",
-    "curve.png": "Lines that rise with the count of ellipsoids: fitness F, IoU of used and unused "
-    "views; the table of steps in summary.json has the numbers",
+    "curve.png": "Lines that rise with the count of ellipsoids: fitness F, IoU of the views; "
+    "the table of steps in summary.json has the numbers",
 }
 
 _CAPTIONS = {

@@ -244,7 +244,7 @@ fn point_at(
         SurfacePoint::learn(projection, &window.pyramid, [point.position, normal, toward], scale)?;
     learned.color = sight.images[camera]?.rgb(pixel.x as usize, pixel.y as usize);
     let known = Known::new(learned, variance);
-    Some(if is_guess { known.guessed(sight.depth_from_motion) } else { known })
+    Some(if is_guess && sight.depth_from_motion { known.guessed() } else { known })
 }
 
 /// Seeks how far towards its camera a point must move to agree with another camera's image; gives

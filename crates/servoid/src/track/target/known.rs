@@ -32,7 +32,7 @@ impl Known {
         let (position, toward) = (point.position, point.toward);
         let learned = Learned { keyframe: None, position, toward, variance };
         let (beside, record) = (Vec::new(), Record::new());
-        let distance = Distance::Measured;
+        let distance = Distance::Told;
         Self {
             id: 0,
             point,
@@ -99,9 +99,9 @@ impl Known {
         self.beside.iter_mut().for_each(|other| other.position = position);
     }
 
-    /// Has its distance be a guess, and motion tell it, or the body.
-    pub(crate) fn guessed(mut self, by_motion: bool) -> Self {
-        self.distance = if by_motion { Distance::ByMotion } else { Distance::ByBody };
+    /// Has its distance be a guess until motion tells it.
+    pub(crate) fn guessed(mut self) -> Self {
+        self.distance = Distance::ByMotion;
         self
     }
 
@@ -118,10 +118,8 @@ impl Known {
     /// Gives the variance of its distance, in square metres, as far as the errors of neighbours are alike.
     pub(super) fn shared_variance(&self) -> f64 {
         match self.distance {
-            Distance::Measured => 0.0,
+            Distance::Told => 0.0,
             Distance::ByMotion => self.variance,
-            // What is refined with a pose is no truer than the pose.
-            Distance::ByBody => self.learned.variance,
         }
     }
 
@@ -138,10 +136,8 @@ pub(crate) const GUESSED: f64 = 0.05;
 /// What tells a point's distance.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Distance {
-    /// Another camera, or a depth image.
-    Measured,
-    /// The body's shape, where it was learned.
-    ByBody,
+    /// Another camera, a depth image, or the body's shape, where it was learned.
+    Told,
     /// How it moves in the images while the object turns.
     ByMotion,
 }

@@ -227,6 +227,10 @@ FILES = {
         r"camera\[0\]: the keys 'name', 'size_px' are missing; known keys: .*; "
         r"write such as name = \"eye\", size_px = \[640,480\]",
     ),
+    "a size that no number holds": (
+        toml("size_px = [160, 120]", f"size_px = [160, {10**400}]"),
+        r"capture\.toml: 1000000000.* is no whole number of 64 bits",
+    ),
     "no camera": (toml("[[camera]]", "[camera]"), r"camera: expected a list, got a table"),
     "later version": (
         toml("version = 1", "version = 2"),

@@ -11,7 +11,9 @@ use crate::observe::{Camera, GivenView, Pixels, View};
 use crate::pose::Pose;
 use crate::relay::relay;
 use crate::shape::{Body, Mesh};
-use crate::taking::{Picture, Wanted, read_rows, remade, short, taken_in_words, valued, written};
+use crate::taking::{
+    Picture, Wanted, hashed_by_seed, read_rows, remade, short, taken_in_words, valued, written,
+};
 
 /// How modelling proceeds; every default is written in the core.
 ///
@@ -30,11 +32,7 @@ taken_in_words!(
 
 const MODEL_NAMES: [&str; 5] = ["max_ellipsoids", "delta", "held_out", "seed", "threads"];
 
-impl Hash for ModelSettings {
-    fn hash<H: Hasher>(&self, state: &mut H) {
-        self.0.seed.hash(state);
-    }
-}
+hashed_by_seed!(ModelSettings);
 
 #[pymethods]
 impl ModelSettings {

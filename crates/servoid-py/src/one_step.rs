@@ -1,5 +1,3 @@
-use std::hash::{Hash, Hasher};
-
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 use servoid::evolve::GaSettings;
@@ -11,7 +9,9 @@ use crate::estimate::Estimate;
 use crate::observe::Camera;
 use crate::pose::Pose;
 use crate::shape::Body;
-use crate::taking::{Listed, Wanted, read_numbers, remade, taken_in_words, valued, written};
+use crate::taking::{
+    Listed, Wanted, hashed_by_seed, read_numbers, remade, taken_in_words, valued, written,
+};
 use crate::track::{Masks, Pictures, mask, observation, read, read_masks};
 
 /// How the 1-step genetic algorithm tracks; every default is written in the core.
@@ -43,11 +43,7 @@ const NAMES: [&str; 12] = [
     "least_width",
 ];
 
-impl Hash for OneStepSettings {
-    fn hash<H: Hasher>(&self, state: &mut H) {
-        self.0.seed.hash(state);
-    }
-}
+hashed_by_seed!(OneStepSettings);
 
 #[pymethods]
 impl OneStepSettings {

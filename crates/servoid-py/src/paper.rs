@@ -1,5 +1,3 @@
-use std::hash::{Hash, Hasher};
-
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
@@ -13,7 +11,7 @@ use crate::observe::GivenView;
 use crate::pose::read_poses;
 use crate::relay::relay;
 use crate::shape::Body;
-use crate::taking::{remade, taken_in_words, valued, written};
+use crate::taking::{hashed_by_seed, remade, taken_in_words, valued, written};
 
 /// How the paper's own method proceeds; every default is written in the core.
 ///
@@ -41,11 +39,7 @@ const NAMES: [&str; 9] = [
     "generations",
 ];
 
-impl Hash for PaperSettings {
-    fn hash<H: Hasher>(&self, state: &mut H) {
-        self.0.seed.hash(state);
-    }
-}
+hashed_by_seed!(PaperSettings);
 
 #[pymethods]
 impl PaperSettings {

@@ -1,11 +1,10 @@
 //! Takes what Python gives: arrays of any kind of number, lists, one for several. What does not fit
 //! is refused in words, as an error of servoid.
 
-use std::borrow::Cow;
-
 use numpy::{PyArrayDescrMethods, PyReadonlyArrayDyn, PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{PyFloat, PyList, PyString, PyTuple};
+use servoid::words::Digits;
 
 use crate::errors::named;
 
@@ -259,23 +258,26 @@ macro_rules! taken_in_words {
 }
 pub(crate) use taken_in_words;
 
-/// Writes a number with at most six digits, as `format(x, ".6g")` does in Python.
-pub fn short(x: f64) -> Cow<'static, str> {
-    if !x.is_finite() || x == 0.0 {
-        return if x == 0.0 { "0".into() } else { format!("{x}").to_lowercase().into() };
-    }
-    let scientific = format!("{x:.5e}");
-    let (digits, exponent) = scientific.split_once('e').unwrap_or((&scientific, "0"));
-    let exponent: i32 = exponent.parse().unwrap_or(0);
-    let trimmed = |text: &str| match text.contains('.') {
-        true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
-        false => text.to_owned(),
+/// Hashes settings by their seed: those that are equal have the same.
+macro_rules! hashed_by_seed {
+    ($class:ty) => {
+        impl std::hash::Hash for $class {
+            fn hash<H: std::hash::Hasher>(&self, state: &mut H) {
+                self.0.seed.hash(state);
+            }
+        }
     };
-    if (-4..6).contains(&exponent) {
-        let places = usize::try_from(5 - exponent).unwrap_or(0);
-        return trimmed(&format!("{x:.places$}")).into();
+}
+pub(crate) use hashed_by_seed;
+
+/// Writes a number with at most six digits, as `format(x, ".6g")` does in Python.
+pub fn short(x: f64) -> String {
+    // A sum with 0.0 makes 0.0 of -0.0.
+    let text = Digits(x + 0.0).to_string();
+    match text.split_once('e').map(|(digits, power)| (digits, power.parse::<i32>())) {
+        Some((digits, Ok(power))) => format!("{digits}e{power:+03}"),
+        _ => text.to_lowercase(),
     }
-    format!("{}e{exponent:+03}", trimmed(digits)).into()
 }
 
 /// Writes numbers as a tuple, each with at most six digits.

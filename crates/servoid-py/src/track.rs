@@ -1,5 +1,3 @@
-use std::hash::{Hash, Hasher};
-
 use numpy::{
     PyArray1, PyArray2, PyArrayDescrMethods, PyArrayMethods, PyReadonlyArray2, PyUntypedArray,
     PyUntypedArrayMethods,
@@ -14,7 +12,9 @@ use crate::estimate::Estimate;
 use crate::observe::{Camera, Pixels};
 use crate::pose::{Pose, read_poses, rows};
 use crate::shape::Body;
-use crate::taking::{GivenMask, Listed, Picture, remade, taken_in_words, told, valued, written};
+use crate::taking::{
+    GivenMask, Listed, Picture, hashed_by_seed, remade, taken_in_words, told, valued, written,
+};
 
 /// Images as Python gives them, None where a camera delivered nothing.
 pub type Pictures<'py> = Listed<Option<Picture<'py>>>;
@@ -51,11 +51,7 @@ const NAMES: [&str; 9] = [
     "depth_from_motion",
 ];
 
-impl Hash for TrackSettings {
-    fn hash<H: Hasher>(&self, state: &mut H) {
-        self.0.seed.hash(state);
-    }
-}
+hashed_by_seed!(TrackSettings);
 
 #[pymethods]
 impl TrackSettings {

@@ -15,4 +15,4 @@ pub mod pose;
 pub mod shape;
 pub mod sim;
 pub mod track;
-mod words;
+pub mod words;

@@ -8,7 +8,7 @@ const MOST: usize = 6;
 /// A number that is written with six digits at most, and with an exponent where it is very large
 /// or very small.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Digits(pub f64);
+pub struct Digits(pub f64);
 
 impl Display for Digits {
     fn fmt(&self, formatter: &mut Formatter<'_>) -> Result {

@@ -10,6 +10,7 @@ import typer
 from servoid.cli.wrong_options import of_options
 from servoid.exchange.export import check_export, check_wish, export_body, format_of
 from servoid.shape import load_body
+from servoid.words import counted
 
 _CM3_PER_M3 = 1e6
 
@@ -45,7 +46,7 @@ def run_export(request: Request) -> None:
     count = len(file.ellipsoids)
     typer.echo(
         f"Wrote {' '.join(map(str, done.files))} ({format_}): "
-        f"{count} ellipsoid{'' if count == 1 else 's'}, "
+        f"{counted(count, 'ellipsoid')}, "
         f"{_plain(_CM3_PER_M3 * done.volume_m3)} cm³, {_plain(done.mass_kg)} kg"
     )
 

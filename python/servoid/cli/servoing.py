@@ -48,7 +48,7 @@ def run_servo(order: Order) -> None:
     path = _recorded(settings)
     check_folder(order.out, parents=True)
     stopped = False
-    with ExitStack() as stack, progress_bar("starting") as update:
+    with ExitStack() as stack, progress_bar("servo run") as update:
         run = _Run(order.out, update)
         try:
             trial = run_servo_trial(

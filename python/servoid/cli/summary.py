@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from servoid.model import ModelResult
 from servoid.observe import CaptureView
+from servoid.words import counted
 
 _LABEL_WIDTH = 15
 _VALUE_WIDTH = 80 - len("  ") - _LABEL_WIDTH - len(" ")
@@ -44,7 +45,7 @@ def _rows(result: ModelResult, out: Path, pictures: Sequence[Path]) -> Iterator[
 
 def _ious(kind: str, views: Sequence[CaptureView], ious: NDArray[np.float64]) -> str:
     worst = int(np.argmin(ious))
-    count = f"{len(views)} {kind} view{'' if len(views) == 1 else 's'}"
+    count = counted(len(views), f"{kind} view")
     text = f"{ious.mean():.4f} over {count}, worst {ious[worst]:.4f}"
     name = views[worst].name
     room = _VALUE_WIDTH - len(f"{text} ()")

@@ -8,6 +8,7 @@ import typer
 
 from servoid.observe import ASSUMED_HZ, Capture
 from servoid.track import Gap, TrackResult
+from servoid.words import counted
 
 _LABEL_WIDTH = 12
 _VALUE_WIDTH = 80 - len("  ") - _LABEL_WIDTH - len(" ")
@@ -34,8 +35,8 @@ def print_track_summary(
 ) -> None:
     """Print how well and how fast each object was tracked, and where the files lie."""
     count = len(results[0])
-    cameras = _count(len(capture.cameras), "camera")
-    typer.echo(f"Tracked {source}: {_count(count, 'observation')}, {cameras}")
+    cameras = counted(len(capture.cameras), "camera")
+    typer.echo(f"Tracked {source}: {counted(count, 'observation')}, {cameras}")
     for result in results:
         if len(results) > 1:
             typer.echo(f" {result.name}")
@@ -57,16 +58,16 @@ def _rows(result: TrackResult) -> Iterator[Row]:
     yield from _wrapped("not tracked", _gaps(result.gaps))
     if result.tracked_count <= 1 < len(result):
         yield from _wrapped("note", _NOWHERE)
-    yield "start", f"{result.starting_s:.2f} s, {_count(len(result.body), 'ellipsoid')}"
+    yield "start", f"{result.starting_s:.2f} s, {counted(len(result.body), 'ellipsoid')}"
     if len(result) > 1:
         yield from _speed(result)
     if result.evolutions:
-        yield "evolved", f"{_count(result.evolutions, 'time')}, beside the tracking"
+        yield "evolved", f"{counted(result.evolutions, 'time')}, beside the tracking"
     notices = result.notices
     for notice, times in notices[:_MOST_NOTICES]:
         yield from _wrapped("notice", f"{notice}{f' ({times} of this kind)' if times > 1 else ''}")
     if len(notices) > _MOST_NOTICES:
-        yield "", f"and {_count(len(notices) - _MOST_NOTICES, 'other kind')} of notice"
+        yield "", f"and {counted(len(notices) - _MOST_NOTICES, 'other kind')} of notice"
     for note in result.notes:
         yield from _wrapped("at first", note)
 
@@ -101,7 +102,3 @@ def _gaps(gaps: Sequence[Gap]) -> str:
 def _wrapped(label: str, words: str) -> Iterator[Row]:
     for index, line in enumerate(textwrap.wrap(words, _VALUE_WIDTH, break_on_hyphens=False)):
         yield "" if index else label, line
-
-
-def _count(number: int, thing: str) -> str:
-    return f"{number} {thing}{'' if number == 1 else 's'}"

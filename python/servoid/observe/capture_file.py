@@ -16,7 +16,6 @@ from servoid.observe.reading import read_text, read_toml_text
 from servoid.observe.strict import check_version, convert, line_of
 from servoid.words import counted, number_of
 
-_FAR_TOO_LARGE = 1_000_000  # pixels along a side; lenses have a limit of their own
 POSES_HEADER = ("time_s", "x", "y", "z", "qw", "qx", "qy", "qz")
 
 Row = tuple[float, float, float, float]
@@ -156,10 +155,6 @@ def _focal_and_middle(
 ) -> tuple[tuple[float, float], tuple[float, float]]:
     """Return the focal lengths and the middle of the image, in pixels."""
     width, height = entry.size_px
-    if not 1 <= min(width, height) <= max(width, height) < _FAR_TOO_LARGE:
-        raise CaptureError(
-            f"{place}: size_px is [{width}, {height}]; give the image's width and height in pixels"
-        )
     if entry.focal_px is not None and entry.fov_deg is None:
         return entry.focal_px, ((width - 1) / 2.0, (height - 1) / 2.0)
     if entry.fov_deg is None or entry.focal_px is not None:

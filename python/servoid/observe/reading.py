@@ -13,6 +13,7 @@ from servoid.observe.limits import MOST_NESTED, SETTINGS_FILE, FileLimit
 
 ErrorT = TypeVar("ErrorT", bound=ServoidError)
 
+_MOST_WHOLE = 1 << 63
 _KINDS = (
     (stat.S_ISDIR, "is a directory"),
     (stat.S_ISFIFO, "is a named pipe"),
@@ -104,6 +105,7 @@ def read_toml_text(path: Path, error: type[ServoidError]) -> tuple[dict[str, Any
     except RecursionError as reason:
         raise _too_deep(path, error) from reason
     _check_depth(path, data, error)
+    _check_numbers(path, data, error)
     return data, text
 
 
@@ -133,6 +135,15 @@ def _check_depth(path: Path, data: Any, error: type[ServoidError]) -> None:
         if not level:
             return
     raise _too_deep(path, error)
+
+
+def _check_numbers(path: Path, data: Any, error: type[ServoidError]) -> None:
+    """Check that whole numbers have 64 bits, as TOML has them: others fit into no other number."""
+    if isinstance(data, int) and not -_MOST_WHOLE <= data < _MOST_WHOLE:
+        raise error(f"{path}: {str(data)[:20]}... is no whole number of 64 bits; correct it")
+    if isinstance(data, (dict, list)):
+        for value in data.values() if isinstance(data, dict) else data:
+            _check_numbers(path, value, error)
 
 
 def _inside(data: Any) -> list[Any]:

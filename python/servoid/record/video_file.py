@@ -12,6 +12,7 @@ from servoid.errors import OutputError
 from servoid.output import check_file, written_beside
 from servoid.record.overlay import Overlay
 from servoid.track import TrackStep
+from servoid.words import counted
 
 _CODEC = "mp4v"
 
@@ -100,7 +101,7 @@ def _check_written(path: Path, partial: Path, count: int) -> None:
     video.release()
     if not is_whole:
         raise OutputError(
-            f"cannot write {path}: the encoder took {count} image{'' if count == 1 else 's'}, but "
+            f"cannot write {path}: the encoder took {counted(count, 'image')}, but "
             "not all of them can be read back; is the disk full?"
         )
 

@@ -13,6 +13,7 @@ from servoid.view.axes import DISTINCT
 from servoid.view.body_picture import solids_in_world
 from servoid.view.page import QUIET_INK, Page, Text
 from servoid.view.raycast import Sight, Solids, cast, look, render
+from servoid.words import counted
 
 MOST_SHOWN = 5  # changes, besides the start
 UP, FRONT, RIGHT = np.eye(3)[[1, 2, 0]]
@@ -104,22 +105,18 @@ def chosen(changes: Sequence[BodyChange]) -> list[BodyChange]:
 
 def _rows(history: History, sides_from_object: Turn) -> list[_Row]:
     first = solids_of(history.initial, history.surface, sides_from_object)
-    rows = [_Row(f"at the start: {_count(len(history.initial))}", history.thumbnail, None, first)]
+    begun = counted(len(history.initial), "ellipsoid")
+    rows = [_Row(f"at the start: {begun}", history.thumbnail, None, first)]
     for change in chosen(history.changes):
         before, after = (
             solids_of(body, history.surface, sides_from_object)
             for body in (change.before, change.after)
         )
         was = f"{len(change.before)} → " if len(change.before) != len(change.after) else ""
-        title = (
-            f"{change.time_s:.2f} s, observation {change.index}: {was}{_count(len(change.after))}"
-        )
+        now = was + counted(len(change.after), "ellipsoid")
+        title = f"{change.time_s:.2f} s, observation {change.index}: {now}"
         rows.append(_Row(title, change.thumbnail, before, after))
     return rows
-
-
-def _count(number: int) -> str:
-    return f"{number} ellipsoid{'' if number == 1 else 's'}"
 
 
 def _sight(toward: Vector, middle: Vector, metres_per_px: float) -> Sight:

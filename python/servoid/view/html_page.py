@@ -33,6 +33,7 @@ from servoid.view.scores import (
     verdict,
 )
 from servoid.view.turntable import Frustum, around, turntable_scene
+from servoid.words import counted
 
 _FRUSTUM_SHARE = 0.085  # of the distance of the farthest camera
 
@@ -55,7 +56,7 @@ def html_page(result: ModelResult, pictures: Mapping[str, bytes], notes: Sequenc
     scored = scored_views(result)
     count = len(result.body)
     parts = {
-        "title": f"A body of {count} ellipsoid{'' if count == 1 else 's'}",
+        "title": f"A body of {counted(count, 'ellipsoid')}",
         "verdict": verdict_list(verdict(scored, result.fitness)),
         "words": paragraphs(list(_words(result, scored))),
         "notes": notes_list(notes),

@@ -7,6 +7,7 @@ import numpy as np
 
 from servoid.model import ModelResult
 from servoid.observe import CaptureView
+from servoid.words import counted
 
 # The least IoU of the worst view for each word.
 _VERDICTS = (("Good", 0.8), ("Rough", 0.6), ("Poor", -math.inf))
@@ -78,12 +79,12 @@ def _percent(share: float) -> str:
 
 def score_words(scored: list[ScoredView], count: int) -> str:
     """Say in one line how many ellipsoids there are and how well they fit."""
-    words = f"{count} ellipsoid{'' if count == 1 else 's'}"
+    words = counted(count, "ellipsoid")
     parts = []
     for used in (True, False):
         mean = mean_iou(scored, used=used)
         if mean is not None:
             number = sum(one.used is used for one in scored)
             kind = "used" if used else "unused"
-            parts.append(f"{mean:.3f} over {number} {kind} view{'' if number == 1 else 's'}")
+            parts.append(f"{mean:.3f} over {counted(number, f'{kind} view')}")
     return f"{words}, silhouette IoU {', '.join(parts)}" if parts else words

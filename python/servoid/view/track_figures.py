@@ -13,6 +13,7 @@ from servoid.view.growth_picture import NAMED_SIDES, solids_of
 from servoid.view.sides import Sides, sides_of
 from servoid.view.timeline_plot import state_of
 from servoid.view.turning import Cause, Turning, turning_of
+from servoid.words import counted
 
 _MOST_GAPS = 4
 _MS_PER_S = 1e3
@@ -168,11 +169,10 @@ class TrackFigures:
         times = "once" if result.evolutions == 1 else f"{result.evolutions} times"
         grown = f"The body evolved {times}" if result.evolutions else "The body stayed as it was"
         counts = f"from {first} to " if result.evolutions and first != len(result.body) else ""
-        plural = "" if len(result.body) == 1 else "s"
         joint = ", " if counts else " with "
         return (
-            f"{grown}{joint}{counts}{len(result.body)} ellipsoid{plural}; seen from the front it "
-            f"is {size} mm wide, high and deep."
+            f"{grown}{joint}{counts}{counted(len(result.body), 'ellipsoid')}; seen from the "
+            f"front it is {size} mm wide, high and deep."
         )
 
 

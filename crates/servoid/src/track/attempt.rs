@@ -98,8 +98,7 @@ impl Tracker {
 
     /// Chooses the resolution from which a pose is made precise, by how well it is foreseen.
     fn coarsest(&self, expected: &Pose) -> usize {
-        let off = self.surprise.0 + self.surprise.1 * self.target.solid.radius;
-        let off_px = off * self.frame.px_per_meter(expected);
+        let off_px = self.off_px(expected);
         FORESEEN_PX.iter().position(|&most| off_px < most).unwrap_or(COARSEST)
     }
 
@@ -123,14 +122,24 @@ impl Tracker {
 
     /// Says whether the object may move so fast that its image is blurred.
     pub(super) fn foresee_blur(&mut self, expected: &Pose) {
+        // A pose that leapt must not be judged by what is coarse alone, unless all else is lost.
+        self.frame.is_blurred = self.settings.depth_from_motion
+            && self.status == Status::Tracking
+            && self.goes_px(expected) > BLURRED_PX;
+    }
+
+    /// Gives by how many pixels the object may go from where it was last.
+    fn goes_px(&self, expected: &Pose) -> f64 {
         let way = (self.motion.last().inverse() * *expected).log();
         let (across, turned) = (way.fixed_rows::<3>(0).norm(), way.fixed_rows::<3>(3).norm());
-        let radius = self.target.solid.radius;
-        let way = across + self.surprise.0 + (turned + self.surprise.1) * radius;
-        let is_fast = way * self.frame.px_per_meter(expected) > BLURRED_PX;
-        // A pose that leapt must not be judged by what is coarse alone, unless all else is lost.
-        let is_asked = self.settings.depth_from_motion && self.status == Status::Tracking;
-        self.frame.is_blurred = is_asked && is_fast;
+        let goes = across + turned * self.target.solid.radius;
+        goes * self.frame.px_per_meter(expected) + self.off_px(expected)
+    }
+
+    /// Gives by how many pixels the object may be off where it is expected.
+    fn off_px(&self, expected: &Pose) -> f64 {
+        let off = self.surprise.0 + self.surprise.1 * self.target.solid.radius;
+        off * self.frame.px_per_meter(expected)
     }
 
     /// Gives the pixels that the body's outlines hold at a pose.

@@ -37,9 +37,9 @@ impl Tracker {
         let known = points.drift_seen(&self.desk.matches, &attempt.toward, slip * slip);
         let lost = FOUND_RAD * FOUND_RAD;
         let drift = known.unwrap_or(points.drift + foreseen.unwrap_or(lost));
-        let tilt = points.tilt_seen(&self.desk.matches, &attempt.toward, radius);
-        // A relief that motion told may be another one that looks alike: it is no witness of itself.
-        points.tilt = if self.settings.depth_from_motion { tilt.max(points.tilt) } else { tilt };
+        if self.settings.depth_from_motion {
+            points.follow_tilt(&self.desk.matches, &attempt.toward, radius);
+        }
         // Where much is missed, what seems to be a known side may be another one.
         let is_clear = attempt.verdict.share >= CLEAR;
         points.drift = if is_clear { drift } else { drift.max(points.drift) };

@@ -59,9 +59,6 @@ impl Desk {
         self.distances.clear();
     }
 
-    pub(super) fn moved(&self, at: usize) -> f64 {
-        self.moved.get(at).copied().unwrap_or(0.0)
-    }
     /// Moves points whose distance is a guess to where the images put them while the pose moves by a step.
     pub(super) fn move_guesses(&mut self, step: &Twist, radius: f64) {
         let most = MOST_STEP * radius;

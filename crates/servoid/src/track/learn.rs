@@ -6,7 +6,7 @@ use super::frame::occlusion::Occlusion;
 use super::frame::window::Window;
 use super::sight::Sight;
 use super::target::colors::Colors;
-use super::target::points::{InView, Known, PLACE_PX, noise};
+use super::target::points::{InView, Known, PLACE_PX, WORST, noise};
 use super::target::solid::{Hit, Rims};
 use crate::fitness::SurfacePoint;
 use crate::observe::{ImageView, Mask, Plane, depth_noise};
@@ -28,8 +28,6 @@ const LEAST_CORRELATION: f64 = 0.85;
 /// Standard deviation of a distance that only the body tells, as a share of its radius, and where motion is to
 /// tell it.
 const GUESS: (f64, f64) = (0.1, 0.25);
-/// Largest standard deviation of a new point's distance, as a share of the body's radius.
-const WORST: f64 = 0.05;
 /// Grains by which a point lies inside the outline.
 const LEAST_MARGIN: f64 = 5.0;
 /// Grains from a place to those around it that are asked.
@@ -243,8 +241,9 @@ fn point_at(
     let mut learned =
         SurfacePoint::learn(projection, &window.pyramid, [point.position, normal, toward], scale)?;
     learned.color = sight.images[camera]?.rgb(pixel.x as usize, pixel.y as usize);
-    let known = Known::new(learned, variance);
-    Some(if is_guess && sight.depth_from_motion { known.guessed() } else { known })
+    let mut known = Known::new(learned, variance);
+    known.by_motion = is_guess && sight.depth_from_motion;
+    Some(known)
 }
 
 /// Seeks how far towards its camera a point must move to agree with another camera's image; gives

@@ -5,7 +5,7 @@ use nalgebra::{Vector2, Vector3};
 use super::learn::grain;
 use super::polish::Desk;
 use super::sight::Sight;
-use super::target::points::{Match, RECOGNISED};
+use super::target::points::Match;
 use super::target::shift::Shift;
 use super::target::solid::Rims;
 use crate::fitness::SurfacePoint;
@@ -48,13 +48,12 @@ fn look(
 ) -> Option<SurfacePoint> {
     let (agreement, pixel) = (found.agreement.as_ref()?, found.pixel?);
     let known = &sight.points.known[found.view.point];
-    let clear = agreement.correlation > RECOGNISED
-        && desk.occlusion.hides(found.view.camera, &pixel) == 0.0;
+    let clear = found.is_recognised() && desk.occlusion.hides(found.view.camera, &pixel) == 0.0;
     if !clear || !known.has_room() {
         return None;
     }
     let eye = projection.eye()?;
-    let place = known.point.position + known.point.toward * desk.moved(found.at);
+    let place = known.point.position + known.point.toward * found.moved;
     let toward = (eye - place).normalize();
     if known.nearest_look(&toward).1 > APART {
         return None;

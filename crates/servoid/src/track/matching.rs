@@ -26,7 +26,8 @@ pub(super) fn match_points(sight: &Sight<'_>, pose: &Pose, level: usize, desk: &
         let Some(projection) = seen else { continue };
         let known = &sight.points.known[view.point];
         let mut point = *known.seen_as(view.look);
-        point.position += known.point.toward * desk.moved[at];
+        let moved = desk.moved[at];
+        point.position += known.point.toward * moved;
         let pyramid = &sight.windows[view.camera].pyramid;
         let (agreement, used) = agreement(sight, &point, (&projection, pyramid), level);
         let place = projection.pixel(&point.position);
@@ -39,7 +40,7 @@ pub(super) fn match_points(sight: &Sight<'_>, pose: &Pose, level: usize, desk: &
         // What lies beside the image, or was never seen so coarsely, is not missed.
         if agreement.is_some() || asked() {
             let pixel = place.map(|(pixel, _)| pixel);
-            desk.matches.push(Match { view: *view, agreement, level: used, pixel, at });
+            desk.matches.push(Match { view: *view, agreement, level: used, pixel, at, moved });
         }
     }
 }

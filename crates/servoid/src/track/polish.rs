@@ -195,14 +195,14 @@ fn linearize(
     }
     let (mut camera, mut eye) = (usize::MAX, None);
     desk.distances.clear();
-    for Match { view, agreement, level, pixel, at } in &desk.matches {
+    for Match { view, agreement, level, pixel, at, moved } in &desk.matches {
         if let (Some(agreement), Some(pixel)) = (agreement, pixel) {
             if view.camera != camera {
                 let seen = sight.windows[view.camera].projection(&pose);
                 (camera, eye) = (view.camera, seen.and_then(|seen| seen.eye()));
             }
             let shows = 1.0 - desk.occlusion.hides(view.camera, pixel);
-            let point = (*view, *at, desk.moved[*at]);
+            let point = (*view, *at, *moved);
             let found = add_point(&mut sum.normal, sight, point, (agreement, *level), (shows, eye));
             desk.distances.extend(found);
         }
@@ -316,10 +316,11 @@ fn add_point(
         (1.0 - (eye - position).normalize().dot(&known.seen_as(view.look).toward)).max(0.0)
     });
     let along = agreement.slope * toward;
-    let beside = along
-        * along.transpose()
-        * (if is_guess { 0.0 } else { variance } + (BENT * sight.solid.radius * aside).powi(2))
-        + sight.points.strayed(view.point, &by_motion);
+    // A guess is taken out below, and blurs nothing.
+    let known_within = if is_guess { 0.0 } else { variance };
+    let beside =
+        along * along.transpose() * (known_within + (BENT * sight.solid.radius * aside).powi(2))
+            + sight.points.strayed(view.point, &by_motion);
     let shift = Shift::new(agreement, level, &beside)?;
     if is_guess {
         let ray = Ray { along, moved, variance };

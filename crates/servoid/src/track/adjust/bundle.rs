@@ -40,8 +40,8 @@ pub(crate) struct Landmark {
     pub(crate) position: Vector3<f64>,
     /// `None` fixes it.
     pub(crate) anchor: Option<Anchor>,
-    /// Whether it is to be told how well its distance is known.
-    pub(crate) is_guess: bool,
+    /// Whether only motion tells its distance, so that it is to be told how well.
+    pub(crate) by_motion: bool,
 }
 
 /// Where it was learned, at a keyframe, in the world's frame.
@@ -74,7 +74,7 @@ pub(crate) struct Solution {
     pub(crate) bundle: Bundle,
     /// Variance of each keyframe's turn, in square radians, by the noise of the sightings.
     pub(crate) turn_variances: Vec<f64>,
-    /// The same of the distance of each landmark that is a guess, in square metres.
+    /// The same of the distance of each landmark that only motion tells, in square metres.
     pub(crate) distance_variances: Vec<Option<f64>>,
 }
 
@@ -93,8 +93,8 @@ impl Bundle {
     pub(crate) fn adjusted(&self) -> Option<Solution> {
         let mut bundle = self.clone();
         let (mut damping, mut cost) = (DAMPING.0, self.cost());
-        let guesses = self.landmarks.iter().any(|one| one.is_guess);
-        for _ in 0..if guesses { STEPS.1 } else { STEPS.0 } {
+        let by_motion = self.landmarks.iter().any(|one| one.by_motion);
+        for _ in 0..if by_motion { STEPS.1 } else { STEPS.0 } {
             let reduced = Reduced::new(&bundle);
             let (lower, step) = loop {
                 let (motions, shifts) = reduced.step(damping)?;
@@ -224,7 +224,7 @@ pub(super) fn scene(seed: u64, off: f64) -> Bundle {
         let anchor = (landmark % 5 != 0).then_some(anchor);
         let shift = if anchor.is_some() { 0.05 * off } else { 0.0 };
         let position = position + Vector3::new(any(), any(), any()) * shift;
-        bundle.landmarks.push(Landmark { position, anchor, is_guess: landmark % 5 == 1 });
+        bundle.landmarks.push(Landmark { position, anchor, by_motion: landmark % 5 == 1 });
     }
     for (at, pose) in truth.iter().enumerate() {
         let noise = Twist::from_fn(|i, _| any() * off * if i < 3 { 0.05 } else { 1.0 });

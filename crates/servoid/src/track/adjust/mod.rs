@@ -14,7 +14,7 @@ use super::estimate::Notice;
 use super::frame::window::Window;
 use super::target::Target;
 use super::target::keyframes::{Keyframe, Stand};
-use super::target::points::{Known, LEAST_KNOWN, Match, RECOGNISED};
+use super::target::points::{Known, LEAST_KNOWN, Match};
 use super::tracker::Tracker;
 use crate::observe::Observation;
 use crate::pose::Pose;
@@ -23,8 +23,9 @@ use crate::pose::Pose;
 const DELAY: usize = 3;
 /// Keyframes from which on there is something to adjust.
 const LEAST_KEYFRAMES: usize = 3;
-/// Standard deviation, in radians, of the turn from one keyframe to the next as it was tracked, and of an
-/// object that was lost between; a place errs by this part of the radius a radian.
+/// Standard deviation, in radians, of the turn from one keyframe to the next as it was tracked, of the same
+/// while distances are guesses, and of an object that was lost between; a place errs by this part of the
+/// radius a radian.
 const STEP_RAD: f64 = 0.03;
 const GUESS_RAD: f64 = 0.15;
 const LOST_RAD: f64 = 0.3;
@@ -84,7 +85,8 @@ impl Tracker {
         let object_from_camera = (attempt.pose.inverse() * eyes).rotation();
         let adrift = self.target.points.drift > ADRIFT * ADRIFT;
         let is_given = self.target.keyframes.all.is_empty() && !self.trust.is_met();
-        if !self.target.keyframes.is_new(&object_from_camera, (adrift, self.guesses())) {
+        let guesses = self.guesses();
+        if !self.target.keyframes.is_new(&object_from_camera, (adrift, guesses)) {
             return;
         }
         let world = |window: &Window| window.projection(&Pose::identity());
@@ -95,34 +97,35 @@ impl Tracker {
         };
         let seen = (&self.target.points, &*self.desk.matches);
         let clear = (&*self.frame.windows, &self.desk.occlusion);
-        let (drift, guesses) = (self.drift_of_lesson(), self.guesses());
+        let drift = self.drift_of_lesson();
         if let Some(dropped) =
             self.target.keyframes.keep(stand, seen, clear, (drift, is_given, guesses))
         {
             self.target.adopt(&dropped);
         }
-        self.begin_adjusting();
+        self.begin_adjusting(if guesses { 1 } else { DELAY });
     }
 
     /// Says whether the distances of most points that are recognised are guesses yet.
-    pub(super) fn guesses(&self) -> bool {
+    fn guesses(&self) -> bool {
+        if !self.settings.depth_from_motion {
+            return false;
+        }
         let radius = self.target.solid.radius;
-        let seen = self.desk.matches.iter().filter(|one| {
-            one.agreement.is_some_and(|agreement| agreement.correlation > RECOGNISED)
-        });
+        let seen = self.desk.matches.iter().filter(|one| one.is_recognised());
         let guess = |one: &&Match| self.target.points.known[one.view.point].is_guess(radius);
         let known = seen.clone().filter(|one| !guess(one)).count();
         known < LEAST_KNOWN && seen.count() > known
     }
 
-    fn begin_adjusting(&mut self) {
+    /// Has all that was kept adjusted, to be taken over so many observations later.
+    fn begin_adjusting(&mut self, delay: usize) {
         let enough = self.target.keyframes.all.len() >= LEAST_KEYFRAMES;
         if !self.settings.adjust || !enough || self.pending.is_some() {
             return;
         }
         let (bundle, landmarks) = self.target.bundle();
         let keyframes = self.target.keyframes.all.iter().map(|one| one.number).collect();
-        let delay = if self.guesses() { 1 } else { DELAY };
         let job = Job::new(delay, self.evolving.clone(), move || bundle.adjusted());
         self.pending = Some(Pending { job, keyframes, landmarks });
     }
@@ -170,8 +173,8 @@ impl Target {
             }
             let landmark = bundle.landmarks.len();
             let anchor = self.anchor(known);
-            let (position, is_guess) = (known.point.position, known.is_told_by_motion());
-            bundle.landmarks.push(Landmark { position, anchor, is_guess });
+            let (position, by_motion) = (known.point.position, known.by_motion);
+            bundle.landmarks.push(Landmark { position, anchor, by_motion });
             ids.push(known.id);
             bundle.sightings.extend(group.iter().filter_map(|(keyframe, seen)| {
                 let world = all[*keyframe].cameras[seen.camera]?;

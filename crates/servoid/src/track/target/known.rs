@@ -20,7 +20,8 @@ pub(crate) struct Known {
     pub(crate) drift: f64,
     /// Beside it, that by distances that are guesses.
     pub(super) tilt: f64,
-    distance: Distance,
+    /// Whether only motion tells its distance.
+    pub(crate) by_motion: bool,
     /// How far the object had turned since then when it was recognised among many others, in radians: it does
     /// not slip that far.
     pub(super) proved: f64,
@@ -32,7 +33,6 @@ impl Known {
         let (position, toward) = (point.position, point.toward);
         let learned = Learned { keyframe: None, position, toward, variance };
         let (beside, record) = (Vec::new(), Record::new());
-        let distance = Distance::Told;
         Self {
             id: 0,
             point,
@@ -41,7 +41,7 @@ impl Known {
             variance,
             drift: 0.0,
             tilt: 0.0,
-            distance,
+            by_motion: false,
             proved: 0.0,
             record,
         }
@@ -99,28 +99,9 @@ impl Known {
         self.beside.iter_mut().for_each(|other| other.position = position);
     }
 
-    /// Has its distance be a guess until motion tells it.
-    pub(crate) fn guessed(mut self) -> Self {
-        self.distance = Distance::ByMotion;
-        self
-    }
-
     /// Says whether its distance is solved with each pose, since motion is to tell it and did not yet.
     pub(crate) fn is_guess(&self, radius: f64) -> bool {
-        self.is_told_by_motion() && self.variance > (GUESSED * radius).powi(2)
-    }
-
-    /// Says whether only motion tells its distance.
-    pub(crate) fn is_told_by_motion(&self) -> bool {
-        self.distance == Distance::ByMotion
-    }
-
-    /// Gives the variance of its distance, in square metres, as far as the errors of neighbours are alike.
-    pub(super) fn shared_variance(&self) -> f64 {
-        match self.distance {
-            Distance::Told => 0.0,
-            Distance::ByMotion => self.variance,
-        }
+        self.by_motion && self.variance > (WORST * radius).powi(2)
     }
 
     pub(crate) fn quality(&self) -> f32 {
@@ -130,17 +111,8 @@ impl Known {
 
 /// Most looks beside the first.
 const MOST_BESIDE: usize = 4;
-/// Standard deviation of a point's distance from which on it is a guess, as a share of the body's radius.
-pub(crate) const GUESSED: f64 = 0.05;
-
-/// What tells a point's distance.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Distance {
-    /// Another camera, a depth image, or the body's shape, where it was learned.
-    Told,
-    /// How it moves in the images while the object turns.
-    ByMotion,
-}
+/// Largest standard deviation of a point's distance that is measured, as a share of the body's radius.
+pub(crate) const WORST: f64 = 0.05;
 
 /// Where a point was found when it was learned, in the world's frame.
 #[derive(Debug, Clone, Copy)]

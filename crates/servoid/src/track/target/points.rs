@@ -1,6 +1,6 @@
 use nalgebra::{Matrix2, Matrix2x3, Matrix2x6, Matrix3x6, Matrix6, Vector2, Vector3};
 
-pub(crate) use super::known::Known;
+pub(crate) use super::known::{Known, WORST};
 use super::solid::{Rims, Solid};
 use crate::fitness::Agreement;
 use crate::pose::{Pose, Twist};
@@ -26,8 +26,16 @@ pub(crate) struct Match {
     pub(crate) level: usize,
     /// Where it should be.
     pub(crate) pixel: Option<Vector2<f64>>,
-    /// Its place among those in view.
+    /// Its place among those in view, and by how many metres it is moved towards where it was learned.
     pub(crate) at: usize,
+    pub(crate) moved: f64,
+}
+
+impl Match {
+    /// Says whether the image shows the point.
+    pub(crate) fn is_recognised(&self) -> bool {
+        self.agreement.is_some_and(|agreement| agreement.correlation >= RECOGNISED)
+    }
 }
 
 /// The surface points of an object.
@@ -217,7 +225,7 @@ impl Points {
                 continue;
             }
             let known = &mut self.known[view.point];
-            if known.is_told_by_motion() {
+            if known.by_motion {
                 continue;
             }
             let way = agreement.slope * known.point.toward;

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::points::{LEAST_KNOWN, Match, Points, RECOGNISED};
+use super::points::{Known, LEAST_KNOWN, Match, Points};
 
 /// Standard deviation of what slips while the object turns by a radian, in radians, below which it is
 /// proved that points do not.
@@ -26,51 +26,46 @@ impl Points {
     ) -> Option<f64> {
         self.drifts.clear();
         self.seen.clear();
-        for Match { view, agreement, .. } in matches {
-            if agreement.is_none_or(|agreement| agreement.correlation < RECOGNISED) {
-                continue;
-            }
-            let known = &mut self.known[view.point];
+        for one in matches.iter().filter(|one| one.is_recognised()) {
+            let known = &mut self.known[one.view.point];
             self.seen.push(known.id);
-            let turned = (known.point.toward.angle(toward) - EYES_APART).max(0.0);
+            let turned = turned(known, toward);
             if slip < PROVES * PROVES {
                 known.proved = known.proved.max(turned);
             }
             self.drifts.push(known.drift + 0.5 * slip * (turned - known.proved).max(0.0));
         }
-        let half = self.drifts.len() / 2;
-        let enough = self.drifts.len() >= LEAST_KNOWN;
-        enough.then(|| *self.drifts.select_nth_unstable_by(half, f64::total_cmp).1)
+        median(&mut self.drifts)
     }
 
-    /// Gives the variance of the turn by distances that are guesses: the errors of neighbours are alike, and turn
-    /// the object as it turns. It is as before where too few points tell.
-    pub(crate) fn tilt_seen(
-        &mut self,
-        matches: &[Match],
-        toward: &Vector3<f64>,
-        radius: f64,
-    ) -> f64 {
+    /// Takes in the variance of the turn by distances that only motion told: the errors of neighbours are
+    /// alike, and turn the object as it turns. Such a relief may be another one that looks alike, and is no
+    /// witness of itself: the variance never falls.
+    pub(crate) fn follow_tilt(&mut self, matches: &[Match], toward: &Vector3<f64>, radius: f64) {
         self.drifts.clear();
-        for Match { view, agreement, .. } in matches {
-            if agreement.is_none_or(|agreement| agreement.correlation < RECOGNISED) {
-                continue;
-            }
-            let known = &self.known[view.point];
-            let turned = (known.point.toward.angle(toward) - EYES_APART).max(0.0);
-            let part = (turned / TILTED).min(1.0);
-            let own = known.shared_variance() * (part / (TILT * radius)).powi(2);
-            self.drifts.push(known.tilt + own);
+        for one in matches.iter().filter(|one| one.is_recognised()) {
+            let known = &self.known[one.view.point];
+            let part = (turned(known, toward) / TILTED).min(1.0);
+            let variance = if known.by_motion { known.variance } else { 0.0 };
+            self.drifts.push(known.tilt + variance * (part / (TILT * radius)).powi(2));
         }
-        let half = self.drifts.len() / 2;
-        if self.drifts.len() < LEAST_KNOWN {
-            return self.tilt;
-        }
-        *self.drifts.select_nth_unstable_by(half, f64::total_cmp).1
+        self.tilt = median(&mut self.drifts).map_or(self.tilt, |tilt| tilt.max(self.tilt));
     }
 
     /// Gives the variance of the turn since the first image that is told.
     pub(crate) fn told(&self) -> f64 {
         self.drift + self.tilt
     }
+}
+
+/// Gives by how much the object has turned since a point was learned, in radians, at least.
+fn turned(known: &Known, toward: &Vector3<f64>) -> f64 {
+    (known.point.toward.angle(toward) - EYES_APART).max(0.0)
+}
+
+/// Gives the median of values, nothing if they are too few.
+fn median(values: &mut [f64]) -> Option<f64> {
+    let half = values.len() / 2;
+    let enough = values.len() >= LEAST_KNOWN;
+    enough.then(|| *values.select_nth_unstable_by(half, f64::total_cmp).1)
 }

@@ -17,9 +17,10 @@ import numpy as np
 
 from sequences import STEREO, Recording, Table, recordings
 from servoid._native import Estimate, Tracker
-from servoid.observe import Camera, Instant
+from servoid.camera import Camera
 from servoid.pose import Pose
 from servoid.shape import Body
+from servoid.source import Instant
 from servoid.track import Subject, cameras_of
 
 STARTS = ((20.0, 20.0, 60), (45.0, 60.0, 60), (None, None, 40))

@@ -11,7 +11,7 @@ from functools import partial
 import numpy as np
 
 from servoid._native import Body, PaperSettings, Pose, Tracker, TrackSettings, View, paper_scores
-from servoid.observe.hue import hue_window, match_image
+from servoid.segment.hue import hue_window, match_image
 from servoid_experiments.paper.eye_pair import (
     EyeMode,
     EyePair,

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from servoid.camera import Camera
 from servoid.exchange.mesh_file import MeshFile, read_mesh
 from servoid.model import Request, fit_mesh
-from servoid.observe import Camera
 from servoid.pose import Pose
 from servoid.shape import Body
 

@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sequences import SCORER, STEREO, Recording, Table, recordings
+from servoid.camera import Camera
 from servoid.exchange import open_any
-from servoid.observe import Camera
 from servoid.pose import Pose
 from servoid.shape import Body
 from servoid.sim import MovingScene, Scenario, write_moving_sample

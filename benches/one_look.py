@@ -14,8 +14,8 @@ from scipy.spatial.transform import Rotation
 
 from servoid.exchange import open_any
 from servoid.model import Request, fit_capture
-from servoid.observe import BoxTarget
 from servoid.pose import Pose
+from servoid.segment import BoxTarget
 from servoid.shape import Body
 
 DATA = Path(__file__).parents[2] / "shared" / "data"

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from servoid.camera import Camera
 from servoid.model import PaperSettings
 from servoid.model.paper import fit_paper_views, hue_window
-from servoid.observe import Camera
 from servoid.pose import Pose
 
 SIZE_PX, FOCAL_PX, CENTER_PX = (640, 480), 600.0, (319.5, 239.5)

@@ -21,13 +21,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid import model
+from servoid.capture import Capture
 from servoid.exchange import open_any
 from servoid.model import fit_sights, sights_of_cloud
-from servoid.observe import Capture, Instant
-from servoid.observe.instants import poses_of
 from servoid.pose import Pose
 from servoid.record import waypoints, write_trajectory
 from servoid.shape import Body
+from servoid.source import Instant
+from servoid.source.instants import poses_of
 from servoid.track import Request, Subject, TrackResult, read_instants, track_capture
 
 SHARED = Path(__file__).resolve().parents[2] / "shared"

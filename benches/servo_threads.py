@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from servoid.observe import Instant, Recording, Source, open_capture
+from servoid.capture import open_capture
 from servoid.servo import (
     Controller,
     Perception,
@@ -29,6 +29,7 @@ from servoid.servo.link import LinkedArm, LinkSettings
 from servoid.sim.arm_file import read_arm
 from servoid.sim.joint_driver import drive_joints
 from servoid.sim.serial_arm import SerialArm
+from servoid.source import Instant, Recording, Source
 from servoid.track import Tracker, follow
 
 SETTINGS = LinkSettings(hold_s=1.0)  # longer than any look: the bench shall see all of them

@@ -13,16 +13,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from servoid.capture import CaptureView, open_capture
 from servoid.errors import TargetError
-from servoid.observe import (
-    BoxTarget,
-    CaptureView,
-    ClickTarget,
-    Target,
-    grow_mask,
-    open_capture,
-    seek_object,
-)
+from servoid.segment import BoxTarget, ClickTarget, Target, grow_mask, seek_object
 
 DATA = Path(__file__).resolve().parents[2] / "shared" / "data"
 CAPTURES = {"photos": ("skull", "temple", "blowtorch"), "stereo": ("mustard", "drill", "teabox")}

@@ -12,7 +12,7 @@ from typing import Any
 
 from sequences import STEREO, Recording, Table, recordings
 from servoid._native import OneStepSettings, OneStepTracker
-from servoid.observe import Camera
+from servoid.camera import Camera
 from servoid.shape import Body
 from servoid.track.follower import Follower, Maker
 

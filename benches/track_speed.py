@@ -27,8 +27,8 @@ from sequences import STEREO, Recording, Table, recordings, shares
 from servoid import model
 from servoid._native import Tracker
 from servoid.model import fit_capture
-from servoid.observe import Instant
 from servoid.shape import Body
+from servoid.source import Instant
 from servoid.track import Request, cameras_of
 
 ELLIPSOIDS, POINTS, PASSES = 5, 200, 4

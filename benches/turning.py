@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 
 from sequences import Recording, Table, recordings
 from servoid.cli.progress import progress_bar
-from servoid.observe import Instant
+from servoid.source import Instant
 from servoid.track import Tracked
 from track_speed import LONG_IMAGES, LONG_ROWS, resident_mb, to_and_fro
 

@@ -11,7 +11,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from servoid.observe import Capture, CaptureCamera, Lens, Picture, read_mask
+from servoid.camera import Lens, Picture, read_mask
+from servoid.capture import Capture, CaptureCamera
 from servoid.sim.folder import encode
 
 NOISE, LIGHT, QUALITY = 15.0, 0.4, 30  # grey levels; times; of JPEG, to 100

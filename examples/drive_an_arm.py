@@ -11,12 +11,13 @@ from pathlib import Path
 
 import numpy as np
 
-from servoid.observe import Recording, cameras_of, open_capture
+from servoid.capture import open_capture
 from servoid.servo import Controller, RememberingArm, TrackingThread, brought_to_rest, servo_tracked
 from servoid.servo.link import LinkedArm
 from servoid.sim.arm_file import read_arm
 from servoid.sim.joint_driver import drive_joints
 from servoid.sim.serial_arm import SerialArm
+from servoid.source import Recording, cameras_of
 from servoid.track import Tracker, follow
 
 

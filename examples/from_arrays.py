@@ -10,8 +10,9 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from servoid.camera import Camera
+from servoid.capture import PosedImage, View, capture_of, open_capture
 from servoid.model import ModelResult, Request, fit, fit_capture, fit_sights, sights_of_cloud
-from servoid.observe import Camera, PosedImage, View, capture_of, open_capture
 from servoid.pose import Pose
 from servoid.servo import Arm, Controller
 from servoid.shape import Body

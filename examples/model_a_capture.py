@@ -5,8 +5,8 @@ Run it after `make samples`: `.venv/bin/python examples/model_a_capture.py out/s
 
 import sys
 
+from servoid.capture import open_capture
 from servoid.model import Progress, fit
-from servoid.observe import open_capture
 
 
 def show(progress: Progress) -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from servoid.observe import open_capture
+from servoid.capture import open_capture
 from servoid.record import read_trajectory
 from servoid.track import TrackStep, follow
 

@@ -12,14 +12,17 @@ import cv2
 import numpy as np
 
 from fuzz.calls import call_the_core
+from servoid.camera import read_depth, read_image, read_mask
+from servoid.capture import Capture
 from servoid.cli import main
 from servoid.exchange import open_any
 from servoid.exchange.cloud_file import read_cloud
 from servoid.exchange.mesh_file import read_mesh
-from servoid.observe import Capture, parse_target, read_depth, read_image, read_mask, read_rig
 from servoid.record import read_trajectory
+from servoid.segment import parse_target
 from servoid.servo import read_settings
 from servoid.shape import load_body
+from servoid.source import read_rig
 
 SIZE_PX = (24, 16)
 _CORPUS = Path(__file__).parent / "corpus"

@@ -10,8 +10,8 @@ import msgspec
 
 from servoid.batch import Results, Workers, run_batch
 from servoid.batch.running import Watch
+from servoid.config.strict import read_toml
 from servoid.errors import StudyError
-from servoid.observe.strict import read_toml
 from servoid.output import make_folder, write_together, write_whole
 from servoid.servo import settings_toml
 from servoid_experiments.design import Study

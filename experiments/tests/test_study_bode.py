@@ -8,8 +8,8 @@ import msgspec
 import numpy as np
 import pytest
 
+from servoid.config.strict import convert
 from servoid.errors import StudyError
-from servoid.observe.strict import convert
 from servoid.servo import settings_toml
 from servoid_experiments.bode import BODE, BodeSettings
 from servoid_experiments.bode.margin import MARGIN, SERVOID, MarginCase, MarginRow

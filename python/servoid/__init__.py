@@ -1,6 +1,6 @@
 """servoid looks at an unknown object, models it as a few ellipsoids, tracks it and servos to it.
 
-    capture = servoid.observe.open_capture("photos")
+    capture = servoid.capture.open_capture("photos")
     result = servoid.model.fit(capture.views(), max_ellipsoids=6)
     result.save("body.json")
 
@@ -15,14 +15,18 @@ from servoid import errors
 if TYPE_CHECKING:
     from servoid import (
         batch,
+        camera,
+        capture,
         exchange,
         model,
-        observe,
         pose,
         record,
+        segment,
         servo,
         shape,
         sim,
+        source,
+        stereo,
         track,
         view,
     )
@@ -32,15 +36,19 @@ if TYPE_CHECKING:
 __all__ = [
     "__version__",
     "batch",
+    "camera",
+    "capture",
     "errors",
     "exchange",
     "model",
-    "observe",
     "pose",
     "record",
+    "segment",
     "servo",
     "shape",
     "sim",
+    "source",
+    "stereo",
     "track",
     "view",
 ]

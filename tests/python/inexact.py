@@ -6,7 +6,8 @@ from pathlib import Path
 
 # What feeds a result. What only draws, plots, writes or reads may compute as it likes.
 EXACT = (
-    "pose", "observe", "model", "track", "servo", "shape", "sim/world", "sim/serial_arm.py",
+    "pose", "config", "camera", "capture", "segment", "stereo", "shape", "source", "model", "track",
+    "servo", "sim/world", "sim/serial_arm.py",
     "sim/arm_file.py", "sim/trial/servoing.py", "sim/trial/truth.py",
 )  # fmt: skip
 MODULES = {"np": "numpy", "numpy": "numpy", "math": "math", "cmath": "math"}

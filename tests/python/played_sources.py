@@ -8,17 +8,10 @@ from threading import Condition
 import cv2
 import numpy as np
 
-from servoid.observe import (
-    Capture,
-    Lens,
-    Live,
-    LiveCamera,
-    LiveSettings,
-    Recording,
-    Source,
-    open_capture,
-)
+from servoid.camera import Lens
+from servoid.capture import Capture, open_capture
 from servoid.pose import Pose
+from servoid.source import Live, LiveCamera, LiveSettings, Recording, Source
 
 SIZE_PX = (64, 48)
 PERIOD_S = 0.008

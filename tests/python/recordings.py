@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 from tracking_errors import TrackingErrors, tracking_errors
 
 from servoid._native import Tracker, TrackSettings, View, silhouette_ious
+from servoid.capture import Capture, open_capture
 from servoid.cli import main
-from servoid.observe import Capture, open_capture
 from servoid.pose import Pose
 from servoid.record import Waypoint, read_trajectory
 from servoid.shape import Body, load_body

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from scene_table import Figures, scene
 
 from servoid._native import Camera, OneStepSettings, OneStepTracker, View
-from servoid.observe import BackgroundTarget, BoxTarget, ClickTarget, find_object
 from servoid.pose import Pose
+from servoid.segment import BackgroundTarget, BoxTarget, ClickTarget, find_object
 from servoid.shape import Body
 from servoid.track import place_body
 

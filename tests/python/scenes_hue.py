@@ -10,9 +10,9 @@ from recordings import run_servoid
 from scene_table import Figures, scene
 from scipy.spatial.transform import Rotation
 
+from servoid.camera import Camera
 from servoid.model import PaperSettings, Step, fit_paper_views
 from servoid.model.paper import hue_window
-from servoid.observe import Camera
 from servoid.pose import Pose
 from servoid.shape import load_body
 

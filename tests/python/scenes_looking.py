@@ -6,7 +6,6 @@ import numpy as np
 from scene_table import Figures, scene
 from servo_loop import WORLD_FROM_OBJECT
 
-from servoid.observe.source import Instant
 from servoid.pose import Pose
 from servoid.servo import LookSettings, next_viewpoint
 from servoid.servo.reach import reached
@@ -14,6 +13,7 @@ from servoid.servo.surface import Surface
 from servoid.shape import Body
 from servoid.sim.arm_file import read_arm
 from servoid.sim.serial_arm import SerialArm
+from servoid.source.source import Instant
 
 SETTINGS = LookSettings(patience_s=4.0)
 PLACE = np.array(WORLD_FROM_OBJECT.translation)

@@ -8,6 +8,7 @@ from body_measures import WorldBody
 from drawn_pairs import BASELINE, RADII, Pair
 from scene_table import Figures, Scene, scene
 
+from servoid.capture import Capture, open_capture
 from servoid.model import (
     ModelResult,
     Request,
@@ -15,7 +16,7 @@ from servoid.model import (
     fit_capture_by_paper,
     mark_everywhere,
 )
-from servoid.observe import BoxTarget, Capture, open_capture
+from servoid.segment import BoxTarget
 from servoid.shape import BodyFile, load_body
 
 PLACE = np.array([0.012, -0.008, 0.42])

@@ -10,8 +10,9 @@ from conftest import BACKGROUND, SIZE_PX, Drawing, write_png
 from scene_table import Figures, Scene, scene
 
 import servoid
+from servoid.capture import open_capture
 from servoid.model import ModelResult, Request, fit_capture
-from servoid.observe import open_capture, parse_target
+from servoid.segment import parse_target
 from servoid.shape import BodyFile, load_body
 
 MISSED = {"missed": "1"}

@@ -10,7 +10,7 @@ from scene_table import Figures, Scene, scene
 from trust_scenes import COURSES, write_course
 from trust_verdicts import Verdicts, verdicts
 
-from servoid.observe import open_capture
+from servoid.capture import open_capture
 from servoid.pose import Pose
 from servoid.record import read_trajectory
 from servoid.track import Request, Subject, track_capture

@@ -7,13 +7,13 @@ import numpy as np
 from fake_tracker import FakeEstimate
 from numpy.typing import NDArray
 
-from servoid.observe.source import Instant
 from servoid.pose import Pose
 from servoid.servo import Command, Controller, JointState, ServoSettings
 from servoid.servo.moving import change_between, shifted_and_turned
 from servoid.servo.settings import HandSettings
 from servoid.sim.arm_file import read_arm
 from servoid.sim.serial_arm import SerialArm
+from servoid.source.source import Instant
 
 Floats = NDArray[np.float64]
 Path = Callable[[float], Pose]

@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 from fake_tracker import FakeTracker
 
-from servoid.observe import Instant
 from servoid.pose import Pose
 from servoid.servo import Controller, Seen, ServoLog, ServoRow, Tick, off_center, servo
 from servoid.shape import Body
@@ -19,6 +18,7 @@ from servoid.sim.world import (
     World,
     WorldSettings,
 )
+from servoid.source import Instant
 
 SMALL = CameraSettings(size_px=(160, 120), samples=1, moments=1)
 GOAL_FROM_OBJECT = Pose.from_parts([0.0, -0.09, 0.545], [1.0, 0.0, 0.0, 0.0])  # Eq. (20)

@@ -5,6 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from servoid.camera import Camera, Lens
+from servoid.capture import CaptureView, PosedImage, View, capture_of, open_capture, views_of
 from servoid.errors import (
     BodyError,
     ImageError,
@@ -16,16 +18,6 @@ from servoid.errors import (
     TrackError,
 )
 from servoid.model import Request, fit, fit_capture, fit_mesh, sights_of_cloud
-from servoid.observe import (
-    Camera,
-    CaptureView,
-    Lens,
-    PosedImage,
-    View,
-    capture_of,
-    open_capture,
-    views_of,
-)
 from servoid.pose import Pose
 from servoid.servo import Joints, JointState
 from servoid.shape import Body

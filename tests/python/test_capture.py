@@ -11,8 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
+from servoid.camera import read_image, read_mask
+from servoid.capture import Capture, open_capture
 from servoid.errors import CameraError, CaptureError
-from servoid.observe import Capture, open_capture, read_image, read_mask
 from servoid.pose import Pose
 
 

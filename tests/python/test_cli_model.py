@@ -81,7 +81,7 @@ def test_the_summary_says_what_the_result_says(
     drawn_capture: Path, tmp_path: Path, servoid_command: Command
 ) -> None:
     options = {"max_ellipsoids": 2, "delta": 0.0, "seed": 5}
-    views = servoid.observe.open_capture(drawn_capture).views()
+    views = servoid.capture.open_capture(drawn_capture).views()
     result = servoid.model.fit(views, **options)
     outcome = servoid_command(
         "model", drawn_capture, "--out", tmp_path / "body.json",

@@ -12,7 +12,7 @@ pytest.importorskip("trimesh", reason="a mesh to export to needs trimesh")
 from recordings import run_apart
 
 from servoid import __version__
-from servoid.observe import open_capture
+from servoid.capture import open_capture
 from servoid.record import read_trajectory
 from servoid.servo import settings_toml
 from servoid.shape import load_body

@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
+from servoid.camera import Camera, Lens
 from servoid.errors import CameraError, PoseError
-from servoid.observe import Camera, Lens
 from servoid.pose import Pose
 
 K = np.array([[500.0, 0.0, 320.0], [0.0, 501.0, 240.0], [0.0, 0.0, 1.0]])

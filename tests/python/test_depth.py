@@ -10,9 +10,10 @@ from conftest import SIZE_PX, camera_toml, capture_toml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from servoid.camera import read_depth, read_image, read_mask
+from servoid.camera.image_size import read_image_size
+from servoid.capture import open_capture
 from servoid.errors import ImageError, MaskError, ServoidError
-from servoid.observe import open_capture, read_depth, read_image, read_mask
-from servoid.observe.image_size import read_image_size
 
 SMALL_PX = (4, 3)
 COUNTS = np.arange(12, dtype=np.uint16).reshape(3, 4) * 500

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from trust_verdicts import verdicts
 
-from servoid.observe import open_capture
-from servoid.observe.instants import poses_of
+from servoid.capture import open_capture
 from servoid.pose import Pose
+from servoid.source.instants import poses_of
 from servoid.track import Request, Subject, Tracked, TrackSettings, track_capture
 
 CUBE = Path(__file__).resolve().parents[3] / "shared" / "data" / "real" / "cube_hand"

@@ -8,10 +8,12 @@ from trust_scenes import FULL, mesh_of, write_depth_course
 from trust_verdicts import Verdicts, verdicts
 
 from servoid._native import Tracker
+from servoid.camera import read_mask
+from servoid.capture import Capture
 from servoid.errors import ImageError, TrackError
 from servoid.exchange import open_any
-from servoid.observe import Capture, Instant, cameras_of, read_instants, read_mask
 from servoid.record import read_trajectory
+from servoid.source import Instant, cameras_of, read_instants
 from servoid.track import Request, follow, track_capture
 
 DRILL = 2  # the seed of the course that shows it

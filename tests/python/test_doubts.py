@@ -14,24 +14,23 @@ from scenes_model import box_around as box_of_drawing
 from scenes_model import without_masks
 from tiers import tiered
 
+from servoid.camera import Lens
+from servoid.capture import Capture, open_capture
 from servoid.cli import doubting
 from servoid.errors import DoubtError, MaskError, TargetError, located
 from servoid.model import Request, fit_capture
 from servoid.model.marking import mark
-from servoid.observe import (
+from servoid.record import draw_answers
+from servoid.segment import (
     BoxTarget,
-    Capture,
     ClickTarget,
     Depth,
-    Lens,
     MaskTarget,
     Target,
     find_object,
     finding,
-    open_capture,
     seek_object,
 )
-from servoid.record import draw_answers
 
 Mask = NDArray[np.uint8]
 SIZE_PX = (320, 240)

@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 from drawn_pairs import BASELINE, Pair
 
+from servoid.capture import CaptureView, open_capture
 from servoid.model.elsewhere import elsewhere
 from servoid.model.sights import NO_SIGHTS, Sights, sights_of_pair
-from servoid.observe import CaptureView, open_capture
 
 
 def views_of(folder: Path) -> tuple[CaptureView, CaptureView]:

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from servoid.observe import Instant
 from servoid.pose import Pose
+from servoid.source import Instant
 from servoid.track import tidy_image
 
 

@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from servoid.camera import Camera, Lens, Undistortion, undistortion
 from servoid.errors import CameraError, ImageError, MaskError
-from servoid.observe import Camera, Lens, Undistortion, undistortion
 from servoid.pose import Pose
 from servoid.shape import Body
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from servoid.observe import Lens
+from servoid.camera import Lens
 
 PAGE = Path(__file__).parents[2] / "docs" / "howto" / "lenses.md"
 VALUES = {

@@ -19,8 +19,8 @@ from played_sources import (
 )
 
 from servoid.errors import CaptureError
-from servoid.observe import Instant, Live, LiveSettings, grabbing, read_rig
 from servoid.pose import Pose
+from servoid.source import Instant, Live, LiveSettings, grabbing, read_rig
 
 
 def observed(played: Played, seconds: float) -> list[Instant]:

@@ -15,9 +15,9 @@ from scenes_model import (
     without_masks,
 )
 
+from servoid.capture import open_capture
 from servoid.errors import ModelError
 from servoid.model import Request, fit_capture
-from servoid.observe import open_capture
 from servoid.shape import load_body
 
 

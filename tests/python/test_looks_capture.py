@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 from conftest import everything_in
 
+from servoid.camera import Camera
+from servoid.capture import open_capture
 from servoid.errors import OutputError
-from servoid.observe import Camera, Instant, open_capture, write_looks
 from servoid.pose import Pose
+from servoid.source import Instant, write_looks
 
 CAMERA = Camera(size_px=(48, 36), focal_px=(51.25, 50.75), center_px=(23.1, 17.9))
 CAMERAS = (CAMERA, CAMERA)

@@ -8,10 +8,11 @@ import pytest
 from conftest import CENTER_PX, FOCAL_PX, SIZE_PX, Command, Drawing, write_png
 from test_bad_input import check_refused, edit
 
+from servoid.camera import Lens, read_mask, undistortion
 from servoid.errors import CameraError, MaskError, MeshError
 from servoid.model import fit_mesh
 from servoid.model.misfit import misfit_notes, swapped_note, touches_all_borders
-from servoid.observe import BoxTarget, Lens, read_mask, seek_object, undistortion
+from servoid.segment import BoxTarget, seek_object
 
 WIDTH, HEIGHT = SIZE_PX
 

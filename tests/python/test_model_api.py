@@ -10,9 +10,9 @@ from conftest import Drawing
 from scenes_model import drawn_figures, model_drawn
 
 import servoid
+from servoid.capture import CaptureView, open_capture
 from servoid.errors import ModelError
 from servoid.model import ModelResult, ModelSettings, Progress, Request, fit_capture
-from servoid.observe import CaptureView, open_capture
 
 
 @pytest.fixture
@@ -32,7 +32,7 @@ def iou_of(result: ModelResult, view: CaptureView) -> float:
 
 
 def test_a_capture_becomes_a_saved_body_in_three_lines(drawn_capture: Path, tmp_path: Path) -> None:
-    capture = servoid.observe.open_capture(drawn_capture)
+    capture = servoid.capture.open_capture(drawn_capture)
     result = servoid.model.fit(capture.views(), max_ellipsoids=2, delta=0.0)
     result.save(tmp_path / "body.json")
     saved = servoid.shape.load_body(tmp_path / "body.json")

@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 from tracking_errors import tracking_errors
 
+from servoid.capture import open_capture
 from servoid.cli import sampling
 from servoid.errors import OutputError
-from servoid.observe import open_capture
 from servoid.sim import WHOLE_TURN, MovingScene, Scenario, moving, write_moving_sample, write_sample
 
 SCORER = Path(__file__).parents[2].parent / "shared" / "tools" / "score_track.py"

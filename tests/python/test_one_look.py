@@ -29,8 +29,8 @@ from scenes_looks import (
 )
 from tiers import tiered
 
+from servoid.capture import open_capture
 from servoid.model import Request, Surface, fit_capture
-from servoid.observe import open_capture
 from servoid.shape import BodyFile, load_body
 
 PLACES = ((0.012, -0.008, 0.42), (-0.05, 0.01, 0.46), (0.06, 0.02, 0.50))

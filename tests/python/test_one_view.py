@@ -12,10 +12,10 @@ from scenes_looks import (
     twice_figures,
 )
 
+from servoid.capture import open_capture
 from servoid.errors import ModelError
 from servoid.model import fit_capture
 from servoid.model.one_view import half_thickness_px
-from servoid.observe import open_capture
 
 
 @pytest.fixture(scope="module")

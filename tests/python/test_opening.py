@@ -10,9 +10,9 @@ import pytest
 from conftest import BACKGROUND, CENTER_PX, FOCAL_PX, SIZE_PX, Drawing, camera_toml, write_png
 from scipy.spatial.transform import Rotation
 
+from servoid.capture import open_capture
 from servoid.errors import CaptureError
 from servoid.exchange import open_any
-from servoid.observe import open_capture
 
 LENS = f"{FOCAL_PX} {FOCAL_PX} {CENTER_PX[0] + 0.5} {CENTER_PX[1] + 0.5}"
 

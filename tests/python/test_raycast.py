@@ -29,7 +29,7 @@ from stages import (
 from tiers import tiered
 
 from servoid._native import Lens, Lighting, Stage
-from servoid.observe import Camera
+from servoid.camera import Camera
 from servoid.pose import Pose
 from servoid.shape import Body
 

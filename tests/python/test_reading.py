@@ -11,8 +11,7 @@ from conftest import Command, capture_toml
 from test_bad_input import check_refused
 
 from servoid._native import Body, Camera, ModelSettings
-from servoid.errors import BodyError, CaptureError, ServoidError
-from servoid.observe.limits import (
+from servoid.config.limits import (
     BODY_FILE,
     FILE_LIMITS,
     IMAGE_FILE,
@@ -22,7 +21,8 @@ from servoid.observe.limits import (
     SETTINGS_FILE,
     FileLimit,
 )
-from servoid.observe.reading import read_bytes, read_json, read_toml_text
+from servoid.config.reading import read_bytes, read_json, read_toml_text
+from servoid.errors import BodyError, CaptureError, ServoidError
 from servoid.shape import load_body
 
 Spoil = Callable[[Path], object]

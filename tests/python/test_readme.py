@@ -14,7 +14,7 @@ import pytest
 from drawn import Drawn
 from recordings import Recording
 
-from servoid.observe import open_capture
+from servoid.capture import open_capture
 from servoid.sim import write_sample
 
 ROOT = Path(__file__).parents[2]

@@ -16,7 +16,6 @@ from played_sources import (
 from servo_loop import GOAL_FROM_OBJECT, WORLD_FROM_OBJECT
 
 from servoid.errors import CaptureError, ServoError
-from servoid.observe import Live, LiveSettings, Recording, Source
 from servoid.pose import Pose
 from servoid.servo import (
     Controller,
@@ -29,6 +28,7 @@ from servoid.servo import (
 )
 from servoid.sim.arm_file import read_arm
 from servoid.sim.serial_arm import SerialArm
+from servoid.source import Live, LiveSettings, Recording, Source
 
 
 def test_a_recording_ends_with_its_last_observation(tmp_path: Path) -> None:

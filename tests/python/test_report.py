@@ -13,9 +13,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from servoid.capture import open_capture
 from servoid.errors import OutputError
 from servoid.model import ModelResult, fit
-from servoid.observe import open_capture
 from servoid.view import report, write_report
 from servoid.view.body_picture import mean_up, solids_in_world
 from servoid.view.contact_sheet import (

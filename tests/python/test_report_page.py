@@ -15,8 +15,8 @@ import pytest
 from conftest import Drawing
 from numpy.typing import NDArray
 
+from servoid.capture import open_capture
 from servoid.model import ModelResult, fit
-from servoid.observe import open_capture
 from servoid.view import html_page, write_report
 from servoid.view.html_page import _lengths
 from servoid.view.page import INK, QUIET_INK

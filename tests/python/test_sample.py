@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from servoid.capture import open_capture
 from servoid.errors import OutputError
-from servoid.observe import open_capture
 from servoid.sim import bird, sample, studio, write_sample
 from servoid.sim.solids import RoundBox, RoundCone, RoundCylinder
 

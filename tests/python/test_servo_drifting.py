@@ -8,12 +8,12 @@ import pytest
 from fake_tracker import FakeEstimate
 from servo_loop import WORLD_FROM_OBJECT, Loop, Path, Tick, broken_limits, still, to_and_fro
 
-from servoid.observe.source import Instant
 from servoid.pose import Pose
 from servoid.servo import Reason
 from servoid.servo.moving import shifted_and_turned
 from servoid.servo.settings import SafetySettings
 from servoid.servo.watchdog import Drifting
+from servoid.source.source import Instant
 
 pytest.importorskip("daqp", reason="servoing within all limits needs daqp")
 

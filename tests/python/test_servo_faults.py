@@ -17,13 +17,13 @@ from servo_loop import (
 )
 from tiers import tiered
 
-from servoid.observe.source import Instant
 from servoid.pose import Pose
 from servoid.servo import GazeMode, Reason, ServoSettings
 from servoid.servo.moving import change_between, shifted_and_turned
 from servoid.servo.safety import Trust
 from servoid.servo.settings import GazeSettings, SafetySettings, TargetSettings
 from servoid.servo.target import TargetFilter
+from servoid.source.source import Instant
 
 FIRST_S, LAST_S = 4.0, 6.0
 AWAY = np.array([0.0, 0.25, 0.1, 0.0, 0.0, 0.0])

@@ -14,10 +14,10 @@ from servo_loop import (
     to_and_fro,
 )
 
-from servoid.observe.source import Instant
 from servoid.pose import Pose
 from servoid.servo import JointLaw, ServoSettings
 from servoid.servo.settings import JointSettings
+from servoid.source.source import Instant
 
 LAWS = pytest.mark.parametrize("law", list(JointLaw), ids=lambda law: law.value)
 

@@ -7,7 +7,6 @@ from scenes_looking import SETTINGS, body_at, look_at, look_from, no_better, see
 from servo_loop import PERIOD_S, RATE_HZ, WORLD_FROM_OBJECT
 
 from servoid.errors import ServoError
-from servoid.observe.source import Instant
 from servoid.pose import Pose
 from servoid.servo import Controller, LookSettings, Viewpoint, next_viewpoint, visit
 from servoid.servo.meeting import first_look
@@ -16,6 +15,7 @@ from servoid.servo.surface import Surface
 from servoid.shape import Body
 from servoid.sim.arm_file import read_arm
 from servoid.sim.serial_arm import SerialArm
+from servoid.source.source import Instant
 
 pytest.importorskip("daqp", reason="servoing within all limits needs daqp")
 

@@ -11,7 +11,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from servoid.observe import Instant
 from servoid.pose import Pose
 from servoid.servo import (
     Command,
@@ -24,6 +23,7 @@ from servoid.servo import (
     Tick,
     holds,
 )
+from servoid.source import Instant
 
 PERIOD_S = 0.01
 START_S = 3.0

@@ -17,14 +17,15 @@ pytest.importorskip("mujoco", reason="simulated worlds need mujoco")
 
 from servo_run import SMALL, Run, bottle_body
 
+from servoid.camera import Camera
 from servoid.errors import OutputError
-from servoid.observe import Camera, Instant
 from servoid.pose import Pose
 from servoid.record import ServoOverlay, ServoScene, ServoVideo, write_servo_log
 from servoid.record.lettering import width_px, write_into
 from servoid.record.overlay import STATUS_COLORS
 from servoid.servo import Command, Reason, ServoLog, ServoSettings, Tick, holds, settings_toml
 from servoid.shape import Body
+from servoid.source import Instant
 from servoid.view import ServoPictures, draw_servo_plots, write_servo_report
 from servoid.view.servo_plots import gaze_panels, hand_panels, joint_panels
 

@@ -19,8 +19,8 @@ from scenes_servo import (
 )
 from servo_trials import logged, small_trial
 
+from servoid.capture import open_capture
 from servoid.errors import ServoError
-from servoid.observe import open_capture
 from servoid.sim.trial import ServoTrial, TrialStep
 
 

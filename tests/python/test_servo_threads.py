@@ -8,7 +8,6 @@ from fake_tracker import FakeEstimate
 from servo_loop import GOAL_FROM_OBJECT, WORLD_FROM_OBJECT
 
 from servoid.errors import ServoError, TrackError
-from servoid.observe import Instant
 from servoid.pose import Pose
 from servoid.servo import (
     Controller,
@@ -24,6 +23,7 @@ from servoid.servo import (
 from servoid.servo.perception import _KEPT
 from servoid.sim.arm_file import read_arm
 from servoid.sim.serial_arm import SerialArm
+from servoid.source import Instant
 
 PATIENCE_S = 30.0  # until a test that hangs fails
 IMAGE_S = 1 / 30

@@ -9,10 +9,12 @@ import numpy as np
 import pytest
 from conftest import CENTER_PX, FOCAL_PX, SIZE_PX, Drawing
 
+from servoid.camera import Lens, read_image, read_mask
+from servoid.camera.depth import read_depth
+from servoid.camera.images import shrink
+from servoid.capture import open_capture, shrinking, shrunk
 from servoid.model import fit, fit_capture
-from servoid.observe import BoxTarget, Lens, open_capture, read_image, read_mask, shrinking, shrunk
-from servoid.observe.depth import read_depth
-from servoid.observe.images import shrink
+from servoid.segment import BoxTarget
 from servoid.shape import load_body
 
 HERE = Path(__file__).parent

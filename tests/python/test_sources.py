@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from played_sources import Played, live, recorded
 
-from servoid.observe import Instant, LiveSettings, Source
+from servoid.source import Instant, LiveSettings, Source
 
 SECONDS = 1.0
 

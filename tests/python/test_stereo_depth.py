@@ -6,9 +6,11 @@ import pytest
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from servoid.camera import Camera
+from servoid.capture import open_capture
 from servoid.errors import CameraError, ImageError, TargetError
-from servoid.observe import Camera, StereoDepth, open_capture, rough_depth, stereo_depth
 from servoid.pose import Pose
+from servoid.stereo import StereoDepth, rough_depth, stereo_depth
 
 SIZE_PX = (240, 180)
 CAMERA = Camera(size_px=SIZE_PX, focal_px=(300.0, 303.0), center_px=(118.0, 91.0))

@@ -11,8 +11,9 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scenes_found import before_background, box_around, drawn, iou, target_drawn
 
+from servoid.capture import open_capture
 from servoid.errors import ImageError, MaskError, TargetError
-from servoid.observe import (
+from servoid.segment import (
     BackgroundTarget,
     BoxTarget,
     ClickTarget,
@@ -21,7 +22,6 @@ from servoid.observe import (
     Target,
     find_object,
     grow_mask,
-    open_capture,
     parse_target,
 )
 

@@ -25,12 +25,13 @@ from tiers import tiered
 from track_histories import history_of, track_of, turned
 
 from servoid import view
+from servoid.capture import open_capture
 from servoid.errors import TrackError
-from servoid.observe import Instant, open_capture
 from servoid.pose import Pose
 from servoid.record import read_trajectory
 from servoid.shape import save_body
 from servoid.sim import WHOLE_TURN, MovingScene, Scenario, write_moving_sample
+from servoid.source import Instant
 from servoid.track import Historian, LearnedSurface, TrackResult, TrackStep
 from servoid.track.history import MOST_CHANGES
 from servoid.view.growth_picture import surface_colors

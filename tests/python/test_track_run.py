@@ -8,12 +8,14 @@ import pytest
 from drawn_pairs import BASELINE, Pair
 from fake_tracker import FakeTracker, plain_body
 
+from servoid.capture import open_capture
 from servoid.errors import TargetError, TrackError
 from servoid.model import Request as ModelRequest
 from servoid.model import fit, fit_capture
-from servoid.observe import ASSUMED_HZ, open_capture, parse_target
 from servoid.pose import Pose
+from servoid.segment import parse_target
 from servoid.shape import Body
+from servoid.source import ASSUMED_HZ
 from servoid.track import Collector, Method, Request, Subject, follow, track_capture
 
 MOVING = Pair(centers=tuple((0.012 + 0.004 * i, -0.008, 0.42) for i in range(6)))
@@ -317,7 +319,7 @@ def test_notices_that_differ_by_numbers_are_counted_together(video: Path) -> Non
 def test_the_time_to_read_images_is_not_the_tracker_s(
     video: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from servoid.observe import Picture
+    from servoid.camera import Picture
 
     clock = [0.0]
     read = Picture.read

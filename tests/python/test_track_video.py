@@ -9,13 +9,14 @@ import pytest
 from fake_tracker import FakeEstimate, FakeTracker, plain_body
 from numpy.typing import NDArray
 
+from servoid.camera import Camera
+from servoid.camera.video import count_video_images
 from servoid.errors import OutputError
-from servoid.observe import Camera, Instant
-from servoid.observe.video import count_video_images
 from servoid.pose import Pose
 from servoid.record import Overlay, check_video, image_video, overlay_video
 from servoid.record.outline import draw_outline, draw_points, project
 from servoid.record.overlay import STATUS_COLORS
+from servoid.source import Instant
 from servoid.track import Followed, Tracked, TrackStep
 
 AHEAD = Pose.from_parts((0.0, 0.0, 0.5), (1.0, 0.0, 0.0, 0.0))

@@ -8,7 +8,6 @@ from msgspec import Meta
 from msgspec.structs import replace
 
 from servoid.errors import CaptureError, ServoError, SimError
-from servoid.observe import LiveSettings
 from servoid.servo import JointLaw, LookSettings, ServoSettings
 from servoid.servo.settings import HandSettings, JointSettings
 from servoid.sim.trial import (
@@ -30,6 +29,7 @@ from servoid.sim.world import (
     Teleport,
     WorldSettings,
 )
+from servoid.source import LiveSettings
 from servoid.track import Method
 
 CHANGED = TrialSettings(

@@ -24,8 +24,8 @@ from turning_scenes import (
     left_from_objects,
 )
 
-from servoid.observe import Instant
 from servoid.pose import Pose
+from servoid.source import Instant
 from servoid.track import Tracked
 
 HERE = Pose.identity()

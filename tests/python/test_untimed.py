@@ -8,10 +8,10 @@ from drawn_pairs import RADII, TURN, Pair
 from recordings import run_servoid
 from scipy.spatial.transform import Rotation
 
-from servoid.observe import ASSUMED_HZ
 from servoid.pose import Pose
 from servoid.record import read_trajectory
 from servoid.shape import Body, save_body
+from servoid.source import ASSUMED_HZ
 
 FAST = Pair(centers=tuple((-0.03 + 0.012 * i, -0.008, 0.42) for i in range(6)))
 

@@ -8,8 +8,9 @@ from multiprocessing import get_context
 import numpy as np
 import pytest
 
+from servoid.camera import Camera, Lens
+from servoid.capture import View
 from servoid.model import ModelSettings, PaperSettings, Request, fit
-from servoid.observe import Camera, Lens, View
 from servoid.pose import Pose
 from servoid.servo import ServoSettings
 from servoid.shape import Body

@@ -10,8 +10,9 @@ from conftest import SIZE_PX, camera_toml, write_png
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from servoid.camera import Picture, video
+from servoid.capture import Capture, open_capture
 from servoid.errors import CaptureError, ImageError, ServoidError
-from servoid.observe import Capture, Picture, open_capture, video
 
 COUNT = 40
 

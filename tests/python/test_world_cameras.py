@@ -9,7 +9,6 @@ import pytest
 pytest.importorskip("mujoco", reason="simulated worlds need mujoco")
 
 from servoid.errors import MissingExtraError, SimError
-from servoid.observe import Source
 from servoid.pose import Pose
 from servoid.shape import Body
 from servoid.sim.world import (
@@ -25,6 +24,7 @@ from servoid.sim.world import (
     World,
     WorldSettings,
 )
+from servoid.source import Source
 
 CAMERAS = CameraSettings(size_px=(160, 120), samples=1, moments=1)
 REST = np.zeros(10)

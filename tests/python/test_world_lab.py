@@ -12,8 +12,8 @@ pytest.importorskip("mujoco", reason="simulated worlds need mujoco")
 from hypothesis import given
 from hypothesis import strategies as st
 
+from servoid.camera import Camera
 from servoid.errors import SimError
-from servoid.observe import Camera, Instant
 from servoid.sim.world import (
     IDEAL,
     CameraSettings,
@@ -25,6 +25,7 @@ from servoid.sim.world import (
     hand_drawn,
 )
 from servoid.sim.world.lab import Lab
+from servoid.source import Instant
 
 CAMERAS = CameraSettings(size_px=(64, 48), samples=1, moments=1, noise=0.0)
 TRUE = Camera(size_px=(640, 480), focal_px=(700.0, 700.0), center_px=(319.5, 239.5))

@@ -6,7 +6,7 @@ import numpy as np
 from body_measures import WorldBody, overlap
 from turning_scenes import Turning
 
-from servoid.observe import Camera
+from servoid.camera import Camera
 from servoid.pose import Pose
 from servoid.shape import Body
 from servoid.track import Followed

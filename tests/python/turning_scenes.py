@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 from trust_scenes import FULL, Course, mesh_of, write_made
 from trust_verdicts import Verdicts, verdicts
 
-from servoid.observe import Instant, open_capture
+from servoid.capture import open_capture
 from servoid.pose import Pose
+from servoid.source import Instant
 from servoid.track import Followed, Request, Subject, Tracked, read_instants
 from servoid.track.starting import begin
 from servoid_experiments.tracking.footage import RATE_HZ, SetUp

@@ -1,5 +1,5 @@
 use pyo3::prelude::*;
-use servoid::{evolve, fitness, model, observe, pose, shape, sim, track};
+use servoid::{camera, evolve, fitness, model, pose, shape, sim, track};
 
 /// An error of the core that knows its class in `servoid.errors`.
 pub trait Named: std::error::Error {
@@ -12,19 +12,19 @@ impl Named for pose::PoseError {
     }
 }
 
-impl Named for observe::CameraError {
+impl Named for camera::CameraError {
     fn class(&self) -> &'static str {
         "CameraError"
     }
 }
 
-impl Named for observe::RigError {
+impl Named for camera::RigError {
     fn class(&self) -> &'static str {
         "ImageError"
     }
 }
 
-impl Named for observe::ImageError {
+impl Named for camera::ImageError {
     fn class(&self) -> &'static str {
         match self {
             Self::Length { .. } | Self::DepthLength { .. } => "ImageError",

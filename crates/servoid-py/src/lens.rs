@@ -4,10 +4,10 @@ use nalgebra::Vector3;
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
-use servoid::observe as core;
+use servoid::camera as core;
 
 use crate::errors::{named, raise};
-use crate::observe::{CENTER, Camera, FOCAL, read_distortion, read_matrix};
+use crate::camera::{CENTER, Camera, FOCAL, read_distortion, read_matrix};
 use crate::pose::{Pose, rows};
 use crate::taking::{
     Wanted, hash_numbers, read_numbers, read_rows, read_size, remade, shorts, taken_in_words,
@@ -22,7 +22,7 @@ use crate::taking::{
 ///
 /// x points right, y down, z forward along the axis; pixel (0, 0) is the centre of the top-left
 /// pixel.
-#[pyclass(frozen, eq, hash, module = "servoid.observe")]
+#[pyclass(frozen, eq, hash, module = "servoid.camera")]
 #[derive(Clone, PartialEq)]
 pub struct Lens(core::Lens);
 
@@ -30,7 +30,7 @@ taken_in_words!(
     Lens,
     "CameraError",
     "a lens",
-    "make one with servoid.observe.Lens(model=, size_px=, focal_px=, center_px=) or Lens.from_matrix"
+    "make one with servoid.camera.Lens(model=, size_px=, focal_px=, center_px=) or Lens.from_matrix"
 );
 
 impl Lens {

@@ -7,7 +7,7 @@ use servoid::fitness::Sight;
 use servoid::model as core;
 
 use crate::errors::raise;
-use crate::observe::{Camera, GivenView, Pixels, View};
+use crate::camera::{Camera, GivenView, Pixels, View};
 use crate::pose::Pose;
 use crate::relay::relay;
 use crate::shape::{Body, Mesh};
@@ -326,6 +326,6 @@ pub fn ellipsoid_colors<'py>(
     PyArray1::from_vec(py, colors.concat()).reshape([colors.len(), 3])
 }
 
-pub fn borrow<'a>(views: &'a [GivenView<'_>]) -> PyResult<Vec<servoid::observe::View<'a>>> {
+pub fn borrow<'a>(views: &'a [GivenView<'_>]) -> PyResult<Vec<servoid::camera::View<'a>>> {
     views.iter().map(|view| view.0.get().core()).collect()
 }

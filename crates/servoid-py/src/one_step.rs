@@ -6,7 +6,7 @@ use servoid::track as core;
 
 use crate::errors::{named, raise};
 use crate::estimate::Estimate;
-use crate::observe::Camera;
+use crate::camera::Camera;
 use crate::pose::Pose;
 use crate::shape::Body;
 use crate::taking::{

@@ -7,7 +7,7 @@ use servoid::model as core;
 
 use crate::errors::{named, raise};
 use crate::model::{Step, borrow};
-use crate::observe::GivenView;
+use crate::camera::GivenView;
 use crate::pose::read_poses;
 use crate::relay::relay;
 use crate::shape::Body;

@@ -3,7 +3,7 @@ use servoid::track as core;
 
 use crate::errors::raise;
 use crate::model::borrow;
-use crate::observe::{GivenView, Pixels};
+use crate::camera::{GivenView, Pixels};
 use crate::pose::Pose;
 use crate::shape::Body;
 use crate::taking::{Listed, Picture, Wanted, read_index_rows};

@@ -4,12 +4,12 @@ use numpy::{
 };
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyTuple};
-use servoid::observe::{DepthView, Mask, Observation};
+use servoid::camera::{DepthView, Mask, Observation};
 use servoid::track as core;
 
 use crate::errors::{named, raise};
 use crate::estimate::Estimate;
-use crate::observe::{Camera, Pixels};
+use crate::camera::{Camera, Pixels};
 use crate::pose::{Pose, read_poses, rows};
 use crate::shape::Body;
 use crate::taking::{

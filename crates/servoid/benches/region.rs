@@ -6,7 +6,7 @@ use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use servoid::fitness::{
     Backend, ColorModel, Differentiable, Fitness, Region, RegionView, ScoreMap,
 };
-use servoid::observe::{Camera, Channels, ImageView, Mask};
+use servoid::camera::{Camera, Channels, ImageView, Mask};
 use servoid::pose::Pose;
 use servoid::shape::{Projection, Quadric, QuadricGradient};
 

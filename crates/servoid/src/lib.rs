@@ -2,7 +2,7 @@
 //!
 //! The crate is the pure core of servoid: it reads no files, prints nothing and knows no Python.
 //! Modules stand on floors and look only downwards:
-//! [`pose`] < [`observe`] < [`shape`] < [`fitness`], [`evolve`] < [`model`] < [`track`] < [`sim`].
+//! [`pose`] < [`camera`] < [`shape`] < [`fitness`], [`evolve`] < [`model`] < [`track`] < [`sim`].
 //!
 //! Lengths are metres, angles radians, poses map `a_from_b`; pixel (0, 0) is the *centre* of the
 //! top-left pixel and cameras look along +z with x to the right and y down.
@@ -10,7 +10,7 @@
 pub mod evolve;
 pub mod fitness;
 pub mod model;
-pub mod observe;
+pub mod camera;
 pub mod pose;
 pub mod shape;
 pub mod sim;

@@ -8,10 +8,11 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from servoid.observe import Camera, Instant
+from servoid.camera import Camera
 from servoid.pose import Pose
 from servoid.servo.arm import Floats
 from servoid.sim.serial_arm import SerialArm
+from servoid.source import Instant
 
 Course = Callable[[float], Pose]
 Images = Sequence[NDArray[np.uint8] | None]
@@ -56,7 +57,7 @@ class LateEstimate:
 
 
 class LateSource:
-    """Implements `servoid.observe.Source`: each camera's image is the object's pose before it.
+    """Implements `servoid.source.Source`: each camera's image is the object's pose before it.
 
     Ask for the newest in each control period, since the way of the joints is kept from there.
     """

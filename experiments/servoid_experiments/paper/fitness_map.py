@@ -8,7 +8,7 @@ import numpy as np
 from servoid._native import PaperSettings, Pose, Tracker, TrackSettings, View, paper_scores
 from servoid.batch import Experiment
 from servoid.errors import MaskError
-from servoid.observe.hue import hue_window, match_image
+from servoid.segment.hue import hue_window, match_image
 from servoid_experiments.paper.eye_pair import EyePair, Moment, paper_hand, see, true_body
 from servoid_experiments.paper.map_case import Answer, Fitness, FitnessRow, MapCase, MapRow
 from servoid_experiments.paper.map_places import Places

@@ -19,8 +19,8 @@ from servoid._native import (
 from servoid.batch import Experiment
 from servoid.model import Sights
 from servoid.model.sights import NO_SIGHTS, sights_of_depth
-from servoid.observe import stereo_depth
-from servoid.observe.hue import hue_window, match_image
+from servoid.segment.hue import hue_window, match_image
+from servoid.stereo import stereo_depth
 from servoid_experiments.metrics import (
     centroid,
     nearest_parts,

@@ -17,8 +17,8 @@ from servoid.batch.running import Watch
 from servoid.errors import StudyError
 from servoid.exchange import is_capture, open_any
 from servoid.model import Request, fit_capture, fit_capture_by_paper
-from servoid.observe import parse_target
 from servoid.output import check_folder, write_whole
+from servoid.segment import parse_target
 from servoid.track import learn_appearance
 
 Bounds = tuple[int | None, int | None, int | None]

@@ -26,8 +26,8 @@ from servoid.model import (
     fit_sights,
     sights_of_cloud,
 )
-from servoid.observe import Target, parse_target
 from servoid.output import check_file, check_folder, make_folder
+from servoid.segment import Target, parse_target
 from servoid.track import learn_appearance
 from servoid.words import digits
 

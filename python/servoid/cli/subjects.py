@@ -7,8 +7,8 @@ from pathlib import Path
 from servoid.cli.wrong_options import OptionError, of_options
 from servoid.errors import PoseError, TrackError, located
 from servoid.exchange.mesh_file import SUFFIXES as MESH_SUFFIXES
-from servoid.observe import parse_target
 from servoid.pose import Pose
+from servoid.segment import parse_target
 from servoid.shape import BodyFile, load_body
 from servoid.track import Subject
 from servoid.words import number_of

@@ -8,8 +8,8 @@ import numpy as np
 import typer
 from numpy.typing import NDArray
 
+from servoid.capture import CaptureView
 from servoid.model import ModelResult
-from servoid.observe import CaptureView
 from servoid.words import counted
 
 _LABEL_WIDTH = 15

@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from servoid.observe import Capture
+from servoid.capture import Capture
 from servoid.output import check_folder, make_folder
 from servoid.track import Historian, History, TrackResult
 

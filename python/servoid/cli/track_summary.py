@@ -6,7 +6,8 @@ from pathlib import Path
 
 import typer
 
-from servoid.observe import ASSUMED_HZ, Capture
+from servoid.capture import Capture
+from servoid.source import ASSUMED_HZ
 from servoid.track import Gap, TrackResult
 from servoid.words import counted
 

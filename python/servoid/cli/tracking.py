@@ -9,6 +9,7 @@ from pathlib import Path
 
 import typer
 
+from servoid.capture import Capture
 from servoid.cli.doubting import settled
 from servoid.cli.interrupting import INTERRUPTED
 from servoid.cli.progress import progress_bar
@@ -20,7 +21,6 @@ from servoid.cli.wrong_options import OptionError, of_options
 from servoid.errors import OutputError, ServoidError, TrackError
 from servoid.exchange import open_any
 from servoid.model import Progress
-from servoid.observe import Capture
 from servoid.output import check_file
 from servoid.record import (
     Overlay,

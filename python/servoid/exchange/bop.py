@@ -3,13 +3,14 @@
 from collections.abc import Mapping
 from pathlib import Path
 
+from servoid.camera import Picture
+from servoid.camera.image_size import read_image_size
+from servoid.camera.lenses import make_lens
+from servoid.capture import Capture
+from servoid.config.places import check_held, first_file, is_file
 from servoid.errors import CaptureError
 from servoid.exchange.bop_files import BopCamera, BopPose, read_scene_camera, read_scene_gt
 from servoid.exchange.gathering import Shot, ShotCamera, gather, group, number
-from servoid.observe import Capture, Picture
-from servoid.observe.image_size import read_image_size
-from servoid.observe.lenses import make_lens
-from servoid.observe.places import check_held, first_file, is_file
 from servoid.pose import Pose
 
 FILE_NAME = "scene_camera.json"

@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from servoid.config.limits import SHAPE_FILE
+from servoid.config.reading import read_bytes
 from servoid.errors import MeshError
 from servoid.exchange.ply_header import PlyElement, PlyHeader, read_ply_header
-from servoid.observe.limits import SHAPE_FILE
-from servoid.observe.reading import read_bytes
 from servoid.words import counted
 
 _XYZ = ("x", "y", "z")

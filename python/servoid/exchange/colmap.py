@@ -2,13 +2,14 @@
 
 from pathlib import Path
 
+from servoid.camera import Picture
+from servoid.capture import Capture
+from servoid.config.places import check_held, check_inside, first_file, is_file, is_folder
 from servoid.errors import CaptureError, located
 from servoid.exchange.colmap_binary import read_cameras_binary, read_images_binary
 from servoid.exchange.colmap_model import ColmapCamera, ColmapImage, lens_of
 from servoid.exchange.colmap_text import read_cameras_text, read_images_text
 from servoid.exchange.gathering import Shot, ShotCamera, gather, short_names
-from servoid.observe import Capture, Picture
-from servoid.observe.places import check_held, check_inside, first_file, is_file, is_folder
 from servoid.pose import Pose
 
 MODEL_FOLDERS = ("sparse/0", "", "sparse")

@@ -3,6 +3,8 @@
 import struct
 from pathlib import Path
 
+from servoid.config.limits import COLMAP_FILE
+from servoid.config.reading import read_bytes
 from servoid.errors import CaptureError
 from servoid.exchange.colmap_model import (
     MODEL_NAMES,
@@ -10,8 +12,6 @@ from servoid.exchange.colmap_model import (
     ColmapImage,
     parameter_count,
 )
-from servoid.observe.limits import COLMAP_FILE
-from servoid.observe.reading import read_bytes
 from servoid.words import counted
 
 _CAMERA_HEAD = struct.Struct("<IiQQ")  # id, model, width, height

@@ -2,9 +2,9 @@
 
 from dataclasses import dataclass
 
+from servoid.camera import Lens
+from servoid.camera.lenses import make_lens
 from servoid.errors import CaptureError
-from servoid.observe import Lens
-from servoid.observe.lenses import make_lens
 
 
 @dataclass(frozen=True)

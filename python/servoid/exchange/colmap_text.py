@@ -4,10 +4,10 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TypeVar
 
+from servoid.config.limits import COLMAP_FILE
+from servoid.config.reading import read_text
 from servoid.errors import CaptureError
 from servoid.exchange.colmap_model import ColmapCamera, ColmapImage
-from servoid.observe.limits import COLMAP_FILE
-from servoid.observe.reading import read_text
 from servoid.words import counted, number_of, whole_number_of
 
 NumberT = TypeVar("NumberT", int, float)

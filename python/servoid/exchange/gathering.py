@@ -5,8 +5,9 @@ from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from typing import TypeVar
 
+from servoid.camera import Lens, Picture
+from servoid.capture import Capture, CaptureCamera
 from servoid.errors import CaptureError
-from servoid.observe import Capture, CaptureCamera, Lens, Picture
 from servoid.pose import Pose
 
 KeyT = TypeVar("KeyT", bound=Hashable)

@@ -5,10 +5,10 @@ from typing import Any, TypeVar
 
 import msgspec
 
+from servoid.config.limits import SCENE_FILE
+from servoid.config.reading import read_json
+from servoid.config.strict import convert
 from servoid.errors import CaptureError
-from servoid.observe.limits import SCENE_FILE
-from servoid.observe.reading import read_json
-from servoid.observe.strict import convert
 
 StructT = TypeVar("StructT", bound=msgspec.Struct)
 

@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from servoid.config.limits import SHAPE_FILE
+from servoid.config.reading import read_bytes
 from servoid.errors import MeshError, MissingExtraError, located
 from servoid.exchange.mesh_counts import check_counts
 from servoid.exchange.mesh_repair import close_mesh, signed_volume
-from servoid.observe.limits import SHAPE_FILE
-from servoid.observe.reading import read_bytes
 from servoid.words import counted, digits
 
 SUFFIXES = (".ply", ".obj", ".stl", ".off", ".glb")

@@ -7,13 +7,14 @@ from typing import Annotated
 import msgspec
 import numpy as np
 
+from servoid.camera import Picture
+from servoid.camera.image_size import read_image_size
+from servoid.capture import Capture
+from servoid.config.places import check_held, check_inside, first_file, is_folder
 from servoid.errors import CaptureError, located
 from servoid.exchange.gathering import Shot, ShotCamera, gather, group, number, short_names
 from servoid.exchange.json_file import read_struct, read_table
 from servoid.exchange.nerfstudio_lens import LensKeys, NerfLens, read_lens
-from servoid.observe import Capture, Picture
-from servoid.observe.image_size import read_image_size
-from servoid.observe.places import check_held, check_inside, first_file, is_folder
 from servoid.pose import Pose
 
 FILE_NAME = "transforms.json"

@@ -7,9 +7,9 @@ from typing import Annotated
 
 import msgspec
 
+from servoid.camera import Lens
+from servoid.camera.lenses import make_lens
 from servoid.errors import CaptureError
-from servoid.observe import Lens
-from servoid.observe.lenses import make_lens
 
 _PINHOLES = ("PINHOLE", "SIMPLE_PINHOLE")
 _BROWN_CONRADY = ("OPENCV", "RADIAL", "SIMPLE_RADIAL")

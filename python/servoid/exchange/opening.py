@@ -2,13 +2,13 @@
 
 from pathlib import Path
 
+from servoid.capture import Capture, open_capture
+from servoid.config.places import is_file, is_folder
 from servoid.errors import CaptureError
 from servoid.exchange import bop, nerfstudio
 from servoid.exchange.bop import open_bop
 from servoid.exchange.colmap import find_colmap_model, open_colmap
 from servoid.exchange.nerfstudio import open_nerfstudio
-from servoid.observe import Capture, open_capture
-from servoid.observe.places import is_file, is_folder
 
 _COLMAP_FILES = ("cameras.bin", "cameras.txt", "images.bin", "images.txt")
 

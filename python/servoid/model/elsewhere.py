@@ -3,10 +3,11 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from servoid.capture import CaptureView
 from servoid.errors import CameraError, TargetError
 from servoid.model.sights import Sights
-from servoid.observe import CaptureView, rough_depth
 from servoid.pose import exact
+from servoid.stereo import rough_depth
 
 _MARGIN = 1.0  # around the seen points, as a share of how wide they are: an object is as deep
 _LEAST_SHARE = 0.1  # of the nearest seen point's depth, whatever the margin

@@ -17,12 +17,12 @@ from servoid._native import (
     fit_body,
     silhouette_ious,
 )
+from servoid.capture import CaptureView, shrunk, views_of
 from servoid.errors import MaskError, MeshError, ModelError
 from servoid.model.misfit import swapped_note, touches_all_borders
 from servoid.model.result import ModelResult, Surface
 from servoid.model.running import Progress, in_parallel, run_core
 from servoid.model.sights import NO_SIGHTS, Sights
-from servoid.observe import CaptureView, shrunk, views_of
 from servoid.pose import exact
 from servoid.words import digits
 

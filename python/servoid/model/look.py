@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from servoid._native import PaperSettings, ellipsoid_colors, silhouette_ious
+from servoid.capture import Capture, CaptureView
 from servoid.errors import CameraError, ModelError, TargetError
 from servoid.model.fit import Request, divide, fit_views
 from servoid.model.marking import Marked, mark
@@ -22,9 +23,9 @@ from servoid.model.sights import (
     sights_of_views,
 )
 from servoid.model.spreading import spread_masks
-from servoid.observe import Capture, CaptureView, HueTarget, Target
-from servoid.observe.hue import hue_window
 from servoid.pose import exact
+from servoid.segment import HueTarget, Target
+from servoid.segment.hue import hue_window
 
 _ONE_SIDE_DEG = 90.0
 

@@ -3,17 +3,9 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from servoid.capture import Capture, CaptureView, shrunk
 from servoid.errors import TargetError
-from servoid.observe import (
-    Capture,
-    CaptureView,
-    Depth,
-    HueTarget,
-    Target,
-    seek_object,
-    shrunk,
-    undoubted,
-)
+from servoid.segment import Depth, HueTarget, Target, seek_object, undoubted
 
 
 @dataclass(frozen=True)

@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from servoid.capture import CaptureView
 from servoid.errors import ModelError
 from servoid.model.fit import Request, fit_views
 from servoid.model.result import ModelResult, Surface
 from servoid.model.sights import NO_SIGHTS, Sights, join_sights, sights_of_depth
-from servoid.observe import CaptureView
 
 
 def fit_one_view(view: CaptureView, distance_m: float, request: Request) -> ModelResult:

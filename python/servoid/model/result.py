@@ -18,9 +18,9 @@ from servoid._native import (
     seen_surface,
     silhouette_ious,
 )
+from servoid.capture import CaptureView
 from servoid.model.misfit import misfit_notes
 from servoid.model.sights import NO_SIGHTS, Sights
-from servoid.observe import CaptureView
 from servoid.shape import MadeBy, SeenEntry, save_body
 
 _NOTEWORTHY = 0.8  # a body of which less was seen is told so

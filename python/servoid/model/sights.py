@@ -6,9 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from servoid.camera import Camera
+from servoid.capture import CaptureView
 from servoid.errors import MeshError
-from servoid.observe import Camera, CaptureView, stereo_depth
 from servoid.pose import Pose, exact
+from servoid.stereo import stereo_depth
 
 _MOST_POINTS = 6000
 _LARGEST_ERROR = 0.008  # of a measured depth, as a share of it

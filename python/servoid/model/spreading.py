@@ -7,11 +7,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid._native import Body, Given, ModelSettings, View, fit_body, rough_body
+from servoid.capture import CaptureView
 from servoid.errors import TargetError
 from servoid.model.elsewhere import elsewhere
 from servoid.model.running import in_parallel
 from servoid.model.sights import Sights
-from servoid.observe import CaptureView, grow_mask
+from servoid.segment import grow_mask
 
 _ROUGH_ELLIPSOIDS = 4
 # For each round, as shares of the silhouette's size: how deep inside it the object is certain, and

@@ -7,9 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid._native import Camera
-from servoid.observe import Instant
 from servoid.record.lettering import fill, width_px, write
 from servoid.record.outline import Color, draw_axes, draw_outline, draw_points
+from servoid.source import Instant
 from servoid.track import Followed, Tracked, TrackStep
 
 STATUS_COLORS: dict[str, Color] = {

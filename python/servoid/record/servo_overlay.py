@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid._native import Body, Camera
-from servoid.observe import Instant
 from servoid.pose import Pose
 from servoid.record.lettering import Box, fill, width_px, write, write_into
 from servoid.record.outline import Color, draw_axes, draw_outline
 from servoid.record.overlay import STATUS_COLORS
 from servoid.servo import ORDINARY, Command, TargetEstimate
+from servoid.source import Instant
 
 _WIDTH_PX = 1280
 _BAND_PX = 80

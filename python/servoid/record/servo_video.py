@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from servoid._native import Body, Camera
 from servoid.errors import OutputError
-from servoid.observe import Instant
 from servoid.record.servo_overlay import ServoOverlay, ServoScene
 from servoid.record.video_file import check_video, image_video
 from servoid.servo import Command, TargetEstimate
+from servoid.source import Instant
 
 
 class ServoVideo:

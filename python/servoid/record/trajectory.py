@@ -11,9 +11,9 @@ from typing import Protocol
 import numpy as np
 
 from servoid._native import Pose
+from servoid.config.limits import POSES_FILE
+from servoid.config.reading import read_text
 from servoid.errors import OutputError, TrajectoryError, located
-from servoid.observe.limits import POSES_FILE
-from servoid.observe.reading import read_text
 from servoid.output import write_whole
 from servoid.track import Tracked
 from servoid.words import counted, number_of

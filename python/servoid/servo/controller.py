@@ -5,7 +5,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from servoid.observe.source import Instant
 from servoid.pose import Pose, exact
 from servoid.servo.arm import Arm, Floats, JointState, Shaped
 from servoid.servo.bounds import Bounds, Rows, Window
@@ -22,6 +21,7 @@ from servoid.servo.reaching import Reaching
 from servoid.servo.safety import LOCATED, Reason, Trust
 from servoid.servo.settings import JointLaw, JointSettings, ServoSettings
 from servoid.servo.target import Prediction, TargetEstimate, TargetFilter
+from servoid.source.source import Instant
 
 _LAWS: dict[JointLaw, Callable[[Arm, JointSettings], HandJoints]] = {
     JointLaw.QP: QuadraticJoints,

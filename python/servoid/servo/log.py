@@ -6,11 +6,11 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from servoid._native import Camera, Estimate
-from servoid.observe.source import Instant
 from servoid.pose import Pose
 from servoid.servo.accuracy import Wish
 from servoid.servo.arm import Arm, Eyes, Floats, Joints
 from servoid.servo.loop import Tick
+from servoid.source.source import Instant
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,7 +7,6 @@ import numpy as np
 
 from servoid._native import Body
 from servoid.errors import ServoError
-from servoid.observe.source import Instant, Source
 from servoid.pose import Pose, exact, looking
 from servoid.servo.arm import Arm, Floats
 from servoid.servo.controller import Command, Controller
@@ -15,6 +14,7 @@ from servoid.servo.moving import change_between
 from servoid.servo.reach import reached
 from servoid.servo.settings import LookSettings
 from servoid.servo.surface import Surface
+from servoid.source.source import Instant, Source
 
 _ACROSS, _UP, _DISTANCES = 9, 7, 4  # places that are tried
 _LOWEST, _HIGHEST = -0.6, 1.2  # rad: from where the hand may look, above the horizon

@@ -9,15 +9,16 @@ from numpy.typing import NDArray
 
 from servoid import model
 from servoid._native import Body
+from servoid.capture import open_capture
 from servoid.errors import ServoError
 from servoid.model import ModelResult
-from servoid.observe import Instant, Source, open_capture, write_looks
 from servoid.pose import Pose
 from servoid.servo.arm import Arm
 from servoid.servo.controller import Command, Controller
 from servoid.servo.looking import next_viewpoint, visit
 from servoid.servo.loop import brought_to_rest
 from servoid.servo.settings import LookSettings
+from servoid.source import Instant, Source, write_looks
 from servoid.track import Estimate, Follower
 
 Masks = tuple[NDArray[np.uint8] | None, ...]

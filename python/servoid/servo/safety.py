@@ -4,13 +4,13 @@ from enum import Enum
 
 import numpy as np
 
-from servoid.observe.source import Instant
 from servoid.pose import exact
 from servoid.servo.arm import Floats
 from servoid.servo.jumps import Verdict
 from servoid.servo.settings import SafetySettings
 from servoid.servo.target import Prediction, TargetEstimate, TargetFilter
 from servoid.servo.watchdog import Drifting, Parting, Watchdog
+from servoid.source.source import Instant
 
 
 class Reason(Enum):

@@ -6,9 +6,9 @@ from typing import Annotated, Any
 
 from msgspec import Meta
 
+from servoid.config.checked import Checked
+from servoid.config.strict import convert, read_toml
 from servoid.errors import ServoError, ServoidError
-from servoid.observe.checked import Checked
-from servoid.observe.strict import convert, read_toml
 
 Triple = tuple[float, float, float]
 

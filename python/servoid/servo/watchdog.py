@@ -6,11 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from servoid.observe.source import Instant
 from servoid.pose import Pose, exact
 from servoid.servo.arm import Floats
 from servoid.servo.moving import change_between
 from servoid.servo.settings import SafetySettings
+from servoid.source.source import Instant
 
 _FITTING = 3  # estimates in a row that are not odd after which belief and sight are the same
 _QUICK_S, _SLOW_S = 1.0, 5.0  # over which turns are smoothed, and taken for what is always wrong

@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid._native import Body, Pose
+from servoid.config.limits import BODY_FILE
+from servoid.config.reading import read_json
+from servoid.config.strict import check_version, convert
 from servoid.errors import BodyError, located
-from servoid.observe.limits import BODY_FILE
-from servoid.observe.reading import read_json
-from servoid.observe.strict import check_version, convert
 from servoid.output import write_whole
 from servoid.shape.layout import lay_out
 

@@ -1,7 +1,7 @@
 """Tracking: where an object is, in six degrees of freedom, in one observation after another."""
 
 from servoid._native import Estimate, Tracker, TrackSettings, place_body
-from servoid.observe import cameras_of, read_instants, tidy_image
+from servoid.source import cameras_of, read_instants, tidy_image
 from servoid.track.follower import Adjuster, Evolver, Follower, Rememberer, depths_for
 from servoid.track.following import Collector, TrackStep, follow, track_capture
 from servoid.track.history import BodyChange, Historian, History, LearnedSurface

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from servoid import _native
 from servoid._native import Body, Camera, Estimate, Pose
 from servoid.errors import TrackError
-from servoid.observe import Instant
+from servoid.source import Instant
 
 _ONE_STEP_OPTIONS = ("seed", "population")
 

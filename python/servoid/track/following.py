@@ -4,8 +4,9 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
+from servoid.capture import Capture, Observation
 from servoid.errors import TrackError
-from servoid.observe import Capture, Instant, Observation, read_instants
+from servoid.source import Instant, read_instants
 from servoid.track.follower import depths_for
 from servoid.track.request import Request, Subject
 from servoid.track.result import Tracked, TrackResult

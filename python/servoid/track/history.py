@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid._native import Body, Camera, Pose
-from servoid.observe import Capture, Instant, cameras_of
+from servoid.capture import Capture
+from servoid.source import Instant, cameras_of
 from servoid.track.following import TrackStep
 from servoid.track.starting import Followed, placed
 

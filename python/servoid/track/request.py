@@ -13,7 +13,7 @@ from servoid import _native
 from servoid._native import Body, Pose
 from servoid.errors import TrackError
 from servoid.model import Progress
-from servoid.observe import Target
+from servoid.segment import Target
 from servoid.track.follower import Maker, make_one_step_tracker, make_tracker, one_step_settings
 from servoid.words import digits
 

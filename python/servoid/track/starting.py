@@ -9,10 +9,11 @@ from numpy.typing import NDArray
 
 from servoid import model
 from servoid._native import Body, Estimate, Pose, View, place_body, silhouette_ious
+from servoid.capture import Capture, CaptureView
 from servoid.errors import TrackError
 from servoid.model.marking import mark
-from servoid.observe import Capture, CaptureView, Instant, cameras_of
 from servoid.pose import exact
+from servoid.source import Instant, cameras_of
 from servoid.track.follower import Adjuster, Evolver, Follower, Rememberer, depths_for
 from servoid.track.request import Request, Subject
 from servoid.track.result import Tracked

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from servoid.capture import CaptureView
 from servoid.model import ModelResult
-from servoid.observe import CaptureView
 from servoid.words import counted
 
 # The least IoU of the worst view for each word.

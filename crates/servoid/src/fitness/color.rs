@@ -1,4 +1,4 @@
-use crate::observe::{ImageView, Mask, RigError, check_image_size};
+use crate::camera::{ImageView, Mask, RigError, check_image_size};
 
 use super::map::quanta;
 

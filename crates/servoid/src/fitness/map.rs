@@ -1,4 +1,4 @@
-use crate::observe::{Channels, ImageView, Mask, RigError, check_image_size};
+use crate::camera::{Channels, ImageView, Mask, RigError, check_image_size};
 
 use super::ColorModel;
 
@@ -28,7 +28,7 @@ impl ScoreMap {
     pub const LIMIT: f64 = 7.0;
 
     /// Makes the map of an image whose pixel (u, v) scores `score(v)(u)` quanta.
-    /// The size is that of a [`crate::observe::Camera`]: sides of at most 8192 pixels.
+    /// The size is that of a [`crate::camera::Camera`]: sides of at most 8192 pixels.
     fn from_rows<R: Iterator<Item = i16>>(
         size_px: [usize; 2],
         stride: usize,

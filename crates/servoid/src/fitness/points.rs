@@ -1,7 +1,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::Fitness;
-use crate::observe::{Camera, Channels, ImageError, ImageView, RigError, check_image_size};
+use crate::camera::{Camera, Channels, ImageError, ImageView, RigError, check_image_size};
 use crate::pose::{Pose, even_direction};
 use crate::shape::{Body, Ellipsoid, Quadric};
 

@@ -1,6 +1,6 @@
 use nalgebra::{Matrix2, Matrix2x3, Matrix3x2, Vector2, Vector3};
 
-use crate::observe::{Plane, Pyramid};
+use crate::camera::{Plane, Pyramid};
 use crate::pose::Pose;
 use crate::shape::Projection;
 

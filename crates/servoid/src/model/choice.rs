@@ -2,7 +2,7 @@ use super::ladder::Ladder;
 use super::scene::Scene;
 use super::{Given, ModelError, Settings};
 use crate::fitness::{Fitness, Sight};
-use crate::observe::View;
+use crate::camera::View;
 
 /// One view or stripe of seen points in so many is held out.
 const ONE_IN: usize = 4;

@@ -2,7 +2,7 @@ use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
 
 use super::ModelError;
-use crate::observe::{ImageView, RigError, View, check_image_size};
+use crate::camera::{ImageView, RigError, View, check_image_size};
 use crate::shape::{Body, Ellipsoid};
 
 /// Gives each ellipsoid's colour (red, green, blue): the median over the object's pixels in which

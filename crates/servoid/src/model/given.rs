@@ -1,6 +1,6 @@
 use super::ModelError;
 use crate::fitness::Sight;
-use crate::observe::View;
+use crate::camera::View;
 use crate::shape::Mesh;
 
 /// What modelling starts from; at least one part must say something.

@@ -5,7 +5,7 @@ use super::progressive::Step;
 use super::refine::Fit;
 use super::scene::{Scene, silhouette_ious};
 use super::{ModelError, Settings};
-use crate::observe::View;
+use crate::camera::View;
 
 /// The best body of each count of ellipsoids; on the lowest rung there is none.
 #[derive(Clone, Default)]

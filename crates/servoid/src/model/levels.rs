@@ -3,7 +3,7 @@ use rayon::prelude::*;
 
 use super::ModelError;
 use crate::fitness::{Overlap, OverlapView};
-use crate::observe::{Mask, View};
+use crate::camera::{Mask, View};
 use crate::shape::Projection;
 
 /// How much of the views a level keeps.

@@ -92,13 +92,13 @@ pub enum ModelError {
     },
     /// A picture shows nothing of the object.
     #[error(transparent)]
-    Picture(#[from] crate::observe::ImageError),
+    Picture(#[from] crate::camera::ImageError),
     /// An image does not fit its view.
     #[error(transparent)]
-    Image(#[from] crate::observe::RigError),
+    Image(#[from] crate::camera::RigError),
     /// A camera cannot be cut to the object.
     #[error(transparent)]
-    Camera(#[from] crate::observe::CameraError),
+    Camera(#[from] crate::camera::CameraError),
     /// The views make no points term.
     #[error(transparent)]
     Points(#[from] crate::fitness::PointsError),

@@ -6,7 +6,7 @@ use super::settings::{check_common, check_count, workers};
 use super::{ModelError, Progress, Step};
 use crate::evolve::{Ga, GaSettings, rng};
 use crate::fitness::{Margin, Points, PointsView};
-use crate::observe::View;
+use crate::camera::View;
 use crate::pose::{Pose, even_turn};
 use crate::shape::{Body, Ellipsoid};
 

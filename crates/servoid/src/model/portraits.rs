@@ -2,7 +2,7 @@ use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 use rayon::prelude::*;
 
 use super::ModelError;
-use crate::observe::{Camera, Channels, ImageView, Mask, View};
+use crate::camera::{Camera, Channels, ImageView, Mask, View};
 use crate::pose::{Pose, even_direction};
 use crate::shape::{Body, Ellipsoid, Mesh, Projection, silhouette};
 

@@ -11,7 +11,7 @@ use super::settings::workers;
 use super::watch::Watch;
 use super::{ModelError, Settings};
 use crate::fitness::{ColorModel, Likelihood, LikelihoodView, Sight, Total};
-use crate::observe::{Camera, Channels, ImageView, Mask, View, check_image_size};
+use crate::camera::{Camera, Channels, ImageView, Mask, View, check_image_size};
 use crate::pose::Pose;
 use crate::shape::{Body, Projection, silhouette};
 

@@ -4,7 +4,7 @@ use super::levels::{COARSE, CameraFromScene, FINEST, MIDDLE, Resolution, overlap
 use super::refine::Judge;
 use super::{Given, ModelError};
 use crate::fitness::{Reach, Sight, Sights, Total, Volume};
-use crate::observe::View;
+use crate::camera::View;
 use crate::pose::Pose;
 use crate::shape::{Body, Ellipsoid, Mesh, Quadric, silhouette};
 

@@ -2,7 +2,7 @@ use nalgebra::Vector3;
 use rayon::prelude::*;
 
 use crate::fitness::Sight;
-use crate::observe::View;
+use crate::camera::View;
 use crate::pose::even_direction;
 use crate::shape::{Body, Ellipsoid};
 

@@ -1,7 +1,7 @@
 use nalgebra::{Matrix2, Matrix2x3, Matrix3, Vector2, Vector3};
 
 use super::{Quadric, QuadricGradient};
-use crate::observe::Camera;
+use crate::camera::Camera;
 use crate::pose::Pose;
 
 /// How a camera at a pose maps the world to homogeneous pixels: x ↦ M x + k with M = K R, k = K t.

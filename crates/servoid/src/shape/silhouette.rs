@@ -1,5 +1,5 @@
 use super::{Body, Projection};
-use crate::observe::Camera;
+use crate::camera::Camera;
 use crate::pose::Pose;
 
 /// Draws the body's silhouette: row by row, 255 at each pixel whose centre an outline covers.

@@ -43,7 +43,7 @@ unsafe fn draw_avx2(job: &Job<'_>, band: usize, rows: &mut [u8]) {
 mod tests {
     use super::super::{Details, Exposure, Lighting, Paint, Scene, Stage, Texture};
     use super::*;
-    use crate::observe::{Distortion, Lens};
+    use crate::camera::{Distortion, Lens};
     use crate::pose::Pose;
 
     fn pose(x: f64, y: f64, turn: f64) -> Pose {

@@ -8,7 +8,7 @@ use super::placed::Moment;
 use super::rays::{Rays, TILE_PX};
 use super::stage::{Scene, Stage};
 use super::trace::nearest;
-use crate::observe::Lens;
+use crate::camera::Lens;
 use crate::pose::Pose;
 
 /// What lies behind each pixel's centre, row by row.

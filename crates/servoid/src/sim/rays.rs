@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::lanes::{COUNT, Lanes, Scalar};
 use super::placed::Cone;
 use super::vector::Vector;
-use crate::observe::{Distortion, Lens};
+use crate::camera::{Distortion, Lens};
 
 /// Pixels that are looked at together, across and down.
 pub(super) const TILE_PX: [usize; 2] = [16, 8];

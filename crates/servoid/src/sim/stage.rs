@@ -5,7 +5,7 @@ use super::paint::Paint;
 use super::rays::Rays;
 use super::shape::Shape;
 use super::{Lighting, MAX_LENGTH, MIN_LENGTH, SimError};
-use crate::observe::Lens;
+use crate::camera::Lens;
 use crate::pose::Pose;
 
 /// Things of simple shapes, drawn by casting rays.

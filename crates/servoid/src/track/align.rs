@@ -60,7 +60,7 @@ pub(super) fn align(sight: &Sight<'_>, pose: &Pose, in_view: &[InView]) -> Optio
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::observe::{Camera, Channels, ImageView, Observation};
+    use crate::camera::{Camera, Channels, ImageView, Observation};
     use crate::shape::{Body, Ellipsoid};
     use crate::track::{TrackSettings, Tracker};
 

@@ -8,7 +8,7 @@ use super::target::ranges::Ranges;
 use super::target::usual::Usual;
 use super::tracker::Tracker;
 use crate::fitness::{Patch, SurfacePoint};
-use crate::observe::Pyramid;
+use crate::camera::Pyramid;
 
 /// What an object looks like, apart from its shape: the surface points that were learned, with how
 /// well each is known, the shares of its colours, and what was usual while it was tracked.

@@ -10,7 +10,7 @@ use super::polish::{Evaluated, Normal, look_at, polish, toward};
 use super::search::{Judged, Leeway, Probes};
 use super::sight::Sight;
 use super::tracker::Tracker;
-use crate::observe::{Observation, Pyramid};
+use crate::camera::{Observation, Pyramid};
 use crate::pose::Pose;
 
 /// The coarsest resolution.

@@ -10,7 +10,7 @@ use super::target::colors::Colors;
 use super::target::keyframes::Keyframes;
 use super::tracker::Tracker;
 use super::trust::Trust;
-use crate::observe::{Mask, Observation, check_image_size};
+use crate::camera::{Mask, Observation, check_image_size};
 use crate::pose::Pose;
 
 /// Share of the object's size by which windows are larger than it at the start.

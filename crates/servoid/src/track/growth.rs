@@ -10,7 +10,7 @@ use super::target::solid::Solid;
 use super::tracker::Tracker;
 use crate::fitness::Sight;
 use crate::model::{self, Given, ModelError, Portrait};
-use crate::observe::Observation;
+use crate::camera::Observation;
 use crate::pose::Pose;
 use crate::shape::{Body, Ellipsoid};
 

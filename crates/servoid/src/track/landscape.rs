@@ -5,7 +5,7 @@ use super::search::{Judged, Probes, Worth};
 use super::sight::Sight;
 use super::tracker::Tracker;
 use crate::model::workers;
-use crate::observe::{Observation, Pyramid};
+use crate::camera::{Observation, Pyramid};
 use crate::pose::Pose;
 
 /// Poses that one thread scores in a row.

@@ -9,7 +9,7 @@ use super::target::colors::Colors;
 use super::target::points::{InView, Known, PLACE_PX, WORST, noise};
 use super::target::solid::{Hit, Rims};
 use crate::fitness::SurfacePoint;
-use crate::observe::{ImageView, Mask, Plane, depth_noise};
+use crate::camera::{ImageView, Mask, Plane, depth_noise};
 use crate::pose::Pose;
 use crate::shape::Projection;
 
@@ -290,7 +290,7 @@ fn distance(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::observe::{Channels, Pyramid};
+    use crate::camera::{Channels, Pyramid};
 
     const SIDE: usize = 24;
 

@@ -6,7 +6,7 @@ use super::polish::Desk;
 use super::sight::Sight;
 use super::target::points::Match;
 use crate::fitness::{Agreement, SurfacePoint};
-use crate::observe::{ImageView, Pyramid};
+use crate::camera::{ImageView, Pyramid};
 use crate::pose::Pose;
 use crate::shape::Projection;
 

@@ -139,5 +139,5 @@ pub enum TrackError {
     Shape(#[from] crate::shape::ShapeError),
     /// An image is no image of its camera.
     #[error(transparent)]
-    Image(#[from] crate::observe::RigError),
+    Image(#[from] crate::camera::RigError),
 }

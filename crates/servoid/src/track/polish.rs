@@ -12,7 +12,7 @@ use super::target::ranges::Residual;
 use super::target::shift::Shift;
 use super::target::solid::Rims;
 use crate::fitness::{Agreement, ContourPoint, SurfacePoint, boundary, contour};
-use crate::observe::Pyramid;
+use crate::camera::Pyramid;
 use crate::pose::{Pose, Twist};
 use crate::shape::{Outline, Quadric};
 

@@ -2,7 +2,7 @@ use super::TrackError;
 use super::attempt::{Attempt, COARSEST};
 use super::sight::Sight;
 use super::tracker::{MARGIN, Tracker};
-use crate::observe::Observation;
+use crate::camera::Observation;
 use crate::pose::Pose;
 
 /// Share of the object's size by which the window is larger where it is sought near a pose.

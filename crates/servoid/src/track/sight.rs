@@ -9,7 +9,7 @@ use super::target::points::Points;
 use super::target::ranges::Ranges;
 use super::target::solid::Solid;
 use super::target::usual::Usual;
-use crate::observe::{DepthView, ImageView, Observation};
+use crate::camera::{DepthView, ImageView, Observation};
 use crate::pose::Pose;
 
 /// What is seen of the object in one instant, beside what is known of it.

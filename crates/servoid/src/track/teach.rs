@@ -5,7 +5,7 @@ use super::learn::{Lesson, learn};
 use super::looks::{APART, looks};
 use super::sight::Sight;
 use super::tracker::Tracker;
-use crate::observe::{Mask, Observation};
+use crate::camera::{Mask, Observation};
 use crate::pose::Pose;
 
 /// Cells of each window in which new points are sought while tracking.

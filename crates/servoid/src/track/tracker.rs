@@ -22,7 +22,7 @@ use super::target::solid::Solid;
 use super::trust::{CLEAR, Trust, is_turn_told};
 use crate::evolve;
 use crate::fitness::SurfacePoint;
-use crate::observe::{Camera, Observation};
+use crate::camera::{Camera, Observation};
 use crate::pose::Pose;
 use crate::shape::{Body, ShapeError};
 

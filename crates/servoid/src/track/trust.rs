@@ -266,7 +266,7 @@ mod tests {
     use nalgebra::Matrix6;
 
     use super::*;
-    use crate::observe::Camera;
+    use crate::camera::Camera;
     use crate::shape::{Body, Ellipsoid};
 
     /// Makes a tracker that has seen an object with some surface points.

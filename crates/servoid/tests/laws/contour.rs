@@ -3,7 +3,7 @@
 use nalgebra::{Matrix2x3, Matrix3, Vector2, Vector3};
 use proptest::prelude::*;
 use servoid::fitness::{ContourPoint, boundary, contour};
-use servoid::observe::Camera;
+use servoid::camera::Camera;
 use servoid::pose::{Pose, Twist};
 use servoid::shape::{Outline, Projection, Quadric};
 

@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Matrix4, Vector3, Vector6};
 use proptest::prelude::*;
-use servoid::observe::{Camera, Channels, ImageError, ImageView, Mask, Rig, RigError};
+use servoid::camera::{Camera, Channels, ImageError, ImageView, Mask, Rig, RigError};
 use servoid::pose::{Pose, PoseError};
 use servoid::shape::{Body, Ellipsoid, Outline, Projection, Quadric, silhouette};
 

@@ -2,7 +2,7 @@
 
 use nalgebra::{UnitQuaternion, Vector3};
 use proptest::prelude::*;
-use servoid::observe::{Camera, CameraError, Distortion, Lens, NOWHERE_PX};
+use servoid::camera::{Camera, CameraError, Distortion, Lens, NOWHERE_PX};
 
 const SIZE_PX: [usize; 2] = [640, 480];
 

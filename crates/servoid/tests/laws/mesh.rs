@@ -3,7 +3,7 @@
 use crate::shapes::{ball, cube, inside_out, joined, mesh, mesh_of, placed, stretched};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3, Vector6};
 use proptest::prelude::*;
-use servoid::observe::Camera;
+use servoid::camera::Camera;
 use servoid::pose::{Pose, even_turn};
 use servoid::shape::{Body, Ellipsoid, Grid, Mesh, Projection, Quadric, ShapeError, silhouette};
 

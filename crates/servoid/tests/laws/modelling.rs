@@ -7,7 +7,7 @@ use servoid::model::{
     Given, ModelError, Settings, Step, Unmarked, Weights, ellipsoid_colors, progressive, rough,
     seen, silhouette_ious,
 };
-use servoid::observe::{Camera, Channels, ImageView, Mask, View};
+use servoid::camera::{Camera, Channels, ImageView, Mask, View};
 use servoid::pose::{Pose, even_direction};
 use servoid::shape::{Body, Ellipsoid, Mesh, silhouette};
 

@@ -1,7 +1,7 @@
 //! Laws of brightness at several resolutions.
 
 use proptest::prelude::*;
-use servoid::observe::{Channels, ImageView, Plane, Pyramid};
+use servoid::camera::{Channels, ImageView, Plane, Pyramid};
 
 const SIZE: [usize; 2] = [48, 40];
 

@@ -2,7 +2,7 @@
 
 use nalgebra::{UnitQuaternion, Vector3};
 use proptest::prelude::*;
-use servoid::observe::{Distortion, Lens};
+use servoid::camera::{Distortion, Lens};
 use servoid::pose::Pose;
 use servoid::sim::{Details, Exposure, Lighting, Paint, Scene, SimError, Stage};
 

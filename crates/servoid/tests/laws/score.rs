@@ -6,7 +6,7 @@ use servoid::fitness::{
     Backend, ColorModel, Differentiable, Fitness, Overlap, OverlapView, Region, RegionView,
     ScoreMap,
 };
-use servoid::observe::{Camera, Channels, ImageView, Mask};
+use servoid::camera::{Camera, Channels, ImageView, Mask};
 use servoid::pose::Pose;
 use servoid::shape::{Outline, Projection, Quadric, QuadricGradient};
 

@@ -3,7 +3,7 @@
 use nalgebra::{Matrix2x3, UnitQuaternion, Vector2, Vector3};
 use proptest::prelude::*;
 use servoid::fitness::SurfacePoint;
-use servoid::observe::{Camera, Channels, ImageView, Pyramid};
+use servoid::camera::{Camera, Channels, ImageView, Pyramid};
 use servoid::pose::{Pose, Twist};
 use servoid::shape::{Outline, Projection};
 

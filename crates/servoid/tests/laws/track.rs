@@ -5,7 +5,7 @@ use crate::shapes::drawn::{Shot, Stage, eyes};
 use nalgebra::{UnitQuaternion, Vector3};
 use servoid::fitness::Backend;
 use servoid::model::Settings;
-use servoid::observe::{Channels, ImageView};
+use servoid::camera::{Channels, ImageView};
 use servoid::pose::Pose;
 use servoid::track::{Estimate, Notice, Status, TrackError, TrackSettings, Tracker};
 

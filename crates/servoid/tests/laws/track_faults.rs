@@ -6,7 +6,7 @@ use crate::scenes::holds;
 use crate::shapes::drawn::{SIZE, Shot, Stage, eyes};
 use nalgebra::{UnitQuaternion, Vector3};
 use proptest::prelude::*;
-use servoid::observe::{Camera, Channels, ImageView, Mask, Observation, RigError};
+use servoid::camera::{Camera, Channels, ImageView, Mask, Observation, RigError};
 use servoid::pose::Pose;
 use servoid::shape::{Body, Ellipsoid};
 use servoid::track::{Notice, Status, TrackError, TrackSettings, Tracker};

@@ -7,7 +7,7 @@ use crate::shapes::drawn::{Stage, eyes};
 use nalgebra::{UnitQuaternion, Vector3};
 use proptest::prelude::*;
 use servoid::model::{Portrait, half_ball_direction, silhouette_ious};
-use servoid::observe::Observation;
+use servoid::camera::Observation;
 use servoid::pose::Pose;
 use servoid::shape::{Body, Ellipsoid};
 use servoid::track::{Appearance, Estimate, Status, TrackError, TrackSettings, Tracker};

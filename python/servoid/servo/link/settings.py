@@ -4,8 +4,8 @@ from typing import Annotated
 
 from msgspec import Meta
 
+from servoid.config.checked import Checked
 from servoid.errors import ServoError, ServoidError
-from servoid.observe.checked import Checked
 
 
 class LinkSettings(Checked, frozen=True, kw_only=True, forbid_unknown_fields=True):

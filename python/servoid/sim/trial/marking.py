@@ -6,10 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid.errors import TargetError
-from servoid.observe import BoxTarget, ClickTarget, Instant, Target, find_object, parse_target
+from servoid.segment import BoxTarget, ClickTarget, Target, find_object, parse_target
 from servoid.servo.meeting import Masks
 from servoid.sim.trial.settings import BY_BOX, BY_CLICK, BY_HAND, RunSettings
 from servoid.sim.world import World, hand_drawn, hand_missed
+from servoid.source import Instant
 
 Mask = NDArray[np.uint8]
 

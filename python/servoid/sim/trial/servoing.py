@@ -9,7 +9,6 @@ from msgspec.structs import replace
 
 from servoid import model
 from servoid.errors import ServoError
-from servoid.observe import Instant
 from servoid.output import make_folder
 from servoid.pose import Pose, exact
 from servoid.servo import (
@@ -34,6 +33,7 @@ from servoid.sim.trial.settings import TrialSettings
 from servoid.sim.trial.truth import Truth, wish
 from servoid.sim.world import Path as ObjectPath
 from servoid.sim.world import World
+from servoid.source import Instant
 from servoid.track import Estimate, Follower, Rememberer
 
 _LOOKS = "look"  # folder of what was seen while looking around

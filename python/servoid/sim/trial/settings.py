@@ -6,10 +6,10 @@ from typing import Annotated, Any
 import msgspec
 from msgspec import Meta
 
+from servoid.config.checked import Checked
+from servoid.config.strict import convert, read_toml
 from servoid.errors import ServoError, ServoidError, TargetError
-from servoid.observe import parse_target
-from servoid.observe.checked import Checked
-from servoid.observe.strict import convert, read_toml
+from servoid.segment import parse_target
 from servoid.servo import ServoSettings, settings_toml
 from servoid.sim.world import BEFORE_HAND, WorldSettings
 from servoid.track import Method

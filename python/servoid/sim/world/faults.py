@@ -4,8 +4,8 @@ from typing import Annotated
 
 from msgspec import Meta
 
+from servoid.config.checked import Checked
 from servoid.errors import ServoidError, SimError
-from servoid.observe.checked import Checked
 
 Start = Annotated[float, Meta(ge=0.0, description="when it begins, after the path began")]
 Length = Annotated[float, Meta(gt=0.0, description="how long it lasts")]

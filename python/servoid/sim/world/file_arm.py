@@ -5,9 +5,9 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
+from servoid.config.limits import ARM_FILE
+from servoid.config.reading import read_bytes
 from servoid.errors import SimError
-from servoid.observe.limits import ARM_FILE
-from servoid.observe.reading import read_bytes
 from servoid.sim.arm_file import EyeLimits
 from servoid.sim.world.engine import load_mujoco
 from servoid.sim.world.file_looks import file_things

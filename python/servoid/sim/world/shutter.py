@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from servoid._native import Camera, Lens
-from servoid.observe import Instant, undistortion
+from servoid.camera import undistortion
 from servoid.pose import exact
 from servoid.sim.world.calibration import Calibration
 from servoid.sim.world.course import Course
@@ -22,6 +22,7 @@ from servoid.sim.world.motions import Floats, row_of
 from servoid.sim.world.rows import bands, lens_of
 from servoid.sim.world.settings import CameraSettings, WorldSettings
 from servoid.sim.world.stages import Drawer, Image, Shot
+from servoid.source import Instant
 
 NAMES = ("left", "right")
 _SIGHT_DEG = 50.0  # over the width of an image
@@ -66,7 +67,7 @@ class Scene:
 
 
 class Shutter:
-    """Implements `servoid.observe.Source`; an image is drawn only when it is handed out.
+    """Implements `servoid.source.Source`; an image is drawn only when it is handed out.
 
     A tracker takes its time, in which images go by: they are handed out that much later, by
     whether it is `tracking` or searches, and while it is busy with one, others are missed.

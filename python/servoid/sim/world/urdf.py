@@ -5,9 +5,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from xml.etree import ElementTree
 
+from servoid.config.limits import ARM_FILE
+from servoid.config.reading import read_bytes
 from servoid.errors import SimError
-from servoid.observe.limits import ARM_FILE
-from servoid.observe.reading import read_bytes
 from servoid.words import in_one_line
 
 _READABLE = (".stl", ".obj", ".msh")

@@ -195,7 +195,7 @@ pub(super) fn robust(square: f64) -> (f64, f64) {
 pub(super) fn scene(seed: u64, off: f64) -> Bundle {
     use rand::RngExt;
 
-    use crate::observe::Camera;
+    use crate::camera::Camera;
 
     let mut rng = crate::evolve::rng(seed, 0);
     let mut any = || rng.random_range(-1.0..1.0);

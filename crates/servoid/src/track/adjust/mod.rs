@@ -16,7 +16,7 @@ use super::target::Target;
 use super::target::keyframes::{Keyframe, Stand};
 use super::target::points::{Known, LEAST_KNOWN, Match};
 use super::tracker::Tracker;
-use crate::observe::Observation;
+use crate::camera::Observation;
 use crate::pose::Pose;
 
 /// Observations after which what was adjusted is taken over: the same bits, however long it takes.
@@ -302,7 +302,7 @@ mod tests {
 
     use super::*;
     use crate::fitness::SurfacePoint;
-    use crate::observe::Pyramid;
+    use crate::camera::Pyramid;
     use crate::pose::Twist;
     use crate::shape::{Body, Ellipsoid};
 

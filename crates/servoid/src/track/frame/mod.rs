@@ -13,7 +13,7 @@ use super::TrackError;
 use super::estimate::Notice;
 use super::target::colors::Colors;
 use super::target::solid::Solid;
-use crate::observe::{Camera, ImageView, Observation};
+use crate::camera::{Camera, ImageView, Observation};
 use crate::pose::Pose;
 
 /// The cameras and what they see now: a window in each image that can be used, and what is wrong with

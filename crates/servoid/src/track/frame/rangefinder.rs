@@ -1,6 +1,6 @@
 use nalgebra::{Matrix3, Vector2, Vector3};
 
-use crate::observe::DepthView;
+use crate::camera::DepthView;
 use crate::shape::Projection;
 
 /// A depth image of the object at a pose: it gives places in the object's frame.

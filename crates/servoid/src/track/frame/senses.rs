@@ -1,4 +1,4 @@
-use crate::observe::{Camera, ImageView, Observation};
+use crate::camera::{Camera, ImageView, Observation};
 use crate::track::estimate::Notice;
 
 /// Says which images of an observation can be used, and what is wrong with the others.

@@ -1,6 +1,6 @@
 use super::{Look, OneStepError};
 use crate::fitness::ColorModel;
-use crate::observe::{Channels, ImageView, Mask};
+use crate::camera::{Channels, ImageView, Mask};
 use crate::shape::{Body, silhouette};
 
 /// What the first observation taught of the object's colours.

@@ -5,7 +5,7 @@ use super::spread::Reach;
 use super::{Judge, Look, OneStepError, OneStepSettings};
 use crate::evolve::{Ga, rng};
 use crate::fitness::{Fitness, Points, PointsView, Region, RegionView, ScoreMap};
-use crate::observe::{Channels, ImageView};
+use crate::camera::{Channels, ImageView};
 use crate::pose::Pose;
 use crate::shape::{Body, Projection, Quadric};
 

@@ -16,7 +16,7 @@ use spread::{Reach, Spread};
 
 use super::{Estimate, Notice, Status, Timing};
 use crate::fitness::Points;
-use crate::observe::{Camera, ImageView, Mask, Observation, RigError};
+use crate::camera::{Camera, ImageView, Mask, Observation, RigError};
 use crate::pose::Pose;
 use crate::shape::Body;
 

@@ -1,6 +1,6 @@
 use crate::evolve::{GaError, GaSettings};
 use crate::fitness::{Margin, PointsError};
-use crate::observe::{ImageError, RigError};
+use crate::camera::{ImageError, RigError};
 
 /// What an individual says of the object.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

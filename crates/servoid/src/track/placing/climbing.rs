@@ -4,7 +4,7 @@ use super::Placement;
 use crate::evolve::{ClimbSettings, climb};
 use crate::fitness::Overlap;
 use crate::model::{ModelError, shrunk_overlap};
-use crate::observe::View;
+use crate::camera::View;
 use crate::pose::{Pose, Twist, left_jacobian};
 use crate::shape::Quadric;
 use crate::track::target::solid::Solid;

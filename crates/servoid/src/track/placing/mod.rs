@@ -10,7 +10,7 @@ use self::climbing::{FIRST, Fit, LAST};
 use self::painted::Painted;
 use super::TrackError;
 use super::target::solid::Solid;
-use crate::observe::{ImageView, RigError, View, check_image_size};
+use crate::camera::{ImageView, RigError, View, check_image_size};
 use crate::pose::Pose;
 use crate::shape::Body;
 

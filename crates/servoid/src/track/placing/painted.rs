@@ -1,7 +1,7 @@
 use nalgebra::Vector3;
 
 use super::Placement;
-use crate::observe::{Camera, ImageView, View};
+use crate::camera::{Camera, ImageView, View};
 use crate::pose::Pose;
 use crate::track::target::solid::Solid;
 

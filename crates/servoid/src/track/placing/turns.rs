@@ -3,7 +3,7 @@ use rand::RngExt;
 
 use super::Placement;
 use crate::evolve;
-use crate::observe::View;
+use crate::camera::View;
 use crate::pose::{Pose, even_turn};
 use crate::shape::{Outline, Projection};
 use crate::track::target::solid::Solid;

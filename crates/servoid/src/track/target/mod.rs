@@ -21,7 +21,7 @@ use self::ranges::Ranges;
 use self::sides::Sides;
 use self::solid::Solid;
 use self::usual::Usual;
-use crate::observe::Channels;
+use crate::camera::Channels;
 use crate::shape::Body;
 
 /// What is known of the object: its shape, what it looks like, and what is usual of it.

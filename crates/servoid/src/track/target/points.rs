@@ -293,7 +293,7 @@ mod tests {
 
     use super::*;
     use crate::fitness::SurfacePoint;
-    use crate::observe::Pyramid;
+    use crate::camera::Pyramid;
 
     proptest! {
         #[test]

@@ -7,7 +7,7 @@ use super::keyframes::Keyframes;
 use super::points::bridged;
 use super::record::Record;
 use super::solid::{Rims, Solid};
-use crate::observe::depth_noise;
+use crate::camera::depth_noise;
 use crate::pose::{Pose, Twist};
 use crate::track::frame::rangefinder::Rangefinder;
 
@@ -217,7 +217,7 @@ mod tests {
     use nalgebra::Matrix6;
 
     use super::*;
-    use crate::observe::{Camera, DepthView};
+    use crate::camera::{Camera, DepthView};
     use crate::shape::{Body, Ellipsoid, Projection};
 
     const SIZE: [usize; 2] = [160, 120];

@@ -1,6 +1,6 @@
 //! Courses of the tracker in which cameras fail.
 
-use servoid::observe::{Channels, ImageView, Observation};
+use servoid::camera::{Channels, ImageView, Observation};
 use servoid::track::{Notice, Status};
 
 use super::Sense::AtMost;

@@ -1,6 +1,6 @@
 //! Courses in which a tracker learns a body or a look.
 
-use servoid::observe::Channels;
+use servoid::camera::Channels;
 use servoid::pose::{Pose, Twist};
 use servoid::shape::{Body, Ellipsoid};
 use servoid::track::{Appearance, TrackError, TrackSettings, Tracker};

@@ -1,7 +1,7 @@
 //! Courses of the tracker in which the object is seen all the time.
 
 use nalgebra::Vector3;
-use servoid::observe::Channels;
+use servoid::camera::Channels;
 use servoid::track::{Notice, TrackSettings};
 
 use super::Sense::{AtLeast, AtMost};

@@ -2,7 +2,7 @@
 //! the images, or a camera shows no colours.
 
 use nalgebra::{UnitQuaternion, Vector3};
-use servoid::observe::{Channels, ImageView, Observation};
+use servoid::camera::{Channels, ImageView, Observation};
 use servoid::pose::Pose;
 use servoid::track::{Estimate, Notice, Tracker};
 

@@ -29,7 +29,7 @@ fn sharp(seed: u64) -> Stage {
     let usual = Stage::textured();
     let (focal, middle) = (usual.camera.focal_px(), usual.camera.center_px());
     let twice = |x: f64| 2.0 * x + 0.5;
-    let camera = servoid::observe::Camera::new(
+    let camera = servoid::camera::Camera::new(
         SIZE.map(|n| 2 * n),
         focal.map(|f| 2.0 * f),
         middle.map(twice),

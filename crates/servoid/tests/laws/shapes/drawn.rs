@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
-use servoid::observe::{Camera, Channels, ImageView, Mask, Observation};
+use servoid::camera::{Camera, Channels, ImageView, Mask, Observation};
 use servoid::pose::Pose;
 use servoid::shape::{Body, Ellipsoid, silhouette};
 

@@ -1,0 +1,182 @@
+"""Reads images and masks from files, whole or not at all."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from servoid.camera.image_size import JPEG, PNG, size_in_header
+from servoid.config.limits import IMAGE_FILE
+from servoid.config.reading import read_bytes
+from servoid.errors import ImageError, MaskError
+
+if TYPE_CHECKING:
+    import cv2
+
+_PNG_AROUND = 12  # length, kind and checksum of a chunk
+_JPEG_START_OF_SCAN = 0xDA
+_WITH_ALPHA = 4  # channels
+_MOST_REDUCED = 8
+_JPEG_END = b"\xff\xd9"
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """How large images are in their files, and by how much they are shrunk as they are read."""
+
+    size_px: tuple[int, int]
+    by: int = 1
+
+
+def read_image(path: Path, size_px: tuple[int, int], by: int = 1) -> NDArray[np.uint8]:
+    """Read an image of (width, height) pixels as (H, W, 3) uint8 in RGB order, shrunk `by` so much.
+
+    A turn that the file's EXIF data asks for is ignored: the camera's calibration knows none.
+
+    Raises:
+        ImageError: the file is missing, no image or cut short, or it has another size.
+
+    """
+    import cv2  # costs as much as the rest of the package, and help texts do not need it
+
+    flags = cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION
+    pixels = decode(path, flags, size_px, ImageError, by)
+    return np.asarray(cv2.cvtColor(pixels, cv2.COLOR_BGR2RGB), dtype=np.uint8)
+
+
+def read_mask(path: Path, size_px: tuple[int, int], by: int = 1) -> NDArray[np.uint8]:
+    """Read a mask of (width, height) pixels as (H, W) uint8: 255 on the object, 0 elsewhere.
+
+    It is shrunk `by` so much, as `shrink_mask` does.
+
+    A pixel belongs to the object if any of its colour channels, of any depth, is not zero;
+    transparency does not count.
+
+    Raises:
+        MaskError: the file is missing, no image or cut short, or it has another size.
+
+    """
+    import cv2
+
+    pixels = decode(path, cv2.IMREAD_UNCHANGED, size_px, MaskError)
+    object_px = pixels != 0 if pixels.ndim == 2 else (pixels[..., :3] != 0).any(axis=2)
+    if pixels.ndim == 3 and pixels.shape[2] == _WITH_ALPHA and not object_px.any():
+        _check_alpha(path, pixels[..., 3])
+    return shrink_mask(object_px.astype(np.uint8) * np.uint8(255), by)
+
+
+def _check_alpha(path: Path, alpha: NDArray[np.generic]) -> None:
+    """Check that a mask without any colour does not hold the object in its transparency."""
+    if alpha.min() != alpha.max():
+        raise MaskError(
+            f"{path}: the mask has no colour that is not zero, and the object is in its alpha "
+            "channel; write that as a grey image, such as with "
+            "'magick IN.png -alpha extract OUT.png'"
+        )
+
+
+def shrink_mask(mask: NDArray[np.uint8], by: int) -> NDArray[np.uint8]:
+    """Shrink a mask, (H, W) uint8: 255 where at least half of the pixels are, 0 elsewhere."""
+    if by == 1:
+        return mask
+    return (shrink(mask, by) > 127).astype(np.uint8) * np.uint8(255)
+
+
+def shrink(pixels: "cv2.typing.MatLike", by: int) -> "cv2.typing.MatLike":
+    """Shrink an image so that each pixel is the mean of `by` times `by`; a rest is cut off."""
+    if by == 1:
+        return pixels
+    import cv2
+
+    height, width = (max(1, side // by) for side in pixels.shape[:2])
+    whole = pixels[: height * by, : width * by]
+    return cv2.resize(whole, (width, height), interpolation=cv2.INTER_AREA)
+
+
+def decode(
+    path: Path,
+    flags: int,
+    size_px: tuple[int, int],
+    error: type[ImageError] | type[MaskError],
+    by: int = 1,
+) -> "cv2.typing.MatLike":
+    """Decode an image file of (width, height) pixels with OpenCV's `flags`, or raise `error`.
+
+    It is shrunk `by` so much, a power of two.
+    """
+    import cv2
+
+    data = read_bytes(path, error, IMAGE_FILE)
+    if not data:
+        raise error(f"{path} is empty; replace the file")
+    if _is_cut_short(data):
+        raise error(f"{path} is cut short: its end is missing; copy the file again")
+    size = size_in_header(data)
+    if size is not None:  # before a header that lies can ask for memory
+        check_size(path, size, size_px, error)
+    try:
+        # A JPEG can be decoded at a half, a quarter or an eighth, which costs much less.
+        reduced = min(by, _MOST_REDUCED) if size is not None and data.startswith(JPEG) else 1
+        pixels = cv2.imdecode(np.frombuffer(data, dtype=np.uint8), flags | _reduction(reduced))
+    except cv2.error as reason:
+        raise error(f"{path} cannot be decoded as an image: {reason.err}") from reason
+    if pixels is None:
+        raise error(f"{path} cannot be decoded: it is no image or it is damaged; replace the file")
+    height, width = pixels.shape[:2]
+    if reduced == 1:
+        check_size(path, (width, height), size_px, error)
+        return shrink(pixels, by)
+    # What is left over at the right and below is decoded, too.
+    whole = pixels[: size_px[1] // reduced, : size_px[0] // reduced]
+    return shrink(whole, by // reduced)
+
+
+def _reduction(by: int) -> int:
+
+    if by == 1:
+        return 0
+    return {2: 16, 4: 32, 8: 64}[by]
+
+
+def check_size(
+    path: Path,
+    found: tuple[int, int],
+    size_px: tuple[int, int],
+    error: type[ImageError] | type[MaskError],
+) -> None:
+    """Check that an image is of its camera's size, or raise `error`."""
+    if found != size_px:
+        raise error(
+            f"{path} is {found[0]}x{found[1]} pixels, but its camera has size_px = "
+            f"{list(size_px)}; correct size_px with the rest of the calibration, or use the images "
+            "it was made for"
+        )
+
+
+def _is_cut_short(data: bytes) -> bool:
+    """Say if a PNG or JPEG misses its end; decoders fill what is missing without a word."""
+    if data.startswith(PNG):
+        return not _png_chunks_end(data)
+    if not data.startswith(JPEG):
+        return False
+    # Segments come first, each with its length; a preview image among them has an end of its own.
+    at = len(JPEG)
+    while data[at : at + 1] == b"\xff" and data[at + 1 : at + 2] != bytes([_JPEG_START_OF_SCAN]):
+        at += 2 + int.from_bytes(data[at + 2 : at + 4], "big")
+    return data.find(_JPEG_END, at) < 0
+
+
+def _png_chunks_end(data: bytes) -> bool:
+    """Say if a PNG's chunks follow each other to the last one, none longer than the file.
+
+    OpenCV makes room for as many bytes as a chunk claims to have, before it looks for them.
+    """
+    at = len(PNG)
+    while at + _PNG_AROUND <= len(data):
+        kind = data[at + 4 : at + 8]
+        at += _PNG_AROUND + int.from_bytes(data[at : at + 4], "big")
+        if kind == b"IEND":
+            return at <= len(data)
+    return False

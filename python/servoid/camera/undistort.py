@@ -1,0 +1,140 @@
+"""Makes pictures of an ideal pinhole camera from those of a lens, so that outlines are ellipses."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from servoid._native import Camera, Lens, Pose
+from servoid.camera.ideal_camera import camera_along_the_axis, camera_towards, sees
+from servoid.errors import ImageError, MaskError, ServoidError
+from servoid.pose import exact
+
+_LEAST_DEPTH = 1e-6  # Of a direction of length 1: below, it lies beside the lens.
+
+
+@dataclass(frozen=True)
+class Undistortion:
+    """Makes the picture of an ideal pinhole camera from that of a lens; worked out once a lens.
+
+    `map_px`, (H, W, 2) float32, says where in the lens's picture each pixel of the ideal one lies.
+    It is None where the lens is a pinhole already: pictures then pass as they are. What the lens
+    does not see is 0 in every picture made here.
+    """
+
+    camera: Camera
+    lens_from_camera: Pose
+    map_px: NDArray[np.float32] | None
+    lens: Lens
+
+    def image(self, image: NDArray[np.uint8]) -> NDArray[np.uint8]:
+        """Return the ideal picture of an image, (H, W) or (H, W, 3) uint8, between its pixels.
+
+        Raises:
+            ImageError: the image has not the lens's size.
+
+        """
+        self._check(image, "the image", ImageError, dimensions=3)
+        return np.asarray(self._remapped(image, smooth=True), dtype=np.uint8)
+
+    def mask(self, mask: NDArray[np.uint8] | NDArray[np.bool_]) -> NDArray[np.uint8]:
+        """Return the ideal picture of a mask, (H, W): 255 where the nearest pixel is not zero.
+
+        Raises:
+            MaskError: the mask has not the lens's size.
+
+        """
+        self._check(mask, "the mask", MaskError)
+        full = (mask != 0).astype(np.uint8) * np.uint8(255)
+        return np.asarray(self._remapped(full), dtype=np.uint8)
+
+    def depth(self, depth: NDArray[np.floating]) -> NDArray[np.floating]:
+        """Return the ideal picture of a depth image, (H, W) float, in metres.
+
+        Depth along the lens's axis becomes depth along the ideal camera's: that of the very point
+        which the nearest pixel measured. Unknown depths, 0 or NaN, stay unknown, and what lies
+        beside or behind the lens has none.
+
+        Raises:
+            ImageError: the depth image has not the lens's size.
+
+        """
+        self._check(depth, "the depth image", ImageError)
+        known = depth if depth.dtype in (np.float32, np.float64) else depth.astype(np.float32)
+        made = self._remapped(known)
+        with np.errstate(invalid="ignore"):
+            return made if self._turn is None else (made * self._turn).astype(known.dtype)
+
+    def _remapped(self, pixels: NDArray[Any], smooth: bool = False) -> NDArray[Any]:
+        if self.map_px is None:
+            return pixels
+        import cv2  # costs as much as the rest of the package, and help texts do not need it
+
+        how = cv2.INTER_LINEAR if smooth else cv2.INTER_NEAREST
+        return np.asarray(cv2.remap(pixels, self.map_px, np.empty(0), how))
+
+    @cached_property
+    def _turn(self) -> NDArray[np.float64] | None:
+        """Metres along the camera's axis for each along the lens's; None: their axes are one."""
+        if self.map_px is None or self.lens_from_camera.matrix()[2, 2] >= 1.0:
+            return None
+        read_px = np.rint(self.map_px.astype(np.float64)).reshape(-1, 2)
+        rays = self.lens.rays(read_px)
+        depth_in_camera = exact.product(rays, self.lens_from_camera.matrix()[:3, 2])
+        known = rays[:, 2] > _LEAST_DEPTH
+        share = np.where(known, depth_in_camera / np.where(known, rays[:, 2], 1.0), 0.0)
+        return share.reshape(self.map_px.shape[:2])
+
+    def _check(
+        self, pixels: NDArray[Any], what: str, error: type[ServoidError], dimensions: int = 2
+    ) -> None:
+        width, height = self.lens.size_px
+        if pixels.ndim > dimensions:
+            raise error(f"{what} must have shape (H, W), but it is {pixels.shape}")
+        if pixels.shape[:2] != (height, width):
+            given = "x".join(str(side) for side in pixels.shape[1::-1])
+            raise error(
+                f"{what} is {given} pixels, but the lens has {width}x{height}; give pictures of "
+                "the size that the lens was calibrated for"
+            )
+
+
+def undistortion(lens: Lens, object_px: NDArray[np.float64] | None = None) -> Undistortion:
+    """Work out the ideal pinhole camera of a lens, and where its pixels lie in the lens's picture.
+
+    A pinhole, or a lens whose coefficients are all zero, needs nothing. Otherwise the ideal camera
+    looks along the lens's axis with its focal length, and its picture is as large as it must be to
+    hold all that the lens sees, with these limits: at most 60 degrees to each side, above and
+    below, at most twice the longer side of the lens's picture and at most
+    `Camera.MAX_SIDE_PX`. What lies beyond is cut off at the edges.
+
+    `object_px`, (N, 2), are pixels (u, v) of the object in the lens's picture, such as those of a
+    mask. With them, the ideal camera of a Kannala-Brandt lens turns to the middle of the object,
+    wherever the lens sees it, has the lens's angular resolution there, and holds the object with a
+    margin. For a Brown-Conrady lens this happens only where the camera along the axis would cut the
+    object off; otherwise the camera is the same for every object.
+
+    Raises:
+        CameraError: the lens sees nothing inside its picture or at the object, or the object spans
+            more than 120 degrees.
+
+    """
+    if lens.model == "pinhole" or (lens.model == "brown_conrady" and not any(lens.distortion)):
+        camera = Camera(size_px=lens.size_px, focal_px=lens.focal_px, center_px=lens.center_px)
+        return Undistortion(camera, Pose.identity(), None, lens)
+    if object_px is None:
+        return _undistortion(lens, camera_along_the_axis(lens), Pose.identity())
+    pixels = np.ascontiguousarray(object_px, dtype=np.float64)
+    if lens.model == "brown_conrady":
+        camera = camera_along_the_axis(lens)
+        if sees(camera, lens, pixels):
+            return _undistortion(lens, camera, Pose.identity())
+    return _undistortion(lens, *camera_towards(lens, pixels))
+
+
+def _undistortion(lens: Lens, camera: Camera, lens_from_camera: Pose) -> Undistortion:
+    map_px = lens.map_to(camera, lens_from_camera)
+    map_px.setflags(write=False)
+    return Undistortion(camera, lens_from_camera, map_px, lens)

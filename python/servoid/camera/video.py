@@ -1,0 +1,178 @@
+"""Reads the images of a video file, one after another."""
+
+from collections import OrderedDict
+from functools import lru_cache
+from pathlib import Path
+from threading import Condition
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from servoid._native import Camera
+from servoid.camera.images import check_size, shrink
+from servoid.config.reading import check_regular, unreadable
+from servoid.errors import CaptureError, ImageError
+
+if TYPE_CHECKING:
+    import cv2
+
+VIDEO_SUFFIXES = (".mp4", ".avi", ".mov", ".mkv", ".webm", ".m4v")
+
+_KEPT = 32  # decoded images: threads ask for neighbours, not quite in order
+_LEAST_KEPT = 12  # more than there are threads that read
+_KEPT_BYTES = 1 << 28
+_OPEN = 4  # videos that stay open: one that is opened anew is decoded from its start
+_LARGEST_SIDE_PX = Camera.MAX_SIDE_PX
+_MISSING_SHARE = 0.02  # a header may estimate the number from the duration
+# What containers begin with. A playlist, which may name any other file, is none of them.
+_AVI, _MATROSKA = b"RIFF", b"\x1aE\xdf\xa3"
+_MP4_BOXES = (b"ftyp", b"moov", b"mdat", b"wide", b"free", b"skip")
+
+
+def count_video_images(path: Path) -> int:
+    """Count the images of a video by decoding it from its beginning to its end.
+
+    Raises:
+        CaptureError: the file is missing or no video, or ends before the number of images that
+            its header promises.
+
+    """
+    return _count(path, *_version(path, CaptureError))
+
+
+def read_video_image(
+    path: Path, index: int, size_px: tuple[int, int], by: int = 1
+) -> NDArray[np.uint8]:
+    """Read one image of a video, (H, W, 3) uint8 RGB; in order this costs one decoding of each.
+
+    The images of the video have (width, height) pixels; what is returned is shrunk `by` so much.
+
+    Raises:
+        ImageError: the file is missing or no video, ends before the image, or has another size.
+
+    """
+    import cv2
+
+    pixels = _stream(path, *_version(path, ImageError)).read(index)
+    check_size(path, (pixels.shape[1], pixels.shape[0]), size_px, ImageError)
+    return np.asarray(cv2.cvtColor(shrink(pixels, by), cv2.COLOR_BGR2RGB), dtype=np.uint8)
+
+
+def _version(path: Path, error: type[CaptureError] | type[ImageError]) -> tuple[int, int]:
+    """Return what changes when a file is written anew."""
+    check_regular(path, error)
+    status = path.stat()
+    return status.st_size, status.st_mtime_ns
+
+
+@lru_cache(maxsize=64)
+def _count(path: Path, _size: int, _changed: int) -> int:
+    import cv2
+
+    video = _open(path, CaptureError)
+    promised = video.get(cv2.CAP_PROP_FRAME_COUNT)
+    count = 0
+    while video.grab():
+        count += 1
+    video.release()
+    if count == 0:
+        raise CaptureError(f"{path} holds no image that can be decoded; replace the file")
+    if count < promised - max(0.5, _MISSING_SHARE * promised):
+        raise CaptureError(
+            f"{path} is cut short or damaged: its header promises {promised:.0f} images, but only "
+            f"{count} can be decoded; copy the file again, or write those {count} to a new one"
+        )
+    return count
+
+
+class _Stream:
+    """Decodes one video forwards, and keeps the last images."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._turn = Condition()
+        self._busy = False
+        self._waiting: list[int] = []
+        self._video: cv2.VideoCapture | None = None
+        self._next = 0
+        self._most = _KEPT
+        self._kept: OrderedDict[int, cv2.typing.MatLike] = OrderedDict()
+
+    def read(self, index: int) -> "cv2.typing.MatLike":
+        # Of the threads that wait, the one that wants the earliest image comes first; otherwise
+        # the video would have to start again for those that were overtaken.
+        with self._turn:
+            self._waiting.append(index)
+            try:
+                self._turn.wait_for(lambda: not self._busy and min(self._waiting) == index)
+                self._busy = True
+            finally:
+                self._waiting.remove(index)
+                self._turn.notify_all()
+        try:
+            return self._decode(index)
+        finally:
+            with self._turn:
+                self._busy = False
+                self._turn.notify_all()
+
+    def _decode(self, index: int) -> "cv2.typing.MatLike":
+        if index in self._kept:
+            return self._kept[index]
+        if self._video is None or index < self._next:
+            self._video, self._next = _open(self._path, ImageError), 0
+        while self._next <= index:
+            self._step(self._video, keep=index - self._next < _KEPT)
+        return self._kept[index]
+
+    def _step(self, video: "cv2.VideoCapture", *, keep: bool) -> None:
+        found = video.grab()
+        if found and keep:
+            found, pixels = video.retrieve()
+            if found:
+                self._most = min(max(_KEPT_BYTES // max(pixels.nbytes, 1), _LEAST_KEPT), _KEPT)
+                self._kept[self._next] = pixels
+        if not found:
+            self._kept.pop(self._next, None)
+            self._video = None
+            raise ImageError(
+                f"{self._path} ends at image {self._next}, or is damaged there; copy the file again"
+            )
+        self._next += 1
+        while len(self._kept) > self._most:
+            self._kept.popitem(last=False)
+
+
+@lru_cache(maxsize=_OPEN)
+def _stream(path: Path, _size: int, _changed: int) -> _Stream:
+    return _Stream(path)
+
+
+def _open(path: Path, error: type[CaptureError] | type[ImageError]) -> "cv2.VideoCapture":
+    import cv2
+
+    try:
+        with path.open("rb") as file:
+            start = file.read(16)
+    except OSError as reason:
+        raise unreadable(path, reason, error) from reason
+    if not (start.startswith((_AVI, _MATROSKA)) or start[4:8] in _MP4_BOXES):
+        raise error(f"{path} is no video: it begins like no MP4, MOV, AVI, MKV or WebM file")
+    video = cv2.VideoCapture(str(path), cv2.CAP_FFMPEG)
+    if not video.isOpened():
+        raise error(
+            f"{path} cannot be opened as a video: it is cut short, damaged or of a codec "
+            "that OpenCV cannot decode; write it anew, as MP4 for instance"
+        )
+    width, height = (
+        video.get(key) for key in (cv2.CAP_PROP_FRAME_WIDTH, cv2.CAP_PROP_FRAME_HEIGHT)
+    )
+    if max(width, height) > _LARGEST_SIDE_PX:
+        raise error(
+            f"{path} claims images of {width:.0f}x{height:.0f} pixels; servoid takes at most "
+            f"{_LARGEST_SIDE_PX} along a side"
+        )
+    # Like a turn in an image's EXIF data, one that the file asks for is unknown to calibration.
+    video.set(cv2.CAP_PROP_ORIENTATION_AUTO, 0)
+    return video

@@ -1,0 +1,21 @@
+"""Captures: what was seen, by which camera, from where."""
+
+from servoid._native import View
+from servoid.capture.arrays import ArrayPicture, PosedImage, capture_of, views_of
+from servoid.capture.capture import Capture, CaptureCamera, CaptureView, Observation
+from servoid.capture.opening import open_capture
+from servoid.capture.shrinking import shrunk
+
+__all__ = [
+    "ArrayPicture",
+    "Capture",
+    "CaptureCamera",
+    "CaptureView",
+    "Observation",
+    "PosedImage",
+    "View",
+    "capture_of",
+    "open_capture",
+    "shrunk",
+    "views_of",
+]

@@ -1,0 +1,236 @@
+"""Captures that are made of arrays in memory: no file is written or read."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from servoid._native import Camera, Lens, Pose, View, taken_depth, taken_image, taken_mask
+from servoid.camera.ideal import Ideal
+from servoid.camera.images import shrink
+from servoid.camera.picture import Picture
+from servoid.capture.capture import Capture, CaptureCamera, CaptureView
+from servoid.config.limits import MOST_CAMERAS
+from servoid.errors import CameraError, CaptureError, ImageError, MaskError, PoseError, ServoidError
+
+_APART = 1e-5  # metres and radians by which cameras of one rig may seem to move: float32 rounds
+_PLACE = Path("arrays")  # stands for a file where messages name one
+
+
+@dataclass(frozen=True, eq=False)
+class ArrayPicture(Picture):
+    """One image in memory, (H, W, 3) uint8 RGB, or None where there is only a mask."""
+
+    pixels: NDArray[np.uint8] | None = None
+
+    @property
+    def is_there(self) -> bool:
+        """Say if there is an image."""
+        return self.pixels is not None
+
+    @property
+    def is_in_memory(self) -> bool:
+        """Say that nothing is read."""
+        return True
+
+    def read(self, size_px: tuple[int, int], by: int = 1) -> NDArray[np.uint8]:
+        """Return the image, which has (width, height) pixels, shrunk `by` so much.
+
+        Raises:
+            ImageError: there is none, or it has another size.
+
+        """
+        if self.pixels is None:
+            raise ImageError(f"view {self.stem} has no image; give one with its mask")
+        _check_size("image", self.pixels, size_px, ImageError)
+        return np.asarray(shrink(self.pixels, by), np.uint8)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class PosedImage:
+    """One image in memory, its camera, and where the camera was.
+
+    `image` is (H, W) or (H, W, 3) uint8, RGB. `mask`, if there is one, is (H, W) of bool or whole
+    numbers, not zero on the object. `depth_m`, if it was measured, is (H, W) of floats, metres
+    along z, and zero, NaN or infinite where unknown. A `Lens` may distort the image: its mask and
+    its depth are in the pixels of the image as it was recorded.
+
+    Raises:
+        ImageError, MaskError: an array is of another kind, or has not the camera's size.
+        CameraError, PoseError: the camera or the pose is of another kind.
+
+    """
+
+    camera: Camera | Lens
+    world_from_camera: Pose
+    image: NDArray[np.uint8]
+    mask: NDArray[Any] | None = None
+    depth_m: NDArray[Any] | None = None
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.camera, Camera | Lens):
+            raise CameraError(_other("camera", "a Camera or a Lens", self.camera))
+        if not isinstance(self.world_from_camera, Pose):
+            raise PoseError(_other("world_from_camera", "a Pose", self.world_from_camera))
+        size_px = self.camera.size_px
+        # A copy: who reads a camera may read the next image into the same memory.
+        object.__setattr__(self, "image", np.array(taken_image(self.image)))
+        _check_size("image", self.image, size_px, ImageError)
+        if self.mask is not None:
+            object.__setattr__(self, "mask", taken_mask(self.mask))
+            _check_size("mask", self.mask, size_px, MaskError)
+        if self.depth_m is not None:
+            depth = taken_depth(self.depth_m)
+            depth[~(np.isfinite(depth) & (depth > 0.0))] = np.nan
+            object.__setattr__(self, "depth_m", depth)
+            _check_size("depth image", depth, size_px, ImageError)
+
+
+def capture_of(
+    observations: Sequence[PosedImage | Sequence[PosedImage]],
+    *,
+    times_s: Sequence[float] | None = None,
+    rate_hz: float | None = None,
+) -> Capture:
+    """Make a capture of arrays; all that takes a capture takes it.
+
+    An observation is one image, or several that cameras took at the same instant, in the order of
+    the cameras. With `rate_hz` the capture is a recording, in which the object may move.
+
+    Raises:
+        CaptureError: there is no image, or not one time for each observation.
+
+    """
+    instants = [[one] if isinstance(one, PosedImage) else list(one) for one in observations]
+    if not instants or not all(instants):
+        raise CaptureError("there is no image, or an observation without one; give at least one")
+    if times_s is not None and len(times_s) != len(instants):
+        raise CaptureError(
+            f"there are {len(instants)} observations, but {len(times_s)} times; give one for each"
+        )
+    places = tuple(images[0].world_from_camera for images in instants)
+    cameras: list[_Gathered] = []
+    for index, images in enumerate(instants):
+        for slot, image in enumerate(images):
+            from_rig = Pose.identity()
+            if slot:
+                from_rig = places[index].inverse() @ image.world_from_camera
+            _place(cameras, (slot, _lens_of(image.camera), from_rig))[index] = image
+    if len(cameras) > MOST_CAMERAS:
+        raise CaptureError(
+            f"the images are of {len(cameras)} cameras or places on the rig; at most "
+            f"{MOST_CAMERAS} can be; give cameras that do not move on their rig, or one image each"
+        )
+    count = len(instants)
+    return Capture(
+        path=_PLACE,
+        cameras=tuple(
+            one.camera("camera" if len(cameras) == 1 else f"camera_{number}", count)
+            for number, one in enumerate(cameras, 1)
+        ),
+        world_from_rig=places,
+        times_s=None if times_s is None else tuple(map(float, times_s)),
+        rate_hz=rate_hz,
+    )
+
+
+def views_of(
+    views: Sequence[View], images: Sequence[NDArray[np.uint8]] | None = None
+) -> list[CaptureView]:
+    """Turn views in memory into views of a capture, with their images, (H, W, 3) uint8, if any.
+
+    Raises:
+        ImageError: there is not one image for each view, or one is of another kind or size.
+
+    """
+    if images is not None and len(images) != len(views):
+        raise ImageError(
+            f"there are {len(views)} views, but {len(images)} images; give one for each"
+        )
+    shared: dict[Camera, Ideal] = {}
+    made = []
+    for index, view in enumerate(views):
+        pixels = None if images is None else taken_image(images[index])
+        picture = ArrayPicture(path=_PLACE, label=str(index), pixels=pixels)
+        if pixels is not None:
+            _check_size(f"image {index}", pixels, view.camera.size_px, ImageError)
+        lens = _lens_of(view.camera)
+        made.append(
+            CaptureView(
+                camera_name="view",
+                index=index,
+                picture=picture,
+                mask_path=None,
+                depth_path=None,
+                lens=lens,
+                world_from_lens=view.world_from_camera,
+                given_mask=view.mask,
+                shared=shared.setdefault(view.camera, Ideal(lens)),
+            )
+        )
+    return made
+
+
+class _Gathered(dict[int, PosedImage]):
+    """The images of one camera of a rig, by observation."""
+
+    def __init__(self, slot: int, lens: Lens, rig_from_camera: Pose) -> None:
+        super().__init__()
+        self.slot, self.lens, self.rig_from_camera = slot, lens, rig_from_camera
+
+    def is_of(self, slot: int, lens: Lens, rig_from_camera: Pose) -> bool:
+        moved = (self.rig_from_camera.inverse() @ rig_from_camera).log()
+        return (slot, lens) == (self.slot, self.lens) and bool(np.abs(moved).max() < _APART)
+
+    def camera(self, name: str, count: int) -> CaptureCamera:
+        images = [self.get(index) for index in range(count)]
+        return CaptureCamera(
+            name=name,
+            lens=self.lens,
+            rig_from_camera=self.rig_from_camera,
+            pictures=tuple(
+                image and ArrayPicture(path=_PLACE, label=str(index), pixels=image.image)
+                for index, image in enumerate(images)
+            ),
+            mask_paths=(None,) * count,
+            depth_paths=(None,) * count,
+            masks=tuple(image and image.mask for image in images),
+            depths_m=tuple(image and image.depth_m for image in images),
+        )
+
+
+def _place(cameras: list[_Gathered], wanted: tuple[int, Lens, Pose]) -> _Gathered:
+    found = next((one for one in cameras if one.is_of(*wanted)), None)
+    if found is None:
+        found = _Gathered(*wanted)
+        cameras.append(found)
+    return found
+
+
+def _lens_of(camera: Camera | Lens) -> Lens:
+    if isinstance(camera, Lens):
+        return camera
+    return Lens(
+        model="pinhole",
+        size_px=camera.size_px,
+        focal_px=camera.focal_px,
+        center_px=camera.center_px,
+    )
+
+
+def _check_size(
+    what: str, array: NDArray[np.generic], size_px: tuple[int, int], error: type[ServoidError]
+) -> None:
+    height, width = array.shape[:2]
+    if (width, height) != size_px:
+        raise error(
+            f"the {what} has {width}x{height} pixels, but its camera's have "
+            f"{size_px[0]}x{size_px[1]}; give the camera that it was calibrated with"
+        )
+
+
+def _other(name: str, needed: str, given: object) -> str:
+    return f"{name} must be {needed}, but it is a {type(given).__name__}; make one first"

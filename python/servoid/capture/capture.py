@@ -1,0 +1,340 @@
+"""Captures: a folder of images with the cameras that took them and where these stood."""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from servoid._native import Camera, Lens, Pose, View
+from servoid.camera.depth import read_depth
+from servoid.camera.ideal import Ideal, needs_object
+from servoid.camera.images import Recorded, read_mask
+from servoid.camera.picture import Picture
+from servoid.errors import CaptureError, MaskError, located
+
+
+def read_scaled(path: Path, recorded: Recorded, scale_m: float | None) -> NDArray[np.float32]:
+    """Read a depth image whose unit is `scale_m` metres: (H, W) float32, NaN where unknown.
+
+    Raises:
+        ImageError: the file is missing, damaged or of another size than was recorded.
+        CaptureError: nothing says which unit the file counts in.
+
+    """
+    if scale_m is None:
+        raise CaptureError(
+            f"{path}: nothing says what one unit is in metres; give depth_scale_m, such as 0.001 "
+            "for millimetres"
+        )
+    return read_depth(path, recorded.size_px, scale_m, recorded.by)
+
+
+@dataclass(frozen=True)
+class CaptureCamera:
+    """One camera of the rig, with what it delivered in each observation, in order.
+
+    A picture is None where the camera delivered nothing, and so are a mask and a depth image where
+    there is none. `depth_scale_m` is what one unit of the depth images is in metres. `masks`,
+    (H, W) uint8, and `depths_m`, (H, W) float32 in metres, are in memory and replace the files.
+    """
+
+    name: str
+    lens: Lens
+    rig_from_camera: Pose
+    pictures: tuple[Picture | None, ...]
+    mask_paths: tuple[Path | None, ...]
+    depth_paths: tuple[Path | None, ...]
+    depth_scale_m: float | None = None
+    masks: tuple[NDArray[np.uint8] | None, ...] = ()
+    depths_m: tuple[NDArray[np.float32] | None, ...] = ()
+
+    def recorded_depth(self, index: int) -> NDArray[np.float32] | None:
+        """Read a depth image in the pixels of the recorded image: metres, NaN where unknown.
+
+        Raises:
+            ImageError: the file is missing, damaged or of another size than the camera's.
+            CaptureError: nothing says which unit the file counts in.
+
+        """
+        if self.depths_m:
+            return self.depths_m[index]
+        path = self.depth_paths[index]
+        return (
+            None
+            if path is None
+            else read_scaled(path, Recorded(self.lens.size_px), self.depth_scale_m)
+        )
+
+    @cached_property
+    def ideal(self) -> Ideal:
+        """Return the pinhole camera that stands for the lens where no object is known."""
+        return Ideal(self.lens)
+
+
+@dataclass(frozen=True)
+class Observation:
+    """One instant of all cameras: when it was, where the rig was, and an image of each camera."""
+
+    index: int
+    time_s: float | None
+    world_from_rig: Pose
+    pictures: tuple[Picture | None, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class CaptureView:
+    """One image, seen by a camera whose pose is known, as an ideal pinhole would have seen it.
+
+    `lens` and `world_from_lens` are the real camera, as the files know it. `camera`,
+    `world_from_camera` and all that the methods return belong to the ideal pinhole: without
+    distortion, and turned towards the object if the lens is a fisheye. `given_mask` is a mask in
+    the ideal pinhole's pixels, (H, W) uint8, that takes precedence over the others;
+    `recorded_mask` is one in the pixels of the image as it was recorded, instead of the file's,
+    and so is `depth_m`, (H, W) float32 in metres. `shrinking` says how large the files' images are
+    where they are shrunk to the lens's.
+    """
+
+    camera_name: str
+    index: int
+    picture: Picture
+    mask_path: Path | None
+    depth_path: Path | None
+    lens: Lens
+    world_from_lens: Pose
+    depth_scale_m: float | None = None
+    given_mask: NDArray[np.uint8] | None = None
+    recorded_mask: NDArray[np.uint8] | None = None
+    shared: Ideal | None = None
+    depth_m: NDArray[np.float32] | None = None
+    shrinking: Recorded | None = None
+
+    @property
+    def recorded(self) -> Recorded:
+        """Return how large the files' images are, and by how much they are shrunk."""
+        return self.shrinking or Recorded(self.lens.size_px)
+
+    @property
+    def name(self) -> str:
+        """Name the view for people: the camera and the image, such as `eye/0012`."""
+        return f"{self.camera_name}/{self.picture.stem}"
+
+    @property
+    def image_path(self) -> Path:
+        """Return the file that holds the image."""
+        return self.picture.path
+
+    @property
+    def has_image(self) -> bool:
+        """Say if there is an image: views that were made of arrays may have a mask only."""
+        return self.picture.is_there
+
+    @property
+    def has_mask(self) -> bool:
+        """Say if the view knows where the object is, from a file or because it was told."""
+        known = (self.given_mask, self.recorded_mask, self.mask_path)
+        return any(mask is not None for mask in known)
+
+    @cached_property
+    def ideal(self) -> Ideal:
+        """Return the ideal pinhole, with what turns the lens's images into its own."""
+        mask = self.mask_path if self.recorded_mask is None else self.recorded_mask
+        return self.shared or Ideal(self.lens, mask, self.recorded)
+
+    @cached_property
+    def camera(self) -> Camera:
+        """Return the ideal pinhole camera.
+
+        Raises:
+            CameraError: the lens sees nothing of its image, or the object is too wide.
+            MaskError: the lens is a fisheye, and the mask at which its pinhole looks is damaged.
+
+        """
+        return self.ideal.camera
+
+    @cached_property
+    def world_from_camera(self) -> Pose:
+        """Return the pose of the ideal pinhole camera; errors as for `camera`."""
+        return self.world_from_lens @ self.ideal.lens_from_camera
+
+    def with_mask(self, mask: NDArray[np.uint8]) -> "CaptureView":
+        """Return this view with a mask in its ideal pinhole's pixels: non-zero on the object.
+
+        The new view keeps the pinhole that this one has.
+
+        Raises:
+            MaskError: the mask is not (H, W) of the pinhole camera's size.
+
+        """
+        width, height = self.camera.size_px
+        if mask.shape != (height, width):
+            raise MaskError(
+                f"{self.name}: the mask has shape {mask.shape}; the camera needs {(height, width)}"
+            )
+        given = (mask != 0).astype(np.uint8) * np.uint8(255)
+        return replace(self, given_mask=given, shared=self.ideal)
+
+    def with_recorded_mask(self, mask: NDArray[np.uint8]) -> "CaptureView":
+        """Return this view with a mask in the recorded image's pixels: non-zero on the object.
+
+        The pinhole of a fisheye turns to it, as to a mask in a file.
+
+        Raises:
+            MaskError: the mask is not (H, W) of the recorded image's size.
+
+        """
+        width, height = self.lens.size_px
+        if mask.shape != (height, width):
+            raise MaskError(
+                f"{self.name}: the mask has shape {mask.shape}; the image has {(height, width)}"
+            )
+        recorded = (mask != 0).astype(np.uint8) * np.uint8(255)
+        shared = None if needs_object(self.lens) else self.shared
+        return replace(self, given_mask=None, recorded_mask=recorded, shared=shared)
+
+    def recorded_image(self) -> NDArray[np.uint8]:
+        """Read the image as it was recorded, with the lens's distortion: (H, W, 3) uint8, RGB.
+
+        Raises:
+            ImageError: as for `image`.
+
+        """
+        return self.picture.read(self.recorded.size_px, self.recorded.by)
+
+    def image(self) -> NDArray[np.uint8]:
+        """Read the image: (H, W, 3) uint8, RGB.
+
+        Raises:
+            ImageError: the file is missing, damaged or of another size than the camera's.
+
+        """
+        return self.ideal.maps().image(self.recorded_image())
+
+    def mask(self) -> NDArray[np.uint8]:
+        """Read the mask: (H, W) uint8, 255 on the object and 0 elsewhere.
+
+        Raises:
+            MaskError: there is no mask, or its file is missing, damaged or of another size than
+                the camera's.
+
+        """
+        if self.given_mask is not None:
+            return self.given_mask
+        if self.recorded_mask is not None:
+            return self.ideal.maps().mask(self.recorded_mask)
+        if self.mask_path is None:
+            raise MaskError(f"{self.name} has no mask; write one and name it like the image")
+        mask = read_mask(self.mask_path, self.recorded.size_px, self.recorded.by)
+        if not mask.any():
+            width, height = self.recorded.size_px
+            raise MaskError(
+                f"{self.mask_path}: the mask is empty: no pixel of its {width}x{height} is "
+                "non-zero; mark the object's pixels"
+            )
+        return self.ideal.maps().mask(mask)
+
+    def depth(self) -> NDArray[np.float32] | None:
+        """Read the depth image: (H, W) float32, metres along z, NaN where unknown; None: no such.
+
+        Raises:
+            ImageError: the file is missing, damaged or of another size than the camera's.
+            CaptureError: nothing says which unit the file counts in.
+
+        """
+        depth = self.recorded_depth()
+        if depth is None:
+            return None
+        seen = self.ideal.maps().depth(depth).astype(np.float32)
+        seen[seen == 0.0] = np.nan  # beyond what the lens sees
+        return seen
+
+    def recorded_depth(self) -> NDArray[np.float32] | None:
+        """Read the depth image in the pixels of the recorded image; otherwise as `depth`.
+
+        Raises:
+            ImageError, CaptureError: as for `depth`.
+
+        """
+        if self.depth_m is not None:
+            return self.depth_m
+        if self.depth_path is None:
+            return None
+        return read_scaled(self.depth_path, self.recorded, self.depth_scale_m)
+
+    def view(self, mask: NDArray[np.uint8] | None = None) -> View:
+        """Join the mask, which is read if it is not given, with the camera and its pose.
+
+        Raises:
+            MaskError: as for `mask`, or the mask is empty or covers the whole image.
+
+        """
+        mask = self.mask() if mask is None else mask
+        told = self.given_mask is not None or self.recorded_mask is not None
+        with located(self.name if told else str(self.mask_path)):
+            return View(camera=self.camera, world_from_camera=self.world_from_camera, mask=mask)
+
+
+@dataclass(frozen=True)
+class Capture:
+    """A checked capture: each camera has a picture, or None, for each observation.
+
+    `rate_hz` is how many observations a second there are if the capture is a recording.
+    """
+
+    path: Path
+    cameras: tuple[CaptureCamera, ...]
+    world_from_rig: tuple[Pose, ...]
+    times_s: tuple[float, ...] | None
+    rate_hz: float | None = None
+
+    def __len__(self) -> int:
+        return len(self.world_from_rig)
+
+    @property
+    def is_recording(self) -> bool:
+        """Say if the object may move from one observation to the next: there is a rate."""
+        return self.rate_hz is not None
+
+    def observations(self) -> list[Observation]:
+        """List the observations in order; `time_s` is None where the capture knows no time."""
+        return [
+            Observation(
+                index=index,
+                time_s=None if self.times_s is None else self.times_s[index],
+                world_from_rig=pose,
+                pictures=tuple(camera.pictures[index] for camera in self.cameras),
+            )
+            for index, pose in enumerate(self.world_from_rig)
+        ]
+
+    def views(self) -> list[CaptureView]:
+        """List the images that have a mask: camera by camera, each in the order of its images."""
+        return [view for view in self.all_views() if view.has_mask]
+
+    def all_views(self) -> list[CaptureView]:
+        """List all images: camera by camera, each in the order of its images."""
+        return [
+            self._view(camera, index, picture)
+            for camera in self.cameras
+            for index, picture in enumerate(camera.pictures)
+            if picture is not None
+        ]
+
+    def _view(self, camera: CaptureCamera, index: int, picture: Picture) -> CaptureView:
+        mask_path = camera.mask_paths[index]
+        mask = camera.masks[index] if camera.masks else None
+        own = (mask_path is not None or mask is not None) and needs_object(camera.lens)
+        return CaptureView(
+            camera_name=camera.name,
+            index=index,
+            picture=picture,
+            mask_path=mask_path,
+            depth_path=camera.depth_paths[index],
+            lens=camera.lens,
+            world_from_lens=self.world_from_rig[index] @ camera.rig_from_camera,
+            depth_scale_m=camera.depth_scale_m,
+            shared=None if own else camera.ideal,
+            recorded_mask=mask,
+            depth_m=camera.depths_m[index] if camera.depths_m else None,
+        )

@@ -1,0 +1,214 @@
+"""What `capture.toml` and `poses.csv` may say, and how they are read."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, TypeVar
+
+import msgspec
+import numpy as np
+
+from servoid._native import Camera, Lens, Pose
+from servoid.camera.lenses import make_lens
+from servoid.config.limits import MOST_CAMERAS, POSES_FILE
+from servoid.config.reading import read_text, read_toml_text
+from servoid.config.strict import check_version, convert, line_of
+from servoid.errors import CaptureError, located
+from servoid.words import counted, number_of
+
+POSES_HEADER = ("time_s", "x", "y", "z", "qw", "qx", "qy", "qz")
+
+Row = tuple[float, float, float, float]
+FileT = TypeVar("FileT", bound=msgspec.Struct)
+
+
+Version = Annotated[int, msgspec.Meta(examples=[1])]
+
+
+class LensEntry(msgspec.Struct, frozen=True, kw_only=True):
+    """Holds what a [[camera]] table says of the camera itself.
+
+    Of `focal_px` and `fov_deg` one is given. Without `center_px` it is the image's middle, and the
+    only camera of a rig needs no `rig_from_camera`: it is the rig.
+    """
+
+    name: Annotated[str, msgspec.Meta(min_length=1, examples=["eye"])]
+    size_px: Annotated[tuple[int, int], msgspec.Meta(examples=[[640, 480]])]
+    model: str = "pinhole"
+    focal_px: tuple[float, float] | None = None
+    fov_deg: float | None = None
+    center_px: tuple[float, float] | None = None
+    distortion: tuple[float, ...] = ()
+    rig_from_camera: tuple[Row, Row, Row, Row] | None = None
+
+
+class CameraEntry(LensEntry, frozen=True, kw_only=True):
+    """Holds one [[camera]] table of capture.toml."""
+
+    images: Annotated[str, msgspec.Meta(min_length=1, examples=["images/*.jpg"])]
+    masks: Annotated[str, msgspec.Meta(min_length=1)] | None = None
+    depths: Annotated[str, msgspec.Meta(min_length=1)] | None = None
+    depth_scale_m: Annotated[float, msgspec.Meta(gt=0)] | None = None
+
+
+class RigEntry(msgspec.Struct, frozen=True, kw_only=True):
+    """Holds the [rig] table of capture.toml; without poses the rig rests at the world's origin."""
+
+    poses: Annotated[str, msgspec.Meta(min_length=1)] | None = None
+
+
+class CaptureFile(msgspec.Struct, frozen=True, kw_only=True):
+    """Holds a whole capture.toml of version 1."""
+
+    version: Version
+    rate_hz: Annotated[float, msgspec.Meta(gt=0)] | None = None
+    camera: Annotated[tuple[CameraEntry, ...], msgspec.Meta(min_length=1)]
+    rig: RigEntry = RigEntry()
+
+
+@dataclass(frozen=True)
+class MountedLens:
+    """What a [[camera]] table says of the camera itself: how it sees, and where on the rig."""
+
+    lens: Lens
+    rig_from_camera: Pose
+
+
+def read_capture_file(path: Path) -> tuple[CaptureFile, tuple[MountedLens, ...]]:
+    """Read and check a capture.toml; return what it says, and its cameras in order.
+
+    Raises:
+        CaptureError: the file is missing or malformed, or a key is unknown.
+        CameraError: a camera cannot exist, or its model is unknown.
+        PoseError: a `rig_from_camera` is no rigid motion.
+
+    """
+    file, text = read_versioned(path, CaptureFile, "captures")
+    for entry in file.camera:
+        if entry.depths is not None and entry.depth_scale_m is None:
+            raise CaptureError(
+                f"{path}, camera '{entry.name}': depths needs depth_scale_m, what one unit of the "
+                "files is in metres; write depth_scale_m = 0.001 for millimetres, or 1.0 for metres"
+            )
+    return file, mounted_lenses(path, file.camera, text)
+
+
+def read_versioned(path: Path, struct: type[FileT], kind: str) -> tuple[FileT, str]:
+    """Read a TOML file of version 1, of a `kind` such as captures; return it with its text.
+
+    Raises:
+        CaptureError: the file is missing or malformed, or a key is unknown.
+
+    """
+    data, text = read_toml_text(path, CaptureError)
+    if "version" in data:  # of a file without, all is told that it lacks
+        check_version(data, str(path), CaptureError, kind)
+    return convert(data, struct, str(path), CaptureError, text), text
+
+
+def mounted_lenses(path: Path, entries: Sequence[LensEntry], text: str) -> tuple[MountedLens, ...]:
+    """Return what the [[camera]] tables of a file, whose `text` is given, say of the cameras.
+
+    Raises:
+        CaptureError: two have one name, there are too many, or a table says too little of a camera.
+        CameraError: a camera cannot exist, or its model is unknown.
+        PoseError: a `rig_from_camera` is no rigid motion.
+
+    """
+    if len(entries) > MOST_CAMERAS:
+        raise CaptureError(f"{path} names {len(entries)} cameras; at most {MOST_CAMERAS} can be")
+    names = [entry.name for entry in entries]
+    for name in names:
+        if names.count(name) > 1:
+            raise CaptureError(f"{path}: two cameras are named '{name}'; give each its own name")
+    mounted = []
+    for index, entry in enumerate(entries):
+        place = f"{path}, camera '{entry.name}'"
+        if entry.rig_from_camera is None and len(entries) > 1:
+            raise CaptureError(
+                f"{place}: rig_from_camera is missing; the only camera of a rig needs none, but "
+                f"each of {len(entries)} says where it is on the rig, as a 4x4 matrix"
+            )
+        mounted.append(_read_lens(entry, place, line_of(text, "rig_from_camera", index)))
+    return tuple(mounted)
+
+
+def _read_lens(entry: LensEntry, place: str, pose_line: int | None) -> MountedLens:
+    focal_px, middle_px = _focal_and_middle(entry, place)
+    lens = make_lens(
+        place,
+        model=entry.model,
+        size_px=entry.size_px,
+        focal_px=focal_px,
+        center_px=middle_px if entry.center_px is None else entry.center_px,
+        distortion=entry.distortion,
+    )
+    if entry.rig_from_camera is None:
+        return MountedLens(lens, Pose.identity())
+    line = f", line {pose_line}" if pose_line else ""
+    with located(f"{place}, rig_from_camera{line}"):
+        return MountedLens(lens, Pose(np.array(entry.rig_from_camera, dtype=np.float64)))
+
+
+def _focal_and_middle(
+    entry: LensEntry, place: str
+) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Return the focal lengths and the middle of the image, in pixels."""
+    width, height = entry.size_px
+    if entry.focal_px is not None and entry.fov_deg is None:
+        return entry.focal_px, ((width - 1) / 2.0, (height - 1) / 2.0)
+    if entry.fov_deg is None or entry.focal_px is not None:
+        raise CaptureError(
+            f"{place}: give focal_px, two focal lengths in pixels from a calibration, or fov_deg, "
+            "the angle of view from the left to the right border; one of them, not both"
+        )
+    if entry.model == "kannala_brandt":
+        raise CaptureError(
+            f"{place}: fov_deg says too little of a fisheye; calibrate it, and give focal_px"
+        )
+    with located(f"{place}, fov_deg"):
+        camera = Camera.from_fov(entry.size_px, entry.fov_deg)
+    return camera.focal_px, camera.center_px
+
+
+def read_poses(path: Path) -> tuple[list[float], list[Pose]]:
+    """Read a poses.csv: the times in seconds, and `world_from_rig` at each.
+
+    Raises:
+        CaptureError: the file is missing, or a line is malformed.
+        PoseError: a line is no rigid motion; the message names file and line.
+
+    """
+    text = read_text(path, CaptureError, POSES_FILE)
+    lines = text.splitlines() or [""]
+    header = tuple(cell.strip() for cell in lines[0].split(","))
+    if header != POSES_HEADER:
+        raise CaptureError(
+            f"{path}, line 1: the header is '{','.join(header)}'; it must be "
+            f"'{','.join(POSES_HEADER)}'"
+        )
+    rows = [
+        _read_pose(line.split(","), f"{path}, line {number}")
+        for number, line in enumerate(lines[1:], start=2)
+        if line.strip()
+    ]
+    return [time_s for time_s, _ in rows], [pose for _, pose in rows]
+
+
+def _read_pose(cells: list[str], place: str) -> tuple[float, Pose]:
+    if len(cells) != len(POSES_HEADER):
+        raise CaptureError(
+            f"{place}: {counted(len(cells), 'value was', 'values were')} given; a pose has "
+            f"{len(POSES_HEADER)}: "
+            f"{','.join(POSES_HEADER)}"
+        )
+    numbers = []
+    for name, cell in zip(POSES_HEADER, cells, strict=True):
+        try:
+            numbers.append(number_of(cell))
+        except ValueError as error:
+            raise CaptureError(f"{place}: {name} is '{cell}'; write a number") from error
+    if not np.isfinite(numbers[0]):
+        raise CaptureError(f"{place}: time_s is {cells[0]}; write a finite number of seconds")
+    with located(place):
+        return numbers[0], Pose.from_parts(numbers[1:4], numbers[4:8])

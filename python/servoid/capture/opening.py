@@ -1,0 +1,200 @@
+"""Opens captures: reads what `capture.toml` says and finds the files it names."""
+
+import glob
+from pathlib import Path
+
+from servoid._native import Pose
+from servoid.camera.picture import Picture
+from servoid.camera.video import VIDEO_SUFFIXES, count_video_images
+from servoid.capture.capture import Capture, CaptureCamera
+from servoid.capture.capture_file import (
+    CameraEntry,
+    CaptureFile,
+    MountedLens,
+    read_capture_file,
+    read_poses,
+)
+from servoid.config.places import check_held, check_inside
+from servoid.errors import CaptureError
+from servoid.words import counted
+
+_DEPTH_SUFFIXES = (".png", ".tif", ".tiff", ".npy")
+
+
+def open_capture(path: str | Path) -> Capture:
+    """Open a capture: a folder with a `capture.toml`, or that file itself.
+
+    Images are listed, not read; each is checked when a view reads it. A video is decoded once, to
+    count its images.
+
+    Raises:
+        CaptureError: a file is missing or malformed, or files contradict each other.
+        CameraError: a camera cannot exist, or its model is unknown.
+        PoseError: a pose is no rigid motion.
+
+    """
+    toml = _find_toml(Path(path))
+    file, lenses = read_capture_file(toml)
+    cameras = tuple(
+        _list_camera(toml, entry, lens) for entry, lens in zip(file.camera, lenses, strict=True)
+    )
+    count = len(cameras[0].pictures)
+    for camera in cameras[1:]:
+        _check_pairs(toml, cameras[0], camera)
+    times_s, poses = _read_motion(toml, file, count)
+    return Capture(toml, cameras, poses, times_s, rate_hz=file.rate_hz)
+
+
+def _find_toml(path: Path) -> Path:
+    toml = path / "capture.toml" if path.is_dir() else path
+    if toml.is_file():
+        return toml
+    if path.is_dir():
+        raise CaptureError(f"there is no capture.toml in {path}; name a folder that holds one")
+    raise CaptureError(f"there is no {path}; name a folder with a capture.toml, or such a file")
+
+
+def _read_motion(
+    toml: Path, file: CaptureFile, count: int
+) -> tuple[tuple[float, ...] | None, tuple[Pose, ...]]:
+    if file.rig.poses is None:
+        rate_hz = file.rate_hz
+        times_s = None if rate_hz is None else tuple(index / rate_hz for index in range(count))
+        return times_s, (Pose.identity(),) * count
+    check_inside(file.rig.poses, f"{toml}, rig.poses")
+    csv_path = toml.parent / file.rig.poses
+    check_held([csv_path], toml.parent, f"{toml}, rig.poses")
+    times_s, poses = read_poses(csv_path)
+    if len(poses) != count:
+        raise CaptureError(
+            f"{csv_path} has {counted(len(poses), 'pose')}, but each camera has "
+            f"{counted(count, 'image')}; write one "
+            "line an observation"
+        )
+    return tuple(times_s), tuple(poses)
+
+
+def _list_camera(toml: Path, entry: CameraEntry, mounted: MountedLens) -> CaptureCamera:
+    place = f"{toml}, camera '{entry.name}'"
+    pictures = _list_pictures(toml, entry.images, f"{place}, images")
+    masks: dict[str, Path] = {}
+    if entry.masks is not None:
+        masks = _list_masks(toml, entry.masks, f"{place}, masks")
+        _check_names(pictures, masks, f"{place}, masks = '{entry.masks}'")
+    depths: dict[str, Path] = {}
+    if entry.depths is not None:
+        depths = _list_depths(toml, entry.depths, f"{place}, depths")
+        _check_names(pictures, depths, f"{place}, depths = '{entry.depths}'")
+    return CaptureCamera(
+        name=entry.name,
+        lens=mounted.lens,
+        rig_from_camera=mounted.rig_from_camera,
+        pictures=pictures,
+        mask_paths=tuple(masks.get(picture.stem) for picture in pictures),
+        depth_paths=tuple(depths.get(picture.stem) for picture in pictures),
+        depth_scale_m=entry.depth_scale_m,
+    )
+
+
+def _list_pictures(toml: Path, pattern: str, place: str) -> tuple[Picture, ...]:
+    paths = _matches(toml, pattern, place)
+    if Path(pattern).suffix.lower() not in VIDEO_SUFFIXES:
+        return tuple(Picture(path) for path in paths)
+    if len(paths) > 1:
+        raise CaptureError(
+            f"{place}: '{pattern}' matches {len(paths)} videos; name one, and write a [[camera]] "
+            "for each of the others"
+        )
+    return tuple(Picture(paths[0], index) for index in range(count_video_images(paths[0])))
+
+
+def _check_pairs(toml: Path, one: CaptureCamera, other: CaptureCamera) -> None:
+    """Check that two cameras have as many images, and the same ones if they share names."""
+    counts = len(one.pictures), len(other.pictures)
+    gap = _first_gap(one, other)
+    hint = "" if gap is None else f": {gap}"
+    if counts[0] != counts[1]:
+        raise CaptureError(
+            f"{toml}: camera '{one.name}' has {counted(counts[0], 'image')} and camera "
+            f"'{other.name}' has "
+            f"{counts[1]}; every observation needs one image of each camera{hint}"
+        )
+    if gap is not None:
+        raise CaptureError(
+            f"{toml}: the images of camera '{one.name}' and camera '{other.name}' do not belong "
+            f"together in their order{hint}"
+        )
+
+
+def _first_gap(one: CaptureCamera, other: CaptureCamera) -> str | None:
+    """Tell the first image that one camera lacks, if most have the same names in both."""
+    pictures = [[picture for picture in camera.pictures if picture] for camera in (one, other)]
+    if any(picture.index is not None for listed in pictures for picture in listed):
+        return None  # names in a video are only counted
+    stems = [{picture.stem for picture in listed} for listed in pictures]
+    if 2 * len(stems[0] & stems[1]) < max(map(len, stems)):
+        return None  # named on their own terms, such as by each camera's clock
+    lone = sorted(stems[0] ^ stems[1])
+    if not lone:
+        return None
+    lacking = other if lone[0] in stems[0] else one
+    return (
+        f"camera '{lacking.name}' has no '{lone[0]}'; put an empty file of that name in its place, "
+        "which is then passed over, or take the others' image away"
+    )
+
+
+def _check_names(pictures: tuple[Picture, ...], found: dict[str, Path], place: str) -> None:
+    """Check that at least one of the files that belong to images has an image's name."""
+    if not any(picture.stem in found for picture in pictures):
+        kind = "mask" if ", masks" in place else "depth image"
+        first = next(iter(found.values()))
+        raise CaptureError(
+            f"{place}: no {kind} has the name of an image: the pattern matches {first.name} and "
+            f"others; name each {kind} like its image, such as {pictures[0].stem}{first.suffix}"
+        )
+
+
+def _list_masks(toml: Path, pattern: str, place: str) -> dict[str, Path]:
+    """Map the stem of each mask's name to the mask."""
+    if Path(pattern).suffix != ".png":
+        raise CaptureError(
+            f"{place}: '{pattern}' does not end in .png; save masks as PNG, which keeps every pixel"
+        )
+    return _by_stem(_matches(toml, pattern, place), place)
+
+
+def _list_depths(toml: Path, pattern: str, place: str) -> dict[str, Path]:
+    """Map the stem of each depth image's name to the depth image."""
+    if Path(pattern).suffix not in _DEPTH_SUFFIXES:
+        raise CaptureError(
+            f"{place}: '{pattern}' ends in none of {', '.join(_DEPTH_SUFFIXES)}; save depth as "
+            "16-bit PNG, 16-bit or float32 TIFF, or .npy"
+        )
+    return _by_stem(_matches(toml, pattern, place), place)
+
+
+def _by_stem(paths: list[Path], place: str) -> dict[str, Path]:
+    found: dict[str, Path] = {}
+    for path in paths:
+        if path.stem in found:
+            raise CaptureError(
+                f"{place}: {found[path.stem]} and {path} have the same name; keep one of them"
+            )
+        found[path.stem] = path
+    return found
+
+
+def _matches(toml: Path, pattern: str, place: str) -> list[Path]:
+    """List what a pattern matches in the capture's folder, sorted by name; at least one file."""
+    check_inside(pattern, place)
+    # Path.glob would also match hidden files, such as those that macOS leaves beside each image.
+    names = sorted(glob.glob(pattern, root_dir=toml.parent))  # noqa: PTH207
+    if not names:
+        raise CaptureError(
+            f"{place}: '{pattern}' matches no file in {toml.parent}; correct the pattern, such as "
+            "'images/*.jpg'"
+        )
+    paths = [toml.parent / name for name in names]
+    check_held(paths, toml.parent, place)
+    return paths

@@ -1,0 +1,1 @@
+"""Files as they come: read within limits, turned strictly into settings."""

@@ -1,0 +1,168 @@
+"""Reads files whole, and text of TOML and JSON; what is no file, or too large, is never opened."""
+
+import re
+import stat
+from pathlib import Path
+from typing import Any, TypeVar
+
+import msgspec
+import msgspec.toml
+
+from servoid.config.limits import MOST_NESTED, SETTINGS_FILE, FileLimit
+from servoid.errors import ServoidError
+
+ErrorT = TypeVar("ErrorT", bound=ServoidError)
+
+_MOST_WHOLE = 1 << 63
+_KINDS = (
+    (stat.S_ISDIR, "is a directory"),
+    (stat.S_ISFIFO, "is a named pipe"),
+    (stat.S_ISSOCK, "is a socket"),
+    (stat.S_ISCHR, "is a device"),
+    (stat.S_ISBLK, "is a device"),
+)
+# A key of many parts: parsers of TOML take time with the square of their number.
+_PART = r"""(?:[\w-]+|"[^"\n]*"|'[^'\n]*')"""
+_LONG_KEY = re.compile(rf"(?<![\w-]){_PART}(?:[ \t]*\.[ \t]*{_PART}){{{MOST_NESTED}}}")
+
+
+def read_bytes(path: Path, error: type[ServoidError], limit: FileLimit) -> bytes:
+    """Return the content of a file of a kind, or raise `error` and say why that is impossible.
+
+    A pipe, a device and a file beyond the limit are refused before they are opened: they may never
+    end, or not fit.
+    """
+    check_regular(path, error, limit)
+    try:
+        with path.open("rb") as file:
+            data = file.read(limit.most_bytes + 1)
+    except OSError as reason:
+        raise unreadable(path, reason, error) from reason
+    if len(data) > limit.most_bytes:
+        raise _too_large(path, error, limit)
+    return data
+
+
+def check_regular(path: Path, error: type[ServoidError], limit: FileLimit | None = None) -> None:
+    """Check that a path leads to a file, not to a pipe or a device, and that it keeps to a limit.
+
+    Raises:
+        error: it does not, or it is missing.
+
+    """
+    try:
+        status = path.stat()
+    except OSError as reason:
+        raise unreadable(path, reason, error) from reason
+    except ValueError as reason:  # a name with a zero in it
+        raise error(f"cannot read {str(path)!r}: no file can have this name") from reason
+    for is_kind, words in _KINDS:
+        if is_kind(status.st_mode):
+            raise error(f"cannot read {path}: it {words} and no file; give a file")
+    if limit is not None and status.st_size > limit.most_bytes:
+        raise _too_large(path, error, limit)
+
+
+def unreadable(path: Path, reason: OSError, error: type[ErrorT]) -> ErrorT:
+    """Make the `error` that says why a file cannot be read."""
+    return error(f"cannot read {path}: {(reason.strerror or str(reason)).lower()}")
+
+
+def read_text(
+    path: Path, error: type[ServoidError], limit: FileLimit, encoding: str = "utf-8-sig"
+) -> str:
+    """Return the text of a file of a kind.
+
+    Raises:
+        error: the file cannot be read, is too large, or is not UTF-8.
+
+    """
+    try:
+        return read_bytes(path, error, limit).decode(encoding)
+    except UnicodeDecodeError as reason:
+        raise error(f"{path}: the file is not UTF-8 text; save it as UTF-8") from reason
+
+
+def read_toml_text(path: Path, error: type[ServoidError]) -> tuple[dict[str, Any], str]:
+    """Return what a TOML file says, and its text.
+
+    Raises:
+        error: the file cannot be read, is no TOML, or is nested too deeply.
+
+    """
+    text = read_text(path, error, SETTINGS_FILE, "utf-8")
+    deep = _LONG_KEY.search(text)
+    if deep is not None:
+        line = text.count("\n", 0, deep.start()) + 1
+        raise error(
+            f"{path}, line {line}: a key has more than {MOST_NESTED} parts, the most that servoid "
+            "takes; shorten it"
+        )
+    try:
+        data = msgspec.toml.decode(text)
+    except (msgspec.DecodeError, ValueError) as reason:
+        raise error(f"{path} is not valid TOML: {reason}") from reason
+    except RecursionError as reason:
+        raise _too_deep(path, error) from reason
+    _check_depth(path, data, error)
+    _check_numbers(path, data, error)
+    return data, text
+
+
+def read_json(path: Path, error: type[ServoidError], limit: FileLimit) -> Any:
+    """Return what a JSON file says.
+
+    Raises:
+        error: the file cannot be read, is too large, is no JSON, or is nested too deeply.
+
+    """
+    content = read_bytes(path, error, limit)
+    try:
+        data = msgspec.json.decode(content)
+    except (msgspec.DecodeError, UnicodeDecodeError) as reason:
+        raise error(f"{path} is not valid JSON: {reason}") from reason
+    except RecursionError as reason:
+        raise _too_deep(path, error) from reason
+    _check_depth(path, data, error)
+    return data
+
+
+def _check_depth(path: Path, data: Any, error: type[ServoidError]) -> None:
+    """Check that tables and lists do not lie too deep inside each other, level by level."""
+    level = [data]
+    for _ in range(MOST_NESTED):
+        level = [inner for outer in level for inner in _inside(outer)]
+        if not level:
+            return
+    raise _too_deep(path, error)
+
+
+def _check_numbers(path: Path, data: Any, error: type[ServoidError]) -> None:
+    """Check that whole numbers have 64 bits, as TOML has them: others fit into no other number."""
+    if isinstance(data, int) and not -_MOST_WHOLE <= data < _MOST_WHOLE:
+        raise error(f"{path}: {str(data)[:20]}... is no whole number of 64 bits; correct it")
+    if isinstance(data, (dict, list)):
+        for value in data.values() if isinstance(data, dict) else data:
+            _check_numbers(path, value, error)
+
+
+def _inside(data: Any) -> list[Any]:
+    """List the tables and lists that lie in a table or list."""
+    if not isinstance(data, (dict, list)):
+        return []
+    values = data.values() if isinstance(data, dict) else data
+    return [value for value in values if isinstance(value, (dict, list))]
+
+
+def _too_deep(path: Path, error: type[ErrorT]) -> ErrorT:
+    return error(
+        f"{path} is nested too deeply: more than {MOST_NESTED} tables or lists lie inside each "
+        "other; write it anew"
+    )
+
+
+def _too_large(path: Path, error: type[ErrorT], limit: FileLimit) -> ErrorT:
+    return error(
+        f"cannot read {path}: it has more than {limit.text}, the most for {limit.what}; give a "
+        "smaller file"
+    )

@@ -1,0 +1,137 @@
+"""Finds the object that fills a box: cuts from several starts, for the box and for moved ones."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from servoid.camera.smoothing import gaussian
+from servoid.pose import exact
+from servoid.segment.answers import HAND_PX, Answers
+from servoid.segment.segment import CERTAIN, MAYBE, MAYBE_NOT, NOT, Image, Mask, Window, cut
+from servoid.segment.worth import border_on_edges, colors_agree, edges_of, log_ratio, solidity
+
+Corners = tuple[float, float, float, float]
+
+_SIDE_PX = 96
+_MARGIN = 0.2
+_ROUNDS = 3
+# For each start: the plain one is left only for one that is clearly better.
+_HANDICAPS = (1.0, 0.4, 1.0 / 1.5, 1.0 / 1.5)
+_CORE = 0.7  # share of the box's sides; most objects fill the middle of a tight box
+# How the corners are moved, in shares of a hand's error: not at all, larger, smaller, and aslant.
+_MOVES = (
+    (0.0, 0.0, 0.0, 0.0),
+    (-1.0, -1.0, 1.0, 1.0),
+    (1.0, 1.0, -1.0, -1.0),
+    (1.0, 1.0, 1.0, 1.0),
+    (-1.0, -1.0, -1.0, -1.0),
+    (1.0, -1.0, 1.0, -1.0),
+    (-1.0, 1.0, -1.0, 1.0),
+)
+
+
+def larger(box: Corners) -> Corners:
+    """Return a box with its sides moved outward by a hand's error."""
+    return _moved(box, _MOVES[1])
+
+
+def pixels_in(box: Corners, shape: tuple[int, ...]) -> Mask:
+    """Return the pixels of a box (left, top, right, bottom), (H, W) uint8: 255 inside."""
+    rows, columns = np.arange(shape[0]), np.arange(shape[1])
+    inside = ((rows >= box[1] - 0.5) & (rows <= box[3] + 0.5))[:, None] & (
+        (columns >= box[0] - 0.5) & (columns <= box[2] + 0.5)
+    )
+    return np.where(inside, 255, 0).astype(np.uint8)
+
+
+def grow_from_box(image: Image, box: Corners) -> Answers:
+    """Find the object in a box, and in the same box moved by a hand's error; they may be empty.
+
+    The object may reach beyond a box by a hand's error. Of the cuts in a box the one is chosen
+    that fills it best, whose border lies on edges, whose colours are rarer around it, and that is
+    no scatter of patches.
+    """
+    boxes = [_moved(box, by) for by in _MOVES]
+    window = Window.around(pixels_in(larger(boxes[1]), image.shape), _SIDE_PX, _MARGIN)
+    small = window.small(image)
+    edges = edges_of(small)
+    chosen: list[Mask] = []
+    weighed: list[tuple[float, Mask]] = []
+    for one in boxes:
+        offer = _Offer.of(one, window, image.shape)
+        if offer is None:
+            continue
+        cuts = [cut(small, labels, _ROUNDS) for labels in _starts(small, offer)]
+        pairs = zip(_HANDICAPS, cuts, strict=True)
+        worths = [share * _worth(small, mask, edges, offer) for share, mask in pairs]
+        best = int(np.argmax(worths))
+        chosen.append(cuts[best] if worths[best] > 0.0 else np.zeros_like(cuts[best]))
+        weighed += zip(worths, cuts, strict=True)
+    return Answers.of(window, chosen or [np.zeros(small.shape[:2], np.uint8)], weighed)
+
+
+@dataclass(frozen=True, eq=False)
+class _Offer:
+    """What a box offers in the small image: its own pixels, its core, and those of the object."""
+
+    drawn: NDArray[np.bool_]
+    core: NDArray[np.bool_]
+    possible: NDArray[np.bool_]
+
+    @classmethod
+    def of(cls, box: Corners, window: Window, shape: tuple[int, ...]) -> "_Offer | None":
+        """Return what a box offers; None if it offers nothing or everything."""
+        aside = 0.5 * (1.0 - _CORE)
+        width, height = box[2] - box[0], box[3] - box[1]
+        core = (
+            box[0] + aside * width,
+            box[1] + aside * height,
+            box[2] - aside * width,
+            box[3] - aside * height,
+        )
+        drawn, core, possible = (
+            window.small(pixels_in(one, shape)) > 127 for one in (box, core, larger(box))
+        )
+        possible = drawn if possible.all() else possible
+        return None if drawn.all() or not drawn.any() else cls(drawn, core, possible)
+
+
+def _moved(box: Corners, by: Corners) -> Corners:
+    left, top, right, bottom = (side + HAND_PX * way for side, way in zip(box, by, strict=True))
+    if left >= right:  # a box that is smaller than a hand's error keeps its middle
+        left = right = 0.5 * (left + right)
+    if top >= bottom:
+        top = bottom = 0.5 * (top + bottom)
+    return left, top, right, bottom
+
+
+def _starts(small: Image, offer: _Offer) -> Iterator[NDArray[np.uint8]]:
+    """Yield labels to start from, between which only their success can decide."""
+    possible = offer.possible
+    yield np.where(possible, MAYBE, NOT).astype(np.uint8)
+    yield np.where(offer.core, CERTAIN, np.where(possible, MAYBE, NOT)).astype(np.uint8)
+    ratio = gaussian(log_ratio(small, possible), 1.0)
+    likely = ratio > max(0.0, float(np.median(ratio[possible])))
+    yield np.where(possible, np.where(likely, MAYBE, MAYBE_NOT), NOT).astype(np.uint8)
+    sure = possible & (ratio > max(0.5, float(np.quantile(ratio[possible], 0.85))))
+    labels = np.where(possible, np.where(ratio > 0.0, MAYBE, MAYBE_NOT), NOT)
+    yield np.where(sure, CERTAIN, labels).astype(np.uint8)
+
+
+def _worth(small: Image, mask: Mask, edges: NDArray[np.float32], offer: _Offer) -> float:
+    if not mask.any():
+        return 0.0
+    fits = border_on_edges(mask, edges) * _tightness(mask, offer.drawn) * solidity(mask)
+    return fits / (1.05 - colors_agree(small, mask))
+
+
+def _tightness(mask: Mask, drawn: NDArray[np.bool_]) -> float:
+    """Say how nearly a mask reaches all four sides of its box, without being all of it."""
+    gaps = 0.0
+    for axis in (0, 1):
+        taken, offered = (np.flatnonzero(px.any(axis=axis))[[0, -1]] for px in (mask, drawn))
+        gaps += float(np.abs(taken - offered).sum()) / float(offered[1] - offered[0] + 1)
+    share = float((mask != 0).sum()) / float(drawn.sum())
+    return exact.exp(-3.0 * gaps) * (1.0 if share < 0.95 else 0.5)

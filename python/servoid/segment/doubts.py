@@ -1,0 +1,106 @@
+"""Says what speaks against a mask: depth that parts it, sides of a box that it leaves, thinness."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from servoid.segment.answers import HAND_PX
+from servoid.segment.segment import Mask
+
+_BORDER_PX = 2  # depth at an outline mixes object and background
+_LEAST_PIXELS = 50  # with depth, below which nothing is said
+_LEAST_SHARE = 0.1  # of a mask's pixels, that make a surface of their own
+_BETWEEN = 0.02  # share of pixels that may lie in a gap: some at edges inside the object do
+_GAP = 0.5  # of the object's width: parts of one object are nearer to each other
+_FAR_SIDE = 0.15  # of a box's width or height
+_THIN = 0.5  # share of a mask that must stay when thin parts are taken away
+
+
+@dataclass(frozen=True, eq=False)
+class Depth:
+    """A depth image, (H, W) float32 in metres, NaN where unknown, and its focal length."""
+
+    metres: NDArray[np.float32]
+    focal_px: float
+
+
+@dataclass(frozen=True, eq=False)
+class Parting:
+    """Two surfaces in one mask: the masks of the near and the far one, and the gap in metres."""
+
+    near: Mask
+    far: Mask
+    gap: float
+    width: float
+
+    @property
+    def words(self) -> str:
+        """Say what was found."""
+        near, far = (int((mask != 0).sum()) for mask in (self.near, self.far))
+        share = 100.0 * far / (near + far)
+        return (
+            f"its mask holds two surfaces: by the depth image {share:.0f} % of it lie "
+            f"{self.gap:.2g} m behind the rest, and the rest is only {self.width:.2g} m wide"
+        )
+
+
+def parted_by_depth(mask: Mask, depth: Depth) -> Parting | None:
+    """Find a gap in the depth of a mask's pixels that is too wide for one object."""
+    import cv2
+
+    kernel = np.ones((2 * _BORDER_PX + 1,) * 2, np.uint8)
+    metres = depth.metres
+    inside = (cv2.erode(mask, kernel) != 0) & np.isfinite(metres) & (metres > 0.0)
+    ordered = np.sort(metres[inside]).astype(np.float64)
+    count = len(ordered)
+    if count < _LEAST_PIXELS:
+        return None
+    within = max(1, int(_BETWEEN * count))
+    first, last = int(_LEAST_SHARE * count), int((1.0 - _LEAST_SHARE) * count) - within
+    if last <= first:
+        return None
+    gaps = ordered[first + within : last + within] - ordered[first:last]
+    widest = int(np.argmax(gaps))
+    gap = float(gaps[widest])
+    border = ordered[first + widest] + 0.5 * gap
+    near, far = (
+        np.where(part & (mask != 0), 255, 0).astype(np.uint8)
+        for part in (~(metres > border), metres > border)
+    )
+    # As wide as a square of the area that its nearer part has.
+    width = float(np.median(ordered[ordered <= border])) * float(
+        np.sqrt(float((inside & (metres <= border)).sum()))
+    )
+    width /= depth.focal_px
+    return Parting(near, far, gap, width) if gap > _GAP * width else None
+
+
+def far_sides(mask: Mask, box: tuple[float, float, float, float]) -> list[str]:
+    """Name the sides of a box (left, top, right, bottom) from which a mask stays far away."""
+    rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
+    height, width = mask.shape
+    left, top = max(box[0], 0.0), max(box[1], 0.0)
+    right, bottom = min(box[2], width - 1.0), min(box[3], height - 1.0)
+    gaps = {
+        "left": (columns[0] - left) / (right - left + 1.0),
+        "top": (rows[0] - top) / (bottom - top + 1.0),
+        "right": (right - columns[-1]) / (right - left + 1.0),
+        "bottom": (bottom - rows[-1]) / (bottom - top + 1.0),
+    }
+    return [side for side, gap in gaps.items() if gap > _FAR_SIDE]
+
+
+def thickness_left(mask: Mask) -> float:
+    """Return which share of a mask stays if its border is moved in by a hand's error and back."""
+    import cv2
+
+    side = 2 * round(HAND_PX) + 1
+    disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side))
+    stays = cv2.morphologyEx(mask, cv2.MORPH_OPEN, disc)
+    return float((np.asarray(stays) != 0).sum()) / float((mask != 0).sum())
+
+
+def is_thin(mask: Mask) -> bool:
+    """Say if a mask is rather a line than an area: it changes wholly if its border moves."""
+    return thickness_left(mask) < _THIN

@@ -1,0 +1,306 @@
+"""Finds the object that a target means in its image."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from servoid.camera.images import read_image, read_mask
+from servoid.camera.smoothing import gaussian
+from servoid.errors import DoubtError, TargetError, located
+from servoid.segment.answers import CLEAR, HAND_PX, STEADY, Answers
+from servoid.segment.boxes import Corners, grow_from_box, larger, pixels_in
+from servoid.segment.clicks import grow_from_click
+from servoid.segment.doubts import Depth, far_sides, is_thin, parted_by_depth, thickness_left
+from servoid.segment.hue import hue_planes, match_image
+from servoid.segment.segment import Image, Mask, check_image
+from servoid.segment.target import (
+    BackgroundTarget,
+    BoxTarget,
+    ClickTarget,
+    HueTarget,
+    MaskTarget,
+    Target,
+)
+
+_LEAST_CHANGE = 10.0  # grey levels; cameras and compression change less by themselves
+_DEEPEST_SHADOW = 0.45
+_BRIGHTEST = 1.15
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """What a target means in its image, and how sure that is.
+
+    `mask` is (H, W) uint8, 255 on the object. `doubt` says why it may be another object, None if
+    nothing speaks against it; `answers` are then the masks between which a person must choose, of
+    which `mask` is the first. `notes` are what a person should know in any case.
+    """
+
+    mask: Mask
+    answers: tuple[Mask, ...]
+    doubt: str | None = None
+    notes: tuple[str, ...] = ()
+
+
+def find_object(
+    target: Target, image: Image, depth: Depth | None = None, *, trusted: bool = False
+) -> Mask:
+    """Find the object that a target means in an image: the mask, (H, W) uint8, 255 on the object.
+
+    Args:
+        target: a mask, a box, a click, a hue window or a picture of the empty background; which
+            view it is meant for is the caller's business.
+        image: (H, W, 3) uint8, RGB.
+        depth: what a depth camera saw in the same pixels, if there is one.
+        trusted: use the mask that is most likely, even if another object may be meant.
+
+    Raises:
+        DoubtError: another object may be meant: the target moved by 3 px finds another one, or
+            several are as likely, or depth parts it.
+        TargetError: the target lies outside the image, or finds nothing or everything.
+        MaskError: the file of a mask cannot be read or has another size than the image.
+        ImageError: the same for the picture of a background.
+
+    """
+    found = seek_object(target, image, depth)
+    return found.mask if trusted else undoubted(found, target, image)
+
+
+def undoubted(found: Found, target: Target, image: Image) -> Mask:
+    """Return the mask that was found for a target in an image, if there is no doubt about it.
+
+    Raises:
+        DoubtError: there is.
+
+    """
+    if found.doubt is None:
+        return found.mask
+    message = f"the target '{target}': {found.doubt}; {_CURES[type(target)]}"
+    raise DoubtError(message, image, found.answers)
+
+
+def seek_object(target: Target, image: Image, depth: Depth | None = None) -> Found:
+    """Find the object that a target means in an image, and say how sure that is.
+
+    Arguments and errors are those of `find_object`; what is doubtful raises nothing here.
+    """
+    check_image(image)
+    with located(f"the target '{target}'"):
+        if depth is not None and depth.metres.shape != image.shape[:2]:
+            raise TargetError(
+                f"the depth image has the shape {depth.metres.shape}, the image "
+                f"{image.shape[:2]}; give depth in the pixels of the image"
+            )
+        found = _find(target, image)
+        if not found.mask.any():
+            raise TargetError(_nothing_found(target, image))
+        if found.mask.all():
+            raise TargetError(
+                "the whole image was taken for the object; some of the background must be seen, "
+                f"so {_REMEDIES[type(target)]}"
+            )
+    parting = None if depth is None else parted_by_depth(found.mask, depth)
+    if parting is None:
+        return found
+    doubt = parting.words if found.doubt is None else f"{found.doubt}; and {parting.words}"
+    return replace(found, doubt=doubt, answers=(*found.answers, parting.near, parting.far))
+
+
+_REMEDIES: dict[type, str] = {
+    MaskTarget: "draw a mask that is zero on the background",
+    BoxTarget: "draw the box around the object, a little larger than it, or give a mask",
+    ClickTarget: "click on the middle of the object, or draw a box around it",
+    HueTarget: "choose a narrower hue window",
+    BackgroundTarget: "take the picture of the empty place with the same camera, pose and exposure",
+}
+
+_CURES: dict[type, str] = {
+    MaskTarget: "draw a mask that covers the object and nothing else",
+    BoxTarget: "draw a box that nearly touches the object on all four sides, or give a mask",
+    ClickTarget: "draw a box around the object, or give a mask",
+    HueTarget: "choose a narrower hue window, or give a mask",
+    BackgroundTarget: "give a mask, or a box around the object",
+}
+
+
+def _find(target: Target, image: Image) -> Found:
+    size_px = image.shape[1], image.shape[0]
+    match target:
+        case MaskTarget(path=path):
+            return _drawn(read_mask(path, size_px))
+        case BackgroundTarget(path=path):
+            return _alone(changed_part(image, read_image(path, size_px)))
+        case HueTarget():
+            return _alone(hue_part(image, target))
+        case BoxTarget():
+            return _in_box(image, target)
+        case ClickTarget():
+            return _at_click(image, target)
+
+
+def _alone(mask: Mask) -> Found:
+    return Found(mask, (mask,))
+
+
+def _drawn(mask: Mask) -> Found:
+    if not mask.any() or not is_thin(mask):
+        return _alone(mask)
+    return Found(
+        mask,
+        (mask,),
+        f"the mask is a line and no area: it keeps {100.0 * thickness_left(mask):.0f} % of its "
+        f"pixels if its border is moved by {HAND_PX:.0f} px, and half is needed",
+    )
+
+
+def _in_box(image: Image, target: BoxTarget) -> Found:
+    box = (target.u0, target.v0, target.u1, target.v1)
+    _check_box(pixels_in(box, image.shape))
+    answers = grow_from_box(image, box)
+    mask = answers.sharp(image)
+    mask[pixels_in(larger(box), image.shape) == 0] = 0
+    return replace(
+        _found(image, mask, answers, "a box moved"),
+        notes=(*_beyond(box, image), *(_far_away(mask, box) if mask.any() else ())),
+    )
+
+
+def _at_click(image: Image, target: ClickTarget) -> Found:
+    height, width = image.shape[:2]
+    if not (-0.5 <= target.u < width - 0.5 and -0.5 <= target.v < height - 0.5):
+        raise TargetError(
+            f"the click lies outside the image, which has u from 0 to {width - 1} and v from 0 to "
+            f"{height - 1}"
+        )
+    answers = grow_from_click(image, target.u, target.v)
+    return _found(image, answers.sharp(image), answers, "a click moved")
+
+
+def _found(image: Image, mask: Mask, answers: Answers, moved: str) -> Found:
+    doubt, clearness = None, _floor(answers.clearness)
+    if answers.steadiness < STEADY:
+        doubt = (
+            f"{moved} by {HAND_PX:.0f} px finds another object: its mask overlaps the most common "
+            f"one by {_floor(answers.steadiness)} (intersection over union), and {STEADY} is needed"
+        )
+    elif answers.clearness < CLEAR:
+        doubt = (
+            "several objects fit it about as well: their masks overlap the most common one by "
+            f"{clearness} on average (intersection over union), and {CLEAR} is needed"
+        )
+    return Found(mask, (mask, *answers.shown(image.shape)[1:]), doubt)
+
+
+def _floor(share: float) -> str:
+    """Write a share with two digits, never a larger one: what is too little must look so."""
+    return f"{int(100.0 * share) / 100.0:.2f}"
+
+
+def _beyond(box: Corners, image: Image) -> tuple[str, ...]:
+    """Say that a box reaches beyond its image by more than a hand's error."""
+    height, width = image.shape[:2]
+    over = {
+        "left": -box[0],
+        "top": -box[1],
+        "right": box[2] - (width - 1.0),
+        "bottom": box[3] - (height - 1.0),
+    }
+    sides = [side for side, pixels in over.items() if pixels > HAND_PX]
+    if not sides:
+        return ()
+    return (
+        f"the box reaches beyond the image at its {_joined(sides)}: u goes from 0 to {width - 1} "
+        f"and v from 0 to {height - 1}; check the numbers, and that the image was not resized",
+    )
+
+
+def _joined(names: Sequence[str]) -> str:
+    """Join names as a sentence has them: `left, top and right`."""
+    return " and ".join((", ".join(names[:-1]), names[-1]) if len(names) > 1 else names)
+
+
+def _far_away(mask: Mask, box: Corners) -> tuple[str, ...]:
+    sides = far_sides(mask, box)
+    if not sides:
+        return ()
+    return (
+        f"the object that was found does not reach the {_joined(sides)} of its box; if a part of "
+        "it is missing, draw the box closer around it",
+    )
+
+
+def _check_box(inside: Mask) -> None:
+    height, width = inside.shape
+    if not inside.any():
+        raise TargetError(
+            f"the box lies outside the image, which has u from 0 to {width - 1} and v from 0 to "
+            f"{height - 1}"
+        )
+    if inside.all():
+        raise TargetError(
+            "the box covers the whole image, so nothing shows the background; draw it closer "
+            "around the object, or give a mask"
+        )
+
+
+def hue_part(image: Image, window: HueTarget) -> Mask:
+    """Find the largest connected part whose hues lie in a window; its holes are closed."""
+    import cv2
+
+    limits = (window.low_deg, window.high_deg, window.least_saturation, window.least_value)
+    mask = largest_part(match_image(image, *limits))
+    outlines, _ = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+    return np.asarray(cv2.drawContours(mask, outlines, -1, (255,), cv2.FILLED), np.uint8)
+
+
+def changed_part(image: Image, background: Image) -> Mask:
+    """Find the largest connected part of an image that is new against an empty background.
+
+    A pixel has changed if no brightness of the background's colour explains it, from a soft shadow
+    to a little more light, by several times the noise of both pictures.
+    """
+    import cv2
+
+    now, empty = (gaussian(one.astype(np.float32), 1.0) for one in (image, background))
+    change = now - empty
+    fine = change - np.asarray(cv2.medianBlur(change, 5))
+    noise = 1.4826 * float(np.median(np.abs(fine)))
+    power = np.maximum((empty * empty).sum(axis=2), 1.0)
+    light = np.clip((now * empty).sum(axis=2) / power, _DEEPEST_SHADOW, _BRIGHTEST)
+    left_over = np.sqrt(np.square(now - light[..., None] * empty).sum(axis=2))
+    chosen = np.where(left_over > max(_LEAST_CHANGE, 8.0 * noise), 255, 0).astype(np.uint8)
+    across = 2 * round(max(image.shape) / 400) + 1
+    disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (across, across))
+    joined = cv2.morphologyEx(chosen, cv2.MORPH_CLOSE, disc)
+    return largest_part(np.asarray(joined, np.uint8))
+
+
+def largest_part(mask: Mask) -> Mask:
+    """Keep the largest connected part of a mask; of an empty one, nothing."""
+    import cv2
+
+    count, labels, stats, _ = cv2.connectedComponentsWithStats(mask, connectivity=8)
+    if count < 2:
+        return np.zeros_like(mask)
+    largest = 1 + int(np.argmax(np.asarray(stats)[1:, cv2.CC_STAT_AREA]))
+    return np.where(np.asarray(labels) == largest, 255, 0).astype(np.uint8)
+
+
+def _nothing_found(target: Target, image: Image) -> str:
+    message = f"no object was found; {_REMEDIES[type(target)]}"
+    if not isinstance(target, HueTarget):
+        return message
+    height, width = image.shape[:2]
+    middle = image[height // 3 : height - height // 3, width // 3 : width - width // 3]
+    hue_deg, saturation, value = hue_planes(middle)
+    strong = (saturation >= target.least_saturation) & (value >= target.least_value)
+    if not strong.any():
+        return (
+            "no pixel has such a hue, and the middle of the image is too grey or too dark to have "
+            "any; give a box or a mask"
+        )
+    counts = np.bincount((hue_deg[strong] // 20.0).astype(np.intp) % 18, minlength=18)
+    common = [index for index in np.argsort(-counts, kind="stable")[:2] if counts[index]]
+    found = " and ".join(f"{20 * index}..{20 * index + 20}" for index in common)
+    return f"no pixel has such a hue; hues in the middle of the image are mostly {found}"

@@ -1,0 +1,139 @@
+"""Reads the observations of a capture one after another, and survives what is wrong with them."""
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from servoid._native import Camera, Pose
+from servoid.camera.ideal import Ideal
+from servoid.camera.picture import Picture
+from servoid.capture.capture import Capture, CaptureCamera, Observation
+from servoid.errors import ImageError
+from servoid.source.source import Instant
+
+ASSUMED_HZ = 30.0  # observations a second where the capture knows neither times nor a rate
+_MOST_UNKNOWN = 0.5  # an image of which more pixels are unknown shows nothing
+
+
+def cameras_of(capture: Capture) -> tuple[Camera, ...]:
+    """Return the ideal pinhole cameras of a capture's rig.
+
+    Raises:
+        CameraError: a lens sees nothing of its image.
+
+    """
+    return tuple(camera.ideal.camera for camera in capture.cameras)
+
+
+def read_instants(capture: Capture, observations: Sequence[Observation]) -> Iterator[Instant]:
+    """Read observations in order, each when it is asked for.
+
+    An image that cannot be read is left out, with a notice. Where the capture knows no times they
+    are counted from its rate, or else from `ASSUMED_HZ`.
+    """
+    for observation in observations:
+        seen = [
+            _read(camera, picture)
+            for camera, picture in zip(capture.cameras, observation.pictures, strict=True)
+        ]
+        measured = [_measured(camera, observation.index) for camera in capture.cameras]
+        knows_depth = any(depth is not None for depth, _ in measured)
+        yield Instant(
+            index=observation.index,
+            time_s=_time_s(capture, observation),
+            world_from_camera=poses_of(capture, observation),
+            images=tuple(image for image, _ in seen),
+            depths=tuple(depth for depth, _ in measured) if knows_depth else (),
+            notices=tuple(notice for _, notice in (*seen, *measured) if notice is not None),
+            names=tuple(camera.name for camera in capture.cameras),
+        )
+
+
+def poses_of(capture: Capture, observation: Observation) -> tuple[Pose, ...]:
+    """Return world_from_camera of each ideal pinhole camera in one observation."""
+    return tuple(
+        observation.world_from_rig @ camera.rig_from_camera @ camera.ideal.lens_from_camera
+        for camera in capture.cameras
+    )
+
+
+def tidy_image(image: NDArray[Any]) -> tuple[NDArray[np.uint8] | None, str | None]:
+    """Turn an image of any depth into uint8, and say what was wrong with it, or None.
+
+    `image` is (H, W) or (H, W, C): uint8 as it is, uint16 by its upper byte, bool as black and
+    white, floats from 0 to 1, or from 0 to 255 if any is above 1. Unknown pixels, NaN or infinite,
+    become black; if there are more of them than others, the answer is None. One channel becomes
+    none, and of four the last, transparency, is dropped.
+    """
+    pixels = np.asarray(image)
+    if pixels.ndim == 3 and pixels.shape[2] in (1, 4):
+        pixels = pixels[..., 0] if pixels.shape[2] == 1 else pixels[..., :3]
+    if pixels.size == 0 or pixels.ndim not in (2, 3) or pixels.shape[2:] not in ((), (3,)):
+        return None, f"an image has shape (H, W) or (H, W, 3), not {np.shape(image)}"
+    notice = None
+    if np.issubdtype(pixels.dtype, np.floating):
+        known = np.isfinite(pixels)
+        unknown = 1.0 - float(known.mean())
+        if unknown > _MOST_UNKNOWN:
+            return None, f"{100.0 * unknown:.0f} % of the image is no number"
+        if unknown:
+            notice = f"{100.0 * unknown:.2g} % of the image is no number and was taken as black"
+        pixels = np.where(known, pixels, 0.0)
+        pixels = np.rint(np.clip(pixels * (255.0 if pixels.max() <= 1.0 else 1.0), 0.0, 255.0))
+    elif pixels.dtype == np.uint16:
+        pixels = pixels >> 8
+    elif pixels.dtype == np.bool_:
+        pixels = pixels * np.uint8(255)
+    elif pixels.dtype != np.uint8:
+        return None, f"an image of {pixels.dtype} means nothing; give uint8, uint16 or float"
+    return np.ascontiguousarray(pixels, dtype=np.uint8), notice
+
+
+def ideal_image(
+    name: str, ideal: Ideal, pixels: NDArray[Any]
+) -> tuple[NDArray[np.uint8] | None, str | None]:
+    """Return what the ideal pinhole of a lens sees of its image, and what is wrong with that.
+
+    `name` is the camera's, for the notice.
+    """
+    try:
+        image, notice = tidy_image(pixels)
+        if image is not None:
+            image = ideal.maps().image(image)
+    except ImageError as error:
+        image, notice = None, str(error)
+    return image, None if notice is None else f"camera {name}: {notice}"
+
+
+def _read(
+    camera: CaptureCamera, picture: Picture | None
+) -> tuple[NDArray[np.uint8] | None, str | None]:
+    if picture is None:
+        return None, f"camera {camera.name}: there is no image"
+    try:
+        pixels = picture.read(camera.lens.size_px)
+    except ImageError as error:
+        return None, f"camera {camera.name}: {error}"
+    return ideal_image(camera.name, camera.ideal, pixels)
+
+
+def _measured(camera: CaptureCamera, index: int) -> tuple[NDArray[np.float32] | None, str | None]:
+    """Read the depth image of an observation, as the ideal pinhole of its camera sees it."""
+    if camera.depth_scale_m is None and not camera.depths_m:
+        return None, None
+    try:
+        recorded = camera.recorded_depth(index)
+        if recorded is None:
+            return None, None
+        depth = camera.ideal.maps().depth(recorded)
+    except ImageError as error:
+        return None, f"camera {camera.name}: {error}"
+    return np.ascontiguousarray(depth, dtype=np.float32), None
+
+
+def _time_s(capture: Capture, observation: Observation) -> float:
+    if observation.time_s is not None:
+        return observation.time_s
+    return observation.index / (capture.rate_hz or ASSUMED_HZ)

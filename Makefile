@@ -12,7 +12,7 @@ BIN := .venv/bin
 # What the scripts share, and what has a target of its own.
 NO_BENCHES := benches/sequences.py benches/variants.py $(wildcard benches/trust*.py) benches/tuning.py benches/confidence.py
 # A file's tests stay together, as they share what is drawn for them; files that take long go first,
-# in the order of tests/python/tiers.py, so that no worker waits for another in the end.
+# in the order of tests/fixtures/tiers.py, so that no worker waits for another in the end.
 PYTEST := $(BIN)/python -m pytest --numprocesses auto --maxprocesses 4 --dist loadfile \
 	--no-loadscope-reorder
 

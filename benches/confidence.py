@@ -27,7 +27,9 @@ from servoid.exchange import open_any
 from servoid.track import Request, track_capture
 from variants import VARIANTS
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "python"))
+sys.path.extend(
+    str(Path(__file__).resolve().parents[1] / "tests" / part) for part in ("fixtures", "scenes")
+)
 
 from rust_constants import constants
 from trust_scenes import (

@@ -15,7 +15,9 @@ import numpy as np
 from sequences import Recording, Table
 from servoid.exchange import open_any
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "python"))
+sys.path.extend(
+    str(Path(__file__).resolve().parents[1] / "tests" / part) for part in ("fixtures", "scenes")
+)
 
 from trust_scenes import COURSES, FULL, write_depth_course
 from trust_verdicts import verdicts

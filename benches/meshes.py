@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from servoid.camera import Camera
-from servoid.exchange.mesh_file import MeshFile, read_mesh
+from servoid.exchange.shapes.mesh_file import MeshFile, read_mesh
 from servoid.model import Request, fit_mesh
 from servoid.pose import Pose
 from servoid.shape import Body

@@ -1,7 +1,7 @@
 """Measure anew what chance does to the scenes of the tests, and the bounds that follow from it.
 
-Each scene of `tests/python/scenes_*.py` runs with seeds 0, 1, 2 and so on. The medians and the
-worst figures replace those of `tests/python/scenes.tsv`, whole or not at all; margins stay as they
+Each scene of `tests/scenes/scenes_*.py` runs with seeds 0, 1, 2 and so on. The medians and the
+worst figures replace those of `tests/scenes/scenes.tsv`, whole or not at all; margins stay as they
 are there. Prints each figure with its worst seeds, and the bound that it had before. A scene that
 fails for a seed is told with the error, and then nothing is written.
 
@@ -20,7 +20,9 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from servoid.output import write_whole
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "python"))
+sys.path.extend(
+    str(Path(__file__).resolve().parents[1] / "tests" / part) for part in ("fixtures", "scenes")
+)
 
 from scene_table import (
     SEEDS,

@@ -28,7 +28,9 @@ from servoid.output import write_whole
 from servoid.track import Request, track_capture
 from variants import VARIANTS, Variant
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "python"))
+sys.path.extend(
+    str(Path(__file__).resolve().parents[1] / "tests" / part) for part in ("fixtures", "scenes")
+)
 
 from trust_scenes import COURSES, FULL, MESHES, TOY_COURSES, write_course
 from trust_verdicts import Verdicts, verdicts

@@ -27,7 +27,10 @@ from servoid.exchange import open_any
 from servoid.output import write_whole
 from servoid.track import Request, track_capture
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "python"))
+sys.path.extend(
+    str(Path(__file__).resolve().parents[1] / "tests" / part)
+    for part in ("fixtures", "scenes", "house")
+)
 
 from rust_constants import (
     FACTORS,

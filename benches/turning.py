@@ -29,7 +29,9 @@ from servoid.source import Instant
 from servoid.track import Tracked
 from track_speed import LONG_IMAGES, LONG_ROWS, resident_mb, to_and_fro
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "python"))
+sys.path.extend(
+    str(Path(__file__).resolve().parents[1] / "tests" / part) for part in ("fixtures", "scenes")
+)
 
 from trust_scenes import PRINTED
 from trust_verdicts import Verdicts, verdicts

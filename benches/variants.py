@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from servoid.camera import Lens, Picture, read_mask
 from servoid.capture import Capture, CaptureCamera
-from servoid.sim.folder import encode
+from servoid.sim.samples.folder import encode
 
 NOISE, LIGHT, QUALITY = 15.0, 0.4, 30  # grey levels; times; of JPEG, to 100
 STRUCK = 3  # images in a row that a fault strikes

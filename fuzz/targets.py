@@ -16,8 +16,8 @@ from servoid.camera import read_depth, read_image, read_mask
 from servoid.capture import Capture
 from servoid.cli import main
 from servoid.exchange import open_any
-from servoid.exchange.cloud_file import read_cloud
-from servoid.exchange.mesh_file import read_mesh
+from servoid.exchange.shapes.cloud_file import read_cloud
+from servoid.exchange.shapes.mesh_file import read_mesh
 from servoid.record import read_trajectory
 from servoid.segment import parse_target
 from servoid.servo import read_settings

@@ -5,7 +5,7 @@ pytest.importorskip("daqp", reason="servoing within all limits needs daqp")
 
 from servoid.pose import Pose
 from servoid.servo import Controller
-from servoid.servo.moving import change_between
+from servoid.servo.law.moving import change_between
 from servoid.source import Source
 from servoid_experiments.bode.late_sight import LateSource, Reader, Sight, image_of, pose_of
 from servoid_experiments.bode.margin import (

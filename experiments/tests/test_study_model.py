@@ -11,7 +11,7 @@ from servoid._native import Body, Camera, Mesh
 from servoid.errors import SimError
 from servoid.pose import Pose
 from servoid.servo import settings_toml
-from servoid.sim import bird
+from servoid.sim.samples import bird
 from servoid_experiments.design import Done
 from servoid_experiments.modelling import MODEL, ModelStudySettings
 from servoid_experiments.modelling.around import around

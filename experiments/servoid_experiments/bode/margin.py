@@ -13,8 +13,8 @@ from servoid.batch import Experiment
 from servoid.pose import Pose
 from servoid.servo import Command, Controller, GazeMode, ServoSettings, as_the_paper, servo
 from servoid.servo.arm import Floats
-from servoid.servo.gaze import fixation
-from servoid.servo.moving import change_between, shifted_and_turned
+from servoid.servo.law.gaze import fixation
+from servoid.servo.law.moving import change_between, shifted_and_turned
 from servoid.sim.arm_file import read_arm
 from servoid.sim.serial_arm import SerialArm
 from servoid.sim.world import BEFORE_HAND, PhysicsSettings

@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 from servoid._native import Body, Camera, Lens, Paint, Stage
 from servoid.errors import SimError
 from servoid.pose import Pose
-from servoid.sim import bird
-from servoid.sim.world.meshes import as_mesh
-from servoid.sim.world.motions import STILL, Floats, pose_of, row_of, unit_row
+from servoid.sim.samples import bird
+from servoid.sim.world.events.motions import STILL, Floats, pose_of, row_of, unit_row
 from servoid.sim.world.objects import OBJECTS, make_object
+from servoid.sim.world.scene.meshes import as_mesh
 from servoid_experiments.metrics import held_by
 from servoid_experiments.modelling.nets import surface_net
 from servoid_experiments.modelling.voxels import Voxels, voxels_of

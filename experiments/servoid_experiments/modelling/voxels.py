@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from servoid.sim.world.motions import Floats
+from servoid.sim.world.events.motions import Floats
 
 _OFF = np.array([0.3819, 0.4142, 0.5])  # of a voxel: lines that meet no corner of a mesh
 

@@ -12,15 +12,15 @@ from msgspec import Meta
 from numpy.typing import NDArray
 
 from servoid._native import Body, Camera, Lens, Pose
-from servoid.servo.gaze import fixation
+from servoid.servo.law.gaze import fixation
 from servoid.sim.arm_file import read_arm
 from servoid.sim.world import CameraSettings, LightSettings
-from servoid.sim.world.motions import compose, pose_of, row_of, unit_row
+from servoid.sim.world.cameras.shutter import make_lens
+from servoid.sim.world.cameras.stages import Raycaster, Shot
+from servoid.sim.world.events.motions import compose, pose_of, row_of, unit_row
 from servoid.sim.world.objects import make_object
-from servoid.sim.world.room import make_room
-from servoid.sim.world.shutter import make_lens
-from servoid.sim.world.stages import Raycaster, Shot
-from servoid.sim.world.things import OBJECT, Ellipsoid, Thing
+from servoid.sim.world.scene.room import make_room
+from servoid.sim.world.scene.things import OBJECT, Ellipsoid, Thing
 
 Image = NDArray[np.uint8]
 Triple = tuple[float, float, float]

@@ -22,7 +22,7 @@ from servoid.servo import GazeMode, ServoSettings, as_the_paper
 from servoid.servo.settings import GazeSettings, HandSettings, JointSettings
 from servoid.sim.world import World
 from servoid.sim.world.objects import make_object
-from servoid.sim.world.things import Ellipsoid
+from servoid.sim.world.scene.things import Ellipsoid
 from servoid.track.follower import Follower, Images
 from servoid_experiments.paper.servoing_reading import Frame, Reading, hand_of, in_world, placed
 from servoid_experiments.paper.servoing_settings import Constants, Search, Triple

@@ -9,13 +9,13 @@ from numpy.typing import NDArray
 
 from servoid._native import Camera, Lens
 from servoid.pose import Pose, looking
-from servoid.sim.world.motions import STILL, Floats, compose, pose_of, row_of, unit_row
+from servoid.sim.world.cameras.shutter import make_lens
+from servoid.sim.world.cameras.stages import Image, Raycaster, Shot
+from servoid.sim.world.events.motions import STILL, Floats, compose, pose_of, row_of, unit_row
 from servoid.sim.world.objects import make_object
-from servoid.sim.world.room import make_room
+from servoid.sim.world.scene.room import make_room
+from servoid.sim.world.scene.things import BOARD, OBJECT, Box, Finish, Thing
 from servoid.sim.world.settings import BEFORE_HAND, CameraSettings, LightSettings
-from servoid.sim.world.shutter import make_lens
-from servoid.sim.world.stages import Image, Raycaster, Shot
-from servoid.sim.world.things import BOARD, OBJECT, Box, Finish, Thing
 from servoid_experiments.tracking.cases import Eyes, Scene
 from servoid_experiments.tracking.way import rest_from_objects
 

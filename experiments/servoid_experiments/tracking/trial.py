@@ -9,7 +9,7 @@ from servoid._native import Body, Camera, Given, ModelSettings, View, fit_body
 from servoid.batch import Experiment
 from servoid.pose import Pose
 from servoid.servo import spun_like
-from servoid.sim.world.motions import Floats
+from servoid.sim.world.events.motions import Floats
 from servoid.sim.world.objects import SPIN_AXES
 from servoid.track import Estimate
 from servoid_experiments.metrics import add_error

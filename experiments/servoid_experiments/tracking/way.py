@@ -3,8 +3,8 @@
 import numpy as np
 
 from servoid.pose import Pose
-from servoid.sim.world.motions import Floats
-from servoid.sim.world.paths import Random
+from servoid.sim.world.events.motions import Floats
+from servoid.sim.world.events.paths import Random
 
 _REACH = 0.05  # metres, along each axis
 _PERIOD_S = 6.0

@@ -7,10 +7,10 @@ import typer
 
 from servoid._native import __version__
 from servoid.cli.interrupting import Commands
-from servoid.cli.model_command import model
+from servoid.cli.model.model_command import model
 from servoid.cli.plugins import add_commands
-from servoid.cli.servo_command import servo
-from servoid.cli.track_command import track
+from servoid.cli.servo.servo_command import servo
+from servoid.cli.track.track_command import track
 from servoid.cli.values import Size, check_count, check_seed
 
 app: typer.Typer = typer.Typer(

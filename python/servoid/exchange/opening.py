@@ -5,10 +5,10 @@ from pathlib import Path
 from servoid.capture import Capture, open_capture
 from servoid.config.places import is_file, is_folder
 from servoid.errors import CaptureError
-from servoid.exchange import bop, nerfstudio
-from servoid.exchange.bop import open_bop
-from servoid.exchange.colmap import find_colmap_model, open_colmap
-from servoid.exchange.nerfstudio import open_nerfstudio
+from servoid.exchange.captures import bop, nerfstudio
+from servoid.exchange.captures.bop import open_bop
+from servoid.exchange.captures.colmap import find_colmap_model, open_colmap
+from servoid.exchange.captures.nerfstudio import open_nerfstudio
 
 _COLMAP_FILES = ("cameras.bin", "cameras.txt", "images.bin", "images.txt")
 

@@ -2,18 +2,19 @@
 
 from servoid.servo.accuracy import Accuracy, Wish, spun_like
 from servoid.servo.arm import Arm, Clearances, Eyes, Joints, JointState, Solid
+from servoid.servo.belief.remembering import RememberingArm
+from servoid.servo.belief.target import TargetEstimate, TargetFilter
 from servoid.servo.controller import Command, Controller
-from servoid.servo.limited import limited_s
+from servoid.servo.keeping.limited import limited_s
+from servoid.servo.keeping.safety import ORDINARY, Reason
+from servoid.servo.law.paper_law import PAPER_LAW, as_the_paper
+from servoid.servo.law.reach import reached
 from servoid.servo.log import Seen, ServoLog, ServoRow, off_center
 from servoid.servo.looking import Viewpoint, VisitStep, next_viewpoint, visit
 from servoid.servo.loop import Goal, Tick, brought_to_rest, halt, servo, servo_tracked
 from servoid.servo.meeting import Meeting, meet
 from servoid.servo.metrics import Hold, ServoMetrics, Spread, holds
-from servoid.servo.paper_law import PAPER_LAW, as_the_paper
 from servoid.servo.perception import Perception, TrackedInstant, TrackingInTurn, TrackingThread
-from servoid.servo.reach import reached
-from servoid.servo.remembering import RememberingArm
-from servoid.servo.safety import ORDINARY, Reason
 from servoid.servo.settings import (
     GazeMode,
     JointLaw,
@@ -24,7 +25,6 @@ from servoid.servo.settings import (
 )
 from servoid.servo.settings_text import settings_toml
 from servoid.servo.surface import body_places
-from servoid.servo.target import TargetEstimate, TargetFilter
 
 __all__ = [
     "ORDINARY",

@@ -7,20 +7,20 @@ import numpy as np
 
 from servoid.pose import Pose, exact
 from servoid.servo.arm import Arm, Floats, JointState, Shaped
-from servoid.servo.bounds import Bounds, Rows, Window
-from servoid.servo.desired import goal_error
-from servoid.servo.gaze import GazeControl
-from servoid.servo.guard import Guard
-from servoid.servo.hand import correction, within
-from servoid.servo.ik import QuadraticJoints
-from servoid.servo.joints import HandJoints, HandWish, JointWish, PaperJoints, hand_weights
-from servoid.servo.limiter import Limiter
-from servoid.servo.limits import JointLimits
-from servoid.servo.moving import Moving, change_between
-from servoid.servo.reaching import Reaching
-from servoid.servo.safety import LOCATED, Reason, Trust
+from servoid.servo.belief.target import Prediction, TargetEstimate, TargetFilter
+from servoid.servo.keeping.bounds import Bounds, Rows, Window
+from servoid.servo.keeping.guard import Guard
+from servoid.servo.keeping.limiter import Limiter
+from servoid.servo.keeping.limits import JointLimits
+from servoid.servo.keeping.safety import LOCATED, Reason, Trust
+from servoid.servo.law.desired import goal_error
+from servoid.servo.law.gaze import GazeControl
+from servoid.servo.law.hand import correction, within
+from servoid.servo.law.ik import QuadraticJoints
+from servoid.servo.law.joints import HandJoints, HandWish, JointWish, PaperJoints, hand_weights
+from servoid.servo.law.moving import Moving, change_between
+from servoid.servo.law.reaching import Reaching
 from servoid.servo.settings import JointLaw, JointSettings, ServoSettings
-from servoid.servo.target import Prediction, TargetEstimate, TargetFilter
 from servoid.source.source import Instant
 
 _LAWS: dict[JointLaw, Callable[[Arm, JointSettings], HandJoints]] = {

@@ -10,8 +10,8 @@ from servoid.errors import ServoError
 from servoid.pose import Pose, exact, looking
 from servoid.servo.arm import Arm, Floats
 from servoid.servo.controller import Command, Controller
-from servoid.servo.moving import change_between
-from servoid.servo.reach import reached
+from servoid.servo.law.moving import change_between
+from servoid.servo.law.reach import reached
 from servoid.servo.settings import LookSettings
 from servoid.servo.surface import Surface
 from servoid.source.source import Instant, Source

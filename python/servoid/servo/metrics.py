@@ -8,8 +8,8 @@ import numpy as np
 from servoid.pose import exact
 from servoid.servo.accuracy import Accuracy
 from servoid.servo.arm import Floats
+from servoid.servo.keeping.safety import Reason
 from servoid.servo.log import ServoLog
-from servoid.servo.safety import Reason
 
 
 @dataclass(frozen=True)

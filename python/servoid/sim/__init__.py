@@ -1,9 +1,9 @@
 """Captures of an object that servoid makes itself, to try everything on."""
 
-from servoid.sim.motion import WHOLE_TURN
-from servoid.sim.moving import write_moving_sample
-from servoid.sim.sample import write_sample
-from servoid.sim.scene import Look, MovingScene, Scenario
+from servoid.sim.samples.motion import WHOLE_TURN
+from servoid.sim.samples.moving import write_moving_sample
+from servoid.sim.samples.sample import write_sample
+from servoid.sim.samples.scene import Look, MovingScene, Scenario
 
 __all__ = [
     "WHOLE_TURN",

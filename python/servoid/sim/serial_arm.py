@@ -7,7 +7,7 @@ import numpy as np
 from servoid.errors import ServoError, SimError
 from servoid.pose import Pose, exact
 from servoid.servo.arm import Eyes, Floats, Joints, JointState
-from servoid.servo.reach import reached
+from servoid.servo.law.reach import reached
 from servoid.sim.arm_file import ArmFile
 
 _ODD = slice(0, None, 2)

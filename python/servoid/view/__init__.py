@@ -8,10 +8,10 @@ if find_spec("matplotlib") is None:
     # Said at the import, so that nobody models for minutes before learning it.
     raise MissingExtraError.of("pictures", "matplotlib", "view")
 
-from servoid.view.report import write_report
-from servoid.view.servo_plots import draw_servo_plots
-from servoid.view.servo_report import ServoPictures, write_servo_report
-from servoid.view.track_report import write_track_report
+from servoid.view.model.report import write_report
+from servoid.view.servo.servo_plots import draw_servo_plots
+from servoid.view.servo.servo_report import ServoPictures, write_servo_report
+from servoid.view.track.track_report import write_track_report
 
 __all__ = [
     "ServoPictures",

@@ -11,7 +11,7 @@ from enum import Enum
 import numpy as np
 
 from servoid.servo.arm import Floats, Joints, JointState
-from servoid.servo.limits import stoppable_speed
+from servoid.servo.keeping.limits import stoppable_speed
 from servoid.servo.link.messages import FromLoop, MotionCommand, Phase, Start
 from servoid.servo.link.settings import LinkSettings
 from servoid.servo.link.stopping import StoppingTrajectory

@@ -26,8 +26,8 @@ from servoid.servo import (
     visit,
 )
 from servoid.servo.arm import Floats
+from servoid.servo.law.moving import change_between
 from servoid.servo.meeting import Masks, Meeting, awaited, meet
-from servoid.servo.moving import change_between
 from servoid.sim.trial.marking import marker
 from servoid.sim.trial.settings import TrialSettings
 from servoid.sim.trial.truth import Truth, wish

@@ -1,11 +1,11 @@
 """A simulated world: an arm with turning eyes meets an object, under physics."""
 
-from servoid.sim.world.by_hand import hand_drawn, hand_missed
-from servoid.sim.world.faults import DropImages, Fault, FreezeCamera, Occlude, Teleport
+from servoid.sim.world.events.by_hand import hand_drawn, hand_missed
+from servoid.sim.world.events.faults import DropImages, Fault, FreezeCamera, Occlude, Teleport
+from servoid.sim.world.events.paths import KINDS, Path, Recorded, parse_path
 from servoid.sim.world.lab_settings import IDEAL, LabSettings
 from servoid.sim.world.objects import OBJECTS
-from servoid.sim.world.paths import KINDS, Path, Recorded, parse_path
-from servoid.sim.world.room import BACKGROUNDS
+from servoid.sim.world.scene.room import BACKGROUNDS
 from servoid.sim.world.settings import (
     BEFORE_HAND,
     ArmSettings,

@@ -7,8 +7,8 @@ import numpy as np
 
 from servoid._native import Camera
 from servoid.pose import Pose
+from servoid.sim.world.events.motions import Floats
 from servoid.sim.world.lab_settings import LabSettings
-from servoid.sim.world.motions import Floats
 
 _LAB = 0x1AB  # parts these numbers from others that are drawn by the same seed
 

@@ -4,7 +4,7 @@ from typing import Annotated
 
 from msgspec import Meta
 
-from servoid.sim.world.faults import SimSettings
+from servoid.sim.world.events.faults import SimSettings
 
 # Of what is drawn, the values are standard deviations, each along each axis or of each part.
 Metres = Annotated[float, Meta(ge=0.0, le=0.1)]

@@ -5,7 +5,7 @@ from typing import Annotated
 from msgspec import Meta
 
 from servoid.errors import SimError
-from servoid.sim.world.faults import Fault, Occlude, SimSettings
+from servoid.sim.world.events.faults import Fault, Occlude, SimSettings
 from servoid.sim.world.lab_settings import IDEAL, LabSettings
 
 Triple = tuple[float, float, float]

@@ -8,30 +8,30 @@ from numpy.typing import NDArray
 from servoid._native import Camera, Lens
 from servoid.errors import SimError
 from servoid.pose import Pose
-from servoid.sim.world.building import build_plant, build_robot, compile_robot, start_angles
-from servoid.sim.world.calibration import Calibration
-from servoid.sim.world.course import Course
-from servoid.sim.world.drawers import DRAWERS
-from servoid.sim.world.drives import Drives
-from servoid.sim.world.encoders import Encoders
-from servoid.sim.world.faults import Occlude
-from servoid.sim.world.kinematics import Kinematics
+from servoid.sim.world.arms.calibration import Calibration
+from servoid.sim.world.arms.drives import Drives
+from servoid.sim.world.arms.encoders import Encoders
+from servoid.sim.world.arms.kinematics import Kinematics
+from servoid.sim.world.arms.protective_stop import ProtectiveStop, borne_torques
+from servoid.sim.world.arms.sim_arm import SimArm
+from servoid.sim.world.cameras.drawers import DRAWERS
+from servoid.sim.world.cameras.overview import overview_from
+from servoid.sim.world.cameras.shutter import NAMES, Exposure, Scene, Shutter, true_cameras
+from servoid.sim.world.cameras.stages import Drawer, Shot
+from servoid.sim.world.events.course import Course
+from servoid.sim.world.events.faults import Occlude
+from servoid.sim.world.events.motions import STILL, Floats, pose_of, row_of, unit_row
+from servoid.sim.world.events.paths import Path, parse_path
 from servoid.sim.world.lab import Lab
-from servoid.sim.world.layout import Layout
-from servoid.sim.world.meshes import as_mesh
-from servoid.sim.world.motions import STILL, Floats, pose_of, row_of, unit_row
 from servoid.sim.world.objects import make_object, spin_axis
-from servoid.sim.world.overview import overview_from
-from servoid.sim.world.paths import Path, parse_path
-from servoid.sim.world.protective_stop import ProtectiveStop, borne_torques
-from servoid.sim.world.room import make_room
+from servoid.sim.world.scene.building import build_plant, build_robot, compile_robot, start_angles
+from servoid.sim.world.scene.layout import Layout
+from servoid.sim.world.scene.meshes import as_mesh
+from servoid.sim.world.scene.room import make_room
+from servoid.sim.world.scene.solids import Solids, add_solids
+from servoid.sim.world.scene.things import BOARD, OBJECT, Box, Finish, Thing
+from servoid.sim.world.scene.true_object import TrueObject, true_object
 from servoid.sim.world.settings import WorldSettings
-from servoid.sim.world.shutter import NAMES, Exposure, Scene, Shutter, true_cameras
-from servoid.sim.world.sim_arm import SimArm
-from servoid.sim.world.solids import Solids, add_solids
-from servoid.sim.world.stages import Drawer, Shot
-from servoid.sim.world.things import BOARD, OBJECT, Box, Finish, Thing
-from servoid.sim.world.true_object import TrueObject, true_object
 
 _OVERVIEW_FOCAL = 1.05  # in widths of the picture
 _BOARD = Finish(color=(0.45, 0.36, 0.27))

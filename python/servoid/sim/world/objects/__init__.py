@@ -6,7 +6,7 @@ from servoid.errors import SimError
 from servoid.sim.world.objects.drill import drill
 from servoid.sim.world.objects.shapes import ellipsoid, painted_ellipsoid, two_ellipsoids
 from servoid.sim.world.objects.vessels import bottle, mug, plain_bottle, plain_mug
-from servoid.sim.world.things import Thing
+from servoid.sim.world.scene.things import Thing
 
 Triple = tuple[float, float, float]
 

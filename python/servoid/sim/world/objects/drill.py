@@ -6,7 +6,7 @@ from servoid.pose import exact
 from servoid.sim.world.objects.loft import Section, loft, top_first
 from servoid.sim.world.objects.prints import Sheet, grain
 from servoid.sim.world.objects.vessels import upright
-from servoid.sim.world.things import OBJECT, Finish, MeshShape, Texture, Thing
+from servoid.sim.world.scene.things import OBJECT, Finish, MeshShape, Texture, Thing
 
 _YELLOW, _BLACK, _STEEL = (0.95, 0.72, 0.12), (0.11, 0.12, 0.13), (0.55, 0.56, 0.58)
 _RED, _WHITE = (0.78, 0.14, 0.12), (0.95, 0.95, 0.93)

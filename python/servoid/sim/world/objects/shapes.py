@@ -4,7 +4,7 @@ import math
 
 from servoid.pose import exact
 from servoid.sim.world.objects.prints import Sheet
-from servoid.sim.world.things import OBJECT, Ellipsoid, Finish, Thing
+from servoid.sim.world.scene.things import OBJECT, Ellipsoid, Finish, Thing
 
 # Major axis 90 mm, minor 45 mm; which one stands upright the paper does not say.
 _PAPER = (0.0225, 0.045, 0.0225)

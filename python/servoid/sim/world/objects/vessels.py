@@ -7,10 +7,10 @@ from functools import cache
 import numpy as np
 
 from servoid.pose import exact
-from servoid.sim.world.motions import rotate
+from servoid.sim.world.events.motions import rotate
 from servoid.sim.world.objects.loft import lathe, tube
 from servoid.sim.world.objects.prints import Sheet
-from servoid.sim.world.things import OBJECT, Finish, MeshShape, Texture, Thing
+from servoid.sim.world.scene.things import OBJECT, Finish, MeshShape, Texture, Thing
 
 _TEAL, _CREAM, _CORAL = (0.07, 0.40, 0.44), (0.96, 0.92, 0.82), (0.88, 0.32, 0.22)
 _INK, _OCHRE, _NAVY = (0.10, 0.12, 0.16), (0.92, 0.68, 0.18), (0.13, 0.20, 0.40)

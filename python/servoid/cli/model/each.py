@@ -1,0 +1,95 @@
+"""`servoid model --each`: a body of each capture in a folder, in a batch."""
+
+from collections.abc import Mapping
+
+import typer
+
+from servoid.batch import Done, workers_for
+from servoid.batch.captures import CaptureCase, model_folder
+from servoid.cli.headway import watched_batch
+from servoid.cli.model.modelling import Order
+from servoid.cli.values import Method
+from servoid.cli.wrong_options import OptionError, of_options
+
+FAILED = 1
+
+
+def run_each(order: Order, workers: int | None, cluster: str | None) -> None:
+    """Model all captures of a folder, and print a line for each."""
+    _check(order)
+    with of_options():
+        place = workers_for(workers, cluster)
+    with watched_batch(f"modelling, {place.words}") as show:
+        folder = model_folder(order.source, order.out, _case(order), workers=place, watch=show)
+    _print_table(folder.trials)
+    for name in folder.passed_over:
+        typer.echo(f"  {name} holds no capture and was passed over")
+    typer.echo(f"  bodies  {order.out}/NAME.json")
+    typer.echo(f"  table   {order.out / 'captures.parquet'}")
+    failed = sum(done.row is None for done in folder.trials.values())
+    if failed:
+        typer.echo(
+            f"{failed} of {len(folder.trials)} captures could not be modelled; the same command "
+            "tries them again",
+            err=True,
+        )
+        raise typer.Exit(FAILED)
+
+
+def _check(order: Order) -> None:
+    """Refuse what means nothing for many captures.
+
+    Raises:
+        OptionError: such an option was given.
+
+    """
+    given = {
+        "--report": order.report,
+        "--viewpoint": order.viewpoint,
+        "--images": order.images,
+        "--bop-object": order.bop_object,
+        "--threads": order.threads,
+    }
+    for option in (option for option, value in given.items() if value is not None):
+        raise OptionError(f"{option} means nothing for a folder of captures; leave it out")
+
+
+def _case(order: Order) -> CaptureCase:
+    return CaptureCase(
+        capture="",
+        content="",
+        by_paper=order.method is Method.paper,
+        targets=order.targets,
+        views=_bounds(order.views),
+        observations=None if order.observations is None else _bounds(order.observations),
+        distance=order.distance,
+        trust_targets=order.trust_targets,
+        max_ellipsoids=order.max_ellipsoids,
+        delta=order.delta,
+        seed=order.seed,
+    )
+
+
+def _bounds(part: slice) -> tuple[int | None, int | None, int | None]:
+    return part.start, part.stop, part.step
+
+
+def _print_table(trials: Mapping[str, Done]) -> None:
+    """Print a line for each capture, and below it why some could not be modelled."""
+    width = max(map(len, trials))
+    typer.echo(f"  {'':{width}}  ellipsoids  IoU used  unused  seconds")
+    for name, done in trials.items():
+        row = done.row
+        if row is None:
+            typer.echo(f"  {name:{width}}  failed")
+            continue
+        used, unused = _known(row.iou_used), _known(row.iou_unused)
+        figures = f"{row.ellipsoids:10}  {used:>8}  {unused:>6}  {row.seconds:7.1f}"
+        typer.echo(f"  {name:{width}}  {figures}")
+    for name, done in trials.items():
+        if done.row is None:
+            typer.echo(f"  {name}: {done.failure}")
+
+
+def _known(value: float | None) -> str:
+    return "" if value is None else f"{value:.4f}"

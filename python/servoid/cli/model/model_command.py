@@ -1,0 +1,208 @@
+"""The options of `servoid model`."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from servoid._native import ModelSettings
+from servoid.cli.values import (
+    Method,
+    check_count,
+    check_seed,
+    check_threads,
+    parse_point,
+    parse_slice,
+)
+
+_BATCH = "A folder of captures"
+_defaults = ModelSettings()
+
+
+def model(
+    source: Annotated[
+        Path,
+        typer.Argument(
+            metavar="SOURCE",
+            help="A capture (a folder with a capture.toml, a COLMAP model, a transforms.json or a "
+            "BOP scene), a mesh (.ply .obj .stl .off .glb) or a point cloud (.ply).",
+        ),
+    ],
+    out: Annotated[
+        Path,
+        typer.Option(
+            metavar="FILE", help="The body to write, a .json file; with --each a folder of them."
+        ),
+    ],
+    target: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="TARGET",
+            help="What the object is, where the capture has no masks: mask:FILE, "
+            "box:U0,V0,U1,V1, click:U,V, hue:LOW..HIGH or background:FILE, each with @VIEW at its "
+            "end if not for the first view. May be given several times.",
+        ),
+    ] = None,
+    trust_targets: Annotated[
+        bool,
+        typer.Option(
+            "--trust-targets",
+            help="Use a target even if it may mean several objects; the summary then says so.",
+        ),
+    ] = False,
+    max_ellipsoids: Annotated[
+        int | None,
+        typer.Option(
+            callback=check_count,
+            metavar="N",
+            help="Stop at this many ellipsoids (default: chosen by views that are held out; with "
+            f"--delta {_defaults.max_ellipsoids}).",
+        ),
+    ] = None,
+    delta: Annotated[
+        float | None,
+        typer.Option(
+            metavar="D",
+            help="Stop when one more ellipsoid raises the fitness F by less than this; with 0, "
+            f"go on to the most ellipsoids (default {_defaults.delta:g}).",
+        ),
+    ] = None,
+    method: Annotated[
+        Method,
+        typer.Option(
+            help="How to model: region is servoid's own; paper is the method of the paper that it "
+            "starts from, as a baseline.",
+        ),
+    ] = Method.region,
+    views: Annotated[
+        str,
+        typer.Option(
+            metavar="START:STOP:STEP",
+            help="Model from these views, chosen as in Python; the others judge the result "
+            "(default: all).",
+            show_default=False,
+        ),
+    ] = ":",
+    observations: Annotated[
+        str | None,
+        typer.Option(
+            metavar="START:STOP:STEP",
+            help="Look at these instants only (default: all; of a recording, in which the object "
+            "may move, the one with the target).",
+            show_default=False,
+        ),
+    ] = None,
+    viewpoint: Annotated[
+        str | None,
+        typer.Option(
+            metavar="X,Y,Z",
+            help="Where a point cloud without normals was seen from, in metres.",
+        ),
+    ] = None,
+    distance: Annotated[
+        float | None,
+        typer.Option(
+            metavar="M",
+            help="How many metres the object is from the camera, needed for one image alone.",
+        ),
+    ] = None,
+    bop_object: Annotated[
+        int | None, typer.Option(metavar="N", help="Which object of a BOP scene, from 0.")
+    ] = None,
+    images: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Where a COLMAP model's images are.")
+    ] = None,
+    seed: Annotated[
+        int | None,
+        typer.Option(
+            callback=check_seed,
+            metavar="S",
+            help=f"The same seed gives the same body (default {_defaults.seed}).",
+        ),
+    ] = None,
+    threads: Annotated[
+        int | None,
+        typer.Option(
+            callback=check_threads,
+            metavar="N",
+            help="Work with this many threads; the body stays the same (default: all cores).",
+        ),
+    ] = None,
+    report: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Write a page and pictures that show how good it is."),
+    ] = None,
+    each: Annotated[
+        bool,
+        typer.Option(
+            "--each",
+            help="Model each capture that lies in the folder SOURCE; what is done is not done "
+            "again.",
+            rich_help_panel=_BATCH,
+        ),
+    ] = False,
+    workers: Annotated[
+        int | None,
+        typer.Option(
+            callback=check_threads,
+            metavar="N",
+            help="Work in so many processes (default: one for each core).",
+            rich_help_panel=_BATCH,
+        ),
+    ] = None,
+    cluster: Annotated[
+        str | None,
+        typer.Option(
+            metavar="ADDRESS",
+            help="Work on a Dask cluster whose workers see SOURCE at the same place, by its "
+            "scheduler's address.",
+            rich_help_panel=_BATCH,
+        ),
+    ] = None,
+) -> None:
+    """Model an object from images, a mesh or a point cloud.
+
+    [bold]servoid model photos --out body.json[/bold]
+
+    [bold]servoid model photos --out body.json --target box:120,80,420,400[/bold]
+
+    [bold]servoid model photos --out body.json --max-ellipsoids 12 --delta 0 --views ::2[/bold]
+
+    [bold]servoid model mesh.ply --out body.json --max-ellipsoids 8 --report report[/bold]
+
+    [bold]servoid model captures --each --out bodies --workers 4[/bold]
+    """
+    chosen = parse_slice(views)
+    instants = None if observations is None else parse_slice(observations, "--observations")
+    place = None if viewpoint is None else parse_point(viewpoint)
+    from servoid.cli.model.modelling import Order, run_model
+
+    order = Order(
+        source=source,
+        out=out,
+        report=report,
+        targets=tuple(target or ()),
+        trust_targets=trust_targets,
+        method=method,
+        views=chosen,
+        observations=instants,
+        viewpoint=place,
+        distance=distance,
+        bop_object=bop_object,
+        images=images,
+        max_ellipsoids=max_ellipsoids,
+        delta=delta,
+        seed=seed,
+        threads=threads,
+    )
+    if each:
+        from servoid.cli.model.each import run_each
+
+        run_each(order, workers, cluster)
+        return
+    for option, given in (("--workers", workers), ("--cluster", cluster)):
+        if given is not None:
+            raise typer.BadParameter(
+                "this is for a folder of captures; add --each, or leave it out", param_hint=option
+            )
+    run_model(order)

@@ -1,0 +1,195 @@
+"""`servoid model`: from a capture, a mesh or a cloud to a body, a summary and a report."""
+
+import math
+import tempfile
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from servoid._native import ModelSettings, PaperSettings
+from servoid.cli.doubting import settled
+from servoid.cli.model.summary import print_summary
+from servoid.cli.progress import progress_bar
+from servoid.cli.values import Method
+from servoid.cli.wrong_options import OptionError, of_options
+from servoid.errors import ModelError, OutputError
+from servoid.exchange import open_any
+from servoid.exchange.shapes.cloud_file import is_cloud, read_cloud
+from servoid.exchange.shapes.mesh_file import SUFFIXES, read_mesh
+from servoid.model import (
+    ModelResult,
+    Progress,
+    Request,
+    fit_capture,
+    fit_capture_by_paper,
+    fit_mesh,
+    fit_sights,
+    sights_of_cloud,
+)
+from servoid.output import check_file, check_folder, make_folder
+from servoid.segment import Target, parse_target
+from servoid.track import learn_appearance
+from servoid.words import digits
+
+WriteReport = Callable[..., list[Path]]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Order:
+    """What `servoid model` was asked for; None leaves a choice to servoid."""
+
+    source: Path
+    out: Path
+    report: Path | None
+    targets: tuple[str, ...]
+    trust_targets: bool
+    method: Method
+    views: slice
+    observations: slice | None
+    viewpoint: tuple[float, float, float] | None
+    distance: float | None
+    bop_object: int | None
+    images: Path | None
+    max_ellipsoids: int | None
+    delta: float | None
+    seed: int | None
+    threads: int | None
+
+
+def run_model(order: Order) -> None:
+    """Model the source, then write the report, then the body, and print a summary."""
+    _check_outputs(order.out, order.report)
+    with of_options():
+        targets = [parse_target(text) for text in order.targets]
+        _check_settings(order)
+    write_report = _report_writer() if order.report is not None else None
+    result = settled(lambda trusted: _fit(order, targets, trusted=trusted), order)
+    files: list[Path] = []
+    if order.report is not None and write_report is not None:
+        files = _write_report_whole(write_report, result, order.report)
+    result.save(order.out, learn_appearance(result))
+    print_summary(order.source, result, order.out, files)
+
+
+def _check_outputs(out: Path, report: Path | None) -> None:
+    if out.suffix != ".json":
+        raise OptionError(f"cannot write {out}: the file of a body ends in .json")
+    if report is not None:
+        check_folder(report)
+        if not report.exists() and out.resolve().parent == report.resolve():
+            return  # The report's folder will be made, and the body put into it.
+    check_file(out)
+
+
+def _check_settings(order: Order) -> None:
+    """Check what the method is told, before anything is read.
+
+    Raises:
+        ModelError: a setting is out of range.
+
+    """
+    kind = ModelSettings if order.method is Method.region else PaperSettings
+    kind(
+        max_ellipsoids=order.max_ellipsoids,
+        delta=order.delta,
+        seed=order.seed,
+        threads=order.threads,
+    )
+    if order.distance is not None and not (0.0 < order.distance < math.inf):
+        raise ModelError(
+            f"--distance is {digits(order.distance)}; give a positive number of metres, such as 0.6"
+        )
+
+
+def _report_writer() -> WriteReport:
+    # Imported before the long work, so that a missing library is found first.
+    from servoid.view import write_report
+
+    return write_report
+
+
+def _fit(order: Order, targets: list[Target], *, trusted: bool) -> ModelResult:
+    with progress_bar("modelling") as update:
+
+        def show(progress: Progress) -> None:
+            if progress.count:
+                note = f"{progress.count} ellipsoids, F = {progress.fitness:.4f}"
+            else:
+                note = progress.stage
+            update(progress.share, note)
+
+        request = Request(
+            max_ellipsoids=order.max_ellipsoids,
+            delta=order.delta,
+            seed=order.seed,
+            threads=order.threads,
+            trust_targets=trusted,
+            progress=show,
+        )
+        if order.source.is_file() and order.source.suffix.lower() in SUFFIXES:
+            return _fit_shape(order, request, targets)
+        if order.viewpoint is not None:
+            raise OptionError("--viewpoint is meant for a point cloud, and this is a capture")
+        capture = open_any(order.source, bop_object=order.bop_object, images=order.images)
+        chosen = {"observations": order.observations, "views": order.views}
+        if order.method is Method.region:
+            return fit_capture(
+                capture, request, targets=targets, distance_m=order.distance, **chosen
+            )
+        if order.distance is not None:
+            raise OptionError("--distance means nothing to the paper's method; leave it out")
+        return fit_capture_by_paper(capture, request, targets=targets, **chosen)
+
+
+def _fit_shape(order: Order, request: Request, targets: list[Target]) -> ModelResult:
+    """Model a mesh or a point cloud."""
+    chosen = {
+        "--target": bool(targets),
+        "--method paper": order.method is Method.paper,
+        "--views": order.views != slice(None),
+        "--observations": order.observations is not None,
+        "--distance": order.distance is not None,
+        "--bop-object": order.bop_object is not None,
+        "--images": order.images is not None,
+    }
+    for option in (option for option, given in chosen.items() if given):
+        raise OptionError(f"{order.source} is no capture, so {option} means nothing; leave it out")
+    if is_cloud(order.source):
+        cloud = read_cloud(order.source)
+        sights = sights_of_cloud(cloud.points, cloud.normals, order.viewpoint)
+        return fit_sights(sights, request, notes=(*cloud.notes, _own_frame("cloud")))
+    if order.viewpoint is not None:
+        raise OptionError(f"{order.source} is a mesh, so --viewpoint means nothing; leave it out")
+    mesh = read_mesh(order.source)
+    notes = (*mesh.notes, _own_frame("mesh"))
+    return fit_mesh(mesh.vertices, mesh.faces, request, notes=notes)
+
+
+def _own_frame(what: str) -> str:
+    """Say that a body's poses are not those of what it was made of."""
+    return (
+        f"poses of the body are not the {what}'s: its frame is its own, at its centre and along "
+        f"its longest sides; world_from_object in its file is {what}_from_object, and track "
+        f"--start takes world_from_{what} * {what}_from_object"
+    )
+
+
+def _write_report_whole(
+    write_report: WriteReport, result: ModelResult, directory: Path
+) -> list[Path]:
+    """Draw all pictures beside `directory`, and move them there when the last one is done."""
+    above = directory.resolve().parent
+    with tempfile.TemporaryDirectory(prefix=".servoid-", dir=above) as drafts:
+        try:
+            drawn = write_report(result, Path(drafts), notes=result.all_notes)
+        except OutputError as error:  # the folder's name for the time being says nothing to anybody
+            raise OutputError(str(error).replace(drafts, str(directory))) from error
+        make_folder(directory)
+        targets = [directory / draft.relative_to(drafts) for draft in drawn]
+        for draft, target in zip(drawn, targets, strict=True):
+            make_folder(target.parent)
+            try:
+                draft.replace(target)
+            except OSError as error:
+                raise OutputError(f"cannot write {target}: {error.strerror}") from error
+    return targets

@@ -1,0 +1,241 @@
+"""The options of `servoid servo`."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from servoid.cli.values import Method, check_count, check_seed, parse_triple
+
+_WORLD = "The world"
+_RUN = "What to do"
+_OUTPUT = "What to write"
+
+
+def servo(
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FOLDER",
+            help="Where log, video, plots and report go; made if it is missing.",
+            rich_help_panel=_OUTPUT,
+        ),
+    ] = None,
+    video: Annotated[
+        bool,
+        typer.Option(
+            "--video/--no-video",
+            help="Write a video of what the eyes see and of the scene.",
+            rich_help_panel=_OUTPUT,
+        ),
+    ] = True,
+    config: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Settings in TOML, as --print-config shows them; options here come on top.",
+            rich_help_panel=_RUN,
+        ),
+    ] = None,
+    print_config: Annotated[
+        bool,
+        typer.Option(
+            "--print-config",
+            help="Print every setting as commented TOML, and do nothing else.",
+            rich_help_panel=_RUN,
+        ),
+    ] = False,
+    world: Annotated[
+        str | None,
+        typer.Option(
+            metavar="ARM",
+            help="The arm: pa10, or an MJCF or URDF file (default pa10).",
+            rich_help_panel=_WORLD,
+        ),
+    ] = None,
+    object_name: Annotated[
+        str | None,
+        typer.Option(
+            "--object",
+            metavar="NAME",
+            help="What it meets: bottle, drill, mug, painted_ellipsoid, ellipsoid, two_ellipsoids, "
+            "plain_bottle or plain_mug (default bottle).",
+            rich_help_panel=_WORLD,
+        ),
+    ] = None,
+    path: Annotated[
+        str | None,
+        typer.Option(
+            metavar="PATH",
+            help="How that moves: still, line:0.2@5s, circle:0.1@10s, sine:0.15@10s, random:7 or "
+            "recorded:FILE (default still).",
+            rich_help_panel=_WORLD,
+        ),
+    ] = None,
+    background: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME",
+            help="What stands behind it: cluttered or plain (default cluttered).",
+            rich_help_panel=_WORLD,
+        ),
+    ] = None,
+    ideal: Annotated[
+        bool | None,
+        typer.Option(
+            "--ideal/--laboratory",
+            help="A world without any error, or with those of a decent laboratory: of calibration, "
+            "sensors, time stamps, joints, and of who marks the object (default: a laboratory).",
+            show_default=False,
+            rich_help_panel=_WORLD,
+        ),
+    ] = None,
+    target: Annotated[
+        str | None,
+        typer.Option(
+            metavar="TARGET",
+            help="How the object is marked in the first left image: hand, box or click, as a "
+            "person does it; or mask:FILE, box:U0,V0,U1,V1, click:U,V or hue:LOW..HIGH, as for "
+            "servoid track (default hand).",
+            rich_help_panel=_RUN,
+        ),
+    ] = None,
+    trust_target: Annotated[
+        bool | None,
+        typer.Option(
+            "--trust-target",
+            help="Use a target even if it may mean several objects.",
+            show_default=False,
+            rich_help_panel=_RUN,
+        ),
+    ] = None,
+    seconds: Annotated[
+        float | None,
+        typer.Option(metavar="S", help="How long to servo (default 30).", rich_help_panel=_RUN),
+    ] = None,
+    looks: Annotated[
+        int | None,
+        typer.Option(
+            callback=check_count,
+            metavar="N",
+            help="Places from which the object is looked at before it is modelled; with 1 the "
+            "hand stays where it is (default 5).",
+            rich_help_panel=_RUN,
+        ),
+    ] = None,
+    goal: Annotated[
+        str | None,
+        typer.Option(
+            metavar="X,Y,Z",
+            help="Where the object's middle shall be before the hand, which looks along z, in "
+            "metres (default 0,-0.09,0.545).",
+            rich_help_panel=_RUN,
+        ),
+    ] = None,
+    start_offset: Annotated[
+        str | None,
+        typer.Option(
+            metavar="X,Y,Z",
+            help="How far off its goal the hand starts, in metres (default 0,0,0).",
+            rich_help_panel=_RUN,
+        ),
+    ] = None,
+    start_turn: Annotated[
+        str | None,
+        typer.Option(
+            metavar="X,Y,Z",
+            help="How it is turned there: a rotation vector in degrees (default 0,0,0).",
+            rich_help_panel=_RUN,
+        ),
+    ] = None,
+    feed_forward: Annotated[
+        bool | None,
+        typer.Option(
+            "--feed-forward/--no-feed-forward",
+            help="Add the object's estimated velocity, or let the hand lag (default: add it).",
+            show_default=False,
+            rich_help_panel=_RUN,
+        ),
+    ] = None,
+    law: Annotated[
+        str | None,
+        typer.Option(
+            metavar="qp|paper",
+            help="How a hand velocity becomes joint speeds: within all limits, or by the paper's "
+            "pseudo-inverse (default qp).",
+            rich_help_panel=_RUN,
+        ),
+    ] = None,
+    method: Annotated[
+        Method | None,
+        typer.Option(help="How to track (default region).", rich_help_panel=_RUN),
+    ] = None,
+    paper: Annotated[
+        bool,
+        typer.Option(
+            "--paper",
+            help="All of the paper's servoing at once: its method to track, its law of joints, no "
+            "filter, no prediction, no feed-forward. Other options come on top.",
+            rich_help_panel=_RUN,
+        ),
+    ] = False,
+    seed: Annotated[
+        int | None,
+        typer.Option(
+            callback=check_seed,
+            metavar="S",
+            help="Of the clutter, the noise, the laboratory and the searches (default 0).",
+            rich_help_panel=_RUN,
+        ),
+    ] = None,
+) -> None:
+    """Let a simulated arm meet an object that it has never seen, model it, and follow it.
+
+    [bold]servoid servo --object bottle --path sine:0.15@10s --seconds 20 --out out/run[/bold]
+
+    [bold]servoid servo --print-config > run.toml[/bold]
+
+    [bold]servoid servo --config run.toml --object drill --path random:3 --out out/run[/bold]
+    """
+    from servoid.cli.extras import check_extras
+    from servoid.cli.servo.servo_order import EXTRAS, Order, paper_values, print_settings
+
+    triples = {
+        "run.goal": (goal, "--goal"),
+        "run.start_offset": (start_offset, "--start-offset"),
+        "run.start_turn_deg": (start_turn, "--start-turn"),
+    }
+    asked = {
+        "world.arm.name": world,
+        "world.object.name": object_name,
+        "world.object.path": path,
+        "world.background": background,
+        "world.ideal": ideal,
+        "world.seed": seed,
+        "track.seed": seed,
+        "track.method": None if method is None else method.value,
+        "run.target": target,
+        "run.trust_target": trust_target,
+        "run.seconds": seconds,
+        "servo.look.count": looks,
+        "servo.hand.feed_forward": feed_forward,
+        "servo.joints.law": law,
+        **{
+            key: None if text is None else parse_triple(text, option)
+            for key, (text, option) in triples.items()
+        },
+    }
+    given = {key: value for key, value in asked.items() if value is not None}
+    order = Order(
+        out=out,
+        video=video,
+        config=config,
+        values=(paper_values() if paper else {}) | given,
+    )
+    if print_config:
+        print_settings(order)
+    else:
+        check_extras("servoid servo", EXTRAS)
+        from servoid.cli.servo.servoing import run_servo
+
+        run_servo(order)

@@ -1,0 +1,69 @@
+"""What `servoid servo` was asked for, and the settings that it means."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import typer
+
+from servoid.cli.wrong_options import of_options
+from servoid.servo import PAPER_LAW
+from servoid.sim.arm_file import read_arm
+from servoid.sim.trial import TrialSettings, changed, read_trial_settings, trial_toml
+from servoid.sim.world import parse_path
+from servoid.sim.world.arms.file_arm import is_file_name
+from servoid.sim.world.objects import make_object
+from servoid.sim.world.scene.room import make_room
+from servoid.track import Method
+
+RECORDED = "recorded:"
+"""What a path begins with that a file holds."""
+
+EXTRAS = {"mujoco": "sim", "daqp": "servo", "matplotlib": "view"}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Order:
+    """What `servoid servo` was asked for; `values` are settings by their dotted names."""
+
+    out: Path | None
+    video: bool
+    config: Path | None
+    values: dict[str, Any]
+
+    def settings(self) -> TrialSettings:
+        """Return the settings of the file, if there is one, with the options on top."""
+        settings = TrialSettings() if self.config is None else read_trial_settings(self.config)
+        with of_options():
+            wanted = changed(settings, self.values, "the options")
+            self._check_names(wanted)
+        return wanted
+
+    def _check_names(self, settings: TrialSettings) -> None:
+        """Check that there is what options name, as far as no file must be read for it.
+
+        Raises:
+            SimError: there is no such object, path, background or arm.
+
+        """
+        world = settings.world
+        if "world.object.name" in self.values:
+            make_object(world.object.name, world.object.radii)
+        if "world.object.path" in self.values and not world.object.path.startswith(RECORDED):
+            parse_path(world.object.path)
+        if "world.background" in self.values:
+            make_room(world.background, world.seed)
+        if "world.arm.name" in self.values and not is_file_name(world.arm.name):
+            read_arm(world.arm.name)
+
+
+def paper_values() -> dict[str, Any]:
+    """Return the settings of the paper's servoing, by their dotted names."""
+    law = {f"servo.{name}": value for name, value in msgspec.to_builtins(PAPER_LAW).items()}
+    return {"track.method": Method.PAPER.value, **law}
+
+
+def print_settings(order: Order) -> None:
+    """Print all settings as commented TOML."""
+    typer.echo(trial_toml(order.settings()), nl=False)

@@ -1,0 +1,176 @@
+"""`servoid servo`: a run in a simulated world, with its log, video, plots and report."""
+
+from collections.abc import Callable
+from contextlib import ExitStack
+from pathlib import Path
+
+import msgspec
+import numpy as np
+import typer
+
+from servoid.cli.interrupting import INTERRUPTED
+from servoid.cli.progress import progress_bar
+from servoid.cli.servo.servo_order import RECORDED, Order
+from servoid.cli.servo.servo_summary import print_servo_summary
+from servoid.errors import DoubtError, TargetError
+from servoid.output import check_folder, write_whole
+from servoid.record import (
+    ServoVideo,
+    draw_answers,
+    read_trajectory,
+    write_servo_log,
+    write_servo_times,
+)
+from servoid.servo import ServoMetrics
+from servoid.sim.trial import (
+    ServoTrial,
+    TrialSettings,
+    TrialStep,
+    run_servo_trial,
+    trial_toml,
+)
+from servoid.sim.world import Path as ObjectPath
+from servoid.sim.world import Recorded, World
+from servoid.view import ServoPictures, draw_servo_plots, write_report, write_servo_report
+
+_OVERVIEW_PX = (960, 720)
+_FILM_HZ = 15.0
+
+
+def run_servo(order: Order) -> None:
+    """Run, write what came of it even if it was interrupted, and print a summary."""
+    if order.out is None:
+        raise typer.BadParameter(
+            "nothing says where the run is to be written; give a folder, such as out/run",
+            param_hint="--out",
+        )
+    settings = order.settings()
+    path = _recorded(settings)
+    check_folder(order.out, parents=True)
+    stopped = False
+    with ExitStack() as stack, progress_bar("servo run") as update:
+        run = _Run(order.out, update)
+        try:
+            trial = run_servo_trial(
+                settings,
+                order.out,
+                path=path,
+                prepared=lambda world: run.prepare(world, stack, order.video),
+                watch=run.watch,
+            )
+        except KeyboardInterrupt as interrupt:
+            if run.trial is None:
+                typer.echo("interrupted before servoing began", err=True)
+                raise typer.Exit(INTERRUPTED) from interrupt
+            trial, stopped = run.trial, True
+        except DoubtError as doubt:
+            picture = order.out / "target.png"
+            write_whole(picture, draw_answers(doubt.image, doubt.masks))
+            raise TargetError(
+                f"{doubt}; {picture} shows the answers, and --trust-target goes on with the first"
+            ) from doubt
+    _report(order.out, trial, order.video)
+    if stopped:
+        typer.echo(f"interrupted after {len(trial.log)} control periods", err=True)
+        raise typer.Exit(INTERRUPTED)
+
+
+class _Run:
+    """Watches a run: shows how far it is, and makes its video."""
+
+    def __init__(self, folder: Path, update: Callable[[float, str], None]) -> None:
+        self.trial: ServoTrial | None = None
+        self._folder, self._update = folder, update
+        self._world: World | None = None
+        self._video: ServoVideo | None = None
+
+    def prepare(self, world: World, stack: ExitStack, wants_video: bool) -> None:
+        """Open the video of a world, if one is wanted."""
+        self._world = world
+        if wants_video:
+            rate = world.settings.cameras.rate_hz
+            self._video = stack.enter_context(
+                ServoVideo(
+                    self._folder / "servo.mp4",
+                    world.cameras,
+                    world.camera_names,
+                    rate / self._every(world),
+                    overview_px=_OVERVIEW_PX,
+                )
+            )
+
+    def watch(self, step: TrialStep) -> None:
+        """Take in a step."""
+        self.trial = step.trial or self.trial
+        self._update(step.share, f"{step.stage} {step.time_s:6.2f} s")
+        if step.instant is not None:
+            self._film(step)
+
+    def _film(self, step: TrialStep) -> None:
+        """Add a picture of an observation, of those while servoing so many as a film needs."""
+        world = self._world
+        if world is None or step.instant is None or self._video is None:
+            return
+        if step.row is not None and step.instant.index % self._every(world):
+            return
+        overview = world.overview(self._video.overview_px or _OVERVIEW_PX, samples=1)
+        body = None if self.trial is None else self.trial.meeting.body
+        line = _line(step, self.trial)
+        self._video.add(step.instant, step.estimate, step.command, overview, line, body=body)
+
+    @staticmethod
+    def _every(world: World) -> int:
+        """Return how many observations one picture of the video stands for."""
+        return max(1, round(world.settings.cameras.rate_hz / _FILM_HZ))
+
+
+def _line(step: TrialStep, trial: ServoTrial | None) -> str:
+    """Say what the arm does, and how far the true object is from where it is wished."""
+    held = None if step.row is None else step.row.hand_from_object
+    if trial is None or trial.log.wish is None or held is None:
+        return step.stage
+    off = trial.log.wish.error(held)
+    place, turn = 1e3 * float(np.linalg.norm(off[:3])), np.degrees(float(np.linalg.norm(off[3:])))
+    return f"{step.stage}; in truth {place:.1f} mm, {turn:.1f} deg off"
+
+
+def _recorded(settings: TrialSettings) -> ObjectPath | None:
+    """Read the path of the object from a file, if one is named."""
+    text = settings.world.object.path
+    if not text.startswith(RECORDED):
+        return None
+    points = read_trajectory(text.removeprefix(RECORDED))
+    return Recorded(
+        [point.time_s for point in points], [point.world_from_object for point in points]
+    )
+
+
+def _report(folder: Path, trial: ServoTrial, has_video: bool) -> None:
+    """Write all files of a run that has ended, and print its summary."""
+    log, settings = trial.log, trial.settings
+    text = trial_toml(settings)
+    metrics = ServoMetrics.of(log, settings.run.settle_s)
+    files = {name: folder / f"{name}.csv" for name in ("log", "times")}
+    files["settings"] = folder / "run.toml"
+    write_servo_log(log, files["log"])
+    write_servo_times(log, files["times"])
+    write_whole(files["settings"], text.encode())
+    files["body"] = folder / "body.json"
+    trial.meeting.result.save(files["body"], trial.appearance)
+    files["figures"] = folder / "summary.json"
+    write_whole(files["figures"], msgspec.json.format(msgspec.json.encode(metrics.numbers())))
+    model = folder / "model"
+    write_report(trial.meeting.result, model)
+    plots = draw_servo_plots(log, folder, settle_s=settings.run.settle_s)
+    page = write_servo_report(
+        folder,
+        log,
+        metrics.figures(),
+        ServoPictures(trial.world.overview(_OVERVIEW_PX), [*plots, model / "contact_sheet.png"]),
+        settings=text,
+        notes=(*trial.world.notes, *trial.meeting.all_notes),
+    )
+    if has_video:
+        files["video"] = folder / "servo.mp4"
+    files["report"] = page
+    print_servo_summary(trial, metrics, files)

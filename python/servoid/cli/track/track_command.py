@@ -1,0 +1,257 @@
+"""The options of `servoid track`."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from servoid._native import TrackSettings
+from servoid.cli.values import Method, check_count, check_seed, parse_slice
+
+_defaults = TrackSettings()
+
+# Headings of the help.
+_OBJECT = "Which object, and where it is at first"
+_OUTPUT = "What to write"
+_IMAGES = "Which images"
+_SEARCH = "How to track"
+
+
+def _check_budget(budget_ms: float | None) -> float | None:
+    if budget_ms is not None and not 0.0 < budget_ms < float("inf"):
+        raise typer.BadParameter(f"{budget_ms} is no time; give milliseconds above 0")
+    return budget_ms
+
+
+def track(
+    capture: Annotated[
+        Path,
+        typer.Argument(
+            metavar="CAPTURE",
+            help="A folder with a capture.toml, a COLMAP model, a transforms.json or a BOP scene.",
+        ),
+    ],
+    body: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="[NAME=]FILE",
+            help="The body to track, a .json file that model wrote; without any, the object is "
+            "modelled from the first observation. May be given several times.",
+            rich_help_panel=_OBJECT,
+        ),
+    ] = None,
+    target: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="[NAME=]TARGET",
+            help="Where the object is in the first observation: mask:FILE, box:U0,V0,U1,V1, "
+            "click:U,V, hue:LOW..HIGH or background:FILE, each with @VIEW at its end if not for "
+            "the first view (default: the capture's masks). May be given several times.",
+            rich_help_panel=_OBJECT,
+        ),
+    ] = None,
+    trust_targets: Annotated[
+        bool,
+        typer.Option(
+            "--trust-targets",
+            help="Use a target even if it may mean several objects; the summary then says so.",
+            rich_help_panel=_OBJECT,
+        ),
+    ] = False,
+    start: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="[NAME=]POSE",
+            help="Where the body is in the first observation: X,Y,Z,QW,QX,QY,QZ, or the word "
+            "body for the pose in its file (default: where it fits the target or mask).",
+            rich_help_panel=_OBJECT,
+        ),
+    ] = None,
+    distance: Annotated[
+        float | None,
+        typer.Option(
+            metavar="M",
+            help="How many metres the object is from the camera at first, needed to model it with "
+            "one camera alone.",
+            rich_help_panel=_OBJECT,
+        ),
+    ] = None,
+    out: Annotated[
+        Path,
+        typer.Option(
+            metavar="FILE",
+            help="The poses to write: .csv, or .tum or .txt for TUM text. Of several objects, "
+            "each gets a file with _NAME before the ending.",
+            rich_help_panel=_OUTPUT,
+        ),
+    ] = Path("poses.csv"),
+    video: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Write an .mp4 with the objects drawn over the images.",
+            rich_help_panel=_OUTPUT,
+        ),
+    ] = None,
+    save_body: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Write the body as it evolved, a .json file; named like --out.",
+            rich_help_panel=_OUTPUT,
+        ),
+    ] = None,
+    smooth: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Write the poses once more, after all corrections that were found later; a file "
+            "like that of --out.",
+            rich_help_panel=_OUTPUT,
+        ),
+    ] = None,
+    report: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DIR",
+            help="Write a page with the body as it grew, the sides that were seen, drift, and what "
+            "became of each observation; of several objects, into DIR_NAME each.",
+            rich_help_panel=_OUTPUT,
+        ),
+    ] = None,
+    observations: Annotated[
+        str,
+        typer.Option(
+            metavar="START:STOP:STEP",
+            help="Track through these instants only, chosen as in Python (default: all).",
+            show_default=False,
+            rich_help_panel=_IMAGES,
+        ),
+    ] = ":",
+    every: Annotated[
+        int,
+        typer.Option(
+            callback=check_count,
+            metavar="N",
+            help="Take each Nth of the instants (default 1).",
+            show_default=False,
+            rich_help_panel=_IMAGES,
+        ),
+    ] = 1,
+    method: Annotated[
+        Method,
+        typer.Option(
+            help="How to track: region is servoid's own; paper is the method of the paper that it "
+            "starts from, as a baseline.",
+            rich_help_panel=_SEARCH,
+        ),
+    ] = Method.region,
+    population: Annotated[
+        int | None,
+        typer.Option(
+            callback=check_count,
+            metavar="N",
+            help=f"Hypotheses in a generation (default {_defaults.population}).",
+            rich_help_panel=_SEARCH,
+        ),
+    ] = None,
+    generations: Annotated[
+        int | None,
+        typer.Option(
+            callback=check_count,
+            metavar="N",
+            help="Generations an image; more follow where it is not confirmed (default "
+            f"{_defaults.generations}).",
+            rich_help_panel=_SEARCH,
+        ),
+    ] = None,
+    budget_ms: Annotated[
+        float | None,
+        typer.Option(
+            callback=_check_budget,
+            metavar="MS",
+            help="Begin no generation after this time; the estimates then depend on the machine.",
+            rich_help_panel=_SEARCH,
+        ),
+    ] = None,
+    evolve: Annotated[
+        bool | None,
+        typer.Option(
+            "--evolve/--no-evolve",
+            help="Let bodies grow as new sides appear, or keep them as they are (default: a body "
+            "that is modelled from the first observation grows, one from a file does not).",
+            show_default=False,
+            rich_help_panel=_SEARCH,
+        ),
+    ] = None,
+    adjust: Annotated[
+        bool | None,
+        typer.Option(
+            "--adjust/--no-adjust",
+            help="Adjust all sides seen together, beside the tracker, in a thread of its own "
+            f"(default: {'yes' if _defaults.adjust else 'no'}).",
+            show_default=False,
+            rich_help_panel=_SEARCH,
+        ),
+    ] = None,
+    depth_from_motion: Annotated[
+        bool | None,
+        typer.Option(
+            "--depth-from-motion/--no-depth-from-motion",
+            help="Let motion tell how far points are that one camera sees alone: for an object "
+            "that turns far before a single camera. It is followed so, and not trusted; one "
+            "that hardly turns does better without "
+            f"(default: {'yes' if _defaults.depth_from_motion else 'no'}).",
+            show_default=False,
+            rich_help_panel=_SEARCH,
+        ),
+    ] = None,
+    seed: Annotated[
+        int | None,
+        typer.Option(
+            callback=check_seed,
+            metavar="S",
+            help=f"The same seed gives the same estimates (default {_defaults.seed}).",
+            rich_help_panel=_SEARCH,
+        ),
+    ] = None,
+) -> None:
+    """Track an object in six degrees of freedom through the images of a capture.
+
+    Try it: [bold]servoid sample out/moving --moving[/bold], then
+    [bold]servoid track out/moving --video out/track.mp4[/bold].
+
+    [bold]servoid track video --body body.json --out poses.csv[/bold]
+
+    [bold]servoid track video --target box:120,80,420,400 --video out.mp4[/bold]
+
+    [bold]servoid track video --body a.json --body b.json --out poses.tum[/bold]
+    """
+    chosen = parse_slice(observations, "--observations")
+    from servoid.cli.track.tracking import Order, run_track
+
+    run_track(
+        Order(
+            capture=capture,
+            bodies=tuple(body or ()),
+            targets=tuple(target or ()),
+            trust_targets=trust_targets,
+            starts=tuple(start or ()),
+            distance=distance,
+            out=out,
+            video=video,
+            save_body=save_body,
+            smooth=smooth,
+            report=report,
+            observations=chosen,
+            every=every,
+            method=method,
+            population=population,
+            generations=generations,
+            budget_ms=budget_ms,
+            evolve=evolve,
+            adjust=adjust,
+            depth_from_motion=depth_from_motion,
+            seed=seed,
+        )
+    )

@@ -1,0 +1,270 @@
+"""`servoid track`: from a capture to poses, a video and a summary."""
+
+import itertools
+import statistics
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import typer
+
+from servoid.capture import Capture
+from servoid.cli.doubting import settled
+from servoid.cli.interrupting import INTERRUPTED
+from servoid.cli.progress import progress_bar
+from servoid.cli.track.subjects import read_subjects
+from servoid.cli.track.track_reporting import Reports, check_reports
+from servoid.cli.track.track_summary import print_track_summary
+from servoid.cli.values import Method
+from servoid.cli.wrong_options import OptionError, of_options
+from servoid.errors import OutputError, ServoidError, TrackError
+from servoid.exchange import open_any
+from servoid.model import Progress
+from servoid.output import check_file
+from servoid.record import (
+    Overlay,
+    check_suffix,
+    check_video,
+    check_video_suffix,
+    overlay_video,
+    waypoints,
+    write_trajectory,
+)
+from servoid.shape import save_body
+from servoid.track import (
+    Collector,
+    Request,
+    Subject,
+    TrackResult,
+    TrackStep,
+    cameras_of,
+    follow,
+)
+from servoid.track import Method as TrackMethod
+
+_VIDEO_HZ = 10.0  # of a capture that knows no times
+_MS_PER_S = 1e3
+
+
+@dataclass(frozen=True, kw_only=True)
+class Order:
+    """What `servoid track` was asked for; None leaves a choice to servoid."""
+
+    capture: Path
+    bodies: tuple[str, ...]
+    targets: tuple[str, ...]
+    trust_targets: bool
+    starts: tuple[str, ...]
+    distance: float | None
+    out: Path
+    video: Path | None
+    save_body: Path | None
+    smooth: Path | None
+    report: Path | None
+    observations: slice
+    every: int
+    method: Method
+    population: int | None
+    generations: int | None
+    budget_ms: float | None
+    evolve: bool | None
+    adjust: bool | None
+    depth_from_motion: bool | None
+    seed: int | None
+
+
+def run_track(order: Order) -> None:
+    """Track, write what was tracked even if it was interrupted, and print a summary."""
+    _check_options(order)
+    subjects = read_subjects(order.bodies, order.targets, order.starts)
+    _check_outputs(order, subjects)
+    capture = open_any(order.capture)
+    collector = Collector()
+    reports = _reports(order, subjects, capture)
+
+    def work(trusted: bool) -> BaseException | None:
+        asked = replace(order, trust_targets=trusted)
+        with _video(asked, capture, len(subjects)) as film:
+            watch = [film] if film is not None else []
+            if reports is not None:
+                watch.append(reports.historian.add)
+            return _follow(asked, capture, subjects, collector, watch)
+
+    try:
+        stopped = settled(work, order)
+    except OutputError as error:  # the video's: the poses are worth as much without it
+        if not len(collector):
+            raise
+        stopped = error
+    results = collector.results()
+    files = _write(order, results, reports, _ending(stopped, len(collector)))
+    if order.video is not None and not isinstance(stopped, OutputError):
+        files.append(("video", order.video))
+    print_track_summary(order.capture, capture, results, files)
+    if isinstance(stopped, KeyboardInterrupt):
+        typer.echo(_ending(stopped, len(collector)), err=True)
+        raise typer.Exit(INTERRUPTED)
+    if stopped is not None:
+        raise stopped
+
+
+def place_of(path: Path, name: str, count: int) -> Path:
+    """Return where the file of one of `count` objects goes: with `_name` if there are several."""
+    return path if count == 1 else path.with_stem(f"{path.stem}_{name}")
+
+
+def _check_options(order: Order) -> None:
+    """Check settings and what the names of outputs say, wherever they lie.
+
+    Raises:
+        OptionError: a setting is out of range, a name ends in something that is not written, or two
+            are the same.
+
+    """
+    with of_options():
+        _request(order, lambda _: None).check()
+        check_suffix(order.out)
+        if order.smooth is not None:
+            check_suffix(order.smooth)
+        if order.video is not None:
+            check_video_suffix(order.video)
+    if order.save_body is not None and order.save_body.suffix != ".json":
+        raise OptionError(f"cannot write {order.save_body}: the file of a body ends in .json")
+    if order.smooth is not None and order.smooth.resolve() == order.out.resolve():
+        raise OptionError(
+            f"{order.out} would hold the poses as they were known and as they were corrected "
+            "later; give --smooth another file than --out"
+        )
+
+
+def _check_outputs(order: Order, subjects: list[Subject]) -> None:
+    folders = _report_folders(order, subjects)
+    check_reports(folders)
+    to_make = [folder.resolve() for folder in folders if not folder.exists()]
+    for path in (order.out, order.save_body, order.smooth):
+        if path is not None:
+            for subject in subjects:
+                place = place_of(path, subject.name, len(subjects))
+                if place.resolve().parent not in to_make:
+                    check_file(place)
+    if order.video is not None:
+        check_video(order.video)
+
+
+def _report_folders(order: Order, subjects: list[Subject]) -> list[Path]:
+    if order.report is None:
+        return []
+    return [place_of(order.report, subject.name, len(subjects)) for subject in subjects]
+
+
+def _reports(order: Order, subjects: list[Subject], capture: Capture) -> Reports | None:
+    folders = _report_folders(order, subjects)
+    return Reports.into(folders, capture) if folders else None
+
+
+def _ending(stopped: BaseException | None, count: int) -> str:
+    """Say what ended the tracking before its time; nothing if nothing did."""
+    if isinstance(stopped, KeyboardInterrupt):
+        return f"interrupted after {count} observations"
+    return "" if stopped is None else f"ended after {count} observations: {stopped}"
+
+
+def _follow(
+    order: Order,
+    capture: Capture,
+    subjects: list[Subject],
+    collector: Collector,
+    watch: Sequence[Callable[[TrackStep], None]],
+) -> BaseException | None:
+    """Collect steps to the end; return what ended it before, unless nothing was tracked yet."""
+    try:
+        with progress_bar("tracking") as update:
+            request = _request(order, lambda made: update(0.0, f"modelling, {made.share:.0%}"))
+            for step in follow(capture, subjects, request):
+                collector.add(step)
+                for heed in watch:
+                    heed(step)
+                update(step.share, _note(step))
+    except (KeyboardInterrupt, ServoidError) as error:
+        if not len(collector):
+            raise
+        return error
+    return None
+
+
+def _request(order: Order, progress: Callable[[Progress], None]) -> Request:
+    budget_ms = order.budget_ms
+    return Request(
+        method=TrackMethod(order.method.value),
+        seed=order.seed,
+        population=order.population,
+        generations=order.generations,
+        budget_s=None if budget_ms is None else budget_ms / _MS_PER_S,
+        evolve=order.evolve,
+        adjust=order.adjust,
+        depth_from_motion=order.depth_from_motion,
+        observations=order.observations,
+        every=order.every,
+        distance_m=order.distance,
+        trust_targets=order.trust_targets,
+        progress=progress,
+    )
+
+
+def _note(step: TrackStep) -> str:
+    """Say in a few words how the objects fare."""
+    words = [f"{one.estimate.status} {one.estimate.confidence:.0%}" for one in step.tracked[:3]]
+    spent = sum(one.seconds for one in step.tracked)
+    return ", ".join(words) + (f", {1.0 / spent:.0f} Hz" if spent > 0.0 else "")
+
+
+@contextmanager
+def _video(
+    order: Order, capture: Capture, objects: int
+) -> Iterator[Callable[[TrackStep], None] | None]:
+    with ExitStack() as stack:
+        if order.video is None:
+            yield None
+            return
+        names = [camera.name for camera in capture.cameras]
+        overlay = Overlay(cameras_of(capture), names, objects)
+        yield stack.enter_context(overlay_video(order.video, overlay, _video_hz(order, capture)))
+
+
+def _video_hz(order: Order, capture: Capture) -> float:
+    """Return at which rate a video shows time as it was."""
+    times_s = capture.times_s
+    if times_s is None:
+        return capture.rate_hz or _VIDEO_HZ
+    shown = times_s[order.observations][:: order.every]
+    steps = [abs(after - before) for before, after in itertools.pairwise(shown)]
+    usual_s = statistics.median(steps) if steps else 0.0
+    return min(max(1.0 / usual_s, 1.0), 240.0) if usual_s > 0.0 else _VIDEO_HZ
+
+
+def _write(
+    order: Order, results: list[TrackResult], reports: Reports | None, ending: str
+) -> list[tuple[str, Path]]:
+    """Write poses, bodies and reports; return what each file is, and where."""
+    if not results:
+        raise TrackError(f"{order.capture}: nothing was tracked")
+    if reports is not None:
+        reports.make_folders()
+    files = []
+    for result in results:
+        path = place_of(order.out, result.name, len(results))
+        write_trajectory(path, waypoints(result.tracked))
+        files.append(("poses", path))
+        if order.smooth is not None:
+            path = place_of(order.smooth, result.name, len(results))
+            write_trajectory(path, waypoints(result.tracked, result.smoothed))
+            files.append(("smoothed", path))
+        if order.save_body is not None:
+            path = place_of(order.save_body, result.name, len(results))
+            save_body(path, result.body, result.colors, appearance=result.appearance)
+            files.append(("body", path))
+    if reports is not None:
+        notes = [f"The tracking was not finished: {ending}."] if ending else []
+        files.extend(("report", page) for page in reports.write(results, notes))
+    return files

@@ -1,0 +1,136 @@
+"""Reads closed triangle meshes from PLY, OBJ, STL, OFF and GLB files."""
+
+import io
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from servoid.config.limits import SHAPE_FILE
+from servoid.config.reading import read_bytes
+from servoid.errors import MeshError, MissingExtraError, located
+from servoid.exchange.shapes.mesh_counts import check_counts
+from servoid.exchange.shapes.mesh_repair import close_mesh, signed_volume
+from servoid.words import counted, digits
+
+SUFFIXES = (".ply", ".obj", ".stl", ".off", ".glb")
+_LONGEST = 1e6  # metres; squares and cubes of lengths stay far from overflow
+_SUSPICIOUS = 10.0
+_TINY = 1e-3
+_LEAST = 1e-6  # metres; what the core can tell from a point
+
+
+@dataclass(frozen=True)
+class MeshFile:
+    """A closed mesh whose faces look outward, and what had to be said while it was read.
+
+    `vertices`: (V, 3) float64, metres. `faces`: (F, 3) int64, counter-clockwise from outside.
+    """
+
+    vertices: NDArray[np.float64]
+    faces: NDArray[np.int64]
+    notes: tuple[str, ...]
+
+
+def read_mesh(path: Path) -> MeshFile:
+    """Read a mesh, and close it where that takes little; notes say what was changed.
+
+    Corners at the same place become one vertex, faces without area or that are there twice are
+    dropped, faces are turned outward, and small holes are closed. Lengths are taken for metres.
+
+    Raises:
+        MeshError: the file is missing, damaged or of another format, promises more than it holds,
+            or its mesh cannot be closed or has no volume.
+        MissingExtraError: trimesh is not installed.
+
+    """
+    suffix = path.suffix.lower()
+    if suffix not in SUFFIXES:
+        raise MeshError(
+            f"{path} is no mesh that can be read: its name ends in '{path.suffix}'; known "
+            f"endings are {', '.join(SUFFIXES)}"
+        )
+    data = read_bytes(path, MeshError, SHAPE_FILE)
+    if not data:
+        raise MeshError(f"{path} is empty; replace the file")
+    check_counts(path, data)
+    vertices, faces = _parse(path, data, suffix[1:])
+    with located(str(path)):
+        _check_numbers(vertices, faces)
+        vertices, faces, notes = close_mesh(vertices, faces)
+        _check_volume(vertices, faces)
+    return MeshFile(vertices, faces, (*notes, *_size_note(vertices)))
+
+
+def _parse(path: Path, data: bytes, kind: str) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Let trimesh read the file's content; materials and other files are never opened."""
+    try:
+        import trimesh
+    except ImportError as error:
+        raise MissingExtraError.of("meshes", "trimesh", "exchange") from error
+    try:
+        scene = trimesh.load_scene(
+            io.BytesIO(data), file_type=kind, process=False, skip_materials=True
+        )
+        mesh = scene.to_mesh()
+        vertices = np.array(mesh.vertices, dtype=np.float64).reshape(-1, 3)
+        faces = np.array(mesh.faces, dtype=np.int64).reshape(-1, 3)
+    except Exception as reason:  # a parser may raise anything for a damaged file
+        raise MeshError(
+            f"{path} cannot be read as {kind.upper()}: {str(reason)[:200] or type(reason).__name__}"
+            "; it is damaged or of another format, export it again"
+        ) from reason
+    return vertices, faces
+
+
+def _check_numbers(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> None:
+    if not len(faces):
+        raise MeshError(
+            f"the file has {counted(len(vertices), 'point')} and no faces; give a mesh with "
+            "faces, or a PLY file as a point cloud"
+        )
+    if not np.isfinite(vertices).all():
+        bad = int((~np.isfinite(vertices)).any(axis=1).sum())
+        are = "is" if bad == 1 else "are"
+        raise MeshError(
+            f"{bad} of {len(vertices)} vertices {are} not finite; export the mesh again"
+        )
+    if np.abs(vertices).max() > _LONGEST:
+        raise MeshError(
+            f"a vertex lies {np.abs(vertices).max():.3g} m from the origin; lengths are metres, "
+            f"at most {_LONGEST:.0e}; scale the mesh"
+        )
+    size = float(np.linalg.norm(np.ptp(vertices, axis=0)))
+    if size < _LEAST:
+        raise MeshError(
+            f"the mesh is {digits(size)} m large; lengths are metres, at least {_LEAST:.0e}; scale "
+            "the mesh"
+        )
+    low, high = int(faces.min()), int(faces.max())
+    if low < 0 or high >= len(vertices):
+        raise MeshError(
+            f"a face names vertex {low if low < 0 else high}, but there are {len(vertices)}, "
+            "counted from 0; the file is damaged, export it again"
+        )
+
+
+def _check_volume(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> None:
+    size = float(np.linalg.norm(np.ptp(vertices, axis=0)))
+    volume = signed_volume(vertices, faces)
+    if volume <= 1e-9 * size**3:
+        raise MeshError(
+            f"the mesh is {size:.3g} m large and encloses a volume of {volume:.2g} m3; a body "
+            "needs a volume, so give the surface thickness"
+        )
+
+
+def _size_note(vertices: NDArray[np.float64]) -> tuple[str, ...]:
+    size = float(np.linalg.norm(np.ptp(vertices, axis=0)))
+    if size > _SUSPICIOUS:
+        cure = "if its unit is the millimetre, scale it by 0.001"
+    elif size < _TINY:
+        cure = "if its unit is the kilometre or the inch, scale it by 1000 or 0.0254"
+    else:
+        return ()
+    return (f"the mesh is {digits(size)} m large; {cure}",)

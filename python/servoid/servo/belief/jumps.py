@@ -1,0 +1,82 @@
+"""Jumps of a target: estimates that the object cannot have reached, and when they are believed."""
+
+from enum import Enum
+from typing import Protocol
+
+from servoid.pose import Pose, exact
+from servoid.servo.law.moving import change_between
+from servoid.servo.settings import TargetSettings
+
+
+class Timed(Protocol):
+    """Where an object was, and when."""
+
+    @property
+    def time_s(self) -> float:
+        """Return when the images were taken."""
+        ...
+
+    @property
+    def world_from_object(self) -> Pose:
+        """Return where the object was."""
+        ...
+
+
+class Verdict(Enum):
+    """What became of an estimate."""
+
+    USED = "used"
+    OUTDATED = "outdated"
+    TELEPORT = "teleport"
+    RESTARTED = "restarted"
+
+
+class Jumps:
+    """Counts the estimates that an object cannot have reached, and believes several that agree.
+
+    This is the one place where jumps are judged; whoever holds the arm for them asks for `count`.
+    """
+
+    def __init__(self, settings: TargetSettings) -> None:
+        self._settings = settings
+        self._agreeing: list[Timed] = []
+        self._count = 0
+
+    @property
+    def count(self) -> int:
+        """Return how many jumped since the last that did not."""
+        return self._count
+
+    def judge(self, expected: Pose, seen: Pose, elapsed: float, estimate: Timed) -> Verdict:
+        """Say what is to become of an estimate: used, left out, or the first of a new start.
+
+        It was seen so long after the last used one, where another place was expected.
+        """
+        if self._can_reach(expected, seen, elapsed):
+            self.clear()
+            return Verdict.USED
+        if self._agreeing:
+            last = self._agreeing[-1]
+            since = estimate.time_s - last.time_s
+            if since <= 0.0:
+                return Verdict.OUTDATED
+            if not self._can_reach(last.world_from_object, estimate.world_from_object, since):
+                self._agreeing.clear()
+        self._agreeing.append(estimate)
+        self._count += 1
+        agree = len(self._agreeing) >= self._settings.agreeing
+        return Verdict.RESTARTED if agree else Verdict.TELEPORT
+
+    def clear(self) -> None:
+        """Forget what jumped."""
+        self._agreeing.clear()
+        self._count = 0
+
+    def _can_reach(self, before: Pose, after: Pose, elapsed: float) -> bool:
+        settings = self._settings
+        change = change_between(before, after)
+        shift, turn = exact.norm(change[:3]), exact.norm(change[3:])
+        return (
+            shift <= settings.linear_jump + settings.linear_speed * elapsed
+            and turn <= settings.angular_jump + settings.angular_speed * elapsed
+        )

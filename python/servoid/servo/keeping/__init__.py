@@ -1,0 +1,1 @@
+"""What keeps an arm within its limits, and what holds it."""

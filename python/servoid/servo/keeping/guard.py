@@ -1,0 +1,101 @@
+"""Keeps the hand in its workspace and off the object."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from servoid.pose import Pose, exact
+from servoid.servo.arm import Floats, Solid
+from servoid.servo.keeping.bounds import Rows
+from servoid.servo.keeping.limits import stoppable_speed
+from servoid.servo.keeping.safety import Reason
+from servoid.servo.settings import SafetySettings
+
+_WATCHED = 0.15  # m: parts farther from each other than this, and what they keep, do not matter
+_BLIND = 1e-6  # m: nearer than this to the object there is no direction away
+
+
+@dataclass(frozen=True, eq=False)
+class Keep:
+    """Bounds (3,) of the hand's velocity in the world, and of its speed towards the object.
+
+    `toward` (3,) is the unit direction to the object, whose own velocity is part of `closing`.
+    """
+
+    lower: Floats
+    upper: Floats
+    toward: Floats
+    closing: float
+
+    def rows(self, jacobian: Floats) -> Rows:
+        """Return them as bounds of joint speeds; `jacobian` (6, n) is that of the hand."""
+        linear = jacobian[:3]
+        return Rows(
+            np.concatenate([linear, exact.product(self.toward, linear)[None]]),
+            np.array([*self.lower, -np.inf]),
+            np.array([*self.upper, self.closing if np.any(self.toward) else np.inf]),
+            (*[Reason.WORKSPACE] * 3, Reason.NEAR),
+        )
+
+
+class Guard:
+    """Knows the workspace and the least distance, and how to brake before them."""
+
+    def __init__(self, settings: SafetySettings, reaction_s: float, period_s: float) -> None:
+        self._settings, self._reaction_s = settings, reaction_s
+        self._step = settings.braking * period_s
+        self._lower = np.array(settings.workspace_lower)
+        self._upper = np.array(settings.workspace_upper)
+
+    def allowed(self, world_from_goal: Pose, object_in_world: Floats) -> Pose:
+        """Return the goal, moved into the workspace and away from the object if it must be."""
+        place = np.array(world_from_goal.translation)
+        away = place - object_in_world
+        distance = exact.norm(away)
+        if _BLIND < distance < self._settings.least_distance:
+            place = object_in_world + away * (self._settings.least_distance / distance)
+        place = np.minimum(np.maximum(place, self._lower), self._upper)
+        return Pose.from_parts(place.tolist(), world_from_goal.quaternion)
+
+    def apart(self, solid: Solid, positions: Floats, previous: Floats, hand: slice) -> Rows:
+        """Return what keeps parts of an arm and its room apart, with the joints at (N,) positions.
+
+        `previous` (N,) are the joint speeds that were told last, and `hand` the joints of the hand.
+        """
+        settings = self._settings
+        found = solid.clearances(positions, settings.least_clearance + _WATCHED)
+        if not len(found.distances):
+            return Rows.none(len(previous[hand]))
+        room = found.distances - settings.least_clearance
+        speeds = np.copysign(
+            stoppable_speed(np.abs(room), settings.braking, self._reaction_s), room
+        )
+        rates = exact.product(found.slopes, previous)
+        others = rates - exact.product(found.slopes[:, hand], previous[hand])  # the eyes turn, too
+        lower = np.minimum(-speeds, rates + self._step) - others
+        reasons = (Reason.COLLISION,) * len(lower)
+        return Rows(found.slopes[:, hand], lower, np.full(len(lower), np.inf), reasons)
+
+    def keep(
+        self, hand: Floats, velocity: Floats, object_in_world: Floats, object_velocity: Floats
+    ) -> Keep:
+        """Return what bounds the hand at a place (3,) in the world, before the object (3,).
+
+        No bound asks for more than `braking` takes from the hand's last velocity (3,).
+        """
+        away = object_in_world - hand
+        distance = exact.norm(away)
+        toward = away / distance if distance > _BLIND else np.zeros(3)
+        apart = distance - self._settings.least_distance
+        room = np.array([*(hand - self._lower), *(self._upper - hand), apart])
+        # Where no room is left, speeds lead back.
+        speeds = np.copysign(
+            stoppable_speed(np.abs(room), self._settings.braking, self._reaction_s), room
+        )
+        closing = float(speeds[6]) + exact.dot(toward, object_velocity)
+        return Keep(
+            np.minimum(-speeds[:3], velocity + self._step),
+            np.maximum(speeds[3:6], velocity - self._step),
+            toward,
+            max(closing, exact.dot(toward, velocity) - self._step),
+        )

@@ -1,0 +1,140 @@
+"""The one place where what a law wishes becomes what joints are told, under all bounds at once."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from servoid.errors import MissingExtraError
+from servoid.pose import exact
+from servoid.servo.arm import Arm, Floats
+from servoid.servo.keeping.bounds import INSIDE, Ball, Bounds, Rows, Window
+from servoid.servo.keeping.safety import Reason
+from servoid.servo.law.joints import JointWish
+from servoid.servo.settings import HandSettings
+
+_SOLVED = (1, 2)  # daqp's exit flags of a solution, 2 with a soft bound that gave way
+_SOFT = 8  # daqp's sense of a bound that gives way where bounds are at odds
+_CUTS = 12  # most planes that stand for a ball
+_ALONE = 0.6  # share of the hand's acceleration that one joint's braking may take
+_NO_LEVER = 1e-3  # m or 1: a joint that moves the hand by less does not bound it
+_NOTED = 1e-3  # m/s and rad/s of the hand: less is no intervention
+
+
+@dataclass(frozen=True, eq=False)
+class Limited:
+    """Joint speeds (n,) inside all bounds, and the reasons of those that kept them from a wish."""
+
+    velocities: Floats
+    reasons: frozenset[Reason]
+
+
+class Limiter:
+    """Finds the joint speeds nearest to a wish that keep every bound, and says which bounds acted.
+
+    Joints never leave their window. Other bounds give way only where they are at odds with it or
+    with each other.
+    """
+
+    def __init__(self, arm: Arm, settings: HandSettings, fade_s: float = 0.0) -> None:
+        """Take the arm's period and the limits of its hand.
+
+        An acceleration counts as if it went on for `fade_s` before it is gone.
+
+        Raises:
+            MissingExtraError: the solver is not installed.
+
+        """
+        try:
+            import daqp
+        except ImportError as error:
+            raise MissingExtraError.of("keeping joint speeds in bounds", "daqp", "servo") from error
+        self._solve = daqp.solve
+        speeds = np.array([settings.linear_speed, settings.angular_speed])
+        accelerations = np.array([settings.linear_acceleration, settings.angular_acceleration])
+        self._period_s = arm.period_s
+        self._fading = fade_s / arm.period_s
+        self._speeds = settings.speed_share * speeds
+        self._steps = settings.acceleration_share * accelerations * arm.period_s
+
+    def bounds(
+        self, jacobian: Floats, last: Floats, window: Window, walls: Rows, authority: float
+    ) -> Bounds:
+        """Return what bounds joint speeds (n,) after a tick with the hand's velocity `last` (6,).
+
+        `jacobian` is (6, n), and `authority` the share of its speed that the hand has.
+        """
+        parts = zip(
+            jacobian.reshape(2, 3, -1),
+            last.reshape(2, 3),
+            self.speeds(authority).tolist(),
+            self._steps.tolist(),
+            strict=True,
+        )
+        balls: list[Ball] = []
+        for matrix, before, speed, step in parts:
+            # Where the hand is faster than it may be, it slows down as far as it can.
+            fastest = max(speed, exact.norm(before) - step)
+            # The speed counts that is there when its change has faded away.
+            share = self._fading / (1.0 + self._fading)
+            fastest *= 1.0 - share
+            balls.append(Ball(matrix, share * before, fastest, Reason.HAND_SPEED))
+            balls.append(Ball(matrix, before, step, Reason.HAND_ACCELERATION))
+        return Bounds(jacobian, window, walls, tuple(balls))
+
+    def speeds(self, authority: float) -> Floats:
+        """Return how fast the hand may be, (2,) in m/s and rad/s, with a share of its speed."""
+        return authority * self._speeds
+
+    def braking(self, jacobian: Floats) -> Floats:
+        """Return how hard joints (n,) may brake before their stops in rad/s², for the hand's sake.
+
+        `jacobian` is (6, n). What one of them takes leaves a share to others that brake as well.
+        """
+        levers = np.sqrt(np.square(jacobian.reshape(2, 3, -1)).sum(axis=1))
+        most = (self._steps / self._period_s)[:, None] / np.maximum(levers, _NO_LEVER)
+        return _ALONE * most.min(axis=0)
+
+    def ticks_to_rest(self, twist: Floats) -> float:
+        """Return in how many ticks the hand can come to rest from a velocity (6,)."""
+        lengths = exact.lengths(twist.reshape(2, 3))
+        return float((lengths / ((1.0 - INSIDE) * self._steps)).max())
+
+    def nearest(self, wish: JointWish, bounds: Bounds) -> Limited:
+        """Return the joint speeds nearest to the wish inside the bounds, and what acted."""
+        if bounds.hold(wish.velocities):
+            return Limited(wish.velocities, frozenset())
+        rows = bounds.rows
+        found, pressed = self._solved(wish, bounds.window, rows)
+        for _ in range(_CUTS):
+            cuts = [ball.cut(found) for ball in bounds.balls if ball.exceeds(found)]
+            if not cuts:
+                break
+            rows = rows.and_also(*cuts)
+            found, pressed = self._solved(wish, bounds.window, rows)
+        off = exact.product(bounds.jacobian, found - wish.velocities)
+        return Limited(found, pressed if np.abs(off).max() > _NOTED else frozenset())
+
+    def _solved(
+        self, wish: JointWish, window: Window, rows: Rows
+    ) -> tuple[Floats, frozenset[Reason]]:
+        """Return the nearest speeds (n,) between flat bounds, and the reasons of those that act."""
+        count = len(wish.velocities)
+        sense = np.repeat(np.array([0, _SOFT], np.int32), [count, len(rows.reasons)])
+        answer, _, flag, told = self._solve(
+            wish.weights,
+            -exact.product(wish.weights, wish.velocities),
+            rows.matrix,
+            np.concatenate([window.upper, rows.upper]),
+            np.concatenate([window.lower, rows.lower]),
+            sense,
+        )
+        if flag not in _SOLVED or not np.all(np.isfinite(answer)):
+            # The window is never empty, so only numbers can have gone wrong: the joints brake.
+            return window.bounded(np.zeros(count)), frozenset()
+        pressures = np.asarray(told["lam"])
+        reasons = [
+            rows.reasons[place - count] if place >= count else window.causes[int(force > 0)][place]
+            for place, force in enumerate(pressures)
+            if force != 0.0
+        ]
+        return window.bounded(np.asarray(answer, np.float64)), frozenset(reasons)

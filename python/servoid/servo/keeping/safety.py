@@ -1,0 +1,182 @@
+"""Decides when a target may be trusted, and says why the arm is held."""
+
+from enum import Enum
+
+import numpy as np
+
+from servoid.pose import exact
+from servoid.servo.arm import Floats
+from servoid.servo.belief.jumps import Verdict
+from servoid.servo.belief.target import Prediction, TargetEstimate, TargetFilter
+from servoid.servo.belief.watchdog import Drifting, Parting, Watchdog
+from servoid.servo.settings import SafetySettings
+from servoid.source.source import Instant
+
+
+class Reason(Enum):
+    """Why the arm is held, or does less than its goal asks for; the value is a sentence."""
+
+    NO_TARGET = "no target has been seen yet"
+    NO_IMAGES = "no image came for too long"
+    FROZEN = "a camera moves but its image does not change"
+    SEARCHING = "the tracker searches for the target"
+    LOST = "the target is lost"
+    UNSURE = "the tracker's confidence is too low"
+    AHEAD = "images carry times that are yet to come"
+    NOT_FINITE = "the estimate holds numbers that are not finite"
+    TELEPORT = "the target jumped farther than it can move"
+    RETURNING = "the target is back, and a few more images are awaited"
+    BAD_STATE = "the arm's joint state holds numbers that are not finite"
+    PROTECTIVE_STOP = "the arm's own driver has stopped it, and waits for a reset"
+    PARTED = "what is believed of the target and what is seen of it have parted"
+    ADRIFT = "what is seen of the target's turn wanders about what is believed of it"
+    ROUGH = "the target's pose is told too roughly to place the hand by it"
+    WORKSPACE = "the hand is at the edge of its workspace"
+    NEAR = "the hand is as near to the object as it may be"
+    COLLISION = "parts of the arm are as near to each other, or to the room, as they may be"
+    UNREACHABLE = "the arm does not reach the goal"
+    SINGULAR = "the arm is in a singular pose and cannot move towards the goal"
+    HAND_SPEED = "the hand is as fast as it may be"
+    HAND_ACCELERATION = "the hand speeds up or brakes as hard as it may"
+    JOINT_SPEED = "a joint is as fast as it may be"
+    JOINT_ACCELERATION = "a joint speeds up or brakes as hard as it may"
+    JOINT_JERK = "a joint changes its acceleration as fast as it may"
+    JOINT_LIMIT = "a joint is near its stop"
+
+
+# Bounds that any quick motion meets, and that keep no hand from its goal.
+ORDINARY = frozenset(
+    {
+        Reason.HAND_SPEED,
+        Reason.HAND_ACCELERATION,
+        Reason.JOINT_SPEED,
+        Reason.JOINT_ACCELERATION,
+        Reason.JOINT_JERK,
+    }
+)
+# What holds the hand though the place of the target is known.
+LOCATED = frozenset({Reason.PROTECTIVE_STOP, Reason.ADRIFT})
+_TOLERATED_JUMPS = 1
+
+
+class Trust:
+    """Says from images and estimates whether the hand may follow the target.
+
+    A short gap is bridged by the filter's prediction. After a longer one, when the target jumped,
+    or when it is long seen where it is not believed to be, the arm is held until several trusted
+    estimates came in a row, of which the filter makes a mean meanwhile.
+    """
+
+    def __init__(self, settings: SafetySettings, target: TargetFilter) -> None:
+        self._settings, self._target = settings, target
+        self._watchdog = Watchdog(settings)
+        self._fault = Reason.NO_TARGET
+        self._in_a_row = 0
+        self._parting, self._drifting = Parting(settings), Drifting(settings)
+        self._trusted_s: float | None = None
+        self._held, self._stopped = True, False
+        self._resumed_s = 0.0
+        self._now_s = np.inf
+
+    def advance(self, time_s: float, *, stopped: bool = False) -> None:
+        """Take in what time it is on the arm's clock, to which those of observations belong.
+
+        A gap that has become too long holds the arm, and so does a protective stop of its own;
+        estimates that came in a row let it go.
+        """
+        self._now_s, self._stopped = time_s, stopped
+        last = self._trusted_s
+        # A clock that was set back, or forth, leaves what is known of the target as old.
+        if last is None or abs(time_s - last) > self._settings.coast_s:
+            self._held = True
+            self._in_a_row = 0
+        elif stopped or self._drifting.holds or self._target.jumps > _TOLERATED_JUMPS:
+            self._held = True
+        elif self._held and self._in_a_row >= self._settings.resume_after:
+            self._held, self._resumed_s = False, time_s
+
+    def see(self, instant: Instant | None, estimate: TargetEstimate | None) -> None:
+        """Take in an observation and what the tracker made of it; the filter learns if it may."""
+        if instant is not None:
+            self._watchdog.see(instant)
+        fault = self._fault_of(estimate)
+        if fault is None and estimate is not None:
+            self._follow(estimate)
+        elif fault is not None:
+            self._distrust(fault)
+
+    def holding(self) -> frozenset[Reason]:
+        """Return why the arm is held at the time it is; empty if it may move."""
+        if not self._held:
+            return frozenset()
+        kept = {Reason.PROTECTIVE_STOP: self._stopped, Reason.ADRIFT: self._drifting.holds}
+        reasons = {reason for reason, holds in kept.items() if holds}
+        if self._in_a_row == 0:
+            reasons.add(self._fault)
+        elif self._in_a_row < self._settings.resume_after or not reasons:
+            reasons.add(Reason.RETURNING)
+        if self._trusted_s is None:
+            reasons.add(Reason.NO_TARGET)
+        if self._watchdog.is_stale(self._now_s):
+            reasons.add(Reason.NO_IMAGES)
+        return frozenset(reasons)
+
+    def limiting(self, target: Prediction, place: Floats) -> frozenset[Reason]:
+        """Return what makes the goal doubtful though the arm moves: it lies at a place (3,)."""
+        self._drifting.reach(exact.norm(place - target.place))
+        rough = target.spread_at(place) > self._settings.rough
+        reasons = {Reason.ROUGH: rough, Reason.PARTED: self._parting.is_told}
+        return frozenset(reason for reason, holds in reasons.items() if holds)
+
+    def authority(self) -> float:
+        """Return the share of its speed that the hand has, which grows to 1 after a hold."""
+        return min(1.0, max(0.0, (self._now_s - self._resumed_s) / self._settings.resume_s))
+
+    def _fault_of(self, estimate: TargetEstimate | None) -> Reason | None:
+        """Return why an estimate must not be used at all."""
+        if self._watchdog.hangs:
+            return Reason.FROZEN
+        if estimate is None:
+            return Reason.NO_IMAGES
+        numbers = (estimate.time_s, estimate.confidence, estimate.covariance)
+        pose = estimate.world_from_object.matrix()
+        if not all(np.all(np.isfinite(values)) for values in (*numbers, pose)):
+            return Reason.NOT_FINITE
+        if estimate.time_s > self._now_s + self._settings.coast_s:
+            return Reason.AHEAD
+        if not estimate.located:
+            return Reason.LOST if estimate.status == "lost" else Reason.SEARCHING
+        # Of one whose turn is open, the place alone is followed: that is sure enough to be located.
+        unsure = estimate.confidence < self._settings.least_confidence
+        return Reason.UNSURE if unsure and estimate.status == "tracking" else None
+
+    def _distrust(self, fault: Reason) -> None:
+        self._fault, self._in_a_row = fault, 0
+
+    def _follow(self, estimate: TargetEstimate) -> None:
+        """Give a credible estimate to the filter, and count what comes of it."""
+        if self._held and self._in_a_row == 0 and self._target.jumps == 0:
+            self._target.forget()  # what moved before the gap says nothing of after it
+            self._parting.clear()
+            if not self._drifting.holds:  # that ends by itself, once it is calm
+                self._drifting.clear()
+        verdict = self._target.update(estimate)
+        if verdict is Verdict.OUTDATED:
+            return
+        if verdict is Verdict.TELEPORT:
+            self._distrust(Reason.TELEPORT)
+            return
+        if verdict is Verdict.RESTARTED:
+            self._held, self._in_a_row = True, 0
+            self._drifting.clear()
+        self._trusted_s = estimate.time_s
+        if self._target.turn_off is not None:
+            spread = float(np.sqrt(estimate.covariance[3:, 3:].trace()))
+            self._drifting.see(estimate.time_s, self._target.turn_off, spread)
+        self._parting.see(estimate.time_s, is_odd=self._target.is_odd)
+        if self._parting.holds:
+            self._held = True
+            self._distrust(Reason.PARTED)
+            return
+        self._in_a_row += 1
+        self._fault = Reason.NO_IMAGES  # if nothing more is heard

@@ -1,0 +1,42 @@
+"""Differential inverse kinematics as a small quadratic program."""
+
+import numpy as np
+
+from servoid.pose import exact
+from servoid.servo.arm import Arm, Floats, JointState
+from servoid.servo.law.joints import IDLE_WEIGHT, HandWish, JointWish
+from servoid.servo.settings import JointSettings
+
+_TINY = 1e-8
+
+
+class QuadraticJoints:
+    """Wishes for the joint speeds whose hand velocity is nearest to the wanted one.
+
+    Directions in which the arm is nearly singular are damped. What motion is left free pulls the
+    joints towards the posture that the arm had at first.
+    """
+
+    def __init__(self, arm: Arm, settings: JointSettings) -> None:
+        """Take the arm's present posture as the one to keep."""
+        self._settings = settings
+        self._count = arm.joints.hand_count
+        self._posture = np.asarray(arm.state().positions, np.float64)[: self._count]
+        self._weights = np.repeat([1.0, settings.angular_weight], 3)
+
+    def wish(self, state: JointState, jacobian: Floats, wish: HandWish) -> JointWish:
+        """Return the best joint speeds, bounds aside, and what it costs to miss them."""
+        settings = self._settings
+        weighted = self._weights[:, None] * jacobian
+        # Those of the hand's motion come last; what is before them moves the hand nowhere.
+        squares, axes = exact.eigh(exact.product(weighted.T, weighted))
+        squares = np.maximum(squares, 0.0)
+        free = axes[:, : max(0, self._count - len(weighted))]
+        lack = np.maximum(0.0, 1.0 - np.sqrt(squares) / settings.damped_below)
+        worth = squares + np.square(settings.damping * lack) + _TINY
+        worth[: free.shape[1]] = IDLE_WEIGHT
+        pull = settings.posture_gain * (self._posture - state.positions[: self._count])
+        wanted = exact.product(weighted.T, self._weights * wish.twist)
+        slope = wanted + IDLE_WEIGHT * exact.product(free, exact.product(free.T, pull))
+        velocities = exact.product(axes, exact.product(axes.T, slope) / worth)
+        return JointWish(velocities, exact.product(axes * worth, axes.T))

@@ -1,0 +1,73 @@
+"""Finds joints that hold the hand at a pose, by damped Newton steps within the joints' limits."""
+
+from typing import Protocol
+
+import numpy as np
+
+from servoid.pose import Pose, exact
+from servoid.servo.arm import Floats, Joints
+from servoid.servo.law.moving import change_between
+
+_DAMPING = 1e-3
+_TINY = 1e-9
+_STEP = 0.3  # rad: no step turns a joint farther
+_STEPS = 150
+_REACHED = 1e-6  # m and rad
+_STALLED = 1e-3  # of what is left: a step so short leads nowhere, as a limit is in its way
+
+
+class Chain(Protocol):
+    """What an arm tells of its geometry; see `Arm`."""
+
+    @property
+    def joints(self) -> Joints:
+        """Return the joints and their limits."""
+        ...
+
+    def world_from_hand(self, positions: Floats) -> Pose:
+        """Return where the hand is with the joints at these positions."""
+        ...
+
+    def jacobian(self, positions: Floats) -> Floats:
+        """Return (6, N) float64: the hand's velocity, linear and angular in the world, by joint."""
+        ...
+
+
+def stepped(
+    arm: Chain, positions: Floats, world_from_goal: Pose, free: slice
+) -> tuple[Floats, float]:
+    """Return joints (N,) one step nearer to a goal, and how far they were from it, in m and rad.
+
+    Only the `free` joints turn.
+    """
+    change = change_between(arm.world_from_hand(positions), world_from_goal)
+    error = float(np.abs(change).max())
+    if error < _TINY:
+        return positions, error
+    slope = np.asarray(arm.jacobian(positions), np.float64)[:, free]
+    square = exact.product(slope.T, slope)
+    square[np.diag_indices(len(square))] += _TINY + _DAMPING * exact.dot(change, change)
+    turn = exact.solve(square, exact.product(slope.T, change))
+    turn *= min(1.0, _STEP / max(_STEP, float(np.abs(turn).max())))
+    moved = positions.copy()
+    moved[free] += turn
+    return np.clip(moved, arm.joints.lower, arm.joints.upper), error
+
+
+def reached(
+    arm: Chain, world_from_goal: Pose, start: Floats, free: slice | None = None
+) -> Floats | None:
+    """Return joints (N,) within their limits that hold the hand at a goal, None if none are found.
+
+    The way begins at `start` (N,); only the `free` joints turn, all of the hand's if left out.
+    """
+    free = free or slice(0, arm.joints.hand_count)
+    positions = np.clip(start, arm.joints.lower, arm.joints.upper)
+    for _ in range(_STEPS):
+        moved, error = stepped(arm, positions, world_from_goal, free)
+        if error < _REACHED:
+            return moved
+        if np.abs(moved - positions).max() < _STALLED * error:
+            return None
+        positions = moved
+    return None

@@ -1,0 +1,1 @@
+"""Captures that are drawn: objects, scenes and how they move."""

@@ -1,0 +1,1 @@
+"""Arms and their eyes: shipped ones, those of files, how physics drives them."""

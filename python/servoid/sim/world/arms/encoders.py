@@ -1,0 +1,49 @@
+"""The sensors of an arm's joints: what its software knows of where they are."""
+
+from servoid.servo import JointState
+from servoid.sim.world.arms.drives import Drives
+from servoid.sim.world.events.motions import Floats
+from servoid.sim.world.lab import Lab
+
+
+class Encoders:
+    """Reads joints with the errors of a laboratory; a reading is the same however often it is read.
+
+    `steps` physics steps are a control period, `hand_count` joints move the hand.
+    """
+
+    def __init__(self, drives: Drives, lab: Lab, steps: int, hand_count: int) -> None:
+        self._drives, self._lab, self._steps = drives, lab, steps
+        self._count = len(drives.positions)
+        self._zeros = lab.zeros(self._count, hand_count)
+
+    def state(self) -> JointState:
+        """Return what the joints do now, as far as they are known."""
+        drives, step = self._drives, self._drives.steps
+        return JointState(
+            drives.time_s,
+            self._read(drives.positions, step),
+            drives.velocities + self._lab.speed_noise(self._count, step),
+            drives.protection.stopped,
+        )
+
+    def positions_at(self, time_s: float) -> Floats:
+        """Return the angles (N,) as they are known to have been at a time within the last second.
+
+        What is read once a control period is taken to have gone evenly from reading to reading.
+        """
+        drives = self._drives
+        if not self._lab.settings.read_once:
+            return drives.positions_at(time_s) + self._zeros
+        place = time_s / (self._steps * drives.step_s)
+        newest = drives.steps // self._steps
+        before = min(max(int(place), 0), max(newest - 1, 0))
+        share = min(max(place - before, 0.0), 1.0)
+        earlier, later = (
+            self._read(drives.positions_of(step), step)
+            for step in (before * self._steps, min(before + 1, newest) * self._steps)
+        )
+        return (1.0 - share) * earlier + share * later
+
+    def _read(self, positions: Floats, step: int) -> Floats:
+        return positions + self._zeros + self._lab.angle_noise(self._count, step)

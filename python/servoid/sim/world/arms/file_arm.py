@@ -1,0 +1,215 @@
+"""Takes any arm from an MJCF or URDF file, and puts a head with two eyes on it."""
+
+import math
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+from servoid.config.limits import ARM_FILE
+from servoid.config.reading import read_bytes
+from servoid.errors import SimError
+from servoid.sim.arm_file import EyeLimits
+from servoid.sim.world.arms.file_looks import file_things
+from servoid.sim.world.arms.head import add_head, head_things
+from servoid.sim.world.arms.robot import HAND, Drive, Robot
+from servoid.sim.world.arms.urdf import Urdf, read_urdf
+from servoid.sim.world.events.motions import compose, unit_row
+from servoid.sim.world.scene.engine import load_mujoco
+from servoid.sim.world.scene.solids import add_solids
+from servoid.sim.world.settings import ArmSettings
+from servoid.words import in_one_line
+
+_MJCF, _URDF = "mujoco", "robot"  # what such files begin with
+_SUFFIXES = (".xml", ".mjcf", ".urdf")
+_XACRO = "{http://www.ros.org/wiki/xacro}"
+_ENDLESS = 2.0 * math.pi  # how far a joint without limits may turn to each side
+_REACH = 0.1  # of the post that carries the head, in m
+
+
+def is_file_name(name: str) -> bool:
+    """Say if an arm's name is meant as that of a file."""
+    path = Path(name)
+    return bool(path.suffix) or len(path.parts) > 1 or path.exists()
+
+
+def build_file_arm(settings: ArmSettings, eyes: EyeLimits, lag_s: float) -> Robot:
+    """Build the arm of a file: its turning joints from the base to the mount are driven.
+
+    Other joints, as those of fingers, are fixed, and the file's own actuators are left out.
+
+    Raises:
+        SimError: the file is missing, malformed or of another kind, or does not hold the mount
+            that is asked for.
+
+    """
+    spec, urdf = _read(Path(settings.name))
+    speeds = {} if urdf is None else urdf.speeds
+    model = _compiled(spec, settings.name)
+    for index, body in enumerate(spec.bodies):
+        body.name = body.name or f"servoid body {index}"
+    mount, place = _mount(spec, model, settings)
+    joints = _chain(spec, mount, settings.name)
+    home = _home(model, [joint.name for joint in joints])
+    drives = tuple(_drive(model.joint(joint.name), settings, speeds, lag_s) for joint in joints)
+    _strip(spec, {joint.name for joint in joints})
+    looks = file_things(_compiled(spec, settings.name))
+    row = compose(place, unit_row(settings.mount_from_hand))
+    hand = mount.add_body(name=HAND, pos=row[4:].tolist(), quat=row[:4].tolist())
+    hand.explicitinertial = True
+    hand.mass, hand.inertia = 0.5, [1e-3] * 3
+    turning = add_head(hand, eyes, settings.turning_eyes)
+    head = head_things(eyes.half_baseline, _REACH)
+    add_solids(spec, head)
+    return Robot(
+        spec=spec,
+        things=(*looks, *head),
+        drives=drives + turning,
+        hand_count=len(drives),
+        half_baseline=eyes.half_baseline,
+        angles=home,
+        notes=() if urdf is None else _notes(settings.name, urdf, joints),
+    )
+
+
+def _read(path: Path) -> tuple[Any, Urdf | None]:
+    """Return the `mujoco.MjSpec` of a file, and what else it says if it is a URDF."""
+    mujoco = load_mujoco()
+    urdf = read_urdf(path) if _kind(path) == _URDF else None
+    try:
+        spec = (
+            mujoco.MjSpec.from_file(str(path))
+            if urdf is None
+            else mujoco.MjSpec.from_string(urdf.text)
+        )
+    except ValueError as error:
+        raise SimError(f"{path} cannot be read as an arm: {in_one_line(error)}") from error
+    spec.compiler.fusestatic = False  # the mount may be a body without a joint
+    return spec, urdf
+
+
+def _kind(path: Path) -> str:
+    """Return what a file begins with, of those that can be read.
+
+    Raises:
+        SimError: it is another kind of file, or none.
+
+    """
+    if path.is_dir():
+        raise SimError(f"{path} is a folder; give an arm's MJCF or URDF file in it")
+    if not path.is_file():
+        raise SimError(f"there is no file {path}; give an arm's MJCF or URDF file")
+    if path.suffix.lower() == ".xacro":
+        raise SimError(_of_xacro(path))
+    if path.suffix.lower() not in _SUFFIXES:
+        raise SimError(
+            f"{path} is no arm's file by its name; give an MJCF file (.xml, .mjcf) or a URDF"
+        )
+    try:
+        root = ElementTree.fromstring(read_bytes(path, SimError, ARM_FILE))
+    except ElementTree.ParseError as error:
+        raise SimError(f"{path} cannot be read as an arm: {in_one_line(error)}") from error
+    if any(one.tag.startswith(_XACRO) for one in root.iter() if isinstance(one.tag, str)):
+        raise SimError(_of_xacro(path))
+    if root.tag not in (_MJCF, _URDF):
+        raise SimError(
+            f"{path} is a file of <{root.tag}>, which servoid does not read; give an arm's MJCF "
+            "(<mujoco>) or URDF (<robot>)"
+        )
+    return root.tag
+
+
+def _of_xacro(path: Path) -> str:
+    return (
+        f"{path} is a xacro file, of which a URDF is yet to be made; "
+        f"run 'xacro {path.name} > arm.urdf' first (pip install xacrodoc brings it without ROS), "
+        "and give that URDF"
+    )
+
+
+def _notes(name: str, urdf: Urdf, joints: list[Any]) -> tuple[str, ...]:
+    """Tell a person which joints lack a limit that they have in truth."""
+    free = [joint.name for joint in joints if joint.name in urdf.effortless]
+    if not free:
+        return ()
+    return (
+        f"{Path(name).name} gives {', '.join(free)} no effort, or 0: their torque is not limited "
+        "in this world; write the efforts of the data sheet into the file",
+    )
+
+
+def _compiled(spec: Any, name: str) -> Any:
+    try:
+        return spec.compile()
+    except ValueError as error:
+        raise SimError(f"{name} cannot be used as an arm: {in_one_line(error)}") from error
+
+
+def _mount(spec: Any, model: Any, settings: ArmSettings) -> tuple[Any, Any]:
+    """Return the body that carries the hand, and where on it the mount is, as a row (7,)."""
+    name = settings.mount
+    for site in spec.sites:
+        if name is not None and site.name == name:
+            found = model.site(name)
+            return site.parent, unit_row((*found.quat, *found.pos))
+    for body in spec.bodies[1:]:
+        if body.name == name:
+            return body, unit_row((1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
+    known = [one.name for one in (*spec.sites, *spec.bodies[1:]) if one.name]
+    given = "arm.mount is not given" if name is None else f"unknown mount '{name}'"
+    raise SimError(
+        f"{settings.name}: {given}; name the site or body that carries the hand, one of "
+        f"{', '.join(known)}"
+    )
+
+
+def _chain(spec: Any, mount: Any, name: str) -> list[Any]:
+    """Return the joints from the base to the mount."""
+    kinds = load_mujoco().mjtJoint
+    joints: list[Any] = []
+    body = mount
+    while body is not None and body.name != spec.worldbody.name:
+        joints = [*body.joints, *joints]
+        body = body.parent
+    for joint in joints:
+        if joint.type != kinds.mjJNT_HINGE:
+            raise SimError(
+                f"{name}: joint '{joint.name}' between the base and the mount does not turn; "
+                "servoid drives turning joints only"
+            )
+    if not joints or any(not joint.name for joint in joints):
+        raise SimError(
+            f"{name}: between the base and the mount there must be joints, each with a name; "
+            f"there are {len(joints)}"
+        )
+    return joints
+
+
+def _home(model: Any, joints: list[str]) -> tuple[float, ...]:
+    """Return the angles of the file's first key frame, or those in which it was drawn."""
+    angles = model.key_qpos[0] if model.nkey else model.qpos0
+    return tuple(float(angles[model.joint(name).qposadr[0]]) for name in joints)
+
+
+def _drive(joint: Any, settings: ArmSettings, speeds: dict[str, float], lag_s: float) -> Drive:
+    lower, upper = joint.range if joint.limited else (-_ENDLESS, _ENDLESS)
+    bounded = bool(joint.actfrclimited[0]) if hasattr(joint, "actfrclimited") else False
+    return Drive(
+        joint=joint.name,
+        lower=float(lower),
+        upper=float(upper),
+        speed=min(settings.speed, speeds.get(joint.name, settings.speed)),
+        acceleration=settings.acceleration,
+        torque=float(joint.actfrcrange[1]) if bounded else math.inf,
+        lag_s=lag_s,
+    )
+
+
+def _strip(spec: Any, driven: set[str]) -> None:
+    """Take out what would move or hold the arm beside the drives."""
+    for kind in ("keys", "sensors", "actuators", "equalities", "tendons", "excludes"):
+        for one in list(getattr(spec, kind)):
+            spec.delete(one)
+    for joint in list(spec.joints):
+        if joint.name not in driven:
+            spec.delete(joint)
+    spec.option.integrator = load_mujoco().mjtIntegrator.mjINT_EULER

@@ -1,0 +1,110 @@
+"""Where the links of an arm are for given joint angles, apart from the motion of the world."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from servoid.errors import SimError
+from servoid.pose import Pose
+from servoid.servo import Joints, reached
+from servoid.sim.world.arms.robot import EYES, HAND, Robot
+from servoid.sim.world.events.motions import Floats, pose_of
+from servoid.sim.world.scene.engine import load_mujoco
+
+_TRIES = 60  # starts that are tried to reach a hand pose
+_SEED = 5
+_ENOUGH = 6
+
+
+class Kinematics:
+    """Answers for joint angles (N,) in radians, in the order of the robot's drives."""
+
+    def __init__(self, robot: Robot, model: Any) -> None:
+        self._mujoco = load_mujoco()
+        self._model = model
+        self._data = self._mujoco.MjData(model)
+        joints = [model.joint(drive.joint) for drive in robot.drives]
+        self.places: NDArray[np.int64] = np.array([joint.qposadr[0] for joint in joints])
+        self.speeds: NDArray[np.int64] = np.array([joint.dofadr[0] for joint in joints])
+        self._hand = model.body(HAND).id
+        self._eyes = [model.body(name).id for name in EYES]
+        self.joints: Joints = Joints(
+            names=tuple(drive.joint for drive in robot.drives),
+            hand_count=robot.hand_count,
+            lower=np.array([drive.lower for drive in robot.drives]),
+            upper=np.array([drive.upper for drive in robot.drives]),
+            speed=np.array([drive.speed for drive in robot.drives]),
+            acceleration=np.array([drive.acceleration for drive in robot.drives]),
+        )
+        # Six joints are enough to get anywhere; a seventh would be left open.
+        self._free = slice(1 if robot.hand_count > _ENOUGH else 0, robot.hand_count)
+
+    def world_from_hand(self, positions: Floats) -> Pose:
+        """Return where the hand is."""
+        self._place(positions)
+        return self._pose(self._hand)
+
+    def world_from_eyes(self, positions: Floats) -> tuple[Pose, ...]:
+        """Return where the eyes' lenses are."""
+        self._place(positions)
+        return tuple(self._pose(eye) for eye in self._eyes)
+
+    def jacobian(self, positions: Floats) -> Floats:
+        """Return the hand's velocity (6, N), linear and angular in the world, by joint."""
+        self._place(positions)
+        self._mujoco.mj_comPos(self._model, self._data)
+        found = np.zeros((6, self._model.nv))
+        self._mujoco.mj_jacBody(self._model, self._data, found[:3], found[3:], self._hand)
+        return np.ascontiguousarray(found[:, self.speeds])
+
+    def bodies(self, positions: Floats) -> Floats:
+        """Return where all bodies are, (B, 7) as (w, x, y, z, tx, ty, tz) by their number."""
+        self._place(positions)
+        return np.concatenate([self._data.xquat, self._data.xpos], axis=1)
+
+    def reach(self, world_from_hand: Pose) -> Floats:
+        """Return joint angles (N,) that bring the hand there, the eyes looking ahead.
+
+        Of seven joints or more the first stays at 0, if it can. Of the ways that are found, the
+        one with the highest elbow is taken.
+
+        Raises:
+            SimError: the hand cannot get there.
+
+        """
+        every = slice(0, self._free.stop)
+        for free in (self._free,) if self._free == every else (self._free, every):
+            found = self._reached(world_from_hand, free)
+            if found is not None:
+                return found
+        place = ", ".join(f"{part:.3f}" for part in world_from_hand.translation)
+        raise SimError(
+            f"the arm cannot start with its hand at ({place}) m; give joint angles as arm.start"
+        )
+
+    def _reached(self, world_from_hand: Pose, free: slice) -> Floats | None:
+        """Return the joint angles (N,) with the highest elbow, if some of the joints are free."""
+        random = np.random.default_rng(_SEED)
+        best: tuple[float, Floats] | None = None
+        lower, upper = self.joints.lower[free], self.joints.upper[free]
+        for _ in range(_TRIES):
+            start = np.zeros(len(self.places))
+            start[free] = 0.5 * (lower + upper + 0.7 * random.uniform(lower - upper, upper - lower))
+            angles = reached(self, world_from_hand, start, free)
+            if angles is None:
+                continue
+            self._place(angles)
+            height = float(self._data.xpos[1 : self._hand, 2].sum()) - 0.05 * float(
+                np.abs(angles).sum()
+            )
+            if best is None or height > best[0] + 1e-6:
+                best = height, angles
+        return None if best is None else best[1]
+
+    def _place(self, positions: Floats) -> None:
+        self._data.qpos[self.places] = positions
+        self._mujoco.mj_kinematics(self._model, self._data)
+
+    def _pose(self, body: int) -> Pose:
+        return pose_of(np.concatenate([self._data.xquat[body], self._data.xpos[body]]))

@@ -1,0 +1,47 @@
+"""An arm as it is handed to the physics: its bodies, its drives and what can be seen of it."""
+
+from dataclasses import dataclass
+from typing import Any
+
+from servoid.pose import Pose
+from servoid.sim.world.scene.things import Thing
+
+HAND, TILT = "servoid hand", "servoid tilt"  # names that an arm of a file will not have
+EYES = ("servoid left eye", "servoid right eye")
+
+
+@dataclass(frozen=True)
+class Drive:
+    """A joint with a speed servo: its limits in rad, rad/s, rad/s² and N m, and its lag."""
+
+    joint: str
+    lower: float
+    upper: float
+    speed: float
+    acceleration: float
+    torque: float
+    lag_s: float
+
+
+@dataclass(frozen=True, eq=False)
+class Robot:
+    """A robot that is ready to be compiled.
+
+    `spec` is a `mujoco.MjSpec` that holds bodies named `HAND` and `EYES`; `drives` move the hand,
+    the first `hand_count` of them, and the eyes. It starts with `angles` or, where they are None,
+    with the hand at `world_from_hand`. `notes` are for people.
+    """
+
+    spec: Any
+    things: tuple[Thing, ...]
+    drives: tuple[Drive, ...]
+    hand_count: int
+    half_baseline: float
+    angles: tuple[float, ...] | None = None
+    world_from_hand: Pose | None = None
+    notes: tuple[str, ...] = ()
+
+    @property
+    def turns_eyes(self) -> bool:
+        """Say if the eyes turn."""
+        return len(self.drives) > self.hand_count

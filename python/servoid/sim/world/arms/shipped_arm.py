@@ -1,0 +1,136 @@
+"""Builds a shipped arm out of its file: bodies by Denavit-Hartenberg parameters, drives, looks."""
+
+import math
+from typing import Any
+
+import numpy as np
+
+from servoid.pose import exact
+from servoid.sim.arm_file import ArmFile
+from servoid.sim.world.arms.head import add_head, head_things
+from servoid.sim.world.arms.robot import HAND, Drive, Robot
+from servoid.sim.world.events.motions import Floats, pose_of
+from servoid.sim.world.scene.engine import load_mujoco
+from servoid.sim.world.scene.solids import add_solids
+from servoid.sim.world.scene.things import ROOM, Capsule, Cylinder, Finish, Thing
+
+_SHELL = Finish(color=(0.88, 0.88, 0.86), gloss=0.3)
+_DRUM = Finish(color=(0.22, 0.27, 0.34), gloss=0.4)
+_TRIM = Finish(color=(0.05, 0.42, 0.47), gloss=0.3)
+_RADIUS = (0.085, 0.072, 0.066, 0.058, 0.051, 0.046, 0.036)  # of the links, in m
+_DRUM_RADIUS = (0.092, 0.082, 0.0, 0.068, 0.0, 0.053, 0.0)  # of what turns across the arm
+
+
+def build_shipped_arm(arm: ArmFile, turning_eyes: bool) -> Robot:
+    """Build the arm that a file of `sim/arms` describes, its base in the world's origin."""
+    mujoco = load_mujoco()
+    spec = mujoco.MjSpec()
+    spec.compiler.degree = False
+    offsets = _offsets(arm)
+    body = spec.worldbody
+    for index, name in enumerate(arm.joints.names):
+        twist = math.radians(arm.chain.twists_deg[index])
+        quaternion = [exact.cos(0.5 * twist), exact.sin(0.5 * twist), 0.0, 0.0]
+        body = body.add_body(name=f"{name} link", pos=offsets[index].tolist(), quat=quaternion)
+        body.add_joint(name=name, axis=[0.0, 0.0, 1.0])
+        _weigh(body, arm, index)
+    mount = arm.hand.flange_from_hand
+    hand = body.add_body(name=HAND, pos=list(mount[4:]), quat=list(mount[:4]))
+    hand.explicitinertial = True
+    hand.mass = arm.hand.mass
+    hand.inertia = [0.4 * arm.hand.mass * 0.08 * 0.08] * 3
+    eyes = add_head(hand, arm.eyes, turning_eyes)
+    drives = tuple(_drive(arm, index) for index in range(len(arm.joints.names)))
+    things = (*_links(arm, offsets), *head_things(arm.eyes.half_baseline, float(mount[6])))
+    add_solids(spec, things)
+    return Robot(
+        spec=spec,
+        things=things,
+        drives=drives + eyes,
+        hand_count=len(drives),
+        half_baseline=arm.eyes.half_baseline,
+        world_from_hand=pose_of(arm.start.world_from_hand),
+    )
+
+
+def _offsets(arm: ArmFile) -> list[Floats]:
+    """Return where each joint sits in the frame of the one before it, (3,) each."""
+    offsets = []
+    lengths = iter(arm.lengths)
+    for index, twist_deg in enumerate(arm.chain.twists_deg):
+        length = next(lengths) if index % 2 == 0 else 0.0
+        twist = math.radians(twist_deg)
+        offsets.append(length * np.array([0.0, -exact.sin(twist), exact.cos(twist)]))
+    return offsets
+
+
+def _drive(arm: ArmFile, index: int) -> Drive:
+    joints = arm.joints
+    return Drive(
+        joint=joints.names[index],
+        lower=math.radians(joints.lower_deg[index]),
+        upper=math.radians(joints.upper_deg[index]),
+        speed=math.radians(joints.speed_deg[index]),
+        acceleration=math.radians(joints.acceleration_deg[index]),
+        torque=joints.torque[index],
+        lag_s=joints.lag_s,
+    )
+
+
+def _weigh(body: Any, arm: ArmFile, index: int) -> None:
+    """Give a link the mass and inertia of a cylinder along it: before a bend, the half it holds."""
+    mass, radius = arm.joints.mass[index], _RADIUS[index]
+    start, end = _span(arm, index)
+    length = max(exact.norm(end - start), 2.0 * radius)
+    across = mass * (length * length / 12.0 + radius * radius / 4.0)
+    along = 0.5 * mass * radius * radius
+    body.explicitinertial = True
+    body.mass = mass
+    body.ipos = (0.5 * (start + end)).tolist()
+    body.inertia = (
+        [across, along, across] if abs(end - start)[1] > 1e-9 else [across, across, along]
+    )
+
+
+def _span(arm: ArmFile, index: int) -> tuple[Floats, Floats]:
+    """Return from where to where, in its own frame, a link reaches: (3,) each.
+
+    The frame of an odd joint sits at the far end of its link, and half of the link turns with the
+    joint before.
+    """
+    offsets = _offsets(arm)
+    zero = np.zeros(3)
+    if index % 2 == 1:
+        return zero, 0.5 * offsets[index + 1]
+    share = 1.0 if index in (0, len(offsets) - 1) else 0.5
+    return np.array([0.0, 0.0, -share * exact.norm(offsets[index])]), zero
+
+
+def _links(arm: ArmFile, offsets: list[Floats]) -> list[Thing]:
+    """Return what can be seen of the arm: a foot, a capsule a link and a drum a bend."""
+    height = float(offsets[0][2])
+    foot = 0.5 * (height - _DRUM_RADIUS[0])
+    upright = (1.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    things = [
+        Thing(Cylinder(0.16, 0.015), _DRUM, ROOM, (*upright, 0.015)),
+        Thing(Cylinder(0.105, foot), _SHELL, ROOM, (*upright, foot)),
+    ]
+    for index, name in enumerate(arm.joints.names):
+        carrier, radius = f"{name} link", _RADIUS[index]
+        start, end = _span(arm, index)
+        half = 0.5 * exact.norm(end - start)
+        middle = 0.5 * (start + end)
+        turn = _ALONG_Y if abs(end - start)[1] > 1e-9 else (1.0, 0.0, 0.0, 0.0)
+        if index == 0:
+            things.append(Thing(Cylinder(radius, 0.07), _TRIM, carrier, (*upright, -0.085)))
+        elif index == len(arm.joints.names) - 1:
+            things.append(Thing(Cylinder(radius, half), _TRIM, carrier, (*turn, *middle)))
+        elif half > 0.0:
+            things.append(Thing(Capsule(radius, half), _SHELL, carrier, (*turn, *middle)))
+        if _DRUM_RADIUS[index] > 0.0 and index > 0:
+            drum = Cylinder(_DRUM_RADIUS[index], 1.25 * _DRUM_RADIUS[index])
+            things.append(Thing(drum, _DRUM, carrier, (*upright, 0.0)))
+    return things
+
+
+_ALONG_Y = (math.sqrt(0.5), math.sqrt(0.5), 0.0, 0.0)

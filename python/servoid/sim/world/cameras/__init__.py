@@ -1,0 +1,1 @@
+"""What cameras make of a scene: exposure, rows, light, the two renderers."""

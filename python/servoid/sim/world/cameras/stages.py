@@ -1,0 +1,116 @@
+"""What draws a world: servoid's ray-caster or, by another name, MuJoCo's OpenGL."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from servoid._native import Lens, Lighting, Paint, Stage
+from servoid.sim.world.events.motions import Floats
+from servoid.sim.world.scene.things import (
+    Box,
+    Capsule,
+    Cylinder,
+    Ellipsoid,
+    Finish,
+    MeshShape,
+    Plane,
+    Thing,
+)
+
+_WELL_EXPOSED = 1.3  # of the ray-caster's light, where the level is 1
+
+Image = NDArray[np.uint8]
+Depth = tuple[NDArray[np.float32], NDArray[np.int32]]
+
+
+@dataclass(frozen=True, eq=False)
+class Shot:
+    """How an image is taken, at M moments of one exposure.
+
+    `world_from_lens` is (M, 7) and `world_from_things` (M, T, 7); `toward` points at the lamp and
+    `level` says how bright it is; `noise` is in grey levels.
+    """
+
+    lens: Lens
+    world_from_lens: Floats
+    world_from_things: Floats
+    toward: tuple[float, float, float]
+    level: float
+    samples: int
+    noise: float = 0.0
+    seed: int = 0
+    threads: int = 0
+
+
+class Drawer(Protocol):
+    """Draws the things that it was made with."""
+
+    def image(self, shot: Shot) -> Image:
+        """Return an image (H, W, 3) uint8 RGB."""
+        ...
+
+    def depth(self, lens: Lens, world_from_lens: Floats, world_from_things: Floats) -> Depth:
+        """Return depths along z (H, W) in metres, NaN for none, and things' numbers, -1 for none.
+
+        `world_from_lens` is (7,), `world_from_things` (T, 7).
+        """
+        ...
+
+
+class Raycaster:
+    """Draws with servoid's own ray-caster: the same on every machine, on any number of threads."""
+
+    def __init__(self, things: Sequence[Thing]) -> None:
+        self._stage = Stage()
+        for thing in things:
+            _add(self._stage, thing)
+
+    def image(self, shot: Shot) -> Image:
+        """Return an image (H, W, 3) uint8 RGB."""
+        return self._stage.render(
+            lens=shot.lens,
+            world_from_lens=shot.world_from_lens,
+            world_from_thing=shot.world_from_things,
+            lighting=Lighting(toward=shot.toward, exposure=_WELL_EXPOSED * shot.level),
+            samples=shot.samples,
+            noise=shot.noise,
+            seed=shot.seed,
+            threads=shot.threads,
+        )
+
+    def depth(self, lens: Lens, world_from_lens: Floats, world_from_things: Floats) -> Depth:
+        """Return depths (H, W) in metres, NaN for none, and things' numbers, -1 for none."""
+        return self._stage.depth(
+            lens=lens, world_from_lens=world_from_lens, world_from_thing=world_from_things
+        )
+
+
+def _add(stage: Stage, thing: Thing) -> int:
+    paint = _paint(thing.finish)
+    match thing.shape:
+        case Ellipsoid(radii):
+            return stage.add_ellipsoid(radii, paint)
+        case Capsule(radius, half_length):
+            return stage.add_capsule(radius, half_length, paint)
+        case Cylinder(radius, half_length):
+            return stage.add_cylinder(radius, half_length, paint)
+        case Box(half_size):
+            return stage.add_box(half_size, paint)
+        case Plane(half_size):
+            return stage.add_plane(half_size, paint)
+        case MeshShape(vertices, faces, coordinates):
+            return stage.add_mesh(
+                np.ascontiguousarray(vertices),
+                np.ascontiguousarray(faces),
+                paint,
+                texture_coordinates=coordinates,
+            )
+
+
+def _paint(finish: Finish) -> Paint:
+    return Paint(
+        color=finish.linear, texture=finish.texture, repeat=finish.repeat, gloss=finish.gloss
+    )

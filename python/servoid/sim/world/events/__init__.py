@@ -1,0 +1,1 @@
+"""What happens in the world: paths, faults, and when."""

@@ -1,0 +1,123 @@
+"""Builds the arm that a world's settings ask for, ready to start."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from msgspec.structs import replace
+
+from servoid.errors import SimError
+from servoid.servo.law.gaze import fixation
+from servoid.sim.arm_file import ArmFile, read_arm
+from servoid.sim.world.arms.file_arm import build_file_arm, is_file_name
+from servoid.sim.world.arms.kinematics import Kinematics
+from servoid.sim.world.arms.robot import Robot
+from servoid.sim.world.arms.shipped_arm import build_shipped_arm
+from servoid.sim.world.events.motions import Floats, pose_of, unit_row
+from servoid.sim.world.lab import Lab
+from servoid.sim.world.scene.contacts import name_geoms, touching_model
+from servoid.sim.world.scene.engine import load_mujoco
+from servoid.sim.world.scene.solids import Solids
+from servoid.sim.world.scene.things import OBJECT, Thing
+from servoid.sim.world.settings import ArmSettings, WorldSettings
+
+
+def build_robot(settings: WorldSettings) -> Robot:
+    """Build the arm that the settings name.
+
+    Raises:
+        SimError: there is no such arm, or it cannot carry the eyes.
+
+    """
+    arm = settings.arm
+    if is_file_name(arm.name):
+        file = _changed(read_arm(), arm)
+        return build_file_arm(arm, file.eyes, file.joints.lag_s)
+    return build_shipped_arm(_changed(read_arm(arm.name, arm.links), arm), arm.turning_eyes)
+
+
+def _changed(file: ArmFile, arm: ArmSettings) -> ArmFile:
+    """Return what an arm's file says, but for what the settings say otherwise."""
+    joints, eyes = file.joints, file.eyes
+    if arm.lag_s is not None:
+        joints = replace(joints, lag_s=arm.lag_s)
+    if arm.half_baseline is not None:
+        eyes = replace(eyes, half_baseline=arm.half_baseline)
+    return replace(file, joints=joints, eyes=eyes)
+
+
+def compile_robot(robot: Robot, step_s: float) -> Any:
+    """Return a `mujoco.MjModel` of the robot as its drives know it: it touches nothing."""
+    name_geoms(robot.spec)
+    robot.spec.option.timestep = step_s
+    robot.spec.option.disableflags |= int(load_mujoco().mjtDisableBit.mjDSBL_CONTACT)
+    model = robot.spec.compile()
+    # What brakes the joints is part of their drives' lag already.
+    model.dof_damping[:] = 0.0
+    model.dof_frictionloss[:] = 0.0
+    model.jnt_stiffness[:] = 0.0
+    return model
+
+
+def build_plant(
+    robot: Robot, model: Any, lab: Lab, solids: Solids, things: Sequence[Thing]
+) -> tuple[Any, bool]:
+    """Return the `mujoco.MjModel` of the robot as it truly is, and if it moves as `model` does.
+
+    It touches itself, the room and what there is of the object among `things`.
+    """
+    settings = lab.settings
+    plant = touching_model(robot.spec, model, solids, [it for it in things if it.carrier == OBJECT])
+    for drive in robot.drives:  # against which nothing but a push from outside drives a joint
+        joint = plant.joint(drive.joint)
+        plant.jnt_limited[joint.id], plant.jnt_range[joint.id] = 1, (drive.lower, drive.upper)
+    if settings.masses == 0.0 and settings.friction == 0.0:
+        return plant, True
+    shares = lab.mass_shares(plant.nbody)
+    plant.body_mass[:] *= shares
+    plant.body_inertia[:] *= shares[:, None]
+    for drive in robot.drives:
+        place = plant.joint(drive.joint).dofadr[0]
+        needed = drive.acceleration * model.dof_M0[place]
+        plant.dof_frictionloss[place] = settings.friction * needed
+    mujoco = load_mujoco()
+    mujoco.mj_setConst(plant, mujoco.MjData(plant))
+    return plant, False
+
+
+def start_angles(robot: Robot, kinematics: Kinematics, settings: WorldSettings) -> Floats:
+    """Return the joint angles (N,) at the start.
+
+    Raises:
+        SimError: the settings give the wrong number of angles, or one that no joint can have.
+
+    """
+    given = settings.arm.start or robot.angles
+    world_from_hand = robot.world_from_hand
+    if settings.arm.world_from_hand is not None:
+        given, world_from_hand = None, pose_of(unit_row(settings.arm.world_from_hand))
+    if given is not None and len(given) not in (robot.hand_count, len(robot.drives)):
+        raise SimError(
+            f"arm.start has {len(given)} angles; give {robot.hand_count} for the hand, or "
+            f"{len(robot.drives)} with those of the eyes"
+        )
+    start = np.zeros(len(robot.drives))
+    if given is not None:
+        _check_limits(robot, given)
+        start[: len(given)] = given
+    elif world_from_hand is not None:
+        start = kinematics.reach(world_from_hand)
+    chosen = given is not None and len(given) == len(robot.drives)
+    if robot.turns_eyes and settings.arm.eyes_on_object and not chosen:
+        place = np.array(settings.object.hand_from_object[4:])
+        start[robot.hand_count :] = fixation(robot.half_baseline, place, np.zeros(3)).angles
+    return start
+
+
+def _check_limits(robot: Robot, angles: tuple[float, ...]) -> None:
+    for drive, angle in zip(robot.drives, angles, strict=False):
+        if not drive.lower <= angle <= drive.upper:
+            raise SimError(
+                f"joint {drive.joint} would start at {angle:g} rad, but it turns from "
+                f"{drive.lower:g} to {drive.upper:g} rad; change arm.start"
+            )

@@ -1,0 +1,158 @@
+"""What of an arm and its room can be hit, and how near its parts come to each other."""
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from servoid.pose import exact
+from servoid.servo.arm import Clearances
+from servoid.sim.world.arms.kinematics import Kinematics
+from servoid.sim.world.events.motions import Floats, unit_row
+from servoid.sim.world.scene.engine import load_mujoco
+from servoid.sim.world.scene.things import ROOM, Box, Capsule, Cylinder, Ellipsoid, Plane, Thing
+
+_THIN = 0.005  # m: what is as thin as this lies on something else
+_NEIGHBOURS = 0.03  # m: parts as near as this at the start are joined to each other, or mean to be
+
+
+def add_solids(spec: Any, things: Iterable[Thing]) -> None:
+    """Add to a `mujoco.MjSpec` what can be hit of things that its bodies, or the room, carry."""
+    for thing in things:
+        carrier = spec.worldbody if thing.carrier == ROOM else spec.body(thing.carrier)
+        shape = shape_of(thing)
+        if carrier is None or shape is None:
+            continue
+        kind, size = shape
+        row = unit_row(tuple(thing.carrier_from_thing))
+        carrier.add_geom(type=kind, size=size, pos=row[4:].tolist(), quat=row[:4].tolist())
+
+
+def shape_of(thing: Thing) -> tuple[Any, list[float]] | None:
+    """Return the kind and size of a geom, None for what is not solid or too intricate."""
+    kinds = load_mujoco().mjtGeom
+    match thing.shape:
+        case Ellipsoid(radii):
+            return kinds.mjGEOM_ELLIPSOID, list(radii)
+        case Capsule(radius, half):
+            return kinds.mjGEOM_CAPSULE, [radius, half, 0.0]
+        case Cylinder(radius, half) if half > _THIN:
+            return kinds.mjGEOM_CYLINDER, [radius, half, 0.0]
+        case Box(half_size):
+            return kinds.mjGEOM_BOX, list(half_size)
+        case Plane((width, height)):
+            return kinds.mjGEOM_PLANE, [width, height, 0.1]
+        case _:
+            return None
+
+
+class Solids:
+    """Knows how far parts of an arm are from each other and from its room.
+
+    Parts that the hand's joints do not move apart, links that one joint joins, and parts that
+    nearly touch at the start are neighbours, whose distance is not watched.
+    """
+
+    def __init__(self, model: Any, kinematics: Kinematics, start: Floats) -> None:
+        self._mujoco = load_mujoco()
+        self._model, self._kinematics = model, kinematics
+        self._data = self._mujoco.MjData(model)
+        self._radii = np.array(model.geom_rbound)
+        self._flat = np.array(model.geom_type) == self._mujoco.mjtGeom.mjGEOM_PLANE
+        self._pairs = np.array(list(self._possible()), np.int64).reshape(-1, 2)
+        moved = self._ranks()[model.geom_bodyid] > 0
+        self.of_arm = [one for one in self._solid() if moved[one]]
+        self._place(start)
+        near = [
+            self._distance(one, other, _NEIGHBOURS)[0] < _NEIGHBOURS for one, other in self._pairs
+        ]
+        self._pairs = self._pairs[~np.array(near, np.bool_)]
+        self._pairs = np.where(self._flat[self._pairs[:, 1:]], self._pairs[:, ::-1], self._pairs)
+
+    @property
+    def pairs(self) -> NDArray[np.int64]:
+        """Return the numbers of the geoms that are watched, (P, 2)."""
+        return self._pairs
+
+    def clearances(self, positions: Floats, within: float) -> Clearances:
+        """Return the distances of parts that are no farther than `within` from each other.
+
+        `positions` are those of all N joints.
+        """
+        self._place(positions)
+        distances, slopes = [], []
+        for one, other in self._pairs[self._near(within)]:
+            distance, ends = self._distance(one, other, within)
+            if distance < within:
+                distances.append(distance)
+                slopes.append(self._slope((one, other), distance, ends))
+        count = len(self._kinematics.speeds)
+        return Clearances(np.array(distances), np.array(slopes).reshape(-1, count))
+
+    def _possible(self) -> Iterable[tuple[int, int]]:
+        """Give the pairs of geoms that could meet."""
+        solid, rank = self._solid(), self._ranks()
+        for place, one in enumerate(solid):
+            for other in solid[place + 1 :]:
+                a, b = sorted(rank[self._model.geom_bodyid[[one, other]]].tolist())
+                # Of the room, and of links that one joint joins.
+                if a != b and (a == 0 or b - a > 1):
+                    yield one, other
+
+    def _ranks(self) -> NDArray[np.int64]:
+        """Return how many of the hand's joints move each body, (B,)."""
+        model, count = self._model, self._kinematics.joints.hand_count
+        moved = {int(model.dof_bodyid[dof]) for dof in self._kinematics.speeds[:count]}
+        ranks = np.zeros(model.nbody, np.int64)
+        for body in range(1, model.nbody):
+            ranks[body] = ranks[model.body_parentid[body]] + (body in moved)
+        return ranks
+
+    def _solid(self) -> list[int]:
+        """Return the geoms that can be hit: of a body that tells them apart, those that collide."""
+        model = self._model
+        hits = (model.geom_contype | model.geom_conaffinity) != 0
+        telling = set(model.geom_bodyid[hits].tolist())
+        return [
+            index
+            for index in range(model.ngeom)
+            if hits[index] or int(model.geom_bodyid[index]) not in telling
+        ]
+
+    def _place(self, positions: Floats) -> None:
+        self._data.qpos[self._kinematics.places] = positions
+        self._mujoco.mj_kinematics(self._model, self._data)
+        self._mujoco.mj_comPos(self._model, self._data)
+
+    def _near(self, within: float) -> NDArray[np.bool_]:
+        """Say of which pairs (P,) the balls around them are near each other."""
+        one, other = self._pairs.T
+        centers = self._data.geom_xpos
+        way = centers[other] - centers[one]
+        square = (way * way).sum(axis=1)
+        # Of a plane the way across counts; it is the first of a pair, as the room is.
+        across = (self._data.geom_xmat[one, 2::3] * way).sum(axis=1)
+        square = np.where(self._flat[one], across * across, square)
+        return square < np.square(self._radii[one] + self._radii[other] + within)
+
+    def _distance(self, one: int, other: int, within: float) -> tuple[float, Floats]:
+        """Return how far two geoms are apart, and from where to where, (2, 3)."""
+        ends = np.zeros(6)
+        distance = self._mujoco.mj_geomDistance(self._model, self._data, one, other, within, ends)
+        return float(distance), ends.reshape(2, 3)
+
+    def _slope(self, pair: tuple[int, int], distance: float, ends: Floats) -> Floats:
+        """Return by how much a distance grows with each joint, (N,)."""
+        way = ends[1] - ends[0]
+        length = exact.norm(way)
+        if length == 0.0:
+            return np.zeros(len(self._kinematics.speeds))
+        normal = np.copysign(1.0, distance) * way / length
+        slope = np.zeros(self._model.nv)
+        for sign, geom, end in zip((-1.0, 1.0), pair, ends, strict=True):
+            moves = np.zeros((3, self._model.nv))
+            body = int(self._model.geom_bodyid[geom])
+            self._mujoco.mj_jac(self._model, self._data, moves, None, end, body)
+            slope += sign * exact.product(normal, moves)
+        return slope[self._kinematics.speeds]

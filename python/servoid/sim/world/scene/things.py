@@ -1,0 +1,97 @@
+"""What can be seen in a world: shapes with a finish, each carried by a body that may move."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from servoid.pose import exact
+from servoid.sim.world.events.motions import STILL, Floats
+
+ROOM, OBJECT, BOARD = "room", "object", "board"  # carriers that are no part of an arm
+
+Color = tuple[float, float, float]
+Texture = NDArray[np.uint8]
+
+
+@dataclass(frozen=True, eq=False)
+class Finish:
+    """How a surface looks: one colour (sRGB, 0 to 1) times a texture (H, W, 3) sRGB, if any.
+
+    `repeat` says how often the texture lies along u and v; `gloss` is from 0, dull, to 1.
+    """
+
+    color: Color = (1.0, 1.0, 1.0)
+    texture: Texture | None = None
+    repeat: tuple[float, float] = (1.0, 1.0)
+    gloss: float = 0.0
+
+    @property
+    def linear(self) -> Color:
+        """Return the colour in linear light."""
+        red, green, blue = (_linear(part) for part in self.color)
+        return red, green, blue
+
+
+@dataclass(frozen=True)
+class Ellipsoid:
+    """An ellipsoid with radii along its axes."""
+
+    radii: tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Capsule:
+    """A cylinder along z that ends in half balls."""
+
+    radius: float
+    half_length: float
+
+
+@dataclass(frozen=True)
+class Cylinder:
+    """A cylinder along z that ends flat."""
+
+    radius: float
+    half_length: float
+
+
+@dataclass(frozen=True)
+class Box:
+    """A box."""
+
+    half_size: tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Plane:
+    """A rectangle across z that is seen from above."""
+
+    half_size: tuple[float, float]
+
+
+@dataclass(frozen=True, eq=False)
+class MeshShape:
+    """Triangles: vertices (N, 3), faces (M, 3) int64 and, for a texture, coordinates (N, 2)."""
+
+    vertices: Floats
+    faces: NDArray[np.int64]
+    texture_coordinates: Floats | None = None
+
+
+Shape = Ellipsoid | Capsule | Cylinder | Box | Plane | MeshShape
+
+
+@dataclass(frozen=True, eq=False)
+class Thing:
+    """A shape with a finish; `carrier_from_thing` is (w, x, y, z, tx, ty, tz)."""
+
+    shape: Shape
+    finish: Finish
+    carrier: str = ROOM
+    carrier_from_thing: Sequence[float] | Floats = STILL
+
+
+def _linear(part: float) -> float:
+    return part / 12.92 if part <= 0.04045 else exact.power((part + 0.055) / 1.055, 2.4)

@@ -1,0 +1,81 @@
+"""The report: a page, pictures and figures that show how good a body is."""
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from servoid.model import ModelResult
+from servoid.view.body_picture import draw_body
+from servoid.view.model.contact_sheet import draw_contact_sheet
+from servoid.view.model.curve import draw_curve
+from servoid.view.model.html_page import html_page
+from servoid.view.page_parts import write_report_files
+from servoid.view.scores import ScoredView, mean_iou, scored_views
+
+
+def write_report(result: ModelResult, directory: Path, *, notes: Sequence[str] = ()) -> list[Path]:
+    """Write the pictures and the figures of a result into a folder; return the files' paths.
+
+    They are `report.html` (everything on one page, and the body to turn), `contact_sheet.png` (the
+    views with the ellipsoids' outlines, if there are views), `curve.png` (fitness and silhouette
+    IoU against the count), `body.png` (the body from four sides, and the cameras) and
+    `summary.json`. `notes` are sentences that the page shows above all else. The folder is made if
+    need be; other files in it are left alone.
+
+    Raises:
+        ImageError, MaskError: a view's file can no longer be read.
+        OutputError: the folder cannot be written; then no file of the report changes in it.
+
+    """
+    directory = Path(directory)
+    pictures = {
+        "body.png": draw_body(result),
+        **({"contact_sheet.png": draw_contact_sheet(result)} if result.used_views else {}),
+        "curve.png": draw_curve(result),
+    }
+    files = {
+        "report.html": html_page(result, pictures, notes),
+        **pictures,
+        "summary.json": (json.dumps(summarise(result), indent=2) + "\n").encode(),
+    }
+    return write_report_files(directory, files)
+
+
+def summarise(result: ModelResult) -> dict[str, Any]:
+    """Return what the report says in figures, ready for JSON; None where there is no view."""
+    scored = scored_views(result)
+    ious = result.iou_by_count
+    steps = zip(result.steps, ious.used, ious.unused, strict=True)
+    return {
+        "count": len(result.body),
+        "fitness": result.fitness,
+        "seconds": result.seconds,
+        "iou_used": mean_iou(scored, used=True),
+        "iou_unused": mean_iou(scored, used=False),
+        "views": [_view_row(one) for one in scored],
+        "steps": [
+            {
+                "count": step.count,
+                "fitness": step.fitness,
+                "iou_used": _number(used),
+                "iou_unused": _number(unused),
+            }
+            for step, used, unused in steps
+        ],
+    }
+
+
+def _view_row(one: ScoredView) -> dict[str, Any]:
+    return {
+        "view": one.view.name,
+        "image": one.view.image_path.name,
+        "used": one.used,
+        "iou": one.iou,
+    }
+
+
+def _number(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None

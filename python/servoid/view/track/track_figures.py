@@ -1,0 +1,184 @@
+"""What a track amounts to, in figures and in words: what its report shows."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from servoid.track import History, Tracked, TrackResult
+from servoid.view.track.growth_picture import NAMED_SIDES, solids_of
+from servoid.view.track.sides import Sides, sides_of
+from servoid.view.track.timeline_plot import state_of
+from servoid.view.track.turning import Cause, Turning, turning_of
+from servoid.words import counted
+
+_MOST_GAPS = 4
+_MS_PER_S = 1e3
+_NEVER = "The turn was never corrected"
+
+
+@dataclass(frozen=True, eq=False)
+class TrackFigures:
+    """A track and its history, and what follows from both."""
+
+    result: TrackResult
+    history: History
+
+    @cached_property
+    def sides(self) -> Sides:
+        """Return from where the object was seen."""
+        return sides_of(self.result.tracked, self.history)
+
+    @cached_property
+    def turning(self) -> Turning:
+        """Return how the object turned before the first camera."""
+        return turning_of(self.result.tracked, self.history.world_from_camera)
+
+    @cached_property
+    def is_tracked(self) -> NDArray[np.bool_]:
+        """Return where the images confirm the pose, (N,)."""
+        return np.array([one.is_tracked for one in self.result.tracked], dtype=np.bool_)
+
+    @cached_property
+    def sides_seen(self) -> dict[str, float | None]:
+        """Return when each of the six named sides was first seen, in seconds; None if never."""
+        when = self.sides.first_seen(np.stack(list(NAMED_SIDES.values())))
+        return {name: _known(time_s) for name, time_s in zip(NAMED_SIDES, when, strict=True)}
+
+    def summary(self) -> dict[str, Any]:
+        """Return what the report says in figures, ready for JSON: SI units, and radians."""
+        result, turning = self.result, self.turning
+        return {
+            "object": result.name,
+            "observations": len(result),
+            "tracked": result.tracked_count,
+            "tracked_share": result.tracked_share,
+            "gaps": [
+                {"first_s": gap.first_s, "last_s": gap.last_s, "count": gap.count}
+                for gap in result.gaps
+            ],
+            "turned_rad": float(turning.turned[-1]),
+            "sides_seen_share": self.sides.share,
+            "sides_first_seen_s": self.sides_seen,
+            "corrections": [
+                {
+                    "observation": result.tracked[one.place].index,
+                    "time_s": one.time_s,
+                    "cause": one.cause.value,
+                    "angle_rad": one.angle,
+                }
+                for one in turning.corrections
+            ],
+            "ellipsoids": len(result.body),
+            "evolutions": result.evolutions,
+            "starting_s": result.starting_s,
+            "step_s": {
+                "median": _known(result.step_percentile(50.0)),
+                "p95": _known(result.step_percentile(95.0)),
+                "p99": _known(result.step_percentile(99.0)),
+                "stages": result.stage_seconds,
+            },
+            "notices": [{"notice": words, "count": count} for words, count in result.notices],
+            "steps": [self._step(place, one) for place, one in enumerate(result.tracked)],
+        }
+
+    def words(self) -> Iterator[str]:
+        """Say in sentences what became of the track, ready for the page."""
+        yield self._tracked_words()
+        yield self._turned_words()
+        yield self._corrected_words()
+        yield self._body_words()
+        if len(self.result) > 1:
+            median, p95 = (
+                f"{_MS_PER_S * self.result.step_percentile(percent):.1f} ms"
+                for percent in (50.0, 95.0)
+            )
+            yield (
+                f"The start took {self.result.starting_s:.1f} s, a step {median} in the median and "
+                f"at most {p95} in 95 of 100, without reading the images."
+            )
+
+    def _step(self, place: int, one: Tracked) -> dict[str, Any]:
+        turning = self.turning
+        return {
+            "observation": one.index,
+            "time_s": one.estimate.time_s,
+            "state": state_of(one),
+            "confidence": one.estimate.confidence,
+            "turned_rad": float(turning.turned[place]),
+            "away_rad": float(turning.away[place]),
+            "drift_rad": _known(float(turning.drift[place])),
+            "std_rad": _known(float(turning.deviation[place])),
+            "seconds": one.seconds,
+        }
+
+    def _tracked_words(self) -> str:
+        result = self.result
+        words = (
+            f"It was tracked in {result.tracked_count} of {len(result)} observations "
+            f"({100.0 * result.tracked_share:.1f} %)"
+        )
+        longest = sorted(result.gaps, key=lambda gap: -gap.count)[:_MOST_GAPS]
+        spans = [
+            f"at {gap.first_s:.2f} s"
+            if gap.count == 1
+            else f"from {gap.first_s:.2f} to {gap.last_s:.2f} s"
+            for gap in sorted(longest, key=lambda gap: gap.first_s)
+        ]
+        more = len(result.gaps) - len(longest)
+        rest = f", and in {more} more stretches" if more else ""
+        return f"{words}, and not {', '.join(spans)}{rest}." if spans else f"{words}."
+
+    def _turned_words(self) -> str:
+        unseen = [name for name, when in self.sides_seen.items() if when is None]
+        words = (
+            f"It turned {np.degrees(self.turning.turned[-1]):.0f} degrees before the first camera, "
+            f"all turns added up, and showed {100.0 * self.sides.share:.0f} % of its sides"
+        )
+        if not unseen or len(unseen) == len(NAMED_SIDES):
+            return f"{words}."
+        return f"{words}; no camera came within 45 degrees of its {_joined(unseen)}."
+
+    def _corrected_words(self) -> str:
+        parts = []
+        for cause in Cause:
+            angles = [one.angle for one in self.turning.corrections if one.cause is cause]
+            if angles:
+                often = "once" if len(angles) == 1 else f"{len(angles)} times"
+                most = "by" if len(angles) == 1 else "by at most"
+                degrees = np.degrees(max(angles))
+                parts.append(f"{often} {most} {degrees:.1f} degrees: {cause.value}")
+        corrected = f"The turn was corrected {'; '.join(parts)}" if parts else _NEVER
+        drift = self.turning.drift[np.isfinite(self.turning.drift)]
+        if not len(drift):
+            return f"{corrected}."
+        largest, last = np.degrees([drift.max(), drift[-1]])
+        return (
+            f"{corrected}. It may have drifted by {largest:.1f} degrees at most, and by {last:.1f} "
+            "at the end (one standard deviation)."
+        )
+
+    def _body_words(self) -> str:
+        result, first = self.result, len(self.history.initial)
+        solids = solids_of(result.body, self.history.surface, self.sides.sides_from_object)
+        spans = [high - low for low, high in (solids.extent(axis) for axis in np.eye(3))]
+        size = " × ".join(f"{_MS_PER_S * span:.0f}" for span in spans)
+        times = "once" if result.evolutions == 1 else f"{result.evolutions} times"
+        grown = f"The body evolved {times}" if result.evolutions else "The body stayed as it was"
+        counts = f"from {first} to " if result.evolutions and first != len(result.body) else ""
+        joint = ", " if counts else " with "
+        return (
+            f"{grown}{joint}{counts}{counted(len(result.body), 'ellipsoid')}; seen from the "
+            f"front it is {size} mm wide, high and deep."
+        )
+
+
+def _known(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None
+
+
+def _joined(names: list[str]) -> str:
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"

@@ -1,0 +1,171 @@
+"""The report of a track: a page, pictures and figures that show how an object was followed."""
+
+import html
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from servoid.track import History, Subject, TrackResult
+from servoid.view.page_parts import (
+    fill,
+    json_text,
+    notes_list,
+    paragraphs,
+    picture,
+    read,
+    write_report_files,
+)
+from servoid.view.track.growth_picture import FRONT, RIGHT, UP, draw_growth, solids_of
+from servoid.view.track.sides_map import draw_sides
+from servoid.view.track.timeline_plot import draw_timeline
+from servoid.view.track.track_figures import TrackFigures
+from servoid.view.track.turning_plot import draw_turning
+from servoid.view.turntable import turntable_scene
+
+_MOST_ROWS = 40  # of a table
+_MS_PER_S = 1e3
+
+_CAPTIONS = {
+    "growth.png": (
+        "How the body grew",
+        "To the left what a camera saw; the line is the outline that the body had before. Sides "
+        "are named as the first camera saw them first.",
+    ),
+    "sides.png": (
+        "From which sides it was seen",
+        "All directions from which the object can be looked at, in equal areas, as they are in its "
+        "own frame. The dots are cameras, while the pose was tracked.",
+    ),
+    "turning.png": (
+        "How far the turn may have drifted",
+        "What drifts is the turn since the first image; it falls where a side comes round that is "
+        "known. Marks are corrections, at the drift before them.",
+    ),
+    "timeline.png": ("What became of each observation", ""),
+}
+
+Table = tuple[str, Sequence[str], Sequence[Sequence[str]]]
+
+
+def write_track_report(
+    result: TrackResult,
+    history: History,
+    directory: str | Path,
+    *,
+    notes: Sequence[str] = (),
+) -> list[Path]:
+    """Write the pictures and the figures of a track into a folder; return the files' paths.
+
+    They are `report.html` (everything on one page, and the body to turn), `growth.png` (the body
+    as it grew), `sides.png` (from where it was seen), `turning.png` (drift against the angle
+    turned), `timeline.png` (status, confidence, notices and times) and `summary.json`. `notes` are
+    sentences that the page shows above all else. The folder is made if need be; other files in it
+    are left alone.
+
+    Raises:
+        OutputError: the folder cannot be written; then no file of the report changes in it.
+
+    """
+    figures = TrackFigures(result, history)
+    pictures = {
+        "growth.png": draw_growth(history, figures.sides.sides_from_object),
+        "sides.png": draw_sides(figures.sides, history.names),
+        "turning.png": draw_turning(figures.turning, figures.is_tracked),
+        "timeline.png": draw_timeline(result.tracked),
+    }
+    summary = json.dumps(figures.summary(), indent=1, allow_nan=False, ensure_ascii=False)
+    files = {
+        "report.html": _page(
+            figures, pictures, [*notes, *(f"At first: {note}" for note in result.notes)]
+        ),
+        **pictures,
+        "summary.json": (summary + "\n").encode(),
+    }
+    return write_report_files(Path(directory), files)
+
+
+def _page(figures: TrackFigures, pictures: Mapping[str, bytes], notes: Sequence[str]) -> bytes:
+    result = figures.result
+    solids = solids_of(result.body, figures.history.surface, figures.sides.sides_from_object)
+    return fill(
+        "track_report.html",
+        {
+            "title": html.escape(_title(result.name)),
+            "words": paragraphs(list(figures.words())),
+            "notes": notes_list(notes),
+            "pictures": "\n".join(_picture(name, data) for name, data in pictures.items()),
+            "tables": "\n".join(_table(*one) for one in _tables(figures) if one[2]),
+            "scene": json_text(turntable_scene(solids, (FRONT, RIGHT, UP))),
+            "script": read("turntable.js"),
+        },
+    )
+
+
+def _title(name: str) -> str:
+    return "The track of the object" if name == Subject.name else f"The track of {name}"
+
+
+def _picture(name: str, data: bytes) -> str:
+    caption, words = _CAPTIONS[name]
+    shown = picture(data, caption)
+    return f'{shown}\n<p class="quiet">{html.escape(words)}</p>' if words else shown
+
+
+def _tables(figures: TrackFigures) -> list[Table]:
+    """Return each table: its title, the names of its columns, and its rows."""
+    result = figures.result
+    return [
+        (
+            "Sides",
+            ("side", "first seen"),
+            [
+                (name, "never" if when is None else f"{when:.2f} s")
+                for name, when in figures.sides_seen.items()
+            ],
+        ),
+        (
+            "Corrections of the turn",
+            ("at", "why", "by"),
+            [
+                (f"{one.time_s:.2f} s", one.cause.value, f"{np.degrees(one.angle):.1f}°")
+                for one in figures.turning.corrections
+            ],
+        ),
+        (
+            "Not tracked",
+            ("from", "to", "observations"),
+            [
+                (f"{gap.first_s:.2f} s", f"{gap.last_s:.2f} s", str(gap.count))
+                for gap in result.gaps
+            ],
+        ),
+        (
+            "Time of a step, on average",
+            ("stage", "time"),
+            [
+                (stage, f"{_MS_PER_S * seconds:.2f} ms")
+                for stage, seconds in result.stage_seconds.items()
+            ],
+        ),
+        (
+            "Notices",
+            ("notice", "times"),
+            [(words, str(count)) for words, count in result.notices],
+        ),
+    ]
+
+
+def _table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    head = "".join(f'<th scope="col">{html.escape(name)}</th>' for name in columns)
+    body = "\n".join(
+        "<tr>" + "".join(f"<td>{html.escape(cell)}</td>" for cell in row) + "</tr>"
+        for row in rows[:_MOST_ROWS]
+    )
+    more = len(rows) - _MOST_ROWS
+    rest = f'<p class="quiet">And {more} more.</p>' if more > 0 else ""
+    return (
+        f"<div>\n<h3>{html.escape(title)}</h3>\n<table>\n<thead><tr>{head}</tr></thead>\n"
+        f"<tbody>\n{body}\n</tbody>\n</table>\n{rest}</div>"
+    )

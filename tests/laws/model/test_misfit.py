@@ -1,0 +1,167 @@
+"""What speaks against a body, a mask or a calibration is said, and never passed over."""
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from test_bad_input import check_refused, edit
+
+from conftest import CENTER_PX, FOCAL_PX, SIZE_PX, Command, Drawing, write_png
+from servoid.camera import Lens, read_mask, undistortion
+from servoid.errors import CameraError, MaskError, MeshError
+from servoid.model import fit_mesh
+from servoid.model.misfit import misfit_notes, swapped_note, touches_all_borders
+from servoid.segment import BoxTarget, seek_object
+
+WIDTH, HEIGHT = SIZE_PX
+
+
+def summary_of(command: Command, *arguments: object) -> str:
+    done = command("model", *arguments)
+    assert done.code == 0, done.err
+    return " ".join(done.out.split())
+
+
+def test_a_body_that_explains_its_views_is_told_without_a_word_against_it(
+    drawn_capture: Path, tmp_path: Path, servoid_command: Command
+) -> None:
+    told = summary_of(servoid_command, drawn_capture, "--out", tmp_path / "body.json")
+    assert "overlap" not in told and "swapped" not in told
+
+
+def test_a_view_that_the_body_does_not_explain_is_named(
+    drawn_capture: Path, tmp_path: Path, servoid_command: Command
+) -> None:
+    mask = np.zeros((HEIGHT, WIDTH), np.uint8)
+    rows, columns = np.nonzero(cv2.imread(str(drawn_capture / "masks" / "0003.png"), 0))
+    # Beside the object, but so near that the views still see a common point.
+    mask[rows, np.minimum(columns + np.ptp(columns) + 2, WIDTH - 1)] = 255
+    write_png(drawn_capture / "masks" / "0003.png", mask)
+    told = summary_of(servoid_command, drawn_capture, "--out", tmp_path / "body.json")
+    assert "the body does not explain 1 of 8 used views: in eye/0003 its silhouette overl" in told
+
+
+def test_a_body_that_explains_nothing_is_told_so() -> None:
+    names = ["eye/0000", "eye/0001"]
+    both = misfit_notes("used", names, np.array([0.36, 0.5]))
+    assert len(both) == 1
+    assert "overlap their masks by 0.43 on average" in both[0]
+    (one,) = misfit_notes("used", names, np.array([0.99, 0.29]))
+    assert "1 of 2 used views: in eye/0001 its silhouette overlaps the mask by 0.29" in one
+    (alone,) = misfit_notes("used", names[:1], np.array([0.1]))[1:]
+    assert "does not explain view eye/0000" in alone
+    assert misfit_notes("used", names, np.array([0.3, 0.9])) == []
+    assert misfit_notes("unused", [], np.empty(0)) == []
+
+
+def test_masks_whose_black_and_white_are_swapped_are_told(
+    drawn_capture: Path, tmp_path: Path, servoid_command: Command
+) -> None:
+    for path in (drawn_capture / "masks").iterdir():
+        write_png(path, np.asarray(255 - cv2.imread(str(path), 0), np.uint8))
+    told = servoid_command("model", drawn_capture, "--out", tmp_path / "body.json")
+    words = " ".join((told.out + told.err).split())
+    assert "8 masks of 8 touch all four borders of the image: are black and white swapped?" in words
+
+
+def test_an_object_at_some_borders_is_no_swapped_mask() -> None:
+    mask = np.zeros((6, 8), np.uint8)
+    mask[:, 2] = mask[3, :3] = 255
+    assert not touches_all_borders(mask)
+    assert touches_all_borders(255 - mask)
+    assert swapped_note([True, True, False, False]) is None
+    assert "1 mask of 1 touches all four borders" in str(swapped_note([True]))
+
+
+def test_views_that_all_have_one_pose_are_refused(
+    drawn_capture: Path, tmp_path: Path, servoid_command: Command
+) -> None:
+    header, first, *rest = (drawn_capture / "poses.csv").read_text().splitlines()
+    lines = [header, *(first for _ in (first, *rest))]
+    (drawn_capture / "poses.csv").write_text("\n".join(lines) + "\n")
+    check_refused(
+        servoid_command, tmp_path, r"start at one place, so its distance is open.*own pose",
+        "model", drawn_capture, "--out", tmp_path / "body.json",
+    )  # fmt: skip
+
+
+def test_places_of_no_common_point_are_told_with_few_digits(
+    drawn_capture: Path, tmp_path: Path, servoid_command: Command
+) -> None:
+    rng = np.random.default_rng(0)
+    for path in (drawn_capture / "masks").iterdir():
+        mask = np.zeros((HEIGHT, WIDTH), np.uint8)
+        mask[rng.integers(HEIGHT), rng.integers(WIDTH)] = 255
+        write_png(path, mask)
+    number = r"-?\d(\.\d{1,5})?(e-?\d+)?|-?\d+(\.\d+)?"
+    check_refused(
+        servoid_command, tmp_path, rf"come closest at \(({number}), ({number}), ({number})\) m",
+        "model", drawn_capture, "--out", tmp_path / "body.json",
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("box", "sides"),
+    [
+        ((40, 20, 120, 160), "bottom"),
+        ((-10, 20, 120, 100), "left"),
+        ((40, -9, 190, 140), "top, right and bottom"),
+        ((40, 20, 120, HEIGHT + 2), ""),
+    ],
+)
+def test_a_box_that_reaches_beyond_its_image_is_told(
+    box: tuple[int, int, int, int], sides: str, drawing: Drawing
+) -> None:
+    image = drawing.picture(drawing.world_from_cameras()[0])
+    notes = seek_object(BoxTarget(*map(float, box)), image).notes
+    told = [note for note in notes if "reaches beyond the image at its" in note]
+    assert len(told) == bool(sides)
+    if sides:
+        assert f"at its {sides}: u goes from 0 to 159 and v from 0 to 119" in told[0]
+
+
+def test_an_object_in_the_alpha_channel_alone_is_told(tmp_path: Path) -> None:
+    pixels = np.zeros((20, 30, 4), np.uint8)
+    pixels[5:10, 5:10, 3] = 255
+    cv2.imwrite(str(tmp_path / "m.png"), pixels)
+    with pytest.raises(MaskError, match="the object is in its alpha channel; write that as a gr"):
+        read_mask(tmp_path / "m.png", (30, 20))
+    pixels[5:10, 5:10, 0] = 9
+    cv2.imwrite(str(tmp_path / "m.png"), pixels)
+    assert (read_mask(tmp_path / "m.png", (30, 20)) != 0).sum() == 25
+
+
+def test_an_empty_mask_beside_a_lens_is_told_in_the_files_pixels(
+    drawn_capture: Path, tmp_path: Path, servoid_command: Command
+) -> None:
+    edit("capture.toml", '"pinhole"', '"brown_conrady"')(drawn_capture)
+    edit("capture.toml", "distortion = []", "distortion = [0.1, 0, 0, 0]")(drawn_capture)
+    write_png(drawn_capture / "masks" / "0004.png", np.zeros((HEIGHT, WIDTH), np.uint8))
+    check_refused(
+        servoid_command, tmp_path, r"0004\.png: the mask is empty: no pixel of its 160x120 is",
+        "model", drawn_capture, "--out", tmp_path / "body.json",
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    "odd",
+    [
+        {"focal_px": (1e300, 1e300)},
+        {"focal_px": (1e-300, 1e-300)},
+        {"distortion": (0.0, 0.0, 1e5, 1e5)},
+        {"center_px": (1e9, 1e9)},
+    ],
+)
+def test_a_calibration_that_leaves_no_picture_is_blamed_itself(odd: dict[str, object]) -> None:
+    usual = {"focal_px": (FOCAL_PX, FOCAL_PX), "center_px": CENTER_PX, "distortion": (0.1, 0, 0, 0)}
+    lens = Lens(model="brown_conrady", size_px=SIZE_PX, **(usual | odd))  # type: ignore[arg-type]
+    with pytest.raises(CameraError, match="calibration"):
+        undistortion(lens)
+
+
+def test_a_mesh_that_no_picture_shows_is_called_too_thin() -> None:
+    trimesh = pytest.importorskip("trimesh")
+    needle = trimesh.creation.box((0.2, 0.0002, 0.0002))
+    with pytest.raises(MeshError, match=r"too thin .* it is 0\.2 x 0\.0002 x 0\.0002 m large"):
+        fit_mesh(np.asarray(needle.vertices), np.asarray(needle.faces, np.int64))

@@ -1,0 +1,139 @@
+"""Laws of what joints may be told: their limits hold for any states, bounds and wishes."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from servo_loop import Floats
+
+from servoid.servo import Joints, JointState
+from servoid.servo.keeping.limits import JointLimits, stopping_distance
+from servoid.servo.settings import JointSettings
+
+COUNT = 8
+
+
+def drawn(seed: int) -> tuple[Joints, JointSettings, float]:
+    """Draw joints with any bounds, how they are driven, and a control period."""
+    random = np.random.default_rng(seed)
+    middle, half = random.uniform(-1, 1, COUNT), random.uniform(0.3, 3.0, COUNT)
+    speed = random.uniform(0.5, 6.0, COUNT)
+    acceleration = speed / random.uniform(0.1, 0.5, COUNT)
+    joints = Joints(
+        names=tuple(f"j{number}" for number in range(COUNT)),
+        hand_count=5,
+        lower=middle - half,
+        upper=middle + half,
+        speed=speed,
+        acceleration=acceleration,
+        jerk=acceleration / random.uniform(0.01, 0.1, COUNT) if random.random() < 0.5 else None,
+    )
+    asked = JointSettings(ramp_s=float(random.uniform(0.01, 0.1)))
+    return joints, asked, float(random.choice([0.001, 0.002, 0.008, 0.016]))
+
+
+def jerk_of(joints: Joints, asked: JointSettings) -> Floats:
+    gentle = asked.acceleration_share * joints.acceleration / asked.ramp_s
+    return gentle if joints.jerk is None else np.minimum(joints.jerk, gentle)
+
+
+def check_limits(seed: int, lag_s: float, ticks: int = 600) -> None:
+    joints, asked, period_s = drawn(seed)
+    limits = JointLimits(joints, asked, period_s)
+    random = np.random.default_rng([seed, 1])
+    jerk = jerk_of(joints, asked)
+    place = random.uniform(joints.lower + 0.05, joints.upper - 0.05)
+    told, change, goes = np.zeros(COUNT), np.zeros(COUNT), np.zeros(COUNT)
+    faded = np.exp(-period_s / lag_s) if lag_s else 0.0
+    for tick in range(ticks):
+        if tick % 40 == 0:
+            wish = random.choice([-1.5, -0.1, 0.0, 0.1, 1.5], COUNT) * joints.speed
+        window = limits.window(JointState(0.0, place, goes), told, change)
+        assert np.all(window.lower <= window.upper)
+        last, before = told, change
+        told = window.bounded(wish)
+        change = (told - last) / period_s
+        slack = 1.0 + 1e-9
+        assert np.all(np.abs(told) <= asked.speed_share * joints.speed * slack)
+        assert np.all(
+            np.abs(change) <= asked.acceleration_share * joints.acceleration * slack + 1e-9
+        )
+        assert np.all(np.abs(change - before) <= jerk * period_s * slack + 1e-9)
+        # The joint's speed follows what it is told with a lag of the first order.
+        after = told + (goes - told) * faded
+        place = place + period_s * told - lag_s * (after - goes)
+        goes = after
+        assert np.all((place >= joints.lower) & (place <= joints.upper))
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("lag_s", [0.0, 0.02])
+def test_no_joint_overruns_any_of_its_limits(seed: int, lag_s: float) -> None:
+    check_limits(seed, lag_s)
+
+
+@pytest.mark.extended
+@settings(max_examples=40, deadline=None)
+@given(seed=st.integers(100, 1_000_000), lag_s=st.sampled_from([0.0, 0.01, 0.02]))
+def test_no_joint_overruns_any_of_its_limits_whatever_is_drawn(seed: int, lag_s: float) -> None:
+    check_limits(seed, lag_s, ticks=800)
+
+
+@settings(max_examples=15, deadline=None)
+@given(
+    speed=st.floats(0.05, 5.0),
+    share=st.floats(-1.0, 1.0),
+    deceleration=st.floats(0.5, 20.0),
+    ramp_s=st.floats(0.005, 0.2),
+)
+def test_the_stopping_distance_is_that_of_the_hardest_braking(
+    speed: float, share: float, deceleration: float, ramp_s: float
+) -> None:
+    jerk = deceleration / ramp_s
+    # One that brakes so hard that it would turn back before it fades is none of these.
+    least = -min(deceleration, np.sqrt(2.0 * jerk * speed))
+    now = share * deceleration if share > 0 else -share * least
+    told = stopping_distance(*(np.array([one]) for one in (speed, now, deceleration, jerk)))
+    step, way, at, rate = 2e-4, 0.0, speed, now
+    while at > 0.0:
+        fading = -np.sqrt(2.0 * jerk * at)
+        wanted = max(-deceleration, fading)
+        rate += np.clip(wanted - rate, -jerk * step, jerk * step)
+        way, at = way + at * step, at + rate * step
+        if at < 1e-6:
+            break
+    assert told[0] == pytest.approx(way, rel=0.02, abs=1e-3)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_joints_that_brake_come_to_rest_together_within_their_limits(seed: int) -> None:
+    joints, asked, period_s = drawn(seed)
+    limits = JointLimits(joints, asked, period_s)
+    random = np.random.default_rng([seed, 2])
+    jerk = jerk_of(joints, asked)
+    told = random.uniform(-0.9, 0.9, COUNT) * joints.speed
+    change, first, ends = np.zeros(COUNT), told, {}
+    for tick in range(3000):
+        last, before = told, change
+        told = limits.blindly_braked(told, change, 1.0)
+        change = (told - last) / period_s
+        assert np.all(np.abs(change) <= joints.acceleration)
+        assert np.all(np.abs(change - before) <= jerk * period_s * (1.0 + 1e-9) + 1e-9)
+        for part in (slice(0, 5), slice(5, None)):
+            along = told[part] * first[part.start]
+            np.testing.assert_allclose(along, first[part] * told[part.start], atol=1e-9)
+            if not told[part].any():
+                ends.setdefault(part.start, tick)
+        if not told.any() and not change.any():
+            break
+    slowest = (np.abs(first) / joints.acceleration).max() + 2.0 * asked.ramp_s
+    assert not told.any() and max(ends.values()) * period_s < 2.0 * slowest + 0.2
+
+
+def test_eyes_that_turn_fast_do_not_keep_the_hand_from_braking() -> None:
+    joints, asked, period_s = drawn(0)
+    limits = JointLimits(joints, asked, period_s)
+    slow_eyes, fast_eyes = np.full(COUNT, 0.1), np.full(COUNT, 0.1)
+    fast_eyes[5:] = 3.0
+    braked = [limits.braked(one, np.zeros(COUNT))[:5] for one in (fast_eyes, slow_eyes)]
+    np.testing.assert_array_equal(*braked)

@@ -1,0 +1,114 @@
+import re
+import sys
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import pytest
+import typer.main
+
+from conftest import Command, everything_in
+from servoid.cli import extras
+from servoid.cli.app import app
+from servoid.servo import JointLaw, ServoSettings, as_the_paper
+from servoid.sim.trial import TrialSettings, read_trial_settings
+from servoid.track import Method
+
+
+def test_everything_that_is_missing_is_named_at_once(
+    servoid_command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(extras, "find_spec", lambda library: library != "daqp" or None)
+    assert "pip install 'servoid[servo]'" in servoid_command("servo", "--out", tmp_path / "a").err
+    monkeypatch.setattr(extras, "find_spec", lambda _library: None)
+    outcome = servoid_command("servo", "--out", tmp_path / "b")
+    assert outcome.code == 1
+    assert outcome.err.startswith("error: servoid servo needs mujoco, daqp, matplotlib, not")
+    assert outcome.err.endswith("pip install 'servoid[sim,servo,view]'\n")
+    outcome = servoid_command("study", "bode", "--out", tmp_path / "b")
+    assert outcome.err.startswith("error: servoid study needs matplotlib, pyarrow, mujoco, daqp")
+    assert everything_in(tmp_path) == {}
+
+
+def test_settings_are_printed_without_any_extra(
+    servoid_command: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for module in ("servoid.cli.servo.servoing", "servoid.view", "mujoco", "daqp"):
+        monkeypatch.setitem(sys.modules, module, None)
+    assert servoid_command("servo", "--print-config").code == 0
+
+
+@pytest.mark.parametrize(
+    "wrong", [("--object", "cup"), ("--path", "sinus:1"), ("--world", "none.xml")]
+)
+def test_a_world_that_cannot_be_leaves_nothing_behind(
+    servoid_command: Command, tmp_path: Path, wrong: tuple[str, str]
+) -> None:
+    pytest.importorskip("mujoco", reason="simulated worlds need mujoco")
+    pytest.importorskip("daqp", reason="servoing within all limits needs daqp")
+    pytest.importorskip("matplotlib", reason="the plots of a run need matplotlib")
+    outcome = servoid_command("servo", *wrong, "--out", tmp_path / "run")
+    assert outcome.code == (1 if wrong[1] == "none.xml" else 2)
+    assert wrong[1] in outcome.err
+    assert everything_in(tmp_path) == {}
+
+
+def test_the_help_names_the_defaults_of_the_settings() -> None:
+    settings = TrialSettings()
+    run, world = settings.run, settings.world
+    defaults = {
+        "world": world.arm.name,
+        "object_name": world.object.name,
+        "path": world.object.path,
+        "background": world.background,
+        "ideal": {False: "a laboratory"}[world.ideal],
+        "target": run.target,
+        "seconds": f"{run.seconds:g}",
+        "looks": str(settings.servo.look.count),
+        "goal": listed(run.goal),
+        "start_offset": listed(run.start_offset),
+        "start_turn": listed(run.start_turn_deg),
+        "feed_forward": {True: "add it"}[settings.servo.hand.feed_forward],
+        "law": settings.servo.joints.law.value,
+        "method": settings.track.method.value,
+        "seed": str(world.seed),
+    }
+    options = {one.name: getattr(one, "help", None) or "" for one in command_of("servo").params}
+    said = {name: re.search(r"\(default:? (.*)\)\.$", text) for name, text in options.items()}
+    assert {name: found[1] for name, found in said.items() if found} == defaults
+
+
+def test_one_option_sets_all_of_the_papers_servoing(
+    servoid_command: Command, tmp_path: Path
+) -> None:
+    def settings(*options: str) -> TrialSettings:
+        text = servoid_command("servo", *options, "--print-config").out
+        file = tmp_path / "run.toml"
+        file.write_text(text, encoding="utf-8")
+        return read_trial_settings(file)
+
+    theirs = settings("--paper")
+    assert theirs.track.method is Method.PAPER
+    assert theirs.servo == as_the_paper(ServoSettings(), turn_told=False)
+    assert theirs.servo.joints.law is JointLaw.PAPER
+    assert not (theirs.servo.hand.feed_forward or theirs.servo.gaze.feed_forward)
+    assert not theirs.servo.target.compensate
+    assert msgspec.structs.replace(theirs, servo=ServoSettings(), track=TrialSettings().track) == (
+        TrialSettings()
+    )
+    ours = settings("--paper", "--law", "qp", "--feed-forward", "--method", "region")
+    assert (ours.servo.joints.law, ours.track.method) == (JointLaw.QP, Method.REGION)
+    assert ours.servo.hand.feed_forward
+
+
+def test_the_object_waits_where_the_hand_wants_it() -> None:
+    settings = TrialSettings()
+    assert settings.world.object.hand_from_object[4:] == settings.run.goal
+
+
+def listed(values: tuple[float, ...]) -> str:
+    return ",".join(f"{value:g}" for value in values)
+
+
+def command_of(name: str) -> Any:
+    return typer.main.get_command(app).commands[name]  # type: ignore[attr-defined]

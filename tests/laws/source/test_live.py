@@ -1,0 +1,280 @@
+"""Live cameras as sources of observations."""
+
+import time
+from dataclasses import replace
+from pathlib import Path
+from threading import Event
+
+import cv2
+import numpy as np
+import pytest
+from played_sources import (
+    PERIOD_S,
+    SIZE_PX,
+    FakeClock,
+    FakeVideo,
+    Played,
+    live,
+    rig,
+)
+
+from servoid.errors import CaptureError
+from servoid.pose import Pose
+from servoid.source import Instant, Live, LiveSettings, grabbing, read_rig
+
+
+def observed(played: Played, seconds: float) -> list[Instant]:
+    found = []
+    end = played.now() + seconds
+    while played.now() < end:
+        played.pass_period()
+        instant = played.source.newest()
+        if instant is not None:
+            found.append(instant)
+    played.close()
+    return found
+
+
+def test_images_of_live_cameras_are_paired_by_their_times() -> None:
+    found = observed(live(), 1.0)
+    assert 27 <= len(found) <= 31
+    assert np.diff([one.time_s for one in found]) == pytest.approx(1 / 30, abs=PERIOD_S)
+    for one in found:
+        left, right = one.images
+        assert left is not None and right is not None and not one.notices
+        assert left[0, 0].tolist() == right[0, 0].tolist()  # the same number of both
+        assert left[0, 0, 2] == 200  # blue comes last
+
+
+def test_a_delay_is_taken_off_the_times_of_live_images() -> None:
+    plain = observed(live(), 0.3)
+    late = observed(live(settings=LiveSettings(delay_s=0.03)), 0.3)
+    times = [[one.time_s for one in run] for run in (plain, late)]
+    assert np.array(times[0]) - np.array(times[1]) == pytest.approx(0.03)
+
+
+def test_a_live_camera_that_falls_silent_is_waited_for_a_little_and_then_told() -> None:
+    found = observed(live(lost=range(6, 25)), 1.5)
+    both = [one for one in found if not one.notices]
+    dark = [one for one in found if one.notices]
+    assert both[0].time_s < dark[0].time_s < both[-1].time_s
+    assert dark[0].time_s - both[5].time_s == pytest.approx(0.2, abs=0.08)
+    assert dark[0].notices[0].startswith("camera right: no image came for 0.2 s: the camera del")
+    assert all(one.images[0] is not None and one.images[1] is None for one in dark)
+    assert np.diff([one.time_s for one in dark]).max() < 0.05  # it is not waited for each time
+
+
+def test_images_that_were_taken_too_far_apart_are_no_pair() -> None:
+    found = observed(live(settings=LiveSettings(apart_s=0.001)), 0.3)
+    alone = [one for one in found if one.notices]
+    assert alone
+    assert all(one.notices[0].endswith("ms apart") and not one.is_dark for one in alone)
+
+
+def test_no_image_of_a_live_camera_is_delivered_twice() -> None:
+    found = observed(live(lost=range(6, 25), settings=LiveSettings(apart_s=1.0)), 1.5)
+    for images in zip(*(one.images for one in found), strict=True):
+        numbers = [int(image[0, 0, 0]) for image in images if image is not None]
+        assert len(numbers) == len(set(numbers)) > 20
+
+
+def test_nothing_comes_of_live_cameras_that_all_fail() -> None:
+    clock = FakeClock()
+    videos = [FakeVideo(clock, lost=range(1000)) for _ in range(2)]
+    with Live(rig(*videos), clock=clock) as source:
+        for _ in range(100):
+            clock.advance()
+            assert source.newest() is None
+        for video in videos:
+            video.closed = True
+
+
+def test_an_image_of_another_size_is_left_out_and_told() -> None:
+    clock = FakeClock()
+    video = FakeVideo(clock, size_px=(32, 32))
+    with Live(rig(video), clock=clock) as source:
+        clock.advance(0.1)
+        instant = source.newest()
+        video.closed = True
+    assert instant is not None and instant.is_dark
+    assert "camera left: the image is 32x32 pixels, but the lens has 64x48" in instant.notices[0]
+
+
+def test_a_driver_that_raises_is_silence() -> None:
+    class Broken(FakeVideo):
+        def retrieve(self) -> tuple[bool, np.ndarray]:
+            raise RuntimeError("the cable is out")
+
+    clock = FakeClock()
+    videos = FakeVideo(clock), Broken(clock)
+    with Live(rig(*videos), clock=clock) as source:
+        notices = []
+        for _ in range(60):
+            clock.advance()
+            instant = source.newest()
+            notices += [] if instant is None else instant.notices
+        for video in videos:
+            video.closed = True
+    assert notices and notices[-1].endswith("the cable is out")
+
+
+def test_a_video_file_can_stand_for_a_live_camera(tmp_path: Path) -> None:
+    path = tmp_path / "film.avi"
+    writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"MJPG"), 30.0, SIZE_PX)
+    for _ in range(20):
+        writer.write(np.full((SIZE_PX[1], SIZE_PX[0], 3), 90, np.uint8))
+    writer.release()
+    with Live(rig(str(path))) as source:
+        for _ in range(2000):
+            instant = source.newest()
+            if instant is not None:
+                break
+            time.sleep(0.005)
+    assert instant is not None and instant.images[0] is not None
+    assert np.abs(instant.images[0].astype(int) - 90).max() < 5
+
+
+def test_a_camera_that_was_unplugged_is_opened_anew(monkeypatch: pytest.MonkeyPatch) -> None:
+    clock, made = FakeClock(), []
+
+    class Unplugged(FakeVideo):
+        def __init__(self, device: int, _way: int) -> None:
+            super().__init__(clock, lost=() if made else range(5, 999_999))
+            made.append(device)
+
+        def isOpened(self) -> bool:  # noqa: N802
+            return True
+
+        def set(self, _key: int, _value: float) -> None:
+            pass
+
+    monkeypatch.setattr(cv2, "VideoCapture", Unplugged)
+    monkeypatch.setattr(grabbing, "_RETRY_S", 0.0)
+    (camera,) = rig("0")
+    with Live([replace(camera, device=3)], clock=clock) as source:
+        last_s = 0.0
+        for _ in range(400):
+            clock.advance()
+            instant = source.newest()
+            last_s = last_s if instant is None else instant.time_s
+        for video in clock.videos:
+            video.closed = True  # type: ignore
+    assert made == [3, 3]
+    assert last_s > clock() - 0.1
+
+
+def test_a_camera_that_cannot_be_opened_is_named(tmp_path: Path) -> None:
+    with pytest.raises(CaptureError, match=r"camera left: OpenCV cannot open .*none.avi"):
+        Live(rig(str(tmp_path / "none.avi")))
+    with pytest.raises(CaptureError, match="there is no camera"):
+        Live([])
+
+
+def test_a_password_is_not_shown() -> None:
+    with pytest.raises(CaptureError) as refused:
+        Live(rig("file://user:secret@host/none"))
+    assert "secret" not in str(refused.value)
+    assert "@host/none" in str(refused.value)
+
+
+def test_cameras_are_closed_however_the_block_ends() -> None:
+    class Endless(FakeVideo):
+        def grab(self) -> bool:
+            time.sleep(0.001)
+            return True
+
+    video = Endless(FakeClock())
+    with pytest.raises(ZeroDivisionError), Live(rig(video)):
+        _ = 1 / 0
+    assert video.closed
+
+
+def test_a_camera_whose_driver_hangs_is_closed_once_it_returns(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    released = Event()
+
+    class Hanging(FakeVideo):
+        def grab(self) -> bool:
+            return released.wait(10.0)
+
+        def release(self) -> None:
+            super().release()
+            gone.set()
+
+    gone = Event()
+    monkeypatch.setattr(grabbing, "_CLOSING_S", 0.01)
+    video = Hanging(FakeClock())
+    with Live(rig(video)):
+        pass
+    assert not video.closed
+    released.set()
+    assert gone.wait(10.0)
+
+
+RIG = """version = 1
+[[camera]]
+name = "left"
+device = 0
+size_px = [64, 48]
+model = "pinhole"
+focal_px = [60, 60]
+center_px = [31.5, 23.5]
+rig_from_camera = [[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]
+[[camera]]
+name = "right"
+device = "rtsp://10.0.0.5/stream"
+size_px = [64, 48]
+model = "brown_conrady"
+focal_px = [60, 60]
+center_px = [31.5, 23.5]
+distortion = [-0.2, 0.05, 0.0, 0.0]
+rig_from_camera = [[1,0,0,0.1],[0,1,0,0],[0,0,1,0],[0,0,0,1]]
+"""
+
+
+def test_a_rigs_file_says_what_the_cameras_are(tmp_path: Path) -> None:
+    path = tmp_path / "rig.toml"
+    path.write_text(RIG)
+    left, right = read_rig(path)
+    assert (left.name, left.device, right.device) == ("left", 0, "rtsp://10.0.0.5/stream")
+    assert right.lens.distortion[0] == -0.2
+    assert right.rig_from_camera.translation == (0.1, 0.0, 0.0)
+
+
+def test_the_rig_on_the_page_of_formats_can_be_read(tmp_path: Path) -> None:
+    page = (Path(__file__).parents[3] / "docs" / "formats.md").read_text(encoding="utf-8")
+    (text,) = [part for part in page.split("```") if part.startswith("toml") and "device" in part]
+    (tmp_path / "rig.toml").write_text(text.removeprefix("toml"))
+    assert [camera.device for camera in read_rig(tmp_path / "rig.toml")] == [0]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "says"),
+    [
+        ("device = 0\n", "", r"camera\[0\]: the key 'device' is missing"),
+        ("device = 0", "images = 0", r"rig.toml, line 4, camera\[0\]: unknown key 'images'"),
+        ("device = 0", "device = ''", r"camera\[0\].device: expected a text of length >= 1"),
+        ('name = "right"', 'name = "left"', r"two cameras are named 'left'"),
+        ("version = 1", "version = 2", r"this servoid reads rigs of version 1"),
+    ],
+)
+def test_a_rigs_file_that_cannot_be_is_refused(
+    tmp_path: Path, old: str, new: str, says: str
+) -> None:
+    path = tmp_path / "rig.toml"
+    path.write_text(RIG.replace(old, new, 1))
+    with pytest.raises(CaptureError, match=says):
+        read_rig(path)
+
+
+def test_settings_of_live_cameras_are_checked() -> None:
+    with pytest.raises(CaptureError, match=r"LiveSettings.delay_s: expected a number >= 0.0, got"):
+        LiveSettings(delay_s=-0.1)
+
+
+def test_a_rig_at_rest_is_where_its_calibration_says() -> None:
+    (one, *_) = observed(live(), 0.2)
+    left, right = one.world_from_camera
+    assert (left.inverse() @ right).translation == pytest.approx((0.1, 0.0, 0.0))
+    assert isinstance(left, Pose)

@@ -1,0 +1,136 @@
+"""What goes wrong with images and objects is said, and no wrong pose is called tracked."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from faults import Moment, Moments, faults
+from recordings import SNAIL, Alone, Recording, wrong
+from tracking_errors import tracking_errors
+
+from servoid._native import Estimate
+from servoid.sim import MovingScene
+from servoid.sim.samples.convex import Floats
+
+STRIKES = 10
+LAST = 24
+FAULTS = faults(STRIKES)
+SAID = {
+    "both images dropped": "delivered no image",
+    "right image dropped": "camera 1 delivered no image",
+    "images repeated": "the image is the one before",
+    "images black": "says nothing",
+    "images white": "says nothing",
+    "left image of another size": "camera 0: the image is 320x120 pixels",
+    "clock jumps ahead": "time jumps",
+    "clock runs back": "time goes back",
+    "left camera dies": "camera 0 delivered no image",
+    "right camera dies": "camera 1 delivered no image",
+}
+BLIND = {"both images dropped", "images black", "images white"}
+
+
+class EmptyRoom(MovingScene):
+    """The scene after the toy was taken away: it is behind the cameras."""
+
+    def room_from_object(self, index: int) -> Floats:
+        del index
+        pose = np.eye(4)
+        pose[1, 3] = -3.0
+        return pose
+
+
+@pytest.fixture(scope="module")
+def moments(recording: Callable[[str], Recording]) -> Moments:
+    return recording("colour").moments()
+
+
+@pytest.fixture(scope="module")
+def without(recording: Callable[[str], Recording]) -> Callable[[str, int], Moment]:
+    """Return an observation without the toy: of the empty room, or of nothing."""
+    made = recording("colour")
+    room = EmptyRoom(made.scene.scenario).look(0).images
+    first = made.moments()[0]
+
+    def see(what: str, index: int) -> Moment:
+        random = np.random.default_rng(index)
+        noise = [random.integers(-2, 3, image.shape) for image in room]
+        images = tuple(
+            np.clip(image.astype(int) * (what == "an empty room") + one, 0, 255).astype(np.uint8)
+            for image, one in zip(room, noise, strict=True)
+        )
+        return replace(first, time_s=index / 30.0, images=images)
+
+    return see
+
+
+def steps(alone: Alone, moments: Sequence[Moment]) -> list[Estimate]:
+    """Track from the first of the moments on."""
+    tracker = alone.tracker_in(alone.recording, moments[0])
+    return [tracker.step(one.time_s, one.world_from_camera, one.images) for one in moments[1:]]
+
+
+def are_wrong(alone: Alone, estimates: Sequence[Estimate], indices: Sequence[int]) -> list[bool]:
+    """Say which estimates of the toy are far off in these observations."""
+    poses = [one.world_from_object.matrix() for one in estimates]
+    truth = [alone.recording.truth(index) for index in (0, *indices)]
+    start = alone.start_in(alone.recording).matrix()
+    return wrong(tracking_errors([start, *poses], truth, SNAIL)).tolist()
+
+
+@pytest.mark.parametrize("name", FAULTS)
+def test_a_fault_is_said_and_no_wrong_pose_is_called_tracked(
+    name: str, alone: Alone, moments: Moments
+) -> None:
+    estimates = steps(alone, FAULTS[name](moments[:LAST]))
+    struck = estimates[STRIKES - 1]
+    assert any(SAID[name] in notice for notice in struck.notices), struck.notices
+    assert all(not one.notices for one in estimates[: STRIKES - 1])
+    assert (struck.status == "tracking") == (name not in BLIND)
+    statuses = [one.status for one in estimates]
+    off = are_wrong(alone, estimates, range(1, LAST))
+    assert not any(
+        wrong and status == "tracking" for wrong, status in zip(off, statuses, strict=True)
+    )
+    assert statuses[STRIKES:] == ["tracking"] * (LAST - 1 - STRIKES)
+
+
+def test_every_kind_of_fault_has_its_words() -> None:
+    assert set(SAID) == set(FAULTS)
+
+
+@pytest.mark.parametrize(
+    ("what", "later"), [("darkness", 0), ("an empty room", 0), ("an empty room", 8)]
+)
+def test_an_object_that_leaves_is_searched_then_lost_and_found_when_it_comes_back(
+    what: str,
+    later: int,
+    alone: Alone,
+    moments: Moments,
+    without: Callable[[str, int], Moment],
+) -> None:
+    leaves, away = 12, 24
+    gone = [without(what, leaves + count) for count in range(away)]
+    after = [replace(one, time_s=one.time_s + away / 30.0) for one in moments[leaves + later :]]
+    estimates = steps(alone, [*moments[:leaves], *gone, *after])
+    before = [one.status for one in estimates[: leaves - 1]]
+    during = [one.status for one in estimates[leaves - 1 : leaves - 1 + away]]
+    back = estimates[leaves - 1 + away :]
+    assert before == ["tracking"] * (leaves - 1)
+    assert during == sorted(during, reverse=True)  # searching, then lost
+    assert set(during) == {"searching", "lost"}
+    assert max(one.confidence for one in estimates[leaves - 1 : leaves - 1 + away]) < 0.5
+    off = are_wrong(alone, back, range(leaves + later, len(moments)))
+    found = [one.status == "tracking" for one in back]
+    assert all(found[3:])
+    assert not any(wrong and seen for wrong, seen in zip(off, found, strict=True))
+
+
+def test_a_lost_object_s_pose_is_less_sure(
+    alone: Alone, moments: Moments, without: Callable[[str, int], Moment]
+) -> None:
+    gone = [without("an empty room", 6 + count) for count in range(20)]
+    estimates = steps(alone, [*moments[:6], *gone])
+    spread = [np.trace(one.covariance) for one in (estimates[4], estimates[-1])]
+    assert not spread[1] < 10.0 * spread[0]

@@ -1,0 +1,88 @@
+"""`servoid model --each`, through the command line."""
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("pyarrow", reason="tables of trials need pyarrow")
+
+import pyarrow.parquet
+
+from conftest import Command, Drawing
+
+FAST = ("--max-ellipsoids", "2", "--delta", "0", "--views", "::4")
+
+
+@pytest.fixture(scope="module")
+def captures(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a folder of two captures, one that is broken, and one that is none."""
+    folder = tmp_path_factory.mktemp("captures")
+    Drawing().write(folder / "bird")
+    shutil.copytree(folder / "bird", folder / "same")
+    shutil.copytree(folder / "bird", folder / "torn")
+    for image in (folder / "torn").rglob("*.png"):
+        image.unlink()
+    (folder / "empty").mkdir()
+    return folder
+
+
+def test_each_capture_gives_the_body_that_it_gives_alone(
+    captures: Path, tmp_path: Path, servoid_command: Command
+) -> None:
+    ran = servoid_command(
+        "model", captures, "--each", "--out", tmp_path / "all", "--workers", 2, *FAST
+    )
+    assert ran.code == 1
+    assert "torn: " in ran.out
+    assert "matches no file" in ran.out
+    assert "1 of 3 captures could not be modelled" in ran.err
+    assert "empty holds no capture" in ran.out
+    assert all(len(line) <= 80 for line in ran.out.splitlines() if str(tmp_path) not in line
+               and "torn: " not in line)  # fmt: skip
+    alone = servoid_command("model", captures / "bird", "--out", tmp_path / "bird.json", *FAST)
+    assert alone.code == 0
+    for name in ("bird", "same"):
+        assert (tmp_path / "all" / f"{name}.json").read_bytes() == (
+            tmp_path / "bird.json"
+        ).read_bytes()
+    assert not (tmp_path / "all" / "torn.json").exists()
+    table = pyarrow.parquet.read_table(tmp_path / "all" / "captures.parquet").to_pydict()
+    assert table["ellipsoids"] == [2, 2, None]
+    assert [bool(failure) for failure in table["failure"]] == [False, False, True]
+
+
+def test_a_capture_that_was_modelled_is_modelled_again_only_if_it_changed(
+    captures: Path, tmp_path: Path, servoid_command: Command
+) -> None:
+    folder = tmp_path / "captures"
+    shutil.copytree(captures / "bird", folder / "bird")
+    command = ("model", folder, "--each", "--out", tmp_path / "all", "--workers", 1, *FAST)
+    for _ in range(2):
+        assert servoid_command(*command).code == 0
+        assert len(list((tmp_path / "all" / "trials" / "captures").iterdir())) == 1
+    (folder / "bird" / "capture.toml").touch()
+    assert servoid_command(*command).code == 0
+    assert len(list((tmp_path / "all" / "trials" / "captures").iterdir())) == 2
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (("model", "{}/empty", "--each", "--out", "{}/out"), "no folder in"),
+        (("model", "{}/nowhere", "--each", "--out", "{}/out"), "there is no folder"),
+        (("model", "{}", "--each", "--out", "{}/out", "--report", "r"), "--report means nothing"),
+        (("model", "{}", "--out", "{}/out.json", "--workers", "2"), "add --each"),
+        (
+            ("model", "{}", "--each", "--out", "{}/out", "--workers", "2", "--cluster", "a:1"),
+            "leave one of the two out",
+        ),
+    ],
+)
+def test_what_cannot_be_is_told_in_a_line(
+    captures: Path, arguments: tuple[str, ...], says: str, servoid_command: Command
+) -> None:
+    ran = servoid_command(*(part.format(captures) for part in arguments))
+    assert ran.code in (1, 2)
+    assert says in " ".join(ran.err.replace("│", " ").split())
+    assert "Traceback" not in ran.err

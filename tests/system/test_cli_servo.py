@@ -1,0 +1,282 @@
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import cv2
+import pytest
+
+from conftest import Command, Outcome, everything_in
+
+pytest.importorskip("mujoco", reason="simulated worlds need mujoco")
+pytest.importorskip("daqp", reason="servoing within all limits needs daqp")
+pytest.importorskip("matplotlib", reason="the plots of a run need matplotlib")
+
+from servo_trials import log_rows, small_settings
+
+from servoid.cli.servo import servoing
+from servoid.servo import Reason
+from servoid.shape import load_body
+from servoid.sim.trial import TrialSettings, TrialStep, read_trial_settings, trial_toml
+from servoid.sim.world import IDEAL
+
+SHORT = {"run.seconds": 1.0, "run.settle_s": 0.5, "servo.look.count": 1}
+PLOTS = ("hand.png", "joints.png", "gaze.png")
+FILES = (
+    "log.csv",
+    "times.csv",
+    "run.toml",
+    "body.json",
+    "summary.json",
+    "servo.mp4",
+    "report.html",
+    *PLOTS,
+)
+
+
+def servo_apart(folder: Path, *arguments: str) -> Outcome:
+    """Run `servoid servo` in a process of its own, away from any terminal."""
+    code = "from servoid.cli import main; main()"
+    done = subprocess.run(
+        [sys.executable, "-c", code, "servo", *arguments],
+        cwd=folder,
+        env=os.environ | {"COLUMNS": "80"},
+        capture_output=True,
+        text=True,
+    )
+    return Outcome(done.returncode, done.stdout, done.stderr)
+
+
+@pytest.fixture(scope="module")
+def ran(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Outcome]:
+    """Run once by a file with settings, for all tests that look at what comes of it."""
+    folder = tmp_path_factory.mktemp("servo")
+    (folder / "small.toml").write_text(trial_toml(small_settings(SHORT)))
+    return folder, servo_apart(folder, "--config", "small.toml", "--out", "new/run")
+
+
+def said(outcome: Outcome) -> dict[str, str]:
+    return dict(re.findall(r"^  (\S.*?)  +(\S.*)$", outcome.out, re.MULTILINE))
+
+
+def test_a_run_writes_all_its_files_and_names_them(ran: tuple[Path, Outcome]) -> None:
+    folder, outcome = ran
+    assert outcome.code == 0, outcome.err
+    for name in FILES:
+        assert (folder / "new" / "run" / name).stat().st_size > 100, name
+    named = {word for word in outcome.out.split() if word.startswith("new/run/")}
+    assert named >= {f"new/run/{name}" for name in FILES if name not in PLOTS}
+    assert all((folder / name).exists() for name in named)
+    assert not [name for name in everything_in(folder) if name.endswith(".part")]
+
+
+def test_the_summary_says_how_well_the_hand_followed_in_eighty_columns(
+    ran: tuple[Path, Outcome],
+) -> None:
+    _, outcome = ran
+    assert outcome.err == ""
+    assert outcome.out.startswith("Servoed pa10 to painted_ellipsoid, sine:0.05@4s\n")
+    rows = said(outcome)
+    error = r"\d+\.\d\d mm RMS, \d+\.\d\d mm at 95 %, \d+\.\d\d degrees RMS"
+    assert re.fullmatch(f"{error}, after 0.5 s", rows["repeatability"])
+    assert re.fullmatch(f"{error}; its.*", rows["accuracy"])
+    assert rows["world"] == "ideal"
+    assert rows["modelled"] == "1 ellipsoid, looked at from 1 place"
+    assert rows["tracked"].startswith("100.0 % of 3")
+    assert max(len(line) for line in outcome.out.splitlines() if "run/" not in line) <= 80
+
+
+def test_the_files_of_a_run_say_the_same(ran: tuple[Path, Outcome]) -> None:
+    folder, outcome = ran
+    figures = json.loads((folder / "new" / "run" / "summary.json").read_text())
+    for kind in ("repeatability", "accuracy"):
+        in_mm = f"{1e3 * figures[kind]['position_rms']:.2f} mm RMS"
+        assert said(outcome)[kind].startswith(in_mm)
+    rows = log_rows(folder / "new" / "run" / "log.csv")
+    assert sum(row["status"] == "tracking" for row in rows) == figures["observations"]
+    assert {word for row in rows for word in row["holding"].split()} <= {
+        reason.name.lower() for reason in Reason
+    }
+    assert len(load_body(folder / "new" / "run" / "body.json").body()) == 1
+    film = cv2.VideoCapture(str(folder / "new" / "run" / "servo.mp4"))
+    assert film.get(cv2.CAP_PROP_FRAME_COUNT) == pytest.approx(15, abs=3)
+    page = (folder / "new" / "run" / "report.html").read_text()
+    assert "painted_ellipsoid" in page and "<img" in page
+    assert page.index("repeatability, RMS") < page.index("accuracy, RMS")
+
+
+@pytest.mark.extended
+def test_the_settings_of_a_run_repeat_it_to_the_bit(ran: tuple[Path, Outcome]) -> None:
+    folder, _ = ran
+    first = folder / "new" / "run"
+    assert read_trial_settings(first / "run.toml") == small_settings(SHORT)
+    again = servo_apart(folder, "--config", "new/run/run.toml", "--out", "again", "--no-video")
+    assert again.code == 0, again.err
+    assert not (folder / "again" / "servo.mp4").exists()
+    assert "servo.mp4" not in again.out
+    for name in ("log.csv", "run.toml", "body.json"):
+        assert (folder / "again" / name).read_bytes() == (first / name).read_bytes(), name
+
+
+def test_printed_settings_read_back_and_options_come_on_top(
+    servoid_command: Command, tmp_path: Path
+) -> None:
+    file = tmp_path / "run.toml"
+    printed = servoid_command("servo", "--print-config")
+    assert (printed.code, printed.err) == (0, "")
+    file.write_text(printed.out)
+    assert read_trial_settings(file) == TrialSettings()
+    options = ("--object", "drill", "--seconds", "7", "--no-feed-forward", "--seed", "5")
+    options += ("--ideal", "--target", "click:150,120", "--trust-target")
+    changed = servoid_command("servo", "--print-config", "--config", file, *options)
+    assert changed.code == 0, changed.err
+    file.write_text(changed.out)
+    settings = read_trial_settings(file)
+    assert (settings.world.object.name, settings.run.seconds) == ("drill", 7.0)
+    assert (settings.world.seed, settings.track.seed) == (5, 5)
+    assert not settings.servo.hand.feed_forward
+    assert settings.world.ideal and settings.world.in_effect == IDEAL
+    assert (settings.run.target, settings.run.trust_target) == ("click:150,120", True)
+    assert not TrialSettings().world.ideal
+    assert list(tmp_path.iterdir()) == [file]
+
+
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        ("--object cup", r"error: .*'cup'.*bottle, .*mug"),
+        ("--path zigzag:3", r"error: .*'zigzag:3'.*still; line:"),
+        ("--path sine:0@5s", r"error: .*'0@5s'.*two numbers above 0"),
+        ("--path recorded:none.csv", r"error: cannot read none.csv"),
+        ("--world robot", r"error: .*'robot'.*pa10"),
+        ("--world none.xml", r"error: .*none.xml"),
+        ("--background nice", r"error: .*'nice'.*cluttered"),
+        ("--seconds -1", r"error: the options, run.seconds: expected a number > 0.0, got -1.0"),
+        (
+            "--target boxes",
+            r"error: .*run.target: the target 'boxes' has no known form; .*mask:FILE",
+        ),
+        ("--target click:5", r"error: .*the target 'click:5' needs 2 numbers"),
+        ("--target box:0,0,900,900", r"error: the target 'box:0,0,900,900': the box covers"),
+        ("--law best", r"error: the options, servo.joints.law: .*'best'; choose one of qp, paper"),
+        ("--config none.toml", r"error: cannot read none.toml"),
+        ("--config wrong.toml", r"error: wrong.toml, line 2, run: unknown key 'secs'; known keys:"),
+        ("--start-offset 3,0,0", r"error: the hand cannot start 3, 0, 0 m .*choose smaller values"),
+    ],
+)
+def test_a_run_that_cannot_be_fails_with_one_clear_line(
+    options: str,
+    says: str,
+    servoid_command: Command,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("wrong.toml").write_text("[run]\nsecs = 3\n")
+    Path("small.toml").write_text(trial_toml(small_settings(SHORT)))
+    config = () if "--config" in options else ("--config", "small.toml")
+    outcome = servoid_command("servo", *config, *options.split(), "--out", "run", "--no-video")
+    of_files = ("--path recorded", "--world none", "--config", "--start-offset", "--target box:")
+    code = 1 if options.startswith(of_files) else 2
+    assert (outcome.code, outcome.out) == (code, "")
+    assert re.match(says, outcome.err), outcome.err
+    assert outcome.err.count("\n") == 1
+
+
+def test_a_click_that_may_mean_several_objects_is_shown(
+    servoid_command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    settings = small_settings(
+        SHORT | {"world.object.name": "drill", "world.background": "cluttered"}
+    )
+    Path("small.toml").write_text(trial_toml(settings))
+    options = ("--config", "small.toml", "--target", "click:144,114", "--no-video")
+    outcome = servoid_command("servo", *options, "--out", "run")
+    assert (outcome.code, outcome.out) == (1, "")
+    assert "a click moved by 3 px finds another object" in outcome.err
+    assert "run/target.png shows the answers, and --trust-target goes on" in outcome.err
+    assert cv2.imread("run/target.png") is not None
+
+
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        ("", "give a folder, such as out/run"),
+        ("--out run --looks 0", "0 is out of range; choose 1"),
+        ("--out run --goal 1,2", "1,2"),
+        ("--out run --method fast", "fast"),
+    ],
+)
+def test_wrong_usage_is_told_apart_from_failure(
+    options: str,
+    says: str,
+    servoid_command: Command,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    outcome = servoid_command("servo", *options.split())
+    assert (outcome.code, outcome.out) == (2, "")
+    assert says in " ".join(outcome.err.replace("│", " ").split())
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_folder_that_cannot_be_written_is_refused_before_anything_moves(
+    servoid_command: Command, tmp_path: Path
+) -> None:
+    (tmp_path / "file").write_text("mine")
+    before = everything_in(tmp_path)
+    for out in (tmp_path / "file", tmp_path / "file" / "run", tmp_path / "file" / "new" / "run"):
+        outcome = servoid_command("servo", "--out", out)
+        assert (outcome.code, outcome.out) == (1, "")
+        assert re.fullmatch(r"error: cannot write .*\n", outcome.err), outcome.err
+    assert everything_in(tmp_path) == before
+
+
+def interrupt_at(monkeypatch: pytest.MonkeyPatch, stage: str, share: float) -> None:
+    """Press Ctrl-C when a run has come so far."""
+    watch, pressed = servoing._Run.watch, []
+
+    def watching(run: servoing._Run, step: TrialStep) -> None:
+        watch(run, step)
+        if step.stage == stage and step.share >= share and not pressed:
+            pressed.append(step)
+            os.kill(os.getpid(), signal.SIGINT)
+
+    monkeypatch.setattr(servoing._Run, "watch", watching)
+
+
+@pytest.mark.extended
+def test_what_was_done_until_an_interrupt_is_written(
+    servoid_command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    interrupt_at(monkeypatch, "servoing", 0.1)
+    config, out = tmp_path / "small.toml", tmp_path / "run"
+    config.write_text(trial_toml(small_settings(SHORT | {"run.settle_s": 3.0, "run.seconds": 5.0})))
+    outcome = servoid_command("servo", "--config", config, "--out", out)
+    assert outcome.code == 130
+    for kind in ("repeatability", "accuracy"):
+        assert said(outcome)[kind].startswith("not known: the run ended within the 3 s")
+    assert "nan" not in outcome.out
+    rows = log_rows(out / "log.csv")
+    assert 40 < len(rows) < 90
+    assert re.fullmatch(r"interrupted after \d+ control periods\n", outcome.err)
+    for name in FILES:
+        assert (out / name).stat().st_size > 100, name
+    assert not [name for name in everything_in(out) if name.endswith((".part", ".part.mp4"))]
+
+
+def test_an_interrupt_before_servoing_leaves_no_log(
+    servoid_command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    interrupt_at(monkeypatch, "looking", 0.0)
+    config, out = tmp_path / "small.toml", tmp_path / "run"
+    config.write_text(trial_toml(small_settings(SHORT)))
+    outcome = servoid_command("servo", "--config", config, "--out", out)
+    assert (outcome.code, outcome.out) == (130, "")
+    assert outcome.err == "interrupted before servoing began\n"
+    assert not [name for name in everything_in(out) if not name.startswith("look")]

@@ -1,0 +1,125 @@
+"""A shell that runs something in the background lets it ignore Ctrl-C; servoid heeds it still."""
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import conftest
+
+pytestmark = pytest.mark.skipif(
+    os.name != "posix" or not shutil.which("sh"), reason="a POSIX shell ignores the signal"
+)
+
+HERE = Path(__file__).parent
+PRESSED_WHILE_IT_RUNS = """
+import os, signal, time
+import servoid.cli.app
+assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN
+
+def press(**_):
+    os.kill(os.getpid(), signal.SIGINT)
+    time.sleep(30.0)
+
+servoid.cli.app.app = press
+servoid.cli.main([])
+"""
+
+
+TERMINATED_WHILE_IT_RUNS = """
+import os, signal, sys, time
+from servoid.cli import main
+from servoid.cli.model import modelling
+
+def stop(*_, **__):
+    os.kill(os.getpid(), signal.SIGTERM)
+    time.sleep(30.0)
+
+modelling.fit_capture = stop
+main(sys.argv[1:])
+"""
+FORKED_WHILE_IT_RUNS = """
+import multiprocessing, time
+import servoid.cli.app
+
+def work(began):
+    began.set()
+    time.sleep(30.0)
+
+def fork(**_):
+    context = multiprocessing.get_context("fork")
+    began = context.Event()
+    child = context.Process(target=work, args=(began,))
+    child.start()
+    began.wait()
+    child.terminate()
+    child.join()
+    print(child.exitcode)
+
+servoid.cli.app.app = fork
+servoid.cli.main([])
+"""
+
+
+def deaf(*arguments: str) -> subprocess.CompletedProcess[str]:
+    """Run Python as a shell starts it in the background: with SIGINT ignored."""
+    command = ["sh", "-c", "trap '' INT; exec \"$@\"", "sh", sys.executable, *arguments]
+    return subprocess.run(command, capture_output=True, text=True, cwd=HERE)
+
+
+def test_a_command_in_the_background_is_interrupted() -> None:
+    ran = deaf("-c", PRESSED_WHILE_IT_RUNS)
+    assert (ran.returncode, ran.stdout) == (130, "")
+    assert ran.stderr == "interrupted; nothing was written\n"
+
+
+def test_a_command_that_is_terminated_ends_as_after_ctrl_c_and_leaves_nothing(
+    drawn_capture: Path, tmp_path: Path
+) -> None:
+    before = conftest.everything_in(tmp_path)
+    arguments = ["model", str(drawn_capture), "--out", str(tmp_path / "body.json")]
+    ran = subprocess.run(
+        [sys.executable, "-c", TERMINATED_WHILE_IT_RUNS, *arguments],
+        capture_output=True,
+        text=True,
+        cwd=HERE,
+    )
+    assert (ran.returncode, ran.stdout) == (143, ""), ran.stderr
+    assert ran.stderr == "interrupted; nothing was written\n"
+    assert conftest.everything_in(tmp_path) == before
+
+
+def test_a_process_that_a_command_forked_ends_when_it_is_terminated() -> None:
+    ran = subprocess.run(
+        [sys.executable, "-W", "ignore", "-c", FORKED_WHILE_IT_RUNS],
+        capture_output=True,
+        text=True,
+        cwd=HERE,
+    )
+    assert (ran.stdout, ran.stderr) == (f"{-signal.SIGTERM}\n", "")
+
+
+def test_ctrl_c_interrupts_these_tests() -> None:
+    with pytest.raises(KeyboardInterrupt):
+        signal.raise_signal(signal.SIGINT)
+
+
+def test_tests_that_are_deaf_to_ctrl_c_are_made_to_heed_it(pytestconfig: pytest.Config) -> None:
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        conftest.pytest_configure(pytestconfig)
+        assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.extended
+def test_ctrl_c_interrupts_tests_in_the_background() -> None:
+    law = f"{Path(__file__).name}::{test_ctrl_c_interrupts_these_tests.__name__}"
+    ran = deaf("-m", "pytest", "-p", "no:cacheprovider", law)
+    assert ran.returncode == 0, ran.stdout + ran.stderr
+    assert "1 passed" in ran.stdout

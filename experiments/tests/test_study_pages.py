@@ -5,6 +5,7 @@ import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from statistics import median
 
 import pytest
 
@@ -85,7 +86,79 @@ def model_sentences(kept: Kept) -> Iterator[str]:
     yield "{} with one ellipsoid, {} with five, {} with twelve".format(*counts)
 
 
-SENTENCES: dict[str, Callable[[Kept], Iterator[str]]] = {"model": model_sentences}
+FORWARD, FIXED = "feed-forward, eyes follow", "feed-forward, fixed cameras"
+LAG, FIXED_LAG = f"no {FORWARD}", f"no {FIXED}"
+
+
+def response_rows(kept: Kept) -> Iterator[str]:
+    """Yield the rows of the table of responses in `bode.md`."""
+
+    def cells(signal: str, words: Callable[[dict[str, str]], str]) -> str:
+        found = [
+            kept.rows("response_figures", variant=variant, signal=signal, axis="sideways")
+            for variant in (FORWARD, FIXED, LAG, FIXED_LAG)
+        ]
+        return " | ".join(words(row) for [row] in found)
+
+    def spread(column: str, unit: str, form: str) -> Callable[[dict[str, str]], str]:
+        def words(row: dict[str, str]) -> str:
+            if float(row[column]) == float("inf"):
+                return "above 2 Hz"
+            middle, low, high = (
+                f"{float(row[column + end]):{form}}" for end in ("", "_low", "_high")
+            )
+            return f"{middle}{unit} ({low} to {high})"
+
+        return words
+
+    def peak(row: dict[str, str]) -> str:
+        hz = f"{float(row['greatest_gain_hz']):g}"
+        return f"{float(row['greatest_gain']):.2f} at {hz} Hz"
+
+    yield f"| hand: lag at 0.1 Hz | {cells('hand', spread('lag_deg', '°', '.1f'))} |"
+    within = cells("hand", spread("within_3db_hz", " Hz", ".2f"))
+    yield f"| hand: within 3 dB up to | {within} |"
+    falls = cells("hand", spread("falls_by_3db_hz", " Hz", ".2f"))
+    yield f"| hand: amplitude falls by 3 dB | {falls} |"
+    yield f"| hand: greatest gain | {cells('hand', peak)} |"
+    within = cells("gaze", lambda row: f"{float(row['within_3db_hz']):.2f} Hz")
+    yield f"| gaze: within 3 dB up to | {within} |"
+    yield f"| gaze: greatest gain | {cells('gaze', peak)} |"
+
+
+def bode_sentences(kept: Kept) -> Iterator[str]:
+    """Yield what `bode.md` says in numbers."""
+    yield from response_rows(kept)
+    for row in kept.rows("greatest_gains"):
+        gains = [float(row[f"{rate} Hz"]) for rate in (10, 30, 60, 120)]
+        words = [f"{gain:.{1 if gain < 10 else 0}f}" for gain in gains]
+        yield f"| {row['latency_ms']} ms | {' | '.join(words)} |"
+
+    def edge(loop: str, latency_s: str, rate_hz: str, sought: str = "delay") -> float:
+        where = {"latency_s": latency_s, "rate_hz": rate_hz, "sought": sought}
+        return kept.figure("margins", "edge", loop=loop, **where)
+
+    following, still = "servoid, eyes follow", "servoid, fixed eyes"
+    yield f"stamps may be wrong by {1e3 * edge(following, '0.04', '30'):.0f} ms"
+    yield f"with fixed eyes by {1e3 * edge(still, '0.04', '30'):.0f} ms"
+    bare = "neither feed-forward nor prediction, eyes follow"
+    borne = [1e3 * float(row["edge"]) for row in kept.rows("margins", loop=bare)]
+    yield f"Without feed-forward and prediction it is {min(borne):.0f} to {max(borne):.0f} ms"
+    far = f"{edge(following, '0.2', '120', 'gain'):.0f} times with 200 ms and 120 Hz"
+    yield f"could be {edge(following, '0', '10', 'gain'):.0f} times as high without latency"
+    yield far
+    low = min(float(row["limited_share_low"]) for row in kept.rows("response_limits"))
+    high = max(float(row["limited_share_high"]) for row in kept.rows("response_limits"))
+    yield f"In {100 * low:.0f} to {100 * high:.0f} % of the control periods"
+    off = [abs(float(row["ratio"]) - 1.0) for row in kept.rows("response_halved")]
+    yield f"by {100 * median(off):.0f} % as a median over frequencies"
+    yield f"and by {100 * max(off):.0f} % at most"
+
+
+SENTENCES: dict[str, Callable[[Kept], Iterator[str]]] = {
+    "bode": bode_sentences,
+    "model": model_sentences,
+}
 
 
 def missing(name: str, text: str) -> list[str]:

@@ -1,6 +1,9 @@
 """Reads the images of a video file, one after another."""
 
+import itertools
+import math
 from collections import OrderedDict
+from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from threading import Condition
@@ -30,6 +33,22 @@ _AVI, _MATROSKA = b"RIFF", b"\x1aE\xdf\xa3"
 _MP4_BOXES = (b"ftyp", b"moov", b"mdat", b"wide", b"free", b"skip")
 
 
+@dataclass(frozen=True)
+class VideoFacts:
+    """What a video's file says: how many images of (width, height) pixels there are, and when.
+
+    `times_s` are the seconds from its beginning at which the images are shown, None where the file
+    has no times that rise; `rate_hz` is what its header says, None if nothing. `turn_deg` is by how
+    much the header asks to turn the images before they are shown, which no reader here does.
+    """
+
+    count: int
+    size_px: tuple[int, int]
+    times_s: tuple[float, ...] | None
+    rate_hz: float | None
+    turn_deg: int
+
+
 def count_video_images(path: Path) -> int:
     """Count the images of a video by decoding it from its beginning to its end.
 
@@ -38,7 +57,17 @@ def count_video_images(path: Path) -> int:
             its header promises.
 
     """
-    return _count(path, *_version(path, CaptureError))
+    return describe_video(path).count
+
+
+def describe_video(path: Path) -> "VideoFacts":
+    """Say how many images a video has, how large, and when each is shown; decodes all of it.
+
+    Raises:
+        CaptureError: as for `count_video_images`.
+
+    """
+    return _describe(path, *_version(path, CaptureError))
 
 
 def read_video_image(
@@ -67,15 +96,18 @@ def _version(path: Path, error: type[CaptureError] | type[ImageError]) -> tuple[
 
 
 @lru_cache(maxsize=64)
-def _count(path: Path, _size: int, _changed: int) -> int:
+def _describe(path: Path, _size: int, _changed: int) -> VideoFacts:
     import cv2
 
     video = _open(path, CaptureError)
     promised = video.get(cv2.CAP_PROP_FRAME_COUNT)
-    count = 0
+    width, height = _size_px(video)
+    rate_hz, turn_deg = video.get(cv2.CAP_PROP_FPS), video.get(cv2.CAP_PROP_ORIENTATION_META)
+    times_ms: list[float] = []
     while video.grab():
-        count += 1
+        times_ms.append(video.get(cv2.CAP_PROP_POS_MSEC))
     video.release()
+    count = len(times_ms)
     if count == 0:
         raise CaptureError(f"{path} holds no image that can be decoded; replace the file")
     if count < promised - max(0.5, _MISSING_SHARE * promised):
@@ -83,7 +115,14 @@ def _count(path: Path, _size: int, _changed: int) -> int:
             f"{path} is cut short or damaged: its header promises {promised:.0f} images, but only "
             f"{count} can be decoded; copy the file again, or write those {count} to a new one"
         )
-    return count
+    rises = all(before < after for before, after in itertools.pairwise(times_ms))
+    return VideoFacts(
+        count=count,
+        size_px=(round(width), round(height)),
+        times_s=tuple(time_ms / 1e3 for time_ms in times_ms) if rises and count > 1 else None,
+        rate_hz=rate_hz if 0.0 < rate_hz < math.inf else None,
+        turn_deg=round(turn_deg) % 360,
+    )
 
 
 class _Stream:
@@ -149,6 +188,12 @@ def _stream(path: Path, _size: int, _changed: int) -> _Stream:
     return _Stream(path)
 
 
+def _size_px(video: "cv2.VideoCapture") -> tuple[float, float]:
+    import cv2
+
+    return video.get(cv2.CAP_PROP_FRAME_WIDTH), video.get(cv2.CAP_PROP_FRAME_HEIGHT)
+
+
 def _open(path: Path, error: type[CaptureError] | type[ImageError]) -> "cv2.VideoCapture":
     import cv2
 
@@ -165,9 +210,7 @@ def _open(path: Path, error: type[CaptureError] | type[ImageError]) -> "cv2.Vide
             f"{path} cannot be opened as a video: it is cut short, damaged or of a codec "
             "that OpenCV cannot decode; write it anew, as MP4 for instance"
         )
-    width, height = (
-        video.get(key) for key in (cv2.CAP_PROP_FRAME_WIDTH, cv2.CAP_PROP_FRAME_HEIGHT)
-    )
+    width, height = _size_px(video)
     if max(width, height) > _LARGEST_SIDE_PX:
         raise error(
             f"{path} claims images of {width:.0f}x{height:.0f} pixels; servoid takes at most "

@@ -1,0 +1,16 @@
+"""Whatever a SOURCE names: what is recorded opens as a capture, what is live as a source."""
+
+from servoid.opening.known import Known, Rig
+from servoid.opening.recorded import Opened, open_recorded
+from servoid.opening.word import FORMS, Kind, SourceWord, parse_source
+
+__all__ = [
+    "FORMS",
+    "Kind",
+    "Known",
+    "Opened",
+    "Rig",
+    "SourceWord",
+    "open_recorded",
+    "parse_source",
+]

@@ -1,0 +1,190 @@
+"""What is told of cameras beside their images: a calibration's file, or an angle of view."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any
+
+import msgspec
+
+from servoid._native import Camera, Lens, Pose
+from servoid.capture.capture_file import LensEntry, Version, mounted_lenses, read_versioned
+from servoid.errors import CaptureError, located
+from servoid.words import counted, digits
+
+Size = tuple[int, int]
+
+
+class _CameraEntry(LensEntry, frozen=True, kw_only=True):
+    """Holds one [[camera]] table of a calibration; what a capture or a rig adds is passed over."""
+
+    images: Any = None
+    masks: Any = None
+    depths: Any = None
+    depth_scale_m: Any = None
+    device: Any = None
+    lock: Any = None
+    controls: Any = None
+
+
+class _CalibrationFile(msgspec.Struct, frozen=True, kw_only=True):
+    """Holds a calibration: a rig.toml or a capture.toml, of which the cameras alone count."""
+
+    version: Version
+    camera: Annotated[tuple[_CameraEntry, ...], msgspec.Meta(min_length=1)]
+    rate_hz: Any = None
+    rig: Any = None
+
+
+@dataclass(frozen=True)
+class MountedCamera:
+    """One camera of a rig: its name, how it sees, and where it sits."""
+
+    name: str
+    lens: Lens
+    rig_from_camera: Pose
+
+
+@dataclass(frozen=True)
+class Rig:
+    """The cameras of a source, and what had to be assumed of them, as sentences for people."""
+
+    cameras: tuple[MountedCamera, ...]
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Known:
+    """What a person tells of cameras whose images come without a calibration.
+
+    `fov_deg` is the angle of view from the left to the right border of the image, in degrees;
+    `baseline_m` how far the right one of two parallel cameras is from the left one, in metres.
+    `calibration` is a TOML file with [[camera]] tables, such as a rig.toml. `rate_hz` is how many
+    images there are a second where the source does not say.
+
+    Raises:
+        CaptureError: a value is out of range, or two contradict each other.
+
+    """
+
+    fov_deg: float | None = None
+    baseline_m: float | None = None
+    calibration: Path | None = None
+    rate_hz: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.fov_deg is not None and not 0.0 < self.fov_deg < 180.0:
+            raise CaptureError(
+                f"--fov is {digits(self.fov_deg)}; give degrees above 0 and below 180, such as 65"
+            )
+        for option, value in (("--baseline", self.baseline_m), ("--rate", self.rate_hz)):
+            if value is not None and not 0.0 < value < math.inf:
+                raise CaptureError(f"{option} is {digits(value)}; give a positive number")
+        if self.calibration is not None and (self.fov_deg or self.baseline_m):
+            raise CaptureError(
+                "--calibration says how the cameras see and where they sit; leave --fov and "
+                "--baseline out"
+            )
+
+    def refuse(self, source: str) -> None:
+        """Check that nothing is told of the cameras of a source that knows them itself.
+
+        Raises:
+            CaptureError: something is.
+
+        """
+        told = {"--fov": self.fov_deg, "--baseline": self.baseline_m}
+        told |= {"--calibration": self.calibration}
+        for option, value in told.items():
+            if value is not None:
+                raise CaptureError(f"{source} says itself how its cameras see; leave {option} out")
+
+    def rig(self, source: str, names: Sequence[str], sizes_px: Sequence[Size]) -> Rig:
+        """Return the cameras of a source, whose names and sizes (width, height) are given.
+
+        Raises:
+            CaptureError: too little is known, or what is known is of other cameras.
+            CameraError: a camera cannot exist.
+
+        """
+        if self.calibration is not None:
+            return Rig(_calibrated(self.calibration, source, sizes_px))
+        if self.fov_deg is None:
+            raise CaptureError(_unknown(source, len(names)))
+        if len(names) > 2 or (len(names) == 2 and self.baseline_m is None):
+            raise CaptureError(
+                f"{source}: nothing says where its {len(names)} cameras sit; give --calibration "
+                "FILE"
+                + (", or --baseline for two that look in parallel" if len(names) == 2 else "")
+            )
+        if len(names) == 1 and self.baseline_m is not None:
+            raise CaptureError(
+                f"{source} has one camera, so --baseline means nothing; leave it out"
+            )
+        with located("--fov"):
+            cameras = [Camera.from_fov(size_px, self.fov_deg) for size_px in sizes_px]
+        shifts = (0.0, self.baseline_m or 0.0)
+        return Rig(
+            tuple(
+                MountedCamera(name, _pinhole(camera), _beside(shift))
+                for name, camera, shift in zip(names, cameras, shifts, strict=False)
+            ),
+            (_assumption(self.fov_deg, self.baseline_m, cameras[0]),),
+        )
+
+
+def _calibrated(path: Path, source: str, sizes_px: Sequence[Size]) -> tuple[MountedCamera, ...]:
+    file, text = read_versioned(path, _CalibrationFile, "calibrations")
+    lenses = mounted_lenses(path, file.camera, text)
+    if len(lenses) != len(sizes_px):
+        raise CaptureError(
+            f"{path} is of {counted(len(lenses), 'camera')}, but {source} has "
+            f"{len(sizes_px)}; give the calibration of those that took it"
+        )
+    for entry, mounted, size_px in zip(file.camera, lenses, sizes_px, strict=True):
+        if mounted.lens.size_px != tuple(size_px):
+            raise CaptureError(
+                f"{path}, camera '{entry.name}': size_px = {list(mounted.lens.size_px)}, but the "
+                f"images of {source} have {size_px[0]}x{size_px[1]} pixels; give the calibration "
+                "that was made for this size"
+            )
+    return tuple(
+        MountedCamera(entry.name, mounted.lens, mounted.rig_from_camera)
+        for entry, mounted in zip(file.camera, lenses, strict=True)
+    )
+
+
+def _unknown(source: str, count: int) -> str:
+    cameras = "its camera sees" if count == 1 else "its cameras see and where they sit"
+    baseline = " with --baseline, the metres between two parallel cameras," if count == 2 else ""
+    return (
+        f"{source}: nothing says how {cameras}; give --fov, the angle of view from the left to the "
+        f"right border in degrees, such as --fov 65,{baseline} or a calibration with --calibration "
+        "FILE; if the camera goes around an object at rest, servoid scan finds all of it"
+    )
+
+
+def _pinhole(camera: Camera) -> Lens:
+    return Lens(
+        model="pinhole",
+        size_px=camera.size_px,
+        focal_px=camera.focal_px,
+        center_px=camera.center_px,
+    )
+
+
+def _beside(right_m: float) -> Pose:
+    return Pose.from_parts((right_m, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0))
+
+
+def _assumption(fov_deg: float, baseline_m: float | None, camera: Camera) -> str:
+    width, height = camera.size_px
+    seen = (
+        f"{width}x{height} pixels see {digits(fov_deg)} degrees from left to right, a focal length "
+        f"of {digits(round(camera.focal_px[0], 1))} px, without distortion, around the middle of "
+        "the image"
+    )
+    if baseline_m is None:
+        return f"{seen}; the camera is the world's origin"
+    return f"{seen}; two such cameras look in parallel, {digits(baseline_m)} m apart"

@@ -1,0 +1,196 @@
+"""Opens what a SOURCE names among recorded things, as a capture."""
+
+import statistics
+from dataclasses import dataclass
+from importlib import import_module
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from servoid._native import Pose
+from servoid.camera import Picture
+from servoid.camera.image_size import read_image_size
+from servoid.camera.images import shrink
+from servoid.camera.video import VideoFacts, describe_video
+from servoid.capture import Capture, CaptureCamera
+from servoid.errors import CaptureError
+from servoid.exchange.opening import open_any
+from servoid.opening.known import Known, MountedCamera
+from servoid.opening.word import Kind, SourceWord
+from servoid.source import ASSUMED_HZ
+from servoid.words import counted, digits
+
+_LONE, _PAIR = ("camera",), ("left", "right")
+_BAGS = "servoid.exchange.bags"
+
+
+@dataclass(frozen=True)
+class Opened:
+    """A recorded source as a capture, and what had to be assumed, as sentences for people."""
+
+    capture: Capture
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class HalfPicture(Picture):
+    """The left or the right half of an image on disk; a column in the middle is left out."""
+
+    is_right: bool = False
+    whole_px: tuple[int, int] = (0, 0)
+
+    def read(self, size_px: tuple[int, int], by: int = 1) -> NDArray[np.uint8]:
+        """Read the half, whose size (width, height) is given; otherwise as `Picture.read`."""
+        width = size_px[0]
+        whole = super().read(self.whole_px)
+        half = whole[:, -width:] if self.is_right else whole[:, :width]
+        return np.ascontiguousarray(shrink(half, by), dtype=np.uint8)
+
+
+def open_recorded(
+    word: SourceWord,
+    known: Known | None = None,
+    *,
+    bop_object: int | None = None,
+    images: str | Path | None = None,
+) -> Opened:
+    """Open a recorded source as a capture; images are listed, not read.
+
+    A video or images without a calibration become a recording, in which the object may move, of
+    cameras at rest at the world's origin. `known` says how they see. The other arguments are those
+    of `open_any`.
+
+    Raises:
+        CaptureError: the source is live or damaged, or nothing says how its cameras see.
+        CameraError, ImageError, PoseError: as for the reader that opens it.
+
+    """
+    known = known or Known()
+    if word.is_live:
+        raise CaptureError(
+            f"{word} is live, and this needs images that are recorded; keep some first with "
+            f"servoid record {word} --out run, and give that folder"
+        )
+    if word.kind in (Kind.CAPTURE, Kind.BAG):
+        known.refuse(word.text)
+        if word.kind is Kind.BAG:
+            return _open_bag(word)
+        return Opened(open_any(word.place, bop_object=bop_object, images=images))
+    if bop_object is not None or images is not None:
+        raise CaptureError(
+            f"{word} is neither a BOP scene nor a COLMAP model, which alone need an object or a "
+            "folder of images; leave these out"
+        )
+    return _open_images(word, known) if word.kind is Kind.IMAGES else _open_videos(word, known)
+
+
+def _open_bag(word: SourceWord) -> Opened:
+    try:
+        bags = import_module(_BAGS)
+    except ModuleNotFoundError as error:
+        if error.name != _BAGS:
+            raise
+        raise CaptureError(f"{word}: this version of servoid reads no bags") from error
+    return Opened(bags.open_bag(word.place))
+
+
+def _open_videos(word: SourceWord, known: Known) -> Opened:
+    facts = [describe_video(path) for path in word.places]
+    count = min(one.count for one in facts)
+    notes = []
+    for path, one in zip(word.places, facts, strict=True):
+        if one.count > count:
+            more = counted(one.count - count, "image")
+            notes.append(f"{path} has {more} more than the other, which are left out")
+        if one.turn_deg:
+            width, height = one.size_px
+            notes.append(
+                f"{path} asks to be turned by {one.turn_deg} degrees when it is shown; it is not, "
+                f"and pixels count in its {width}x{height} as they are stored"
+            )
+    rates = [one.rate_hz for one in facts if one.rate_hz is not None]
+    if rates and max(rates) > 1.01 * min(rates):
+        raise CaptureError(
+            f"{word}: the videos have {' and '.join(digits(rate) for rate in rates)} images a "
+            "second; images that were not taken at the same times are no pairs"
+        )
+    pictures = [[Picture(path, index) for index in range(count)] for path in word.places]
+    times_s = None if known.rate_hz is not None else _times_s(facts[0], count)
+    return _capture(word, known, pictures, [one.size_px for one in facts], times_s, tuple(notes))
+
+
+def _times_s(facts: VideoFacts, count: int) -> tuple[float, ...] | None:
+    if facts.times_s is not None:
+        return facts.times_s[:count]
+    if facts.rate_hz is not None:
+        return tuple(index / facts.rate_hz for index in range(count))
+    return None
+
+
+def _open_images(word: SourceWord, known: Known) -> Opened:
+    pictures = [Picture(path) for path in word.places]
+    return _capture(word, known, [pictures], [read_image_size(word.place)], None, ())
+
+
+def _capture(
+    word: SourceWord,
+    known: Known,
+    pictures: list[list[Picture]],
+    sizes_px: list[tuple[int, int]],
+    times_s: tuple[float, ...] | None,
+    notes: tuple[str, ...],
+) -> Opened:
+    if word.halves:
+        whole_px = sizes_px[0]
+        width, height = whole_px
+        sizes_px = [(width // 2, height)] * 2
+        (whole,) = pictures
+        pictures = [
+            [
+                HalfPicture(one.path, one.index, is_right=is_right, whole_px=whole_px)
+                for one in whole
+            ]
+            for is_right in (False, True)
+        ]
+    names = _LONE if len(pictures) == 1 else _PAIR
+    if len(pictures) > len(_PAIR):
+        names = tuple(f"camera_{number}" for number in range(1, len(pictures) + 1))
+    rig = known.rig(word.text, names, sizes_px)
+    rate_hz = known.rate_hz or _rate_hz(times_s) or ASSUMED_HZ
+    if times_s is None:
+        times_s = tuple(index / rate_hz for index in range(len(pictures[0])))
+        if known.rate_hz is None:
+            notes = (
+                *notes,
+                f"{digits(rate_hz)} images a second are assumed, as nothing says their times; "
+                "--rate says another",
+            )
+    capture = Capture(
+        path=word.place,
+        cameras=tuple(map(_camera, rig.cameras, pictures)),
+        world_from_rig=(Pose.identity(),) * len(times_s),
+        times_s=times_s,
+        rate_hz=rate_hz,
+    )
+    return Opened(capture, (*rig.notes, *notes))
+
+
+def _rate_hz(times_s: tuple[float, ...] | None) -> float | None:
+    if times_s is None or len(times_s) < 2:
+        return None
+    steps = [after - before for before, after in pairwise(times_s)]
+    return 1.0 / statistics.median(steps)
+
+
+def _camera(camera: MountedCamera, pictures: list[Picture]) -> CaptureCamera:
+    nothing = (None,) * len(pictures)
+    return CaptureCamera(
+        name=camera.name,
+        lens=camera.lens,
+        rig_from_camera=camera.rig_from_camera,
+        pictures=tuple(pictures),
+        mask_paths=nothing,
+        depth_paths=nothing,
+    )

@@ -1,0 +1,191 @@
+"""The one grammar of SOURCE: what each command takes, as text, and what kind of thing it names."""
+
+import glob
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+from enum import Enum
+from pathlib import Path
+
+from servoid.camera.video import VIDEO_SUFFIXES
+from servoid.config.limits import SETTINGS_FILE
+from servoid.config.places import is_file, is_folder
+from servoid.config.reading import read_text
+from servoid.errors import CaptureError
+from servoid.exchange.opening import is_capture
+
+_ADDRESS = re.compile(r"(?P<scheme>[a-z][a-z0-9+.]*)://", re.IGNORECASE)
+_SCHEMES = ("http", "https", "rtsp", "rtsps", "rtmp", "udp", "tcp", "srt")
+_JOINED = "+"
+_HALVES = "side-by-side:"
+_PIPELINE = " ! "  # joins the parts of a GStreamer pipeline
+_DEVICES = "/dev/"
+_BAG_SUFFIXES = (".mcap", ".bag", ".db3")
+_BAG_FOLDER = "metadata.yaml"
+IMAGE_SUFFIXES = (".jpg", ".jpeg", ".png", ".tif", ".tiff", ".bmp", ".webp", ".ppm", ".pgm")
+_WILD = re.compile(r"[*?\[]")
+_DEVICE_KEY = re.compile(r"^\s*device\s*=", re.MULTILINE)
+
+FORMS = (
+    "a capture (a folder with a capture.toml, a COLMAP model, a transforms.json or a BOP scene), a "
+    "video, two videos LEFT.mp4+RIGHT.mp4, side-by-side:VIDEO, a folder or 'pattern*.png' of "
+    "images, a bag (.mcap, .bag or a rosbag2 folder), a camera's number or /dev/v4l/..., "
+    "rtsp://... or http://..., realsense:SERIAL, genicam:NAME, sim:WORLD, or a rig.toml"
+)
+"""What a SOURCE can be, in one sentence for messages and help."""
+
+
+class Kind(Enum):
+    """Names what a SOURCE is; the value is how it is called in messages."""
+
+    CAPTURE = "capture"
+    VIDEO = "video"
+    VIDEOS = "videos"
+    IMAGES = "images"
+    BAG = "bag"
+    CAMERA = "camera"
+    STREAM = "stream"
+    REALSENSE = "realsense"
+    GENICAM = "genicam"
+    SIM = "sim"
+    RIG = "rig"
+
+    @property
+    def is_live(self) -> bool:
+        """Say if images come on their own clock, and not when they are asked for."""
+        return self in _LIVE
+
+
+_LIVE = (Kind.CAMERA, Kind.STREAM, Kind.REALSENSE, Kind.GENICAM, Kind.SIM, Kind.RIG)
+_SUFFIXES = {
+    Kind.BAG: _BAG_SUFFIXES,
+    Kind.VIDEO: VIDEO_SUFFIXES,
+    Kind.IMAGES: IMAGE_SUFFIXES,
+}
+_PREFIXES = {f"{kind.value}:": kind for kind in (Kind.REALSENSE, Kind.GENICAM, Kind.SIM)}
+
+
+@dataclass(frozen=True)
+class SourceWord:
+    """A SOURCE as it was written, and what it names.
+
+    `places` are the files or folders of a recorded source, or of a rig its one file; `name` is what
+    comes after the prefix of `realsense:`, `genicam:` or `sim:`, an address, or a camera's number
+    or device file. With `halves` each image holds two, the left eye's at the left.
+    """
+
+    text: str
+    kind: Kind
+    places: tuple[Path, ...] = ()
+    name: str = ""
+    halves: bool = False
+
+    def __str__(self) -> str:
+        return self.text
+
+    @property
+    def is_live(self) -> bool:
+        """Say if images come on their own clock, and not when they are asked for."""
+        return self.kind.is_live
+
+    @property
+    def place(self) -> Path:
+        """Return the file or folder of a source that is one."""
+        return self.places[0]
+
+
+def parse_source(text: str) -> SourceWord:
+    """Say what a SOURCE names; of files only names are looked at, and of a TOML file its keys.
+
+    A number is always a camera: a folder of that name is `./0`.
+
+    Raises:
+        CaptureError: nothing of that name is there, or it is nothing that servoid can open.
+
+    """
+    if text.startswith(_HALVES):
+        inner = parse_source(text.removeprefix(_HALVES))
+        if inner.kind not in (Kind.VIDEO, Kind.IMAGES, Kind.CAMERA, Kind.STREAM) or inner.halves:
+            raise CaptureError(
+                f"{text}: side-by-side: is for one video, images, a camera or a stream, whose "
+                f"images each hold a left and a right half, and {inner} is a {inner.kind.value}"
+            )
+        return SourceWord(text, inner.kind, inner.places, inner.name, halves=True)
+    return _of_device(text) or _of_files(text)
+
+
+def _of_device(text: str) -> SourceWord | None:
+    """Return what names no file of images, or None."""
+    for prefix, kind in _PREFIXES.items():
+        if text.startswith(prefix):
+            return SourceWord(text, kind, name=text.removeprefix(prefix))
+    address = _ADDRESS.match(text)
+    if address is not None:
+        if address["scheme"].lower() not in _SCHEMES:
+            raise CaptureError(
+                f"{text}: servoid opens no {address['scheme']}:// address; give one that begins "
+                f"with {', '.join(f'{scheme}://' for scheme in _SCHEMES)}, or the path of a file"
+            )
+        return SourceWord(text, Kind.STREAM, name=text)
+    if _PIPELINE in text:
+        return SourceWord(text, Kind.STREAM, name=text)
+    if text.isascii() and text.isdigit():
+        return SourceWord(text, Kind.CAMERA, name=str(int(text)))
+    if text.startswith(_DEVICES):
+        return SourceWord(text, Kind.CAMERA, name=text)
+    return None
+
+
+def _of_files(text: str) -> SourceWord:
+    path = Path(text)
+    if is_file(path) or is_folder(path):
+        kind = _kind_of(path)
+        listed = kind is Kind.IMAGES and is_folder(path)
+        return SourceWord(text, kind, _images(path.iterdir()) if listed else (path,))
+    parts = tuple(Path(part) for part in text.split(_JOINED))
+    if len(parts) > 1 and all(_ends(part.name, VIDEO_SUFFIXES) for part in parts):
+        for part in parts:
+            if not is_file(part):
+                raise CaptureError(f"{text}: there is no video {part}; correct its name")
+        return SourceWord(text, Kind.VIDEOS, parts)
+    if _WILD.search(text):
+        images = _images(map(Path, glob.glob(text)))  # noqa: PTH207
+        if not images:
+            raise CaptureError(
+                f"'{text}' matches no image; images end in {', '.join(IMAGE_SUFFIXES)}"
+            )
+        return SourceWord(text, Kind.IMAGES, images)
+    raise CaptureError(f"there is no {text}; SOURCE is {FORMS}")
+
+
+def _kind_of(path: Path) -> Kind:
+    """Tell by names what a file or folder holds; what nobody else claims is a capture's."""
+    if path.is_dir():
+        names = {one.name for one in path.iterdir()}
+        if _BAG_FOLDER in names and any(_ends(name, _BAG_SUFFIXES) for name in names):
+            return Kind.BAG
+        if _images(path.iterdir()) and not is_capture(path):
+            return Kind.IMAGES
+        return Kind.CAPTURE
+    for kind, suffixes in _SUFFIXES.items():
+        if _ends(path.name, suffixes):
+            return kind
+    return Kind.RIG if _ends(path.name, (".toml",)) and _names_devices(path) else Kind.CAPTURE
+
+
+def _images(paths: Iterable[Path]) -> tuple[Path, ...]:
+    """List the images in the order of their names, without hidden files such as macOS leaves."""
+    images = (one for one in paths if _ends(one.name, IMAGE_SUFFIXES))
+    return tuple(sorted(one for one in images if not one.name.startswith(".")))
+
+
+def _names_devices(path: Path) -> bool:
+    """Say if a TOML file names live devices; what is wrong with it is told by who reads it."""
+    try:
+        return _DEVICE_KEY.search(read_text(path, CaptureError, SETTINGS_FILE)) is not None
+    except CaptureError:
+        return False
+
+
+def _ends(name: str, suffixes: Iterable[str]) -> bool:
+    return Path(name).suffix.lower() in suffixes

@@ -9,12 +9,14 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 _LINE_S = 10.0  # so often a line is written where a bar cannot be shown
 
-Update = Callable[[float, str], None]
+Update = Callable[[float | None, str], None]
 
 
 @contextmanager
 def progress_bar(task: str) -> Iterator[Update]:
     """Show how far the block is; call what it gives with the share done and a note.
+
+    The share is None where nobody knows the end.
 
     Where standard error is no terminal a line is written every ten seconds.
     """
@@ -37,8 +39,8 @@ def _bar(task: str, console: Console) -> Iterator[Update]:
     with bar:
         shown = bar.add_task(task, total=1.0, note="")
 
-        def update(share: float, note: str) -> None:
-            bar.update(shown, completed=share, note=note)
+        def update(share: float | None, note: str) -> None:
+            bar.update(shown, completed=share, total=None if share is None else 1.0, note=note)
 
         yield update
 
@@ -46,7 +48,7 @@ def _bar(task: str, console: Console) -> Iterator[Update]:
 @contextmanager
 def _lines(task: str, console: Console) -> Iterator[Update]:
     """Write lines by the clock, and not by what is told, which may not be told for a while."""
-    latest: list[tuple[float, str]] = [(0.0, "")]
+    latest: list[tuple[float | None, str]] = [(0.0, "")]
     over = threading.Event()
 
     def tell() -> None:
@@ -54,12 +56,13 @@ def _lines(task: str, console: Console) -> Iterator[Update]:
         while not over.wait(_LINE_S):
             seconds += _LINE_S
             share, note = latest[0]
-            done = f"{task}: {100.0 * share:.0f} % after {seconds:.0f} s"
+            far = "" if share is None else f"{100.0 * share:.0f} % after "
+            done = f"{task}: {far}{seconds:.0f} s"
             line = f"{done}, {note}" if note else done
             console.file.write(f"{line}\n")
             console.file.flush()
 
-    def update(share: float, note: str) -> None:
+    def update(share: float | None, note: str) -> None:
         latest[0] = (share, note)
 
     teller = threading.Thread(target=tell, name="progress", daemon=True)

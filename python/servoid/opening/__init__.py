@@ -1,6 +1,7 @@
 """Whatever a SOURCE names: what is recorded opens as a capture, what is live as a source."""
 
 from servoid.opening.known import Known, Rig
+from servoid.opening.live import OpenedLive, open_live
 from servoid.opening.recorded import Opened, open_recorded
 from servoid.opening.word import FORMS, Kind, SourceWord, parse_source
 
@@ -9,8 +10,10 @@ __all__ = [
     "Kind",
     "Known",
     "Opened",
+    "OpenedLive",
     "Rig",
     "SourceWord",
+    "open_live",
     "open_recorded",
     "parse_source",
 ]

@@ -11,6 +11,7 @@ import msgspec
 from servoid._native import Camera, Lens, Pose
 from servoid.capture.capture_file import LensEntry, Version, mounted_lenses, read_versioned
 from servoid.errors import CaptureError, located
+from servoid.source import MountedCamera
 from servoid.words import counted, digits
 
 Size = tuple[int, int]
@@ -35,15 +36,6 @@ class _CalibrationFile(msgspec.Struct, frozen=True, kw_only=True):
     camera: Annotated[tuple[_CameraEntry, ...], msgspec.Meta(min_length=1)]
     rate_hz: Any = None
     rig: Any = None
-
-
-@dataclass(frozen=True)
-class MountedCamera:
-    """One camera of a rig: its name, how it sees, and where it sits."""
-
-    name: str
-    lens: Lens
-    rig_from_camera: Pose
 
 
 @dataclass(frozen=True)
@@ -100,8 +92,10 @@ class Known:
             if value is not None:
                 raise CaptureError(f"{source} says itself how its cameras see; leave {option} out")
 
-    def rig(self, source: str, names: Sequence[str], sizes_px: Sequence[Size]) -> Rig:
+    def rig(self, source: str, names: Sequence[str], sizes_px: Sequence[Size] | None) -> Rig:
         """Return the cameras of a source, whose names and sizes (width, height) are given.
+
+        Without sizes a calibration says which they should be.
 
         Raises:
             CaptureError: too little is known, or what is known is of other cameras.
@@ -109,8 +103,8 @@ class Known:
 
         """
         if self.calibration is not None:
-            return Rig(_calibrated(self.calibration, source, sizes_px))
-        if self.fov_deg is None:
+            return Rig(_calibrated(self.calibration, source, len(names), sizes_px))
+        if self.fov_deg is None or sizes_px is None:
             raise CaptureError(_unknown(source, len(names)))
         if len(names) > 2 or (len(names) == 2 and self.baseline_m is None):
             raise CaptureError(
@@ -134,15 +128,17 @@ class Known:
         )
 
 
-def _calibrated(path: Path, source: str, sizes_px: Sequence[Size]) -> tuple[MountedCamera, ...]:
+def _calibrated(
+    path: Path, source: str, count: int, sizes_px: Sequence[Size] | None
+) -> tuple[MountedCamera, ...]:
     file, text = read_versioned(path, _CalibrationFile, "calibrations")
     lenses = mounted_lenses(path, file.camera, text)
-    if len(lenses) != len(sizes_px):
+    if len(lenses) != count:
         raise CaptureError(
             f"{path} is of {counted(len(lenses), 'camera')}, but {source} has "
-            f"{len(sizes_px)}; give the calibration of those that took it"
+            f"{count}; give the calibration of those that took it"
         )
-    for entry, mounted, size_px in zip(file.camera, lenses, sizes_px, strict=True):
+    for entry, mounted, size_px in zip(file.camera, lenses, sizes_px or (), strict=False):
         if mounted.lens.size_px != tuple(size_px):
             raise CaptureError(
                 f"{path}, camera '{entry.name}': size_px = {list(mounted.lens.size_px)}, but the "

@@ -17,9 +17,9 @@ from servoid.camera.video import VideoFacts, describe_video
 from servoid.capture import Capture, CaptureCamera
 from servoid.errors import CaptureError
 from servoid.exchange.opening import open_any
-from servoid.opening.known import Known, MountedCamera
+from servoid.opening.known import Known
 from servoid.opening.word import Kind, SourceWord
-from servoid.source import ASSUMED_HZ
+from servoid.source import ASSUMED_HZ, MountedCamera
 from servoid.words import counted, digits
 
 _LONE, _PAIR = ("camera",), ("left", "right")

@@ -1,7 +1,9 @@
 """Recording: estimates become files, and files trajectories."""
 
 from servoid.record.answers import draw_answers
+from servoid.record.capture_folder import FolderRecorder, check_recording
 from servoid.record.overlay import Overlay
+from servoid.record.queued import QueuedRecording
 from servoid.record.servo_log import write_servo_log, write_servo_times
 from servoid.record.servo_overlay import ServoOverlay, ServoScene
 from servoid.record.servo_video import ServoVideo
@@ -15,11 +17,14 @@ from servoid.record.trajectory import (
 from servoid.record.video_file import check_video, check_video_suffix, image_video, overlay_video
 
 __all__ = [
+    "FolderRecorder",
     "Overlay",
+    "QueuedRecording",
     "ServoOverlay",
     "ServoScene",
     "ServoVideo",
     "Waypoint",
+    "check_recording",
     "check_suffix",
     "check_video",
     "check_video_suffix",

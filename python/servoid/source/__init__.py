@@ -1,21 +1,46 @@
 """Sources of observations: cameras that run, and captures that are played."""
 
+from servoid.source.delivery import Delivery, EndedError, LostDeviceError
+from servoid.source.device import Device, opened
+from servoid.source.feed import Feed
+from servoid.source.grabbing import Video
 from servoid.source.instants import ASSUMED_HZ, cameras_of, read_instants, tidy_image
 from servoid.source.live import Live, LiveCamera, LiveSettings
 from servoid.source.looks import write_looks
+from servoid.source.raw import (
+    MountedCamera,
+    RawImage,
+    RawInstant,
+    RawSource,
+    capture_of_raw,
+    instant_of,
+)
 from servoid.source.recording import Recording
 from servoid.source.rig_file import read_rig
 from servoid.source.source import Instant, Source
 
 __all__ = [
     "ASSUMED_HZ",
+    "Delivery",
+    "Device",
+    "EndedError",
+    "Feed",
     "Instant",
     "Live",
     "LiveCamera",
     "LiveSettings",
+    "LostDeviceError",
+    "MountedCamera",
+    "RawImage",
+    "RawInstant",
+    "RawSource",
     "Recording",
     "Source",
+    "Video",
     "cameras_of",
+    "capture_of_raw",
+    "instant_of",
+    "opened",
     "read_instants",
     "read_rig",
     "tidy_image",

@@ -1,33 +1,43 @@
-"""Fetches the images of one live camera in a thread of its own."""
+"""Fetches the images of one live device in a thread of its own."""
 
-import re
+import statistics
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 from threading import Event, Lock, Thread
 from typing import Any, Protocol, runtime_checkable
 
-from servoid.errors import CaptureError
+from servoid.source.delivery import Delivery, EndedError, LostDeviceError
+from servoid.source.device_clock import DeviceClock
 
 _KEPT = 4  # images, among which the one nearest to the other cameras' is chosen
 _RETRY_S = 0.02
-_TRIES = 50  # in a row, after which a camera is opened anew: it may have been plugged in again
+_REOPEN_S = 0.1  # between two tries to open a device that is gone
+TRIES = 50  # in a row, after which a camera is opened anew: it may have been plugged in again
 _CLOSING_S = 2.0  # in which a driver must return from its last image
-_ADDRESS = "://"
-_PASSWORD = re.compile(r"//[^/@]*@")  # of an address, which no message shall show
-_PIPELINE = " ! "  # joins the parts of a GStreamer pipeline
+_STEPS = 31  # between images, whose median is the usual one
+_LEAST_STEPS = 10
+_MISSED = 1.6  # times the usual step, from which on an image between is missing
+_MOST_TOLD = 16  # notices that wait for an observation
 
 
 @runtime_checkable
 class Video(Protocol):
-    """What servoid needs of a camera: `cv2.VideoCapture` has it, and a driver's own can."""
+    """What servoid needs of a camera: `cv2.VideoCapture` has it, and a driver's own can.
+
+    A driver whose device may be unplugged raises `LostDeviceError`, and has a method `reopened`
+    that returns another `Video` of the same device. One that plays a recording raises `EndedError`.
+    """
 
     def grab(self) -> bool:
         """Wait for the next image, and say if there is one."""
         ...
 
     def retrieve(self) -> tuple[bool, Any]:
-        """Return if it could be decoded, and it: (H, W) or (H, W, 3) uint8, blue first."""
+        """Return if it could be decoded, and it: (H, W) or (H, W, 3) uint8, blue first.
+
+        A driver that knows more returns a `Delivery` in place of the image.
+        """
         ...
 
     def release(self) -> None:
@@ -35,35 +45,58 @@ class Video(Protocol):
         ...
 
 
+@runtime_checkable
+class Reopened(Protocol):
+    """A video that can be opened anew when its device was gone."""
+
+    def reopened(self) -> Video:
+        """Open the same device anew."""
+        ...
+
+
 @dataclass(frozen=True, eq=False)
 class Shot:
-    """An image (H, W) or (H, W, 3) uint8, blue first, and when it had come, in seconds.
+    """What a device delivered, and when it was taken or, without a stamp, had come, in seconds.
 
-    `number` counts the images of its camera that came, from 1.
+    `images` are those of its eyes, (H, W) or (H, W, 3), blue first, None where one is missing, and
+    `depths` as in `Delivery`. `number` counts what came of the device, from 1. `encoded` is the
+    JPEG file that the image of the only eye came as, if it did.
     """
 
     time_s: float
-    pixels: Any
+    images: tuple[Any, ...]
     number: int
+    depths: tuple[Any, ...] = ()
+    encoded: bytes | None = None
 
 
 class Grabber:
     """Fetches images as they come, and keeps the last ones; a failure is tried again.
 
-    With `reopen` a camera that goes on failing is opened anew.
+    A device that is lost, or fails for `tries` times in a row, is opened anew by `reopen` if that
+    is given.
     """
 
     def __init__(
         self,
         name: str,
-        video: Video,
+        device: Video,
         clock: Callable[[], float],
         reopen: Callable[[], Video] | None = None,
+        *,
+        tries: int = TRIES,
+        silent_s: float = 0.2,
     ) -> None:
-        self._video, self._clock, self._reopen = video, clock, reopen
+        """Begin to fetch; a silence longer than `silent_s` is told when it ends."""
+        self._device: Video | None = device
+        self._clock, self._reopen, self._tries = clock, reopen, tries
+        self._silent_s = silent_s
         self._shots: deque[Shot] = deque(maxlen=_KEPT)
+        self._steps_s: deque[float] = deque(maxlen=_STEPS)
+        self._told: deque[str] = deque(maxlen=_MOST_TOLD)
+        self._stamps = DeviceClock()
         self._fault: str | None = None
-        self._count = 0
+        self._count, self._has_ended = 0, False
         self._lock, self._over = Lock(), Event()
         self._last_s = clock()
         self._thread = Thread(target=self._run, name=f"camera {name}", daemon=True)
@@ -74,6 +107,18 @@ class Grabber:
         with self._lock:
             return tuple(self._shots)
 
+    @property
+    def has_ended(self) -> bool:
+        """Say if the device played a recording that is over."""
+        return self._has_ended
+
+    def notices(self) -> tuple[str, ...]:
+        """Return what was noticed since this was asked last, the oldest first."""
+        with self._lock:
+            told = tuple(dict.fromkeys(self._told))
+            self._told.clear()
+        return told
+
     def silence(self, now_s: float) -> tuple[float, str]:
         """Return for how many seconds no image has come, and what is known of the reason."""
         with self._lock:
@@ -81,9 +126,9 @@ class Grabber:
             return now_s - self._last_s, fault
 
     def close(self) -> None:
-        """End the thread, which closes the camera.
+        """End the thread, which closes the device.
 
-        A driver that hangs is not waited for; the camera is closed once it returns.
+        A driver that hangs is not waited for; the device is closed once it returns.
         """
         self._over.set()
         self._thread.join(_CLOSING_S)
@@ -92,82 +137,105 @@ class Grabber:
         try:
             self._grab_on()
         finally:
-            self._video.release()
+            if self._device is not None:
+                self._device.release()
 
     def _grab_on(self) -> None:
         failures = 0
         while not self._over.is_set():
-            fault = self._fetch()
-            failures = 0 if fault is None else failures + 1
-            if self._reopen is not None and failures and failures % _TRIES == 0:
-                fault = self._anew(self._reopen)
-            if fault is not None:
-                with self._lock:
-                    self._fault = fault
+            if self._device is None:
+                failures = 0
+                if not self._is_back():
+                    self._over.wait(_REOPEN_S)
+                continue
+            fault, is_lost = self._fetch(self._device)
+            if self._has_ended:
+                return
+            if fault is None:
+                failures = 0
+                continue
+            failures += 1
+            self._say(fault)
+            if self._reopen is not None and (is_lost or failures >= self._tries):
+                self._give_up(self._device)
+            else:
                 self._over.wait(_RETRY_S)
 
-    def _anew(self, reopen: Callable[[], Video]) -> str:
+    def _give_up(self, device: Video) -> None:
+        self._device = None
         try:
-            self._video.release()
-            self._video = reopen()
-        except Exception as error:  # the next try may do
-            return _said(error)
-        return "the camera was opened anew"
+            device.release()
+        except Exception as error:  # it is gone, and may well complain
+            self._say(_said(error))
 
-    def _fetch(self) -> str | None:
-        """Take one image; return why there is none, or None."""
+    def _is_back(self) -> bool:
+        """Try to open the device anew, and say if it is there."""
+        if self._reopen is None:
+            return False
         try:
-            if not self._video.grab():
-                return "the camera delivers none"
-            time_s = self._clock()
-            found, pixels = self._video.retrieve()
-        except Exception as error:  # whatever a driver raises, the arm must hear of it as silence
-            return _said(error)
-        if not found:
-            return "the image cannot be decoded"
+            self._device = self._reopen()
+        except Exception as error:  # the next try may do
+            self._say(_said(error))
+            return False
+        return True
+
+    def _say(self, fault: str) -> None:
         with self._lock:
+            self._fault = fault
+
+    def _fetch(self, device: Video) -> tuple[str | None, bool]:
+        """Take one shot; return why there is none, or None, and whether the device is lost."""
+        try:
+            if not device.grab():
+                return "the camera delivers none", False
+            arrived_s = self._clock()
+            found, data = device.retrieve()
+        except EndedError as error:
+            self._has_ended = True
+            return _said(error), False
+        except LostDeviceError as error:
+            return _said(error), True
+        except Exception as error:  # whatever a driver raises, the arm must hear of it as silence
+            return _said(error), False
+        if not found:
+            return "the image cannot be decoded", False
+        self._keep(data if isinstance(data, Delivery) else Delivery((data,)), arrived_s)
+        return None, False
+
+    def _keep(self, delivery: Delivery, arrived_s: float) -> None:
+        time_s, fault = arrived_s, None
+        if delivery.stamp_s is not None:
+            time_s, fault = self._stamps.time_s(delivery.stamp_s, arrived_s)
+        with self._lock:
+            self._told.extend(delivery.notices)
+            if fault is not None:
+                self._told.append(fault)
+            if not delivery.images:
+                return
+            self._tell_gap(time_s, arrived_s)
             self._count += 1
-            self._shots.append(Shot(time_s, pixels, self._count))
-            self._last_s, self._fault = time_s, None
-        return None
+            encoded = getattr(delivery, "encoded", None)
+            self._shots.append(Shot(time_s, delivery.images, self._count, delivery.depths, encoded))
+            self._last_s, self._fault = arrived_s, None
+
+    def _tell_gap(self, time_s: float, arrived_s: float) -> None:
+        """Tell of a silence that is over, and of images that are missing before this one."""
+        silent_s = arrived_s - self._last_s
+        if not self._shots:
+            return
+        step_s = time_s - self._shots[-1].time_s
+        if silent_s > self._silent_s:
+            reason = "" if self._fault is None else f": {self._fault}"
+            self._told.append(f"no image came for {silent_s:.1f} s{reason}")
+            return
+        usual_s = statistics.median(self._steps_s) if self._steps_s else 0.0
+        if len(self._steps_s) >= _LEAST_STEPS and step_s > _MISSED * usual_s:
+            missing = max(1, round(step_s / usual_s) - 1)
+            self._told.append(
+                f"{missing} {'image is' if missing == 1 else 'images are'} missing before this one"
+            )
+        self._steps_s.append(step_s)
 
 
 def _said(error: Exception) -> str:
     return str(error) or type(error).__name__
-
-
-def reopening(
-    name: str, device: int | str | Video, size_px: tuple[int, int]
-) -> Callable[[], Video] | None:
-    """Return what opens a device anew, None for a file or a driver's object."""
-    if isinstance(device, int) or (isinstance(device, str) and _ADDRESS in device):
-        return lambda: opened(name, device, size_px)
-    return None
-
-
-def opened(name: str, device: int | str | Video, size_px: tuple[int, int]) -> Video:
-    """Open a device by its number, or a file, an address or a GStreamer pipeline.
-
-    Raises:
-        CaptureError: OpenCV cannot open it.
-
-    """
-    if not isinstance(device, (int, str)):
-        return device
-    import cv2
-
-    pipeline = isinstance(device, str) and _PIPELINE in device
-    video = cv2.VideoCapture(device, cv2.CAP_GSTREAMER if pipeline else cv2.CAP_ANY)
-    if not video.isOpened():
-        shown = _PASSWORD.sub("//***@", str(device))
-        raise CaptureError(
-            f"camera {name}: OpenCV cannot open '{shown}'; check that it is there and that no "
-            "other program uses it; for a pipeline OpenCV must be built with GStreamer; or give "
-            "an object with grab, retrieve and release as the device"
-        )
-    if isinstance(device, int):
-        width, height = size_px
-        video.set(cv2.CAP_PROP_FRAME_WIDTH, width)
-        video.set(cv2.CAP_PROP_FRAME_HEIGHT, height)
-        video.set(cv2.CAP_PROP_BUFFERSIZE, 1)  # an image that waits in a queue is an old one
-    return video

@@ -1,11 +1,11 @@
-"""Live cameras as a source: one thread a camera fetches images, and the newest are paired."""
+"""Live cameras as a source: one thread a device fetches images, and the newest are paired."""
 
 import time
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from types import TracebackType
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 from msgspec import Meta
@@ -15,9 +15,13 @@ from servoid._native import Camera, Lens, Pose
 from servoid.camera.ideal import Ideal
 from servoid.config.checked import Checked
 from servoid.errors import CaptureError, ServoidError
-from servoid.source.grabbing import Grabber, Shot, Video, opened, reopening
-from servoid.source.instants import ideal_image
+from servoid.source.device import Device, opened, reopening
+from servoid.source.grabbing import TRIES, Grabber, Shot
+from servoid.source.instants import tidy_image
+from servoid.source.raw import MountedCamera, RawImage, RawInstant, instant_of
 from servoid.source.source import Instant
+
+_TRIES_OF_STREAM = 1  # a connection that broke does not mend itself
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,11 +29,12 @@ class LiveCamera:
     """A camera of a live rig.
 
     `device` is its number, or a file, an address or a GStreamer pipeline that OpenCV opens, or an
-    object with `grab`, `retrieve` and `release` as `cv2.VideoCapture` has them.
+    object with `grab`, `retrieve` and `release` as `cv2.VideoCapture` has them. Cameras with the
+    same object are its eyes, in the order of its images.
     """
 
     name: str
-    device: int | str | Video
+    device: Device
     lens: Lens
     rig_from_camera: Pose
 
@@ -52,13 +57,22 @@ class LiveSettings(Checked, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     ] = 0.2
 
 
-class Live:
-    """Implements `Source` over cameras that run; a context that closes them.
+@dataclass(frozen=True, eq=False)
+class _Eye:
+    """One camera: its device, by place among the grabbers, and which of the device's eyes."""
 
-    Each image is stamped on `clock` when it is fetched, less `delay_s`. Where the rig moves, as on
-    a hand, `world_from_cameras` says where its cameras were at a time, by camera; else the rig
-    rests at the world's origin. A camera that fails or lags gives None with a notice, while the
-    others go on; if all fail there is no observation.
+    device: int
+    eye: int
+
+
+class Live:
+    """Implements `Source` and `RawSource` over cameras that run; a context that closes them.
+
+    Each image is stamped on `clock`: by its device's stamp if there is one, else when it is
+    fetched, and less `delay_s`. Where the rig moves, as on a hand, `world_from_cameras` says where
+    its cameras were at a time, by camera; else the rig rests at the world's origin. A camera that
+    fails or lags gives None with a notice, while the others go on; if all fail there is no
+    observation, and `silence` says why.
     """
 
     def __init__(
@@ -78,18 +92,21 @@ class Live:
         """
         if not cameras:
             raise CaptureError("there is no camera; give at least one")
-        self._rig, self._clock = tuple(cameras), clock
-        self._settings = settings or LiveSettings()
+        self._rig = tuple(
+            MountedCamera(camera.name, camera.lens, camera.rig_from_camera) for camera in cameras
+        )
+        self._clock, self._settings = clock, settings or LiveSettings()
         resting = tuple(camera.rig_from_camera for camera in cameras)
         self._world_from_lenses = world_from_cameras or (lambda _: resting)
         self._ideals = tuple(Ideal(camera.lens) for camera in cameras)
         self._cameras = tuple(ideal.camera for ideal in self._ideals)
         self._index, self._last_s = -1, -np.inf
-        self._used_s = [-np.inf] * len(cameras)
-        self._used_number = [0] * len(cameras)
+        first, self._eyes = _devices(cameras)
+        self._used_s = [-np.inf] * len(first)
+        self._used_number = [0] * len(first)
         with ExitStack() as stack:
             videos = []
-            for camera in cameras:
+            for camera in first:
                 videos.append(opened(camera.name, camera.device, camera.lens.size_px))
                 stack.callback(videos[-1].release)
             self._grabbers = tuple(
@@ -98,8 +115,10 @@ class Live:
                     video,
                     clock,
                     reopening(camera.name, camera.device, camera.lens.size_px),
+                    tries=_TRIES_OF_STREAM if isinstance(camera.device, str) else TRIES,
+                    silent_s=self._settings.silent_s,
                 )
-                for camera, video in zip(cameras, videos, strict=True)
+                for camera, video in zip(first, videos, strict=True)
             )
             stack.pop_all()  # all are open; from now on `close` closes them
 
@@ -124,8 +143,34 @@ class Live:
         """Return the ideal pinhole cameras whose images are delivered."""
         return self._cameras
 
+    @property
+    def rig(self) -> tuple[MountedCamera, ...]:
+        """Return the cameras as they are, with their lenses."""
+        return self._rig
+
+    @property
+    def is_over(self) -> bool:
+        """Say if all devices played recordings that are over."""
+        return all(grabber.has_ended for grabber in self._grabbers)
+
+    def silence(self) -> str | None:
+        """Say why nothing comes, where no device has sent anything for a while; else None."""
+        now_s = self._clock()
+        silences = [grabber.silence(now_s) for grabber in self._grabbers]
+        if min(seconds for seconds, _ in silences) <= self._settings.silent_s:
+            return None
+        return "; ".join(
+            f"camera {self._name(place)}: no image came for {seconds:.1f} s{reason}"
+            for place, (seconds, reason) in enumerate(silences)
+        )
+
     def newest(self) -> Instant | None:
         """Return the newest observation that has arrived and was not returned yet, else None."""
+        raw = self.newest_raw()
+        return None if raw is None else instant_of(raw, self._rig, self._ideals)
+
+    def newest_raw(self) -> RawInstant | None:
+        """Return what `newest` would as the lenses recorded it; each is returned by one of them."""
         now_s = self._clock()
         shots = [grabber.shots() for grabber in self._grabbers]
         fresh = [
@@ -139,54 +184,113 @@ class Live:
             wait and not new for wait, new in zip(awaited, fresh, strict=True)
         ):
             return None
-        # The newest moment of which all cameras that deliver have an image.
+        # The newest moment of which all devices that deliver have an image.
         newest = [(known[-1].time_s, place) for place, known in enumerate(shots) if fresh[place]]
         moment_s, place = min(newest)
-        # Images of that camera that came and were not asked for are counted, too.
+        # Images of that device that came and were not asked for are counted, too.
         came = shots[place][-1].number - self._used_number[place]
         self._last_s, self._index = moment_s, self._index + (came if self._index >= 0 else 1)
         return self._observed(moment_s, now_s, shots)
 
     def _observed(
         self, moment_s: float, now_s: float, shots: Sequence[tuple[Shot, ...]]
-    ) -> Instant:
+    ) -> RawInstant:
         """Join the images that were taken nearest to a moment."""
-        images: list[NDArray[np.uint8] | None] = []
+        found = [self._nearest(place, moment_s, now_s, known) for place, known in enumerate(shots)]
+        images: list[RawImage | None] = []
         notices: list[str] = []
-        for place, known in enumerate(shots):
-            image, notice = self._image(place, moment_s, now_s, known)
+        for eye, camera in zip(self._eyes, self._rig, strict=True):
+            shot, notice = found[eye.device]
+            image = None
+            if shot is not None:
+                image, notice = _raw_image(camera.lens, shot, eye.eye)
             images.append(image)
             if notice is not None:
-                notices.append(notice)
+                notices.append(f"camera {camera.name}: {notice}")
+        for place, grabber in enumerate(self._grabbers):
+            notices.extend(f"camera {self._name(place)}: {told}" for told in grabber.notices())
         time_s = moment_s - self._settings.delay_s
-        lenses = self._world_from_lenses(time_s)
-        return Instant(
+        return RawInstant(
             index=self._index,
             time_s=time_s,
-            world_from_camera=tuple(
-                pose @ ideal.lens_from_camera
-                for pose, ideal in zip(lenses, self._ideals, strict=True)
-            ),
             images=tuple(images),
-            notices=tuple(notices),
-            names=tuple(camera.name for camera in self._rig),
+            world_from_lens=tuple(self._world_from_lenses(time_s)),
+            notices=tuple(dict.fromkeys(notices)),
         )
 
-    def _image(
+    def _nearest(
         self, place: int, moment_s: float, now_s: float, known: Sequence[Shot]
-    ) -> tuple[NDArray[np.uint8] | None, str | None]:
-        """Return the image of a camera nearest to a moment, and what is wrong with it, or None."""
-        name = self._rig[place].name
+    ) -> tuple[Shot | None, str | None]:
+        """Return the shot of a device nearest to a moment, or None and what is wrong."""
         fresh = [one for one in known if one.time_s > self._used_s[place]]
         shot = min(fresh, key=lambda one: abs(one.time_s - moment_s), default=None)
         apart_s = np.inf if shot is None else abs(shot.time_s - moment_s)
         if shot is None or apart_s > self._settings.apart_s:
             silence_s, reason = self._grabbers[place].silence(now_s)
             if silence_s > self._settings.silent_s:
-                return None, f"camera {name}: no image came for {silence_s:.1f} s{reason}"
-            return None, f"camera {name}: its image was taken {1e3 * apart_s:.0f} ms apart"
+                return None, f"no image came for {silence_s:.1f} s{reason}"
+            return None, f"its image was taken {1e3 * apart_s:.0f} ms apart"
         self._used_s[place], self._used_number[place] = shot.time_s, shot.number
-        pixels = np.asarray(shot.pixels)
-        if pixels.ndim == 3 and pixels.shape[2] in (3, 4):
-            pixels = pixels[..., 2::-1]  # blue comes first
-        return ideal_image(name, self._ideals[place], pixels)
+        return shot, None
+
+    def _name(self, place: int) -> str:
+        """Return the name of a device: that of its first eye."""
+        eyes = [
+            camera.name
+            for camera, eye in zip(self._rig, self._eyes, strict=True)
+            if eye.device == place
+        ]
+        return eyes[0]
+
+
+def _devices(cameras: Sequence[LiveCamera]) -> tuple[list[LiveCamera], tuple[_Eye, ...]]:
+    """Return one camera of each device, and for each camera which eye of which device it is."""
+    first: list[LiveCamera] = []
+    counts: list[int] = []
+    eyes: list[_Eye] = []
+    for camera in cameras:
+        shared = not isinstance(camera.device, (int, str))
+        place = next(
+            (at for at, one in enumerate(first) if shared and one.device is camera.device),
+            len(first),
+        )
+        if place == len(first):
+            first.append(camera)
+            counts.append(0)
+        eyes.append(_Eye(place, counts[place]))
+        counts[place] += 1
+    return first, tuple(eyes)
+
+
+def _raw_image(lens: Lens, shot: Shot, eye: int) -> tuple[RawImage | None, str | None]:
+    """Return an eye's image of a shot, in its lens's size, and what is wrong with it, or None."""
+    given = shot.images[eye] if eye < len(shot.images) else None
+    if given is None:
+        return None, "there is no image"
+    pixels, notice = tidy_image(_red_first(np.asarray(given)))
+    if pixels is None:
+        return None, notice
+    width, height = lens.size_px
+    if pixels.shape[:2] != (height, width):
+        return None, (
+            f"the image is {pixels.shape[1]}x{pixels.shape[0]} pixels, but the lens has "
+            f"{width}x{height}; images and calibration must be of the same size"
+        )
+    if pixels.ndim == 2:  # as a grey image is read from a file
+        pixels = np.repeat(pixels[:, :, None], 3, axis=2)
+    depth = shot.depths[eye] if eye < len(shot.depths) else None
+    return RawImage(pixels, shot.time_s, shot.number, _known(depth), shot.encoded), notice
+
+
+def _known(depth: NDArray[Any] | None) -> NDArray[np.float32] | None:
+    """Return a depth image as one is read from a file: NaN where nothing was measured."""
+    if depth is None:
+        return None
+    depth = np.array(depth, np.float32)
+    depth[~(np.isfinite(depth) & (depth > 0.0))] = np.nan
+    return depth
+
+
+def _red_first(pixels: NDArray[Any]) -> NDArray[Any]:
+    """Return colours with red first, and without transparency."""
+    return pixels[..., 2::-1] if pixels.ndim == 3 and pixels.shape[2] in (3, 4) else pixels

@@ -3,7 +3,7 @@
 from servoid._native import Estimate, Tracker, TrackSettings, place_body
 from servoid.source import cameras_of, read_instants, tidy_image
 from servoid.track.follower import Adjuster, Evolver, Follower, Rememberer, depths_for
-from servoid.track.following import Collector, TrackStep, follow, track_capture
+from servoid.track.following import Collector, TrackStep, follow, follow_live, track_capture
 from servoid.track.history import BodyChange, Historian, History, LearnedSurface
 from servoid.track.learning import learn_appearance
 from servoid.track.request import Method, Request, Subject
@@ -34,6 +34,7 @@ __all__ = [
     "cameras_of",
     "depths_for",
     "follow",
+    "follow_live",
     "learn_appearance",
     "place_body",
     "placed",

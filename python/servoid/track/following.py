@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 from servoid.capture import Capture, Observation
 from servoid.errors import TrackError
-from servoid.source import Instant, read_instants
+from servoid.source import Feed, Instant, read_instants
 from servoid.track.follower import depths_for
 from servoid.track.request import Request, Subject
 from servoid.track.result import Tracked, TrackResult
@@ -18,7 +18,7 @@ from servoid.words import counted
 class TrackStep:
     """What one observation led to: an estimate for each object, in the order of the subjects.
 
-    `share` is how much of the capture is done, 0 to 1.
+    `share` is how much of the capture is done, 0 to 1; 0 where nobody knows the end.
     """
 
     instant: Instant
@@ -61,16 +61,32 @@ def follow(
             "that can be read"
         )
         objects = tuple(replace(one, notes=(*one.notes, note)) for one in objects)
-    starts = tuple(one.first for one in objects)
-    yield TrackStep(first, objects, starts, (passed + 1) / len(observations))
-    evolving = [request.evolves(subject) for subject in subjects]
-    for count, instant in enumerate(instants, start=1):
-        is_turn = count % request.evolve_every == 0
-        tracked = tuple(
-            _step(one, instant, is_turn and evolves)
-            for one, evolves in zip(objects, evolving, strict=True)
-        )
-        yield TrackStep(instant, objects, tracked, (passed + 1 + count) / len(observations))
+    begun = _Begun(first, objects, tuple(request.evolves(subject) for subject in subjects))
+    for count, step in enumerate(_steps(begun, instants, request.evolve_every), start=1):
+        yield replace(step, share=(passed + count) / len(observations))
+
+
+def follow_live(
+    feed: Feed, subjects: Sequence[Subject] | None = None, request: Request | None = None
+) -> Iterator[TrackStep]:
+    """Track objects through the observations of a live source, the newest each time.
+
+    The same observations as a recording, followed by `follow`, give the same estimates. How long it
+    will go on is not known: `share` is 0. `observations` and `every` of a request do not count.
+
+    Raises:
+        CaptureError: not one image came.
+        TrackError: two objects have one name, or a tracker cannot start.
+        As for `begin`: what is wrong with the first observation or the settings.
+
+    """
+    request = request or Request()
+    subjects = [Subject()] if subjects is None else list(subjects)
+    _check_names([subject.name for subject in subjects])
+    capture, first = feed.first()
+    objects = tuple(begin(capture, first, subject, request) for subject in subjects)
+    begun = _Begun(first, objects, tuple(request.evolves(subject) for subject in subjects))
+    yield from _steps(begun, iter(feed), request.evolve_every)
 
 
 def track_capture(
@@ -94,6 +110,28 @@ def track_capture(
         if watch is not None:
             watch(step)
     return collector.results()
+
+
+@dataclass(frozen=True, eq=False)
+class _Begun:
+    """The first observation, the objects whose trackers it started, and which bodies evolve."""
+
+    first: Instant
+    objects: tuple[Followed, ...]
+    evolving: tuple[bool, ...]
+
+
+def _steps(begun: _Begun, instants: Iterator[Instant], evolve_every: int) -> Iterator[TrackStep]:
+    """Yield the first step, and one for each further observation; `share` is left to the caller."""
+    objects = begun.objects
+    yield TrackStep(begun.first, objects, tuple(one.first for one in objects), 0.0)
+    for count, instant in enumerate(instants, start=1):
+        is_turn = count % evolve_every == 0
+        tracked = tuple(
+            _step(one, instant, is_turn and evolves)
+            for one, evolves in zip(objects, begun.evolving, strict=True)
+        )
+        yield TrackStep(instant, objects, tracked, 0.0)
 
 
 class Collector:

@@ -1,0 +1,134 @@
+"""Opens what a SOURCE names among live things: cameras that run, streams, simulated worlds."""
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from importlib import import_module
+from typing import Any
+
+import numpy as np
+
+from servoid.errors import CaptureError
+from servoid.opening.known import Known
+from servoid.opening.word import Kind, SourceWord
+from servoid.source import (
+    Delivery,
+    Device,
+    Live,
+    LiveCamera,
+    LiveSettings,
+    MountedCamera,
+    Video,
+    opened,
+    read_rig,
+)
+from servoid.source.halves import HalvesVideo
+
+_FIRST_S = 5.0  # in which a device must show its first image
+_LONE, _PAIR = ("camera",), ("left", "right")
+
+
+@dataclass(frozen=True, eq=False)
+class OpenedLive:
+    """A live source, and what had to be assumed of it, as sentences for people."""
+
+    source: Live
+    notes: tuple[str, ...] = ()
+
+
+def open_live(
+    word: SourceWord,
+    known: Known | None = None,
+    *,
+    clock: Callable[[], float] = time.monotonic,
+    settings: LiveSettings | None = None,
+) -> OpenedLive:
+    """Open a live source; whoever asked closes it. Times of its images are on `clock`.
+
+    Raises:
+        CaptureError: the source is recorded, does not answer, or nothing says how it sees.
+        CameraError, PoseError: a camera of a rig's file cannot be.
+        SimError: there is no such simulated world.
+        MissingExtraError: a driver's library is not installed.
+
+    """
+    known = known or Known()
+    if not word.is_live:
+        raise CaptureError(f"{word} is recorded, and nothing of it comes by itself")
+    cameras, notes = _cameras(word, known)
+    return OpenedLive(Live(cameras, clock=clock, settings=settings), notes)
+
+
+def _cameras(word: SourceWord, known: Known) -> tuple[tuple[LiveCamera, ...], tuple[str, ...]]:
+    if word.kind in (Kind.SIM, Kind.RIG, Kind.REALSENSE):
+        known.refuse(word.text)
+        if word.kind is Kind.SIM:
+            from servoid.sim.world.live_world import open_world  # it takes long to import
+
+            return open_world(word.name), ()
+        if word.kind is Kind.RIG:
+            return read_rig(word.place), ()
+        return _driver(word, "realsense").open_realsense(word.name), ()
+    if word.kind is Kind.GENICAM:
+        video = _driver(word, "genicam").GenicamVideo(word.name)
+        try:
+            return _seen(word, known, video, video.size_px)
+        except BaseException:
+            video.release()
+            raise
+    device = int(word.name) if word.name.isdigit() else word.name
+    size_px = None if known.calibration is not None else _size_px(word, device)
+    return _seen(word, known, device, size_px)
+
+
+def _seen(
+    word: SourceWord, known: Known, device: Device, size_px: tuple[int, int] | None
+) -> tuple[tuple[LiveCamera, ...], tuple[str, ...]]:
+    """Return the camera or, side by side, the two of one device, with what is known of them."""
+    names = _PAIR if word.halves else _LONE
+    sizes_px = None
+    if size_px is not None:
+        width = size_px[0] // 2 if word.halves else size_px[0]
+        sizes_px = [(width, size_px[1])] * len(names)
+    rig = known.rig(word.text, names, sizes_px)
+    if word.halves:
+        width, height = rig.cameras[0].lens.size_px
+        whole_px = (2 * width, height)
+        device = HalvesVideo(lambda: opened(word.text, device, whole_px))
+    return _mounted(rig.cameras, device), rig.notes
+
+
+def _mounted(cameras: Sequence[MountedCamera], device: Device) -> tuple[LiveCamera, ...]:
+    return tuple(LiveCamera(one.name, device, one.lens, one.rig_from_camera) for one in cameras)
+
+
+def _size_px(word: SourceWord, device: int | str) -> tuple[int, int]:
+    """Open a device, and return how large its first image is."""
+    video = opened("camera", device)
+    try:
+        return _first_size(word, video)
+    finally:
+        video.release()
+
+
+def _first_size(word: SourceWord, video: Video) -> tuple[int, int]:
+    end_s = time.monotonic() + _FIRST_S
+    while time.monotonic() < end_s:
+        if not video.grab():
+            continue
+        found, data = video.retrieve()
+        if found:
+            pixels = data.images[0] if isinstance(data, Delivery) else data
+            height, width = np.asarray(pixels).shape[:2]
+            return width, height
+    raise CaptureError(f"{word}: not one image came in {_FIRST_S:.0f} s; check the camera")
+
+
+def _driver(word: SourceWord, name: str) -> Any:
+    module = f"servoid.source.devices.{name}"
+    try:
+        return import_module(module)
+    except ModuleNotFoundError as error:
+        if error.name is None or not module.startswith(error.name):
+            raise
+        raise CaptureError(f"{word}: this version of servoid has no such driver") from error

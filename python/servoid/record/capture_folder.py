@@ -1,0 +1,188 @@
+"""Writes what a live source delivers as a capture whose replay has the same bits."""
+
+import csv
+import io
+import json
+import secrets
+import shutil
+import statistics
+from collections.abc import Sequence
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+
+from servoid.errors import OutputError
+from servoid.output import check_folder, make_folder, write_whole
+from servoid.source import MountedCamera, RawImage, RawInstant
+
+MARK = "# recorded by servoid"
+IMAGES_HEADER = ("observation", "camera", "file", "time_s", "number")
+_POSES_HEADER = "time_s,x,y,z,qw,qx,qy,qz"
+_AT_REST = "0.0,0.0,0.0,1.0,0.0,0.0,0.0"
+_PNG_EFFORT = 1  # least: images must be written as fast as they come
+
+
+class FolderRecorder:
+    """Writes observations into the folder of a capture, image by image; `close` ends it whole.
+
+    Images are kept without loss: as the JPEG files that they came as, or else as PNG. `poses.csv`
+    holds the times to the last bit, `images.csv` which image of each camera formed an observation,
+    and when each was taken. Until `close` the folder is beside its place, under a hidden name.
+    """
+
+    def __init__(
+        self,
+        folder: str | Path,
+        rig: Sequence[MountedCamera],
+        *,
+        began: str = "",
+        calibrated: bool = True,
+    ) -> None:
+        """Begin a recording; `began` says when its time 0 was, for people.
+
+        Without `calibrated` the images alone are kept, since nothing is known of the lenses.
+
+        Raises:
+            OutputError: the folder holds something already, or cannot be made.
+
+        """
+        self._folder, self._rig = Path(folder), tuple(rig)
+        self._began, self._calibrated = began, calibrated
+        check_recording(self._folder)
+        self._times_s: list[float] = []
+        self._rows: list[tuple[str | int, ...]] = []
+        self._has_depth = [False] * len(self._rig)
+        self._draft = self._folder.resolve().with_name(f".servoid-{secrets.token_hex(6)}.part")
+        make_folder(self._draft)
+        for camera in self._rig:
+            make_folder(self._draft / camera.name)
+
+    def __len__(self) -> int:
+        return len(self._times_s)
+
+    def add(self, raw: RawInstant) -> None:
+        """Keep one more observation.
+
+        Raises:
+            OutputError: a file cannot be written.
+
+        """
+        index = len(self._times_s)
+        for place, (camera, image) in enumerate(zip(self._rig, raw.images, strict=True)):
+            name = self._draft / camera.name / f"{index:06d}"
+            if image is None:  # an empty file stands for an image that did not come
+                self._write(name.with_suffix(".png"), b"")
+                continue
+            suffix, data = _file_of(image)
+            self._write(name.with_suffix(suffix), data)
+            file = f"{camera.name}/{name.name}{suffix}"
+            self._rows.append((index, camera.name, file, repr(image.time_s), image.number))
+            if image.depth_m is not None:
+                self._has_depth[place] = True
+                depth = io.BytesIO()
+                np.save(depth, image.depth_m)
+                folder = self._draft / _depths(camera.name)
+                make_folder(folder)
+                self._write(folder / f"{index:06d}.npy", depth.getvalue())
+        self._times_s.append(raw.time_s)
+
+    def close(self) -> Path:
+        """Write what is known of all observations, and put the folder in its place; return it.
+
+        Raises:
+            OutputError: a file cannot be written, or something else lies there by now.
+
+        """
+        if not self._times_s:
+            self.discard()
+            raise OutputError(f"cannot record into {self._folder}: not one image came")
+        rows = io.StringIO()
+        csv.writer(rows, lineterminator="\n").writerows([IMAGES_HEADER, *self._rows])
+        write_whole(self._draft / "images.csv", rows.getvalue().encode())
+        poses = [_POSES_HEADER, *(f"{time_s!r},{_AT_REST}" for time_s in self._times_s)]
+        write_whole(self._draft / "poses.csv", ("\n".join(poses) + "\n").encode())
+        if self._calibrated:
+            write_whole(self._draft / "capture.toml", self._capture().encode())
+        check_recording(self._folder)
+        try:
+            self._draft.replace(self._folder.resolve())  # an empty folder may stand there
+        except OSError as error:
+            raise OutputError(
+                f"cannot record into {self._folder}: {error.strerror}; what was recorded is in "
+                f"{self._draft}"
+            ) from error
+        return self._folder
+
+    def discard(self) -> None:
+        """Take away what was recorded so far."""
+        shutil.rmtree(self._draft, ignore_errors=True)
+
+    def _write(self, path: Path, data: bytes) -> None:
+        try:
+            path.write_bytes(data)
+        except OSError as error:
+            raise OutputError(
+                f"cannot record into {self._folder}: {error.strerror}; what was recorded is in "
+                f"{self._draft}"
+            ) from error
+
+    def _capture(self) -> str:
+        steps = [after - before for before, after in pairwise(self._times_s)]
+        usual_s = statistics.median(steps) if steps else 0.0
+        rate = f"\nrate_hz = {1.0 / usual_s!r}  # the median" if usual_s > 0.0 else ""
+        when = f"; time 0 was {self._began}" if self._began else ""
+        tables = [f"{MARK}{when}\nversion = 1{rate}\n"]
+        for camera, has_depth in zip(self._rig, self._has_depth, strict=True):
+            tables.append(_table(camera, has_depth=has_depth))
+        return "\n".join([*tables, '[rig]\nposes = "poses.csv"  # the times; the rig is at rest\n'])
+
+
+def check_recording(folder: Path) -> None:
+    """Check that a recording can be put at `folder`: nothing is there, or an empty folder.
+
+    Raises:
+        OutputError: something is, or nothing can be written there.
+
+    """
+    check_folder(folder)
+    if folder.exists() and any(folder.iterdir()):
+        raise OutputError(
+            f"cannot record into {folder}: the folder holds something; name one that is empty or "
+            "does not exist yet"
+        )
+
+
+def _file_of(image: RawImage) -> tuple[str, bytes]:
+    """Return the ending and the content of a file that holds an image without loss."""
+    import cv2
+
+    if image.encoded is not None:
+        return ".jpg", image.encoded
+    effort = [cv2.IMWRITE_PNG_COMPRESSION, _PNG_EFFORT]
+    done, data = cv2.imencode(".png", image.pixels[..., ::-1], effort)
+    if not done:
+        raise OutputError("an image cannot be stored as PNG")
+    return ".png", data.tobytes()
+
+
+def _depths(name: str) -> str:
+    return f"{name}-depth"
+
+
+def _table(camera: MountedCamera, *, has_depth: bool) -> str:
+    lens = camera.lens
+    lines = [
+        "[[camera]]",
+        f"name = {json.dumps(camera.name)}",
+        f"images = {json.dumps(f'{camera.name}/*')}",
+        f"size_px = {list(lens.size_px)}",
+        f'model = "{lens.model}"',
+        f"focal_px = {list(lens.focal_px)}",
+        f"center_px = {list(lens.center_px)}",
+        f"distortion = {list(lens.distortion)}",
+        f"rig_from_camera = {camera.rig_from_camera.matrix().tolist()}",
+    ]
+    if has_depth:
+        lines += [f"depths = {json.dumps(f'{_depths(camera.name)}/*.npy')}", "depth_scale_m = 1.0"]
+    return "\n".join(lines) + "\n"

@@ -1,0 +1,84 @@
+"""Opens live devices: by number, by file, by address or by a driver's object."""
+
+import re
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from servoid.errors import CaptureError
+from servoid.source.grabbing import Reopened, Video
+from servoid.source.mjpeg import open_mjpeg
+
+if TYPE_CHECKING:
+    import cv2
+
+Device = int | str | Video
+
+_ADDRESS = "://"
+_DEVICE_FILE = "/dev/"
+_HTTP = ("http://", "https://")
+_PASSWORD = re.compile(r"//[^/@]*@")  # of an address, which no message shall show
+_PIPELINE = " ! "  # joins the parts of a GStreamer pipeline
+_OPEN_MS, _READ_MS = 5000, 3000  # that OpenCV waits for a stream
+
+
+def reopening(name: str, device: Device, size_px: tuple[int, int]) -> Callable[[], Video] | None:
+    """Return what opens a device anew, None for a file, or a driver's object that cannot."""
+    if isinstance(device, Reopened):
+        return device.reopened
+    comes_back = isinstance(device, int) or (
+        isinstance(device, str) and (_ADDRESS in device or device.startswith(_DEVICE_FILE))
+    )
+    return (lambda: opened(name, device, size_px)) if comes_back else None
+
+
+def opened(name: str, device: Device, size_px: tuple[int, int] | None = None) -> Video:
+    """Open a device by its number, or a file, an address or a GStreamer pipeline.
+
+    `size_px` (width, height) is asked of a camera by number, if given.
+
+    Raises:
+        CaptureError: it cannot be opened.
+
+    """
+    if not isinstance(device, (int, str)):
+        return device
+    if isinstance(device, str) and device.lower().startswith(_HTTP):
+        try:
+            video = open_mjpeg(device)
+        except (OSError, ValueError) as error:
+            raise CaptureError(
+                f"camera {name}: '{_shown(device)}' does not answer: {error}; check that it is "
+                "there and that this computer reaches it"
+            ) from error
+        if video is not None:
+            return video
+    return _by_opencv(name, device, size_px)
+
+
+def _by_opencv(name: str, device: int | str, size_px: tuple[int, int] | None) -> "cv2.VideoCapture":
+    import cv2
+
+    if isinstance(device, str) and _PIPELINE in device:
+        video = cv2.VideoCapture(device, cv2.CAP_GSTREAMER)
+    elif isinstance(device, str) and _ADDRESS in device:
+        waits = [cv2.CAP_PROP_OPEN_TIMEOUT_MSEC, _OPEN_MS, cv2.CAP_PROP_READ_TIMEOUT_MSEC, _READ_MS]
+        video = cv2.VideoCapture(device, cv2.CAP_FFMPEG, waits)
+    else:
+        video = cv2.VideoCapture(device, cv2.CAP_ANY)
+    if not video.isOpened():
+        raise CaptureError(
+            f"camera {name}: OpenCV cannot open '{_shown(device)}'; check that it is there and "
+            "that no other program uses it; for a pipeline OpenCV must be built with GStreamer; or "
+            "give an object with grab, retrieve and release as the device"
+        )
+    if isinstance(device, int) and size_px is not None:
+        width, height = size_px
+        video.set(cv2.CAP_PROP_FRAME_WIDTH, width)
+        video.set(cv2.CAP_PROP_FRAME_HEIGHT, height)
+    if isinstance(device, int):
+        video.set(cv2.CAP_PROP_BUFFERSIZE, 1)  # an image that waits in a queue is an old one
+    return video
+
+
+def _shown(device: int | str) -> str:
+    return _PASSWORD.sub("//***@", str(device))

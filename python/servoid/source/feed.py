@@ -1,0 +1,107 @@
+"""Hands out what a live source delivers, one observation after another, until it is enough."""
+
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from pathlib import Path
+
+from servoid.camera.ideal import Ideal
+from servoid.capture import Capture
+from servoid.errors import CaptureError
+from servoid.source.instants import cameras_of
+from servoid.source.raw import RawInstant, RawSource, capture_of_raw, instant_of
+from servoid.source.source import Instant
+
+_POLL_S = 0.001
+_TOLD_S = 0.25  # so often it is told that nothing comes
+
+Keep = Callable[[RawInstant], None]
+
+
+class Feed:
+    """Hands out the newest observation each time that one is asked for, and waits for it.
+
+    The first has an image at least. Observations are numbered in the order in which they are handed
+    out, so a recording of them has the same numbers; `missed` counts those that came in between.
+    """
+
+    def __init__(
+        self,
+        source: RawSource,
+        *,
+        name: str,
+        is_over: Callable[[], bool] = lambda: False,
+        keep: Keep | None = None,
+        told: Callable[[str | None], None] = lambda _: None,
+    ) -> None:
+        """Feed from a source, called `name` in messages, until `is_over`.
+
+        `keep` gets each observation that is handed out; `told` hears why nothing comes, and None
+        once something does.
+        """
+        self._source, self._name, self._is_over = source, name, is_over
+        self._keep, self._told = keep, told
+        self._ideals = tuple(Ideal(camera.lens) for camera in source.rig)
+        self._count, self._last_index = 0, -1
+        self._first: RawInstant | None = None
+        self.missed = 0
+
+    def __iter__(self) -> Iterator[Instant]:
+        """Hand out the observations after the first."""
+        for raw in self.raw():
+            yield instant_of(raw, self._source.rig, self._ideals)
+
+    def raw(self) -> Iterator[RawInstant]:
+        """Hand out the observations after the first, as the lenses recorded them."""
+        while True:
+            raw = self._next()
+            if raw is None:
+                return
+            yield self._handed_out(raw)
+
+    def first(self) -> tuple[Capture, Instant]:
+        """Return the first observation as a capture of one, and as the first instant.
+
+        Raises:
+            CaptureError: it was over before one came.
+
+        """
+        while self._first is None:
+            raw = self._next()
+            if raw is None:
+                silence = self._source.silence()
+                raise CaptureError(
+                    f"{self._name}: not one image came{f': {silence}' if silence else ''}"
+                )
+            if not raw.is_dark:
+                self._first = raw
+                self._handed_out(raw)
+        raw = replace(self._first, index=0)
+        capture = capture_of_raw(Path(self._name), self._source.rig, raw)
+        cameras_of(capture)  # a lens that sees nothing is told here
+        return capture, instant_of(raw, self._source.rig, self._ideals)
+
+    def _next(self) -> RawInstant | None:
+        asked_s = told_s = time.monotonic()
+        while not self._is_over():
+            raw = self._source.newest_raw()
+            if raw is not None:
+                if told_s > asked_s:
+                    self._told(None)
+                return raw
+            now_s = time.monotonic()
+            if now_s > told_s + _TOLD_S:
+                told_s = now_s
+                self._told(self._source.silence())
+            time.sleep(_POLL_S)
+        return None
+
+    def _handed_out(self, raw: RawInstant) -> RawInstant:
+        if self._last_index >= 0:
+            self.missed += max(0, raw.index - self._last_index - 1)
+        self._last_index = raw.index
+        raw = replace(raw, index=self._count)
+        self._count += 1
+        if self._keep is not None:
+            self._keep(raw)
+        return raw

@@ -1,0 +1,43 @@
+"""Cuts the images of one device into those of its two eyes."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from servoid.source.delivery import Delivery
+from servoid.source.grabbing import Video
+
+
+class HalvesVideo:
+    """A device that delivers the images of two eyes side by side, the left one's at the left.
+
+    `open_device` opens it, again too where it was lost.
+    """
+
+    def __init__(self, open_device: Callable[[], Video]) -> None:
+        """Open the device."""
+        self._open_device, self._video = open_device, open_device()
+
+    def grab(self) -> bool:
+        """Wait for the next image, and say if there is one."""
+        return self._video.grab()
+
+    def retrieve(self) -> tuple[bool, Delivery | None]:
+        """Return if the image could be decoded, and its halves."""
+        found, data = self._video.retrieve()
+        if not found:
+            return False, None
+        stamp_s = data.stamp_s if isinstance(data, Delivery) else None
+        notices = data.notices if isinstance(data, Delivery) else ()
+        pixels: Any = data.images[0] if isinstance(data, Delivery) else data
+        width = np.asarray(pixels).shape[1] // 2
+        return True, Delivery((pixels[:, :width], pixels[:, -width:]), stamp_s, notices=notices)
+
+    def release(self) -> None:
+        """Close the device."""
+        self._video.release()
+
+    def reopened(self) -> "HalvesVideo":
+        """Open the device anew."""
+        return HalvesVideo(self._open_device)

@@ -1,0 +1,173 @@
+"""Reads JPEG images that a camera or a phone sends over HTTP, one after another without an end."""
+
+import math
+import re
+import urllib.request
+from base64 import b64encode
+from collections.abc import Mapping
+from dataclasses import dataclass
+from email.message import Message
+from http.client import HTTPException
+from typing import Protocol
+from urllib.error import URLError
+from urllib.parse import unquote, urlsplit, urlunsplit
+
+import numpy as np
+
+from servoid.source.delivery import Delivery, LostDeviceError
+
+_KIND = "multipart/x-mixed-replace"
+_TIMEOUT_S = 3.0  # in which bytes must come; a camera that is gone says nothing
+_MOST_BYTES = 64 << 20  # of one image
+_MOST_LINES = 64  # of what stands before it
+_LONGEST_LINE = 8192
+_STAMPS = ("X-Timestamp", "X-TimeStamp", "X-Time-Stamp")
+_SECONDS = re.compile(r"\s*([0-9]+(?:\.[0-9]+)?)\s*")
+_JPEG_END = b"\xff\xd9"
+_ENDED = "the stream ended"
+
+
+class _Answer(Protocol):
+    """What is needed of an answer over HTTP."""
+
+    headers: Message
+
+    def readline(self, limit: int = ..., /) -> bytes: ...
+    def read(self, count: int = ..., /) -> bytes: ...
+    def close(self) -> None: ...
+
+
+@dataclass(frozen=True, eq=False)
+class JpegDelivery(Delivery):
+    """An image with the bytes of the JPEG file that it came as."""
+
+    encoded: bytes = b""
+
+
+class MjpegVideo:
+    """Delivers the images of a stream as `cv2.VideoCapture` does, each as soon as it has come.
+
+    Where the sender says when an image was taken, on its own clock, the delivery has that stamp.
+    """
+
+    def __init__(self, answer: _Answer) -> None:
+        """Read from what an address answered."""
+        self._answer = answer
+        self._encoded, self._heads = b"", dict[str, str]()
+        boundary = str(answer.headers.get_param("boundary") or "")
+        self._mark = b"--" + boundary.strip('"').removeprefix("--").encode("latin-1", "replace")
+
+    def grab(self) -> bool:
+        """Wait for the next image.
+
+        Raises:
+            LostDeviceError: the stream ended or broke, nothing came for too long, or what comes is
+                no row of images.
+
+        """
+        try:
+            self._heads = self._next_heads()
+            length = self._heads.get("content-length", "")
+            self._encoded = self._exactly(int(length)) if length.isdigit() else self._to_mark()
+        except (OSError, HTTPException, ValueError) as error:
+            raise LostDeviceError(_said(error)) from error
+        return True
+
+    def retrieve(self) -> tuple[bool, JpegDelivery | None]:
+        """Return if the image could be decoded, and it: (H, W, 3) uint8, blue first."""
+        import cv2
+
+        flags = cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION
+        if not self._encoded.rstrip(b"\r\n\0").endswith(_JPEG_END):
+            return False, None  # a decoder would make up what is missing
+        try:
+            pixels = cv2.imdecode(np.frombuffer(self._encoded, np.uint8), flags)
+        except cv2.error:
+            pixels = None
+        if pixels is None:
+            return False, None
+        return True, JpegDelivery((pixels,), _stamp_s(self._heads), encoded=self._encoded)
+
+    def release(self) -> None:
+        """Close the connection."""
+        self._answer.close()
+
+    def _next_heads(self) -> Mapping[str, str]:
+        """Read to the end of what stands before an image; names are in small letters.
+
+        Lines before the mark, such as the end of the image before, are passed over.
+        """
+        while True:
+            line = self._line()
+            if line.startswith(self._mark):
+                break
+        heads: dict[str, str] = {}
+        for _ in range(_MOST_LINES):
+            name, colon, value = self._line().decode("latin-1").partition(":")
+            if not colon:
+                return heads
+            heads[name.strip().lower()] = value.strip()
+        raise LostDeviceError("what stands before an image has no end")
+
+    def _line(self) -> bytes:
+        line = self._answer.readline(_LONGEST_LINE)
+        if not line:
+            raise LostDeviceError(_ENDED)
+        return line.strip()
+
+    def _exactly(self, count: int) -> bytes:
+        if count > _MOST_BYTES:
+            raise LostDeviceError(f"the stream announces an image of {count >> 20} MiB")
+        data = bytearray()
+        while len(data) < count:
+            part = self._answer.read(count - len(data))
+            if not part:
+                raise LostDeviceError(_ENDED)
+            data += part
+        return bytes(data)
+
+    def _to_mark(self) -> bytes:
+        """Read an image whose length is not told: up to its end, which stands before a mark."""
+        data = bytearray()
+        while len(data) < _MOST_BYTES:
+            line = self._answer.readline(_LONGEST_LINE)
+            if not line:
+                raise LostDeviceError(_ENDED)
+            data += line
+            end = data.rfind(_JPEG_END, -len(line) - len(_JPEG_END))
+            if end >= 0 and not data[end + len(_JPEG_END) :].strip(b"\r\n"):
+                return bytes(data[: end + len(_JPEG_END)])
+        raise LostDeviceError(f"the stream has an image of more than {_MOST_BYTES >> 20} MiB")
+
+
+def open_mjpeg(address: str) -> MjpegVideo | None:
+    """Open an http:// or https:// address; None if what it sends is no endless row of images.
+
+    Raises:
+        OSError: the address does not answer, or refuses.
+
+    """
+    parts = urlsplit(address)
+    host = parts.netloc.rpartition("@")[2]
+    request = urllib.request.Request(urlunsplit((parts.scheme, host, *parts[2:4], "")))
+    if parts.username is not None:
+        word = f"{unquote(parts.username)}:{unquote(parts.password or '')}".encode()
+        request.add_unredirected_header("Authorization", f"Basic {b64encode(word).decode()}")
+    answer = urllib.request.urlopen(request, timeout=_TIMEOUT_S)
+    if answer.headers.get_content_type() == _KIND:
+        return MjpegVideo(answer)
+    answer.close()
+    return None
+
+
+def _stamp_s(heads: Mapping[str, str]) -> float | None:
+    for name in _STAMPS:
+        seconds = _SECONDS.fullmatch(heads.get(name.lower(), ""))
+        if seconds is not None and math.isfinite(float(seconds[1])):
+            return float(seconds[1])
+    return None
+
+
+def _said(error: Exception) -> str:
+    reason = error.reason if isinstance(error, URLError) else error
+    return "nothing came for too long" if isinstance(reason, TimeoutError) else str(reason)

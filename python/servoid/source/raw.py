@@ -1,0 +1,135 @@
+"""Observations as lenses recorded them, from which those of ideal cameras follow."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from servoid._native import Lens, Pose
+from servoid.camera.ideal import Ideal
+from servoid.capture.arrays import ArrayPicture
+from servoid.capture.capture import Capture, CaptureCamera
+from servoid.source.instants import ideal_image
+from servoid.source.source import Instant
+
+
+@dataclass(frozen=True)
+class MountedCamera:
+    """One camera of a rig: its name, how it sees, and where it sits."""
+
+    name: str
+    lens: Lens
+    rig_from_camera: Pose
+
+
+@dataclass(frozen=True, eq=False)
+class RawImage:
+    """One image as its lens recorded it: (H, W, 3) uint8 RGB, and when that was, in seconds.
+
+    `number` counts the images of its camera that came, from 1. `depth_m` (H, W) float32 is metres
+    along z in the same pixels, NaN where unknown. `encoded` is the JPEG file that it came as, whose
+    pixels these are, if it came as one.
+    """
+
+    pixels: NDArray[np.uint8]
+    time_s: float
+    number: int
+    depth_m: NDArray[np.float32] | None = None
+    encoded: bytes | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class RawInstant:
+    """One observation as the lenses recorded it.
+
+    `images` are None where a camera delivered nothing that can be used; `notices` say why. `index`
+    counts the observations that arrived, also those that nobody asked for in time.
+    """
+
+    index: int
+    time_s: float
+    images: tuple[RawImage | None, ...]
+    world_from_lens: tuple[Pose, ...]
+    notices: tuple[str, ...] = ()
+
+    @property
+    def is_dark(self) -> bool:
+        """Say if no camera delivered an image."""
+        return all(image is None for image in self.images)
+
+
+@runtime_checkable
+class RawSource(Protocol):
+    """Delivers observations as they come, as the lenses recorded them."""
+
+    @property
+    def rig(self) -> tuple[MountedCamera, ...]:
+        """Return the cameras whose images are delivered."""
+        ...
+
+    def newest_raw(self) -> RawInstant | None:
+        """Return the newest observation that has arrived and was not returned yet, else None.
+
+        Older ones that were not asked for are dropped.
+        """
+        ...
+
+    def silence(self) -> str | None:
+        """Say why nothing comes, where nothing has come for a while; else None."""
+        ...
+
+
+def instant_of(raw: RawInstant, rig: Sequence[MountedCamera], ideals: Sequence[Ideal]) -> Instant:
+    """Return what the ideal pinholes of the rig's cameras see of an observation."""
+    seen = [
+        (None, None) if image is None else ideal_image(camera.name, ideal, image.pixels)
+        for camera, ideal, image in zip(rig, ideals, raw.images, strict=True)
+    ]
+    depths = [
+        None if image is None or image.depth_m is None else _ideal_depth(ideal, image.depth_m)
+        for ideal, image in zip(ideals, raw.images, strict=True)
+    ]
+    return Instant(
+        index=raw.index,
+        time_s=raw.time_s,
+        world_from_camera=tuple(
+            pose @ ideal.lens_from_camera
+            for pose, ideal in zip(raw.world_from_lens, ideals, strict=True)
+        ),
+        images=tuple(image for image, _ in seen),
+        notices=(*raw.notices, *(notice for _, notice in seen if notice is not None)),
+        names=tuple(camera.name for camera in rig),
+        depths=tuple(depths) if any(depth is not None for depth in depths) else (),
+    )
+
+
+def capture_of_raw(path: Path, rig: Sequence[MountedCamera], raw: RawInstant) -> Capture:
+    """Return a capture of one observation, with its images in memory; `path` is for messages."""
+    return Capture(
+        path=path,
+        cameras=tuple(
+            CaptureCamera(
+                name=camera.name,
+                lens=camera.lens,
+                rig_from_camera=pose,
+                pictures=(
+                    None
+                    if image is None
+                    else ArrayPicture(path=path, label="000000", pixels=image.pixels),
+                ),
+                mask_paths=(None,),
+                depth_paths=(None,),
+                depths_m=() if image is None or image.depth_m is None else (image.depth_m,),
+            )
+            for camera, pose, image in zip(rig, raw.world_from_lens, raw.images, strict=True)
+        ),
+        world_from_rig=(Pose.identity(),),
+        times_s=(raw.time_s,),
+    )
+
+
+def _ideal_depth(ideal: Ideal, depth_m: NDArray[np.float32]) -> NDArray[np.float32]:
+    return np.ascontiguousarray(ideal.maps().depth(depth_m), dtype=np.float32)

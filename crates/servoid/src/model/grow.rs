@@ -204,6 +204,6 @@ fn settle_best(scene: &Scene, mut found: Vec<Fit>) -> Option<Fit> {
 }
 
 /// Climbs on the finest level, in all views.
-pub(super) fn polish(scene: &Scene, fit: &Fit) -> Fit {
+pub(super) fn refine_finest(scene: &Scene, fit: &Fit) -> Fit {
     refine(&scene.finest, &fit.quadrics, STEPS[2])
 }

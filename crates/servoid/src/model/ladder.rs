@@ -1,6 +1,6 @@
 use rayon::prelude::*;
 
-use super::grow::polish;
+use super::grow::refine_finest;
 use super::progressive::Step;
 use super::refine::Fit;
 use super::scene::{Scene, silhouette_ious};
@@ -75,8 +75,9 @@ impl Ladder {
     pub fn steps(&self, scene: &Scene, views: &[View<'_>]) -> Result<Vec<Step>, ModelError> {
         let mut steps = Vec::with_capacity(self.rungs.len());
         let (mut standing, mut reached) = (self.ground.clone(), 0.0);
-        let polished: Vec<_> = self.rungs.par_iter().map(|rung| polish(scene, rung)).collect();
-        for mut fit in polished {
+        let refined: Vec<_> =
+            self.rungs.par_iter().map(|rung| refine_finest(scene, rung)).collect();
+        for mut fit in refined {
             let mut body = scene.body(&fit.quadrics)?;
             let mut overlap = mean(&silhouette_ious(&body, views));
             if overlap < reached || fit.fitness < standing.fitness {

@@ -6,7 +6,7 @@ use super::clock::Clock;
 use super::estimate::Status;
 use super::judge::{Verdict, judge};
 use super::motion::Prior;
-use super::polish::{Evaluated, Normal, look_at, polish, toward};
+use super::refine::{Evaluated, Normal, look_at, refine, toward};
 use super::search::{Judged, Leeway, Probes};
 use super::sight::Sight;
 use super::tracker::Tracker;
@@ -191,7 +191,7 @@ impl Tracker {
         prior: Option<&Prior>,
     ) -> Attempt {
         let sight = Sight::new(&self.frame, observation, &self.target, &self.settings);
-        let found = polish(&sight, (*start, coarsest), prior, &mut self.desk);
+        let found = refine(&sight, (*start, coarsest), prior, &mut self.desk);
         Attempt::new(&sight, &found, judge(&sight, &found, &self.desk))
     }
 

@@ -1,6 +1,6 @@
 use nalgebra::{Matrix6, SymmetricEigen, Vector6};
 
-use super::polish::Normal;
+use super::refine::Normal;
 use crate::pose::Twist;
 
 /// What the images leave open of a pose.

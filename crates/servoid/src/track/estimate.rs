@@ -116,7 +116,7 @@ pub struct Timing {
     /// Scoring hypotheses.
     pub search: Duration,
     /// Making the best one precise.
-    pub polish: Duration,
+    pub refine: Duration,
     /// Judging it: confidence, covariance, status.
     pub judge: Duration,
     /// Learning colours and surface points from it.

@@ -4,7 +4,7 @@
 
 use nalgebra::{Matrix2, Matrix2x6, Vector2, Vector6};
 
-use super::polish::{Desk, MOST_STEP, Normal};
+use super::refine::{Desk, MOST_STEP, Normal};
 use crate::pose::Twist;
 
 /// What a match says of its point's distance, with the pose.

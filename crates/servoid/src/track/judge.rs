@@ -1,4 +1,4 @@
-use super::polish::{Desk, Evaluated};
+use super::refine::{Desk, Evaluated};
 use super::sight::Sight;
 use super::target::points::Match;
 

@@ -3,7 +3,7 @@
 use nalgebra::{Vector2, Vector3};
 
 use super::learn::grain;
-use super::polish::Desk;
+use super::refine::Desk;
 use super::sight::Sight;
 use super::target::points::Match;
 use super::target::shift::Shift;

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector2;
 
-use super::polish::Desk;
+use super::refine::Desk;
 use super::sight::Sight;
 use super::target::points::Match;
 use crate::fitness::{Agreement, SurfacePoint};

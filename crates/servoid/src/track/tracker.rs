@@ -11,8 +11,8 @@ use super::frame::Frame;
 use super::growth::Evolving;
 use super::judge::Verdict;
 use super::motion::Motion;
-use super::polish::Desk;
 use super::recover::Recovery;
+use super::refine::Desk;
 use super::scatter::Scatter;
 use super::search::{Leeway, Search};
 use super::settings::TrackSettings;
@@ -118,7 +118,7 @@ impl Tracker {
             evaluations += scored;
             clock.lap(|timing| &mut timing.search);
             attempt = self.precise(observation, &expected, &guess);
-            clock.lap(|timing| &mut timing.polish);
+            clock.lap(|timing| &mut timing.refine);
         }
         if self.status == Status::Tracking {
             self.doubt_leap(&expected, &mut attempt);

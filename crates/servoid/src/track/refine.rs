@@ -46,7 +46,7 @@ impl Evaluated {
     }
 }
 
-/// Memory of a polish, kept from image to image.
+/// Memory of a refinement, kept from image to image.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Desk {
     /// The points that should be seen, and those of them that are looked at.
@@ -114,7 +114,7 @@ impl Normal {
 
 /// Moves a pose to where surface points and outline agree with the images, from coarse to fine, by
 /// the method of Gauss and Newton; the matches there stay on the desk.
-pub(super) fn polish(
+pub(super) fn refine(
     sight: &Sight<'_>,
     (start, coarsest): (Pose, usize),
     prior: Option<&Prior>,

@@ -1,8 +1,8 @@
 use super::TrackError;
-use super::attempt::Attempt;
 use super::clock::Clock;
 use super::confidence::unseen;
 use super::estimate::{Estimate, Notice, Status};
+use super::hypothesis::Hypothesis;
 use super::learn::Lesson;
 use super::motion::Motion;
 use super::regain::ROUNDS;
@@ -66,14 +66,14 @@ impl Tracker {
             self.points_in_view(&world_from_object);
         }
         self.learn_ranges(observation, &world_from_object, masks);
-        let attempt = self.get_used_to(observation, &world_from_object);
+        let hypothesis = self.get_used_to(observation, &world_from_object);
         // The pose is given, so that what the outline says beside it is its bias.
-        self.target.bias.learn_at(&attempt.toward, attempt.normal.outline);
-        self.keep_keyframe(observation, &attempt);
-        let told = attempt.verdict.share >= self.settings.held;
+        self.target.bias.learn_at(&hypothesis.toward, hypothesis.normal.outline);
+        self.keep_keyframe(observation, &hypothesis);
+        let told = hypothesis.verdict.share >= self.settings.held;
         self.status = if told { Status::Tracking } else { Status::Searching };
         self.trust = Trust::given(told);
-        let mut estimate = self.estimate(observation, &attempt);
+        let mut estimate = self.estimate(observation, &hypothesis);
         // A pose that was given is known, however little the images tell of its turn.
         (estimate.status, estimate.located) = (self.status, told);
         estimate.confidence = if told { 1.0 } else { unseen(self.status) };
@@ -108,17 +108,17 @@ impl Tracker {
             self.learn_surroundings(observation, near)?;
         }
         let expected = near.unwrap_or_else(|| self.motion.last());
-        let mut attempt = Attempt::nothing(expected, self.target.solid.radius);
+        let mut hypothesis = Hypothesis::nothing(expected, self.target.solid.radius);
         let evaluations = match near {
-            Some(_) => self.seek_near(observation, (&expected, ROUNDS.0), &mut attempt)?,
-            None => self.seek_anywhere(observation, ROUNDS.1, &mut attempt)?,
+            Some(_) => self.seek_near(observation, (&expected, ROUNDS.0), &mut hypothesis)?,
+            None => self.seek_anywhere(observation, ROUNDS.1, &mut hypothesis)?,
         };
         clock.lap(|timing| &mut timing.search);
-        let found = attempt.pose;
+        let found = hypothesis.pose;
         // Where it was before says nothing of how it moves now.
         self.status = Status::Searching;
-        self.settle(observation.time_s, &found, &attempt, self.settings.trusted);
-        let estimate = self.estimate(observation, &attempt);
+        self.settle(observation.time_s, &found, &hypothesis, self.settings.trusted);
+        let estimate = self.estimate(observation, &hypothesis);
         // Even where it is not believed, the best guess is worth more than where it was.
         let timing = clock.timing();
         Ok(Estimate { evaluations, timing, world_from_object: found, ..estimate })
@@ -143,7 +143,7 @@ impl Tracker {
     }
 
     /// Takes what is seen at a pose for what is usual.
-    fn get_used_to(&mut self, observation: &Observation<'_>, pose: &Pose) -> Attempt {
+    fn get_used_to(&mut self, observation: &Observation<'_>, pose: &Pose) -> Hypothesis {
         let eye = observation.world_from_camera[0].translation();
         self.target.usual.distance = (pose.translation() - eye).norm();
         self.target.usual.area =
@@ -151,12 +151,12 @@ impl Tracker {
         // Colours count in a verdict only where it is known what is usual of them.
         let colors = self.weigh(observation, pose, None).verdict;
         (self.target.usual.ratio, self.target.usual.outline) = (colors.ratio, colors.outline);
-        let attempt = self.weigh(observation, pose, None);
-        self.target.usual.support = attempt.verdict.support;
-        self.target.usual.recognised = attempt.verdict.recognised;
-        self.target.usual.printed = attempt.verdict.printed;
-        self.target.usual.share = attempt.verdict.share;
-        attempt
+        let hypothesis = self.weigh(observation, pose, None);
+        self.target.usual.support = hypothesis.verdict.support;
+        self.target.usual.recognised = hypothesis.verdict.recognised;
+        self.target.usual.printed = hypothesis.verdict.printed;
+        self.target.usual.share = hypothesis.verdict.share;
+        hypothesis
     }
 
     fn check_masks(&self, masks: &[Option<Mask<'_>>]) -> Result<(), TrackError> {

@@ -5,8 +5,8 @@
 
 use nalgebra::{Matrix6, Vector6};
 
-use super::attempt::Attempt;
 use super::estimate::Notice;
+use super::hypothesis::Hypothesis;
 use super::judge::Verdict;
 use super::tracker::Tracker;
 use super::trust::{ADRIFT, CLEAR};
@@ -31,29 +31,29 @@ const RIVAL_EVERY: usize = 4;
 impl Tracker {
     /// Says anew how far the turn may have drifted at a pose that is believed; `foreseen` is its variance
     /// without this image, or nothing where the object was lost.
-    pub(super) fn follow_drift(&mut self, attempt: &Attempt, foreseen: Option<f64>) {
-        let slip = slip(&attempt.verdict, self.frame.open());
+    pub(super) fn follow_drift(&mut self, hypothesis: &Hypothesis, foreseen: Option<f64>) {
+        let slip = slip(&hypothesis.verdict, self.frame.open());
         let (points, radius) = (&mut self.target.points, self.target.solid.radius);
-        let known = points.drift_seen(&self.desk.matches, &attempt.toward, slip * slip);
+        let known = points.drift_seen(&self.desk.matches, &hypothesis.toward, slip * slip);
         let lost = FOUND_RAD * FOUND_RAD;
         let drift = known.unwrap_or(points.drift + foreseen.unwrap_or(lost));
         if self.settings.depth_from_motion {
-            points.follow_tilt(&self.desk.matches, &attempt.toward, radius);
+            points.follow_tilt(&self.desk.matches, &hypothesis.toward, radius);
         }
         // Where much is missed, what seems to be a known side may be another one.
-        let is_clear = attempt.verdict.share >= CLEAR;
+        let is_clear = hypothesis.verdict.share >= CLEAR;
         points.drift = if is_clear { drift } else { drift.max(points.drift) };
     }
 
     /// Where sides are seen that are known better than those that were followed, turns back what was learned
     /// on the way, and the motion; `before` is what the turn may have drifted before, as a variance.
-    pub(super) fn close_loop(&mut self, expected: &Pose, attempt: &Attempt, before: f64) {
+    pub(super) fn close_loop(&mut self, expected: &Pose, hypothesis: &Hypothesis, before: f64) {
         let (least, left) = CLOSED;
         let after = self.target.points.drift;
         if before < least * least || after > left * before {
             return;
         }
-        let off = (expected.inverse() * attempt.pose).log();
+        let off = (expected.inverse() * hypothesis.pose).log();
         let since = self.target.keyframes.last_known(after);
         self.target.points.turn_back(&off, (before, after), since);
         self.target.ranges.turn_back(&off, (before, after), since);

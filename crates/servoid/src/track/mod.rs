@@ -3,7 +3,6 @@
 mod adjust;
 mod align;
 mod appearance;
-mod attempt;
 mod begin;
 mod certainty;
 mod clock;
@@ -13,6 +12,7 @@ mod estimate;
 mod frame;
 mod growth;
 mod guess;
+mod hypothesis;
 mod judge;
 mod landscape;
 mod learn;

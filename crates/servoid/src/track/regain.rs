@@ -1,5 +1,5 @@
 use super::TrackError;
-use super::attempt::{Attempt, COARSEST};
+use super::hypothesis::{COARSEST, Hypothesis};
 use super::sight::Sight;
 use super::tracker::{MARGIN, Tracker};
 use crate::camera::Observation;
@@ -18,43 +18,43 @@ const SMALLEST_PX: f64 = 24.0;
 
 impl Tracker {
     /// Seeks the object again: near where it is expected while it was seen a short time ago, else
-    /// anywhere. Replaces the attempt if something better is found; gives the number of scores.
+    /// anywhere. Replaces the hypothesis if something better is found; gives the number of scores.
     pub(super) fn regain(
         &mut self,
         observation: &Observation<'_>,
         expected: &Pose,
-        attempt: &mut Attempt,
+        hypothesis: &mut Hypothesis,
     ) -> Result<usize, TrackError> {
         if self.trust.is_met() && self.trust.was_seen_lately() {
-            self.seek_near(observation, (expected, 1), attempt)
+            self.seek_near(observation, (expected, 1), hypothesis)
         } else {
-            self.seek_anywhere(observation, 1, attempt)
+            self.seek_anywhere(observation, 1, hypothesis)
         }
     }
 
-    /// Seeks a pose near an attempt's at which more is recognised, since the turn may have drifted; gives the
+    /// Seeks a pose near a hypothesis's at which more is recognised, since the turn may have drifted; gives the
     /// number of scores.
     pub(super) fn compare_with_rival(
         &mut self,
         observation: &Observation<'_>,
         expected: &Pose,
-        attempt: &mut Attempt,
+        hypothesis: &mut Hypothesis,
     ) -> Result<usize, TrackError> {
-        let mut rival = *attempt;
-        let evaluations = self.seek_near(observation, (&attempt.pose, 1), &mut rival)?;
-        let better = rival.verdict.support > BETTER * attempt.verdict.support;
+        let mut rival = *hypothesis;
+        let evaluations = self.seek_near(observation, (&hypothesis.pose, 1), &mut rival)?;
+        let better = rival.verdict.support > BETTER * hypothesis.verdict.support;
         if better
             && rival.verdict.share >= self.settings.trusted
             && self.has_leapt(expected, &rival.pose)
         {
-            *attempt = rival;
+            *hypothesis = rival;
             self.status = self.trust.without();
             return Ok(evaluations);
         }
-        self.look(observation, &attempt.pose, MARGIN);
-        self.points_in_view(&attempt.pose);
+        self.look(observation, &hypothesis.pose, MARGIN);
+        self.points_in_view(&hypothesis.pose);
         let prior = self.motion.prior(observation.time_s, self.restless());
-        *attempt = self.weigh(observation, &attempt.pose, Some(&prior));
+        *hypothesis = self.weigh(observation, &hypothesis.pose, Some(&prior));
         Ok(evaluations)
     }
 
@@ -63,7 +63,7 @@ impl Tracker {
         &mut self,
         observation: &Observation<'_>,
         (near, rounds): (&Pose, usize),
-        attempt: &mut Attempt,
+        hypothesis: &mut Hypothesis,
     ) -> Result<usize, TrackError> {
         let leeway = (NEAR_LEEWAY.0 * self.target.solid.radius, NEAR_LEEWAY.1);
         let mut evaluations = 0;
@@ -76,8 +76,8 @@ impl Tracker {
             let (found, scored) = self.recovery.near(sight, (near, leeway, area))?;
             evaluations += scored;
             let candidates: Vec<Pose> = found.iter().map(|found| found.pose).collect();
-            self.choose(observation, &candidates, attempt);
-            if self.is_sure(attempt) {
+            self.choose(observation, &candidates, hypothesis);
+            if self.is_sure(hypothesis) {
                 break;
             }
         }
@@ -89,7 +89,7 @@ impl Tracker {
         &mut self,
         observation: &Observation<'_>,
         rounds: usize,
-        attempt: &mut Attempt,
+        hypothesis: &mut Hypothesis,
     ) -> Result<usize, TrackError> {
         let radius = self.target.solid.radius;
         let focal = self.frame.cameras.first().map_or(1.0, |camera| camera.focal_px()[0]);
@@ -108,38 +108,38 @@ impl Tracker {
             let (found, scored) = self.recovery.anywhere(sight, (near, far), area_at)?;
             evaluations += scored;
             let candidates: Vec<Pose> = found.iter().map(|found| found.pose).collect();
-            self.choose(observation, &candidates, attempt);
-            if self.is_sure(attempt) {
+            self.choose(observation, &candidates, hypothesis);
+            if self.is_sure(hypothesis) {
                 break;
             }
         }
         Ok(evaluations)
     }
 
-    /// Makes candidates precise and keeps the best, if it is better than the attempt; windows are
+    /// Makes candidates precise and keeps the best, if it is better than the hypothesis; windows are
     /// those of the best in the end.
     fn choose(
         &mut self,
         observation: &Observation<'_>,
         candidates: &[Pose],
-        attempt: &mut Attempt,
+        hypothesis: &mut Hypothesis,
     ) {
         for candidate in candidates {
             self.points_in_view(candidate);
-            let other = self.attempt(observation, candidate, COARSEST, None);
-            if other.verdict.support > attempt.verdict.support {
-                *attempt = other;
+            let other = self.hypothesis(observation, candidate, COARSEST, None);
+            if other.verdict.support > hypothesis.verdict.support {
+                *hypothesis = other;
             }
-            if self.is_sure(attempt) {
+            if self.is_sure(hypothesis) {
                 break;
             }
         }
-        let pose = attempt.pose;
+        let pose = hypothesis.pose;
         if self.look(observation, &pose, MARGIN) {
             self.points_in_view(&pose);
-            *attempt = self.attempt(observation, &pose, COARSEST, None);
+            *hypothesis = self.hypothesis(observation, &pose, COARSEST, None);
         }
-        self.doubt(attempt);
+        self.doubt(hypothesis);
     }
 
     /// Gives how far from the first camera the object was last, if it was met.

@@ -1,6 +1,6 @@
 use nalgebra::Vector2;
 
-use super::attempt::Attempt;
+use super::hypothesis::Hypothesis;
 use super::learn::{Lesson, learn};
 use super::looks::{APART, looks};
 use super::sight::Sight;
@@ -33,32 +33,34 @@ pub(super) struct Teachable {
 
 impl Tracker {
     /// Learns from an observation in which the object is tracked.
-    pub(super) fn learn(&mut self, observation: &Observation<'_>, attempt: &Attempt) {
-        let may = self.teachable(&attempt.verdict);
+    pub(super) fn learn(&mut self, observation: &Observation<'_>, hypothesis: &Hypothesis) {
+        let may = self.teachable(&hypothesis.verdict);
         if self.settings.region && may.colors {
             self.lessons += 1;
             if self.lessons.is_multiple_of(COLOR_LESSONS) {
-                self.learn_colors(observation, &attempt.pose, COLOR_RATE);
+                self.learn_colors(observation, &hypothesis.pose, COLOR_RATE);
             }
         }
         if may.whole {
             let eye = observation.world_from_camera[0].translation();
-            self.target.usual.follow(&attempt.verdict, (attempt.pose.translation() - eye).norm());
-            self.keep_views(observation, &attempt.pose);
+            self.target
+                .usual
+                .follow(&hypothesis.verdict, (hypothesis.pose.translation() - eye).norm());
+            self.keep_views(observation, &hypothesis.pose);
         }
         if self.settings.surface && may.surface {
-            self.keep_keyframe(observation, attempt);
+            self.keep_keyframe(observation, hypothesis);
             self.target.points.refine(&self.desk.matches, self.target.solid.radius);
             let few = self.desk.in_view.len() < FEW * self.frame.open();
             let (cells, tries) = if few { (2 * CELLS, 2 * TRIES) } else { (CELLS, TRIES) };
             let lesson = Lesson { from: self.cell, cells, tries, masks: &[] };
             self.cell = self.cell.wrapping_add(cells);
-            self.learn_points(observation, &attempt.pose, &lesson);
-            self.learn_looks(observation, &attempt.pose);
+            self.learn_points(observation, &hypothesis.pose, &lesson);
+            self.learn_looks(observation, &hypothesis.pose);
             self.target.points.judge(&self.desk.matches, &self.desk.occlusion);
         }
         if may.surface {
-            self.learn_ranges(observation, &attempt.pose, &[]);
+            self.learn_ranges(observation, &hypothesis.pose, &[]);
         }
     }
 

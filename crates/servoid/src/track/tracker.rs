@@ -2,13 +2,13 @@ use nalgebra::Matrix6;
 
 use super::TrackError;
 use super::adjust::Pending;
-use super::attempt::Attempt;
 use super::certainty::certainty;
 use super::clock::Clock;
 use super::confidence::{Evidence, UNMEASURED, unseen};
 use super::estimate::{Estimate, Notice, Status};
 use super::frame::Frame;
 use super::growth::Evolving;
+use super::hypothesis::Hypothesis;
 use super::judge::Verdict;
 use super::motion::Motion;
 use super::recover::Recovery;
@@ -108,7 +108,7 @@ impl Tracker {
         self.take_adjusted();
         self.has_evolved |= self.take_evolved()?;
         let expected = self.motion.predict(observation.time_s);
-        let mut attempt = Attempt::nothing(expected, self.target.solid.radius);
+        let mut hypothesis = Hypothesis::nothing(expected, self.target.solid.radius);
         let (mut least, mut evaluations) = (self.least_share(), 0);
         let visible = self.look(observation, &expected, self.margin());
         self.foresee_blur(&expected);
@@ -117,39 +117,39 @@ impl Tracker {
             let (guess, scored) = self.seek(observation, &expected, &clock)?;
             evaluations += scored;
             clock.lap(|timing| &mut timing.search);
-            attempt = self.precise(observation, &expected, &guess);
+            hypothesis = self.precise(observation, &expected, &guess);
             clock.lap(|timing| &mut timing.refine);
         }
         if self.status == Status::Tracking {
-            self.doubt_leap(&expected, &mut attempt);
+            self.doubt_leap(&expected, &mut hypothesis);
         }
-        let missed = attempt.verdict.share < least;
+        let missed = hypothesis.verdict.share < least;
         if !missed && self.trust.is_proved() && self.seeks_rival() {
-            evaluations += self.compare_with_rival(observation, &expected, &mut attempt)?;
+            evaluations += self.compare_with_rival(observation, &expected, &mut hypothesis)?;
             clock.lap(|timing| &mut timing.search);
         }
         if (missed || !self.trust.is_proved()) && self.frame.can_see() {
             least = self.settings.trusted;
-            evaluations += self.regain(observation, &expected, &mut attempt)?;
-            if self.has_leapt(&expected, &attempt.pose) {
+            evaluations += self.regain(observation, &expected, &mut hypothesis)?;
+            if self.has_leapt(&expected, &hypothesis.pose) {
                 // What is found there is found again, and no more followed.
                 self.status = self.trust.without();
             }
             clock.lap(|timing| &mut timing.search);
         }
-        self.settle(observation.time_s, &expected, &attempt, least);
+        self.settle(observation.time_s, &expected, &hypothesis, least);
         if self.status == Status::Tracking {
             self.desk.occlusion.remember();
         } else {
             self.desk.occlusion.forget();
         }
-        let mut estimate = self.estimate(observation, &attempt);
+        let mut estimate = self.estimate(observation, &hypothesis);
         clock.lap(|timing| &mut timing.judge);
         if self.target.keyframes.is_open() {
-            self.keep_keyframe(observation, &attempt);
+            self.keep_keyframe(observation, &hypothesis);
         }
         if self.status == Status::Tracking && !self.frame.is_stale() {
-            self.learn(observation, &attempt);
+            self.learn(observation, &hypothesis);
         } else {
             self.trust.doubt();
         }
@@ -179,9 +179,15 @@ impl Tracker {
         self.target.points.known.iter().map(|known| &known.point)
     }
 
-    /// Believes in an attempt, from a share of `least` on, or not.
-    pub(super) fn settle(&mut self, time_s: f64, expected: &Pose, attempt: &Attempt, least: f64) {
-        if attempt.verdict.share < least {
+    /// Accepts a hypothesis from a share of `least` on, or counts a miss.
+    pub(super) fn settle(
+        &mut self,
+        time_s: f64,
+        expected: &Pose,
+        hypothesis: &Hypothesis,
+        least: f64,
+    ) {
+        if hypothesis.verdict.share < least {
             self.trust.miss();
             self.status = self.trust.without();
             self.motion.wait(time_s, self.restless());
@@ -189,34 +195,38 @@ impl Tracker {
             return;
         }
         let regained = self.status != Status::Tracking;
-        let known = attempt.normal.covariance();
+        let known = hypothesis.normal.covariance();
         // What leaps from one image to the next moves fast; else where it was says nothing.
         let (went_on, followed) = (self.trust.is_unbroken(), self.trust.was_followed());
         self.status = Status::Tracking;
-        self.search.follow(expected, &attempt.pose, self.leeway());
+        self.search.follow(expected, &hypothesis.pose, self.leeway());
         let drifted = self.target.points.drift;
         let foreseen = self.motion.turn_variance_at(time_s, self.restless());
-        self.follow_drift(attempt, Some(foreseen).filter(|_| !regained));
+        self.follow_drift(hypothesis, Some(foreseen).filter(|_| !regained));
         if followed {
-            self.close_loop(expected, attempt, drifted);
+            self.close_loop(expected, hypothesis, drifted);
         }
         if regained {
             if went_on {
-                self.motion.follow(time_s, attempt.pose, &known, self.restless());
+                self.motion.follow(time_s, hypothesis.pose, &known, self.restless());
             } else {
-                self.motion = Motion::at_rest(time_s, attempt.pose);
+                self.motion = Motion::at_rest(time_s, hypothesis.pose);
             }
             self.surprise = surprise_at_first(&self.target.solid);
-            self.trust.meet(&attempt.verdict, &self.target.usual, false);
+            self.trust.meet(&hypothesis.verdict, &self.target.usual, false);
             return;
         }
-        let goes_on = self.is_landed(expected, attempt);
-        self.trust.meet(&attempt.verdict, &self.target.usual, goes_on);
-        self.target.bias.learn(&attempt.toward, attempt.normal.outline, attempt.normal.rest());
+        let goes_on = self.is_landed(expected, hypothesis);
+        self.trust.meet(&hypothesis.verdict, &self.target.usual, goes_on);
+        self.target.bias.learn(
+            &hypothesis.toward,
+            hypothesis.normal.outline,
+            hypothesis.normal.rest(),
+        );
         // Where a loop was closed, that was no motion.
-        let off = (self.motion.predict(time_s).inverse() * attempt.pose).log();
-        let told = self.motion.follow(time_s, attempt.pose, &known, self.restless());
-        self.scatter.follow(time_s, attempt.pose);
+        let off = (self.motion.predict(time_s).inverse() * hypothesis.pose).log();
+        let told = self.motion.follow(time_s, hypothesis.pose, &known, self.restless());
+        self.scatter.follow(time_s, hypothesis.pose);
         let (across, turned) = (off.fixed_rows::<3>(0).norm(), off.fixed_rows::<3>(3).norm());
         self.surprise.0 += 0.3 * told.0 * (across - self.surprise.0);
         self.surprise.1 += 0.3 * told.1 * (turned - self.surprise.1);
@@ -254,27 +264,27 @@ impl Tracker {
         }
     }
 
-    /// Puts an attempt into words.
+    /// Reports a hypothesis as an estimate.
     pub(super) fn estimate(
         &mut self,
         observation: &Observation<'_>,
-        attempt: &Attempt,
+        hypothesis: &Hypothesis,
     ) -> Estimate {
-        let known = certainty(&attempt.normal, self.target.solid.radius);
+        let known = certainty(&hypothesis.normal, self.target.solid.radius);
         let followed = self.status == Status::Tracking;
-        let evidence = self.evidence(&attempt.verdict, &known.covariance);
-        let located = followed && self.is_located(&attempt.verdict);
+        let evidence = self.evidence(&hypothesis.verdict, &known.covariance);
+        let located = followed && self.is_located(&hypothesis.verdict);
         let told = located && is_turn_told(&evidence);
         if located && !told {
             self.frame.notices.push(Notice::TurnOpen);
         }
-        let visible = attempt.verdict.visible;
+        let visible = hypothesis.verdict.visible;
         if followed && visible < CLEAR {
             self.frame.notices.push(Notice::Hidden { hidden: 100.0 * (1.0 - visible) });
         }
         Estimate {
             time_s: observation.time_s,
-            world_from_object: if followed { attempt.pose } else { self.motion.last() },
+            world_from_object: if followed { hypothesis.pose } else { self.motion.last() },
             covariance: known.covariance + self.scatter.covariance() + self.drift_covariance(),
             unobservable: known.unobservable,
             confidence: if followed { evidence.probability() } else { unseen(self.status) },
@@ -282,7 +292,7 @@ impl Tracker {
             status: if followed && !told { Status::Searching } else { self.status },
             located,
             keyframes: if followed {
-                self.keyframes_around(observation, &attempt.pose)
+                self.keyframes_around(observation, &hypothesis.pose)
             } else {
                 self.keyframe = None;
                 [None; 2]

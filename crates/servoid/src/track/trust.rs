@@ -1,8 +1,8 @@
 //! What a verdict is worth: every threshold from which on a pose is followed, said or learned from.
 
-use super::attempt::Attempt;
 use super::confidence::Evidence;
 use super::estimate::Status;
+use super::hypothesis::Hypothesis;
 use super::judge::Verdict;
 use super::settings::TrackSettings;
 use super::target::usual::Usual;
@@ -210,36 +210,36 @@ impl Tracker {
         verdict.share < self.settings.trusted.max(DOUBTFUL * self.target.usual.share)
     }
 
-    pub(super) fn is_sure(&self, attempt: &Attempt) -> bool {
-        let verdict = attempt.verdict;
+    pub(super) fn is_sure(&self, hypothesis: &Hypothesis) -> bool {
+        let verdict = hypothesis.verdict;
         verdict.share > SURE.0 && verdict.support > SURE.1 * self.target.usual.support
     }
 
     /// Takes the trust out of a pose at which too little of the surface is recognised, where the
     /// object was not tracked just before.
-    pub(super) fn doubt(&self, attempt: &mut Attempt) {
+    pub(super) fn doubt(&self, hypothesis: &mut Hypothesis) {
         if self.status != Status::Tracking {
             // Only where it was a moment ago may something be thought to hide it.
-            attempt.verdict.share = attempt.verdict.visible;
+            hypothesis.verdict.share = hypothesis.verdict.visible;
         }
-        if attempt.verdict.recognised < LEAST_RECOGNISED * self.target.usual.recognised {
-            self.distrust(attempt);
+        if hypothesis.verdict.recognised < LEAST_RECOGNISED * self.target.usual.recognised {
+            self.distrust(hypothesis);
         }
     }
 
     /// Takes the trust out of a pose that is farther from where the object was expected than its
     /// motion explains, unless much of the surface is recognised there.
-    pub(super) fn doubt_leap(&self, expected: &Pose, attempt: &mut Attempt) {
-        let landed = attempt.verdict.recognised >= LANDED * self.target.usual.recognised;
-        if self.has_leapt(expected, &attempt.pose) && !landed {
-            self.distrust(attempt);
+    pub(super) fn doubt_leap(&self, expected: &Pose, hypothesis: &mut Hypothesis) {
+        let landed = hypothesis.verdict.recognised >= LANDED * self.target.usual.recognised;
+        if self.has_leapt(expected, &hypothesis.pose) && !landed {
+            self.distrust(hypothesis);
         }
     }
 
     /// Says whether a pose that is followed needs no proof: it did not leap, or all fits where it
     /// landed.
-    pub(super) fn is_landed(&self, expected: &Pose, attempt: &Attempt) -> bool {
-        attempt.verdict.share >= SAFE || !self.has_leapt(expected, &attempt.pose)
+    pub(super) fn is_landed(&self, expected: &Pose, hypothesis: &Hypothesis) -> bool {
+        hypothesis.verdict.share >= SAFE || !self.has_leapt(expected, &hypothesis.pose)
     }
 
     /// Says whether a pose is farther from where the object was expected than its motion explains.
@@ -250,8 +250,8 @@ impl Tracker {
         across > near.max(LEAP * self.target.solid.radius) || turned > slight.max(LEAP)
     }
 
-    fn distrust(&self, attempt: &mut Attempt) {
-        attempt.verdict.share *= DOUBTED * self.settings.trusted;
+    fn distrust(&self, hypothesis: &mut Hypothesis) {
+        hypothesis.verdict.share *= DOUBTED * self.settings.trusted;
     }
 
     /// Says what a pose that is followed may teach.
@@ -299,8 +299,8 @@ mod tests {
         }
     }
 
-    fn attempt(verdict: Verdict) -> Attempt {
-        Attempt { verdict, ..Attempt::nothing(Pose::identity(), 0.05) }
+    fn hypothesis(verdict: Verdict) -> Hypothesis {
+        Hypothesis { verdict, ..Hypothesis::nothing(Pose::identity(), 0.05) }
     }
 
     #[test]
@@ -308,10 +308,10 @@ mod tests {
         for step in 1..=20 {
             let mut tracker = tracker(Status::Searching, 60.0);
             tracker.settings.trusted = 0.05 * f64::from(step);
-            let mut sought = attempt(verdict(1.0, 10.0));
+            let mut sought = hypothesis(verdict(1.0, 10.0));
             tracker.doubt(&mut sought);
             assert!(sought.verdict.share < tracker.settings.trusted);
-            let mut leapt = attempt(verdict(1.0, 30.0));
+            let mut leapt = hypothesis(verdict(1.0, 30.0));
             let far = Pose::exp(&crate::pose::Twist::new(0.2, 0.0, 0.0, 0.0, 0.0, 0.0));
             tracker.doubt_leap(&far, &mut leapt);
             assert!(leapt.verdict.share < tracker.settings.trusted);
@@ -380,7 +380,7 @@ mod tests {
     #[test]
     fn an_object_that_was_found_again_is_told_and_teaches_once_its_old_points_prove_it() {
         let mut tracker = tracker(Status::Searching, 60.0);
-        let like = attempt(verdict(0.8, 45.0));
+        let like = hypothesis(verdict(0.8, 45.0));
         for time in 0..100 {
             tracker.settle(f64::from(time), &Pose::identity(), &like, 0.5);
             assert_eq!(tracker.status, Status::Tracking);
@@ -388,7 +388,7 @@ mod tests {
             let taught = tracker.teachable(&like.verdict);
             assert_eq!(taught, Teachable { colors: false, surface: false, whole: false });
         }
-        let itself = attempt(verdict(0.95, 55.0));
+        let itself = hypothesis(verdict(0.95, 55.0));
         tracker.settle(100.0, &Pose::identity(), &itself, 0.5);
         assert!(tracker.is_located(&itself.verdict));
         assert!(tracker.is_located(&like.verdict), "what was proved stays so");

@@ -9,9 +9,9 @@ use nalgebra::{Matrix6, Vector6};
 
 use self::bundle::{Anchor, Belief, Bundle, Landmark, Sighting, Solution, Station};
 pub(super) use self::worker::Job;
-use super::attempt::Attempt;
 use super::estimate::Notice;
 use super::frame::window::Window;
+use super::hypothesis::Hypothesis;
 use super::target::Target;
 use super::target::keyframes::{Keyframe, Stand};
 use super::target::points::{Known, LEAST_KNOWN, Match};
@@ -80,9 +80,9 @@ impl Tracker {
     }
 
     /// Keeps a pose that is believed where the object shows another side, and has all that was kept adjusted.
-    pub(super) fn keep_keyframe(&mut self, observation: &Observation<'_>, attempt: &Attempt) {
+    pub(super) fn keep_keyframe(&mut self, observation: &Observation<'_>, hypothesis: &Hypothesis) {
         let eyes = observation.world_from_camera[0];
-        let object_from_camera = (attempt.pose.inverse() * eyes).rotation();
+        let object_from_camera = (hypothesis.pose.inverse() * eyes).rotation();
         let adrift = self.target.points.drift > ADRIFT * ADRIFT;
         let is_given = self.target.keyframes.all.is_empty() && !self.trust.is_met();
         let guesses = self.guesses();
@@ -91,7 +91,7 @@ impl Tracker {
         }
         let world = |window: &Window| window.projection(&Pose::identity());
         let stand = Stand {
-            world_from_object: attempt.pose,
+            world_from_object: hypothesis.pose,
             object_from_camera,
             cameras: self.frame.windows.iter().map(world).collect(),
         };

@@ -23,7 +23,7 @@ const BLURRED_PX: f64 = 3.0;
 
 /// A pose that was made precise, and what it is worth.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Attempt {
+pub(super) struct Hypothesis {
     pub(super) pose: Pose,
     pub(super) normal: Normal,
     pub(super) verdict: Verdict,
@@ -31,7 +31,7 @@ pub(super) struct Attempt {
     pub(super) toward: Vector3<f64>,
 }
 
-impl Attempt {
+impl Hypothesis {
     fn new(sight: &Sight<'_>, found: &Evaluated, verdict: Verdict) -> Self {
         let toward = toward(sight, &found.pose);
         Self { pose: found.pose, normal: found.normal, verdict, toward }
@@ -154,12 +154,12 @@ impl Tracker {
         observation: &Observation<'_>,
         expected: &Pose,
         guess: &Pose,
-    ) -> Attempt {
+    ) -> Hypothesis {
         let followed = self.status == Status::Tracking;
         let prior = followed.then(|| self.motion.prior(observation.time_s, self.restless()));
         let prior = prior.as_ref();
-        let mut attempt = self.attempt(observation, guess, self.coarsest(expected), prior);
-        if self.is_doubtful(&attempt.verdict) {
+        let mut hypothesis = self.hypothesis(observation, guess, self.coarsest(expected), prior);
+        if self.is_doubtful(&hypothesis.verdict) {
             // What hides much of the object draws the search away, and what leaps is not where it was
             // foreseen; what shows of its surface tells.
             self.points_in_view(expected);
@@ -168,31 +168,31 @@ impl Tracker {
             let others = [(Some(*guess), COARSEST), (aligned, 1), (Some(*expected), 0)];
             for (start, coarsest) in others {
                 let Some(start) = start else { continue };
-                let other = self.attempt(observation, &start, coarsest, prior);
-                if other.verdict.support > attempt.verdict.support {
-                    attempt = other;
+                let other = self.hypothesis(observation, &start, coarsest, prior);
+                if other.verdict.support > hypothesis.verdict.support {
+                    hypothesis = other;
                 }
             }
             // What is left behind for learning is of the pose that is kept.
-            attempt = self.weigh(observation, &attempt.pose, prior);
+            hypothesis = self.weigh(observation, &hypothesis.pose, prior);
         }
         if self.status != Status::Tracking {
-            self.doubt(&mut attempt);
+            self.doubt(&mut hypothesis);
         }
-        attempt
+        hypothesis
     }
 
     /// Makes a pose precise, from the coarsest resolution that is asked for, and judges it.
-    pub(super) fn attempt(
+    pub(super) fn hypothesis(
         &mut self,
         observation: &Observation<'_>,
         start: &Pose,
         coarsest: usize,
         prior: Option<&Prior>,
-    ) -> Attempt {
+    ) -> Hypothesis {
         let sight = Sight::new(&self.frame, observation, &self.target, &self.settings);
         let found = refine(&sight, (*start, coarsest), prior, &mut self.desk);
-        Attempt::new(&sight, &found, judge(&sight, &found, &self.desk))
+        Hypothesis::new(&sight, &found, judge(&sight, &found, &self.desk))
     }
 
     /// Judges a pose as it is.
@@ -201,9 +201,9 @@ impl Tracker {
         observation: &Observation<'_>,
         pose: &Pose,
         prior: Option<&Prior>,
-    ) -> Attempt {
+    ) -> Hypothesis {
         let sight = Sight::new(&self.frame, observation, &self.target, &self.settings);
         let found = look_at(&sight, *pose, prior, &mut self.desk);
-        Attempt::new(&sight, &found, judge(&sight, &found, &self.desk))
+        Hypothesis::new(&sight, &found, judge(&sight, &found, &self.desk))
     }
 }

@@ -152,13 +152,13 @@ impl Estimate {
         self.core.evaluations
     }
 
-    /// Seconds that each stage took: look, search, refine, judge, learn.
+    /// Seconds that each stage took: look, search, refine, verify, learn.
     #[getter]
     fn seconds<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let core::Timing { look, search, refine, judge, learn } = self.core.timing;
+        let core::Timing { look, search, refine, verify, learn } = self.core.timing;
         let out = PyDict::new(py);
-        let stages = [look, search, refine, judge, learn].map(|stage| stage.as_secs_f64());
-        for (name, seconds) in ["look", "search", "refine", "judge", "learn"].iter().zip(stages) {
+        let stages = [look, search, refine, verify, learn].map(|stage| stage.as_secs_f64());
+        for (name, seconds) in ["look", "search", "refine", "verify", "learn"].iter().zip(stages) {
             out.set_item(name, seconds)?;
         }
         Ok(out)
@@ -180,7 +180,7 @@ impl Estimate {
             let counts = [e.share, e.recognised, e.printed, e.usual_printed];
             (counts, e.proved, [e.turn_rad, e.scatter_rad, e.drift_rad])
         });
-        let core::Timing { look, search, refine, judge, learn } = it.timing;
+        let core::Timing { look, search, refine, verify, learn } = it.timing;
         let keyframes = it.keyframes.map(|one| one.map(|(number, pose)| (number, Pose(pose))));
         let parts = (
             (it.time_s, Pose(it.world_from_object), it.confidence),
@@ -190,7 +190,7 @@ impl Estimate {
             (it.status.name().to_owned(), it.located, it.evolved, it.evaluations),
             keyframes,
             notices.clone(),
-            [look, search, refine, judge, learn].map(|stage| stage.as_secs_f64()),
+            [look, search, refine, verify, learn].map(|stage| stage.as_secs_f64()),
         );
         Ok((slf.getattr("_of_parts")?, parts))
     }
@@ -230,7 +230,7 @@ impl Estimate {
                 drift_rad,
             }
         });
-        let [look, search, refine, judge, learn] =
+        let [look, search, refine, verify, learn] =
             seconds.map(|s| Duration::try_from_secs_f64(s).unwrap_or_default());
         let core = core::Estimate {
             time_s,
@@ -245,7 +245,7 @@ impl Estimate {
             evolved,
             notices: Vec::new(),
             evaluations,
-            timing: core::Timing { look, search, refine, judge, learn },
+            timing: core::Timing { look, search, refine, verify, learn },
         };
         Ok(Self { core, notices })
     }

@@ -5,13 +5,13 @@ use super::target::colors::Colors;
 use super::target::keyframes::Keyframes;
 use super::target::points::{Known, Points};
 use super::target::ranges::Ranges;
-use super::target::usual::Usual;
+use super::target::reference::Reference;
 use super::tracker::Tracker;
 use crate::fitness::{Patch, SurfacePoint};
 use crate::camera::Pyramid;
 
 /// What an object looks like, apart from its shape: the surface points that were learned, with how
-/// well each is known, the shares of its colours, and what was usual while it was tracked.
+/// well each is known, the shares of its colours, and the reference of its quality.
 ///
 /// It belongs to the object's frame, so that it is of use wherever the object is met again.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -20,7 +20,7 @@ pub struct Appearance {
     /// Bins of colours and their shares; grey pictures have other bins.
     colors: Vec<(u32, f32)>,
     grey: bool,
-    usual: [f64; Usual::NUMBERS],
+    reference: [f64; Reference::NUMBERS],
 }
 
 /// First bytes of a written appearance: a name and the version.
@@ -45,7 +45,7 @@ impl Appearance {
         for count in [self.points.len(), self.colors.len()] {
             out.extend((count as u32).to_le_bytes());
         }
-        self.usual.iter().for_each(|x| out.extend(x.to_le_bytes()));
+        self.reference.iter().for_each(|x| out.extend(x.to_le_bytes()));
         for (bin, share) in &self.colors {
             out.extend(bin.to_le_bytes());
             out.extend(share.to_le_bytes());
@@ -89,8 +89,8 @@ impl Reader<'_> {
         if points > MOST || colors > MOST {
             return None;
         }
-        let mut usual = [0.0; Usual::NUMBERS];
-        for number in &mut usual {
+        let mut reference = [0.0; Reference::NUMBERS];
+        for number in &mut reference {
             *number = self.number()?;
         }
         let color = |reader: &mut Self| {
@@ -99,7 +99,7 @@ impl Reader<'_> {
         };
         let colors = (0..colors).map(|_| color(self)).collect::<Option<_>>()?;
         let points = (0..points).map(|_| self.point()).collect::<Option<_>>()?;
-        self.0.is_empty().then_some(Appearance { points, colors, grey, usual })
+        self.0.is_empty().then_some(Appearance { points, colors, grey, reference })
     }
 
     fn point(&mut self) -> Option<(SurfacePoint, f64)> {
@@ -157,13 +157,13 @@ impl Tracker {
             points: points.collect(),
             colors,
             grey,
-            usual: self.target.usual.numbers(self.frame.cameras.len()),
+            reference: self.target.reference.numbers(self.frame.cameras.len()),
         }
     }
 
     /// Takes over what the object looks like, so that it can be sought without a pose.
     pub fn recall(&mut self, appearance: &Appearance) {
-        self.target.usual = Usual::of(appearance.usual, self.frame.cameras.len());
+        self.target.reference = Reference::of(appearance.reference, self.frame.cameras.len());
         let known = appearance.points.iter().map(|&(point, variance)| Known::new(point, variance));
         self.target.points = Points::of(known.collect());
         // What was adjusted, or is, are other points.

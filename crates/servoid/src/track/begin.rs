@@ -70,7 +70,7 @@ impl Tracker {
         // The pose is given, so that what the outline says beside it is its bias.
         self.target.bias.learn_at(&hypothesis.toward, hypothesis.normal.outline);
         self.keep_keyframe(observation, &hypothesis);
-        let told = hypothesis.verdict.share >= self.settings.held;
+        let told = hypothesis.quality.share >= self.settings.held;
         self.status = if told { Status::Tracking } else { Status::Searching };
         self.trust = Trust::given(told);
         let mut estimate = self.estimate(observation, &hypothesis);
@@ -142,20 +142,21 @@ impl Tracker {
         }
     }
 
-    /// Takes what is seen at a pose for what is usual.
+    /// Takes what is seen at a pose as the reference.
     fn get_used_to(&mut self, observation: &Observation<'_>, pose: &Pose) -> Hypothesis {
         let eye = observation.world_from_camera[0].translation();
-        self.target.usual.distance = (pose.translation() - eye).norm();
-        self.target.usual.area =
-            self.area(pose) * self.target.usual.distance * self.target.usual.distance;
-        // Colours count in a verdict only where it is known what is usual of them.
-        let colors = self.weigh(observation, pose, None).verdict;
-        (self.target.usual.ratio, self.target.usual.outline) = (colors.ratio, colors.outline);
+        self.target.reference.distance = (pose.translation() - eye).norm();
+        self.target.reference.area =
+            self.area(pose) * self.target.reference.distance * self.target.reference.distance;
+        // Colours count only where a reference for them is known.
+        let colors = self.weigh(observation, pose, None).quality;
+        (self.target.reference.ratio, self.target.reference.outline) =
+            (colors.ratio, colors.outline);
         let hypothesis = self.weigh(observation, pose, None);
-        self.target.usual.support = hypothesis.verdict.support;
-        self.target.usual.recognised = hypothesis.verdict.recognised;
-        self.target.usual.printed = hypothesis.verdict.printed;
-        self.target.usual.share = hypothesis.verdict.share;
+        self.target.reference.support = hypothesis.quality.support;
+        self.target.reference.recognised = hypothesis.quality.recognised;
+        self.target.reference.printed = hypothesis.quality.printed;
+        self.target.reference.share = hypothesis.quality.share;
         hypothesis
     }
 
@@ -195,7 +196,7 @@ impl Tracker {
         }
         if !known {
             self.target.colors = Colors::new(self.settings.local_colors);
-            (self.target.usual.ratio, self.target.usual.outline) = (0.0, 0.0);
+            (self.target.reference.ratio, self.target.reference.outline) = (0.0, 0.0);
             return Ok(());
         }
         self.look_all_over(observation);

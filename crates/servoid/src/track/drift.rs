@@ -7,9 +7,9 @@ use nalgebra::{Matrix6, Vector6};
 
 use super::estimate::Notice;
 use super::hypothesis::Hypothesis;
-use super::judge::Verdict;
 use super::tracker::Tracker;
 use super::trust::{ADRIFT, CLEAR};
+use super::verify::Quality;
 use crate::pose::Pose;
 
 /// By what a turn slips for each radian, as a standard deviation, where nothing has the contrast of a pattern
@@ -32,7 +32,7 @@ impl Tracker {
     /// Says anew how far the turn may have drifted at a pose that is believed; `foreseen` is its variance
     /// without this image, or nothing where the object was lost.
     pub(super) fn follow_drift(&mut self, hypothesis: &Hypothesis, foreseen: Option<f64>) {
-        let slip = slip(&hypothesis.verdict, self.frame.open());
+        let slip = slip(&hypothesis.quality, self.frame.open());
         let (points, radius) = (&mut self.target.points, self.target.solid.radius);
         let known = points.drift_seen(&self.desk.matches, &hypothesis.toward, slip * slip);
         let lost = FOUND_RAD * FOUND_RAD;
@@ -41,7 +41,7 @@ impl Tracker {
             points.follow_tilt(&self.desk.matches, &hypothesis.toward, radius);
         }
         // Where much is missed, what seems to be a known side may be another one.
-        let is_clear = hypothesis.verdict.share >= CLEAR;
+        let is_clear = hypothesis.quality.share >= CLEAR;
         points.drift = if is_clear { drift } else { drift.max(points.drift) };
     }
 
@@ -90,10 +90,10 @@ impl Tracker {
 
 /// Gives the standard deviation by which what is recognised slips along the surface while the object turns by
 /// one radian, in radians.
-fn slip(verdict: &Verdict, cameras: usize) -> f64 {
+fn slip(quality: &Quality, cameras: usize) -> f64 {
     let (few, most, half) = (SLIPS.0, SLIPS.1, SLIPS.2 * cameras.max(1) as f64);
-    let printed = (verdict.printed + 1.0) / (verdict.recognised + 2.0);
-    (few * (1.0 - printed) / (1.0 + (verdict.recognised / half).powi(2))).min(most)
+    let printed = (quality.printed + 1.0) / (quality.recognised + 2.0);
+    (few * (1.0 - printed) / (1.0 + (quality.recognised / half).powi(2))).min(most)
 }
 
 #[cfg(test)]
@@ -102,9 +102,9 @@ mod tests {
 
     use super::*;
 
-    fn verdict(recognised: f64, printed: f64) -> Verdict {
+    fn quality(recognised: f64, printed: f64) -> Quality {
         let (visible, share, support) = (1.0, 1.0, recognised);
-        Verdict { visible, share, support, recognised, printed, ratio: 1.0, outline: 1.0 }
+        Quality { visible, share, support, recognised, printed, ratio: 1.0, outline: 1.0 }
     }
 
     proptest! {
@@ -114,12 +114,12 @@ mod tests {
             part in 0.0..=1.0_f64,
             more in 0.0..50.0_f64,
         ) {
-            let now = slip(&verdict(recognised, part * recognised), 2);
+            let now = slip(&quality(recognised, part * recognised), 2);
             prop_assert!((0.0..=SLIPS.1).contains(&now));
             let printed = (part * recognised + more).min(recognised);
-            prop_assert!(slip(&verdict(recognised, printed), 2) <= now);
+            prop_assert!(slip(&quality(recognised, printed), 2) <= now);
             let (many, all) = (recognised + more, part * recognised + more);
-            prop_assert!(slip(&verdict(many, all), 2) <= now);
+            prop_assert!(slip(&quality(many, all), 2) <= now);
         }
     }
 }

@@ -118,7 +118,7 @@ pub struct Timing {
     /// Making the best one precise.
     pub refine: Duration,
     /// Judging it: confidence, covariance, status.
-    pub judge: Duration,
+    pub verify: Duration,
     /// Learning colours and surface points from it.
     pub learn: Duration,
 }

@@ -4,12 +4,12 @@ use super::TrackError;
 use super::align::align;
 use super::clock::Clock;
 use super::estimate::Status;
-use super::judge::{Verdict, judge};
 use super::motion::Prior;
 use super::refine::{Evaluated, Normal, look_at, refine, toward};
 use super::search::{Judged, Leeway, Probes};
 use super::sight::Sight;
 use super::tracker::Tracker;
+use super::verify::{Quality, verify};
 use crate::camera::{Observation, Pyramid};
 use crate::pose::Pose;
 
@@ -26,20 +26,20 @@ const BLURRED_PX: f64 = 3.0;
 pub(super) struct Hypothesis {
     pub(super) pose: Pose,
     pub(super) normal: Normal,
-    pub(super) verdict: Verdict,
+    pub(super) quality: Quality,
     /// Direction to a camera, in the object's frame.
     pub(super) toward: Vector3<f64>,
 }
 
 impl Hypothesis {
-    fn new(sight: &Sight<'_>, found: &Evaluated, verdict: Verdict) -> Self {
+    fn new(sight: &Sight<'_>, found: &Evaluated, quality: Quality) -> Self {
         let toward = toward(sight, &found.pose);
-        Self { pose: found.pose, normal: found.normal, verdict, toward }
+        Self { pose: found.pose, normal: found.normal, quality, toward }
     }
 
     /// Supposes a pose of which nothing is seen.
     pub(super) fn nothing(pose: Pose, radius: f64) -> Self {
-        let verdict = Verdict {
+        let quality = Quality {
             visible: 0.0,
             share: 0.0,
             support: f64::NEG_INFINITY,
@@ -48,7 +48,7 @@ impl Hypothesis {
             ratio: 0.0,
             outline: 0.0,
         };
-        Self { pose, normal: Normal::new(radius), verdict, toward: Vector3::z() }
+        Self { pose, normal: Normal::new(radius), quality, toward: Vector3::z() }
     }
 }
 
@@ -159,7 +159,7 @@ impl Tracker {
         let prior = followed.then(|| self.motion.prior(observation.time_s, self.restless()));
         let prior = prior.as_ref();
         let mut hypothesis = self.hypothesis(observation, guess, self.coarsest(expected), prior);
-        if self.is_doubtful(&hypothesis.verdict) {
+        if self.is_doubtful(&hypothesis.quality) {
             // What hides much of the object draws the search away, and what leaps is not where it was
             // foreseen; what shows of its surface tells.
             self.points_in_view(expected);
@@ -169,7 +169,7 @@ impl Tracker {
             for (start, coarsest) in others {
                 let Some(start) = start else { continue };
                 let other = self.hypothesis(observation, &start, coarsest, prior);
-                if other.verdict.support > hypothesis.verdict.support {
+                if other.quality.support > hypothesis.quality.support {
                     hypothesis = other;
                 }
             }
@@ -192,7 +192,7 @@ impl Tracker {
     ) -> Hypothesis {
         let sight = Sight::new(&self.frame, observation, &self.target, &self.settings);
         let found = refine(&sight, (*start, coarsest), prior, &mut self.desk);
-        Hypothesis::new(&sight, &found, judge(&sight, &found, &self.desk))
+        Hypothesis::new(&sight, &found, verify(&sight, &found, &self.desk))
     }
 
     /// Judges a pose as it is.
@@ -204,6 +204,6 @@ impl Tracker {
     ) -> Hypothesis {
         let sight = Sight::new(&self.frame, observation, &self.target, &self.settings);
         let found = look_at(&sight, *pose, prior, &mut self.desk);
-        Hypothesis::new(&sight, &found, judge(&sight, &found, &self.desk))
+        Hypothesis::new(&sight, &found, verify(&sight, &found, &self.desk))
     }
 }

@@ -13,7 +13,6 @@ mod frame;
 mod growth;
 mod guess;
 mod hypothesis;
-mod judge;
 mod landscape;
 mod learn;
 mod looks;
@@ -32,6 +31,7 @@ mod target;
 mod teach;
 mod tracker;
 mod trust;
+mod verify;
 
 pub use appearance::Appearance;
 pub use confidence::Evidence;

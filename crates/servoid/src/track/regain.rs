@@ -42,9 +42,9 @@ impl Tracker {
     ) -> Result<usize, TrackError> {
         let mut rival = *hypothesis;
         let evaluations = self.seek_near(observation, (&hypothesis.pose, 1), &mut rival)?;
-        let better = rival.verdict.support > BETTER * hypothesis.verdict.support;
+        let better = rival.quality.support > BETTER * hypothesis.quality.support;
         if better
-            && rival.verdict.share >= self.settings.trusted
+            && rival.quality.share >= self.settings.trusted
             && self.has_leapt(expected, &rival.pose)
         {
             *hypothesis = rival;
@@ -93,14 +93,14 @@ impl Tracker {
     ) -> Result<usize, TrackError> {
         let radius = self.target.solid.radius;
         let focal = self.frame.cameras.first().map_or(1.0, |camera| camera.focal_px()[0]);
-        let usual = self.target.usual.distance;
+        let reference = self.target.reference.distance;
         let (near, far) = match self.last_distance(observation) {
             Some(last) => (0.6 * last, 1.7 * last),
-            None if usual > 0.0 => (0.4 * usual, 2.5 * usual),
+            None if reference > 0.0 => (0.4 * reference, 2.5 * reference),
             None => (2.5 * radius, 2.0 * focal * radius / SMALLEST_PX),
         };
-        let usual_area = self.target.usual.area;
-        let area_at = |distance: f64| usual_area / (distance * distance);
+        let reference_area = self.target.reference.area;
+        let area_at = |distance: f64| reference_area / (distance * distance);
         let mut evaluations = 0;
         for _ in 0..rounds {
             self.look_all_over(observation);
@@ -127,7 +127,7 @@ impl Tracker {
         for candidate in candidates {
             self.points_in_view(candidate);
             let other = self.hypothesis(observation, candidate, COARSEST, None);
-            if other.verdict.support > hypothesis.verdict.support {
+            if other.quality.support > hypothesis.quality.support {
                 *hypothesis = other;
             }
             if self.is_sure(hypothesis) {

@@ -7,8 +7,8 @@ use super::target::bias::Bias;
 use super::target::colors::Colors;
 use super::target::points::Points;
 use super::target::ranges::Ranges;
+use super::target::reference::Reference;
 use super::target::solid::Solid;
-use super::target::usual::Usual;
 use crate::camera::{DepthView, ImageView, Observation};
 use crate::pose::Pose;
 
@@ -23,7 +23,7 @@ pub(super) struct Sight<'a> {
     pub(super) ranges: &'a Ranges,
     /// Nothing where colours are not to be asked.
     pub(super) colors: Option<&'a Colors>,
-    pub(super) usual: &'a Usual,
+    pub(super) reference: &'a Reference,
     pub(super) bias: &'a Bias,
     /// Whether the object moves so fast that its image may be blurred.
     pub(super) is_blurred: bool,
@@ -46,7 +46,7 @@ impl<'a> Sight<'a> {
             points: &target.points,
             ranges: &target.ranges,
             colors: settings.region.then_some(&target.colors),
-            usual: &target.usual,
+            reference: &target.reference,
             bias: &target.bias,
             is_blurred: frame.is_blurred,
             depth_from_motion: settings.depth_from_motion,

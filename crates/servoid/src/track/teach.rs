@@ -27,14 +27,14 @@ pub(super) struct Teachable {
     pub(super) colors: bool,
     /// Surface points, where nothing hides the object.
     pub(super) surface: bool,
-    /// What is usual, and views.
+    /// The reference, and views.
     pub(super) whole: bool,
 }
 
 impl Tracker {
     /// Learns from an observation in which the object is tracked.
     pub(super) fn learn(&mut self, observation: &Observation<'_>, hypothesis: &Hypothesis) {
-        let may = self.teachable(&hypothesis.verdict);
+        let may = self.teachable(&hypothesis.quality);
         if self.settings.region && may.colors {
             self.lessons += 1;
             if self.lessons.is_multiple_of(COLOR_LESSONS) {
@@ -44,8 +44,8 @@ impl Tracker {
         if may.whole {
             let eye = observation.world_from_camera[0].translation();
             self.target
-                .usual
-                .follow(&hypothesis.verdict, (hypothesis.pose.translation() - eye).norm());
+                .reference
+                .follow(&hypothesis.quality, (hypothesis.pose.translation() - eye).norm());
             self.keep_views(observation, &hypothesis.pose);
         }
         if self.settings.surface && may.surface {
@@ -57,7 +57,7 @@ impl Tracker {
             self.cell = self.cell.wrapping_add(cells);
             self.learn_points(observation, &hypothesis.pose, &lesson);
             self.learn_looks(observation, &hypothesis.pose);
-            self.target.points.judge(&self.desk.matches, &self.desk.occlusion);
+            self.target.points.count_hits(&self.desk.matches, &self.desk.occlusion);
         }
         if may.surface {
             self.learn_ranges(observation, &hypothesis.pose, &[]);
@@ -97,7 +97,7 @@ impl Tracker {
                 self.desk.occlusion.hides(camera, pixel) == 0.0
                     && mask.is_none_or(|mask| mask.holds(pixel.x, pixel.y))
             };
-            ranges.judge(&seen, sight.solid, is_clear);
+            ranges.count_hits(&seen, sight.solid, is_clear);
             let body = (sight.solid, &mut self.desk.rims);
             ranges.learn(&seen, body, (keyframe, drift), is_clear);
         }

@@ -9,7 +9,6 @@ use super::estimate::{Estimate, Notice, Status};
 use super::frame::Frame;
 use super::growth::Evolving;
 use super::hypothesis::Hypothesis;
-use super::judge::Verdict;
 use super::motion::Motion;
 use super::recover::Recovery;
 use super::refine::Desk;
@@ -20,6 +19,7 @@ use super::target::Target;
 use super::target::points::Known;
 use super::target::solid::Solid;
 use super::trust::{CLEAR, Trust, is_turn_told};
+use super::verify::Quality;
 use crate::evolve;
 use crate::fitness::SurfacePoint;
 use crate::camera::{Camera, Observation};
@@ -123,7 +123,7 @@ impl Tracker {
         if self.status == Status::Tracking {
             self.doubt_leap(&expected, &mut hypothesis);
         }
-        let missed = hypothesis.verdict.share < least;
+        let missed = hypothesis.quality.share < least;
         if !missed && self.trust.is_proved() && self.seeks_rival() {
             evaluations += self.compare_with_rival(observation, &expected, &mut hypothesis)?;
             clock.lap(|timing| &mut timing.search);
@@ -144,7 +144,7 @@ impl Tracker {
             self.desk.occlusion.forget();
         }
         let mut estimate = self.estimate(observation, &hypothesis);
-        clock.lap(|timing| &mut timing.judge);
+        clock.lap(|timing| &mut timing.verify);
         if self.target.keyframes.is_open() {
             self.keep_keyframe(observation, &hypothesis);
         }
@@ -187,7 +187,7 @@ impl Tracker {
         hypothesis: &Hypothesis,
         least: f64,
     ) {
-        if hypothesis.verdict.share < least {
+        if hypothesis.quality.share < least {
             self.trust.miss();
             self.status = self.trust.without();
             self.motion.wait(time_s, self.restless());
@@ -213,11 +213,11 @@ impl Tracker {
                 self.motion = Motion::at_rest(time_s, hypothesis.pose);
             }
             self.surprise = surprise_at_first(&self.target.solid);
-            self.trust.meet(&hypothesis.verdict, &self.target.usual, false);
+            self.trust.meet(&hypothesis.quality, &self.target.reference, false);
             return;
         }
         let goes_on = self.is_landed(expected, hypothesis);
-        self.trust.meet(&hypothesis.verdict, &self.target.usual, goes_on);
+        self.trust.meet(&hypothesis.quality, &self.target.reference, goes_on);
         self.target.bias.learn(
             &hypothesis.toward,
             hypothesis.normal.outline,
@@ -242,17 +242,17 @@ impl Tracker {
     }
 
     /// Gathers what speaks for a pose; `noise` is its covariance by that of the images.
-    pub(super) fn evidence(&self, verdict: &Verdict, noise: &Matrix6<f64>) -> Evidence {
+    pub(super) fn evidence(&self, quality: &Quality, noise: &Matrix6<f64>) -> Evidence {
         let turn = |covariance: &Matrix6<f64>| covariance.fixed_view::<3, 3>(3, 3).trace().sqrt();
         let open = self.frame.open().max(1) as f64;
-        let (recognised, printed) = (verdict.recognised / open, verdict.printed / open);
-        let usual = self.target.usual.printed / self.frame.cameras.len() as f64;
+        let (recognised, printed) = (quality.recognised / open, quality.printed / open);
+        let reference = self.target.reference.printed / self.frame.cameras.len() as f64;
         Evidence {
-            share: verdict.share,
+            share: quality.share,
             recognised,
             printed,
-            // Where nothing was learned yet, what is seen is usual.
-            usual_printed: if usual > 0.0 { usual } else { printed },
+            // Where nothing was learned yet, this image is the reference.
+            usual_printed: if reference > 0.0 { reference } else { printed },
             proved: self.trust.is_proved(),
             turn_rad: turn(noise),
             drift_rad: self.target.points.told().sqrt(),
@@ -272,13 +272,13 @@ impl Tracker {
     ) -> Estimate {
         let known = certainty(&hypothesis.normal, self.target.solid.radius);
         let followed = self.status == Status::Tracking;
-        let evidence = self.evidence(&hypothesis.verdict, &known.covariance);
-        let located = followed && self.is_located(&hypothesis.verdict);
+        let evidence = self.evidence(&hypothesis.quality, &known.covariance);
+        let located = followed && self.is_located(&hypothesis.quality);
         let told = located && is_turn_told(&evidence);
         if located && !told {
             self.frame.notices.push(Notice::TurnOpen);
         }
-        let visible = hypothesis.verdict.visible;
+        let visible = hypothesis.quality.visible;
         if followed && visible < CLEAR {
             self.frame.notices.push(Notice::Hidden { hidden: 100.0 * (1.0 - visible) });
         }

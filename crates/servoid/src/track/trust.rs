@@ -1,13 +1,13 @@
-//! What a verdict is worth: every threshold from which on a pose is followed, said or learned from.
+//! Every threshold of a quality from which on a pose is followed, reported or learned from.
 
 use super::confidence::Evidence;
 use super::estimate::Status;
 use super::hypothesis::Hypothesis;
-use super::judge::Verdict;
 use super::settings::TrackSettings;
-use super::target::usual::Usual;
+use super::target::reference::Reference;
 use super::teach::Teachable;
 use super::tracker::Tracker;
+use super::verify::Quality;
 use crate::pose::Pose;
 
 /// Share of what should be seen of an object below which part of it counts as hidden.
@@ -29,9 +29,9 @@ const RICH: f64 = 22.0;
 /// Part of the trusted share that is left of a pose's at which something does not fit, so that
 /// however well the rest fits, it is not trusted.
 const DOUBTED: f64 = 0.9;
-/// Part of the usual share below which a pose is made precise once more, from coarser images.
+/// Part of the reference share below which a pose is made precise once more, from coarser images.
 const DOUBTFUL: f64 = 0.9;
-/// Share and part of the usual support from which on no other candidate is looked at.
+/// Share and part of the reference support from which on no other candidate is looked at.
 const SURE: (f64, f64) = (0.7, 0.6);
 /// Surface points that are usually seen of an object with a pattern: its turn is not believed without
 /// some of them.
@@ -41,13 +41,13 @@ const MANY: f64 = 24.0;
 /// Share of the surface points that are usually seen of an object, below which one that was sought is
 /// not believed to be found: its outline alone fits too many poses.
 const LEAST_RECOGNISED: f64 = 0.25;
-/// How far an object must be off to have leapt, in radii and radians, and the share of the usual
+/// How far an object must be off to have leapt, in radii and radians, and the share of the reference
 /// surface points that must then be seen.
 const LEAP: f64 = 0.1;
 const LANDED: f64 = 0.6;
 /// Share from which on a leap is believed at once.
 const SAFE: f64 = 0.85;
-/// Share of the usual surface points that must be seen for what is learned to be true, after a doubt
+/// Share of the reference surface points that must be seen for what is learned to be true, after a doubt
 /// and when the last images were clear: a side that turns into view brings its points one by one.
 const WELL_RECOGNISED: (f64, f64) = (0.6, 0.3);
 /// Standard deviation of the turn, in radians, below which a side that is not known is learned.
@@ -61,10 +61,10 @@ const MISSED: usize = 3;
 const DOUBT: usize = 8;
 /// Share from which on colours are learned.
 const COLOR_SHARE: f64 = 0.65;
-/// Share and part of the usual surface points that prove that an object which was found again is
+/// Share and part of the reference surface points that prove that an object which was found again is
 /// the one that was lost, at its true pose, and no look-alike's: one that teaches is wrong for good.
 const PROVED: (f64, f64) = (0.92, 0.5);
-/// Share, part of the usual points with the contrast of a pattern, and the least number of those, that prove the same.
+/// Share, part of the reference points with the contrast of a pattern, and the least number of those, that prove the same.
 const RECOGNISABLE: (f64, f64, f64) = (0.75, 0.8, 40.0);
 /// Share that proves one that is met for the first time, by what it looked like elsewhere.
 const FOUND: f64 = 0.85;
@@ -132,17 +132,17 @@ impl Trust {
 
     /// Takes a pose that is believed for proved, if so much is seen at it, or if the last one was and
     /// this one `goes_on` from there.
-    pub(super) fn meet(&mut self, verdict: &Verdict, usual: &Usual, goes_on: bool) {
+    pub(super) fn meet(&mut self, quality: &Quality, reference: &Reference, goes_on: bool) {
         (self.unseen, self.met) = (0, true);
         let (again, part) = PROVED;
         let least = if self.confirmed { again } else { FOUND };
-        let explained = verdict.recognised >= part * usual.recognised;
+        let explained = quality.recognised >= part * reference.recognised;
         self.proved &= goes_on;
-        self.proved |= verdict.share >= least && explained;
+        self.proved |= quality.share >= least && explained;
         // No other pose and no look-alike shows so many points of a pattern.
         let (share, part, many) = RECOGNISABLE;
-        let printed = (part * usual.printed).max(many);
-        self.proved |= verdict.share >= share && verdict.printed >= printed;
+        let printed = (part * reference.printed).max(many);
+        self.proved |= quality.share >= share && quality.printed >= printed;
         self.confirmed |= self.proved;
     }
 
@@ -154,11 +154,11 @@ impl Trust {
     /// Says what a pose that is followed may teach, if images confirm it as `located`.
     fn teachable(
         &mut self,
-        verdict: &Verdict,
-        usual: &Usual,
+        quality: &Quality,
+        reference: &Reference,
         (located, held): (bool, bool),
     ) -> Teachable {
-        let &Verdict { visible, recognised, .. } = verdict;
+        let &Quality { visible, recognised, .. } = quality;
         let is_clear = visible >= CLEAR;
         self.doubt = if is_clear { self.doubt.saturating_sub(1) } else { DOUBT };
         if !located {
@@ -168,7 +168,7 @@ impl Trust {
         // teach where its points are.
         let (doubted, sure) = WELL_RECOGNISED;
         let least = if self.doubt > 0 { doubted } else { sure };
-        let whole = is_clear && (held || recognised >= least * usual.recognised);
+        let whole = is_clear && (held || recognised >= least * reference.recognised);
         Teachable { colors: visible >= COLOR_SHARE, surface: whole || held, whole }
     }
 }
@@ -190,13 +190,13 @@ impl Tracker {
     }
 
     /// Says whether the images confirm where an object is that is followed.
-    pub(super) fn is_located(&self, verdict: &Verdict) -> bool {
-        let usual = self.target.usual.recognised;
-        let least = (LEAST_RECOGNISED * usual).min(MANY);
+    pub(super) fn is_located(&self, quality: &Quality) -> bool {
+        let reference = self.target.reference.recognised;
+        let least = (LEAST_RECOGNISED * reference).min(MANY);
         let held = self.is_held();
         let said = if held { SAID_OF_HELD } else { SAID };
-        let known = usual < PATTERN || verdict.recognised >= least || held;
-        self.trust.proved && verdict.share >= said.max(self.settings.held) && known
+        let known = reference < PATTERN || quality.recognised >= least || held;
+        self.trust.proved && quality.share >= said.max(self.settings.held) && known
     }
 
     /// Says whether the object was seen all the time and it is known how it is turned, so that a side
@@ -206,13 +206,13 @@ impl Tracker {
     }
 
     /// Says whether it pays to make a pose precise once more.
-    pub(super) fn is_doubtful(&self, verdict: &Verdict) -> bool {
-        verdict.share < self.settings.trusted.max(DOUBTFUL * self.target.usual.share)
+    pub(super) fn is_doubtful(&self, quality: &Quality) -> bool {
+        quality.share < self.settings.trusted.max(DOUBTFUL * self.target.reference.share)
     }
 
     pub(super) fn is_sure(&self, hypothesis: &Hypothesis) -> bool {
-        let verdict = hypothesis.verdict;
-        verdict.share > SURE.0 && verdict.support > SURE.1 * self.target.usual.support
+        let quality = hypothesis.quality;
+        quality.share > SURE.0 && quality.support > SURE.1 * self.target.reference.support
     }
 
     /// Takes the trust out of a pose at which too little of the surface is recognised, where the
@@ -220,9 +220,9 @@ impl Tracker {
     pub(super) fn doubt(&self, hypothesis: &mut Hypothesis) {
         if self.status != Status::Tracking {
             // Only where it was a moment ago may something be thought to hide it.
-            hypothesis.verdict.share = hypothesis.verdict.visible;
+            hypothesis.quality.share = hypothesis.quality.visible;
         }
-        if hypothesis.verdict.recognised < LEAST_RECOGNISED * self.target.usual.recognised {
+        if hypothesis.quality.recognised < LEAST_RECOGNISED * self.target.reference.recognised {
             self.distrust(hypothesis);
         }
     }
@@ -230,7 +230,7 @@ impl Tracker {
     /// Takes the trust out of a pose that is farther from where the object was expected than its
     /// motion explains, unless much of the surface is recognised there.
     pub(super) fn doubt_leap(&self, expected: &Pose, hypothesis: &mut Hypothesis) {
-        let landed = hypothesis.verdict.recognised >= LANDED * self.target.usual.recognised;
+        let landed = hypothesis.quality.recognised >= LANDED * self.target.reference.recognised;
         if self.has_leapt(expected, &hypothesis.pose) && !landed {
             self.distrust(hypothesis);
         }
@@ -239,7 +239,7 @@ impl Tracker {
     /// Says whether a pose that is followed needs no proof: it did not leap, or all fits where it
     /// landed.
     pub(super) fn is_landed(&self, expected: &Pose, hypothesis: &Hypothesis) -> bool {
-        hypothesis.verdict.share >= SAFE || !self.has_leapt(expected, &hypothesis.pose)
+        hypothesis.quality.share >= SAFE || !self.has_leapt(expected, &hypothesis.pose)
     }
 
     /// Says whether a pose is farther from where the object was expected than its motion explains.
@@ -251,13 +251,13 @@ impl Tracker {
     }
 
     fn distrust(&self, hypothesis: &mut Hypothesis) {
-        hypothesis.verdict.share *= DOUBTED * self.settings.trusted;
+        hypothesis.quality.share *= DOUBTED * self.settings.trusted;
     }
 
     /// Says what a pose that is followed may teach.
-    pub(super) fn teachable(&mut self, verdict: &Verdict) -> Teachable {
-        let located = self.is_located(verdict);
-        self.trust.teachable(verdict, &self.target.usual, (located, self.is_held()))
+    pub(super) fn teachable(&mut self, quality: &Quality) -> Teachable {
+        let located = self.is_located(quality);
+        self.trust.teachable(quality, &self.target.reference, (located, self.is_held()))
     }
 }
 
@@ -275,20 +275,21 @@ mod tests {
         let ball = Ellipsoid::new(0, [0.0; 3], [0.05; 3], [1.0, 0.0, 0.0, 0.0]).unwrap();
         let body = Body::new(Pose::identity(), vec![ball]).unwrap();
         let mut tracker = Tracker::new(&[camera], &body, TrackSettings::default()).unwrap();
-        let usual = Usual {
+        let reference = Reference {
             recognised,
             printed: recognised,
             support: recognised,
             share: 0.9,
-            ..Usual::default()
+            ..Reference::default()
         };
-        (tracker.status, tracker.target.usual, tracker.trust.confirmed) = (status, usual, true);
+        (tracker.status, tracker.target.reference, tracker.trust.confirmed) =
+            (status, reference, true);
         tracker
     }
 
-    fn verdict(share: f64, recognised: f64) -> Verdict {
+    fn quality(share: f64, recognised: f64) -> Quality {
         let (visible, support) = (share, recognised);
-        Verdict {
+        Quality {
             visible,
             share,
             support,
@@ -299,8 +300,8 @@ mod tests {
         }
     }
 
-    fn hypothesis(verdict: Verdict) -> Hypothesis {
-        Hypothesis { verdict, ..Hypothesis::nothing(Pose::identity(), 0.05) }
+    fn hypothesis(quality: Quality) -> Hypothesis {
+        Hypothesis { quality, ..Hypothesis::nothing(Pose::identity(), 0.05) }
     }
 
     #[test]
@@ -308,61 +309,61 @@ mod tests {
         for step in 1..=20 {
             let mut tracker = tracker(Status::Searching, 60.0);
             tracker.settings.trusted = 0.05 * f64::from(step);
-            let mut sought = hypothesis(verdict(1.0, 10.0));
+            let mut sought = hypothesis(quality(1.0, 10.0));
             tracker.doubt(&mut sought);
-            assert!(sought.verdict.share < tracker.settings.trusted);
-            let mut leapt = hypothesis(verdict(1.0, 30.0));
+            assert!(sought.quality.share < tracker.settings.trusted);
+            let mut leapt = hypothesis(quality(1.0, 30.0));
             let far = Pose::exp(&crate::pose::Twist::new(0.2, 0.0, 0.0, 0.0, 0.0, 0.0));
             tracker.doubt_leap(&far, &mut leapt);
-            assert!(leapt.verdict.share < tracker.settings.trusted);
+            assert!(leapt.quality.share < tracker.settings.trusted);
         }
     }
 
     #[test]
     fn a_pose_is_told_only_with_some_of_the_points_of_an_object_that_has_them() {
         let patterned = tracker(Status::Tracking, 60.0);
-        assert!(!patterned.is_located(&verdict(1.0, 0.0)));
-        assert!(!patterned.is_located(&verdict(1.0, 14.0)));
-        assert!(patterned.is_located(&verdict(0.7, 20.0)));
-        assert!(tracker(Status::Tracking, 3.0).is_located(&verdict(0.7, 0.0)));
+        assert!(!patterned.is_located(&quality(1.0, 0.0)));
+        assert!(!patterned.is_located(&quality(1.0, 14.0)));
+        assert!(patterned.is_located(&quality(0.7, 20.0)));
+        assert!(tracker(Status::Tracking, 3.0).is_located(&quality(0.7, 0.0)));
     }
 
     /// Says whether a turn is told with standard deviations of some radians a direction.
-    fn told(tracker: &Tracker, verdict: &Verdict, turn_rad: f64) -> bool {
+    fn told(tracker: &Tracker, quality: &Quality, turn_rad: f64) -> bool {
         let now = Matrix6::identity() * (turn_rad * turn_rad);
-        is_turn_told(&tracker.evidence(verdict, &now))
+        is_turn_told(&tracker.evidence(quality, &now))
     }
 
     #[test]
     fn colours_and_outline_alone_never_tell_a_turn() {
-        for usual in 0..100 {
-            let tracker = tracker(Status::Tracking, f64::from(usual));
-            assert!(!told(&tracker, &verdict(1.0, 0.0), 1e-3));
+        for reference in 0..100 {
+            let tracker = tracker(Status::Tracking, f64::from(reference));
+            assert!(!told(&tracker, &quality(1.0, 0.0), 1e-3));
         }
         let thin = tracker(Status::Tracking, 20.0);
-        assert!(told(&thin, &verdict(1.0, 20.0), 1e-3));
-        assert!(!told(&thin, &verdict(1.0, 20.0), 0.1), "one that scatters");
-        assert!(!told(&thin, &verdict(0.3, 20.0), 0.01), "one of which little is seen");
+        assert!(told(&thin, &quality(1.0, 20.0), 1e-3));
+        assert!(!told(&thin, &quality(1.0, 20.0), 0.1), "one that scatters");
+        assert!(!told(&thin, &quality(0.3, 20.0), 0.01), "one of which little is seen");
     }
 
     #[test]
     fn shading_never_tells_a_turn_where_no_pattern_was_seen() {
         let mut plain = tracker(Status::Tracking, 60.0);
-        plain.target.usual.printed = 17.0;
+        plain.target.reference.printed = 17.0;
         for recognised in 0..80 {
-            let shaded = Verdict { printed: 17.0, ..verdict(1.0, f64::from(recognised)) };
+            let shaded = Quality { printed: 17.0, ..quality(1.0, f64::from(recognised)) };
             assert!(!told(&plain, &shaded, 1e-3), "{recognised}");
         }
-        plain.target.usual.printed = 60.0;
-        let half_hidden = Verdict { printed: 10.0, ..verdict(1.0, 20.0) };
+        plain.target.reference.printed = 60.0;
+        let half_hidden = Quality { printed: 10.0, ..quality(1.0, 20.0) };
         assert!(told(&plain, &half_hidden, 1e-3), "one that is printed all over");
-        assert!(!told(&plain, &verdict(1.0, 7.0), 1e-3), "with next to nothing of it");
+        assert!(!told(&plain, &quality(1.0, 7.0), 1e-3), "with next to nothing of it");
     }
 
     #[test]
     fn a_pose_may_be_followed_that_is_not_told() {
         let tracker = tracker(Status::Tracking, 60.0);
-        let doubtful = verdict(0.5 * (tracker.least_share() + SAID), 50.0);
+        let doubtful = quality(0.5 * (tracker.least_share() + SAID), 50.0);
         assert!(doubtful.share > tracker.least_share());
         assert!(!tracker.is_located(&doubtful));
     }
@@ -371,26 +372,26 @@ mod tests {
     fn what_is_not_told_teaches_nothing() {
         let mut tracker = tracker(Status::Tracking, 60.0);
         let nothing = Teachable { colors: false, surface: false, whole: false };
-        assert_eq!(tracker.teachable(&verdict(0.9, 10.0)), nothing);
-        assert_eq!(tracker.teachable(&verdict(0.5, 60.0)), nothing);
+        assert_eq!(tracker.teachable(&quality(0.9, 10.0)), nothing);
+        assert_eq!(tracker.teachable(&quality(0.5, 60.0)), nothing);
         let all = Teachable { colors: true, surface: true, whole: true };
-        assert_eq!(tracker.teachable(&verdict(0.9, 60.0)), all);
+        assert_eq!(tracker.teachable(&quality(0.9, 60.0)), all);
     }
 
     #[test]
     fn an_object_that_was_found_again_is_told_and_teaches_once_its_old_points_prove_it() {
         let mut tracker = tracker(Status::Searching, 60.0);
-        let like = hypothesis(verdict(0.8, 45.0));
+        let like = hypothesis(quality(0.8, 45.0));
         for time in 0..100 {
             tracker.settle(f64::from(time), &Pose::identity(), &like, 0.5);
             assert_eq!(tracker.status, Status::Tracking);
-            assert!(!tracker.is_located(&like.verdict));
-            let taught = tracker.teachable(&like.verdict);
+            assert!(!tracker.is_located(&like.quality));
+            let taught = tracker.teachable(&like.quality);
             assert_eq!(taught, Teachable { colors: false, surface: false, whole: false });
         }
-        let itself = hypothesis(verdict(0.95, 55.0));
+        let itself = hypothesis(quality(0.95, 55.0));
         tracker.settle(100.0, &Pose::identity(), &itself, 0.5);
-        assert!(tracker.is_located(&itself.verdict));
-        assert!(tracker.is_located(&like.verdict), "what was proved stays so");
+        assert!(tracker.is_located(&itself.quality));
+        assert!(tracker.is_located(&like.quality), "what was proved stays so");
     }
 }

@@ -40,10 +40,10 @@ const POINT: (f64, f64) = (1.5, -1.0);
 const POINTS: (f64, f64) = (-2.0, 3.0);
 /// Correlations below which a point is not recognised, and from which on it is.
 const RECOGNISED: (f64, f64) = (0.4, 0.6);
-/// Log-odds that colours bring, for each usual log-likelihood ratio above `STRANGE`, and most.
+/// Log-odds that colours bring, for each reference ratio of log-likelihoods above `STRANGE`, and most.
 const COLOR: f64 = 3.0;
 const COLORS: f64 = 2.5;
-/// Share of the object's usual log-likelihood ratio below which colours are strange.
+/// Share of the object's reference log-likelihood ratio below which colours are strange.
 const STRANGE: f64 = 0.25;
 /// Log-odds that a measured depth brings: of what lies before the body by more than a part of its radius, and of
 /// the body itself.
@@ -190,7 +190,7 @@ impl Occlusion {
         self.grids.iter_mut().for_each(|grid| *grid = Grid::new());
     }
 
-    /// Says for each cell whether the object shows there at a pose; `usual` is what its colours are
+    /// Says for each cell whether the object shows there at a pose; `reference` is what its colours are
     /// usually worth.
     pub(crate) fn observe(
         &mut self,
@@ -230,12 +230,12 @@ impl Occlusion {
                 grid.said[cell] += POINT.1;
             }
         }
-        let usual = sight.usual.ratio;
+        let reference = sight.reference.ratio;
         for grid in &mut self.grids {
             for (said, ratio) in grid.said.iter_mut().zip(&grid.ratios) {
                 *said = said.clamp(POINTS.0, POINTS.1);
-                if let Some(ratio) = ratio.filter(|_| usual > 0.0) {
-                    *said += (COLOR * (ratio / usual - STRANGE)).clamp(-COLORS, COLORS);
+                if let Some(ratio) = ratio.filter(|_| reference > 0.0) {
+                    *said += (COLOR * (ratio / reference - STRANGE)).clamp(-COLORS, COLORS);
                 }
             }
             grid.conclude(last_seen);

@@ -268,7 +268,7 @@ impl OneStep {
             evolved: false,
             notices,
             evaluations,
-            timing: Timing { judge: begun.elapsed(), ..timing },
+            timing: Timing { verify: begun.elapsed(), ..timing },
         })
     }
 }

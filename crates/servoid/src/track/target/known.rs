@@ -104,8 +104,8 @@ impl Known {
         self.by_motion && self.variance > (WORST * radius).powi(2)
     }
 
-    pub(crate) fn quality(&self) -> f32 {
-        self.record.quality()
+    pub(crate) fn hit_rate(&self) -> f32 {
+        self.record.hit_rate()
     }
 }
 

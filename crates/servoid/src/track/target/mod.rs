@@ -7,24 +7,25 @@ mod known;
 pub(super) mod points;
 pub(super) mod ranges;
 mod record;
+pub(super) mod reference;
 pub(super) mod shift;
 pub(super) mod sides;
 pub(super) mod solid;
 mod told;
-pub(super) mod usual;
 
 use self::bias::Bias;
 use self::colors::Colors;
 use self::keyframes::Keyframes;
 use self::points::Points;
 use self::ranges::Ranges;
+use self::reference::Reference;
 use self::sides::Sides;
 use self::solid::Solid;
-use self::usual::Usual;
 use crate::camera::Channels;
 use crate::shape::Body;
 
-/// What is known of the object: its shape, what it looks like, and what is usual of it.
+/// What is known of the object: its shape, what it looks like, and how well it is
+/// recognised while it is tracked.
 #[derive(Debug, Clone)]
 pub(super) struct Target {
     pub(super) body: Body,
@@ -35,7 +36,7 @@ pub(super) struct Target {
     pub(super) colors: Colors,
     pub(super) keyframes: Keyframes,
     pub(super) sides: Sides,
-    pub(super) usual: Usual,
+    pub(super) reference: Reference,
     pub(super) bias: Bias,
 }
 
@@ -52,7 +53,7 @@ impl Target {
             colors: Colors::new(local_colors),
             keyframes: Keyframes::default(),
             sides: Sides::default(),
-            usual: Usual::default(),
+            reference: Reference::default(),
         }
     }
 

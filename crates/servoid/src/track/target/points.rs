@@ -127,13 +127,13 @@ impl Points {
 
     /// Judges points by what images said of them where nothing hides them, and drops those that no longer
     /// agree.
-    pub(crate) fn judge(&mut self, matches: &[Match], occlusion: &Occlusion) {
+    pub(crate) fn count_hits(&mut self, matches: &[Match], occlusion: &Occlusion) {
         for Match { view, agreement, pixel, .. } in matches {
             let (Some(agreement), Some(pixel)) = (agreement, pixel) else { continue };
             if occlusion.hides(view.camera, pixel) > 0.0 {
                 continue;
             }
-            self.known[view.point].record.judge(agreement.correlation > RECOGNISED);
+            self.known[view.point].record.count_hits(agreement.correlation > RECOGNISED);
         }
         self.known.retain(|known| known.record.is_good());
         let (count, excess) = (self.known.len(), self.known.len().saturating_sub(MOST));

@@ -103,7 +103,7 @@ impl Ranges {
 
     /// Judges places by a depth image of a pose that is believed, where nothing hides the object, and drops
     /// those that no longer agree: what was measured there was something else.
-    pub(crate) fn judge(
+    pub(crate) fn count_hits(
         &mut self,
         seen: &Rangefinder<'_>,
         solid: &Solid,
@@ -112,7 +112,7 @@ impl Ranges {
         for one in &mut self.all {
             let Some((pixel, off, _)) = one.off(seen, solid) else { continue };
             if is_clear(&pixel) {
-                one.record.judge(off.abs() < FARTHEST.1 * solid.radius);
+                one.record.count_hits(off.abs() < FARTHEST.1 * solid.radius);
             }
         }
         self.all.retain(|one| one.record.is_good());
@@ -320,7 +320,7 @@ mod tests {
         ranges.learn(&seen(&finger, &pose), (&solid(), &mut Rims::default()), (0, 0.0), |_| true);
         assert!(ranges.all.len() > count);
         for _ in 0..20 {
-            ranges.judge(&seen(&truth, &pose), &solid(), |_| true);
+            ranges.count_hits(&seen(&truth, &pose), &solid(), |_| true);
         }
         assert_eq!(ranges.all.len(), count);
     }

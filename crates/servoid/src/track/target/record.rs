@@ -6,11 +6,11 @@ pub(crate) struct Record {
     agreed: f32,
 }
 
-/// Images for which a new one counts, and how much of the past counts when it is judged.
+/// Images for which a new one counts, and how much of the past counts then.
 const AT_FIRST: f32 = 2.0;
 const MEMORY: f32 = 0.93;
 /// Share of the images that must agree.
-const LEAST_QUALITY: f32 = 0.4;
+const LEAST_HIT_RATE: f32 = 0.4;
 
 impl Record {
     /// Begins with trust.
@@ -19,7 +19,7 @@ impl Record {
     }
 
     /// Takes in an image in which it should have been recognised.
-    pub(crate) fn judge(&mut self, agrees: bool) {
+    pub(crate) fn count_hits(&mut self, agrees: bool) {
         self.seen = MEMORY * self.seen + 1.0;
         self.agreed *= MEMORY;
         if agrees {
@@ -28,12 +28,12 @@ impl Record {
     }
 
     /// Gives the share of the images in which it was recognised.
-    pub(crate) fn quality(&self) -> f32 {
+    pub(crate) fn hit_rate(&self) -> f32 {
         self.agreed / self.seen
     }
 
     /// Says whether it still agrees often enough to be kept.
     pub(crate) fn is_good(&self) -> bool {
-        self.quality() > LEAST_QUALITY
+        self.hit_rate() > LEAST_HIT_RATE
     }
 }

@@ -4,7 +4,7 @@ use super::target::points::Match;
 
 /// How far images confirm a pose.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Verdict {
+pub(super) struct Quality {
     /// Share of what should be seen that is, 0 to 1.
     pub(super) visible: f64,
     /// The same, but what something hides counts the less, the more is seen elsewhere.
@@ -31,17 +31,17 @@ const REGION_POINTS: f64 = 30.0;
 const ENOUGH: f64 = 20.0;
 
 /// Compares what should be seen at a pose with what is: the surface points in view, and the colours
-/// inside the outline and the boundary around it, both compared with what is usual. What is hidden
+/// inside the outline and the boundary around it, both compared with the reference. What is hidden
 /// is excused as far as enough is recognised elsewhere: a wrong pose must not excuse itself.
-pub(super) fn judge(sight: &Sight<'_>, found: &Evaluated, desk: &Desk) -> Verdict {
-    let usual = sight.usual;
+pub(super) fn verify(sight: &Sight<'_>, found: &Evaluated, desk: &Desk) -> Quality {
+    let reference = sight.reference;
     let (mut seen, mut expected, mut shown, mut hidden) = (0.0, 0.0, 0.0, 0.0);
     let mut printed = 0.0;
     for Match { view, agreement, pixel, .. } in &desk.matches {
-        let quality = f64::from(sight.points.known[view.point].quality());
+        let hit_rate = f64::from(sight.points.known[view.point].hit_rate());
         let correlation = agreement.map_or(0.0, |a| a.correlation);
-        let worth = quality * ((correlation - SEEN.0) / (SEEN.1 - SEEN.0)).clamp(0.0, 1.0);
-        expected += quality;
+        let worth = hit_rate * ((correlation - SEEN.0) / (SEEN.1 - SEEN.0)).clamp(0.0, 1.0);
+        expected += hit_rate;
         seen += worth;
         if agreement.is_some_and(|agreement| sight.windows[view.camera].shows_print(&agreement)) {
             printed += worth;
@@ -49,7 +49,7 @@ pub(super) fn judge(sight: &Sight<'_>, found: &Evaluated, desk: &Desk) -> Verdic
         if let Some(pixel) = pixel {
             let hides = desk.occlusion.hides(view.camera, pixel);
             shown += worth * (1.0 - hides);
-            hidden += (quality - worth) * hides;
+            hidden += (hit_rate - worth) * hides;
         }
     }
     let recognised = seen;
@@ -64,23 +64,24 @@ pub(super) fn judge(sight: &Sight<'_>, found: &Evaluated, desk: &Desk) -> Verdic
         }
     }
     let ratio = if area > 0.0 { sum / area } else { 0.0 };
-    // What less than one line leaves open was not asked: it is as usual.
+    // What less than one line leaves open was not measured: it is taken from the reference.
     let (agreed, lines) = found.outline;
     let open = (1.0 - lines).max(0.0);
-    let outline = (agreed + open * usual.outline) / (lines + open);
+    let outline = (agreed + open * reference.outline) / (lines + open);
     // What hides the object has other colours: only where it shows are they asked.
     let (shows, left) =
         desk.occlusion.clear().filter(|(_, left)| *left < 1.0).unwrap_or((ratio, 1.0));
     let clear_ratio = ratio + believed * (shows - ratio);
-    if sight.colors.is_some() && usual.ratio > 0.0 && area > 0.0 {
-        let weight = REGION_POINTS * usual.ratio.min(1.0) * (1.0 + believed * (left - 1.0));
+    if sight.colors.is_some() && reference.ratio > 0.0 && area > 0.0 {
+        let weight = REGION_POINTS * reference.ratio.min(1.0) * (1.0 + believed * (left - 1.0));
         expected += weight;
-        let inside = (clear_ratio / usual.ratio).clamp(0.0, 1.0);
-        let around = if usual.outline > 0.0 { (outline / usual.outline).min(1.0) } else { 1.0 };
+        let inside = (clear_ratio / reference.ratio).clamp(0.0, 1.0);
+        let around =
+            if reference.outline > 0.0 { (outline / reference.outline).min(1.0) } else { 1.0 };
         seen += weight * inside.min(around);
     }
     let part = |all: f64| if all > 0.0 { (seen / all).min(1.0) } else { 0.0 };
     let (visible, share) = (part(expected), part(expected - excused));
     let support = 2.0 * seen - (expected - excused);
-    Verdict { visible, share, support, recognised, printed, ratio, outline }
+    Quality { visible, share, support, recognised, printed, ratio, outline }
 }

@@ -1,8 +1,8 @@
-use crate::track::judge::Verdict;
+use crate::track::verify::Quality;
 
-/// What is usual while the object is tracked.
+/// The mean quality of the images in which the object is tracked: what new ones are compared with.
 #[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Usual {
+pub(crate) struct Reference {
     /// Mean log-likelihood ratio inside the outline.
     pub(crate) ratio: f64,
     /// Agreement of the outline with the boundary in the images.
@@ -24,19 +24,19 @@ pub(crate) struct Usual {
 /// Share of the newest image.
 const RATE: f64 = 0.05;
 
-impl Usual {
-    /// Numbers that say it.
+impl Reference {
+    /// Numbers of which it is made up when it is saved.
     pub(crate) const NUMBERS: usize = 7;
 
     /// Writes it as numbers that mean the same for any number of cameras: what is summed over
-    /// cameras is told for one of them.
+    /// cameras is divided by their number.
     pub(crate) fn numbers(&self, cameras: usize) -> [f64; Self::NUMBERS] {
         let Self { ratio, outline, share, support, recognised, area, distance, .. } = *self;
         let each = 1.0 / cameras as f64;
         [ratio, outline, share, support * each, recognised * each, area * each, distance]
     }
 
-    /// Reads what [`Usual::numbers`] wrote, for other cameras.
+    /// Reads what [`Reference::numbers`] wrote, for other cameras.
     pub(crate) fn of(numbers: [f64; Self::NUMBERS], cameras: usize) -> Self {
         let [ratio, outline, share, support, recognised, area, distance] = numbers;
         let all = cameras as f64;
@@ -44,15 +44,15 @@ impl Usual {
         Self { ratio, outline, share, support, recognised, printed: 0.0, area, distance }
     }
 
-    /// Takes a verdict in which the pose was trusted.
-    pub(crate) fn follow(&mut self, verdict: &Verdict, distance: f64) {
+    /// Takes in the quality of an image in which the pose was trusted.
+    pub(crate) fn follow(&mut self, quality: &Quality, distance: f64) {
         self.distance += RATE * (distance - self.distance);
-        self.ratio += RATE * (verdict.ratio - self.ratio);
-        self.outline += RATE * (verdict.outline - self.outline);
-        self.share += RATE * (verdict.share - self.share);
-        self.recognised += RATE * (verdict.recognised - self.recognised);
+        self.ratio += RATE * (quality.ratio - self.ratio);
+        self.outline += RATE * (quality.outline - self.outline);
+        self.share += RATE * (quality.share - self.share);
+        self.recognised += RATE * (quality.recognised - self.recognised);
         let rate = if self.printed > 0.0 { RATE } else { 1.0 };
-        self.printed += rate * (verdict.printed - self.printed);
-        self.support += RATE * (verdict.support - self.support);
+        self.printed += rate * (quality.printed - self.printed);
+        self.support += RATE * (quality.support - self.support);
     }
 }

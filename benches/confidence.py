@@ -48,7 +48,7 @@ from trust_verdicts import verdicts
 SEEDS = 2  # of each drawn course
 HARDER = ("as it is", "noise", "half size", "dark")
 PENALTY = 1e-3  # of the weights' squares
-TERMS = ("one", "SHARE", "PRINTED", "USUAL", "PROVED", "TURN", "SCATTER")
+TERMS = ("one", "SHARE", "TEXTURED", "REFERENCE", "PROVED", "TURN", "JITTER")
 EDGES = np.linspace(0.0, 1.0, 11)
 BOUNDS: dict[str, tuple[float, ...]] = {
     one.name: literal_eval(one.value) for one in constants() if one.file == "confidence.rs"
@@ -71,8 +71,8 @@ COURSES_TOO = {
 
 def terms(evidence: dict[str, float]) -> list[float]:
     """Return what the weights weigh: the ramps and logarithms of confidence.rs, with its bounds."""
-    (many, part, _), (first, last, _) = BOUNDS["PRINTED"], BOUNDS["USUAL"]
-    usual = (evidence["usual_printed"] - first) / (last - first)
+    (many, part, _), (first, last, _) = BOUNDS["TEXTURED"], BOUNDS["REFERENCE"]
+    reference = (evidence["reference_textured"] - first) / (last - first)
 
     def spread(rad: float, name: str) -> float:
         none, least, most, _ = BOUNDS[name]
@@ -82,13 +82,13 @@ def terms(evidence: dict[str, float]) -> list[float]:
         1.0,
         evidence["share"],
         float(
-            evidence["printed"] >= many
-            and evidence["printed"] * evidence["share"] >= part * evidence["recognised"]
+            evidence["textured"] >= many
+            and evidence["textured"] * evidence["share"] >= part * evidence["recognised"]
         ),
-        float(np.clip(usual, 0.0, 1.0)),
+        float(np.clip(reference, 0.0, 1.0)),
         evidence["proved"],
         spread(evidence["turn_rad"], "TURN"),
-        spread(evidence["scatter_rad"], "SCATTER"),
+        spread(evidence["jitter_rad"], "JITTER"),
     ]
 
 

@@ -694,9 +694,9 @@ class Estimate:
     def evidence(self) -> dict[str, float] | None:
         """
         What speaks for the pose, where the object is followed, else None: `share` of what should be
-        seen that is; `recognised`, surface points a camera, `printed`, those with the contrast of a
-        pattern, and `usual_printed`; `proved`, 1 if the object was never lost or is proved to be
-        the one that was; `turn_rad`, `scatter_rad` and `drift_rad`, standard deviations of the turn
+        seen that is; `recognised`, surface points a camera, `textured`, those with the contrast of a
+        pattern, and `reference_textured`; `proved`, 1 if the object was never lost or is proved to be
+        the one that was; `turn_rad`, `jitter_rad` and `drift_rad`, standard deviations of the turn
         by the images' noise, by what poses differ from image to image without any motion, and since
         the first image.
         """

@@ -79,20 +79,20 @@ impl Estimate {
     }
 
     /// What speaks for the pose, where the object is followed, else None: `share` of what should be
-    /// seen that is; `recognised`, surface points a camera, `printed`, those with the contrast of a
-    /// pattern, and `usual_printed`; `proved`, 1 if the object was never lost or is proved to be the one
-    /// that was; `turn_rad`, `scatter_rad` and `drift_rad`, standard deviations of the turn by the images'
+    /// seen that is; `recognised`, surface points a camera, `textured`, those with the contrast of a
+    /// pattern, and `reference_textured`; `proved`, 1 if the object was never lost or is proved to be the one
+    /// that was; `turn_rad`, `jitter_rad` and `drift_rad`, standard deviations of the turn by the images'
     /// noise, by what poses differ from image to image without any motion, and since the first image.
     #[getter]
     fn evidence<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
         let Some(core::Evidence {
             share,
             recognised,
-            printed,
-            usual_printed,
+            textured,
+            reference_textured,
             proved,
             turn_rad,
-            scatter_rad,
+            jitter_rad,
             drift_rad,
         }) = self.core.evidence
         else {
@@ -102,11 +102,11 @@ impl Estimate {
         for (name, value) in [
             ("share", share),
             ("recognised", recognised),
-            ("printed", printed),
-            ("usual_printed", usual_printed),
+            ("textured", textured),
+            ("reference_textured", reference_textured),
             ("proved", f64::from(u8::from(proved))),
             ("turn_rad", turn_rad),
-            ("scatter_rad", scatter_rad),
+            ("jitter_rad", jitter_rad),
             ("drift_rad", drift_rad),
         ] {
             out.set_item(name, value)?;
@@ -177,8 +177,8 @@ impl Estimate {
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Parts)> {
         let Self { core: it, notices } = slf.get();
         let evidence = it.evidence.map(|e| {
-            let counts = [e.share, e.recognised, e.printed, e.usual_printed];
-            (counts, e.proved, [e.turn_rad, e.scatter_rad, e.drift_rad])
+            let counts = [e.share, e.recognised, e.textured, e.reference_textured];
+            (counts, e.proved, [e.turn_rad, e.jitter_rad, e.drift_rad])
         });
         let core::Timing { look, search, refine, verify, learn } = it.timing;
         let keyframes = it.keyframes.map(|one| one.map(|(number, pose)| (number, Pose(pose))));
@@ -217,16 +217,18 @@ impl Estimate {
             return Err(named("TrackError", "these parts make no estimate".into()));
         };
         let evidence = evidence.map(|(counts, proved, turns)| {
-            let ([share, recognised, printed, usual_printed], [turn_rad, scatter_rad, drift_rad]) =
-                (counts, turns);
+            let (
+                [share, recognised, textured, reference_textured],
+                [turn_rad, jitter_rad, drift_rad],
+            ) = (counts, turns);
             core::Evidence {
                 share,
                 recognised,
-                printed,
-                usual_printed,
+                textured,
+                reference_textured,
                 proved,
                 turn_rad,
-                scatter_rad,
+                jitter_rad,
                 drift_rad,
             }
         });

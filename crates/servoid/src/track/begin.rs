@@ -155,7 +155,7 @@ impl Tracker {
         let hypothesis = self.weigh(observation, pose, None);
         self.target.reference.support = hypothesis.quality.support;
         self.target.reference.recognised = hypothesis.quality.recognised;
-        self.target.reference.printed = hypothesis.quality.printed;
+        self.target.reference.textured = hypothesis.quality.textured;
         self.target.reference.share = hypothesis.quality.share;
         hypothesis
     }

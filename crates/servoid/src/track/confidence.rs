@@ -17,15 +17,15 @@ pub struct Evidence {
     /// Surface points that are recognised, in the mean over the cameras that see the object.
     pub recognised: f64,
     /// Those of them with the contrast of a pattern.
-    pub printed: f64,
+    pub textured: f64,
     /// As many as usually have it.
-    pub usual_printed: f64,
+    pub reference_textured: f64,
     /// Whether the object was never lost, or is proved to be the one that was.
     pub proved: bool,
     /// Standard deviation of the turn by the images' noise, in radians.
     pub turn_rad: f64,
     /// The same by what poses differ from image to image without any motion.
-    pub scatter_rad: f64,
+    pub jitter_rad: f64,
     /// Standard deviation of the turn since the first image by what the sides that are seen were learned
     /// with, in radians.
     pub drift_rad: f64,
@@ -35,18 +35,18 @@ pub struct Evidence {
 const AT_LEAST: f64 = -3.74;
 /// What a share of 1 adds.
 const SHARE: f64 = 0.56;
-/// What it adds that an object is printed all over: so many points a camera have the contrast of a
+/// What it adds that an object is textured all over: so many points a camera have the contrast of a
 /// pattern, and so large a part of those that are recognised, times the share.
-const PRINTED: (f64, f64, f64) = (30.0, 0.72, 1.98);
+const TEXTURED: (f64, f64, f64) = (30.0, 0.72, 1.98);
 /// Points a camera that usually have that contrast from which on each adds, up to the second number, and
 /// what all of these add.
-const USUAL: (f64, f64, f64) = (15.0, 40.0, 1.94);
+const REFERENCE: (f64, f64, f64) = (15.0, 40.0, 1.94);
 /// Standard deviation of the turn by noise at which it adds nothing, the least and the most that are
 /// told apart, all in radians, and what it takes for each factor of e.
 const TURN: (f64, f64, f64, f64) = (0.02, 0.001, 1.0, 0.99);
-/// The same of what poses scatter: an object that leaps seems to scatter, too.
-const SCATTER: (f64, f64, f64, f64) = (0.05, 0.003, 0.0675, 3.44);
-/// What poses are supposed to scatter of an object of which no images were compared yet: it cannot have
+/// The same of what poses jitter: an object that leaps seems to jitter, too.
+const JITTER: (f64, f64, f64, f64) = (0.05, 0.003, 0.0675, 3.44);
+/// What poses are supposed to jitter of an object of which no images were compared yet: it cannot have
 /// turned far unseen.
 pub(super) const UNMEASURED: f64 = 0.03;
 /// What it adds that the object is proved to be the one that was lost, or was never lost.
@@ -67,16 +67,16 @@ impl Evidence {
         let spread = |x: f64, (none, least, most, weight): (f64, f64, f64, f64)| {
             -weight * libm::log(x.clamp(least, most) / none)
         };
-        let (many, most, all_over) = PRINTED;
-        let is_printed =
-            self.printed >= many && self.printed * self.share >= most * self.recognised;
+        let (many, most, all_over) = TEXTURED;
+        let is_textured =
+            self.textured >= many && self.textured * self.share >= most * self.recognised;
         let odds = AT_LEAST
             + SHARE * self.share
-            + if is_printed { all_over } else { 0.0 }
-            + ramp(self.usual_printed, USUAL)
+            + if is_textured { all_over } else { 0.0 }
+            + ramp(self.reference_textured, REFERENCE)
             + if self.proved { PROVED } else { 0.0 }
             + spread(self.turn_rad, TURN)
-            + spread(self.scatter_rad, SCATTER);
+            + spread(self.jitter_rad, JITTER);
         self.on_course() / (1.0 + libm::exp(-odds))
     }
 
@@ -106,17 +106,17 @@ mod tests {
         )
             .prop_map(
                 |(
-                    (share, recognised, part, usual_printed),
+                    (share, recognised, part, reference_textured),
                     proved,
-                    (turn_rad, scatter_rad, drift_rad),
+                    (turn_rad, jitter_rad, drift_rad),
                 )| Evidence {
                     share,
                     recognised,
-                    printed: part * recognised,
-                    usual_printed,
+                    textured: part * recognised,
+                    reference_textured,
                     proved,
                     turn_rad,
-                    scatter_rad,
+                    jitter_rad,
                     drift_rad,
                 },
             )
@@ -129,11 +129,11 @@ mod tests {
             prop_assert!(before > 0.0 && before < 1.0);
             for other in [
                 Evidence { share: f64::min(one.share + more, 1.0), ..one },
-                Evidence { printed: f64::min(one.printed + more, one.recognised), ..one },
-                Evidence { usual_printed: one.usual_printed + more, ..one },
+                Evidence { textured: f64::min(one.textured + more, one.recognised), ..one },
+                Evidence { reference_textured: one.reference_textured + more, ..one },
                 Evidence { proved: true, ..one },
                 Evidence { turn_rad: one.turn_rad / (1.0 + more), ..one },
-                Evidence { scatter_rad: one.scatter_rad / (1.0 + more), ..one },
+                Evidence { jitter_rad: one.jitter_rad / (1.0 + more), ..one },
                 Evidence { drift_rad: one.drift_rad / (1.0 + more), ..one },
             ] {
                 prop_assert!(other.probability() >= before);
@@ -146,20 +146,20 @@ mod tests {
         let known = Evidence {
             share: 1.0,
             recognised: 52.0,
-            printed: 50.0,
-            usual_printed: 50.0,
+            textured: 50.0,
+            reference_textured: 50.0,
             proved: true,
             turn_rad: 0.01,
-            scatter_rad: 0.01,
+            jitter_rad: 0.01,
             drift_rad: 0.0,
         };
         assert!(known.probability() > 0.98);
         for nothing in [f64::INFINITY, 1e300, 3.0] {
-            let open = Evidence { turn_rad: nothing, scatter_rad: nothing, ..known };
+            let open = Evidence { turn_rad: nothing, jitter_rad: nothing, ..known };
             assert!(open.probability() < 0.5, "{nothing}");
             assert_eq!(
                 open.probability(),
-                Evidence { turn_rad: 1.0, scatter_rad: 1.0, ..known }.probability()
+                Evidence { turn_rad: 1.0, jitter_rad: 1.0, ..known }.probability()
             );
         }
     }

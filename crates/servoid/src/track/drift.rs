@@ -62,7 +62,7 @@ impl Tracker {
         self.target.bias.correct(&off);
         self.pending = None;
         self.motion.correct(&off);
-        self.scatter.pause();
+        self.jitter.pause();
         let degrees = off.fixed_rows::<3>(3).norm().to_degrees();
         self.frame.notices.push(Notice::LoopClosed { degrees });
     }
@@ -92,8 +92,8 @@ impl Tracker {
 /// one radian, in radians.
 fn slip(quality: &Quality, cameras: usize) -> f64 {
     let (few, most, half) = (SLIPS.0, SLIPS.1, SLIPS.2 * cameras.max(1) as f64);
-    let printed = (quality.printed + 1.0) / (quality.recognised + 2.0);
-    (few * (1.0 - printed) / (1.0 + (quality.recognised / half).powi(2))).min(most)
+    let textured = (quality.textured + 1.0) / (quality.recognised + 2.0);
+    (few * (1.0 - textured) / (1.0 + (quality.recognised / half).powi(2))).min(most)
 }
 
 #[cfg(test)]
@@ -102,9 +102,9 @@ mod tests {
 
     use super::*;
 
-    fn quality(recognised: f64, printed: f64) -> Quality {
+    fn quality(recognised: f64, textured: f64) -> Quality {
         let (visible, share, support) = (1.0, 1.0, recognised);
-        Quality { visible, share, support, recognised, printed, ratio: 1.0, outline: 1.0 }
+        Quality { visible, share, support, recognised, textured, ratio: 1.0, outline: 1.0 }
     }
 
     proptest! {
@@ -116,8 +116,8 @@ mod tests {
         ) {
             let now = slip(&quality(recognised, part * recognised), 2);
             prop_assert!((0.0..=SLIPS.1).contains(&now));
-            let printed = (part * recognised + more).min(recognised);
-            prop_assert!(slip(&quality(recognised, printed), 2) <= now);
+            let textured = (part * recognised + more).min(recognised);
+            prop_assert!(slip(&quality(recognised, textured), 2) <= now);
             let (many, all) = (recognised + more, part * recognised + more);
             prop_assert!(slip(&quality(many, all), 2) <= now);
         }

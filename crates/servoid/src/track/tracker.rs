@@ -9,10 +9,10 @@ use super::estimate::{Estimate, Notice, Status};
 use super::frame::Frame;
 use super::growth::Evolving;
 use super::hypothesis::Hypothesis;
+use super::jitter::Jitter;
 use super::motion::Motion;
 use super::recover::Recovery;
 use super::refine::Desk;
-use super::scatter::Scatter;
 use super::search::{Leeway, Search};
 use super::settings::TrackSettings;
 use super::target::Target;
@@ -35,7 +35,7 @@ pub struct Tracker {
     pub(super) search: Search,
     pub(super) recovery: Recovery,
     pub(super) motion: Motion,
-    pub(super) scatter: Scatter,
+    pub(super) jitter: Jitter,
     pub(super) desk: Desk,
     pub(super) fresh: Vec<Known>,
     /// How far predictions were off, in metres and radians.
@@ -76,7 +76,7 @@ impl Tracker {
             settings,
             frame: Frame::new(cameras),
             surprise: surprise_at_first(&target.solid),
-            scatter: Scatter::new(target.solid.radius),
+            jitter: Jitter::new(target.solid.radius),
             target,
             search: Search::new(settings.population, evolve::rng(settings.seed, 0))?,
             recovery: Recovery::new(settings.seed),
@@ -191,7 +191,7 @@ impl Tracker {
             self.trust.miss();
             self.status = self.trust.without();
             self.motion.wait(time_s, self.restless());
-            self.scatter.pause();
+            self.jitter.pause();
             return;
         }
         let regained = self.status != Status::Tracking;
@@ -226,7 +226,7 @@ impl Tracker {
         // Where a loop was closed, that was no motion.
         let off = (self.motion.predict(time_s).inverse() * hypothesis.pose).log();
         let told = self.motion.follow(time_s, hypothesis.pose, &known, self.restless());
-        self.scatter.follow(time_s, hypothesis.pose);
+        self.jitter.follow(time_s, hypothesis.pose);
         let (across, turned) = (off.fixed_rows::<3>(0).norm(), off.fixed_rows::<3>(3).norm());
         self.surprise.0 += 0.3 * told.0 * (across - self.surprise.0);
         self.surprise.1 += 0.3 * told.1 * (turned - self.surprise.1);
@@ -245,19 +245,19 @@ impl Tracker {
     pub(super) fn evidence(&self, quality: &Quality, noise: &Matrix6<f64>) -> Evidence {
         let turn = |covariance: &Matrix6<f64>| covariance.fixed_view::<3, 3>(3, 3).trace().sqrt();
         let open = self.frame.open().max(1) as f64;
-        let (recognised, printed) = (quality.recognised / open, quality.printed / open);
-        let reference = self.target.reference.printed / self.frame.cameras.len() as f64;
+        let (recognised, textured) = (quality.recognised / open, quality.textured / open);
+        let reference = self.target.reference.textured / self.frame.cameras.len() as f64;
         Evidence {
             share: quality.share,
             recognised,
-            printed,
+            textured,
             // Where nothing was learned yet, this image is the reference.
-            usual_printed: if reference > 0.0 { reference } else { printed },
+            reference_textured: if reference > 0.0 { reference } else { textured },
             proved: self.trust.is_proved(),
             turn_rad: turn(noise),
             drift_rad: self.target.points.told().sqrt(),
-            scatter_rad: if self.scatter.is_measured() {
-                turn(&self.scatter.covariance())
+            jitter_rad: if self.jitter.is_measured() {
+                turn(&self.jitter.covariance())
             } else {
                 UNMEASURED
             },
@@ -285,7 +285,7 @@ impl Tracker {
         Estimate {
             time_s: observation.time_s,
             world_from_object: if followed { hypothesis.pose } else { self.motion.last() },
-            covariance: known.covariance + self.scatter.covariance() + self.drift_covariance(),
+            covariance: known.covariance + self.jitter.covariance() + self.drift_covariance(),
             unobservable: known.unobservable,
             confidence: if followed { evidence.probability() } else { unseen(self.status) },
             evidence: followed.then_some(evidence),

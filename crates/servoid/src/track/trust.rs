@@ -141,8 +141,8 @@ impl Trust {
         self.proved |= quality.share >= least && explained;
         // No other pose and no look-alike shows so many points of a pattern.
         let (share, part, many) = RECOGNISABLE;
-        let printed = (part * reference.printed).max(many);
-        self.proved |= quality.share >= share && quality.printed >= printed;
+        let textured = (part * reference.textured).max(many);
+        self.proved |= quality.share >= share && quality.textured >= textured;
         self.confirmed |= self.proved;
     }
 
@@ -177,7 +177,7 @@ impl Trust {
 /// for its pose makes it likely, and some surface points are among that, with the contrast of a
 /// pattern unless it has many, since highlights, rims and shading go with the camera.
 pub(super) fn is_turn_told(evidence: &Evidence) -> bool {
-    let patterned = evidence.printed >= SOME || evidence.usual_printed >= RICH;
+    let patterned = evidence.textured >= SOME || evidence.reference_textured >= RICH;
     let shows = evidence.recognised >= FEW && evidence.share >= TOLD && patterned;
     shows && evidence.drift_rad <= ADRIFT && evidence.probability() >= LIKELY
 }
@@ -277,7 +277,7 @@ mod tests {
         let mut tracker = Tracker::new(&[camera], &body, TrackSettings::default()).unwrap();
         let reference = Reference {
             recognised,
-            printed: recognised,
+            textured: recognised,
             support: recognised,
             share: 0.9,
             ..Reference::default()
@@ -294,7 +294,7 @@ mod tests {
             share,
             support,
             recognised,
-            printed: recognised,
+            textured: recognised,
             ratio: 1.0,
             outline: 1.0,
         }
@@ -349,14 +349,14 @@ mod tests {
     #[test]
     fn shading_never_tells_a_turn_where_no_pattern_was_seen() {
         let mut plain = tracker(Status::Tracking, 60.0);
-        plain.target.reference.printed = 17.0;
+        plain.target.reference.textured = 17.0;
         for recognised in 0..80 {
-            let shaded = Quality { printed: 17.0, ..quality(1.0, f64::from(recognised)) };
+            let shaded = Quality { textured: 17.0, ..quality(1.0, f64::from(recognised)) };
             assert!(!told(&plain, &shaded, 1e-3), "{recognised}");
         }
-        plain.target.reference.printed = 60.0;
-        let half_hidden = Quality { printed: 10.0, ..quality(1.0, 20.0) };
-        assert!(told(&plain, &half_hidden, 1e-3), "one that is printed all over");
+        plain.target.reference.textured = 60.0;
+        let half_hidden = Quality { textured: 10.0, ..quality(1.0, 20.0) };
+        assert!(told(&plain, &half_hidden, 1e-3), "one that is textured all over");
         assert!(!told(&plain, &quality(1.0, 7.0), 1e-3), "with next to nothing of it");
     }
 

@@ -15,7 +15,7 @@ pub(super) struct Quality {
     /// Surface points that are seen.
     pub(super) recognised: f64,
     /// Those of them whose contrast only a pattern has.
-    pub(super) printed: f64,
+    pub(super) textured: f64,
     /// Mean log-likelihood ratio of the pixels inside the outline.
     pub(super) ratio: f64,
     /// Mean agreement of the outline with the boundary in the images.
@@ -36,15 +36,15 @@ const ENOUGH: f64 = 20.0;
 pub(super) fn verify(sight: &Sight<'_>, found: &Evaluated, desk: &Desk) -> Quality {
     let reference = sight.reference;
     let (mut seen, mut expected, mut shown, mut hidden) = (0.0, 0.0, 0.0, 0.0);
-    let mut printed = 0.0;
+    let mut textured = 0.0;
     for Match { view, agreement, pixel, .. } in &desk.matches {
         let hit_rate = f64::from(sight.points.known[view.point].hit_rate());
         let correlation = agreement.map_or(0.0, |a| a.correlation);
         let worth = hit_rate * ((correlation - SEEN.0) / (SEEN.1 - SEEN.0)).clamp(0.0, 1.0);
         expected += hit_rate;
         seen += worth;
-        if agreement.is_some_and(|agreement| sight.windows[view.camera].shows_print(&agreement)) {
-            printed += worth;
+        if agreement.is_some_and(|agreement| sight.windows[view.camera].shows_texture(&agreement)) {
+            textured += worth;
         }
         if let Some(pixel) = pixel {
             let hides = desk.occlusion.hides(view.camera, pixel);
@@ -83,5 +83,5 @@ pub(super) fn verify(sight: &Sight<'_>, found: &Evaluated, desk: &Desk) -> Quali
     let part = |all: f64| if all > 0.0 { (seen / all).min(1.0) } else { 0.0 };
     let (visible, share) = (part(expected), part(expected - excused));
     let support = 2.0 * seen - (expected - excused);
-    Quality { visible, share, support, recognised, printed, ratio, outline }
+    Quality { visible, share, support, recognised, textured, ratio, outline }
 }

@@ -146,7 +146,7 @@ impl Tracker {
         self.target.bias.correct(&off);
         let turned = off.fixed_rows::<3>(3).norm();
         if turned > TOLD_RAD {
-            self.scatter.pause();
+            self.jitter.pause();
             self.frame.notices.push(Notice::Adjusted { degrees: turned.to_degrees() });
         }
     }

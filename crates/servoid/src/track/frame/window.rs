@@ -95,7 +95,7 @@ impl Window {
     }
 
     /// Says whether a piece of surface has the contrast of a pattern.
-    pub(crate) fn shows_print(&self, found: &Agreement) -> bool {
+    pub(crate) fn shows_texture(&self, found: &Agreement) -> bool {
         found.contrast >= libm::hypot(PRINTED * self.light, self.noise)
     }
 

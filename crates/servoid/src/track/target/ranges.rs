@@ -1,5 +1,5 @@
 //! Places of the surface whose distance depth images measured: they tell of a pose also where nothing is
-//! printed.
+//! textured.
 
 use nalgebra::{Vector2, Vector3, Vector6};
 

@@ -14,7 +14,7 @@ pub(crate) struct Reference {
     /// Surface points that are seen.
     pub(crate) recognised: f64,
     /// Those of them with the contrast of a pattern; not written, so learned anew.
-    pub(crate) printed: f64,
+    pub(crate) textured: f64,
     /// Pixels that the outlines hold, times the squared distance.
     pub(crate) area: f64,
     /// Distance from the first camera, in metres.
@@ -41,7 +41,7 @@ impl Reference {
         let [ratio, outline, share, support, recognised, area, distance] = numbers;
         let all = cameras as f64;
         let (support, recognised, area) = (support * all, recognised * all, area * all);
-        Self { ratio, outline, share, support, recognised, printed: 0.0, area, distance }
+        Self { ratio, outline, share, support, recognised, textured: 0.0, area, distance }
     }
 
     /// Takes in the quality of an image in which the pose was trusted.
@@ -51,8 +51,8 @@ impl Reference {
         self.outline += RATE * (quality.outline - self.outline);
         self.share += RATE * (quality.share - self.share);
         self.recognised += RATE * (quality.recognised - self.recognised);
-        let rate = if self.printed > 0.0 { RATE } else { 1.0 };
-        self.printed += rate * (quality.printed - self.printed);
+        let rate = if self.textured > 0.0 { RATE } else { 1.0 };
+        self.textured += rate * (quality.textured - self.textured);
         self.support += RATE * (quality.support - self.support);
     }
 }

@@ -6,7 +6,7 @@ use crate::pose::{Pose, Twist};
 /// How much poses that were found one after the other differ by what no motion does: the change of
 /// their acceleration from image to image.
 #[derive(Debug, Clone)]
-pub(super) struct Scatter {
+pub(super) struct Jitter {
     last: Option<(f64, Pose)>,
     /// The motions from image to image, the newest first, with the seconds that they took.
     steps: [Option<(f64, Twist)>; 2],
@@ -28,7 +28,7 @@ const LASTING: f64 = 9.0;
 /// Standard deviation, in radii and radians, that is supposed before images were compared.
 const AT_FIRST: f64 = 0.01;
 
-impl Scatter {
+impl Jitter {
     pub(super) fn new(radius: f64) -> Self {
         let (across, turn) = ((AT_FIRST * radius).powi(2), AT_FIRST.powi(2));
         let diagonal = Vector6::new(across, across, across, turn, turn, turn);
@@ -86,13 +86,13 @@ mod tests {
     const RADIUS: f64 = 0.05;
 
     /// Follows an object along x, `place` metres from where it began at each image.
-    fn followed(seconds: impl Fn(usize) -> f64, place: impl Fn(usize) -> f64) -> Scatter {
-        let mut scatter = Scatter::new(RADIUS);
+    fn followed(seconds: impl Fn(usize) -> f64, place: impl Fn(usize) -> f64) -> Jitter {
+        let mut jitter = Jitter::new(RADIUS);
         for index in 0..200 {
             let pose = Pose::from_rotation(UnitQuaternion::identity(), Vector3::x() * place(index));
-            scatter.follow(seconds(index), pose);
+            jitter.follow(seconds(index), pose);
         }
-        scatter
+        jitter
     }
 
     fn even(index: usize) -> f64 {
@@ -109,16 +109,16 @@ mod tests {
 
     #[test]
     fn a_motion_that_speeds_up_evenly_does_not_scatter() {
-        let scatter = followed(even, |index| 1e-4 * (index * index) as f64);
-        let left = scatter.covariance()[(0, 0)] / Scatter::new(RADIUS).covariance()[(0, 0)];
+        let jitter = followed(even, |index| 1e-4 * (index * index) as f64);
+        let left = jitter.covariance()[(0, 0)] / Jitter::new(RADIUS).covariance()[(0, 0)];
         assert!(left < 1e-4, "{left}");
     }
 
     #[test]
     fn errors_that_differ_from_image_to_image_show_whole_and_in_their_direction_only() {
-        let scatter = followed(even, |index| 0.003 * random(index));
-        let covariance = scatter.covariance();
-        assert!(scatter.is_measured() && !Scatter::new(RADIUS).is_measured());
+        let jitter = followed(even, |index| 0.003 * random(index));
+        let covariance = jitter.covariance();
+        assert!(jitter.is_measured() && !Jitter::new(RADIUS).is_measured());
         let true_one = LASTING * 0.003_f64.powi(2) / 3.0;
         let share = covariance[(0, 0)] / true_one;
         assert!((0.5..2.0).contains(&share), "{share}");
@@ -128,7 +128,7 @@ mod tests {
     #[test]
     fn images_at_uneven_times_are_not_compared() {
         let uneven = |index: usize| even(index) + 0.01 * (index % 2) as f64;
-        let scatter = followed(uneven, |index| 0.003 * random(index));
-        assert_eq!(scatter.covariance(), Scatter::new(RADIUS).covariance());
+        let jitter = followed(uneven, |index| 0.003 * random(index));
+        assert_eq!(jitter.covariance(), Jitter::new(RADIUS).covariance());
     }
 }

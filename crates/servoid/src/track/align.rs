@@ -129,9 +129,9 @@ mod tests {
         tracker.frame.check(&now).unwrap();
         assert!(tracker.look(&now, &at(0.0, 0.0), 0.5));
         tracker.points_in_view(&at(0.0, 0.0));
-        assert!(tracker.desk.in_view.len() > 20);
+        assert!(tracker.workspace.in_view.len() > 20);
         let sight = Sight::new(&tracker.frame, &now, &tracker.target, &tracker.settings);
-        align(&sight, &at(0.0, 0.0), &tracker.desk.in_view)
+        align(&sight, &at(0.0, 0.0), &tracker.workspace.in_view)
     }
 
     /// Gives by how many pixels a pose is off from the ball's in the middle.

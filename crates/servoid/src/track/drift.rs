@@ -34,11 +34,11 @@ impl Tracker {
     pub(super) fn follow_drift(&mut self, hypothesis: &Hypothesis, foreseen: Option<f64>) {
         let slip = slip(&hypothesis.quality, self.frame.open());
         let (points, radius) = (&mut self.target.points, self.target.solid.radius);
-        let known = points.drift_seen(&self.desk.matches, &hypothesis.toward, slip * slip);
+        let known = points.drift_seen(&self.workspace.matches, &hypothesis.toward, slip * slip);
         let lost = FOUND_RAD * FOUND_RAD;
         let drift = known.unwrap_or(points.drift + foreseen.unwrap_or(lost));
         if self.settings.depth_from_motion {
-            points.follow_tilt(&self.desk.matches, &hypothesis.toward, radius);
+            points.follow_tilt(&self.workspace.matches, &hypothesis.toward, radius);
         }
         // Where much is missed, what seems to be a known side may be another one.
         let is_clear = hypothesis.quality.share >= CLEAR;

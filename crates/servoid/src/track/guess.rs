@@ -4,7 +4,7 @@
 
 use nalgebra::{Matrix2, Matrix2x6, Vector2, Vector6};
 
-use super::refine::{Desk, MOST_STEP, Normal};
+use super::refine::{MOST_STEP, Normal, Workspace};
 use crate::pose::Twist;
 
 /// What a match says of its point's distance, with the pose.
@@ -51,7 +51,7 @@ impl Distance {
     }
 }
 
-impl Desk {
+impl Workspace {
     /// Has points whose distance is a guess lie where they are believed to.
     pub(super) fn forget_distances(&mut self) {
         self.moved.clear();

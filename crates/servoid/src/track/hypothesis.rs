@@ -79,7 +79,7 @@ impl Tracker {
             pose,
             &self.target.solid,
             most,
-            (&mut self.desk.rims, &mut self.desk.visible, &mut self.desk.in_view),
+            (&mut self.workspace.rims, &mut self.workspace.visible, &mut self.workspace.in_view),
         );
     }
 
@@ -113,7 +113,7 @@ impl Tracker {
         self.points_in_view(expected);
         let (leeway, last, area) = (self.leeway(), self.motion.last(), self.area(expected));
         let sight = Sight::new(&self.frame, observation, &self.target, &self.settings);
-        let judged = Judged { sight, probes: Probes::InView(&self.desk.in_view), area };
+        let judged = Judged { sight, probes: Probes::InView(&self.workspace.in_view), area };
         let (most, budget) = (self.settings.generations, self.settings.budget_s);
         let go_on = |bred: usize| bred < most && !clock.is_over(budget);
         let found = self.search.run(&judged, (expected, &last), leeway, go_on)?;
@@ -164,7 +164,7 @@ impl Tracker {
             // foreseen; what shows of its surface tells.
             self.points_in_view(expected);
             let sight = Sight::new(&self.frame, observation, &self.target, &self.settings);
-            let aligned = align(&sight, expected, &self.desk.in_view);
+            let aligned = align(&sight, expected, &self.workspace.in_view);
             let others = [(Some(*guess), COARSEST), (aligned, 1), (Some(*expected), 0)];
             for (start, coarsest) in others {
                 let Some(start) = start else { continue };
@@ -191,8 +191,8 @@ impl Tracker {
         prior: Option<&Prior>,
     ) -> Hypothesis {
         let sight = Sight::new(&self.frame, observation, &self.target, &self.settings);
-        let found = refine(&sight, (*start, coarsest), prior, &mut self.desk);
-        Hypothesis::new(&sight, &found, verify(&sight, &found, &self.desk))
+        let found = refine(&sight, (*start, coarsest), prior, &mut self.workspace);
+        Hypothesis::new(&sight, &found, verify(&sight, &found, &self.workspace))
     }
 
     /// Judges a pose as it is.
@@ -203,7 +203,7 @@ impl Tracker {
         prior: Option<&Prior>,
     ) -> Hypothesis {
         let sight = Sight::new(&self.frame, observation, &self.target, &self.settings);
-        let found = look_at(&sight, *pose, prior, &mut self.desk);
-        Hypothesis::new(&sight, &found, verify(&sight, &found, &self.desk))
+        let found = look_at(&sight, *pose, prior, &mut self.workspace);
+        Hypothesis::new(&sight, &found, verify(&sight, &found, &self.workspace))
     }
 }

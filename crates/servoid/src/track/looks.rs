@@ -3,7 +3,7 @@
 use nalgebra::{Vector2, Vector3};
 
 use super::learn::grain;
-use super::refine::Desk;
+use super::refine::Workspace;
 use super::sight::Sight;
 use super::target::points::Match;
 use super::target::shift::Shift;
@@ -23,7 +23,7 @@ const FARTHEST_PX: f64 = 2.0;
 pub(super) fn looks(
     sight: &Sight<'_>,
     pose: &Pose,
-    desk: &Desk,
+    workspace: &Workspace,
     rims: &mut Rims,
 ) -> Vec<(usize, SurfacePoint)> {
     let mut out = Vec::new();
@@ -31,9 +31,9 @@ pub(super) fn looks(
         let Some(projection) = window.projection(pose) else { continue };
         let Some(grain) = grain(sight, &projection) else { continue };
         rims.read(sight.solid, &projection);
-        for found in desk.matches.iter().filter(|found| found.view.camera == camera) {
+        for found in workspace.matches.iter().filter(|found| found.view.camera == camera) {
             let scale = |pixel: &Vector2<f64>| (grain, rims.margin(pixel));
-            let look = look(sight, &projection, (found, desk), scale);
+            let look = look(sight, &projection, (found, workspace), scale);
             out.extend(look.map(|look| (found.view.point, look)));
         }
     }
@@ -43,12 +43,13 @@ pub(super) fn looks(
 fn look(
     sight: &Sight<'_>,
     projection: &Projection,
-    (found, desk): (&Match, &Desk),
+    (found, workspace): (&Match, &Workspace),
     scale: impl Fn(&Vector2<f64>) -> (f64, f64),
 ) -> Option<SurfacePoint> {
     let (agreement, pixel) = (found.agreement.as_ref()?, found.pixel?);
     let known = &sight.points.known[found.view.point];
-    let clear = found.is_recognised() && desk.occlusion.hides(found.view.camera, &pixel) == 0.0;
+    let clear =
+        found.is_recognised() && workspace.occlusion.hides(found.view.camera, &pixel) == 0.0;
     if !clear || !known.has_room() {
         return None;
     }

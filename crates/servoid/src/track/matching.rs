@@ -2,7 +2,7 @@
 
 use nalgebra::Vector2;
 
-use super::refine::Desk;
+use super::refine::Workspace;
 use super::sight::Sight;
 use super::target::points::Match;
 use crate::fitness::{Agreement, SurfacePoint};
@@ -15,18 +15,23 @@ use crate::shape::Projection;
 const SHARP: f64 = 0.8;
 const CLEARER: f64 = 0.05;
 
-/// Matches the points in view at a pose; the matches stay on the desk.
-pub(super) fn match_points(sight: &Sight<'_>, pose: &Pose, level: usize, desk: &mut Desk) {
-    desk.matches.clear();
+/// Matches the points in view at a pose; the matches stay in the workspace.
+pub(super) fn match_points(
+    sight: &Sight<'_>,
+    pose: &Pose,
+    level: usize,
+    workspace: &mut Workspace,
+) {
+    workspace.matches.clear();
     let (mut camera, mut seen) = (usize::MAX, None);
-    for (at, view) in desk.in_view.iter().enumerate() {
+    for (at, view) in workspace.in_view.iter().enumerate() {
         if view.camera != camera {
             (camera, seen) = (view.camera, sight.windows[view.camera].projection(pose));
         }
         let Some(projection) = seen else { continue };
         let known = &sight.points.known[view.point];
         let mut point = *known.seen_as(view.look);
-        let moved = desk.moved[at];
+        let moved = workspace.moved[at];
         point.position += known.point.toward * moved;
         let pyramid = &sight.windows[view.camera].pyramid;
         let (agreement, used) = agreement(sight, &point, (&projection, pyramid), level);
@@ -40,7 +45,7 @@ pub(super) fn match_points(sight: &Sight<'_>, pose: &Pose, level: usize, desk: &
         // What lies beside the image, or was never seen so coarsely, is not missed.
         if agreement.is_some() || asked() {
             let pixel = place.map(|(pixel, _)| pixel);
-            desk.matches.push(Match { view: *view, agreement, level: used, pixel, at, moved });
+            workspace.matches.push(Match { view: *view, agreement, level: used, pixel, at, moved });
         }
     }
 }

@@ -48,7 +48,7 @@ impl Evaluated {
 
 /// Memory of a refinement, kept from image to image.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Desk {
+pub(super) struct Workspace {
     /// The points that should be seen, and those of them that are looked at.
     pub(super) visible: Vec<InView>,
     pub(super) in_view: Vec<InView>,
@@ -113,26 +113,26 @@ impl Normal {
 }
 
 /// Moves a pose to where surface points and outline agree with the images, from coarse to fine, by
-/// the method of Gauss and Newton; the matches there stay on the desk.
+/// Gauss-Newton steps; the matches there stay in the workspace.
 pub(super) fn refine(
     sight: &Sight<'_>,
     (start, coarsest): (Pose, usize),
     prior: Option<&Prior>,
-    desk: &mut Desk,
+    workspace: &mut Workspace,
 ) -> Evaluated {
     let last_seen = last_seen(prior);
     let mut found = Evaluated::nothing(start, sight.solid.radius);
-    desk.forget_distances();
+    workspace.forget_distances();
     for level in (0..=coarsest).rev() {
         for number in 0..STEPS[level] {
-            match_points(sight, &found.pose, level, desk);
+            match_points(sight, &found.pose, level, workspace);
             if number == 0 {
-                desk.look_for_hidden(sight, &found.pose, last_seen);
+                workspace.look_for_hidden(sight, &found.pose, last_seen);
             }
-            found = linearize(sight, (found.pose, prior), level, desk);
+            found = linearize(sight, (found.pose, prior), level, workspace);
             let Some(step) = found.normal.step() else { break };
             let step = bounded(step, sight.solid.radius);
-            desk.move_guesses(&step, sight.solid.radius);
+            workspace.move_guesses(&step, sight.solid.radius);
             found.pose = found.pose * Pose::exp(&step);
             let turn = step.fixed_rows::<3>(3).norm() * sight.solid.radius;
             if step.fixed_rows::<3>(0).norm() + turn
@@ -142,29 +142,29 @@ pub(super) fn refine(
             }
         }
     }
-    desk.look_for_hidden(sight, &found.pose, last_seen);
+    workspace.look_for_hidden(sight, &found.pose, last_seen);
     found
 }
 
-/// Compares what should be seen at a pose with what is, and leaves it there; the matches stay on the
-/// desk.
+/// Compares what should be seen at a pose with what is, and leaves it there; the matches stay in the
+/// workspace.
 pub(super) fn look_at(
     sight: &Sight<'_>,
     pose: Pose,
     prior: Option<&Prior>,
-    desk: &mut Desk,
+    workspace: &mut Workspace,
 ) -> Evaluated {
-    desk.forget_distances();
-    match_points(sight, &pose, 0, desk);
-    desk.look_for_hidden(sight, &pose, last_seen(prior));
-    let mut found = linearize(sight, (pose, prior), 0, desk);
+    workspace.forget_distances();
+    match_points(sight, &pose, 0, workspace);
+    workspace.look_for_hidden(sight, &pose, last_seen(prior));
+    let mut found = linearize(sight, (pose, prior), 0, workspace);
     for _ in 0..GUESSES {
-        if desk.distances.is_empty() {
+        if workspace.distances.is_empty() {
             break;
         }
-        desk.move_guesses(&Twist::zeros(), sight.solid.radius);
-        match_points(sight, &pose, 0, desk);
-        found = linearize(sight, (pose, prior), 0, desk);
+        workspace.move_guesses(&Twist::zeros(), sight.solid.radius);
+        match_points(sight, &pose, 0, workspace);
+        found = linearize(sight, (pose, prior), 0, workspace);
     }
     found
 }
@@ -180,12 +180,12 @@ fn bounded(step: Twist, radius: f64) -> Twist {
 }
 
 /// Sums what surface points and outline say about a pose, and what was believed of it before; the matches
-/// are those on the desk.
+/// are those in the workspace.
 fn linearize(
     sight: &Sight<'_>,
     (pose, prior): (Pose, Option<&Prior>),
     level: usize,
-    desk: &mut Desk,
+    workspace: &mut Workspace,
 ) -> Evaluated {
     let mut sum = Evaluated::nothing(pose, sight.solid.radius);
     if let Some((information, pull)) = prior.map(|prior| prior.at(&pose)) {
@@ -194,21 +194,21 @@ fn linearize(
         sum.normal.slope += pull;
     }
     let (mut camera, mut eye) = (usize::MAX, None);
-    desk.distances.clear();
-    for Match { view, agreement, level, pixel, at, moved } in &desk.matches {
+    workspace.distances.clear();
+    for Match { view, agreement, level, pixel, at, moved } in &workspace.matches {
         if let (Some(agreement), Some(pixel)) = (agreement, pixel) {
             if view.camera != camera {
                 let seen = sight.windows[view.camera].projection(&pose);
                 (camera, eye) = (view.camera, seen.and_then(|seen| seen.eye()));
             }
-            let shows = 1.0 - desk.occlusion.hides(view.camera, pixel);
+            let shows = 1.0 - workspace.occlusion.hides(view.camera, pixel);
             let point = (*view, *at, *moved);
             let found = add_point(&mut sum.normal, sight, point, (agreement, *level), (shows, eye));
-            desk.distances.extend(found);
+            workspace.distances.extend(found);
         }
     }
     for camera in 0..sight.windows.len() {
-        add_ranges(&mut sum.normal, sight, (camera, &pose), &desk.occlusion);
+        add_ranges(&mut sum.normal, sight, (camera, &pose), &workspace.occlusion);
     }
     if let Some(colors) = sight.colors {
         for (camera, (window, image)) in sight.windows.iter().zip(sight.images).enumerate() {
@@ -218,10 +218,10 @@ fn linearize(
                     &projection,
                     &sight.solid.quadrics,
                     LINE_SPACING_PX,
-                    &mut desk.outlines,
-                    &mut desk.contour,
+                    &mut workspace.outlines,
+                    &mut workspace.contour,
                 );
-                add_lines(&mut sum, (camera, level), ratio, desk);
+                add_lines(&mut sum, (camera, level), ratio, workspace);
             }
         }
         let normal = &mut sum.normal;
@@ -238,23 +238,23 @@ pub(super) fn toward(sight: &Sight<'_>, pose: &Pose) -> Vector3<f64> {
     eye.map_or_else(Vector3::z, |eye| eye.normalize())
 }
 
-impl Desk {
-    /// Says anew where something hides the object, by the matches on the desk.
+impl Workspace {
+    /// Says anew where something hides the object, by the matches in the workspace.
     fn look_for_hidden(&mut self, sight: &Sight<'_>, pose: &Pose, last_seen: LastSeen) {
         self.occlusion.observe(sight, (pose, last_seen), &self.matches, &mut self.teaching);
     }
 }
 
-/// Adds the lines that stand on the contour of the desk; `ratio` is that of a pixel.
+/// Adds the lines that stand on the contour in the workspace; `ratio` is that of a pixel.
 fn add_lines(
     sum: &mut Evaluated,
     (camera, level): (usize, usize),
     ratio: impl Fn(f64, f64) -> Option<f64>,
-    desk: &Desk,
+    workspace: &Workspace,
 ) {
-    for place in &desk.contour {
+    for place in &workspace.contour {
         let inside = place.pixel - place.normal * INSIDE_PX;
-        let shows = 1.0 - desk.occlusion.hides(camera, &inside);
+        let shows = 1.0 - workspace.occlusion.hides(camera, &inside);
         if shows == 0.0 {
             continue;
         }
@@ -343,9 +343,9 @@ mod tests {
         let (pixel, normal) = (Vector2::new(50.0, 40.0), Vector2::new(1.0, 0.0));
         let slope = Matrix2x3::new(300.0, 0.0, 0.0, 0.0, 300.0, 0.0);
         let place = ContourPoint { pixel, normal, rim: Vector3::new(0.05, 0.0, 0.0), slope };
-        let desk = Desk { contour: vec![place], ..Desk::default() };
+        let workspace = Workspace { contour: vec![place], ..Workspace::default() };
         let mut sum = Evaluated::nothing(Pose::identity(), 0.05);
-        add_lines(&mut sum, (0, level), |u, _| Some(ratio(u - pixel.x)), &desk);
+        add_lines(&mut sum, (0, level), |u, _| Some(ratio(u - pixel.x)), &workspace);
         (sum.normal, sum.outline)
     }
 

@@ -50,14 +50,14 @@ impl Tracker {
         }
         if self.settings.surface && may.surface {
             self.keep_keyframe(observation, hypothesis);
-            self.target.points.refine(&self.desk.matches, self.target.solid.radius);
-            let few = self.desk.in_view.len() < FEW * self.frame.open();
+            self.target.points.refine(&self.workspace.matches, self.target.solid.radius);
+            let few = self.workspace.in_view.len() < FEW * self.frame.open();
             let (cells, tries) = if few { (2 * CELLS, 2 * TRIES) } else { (CELLS, TRIES) };
             let lesson = Lesson { from: self.cell, cells, tries, masks: &[] };
             self.cell = self.cell.wrapping_add(cells);
             self.learn_points(observation, &hypothesis.pose, &lesson);
             self.learn_looks(observation, &hypothesis.pose);
-            self.target.points.count_hits(&self.desk.matches, &self.desk.occlusion);
+            self.target.points.count_hits(&self.workspace.matches, &self.workspace.occlusion);
         }
         if may.surface {
             self.learn_ranges(observation, &hypothesis.pose, &[]);
@@ -67,9 +67,9 @@ impl Tracker {
     /// Learns how points look that are recognised from a side of which they have no look.
     fn learn_looks(&mut self, observation: &Observation<'_>, pose: &Pose) {
         let sight = Sight::new(&self.frame, observation, &self.target, &self.settings);
-        let mut rims = std::mem::take(&mut self.desk.rims);
-        let found = looks(&sight, pose, &self.desk, &mut rims);
-        self.desk.rims = rims;
+        let mut rims = std::mem::take(&mut self.workspace.rims);
+        let found = looks(&sight, pose, &self.workspace, &mut rims);
+        self.workspace.rims = rims;
         for (point, look) in found {
             let known = &mut self.target.points.known[point];
             // Another camera may just have learned the same.
@@ -94,11 +94,11 @@ impl Tracker {
             let Some(seen) = sight.rangefinder(camera, pose) else { continue };
             let mask = masks.get(camera).and_then(Option::as_ref);
             let is_clear = |pixel: &Vector2<f64>| {
-                self.desk.occlusion.hides(camera, pixel) == 0.0
+                self.workspace.occlusion.hides(camera, pixel) == 0.0
                     && mask.is_none_or(|mask| mask.holds(pixel.x, pixel.y))
             };
             ranges.count_hits(&seen, sight.solid, is_clear);
-            let body = (sight.solid, &mut self.desk.rims);
+            let body = (sight.solid, &mut self.workspace.rims);
             ranges.learn(&seen, body, (keyframe, drift), is_clear);
         }
         self.target.ranges = ranges;
@@ -109,7 +109,7 @@ impl Tracker {
             let (Some(projection), Some(image)) = (window.projection(pose), image) else {
                 continue;
             };
-            let outlines = &mut self.desk.teaching;
+            let outlines = &mut self.workspace.teaching;
             outlines.clear();
             outlines.extend(self.target.solid.outlines(&projection));
             window.teach(image, outlines, DOUBT_PX, &mut self.target.colors);
@@ -125,8 +125,8 @@ impl Tracker {
     ) {
         let sight = Sight::new(&self.frame, observation, &self.target, &self.settings);
         self.fresh.clear();
-        let known = (&*self.desk.visible, &self.desk.occlusion);
-        learn(&sight, pose, known, lesson, (&mut self.desk.rims, &mut self.fresh));
+        let known = (&*self.workspace.visible, &self.workspace.occlusion);
+        learn(&sight, pose, known, lesson, (&mut self.workspace.rims, &mut self.fresh));
         let (drift, keyframe) = (self.drift_of_lesson(), self.keyframe_around(observation, pose));
         let tilt = self.target.points.tilt;
         for known in &mut self.fresh {

@@ -12,7 +12,7 @@ use super::hypothesis::Hypothesis;
 use super::jitter::Jitter;
 use super::motion::Motion;
 use super::recover::Recovery;
-use super::refine::Desk;
+use super::refine::Workspace;
 use super::search::{Leeway, Search};
 use super::settings::TrackSettings;
 use super::target::Target;
@@ -36,7 +36,7 @@ pub struct Tracker {
     pub(super) recovery: Recovery,
     pub(super) motion: Motion,
     pub(super) jitter: Jitter,
-    pub(super) desk: Desk,
+    pub(super) workspace: Workspace,
     pub(super) fresh: Vec<Known>,
     /// How far predictions were off, in metres and radians.
     pub(super) surprise: Leeway,
@@ -81,7 +81,7 @@ impl Tracker {
             search: Search::new(settings.population, evolve::rng(settings.seed, 0))?,
             recovery: Recovery::new(settings.seed),
             motion: Motion::at_rest(0.0, body.world_from_object()),
-            desk: Desk::default(),
+            workspace: Workspace::default(),
             fresh: Vec::new(),
             status: Status::Searching,
             trust: Trust::unmet(),
@@ -139,9 +139,9 @@ impl Tracker {
         }
         self.settle(observation.time_s, &expected, &hypothesis, least);
         if self.status == Status::Tracking {
-            self.desk.occlusion.remember();
+            self.workspace.occlusion.remember();
         } else {
-            self.desk.occlusion.forget();
+            self.workspace.occlusion.forget();
         }
         let mut estimate = self.estimate(observation, &hypothesis);
         clock.lap(|timing| &mut timing.verify);

@@ -1,4 +1,4 @@
-use super::refine::{Desk, Evaluated};
+use super::refine::{Evaluated, Workspace};
 use super::sight::Sight;
 use super::target::points::Match;
 
@@ -33,11 +33,11 @@ const ENOUGH: f64 = 20.0;
 /// Compares what should be seen at a pose with what is: the surface points in view, and the colours
 /// inside the outline and the boundary around it, both compared with the reference. What is hidden
 /// is excused as far as enough is recognised elsewhere: a wrong pose must not excuse itself.
-pub(super) fn verify(sight: &Sight<'_>, found: &Evaluated, desk: &Desk) -> Quality {
+pub(super) fn verify(sight: &Sight<'_>, found: &Evaluated, workspace: &Workspace) -> Quality {
     let reference = sight.reference;
     let (mut seen, mut expected, mut shown, mut hidden) = (0.0, 0.0, 0.0, 0.0);
     let mut textured = 0.0;
-    for Match { view, agreement, pixel, .. } in &desk.matches {
+    for Match { view, agreement, pixel, .. } in &workspace.matches {
         let hit_rate = f64::from(sight.points.known[view.point].hit_rate());
         let correlation = agreement.map_or(0.0, |a| a.correlation);
         let worth = hit_rate * ((correlation - SEEN.0) / (SEEN.1 - SEEN.0)).clamp(0.0, 1.0);
@@ -47,7 +47,7 @@ pub(super) fn verify(sight: &Sight<'_>, found: &Evaluated, desk: &Desk) -> Quali
             textured += worth;
         }
         if let Some(pixel) = pixel {
-            let hides = desk.occlusion.hides(view.camera, pixel);
+            let hides = workspace.occlusion.hides(view.camera, pixel);
             shown += worth * (1.0 - hides);
             hidden += (hit_rate - worth) * hides;
         }
@@ -70,7 +70,7 @@ pub(super) fn verify(sight: &Sight<'_>, found: &Evaluated, desk: &Desk) -> Quali
     let outline = (agreed + open * reference.outline) / (lines + open);
     // What hides the object has other colours: only where it shows are they asked.
     let (shows, left) =
-        desk.occlusion.clear().filter(|(_, left)| *left < 1.0).unwrap_or((ratio, 1.0));
+        workspace.occlusion.clear().filter(|(_, left)| *left < 1.0).unwrap_or((ratio, 1.0));
     let clear_ratio = ratio + believed * (shows - ratio);
     if sight.colors.is_some() && reference.ratio > 0.0 && area > 0.0 {
         let weight = REGION_POINTS * reference.ratio.min(1.0) * (1.0 + believed * (left - 1.0));

@@ -95,8 +95,8 @@ impl Tracker {
             object_from_camera,
             cameras: self.frame.windows.iter().map(world).collect(),
         };
-        let seen = (&self.target.points, &*self.desk.matches);
-        let clear = (&*self.frame.windows, &self.desk.occlusion);
+        let seen = (&self.target.points, &*self.workspace.matches);
+        let clear = (&*self.frame.windows, &self.workspace.occlusion);
         let drift = self.drift_of_lesson();
         if let Some(dropped) =
             self.target.keyframes.keep(stand, seen, clear, (drift, is_given, guesses))
@@ -112,7 +112,7 @@ impl Tracker {
             return false;
         }
         let radius = self.target.solid.radius;
-        let seen = self.desk.matches.iter().filter(|one| one.is_recognised());
+        let seen = self.workspace.matches.iter().filter(|one| one.is_recognised());
         let guess = |one: &&Match| self.target.points.known[one.view.point].is_guess(radius);
         let known = seen.clone().filter(|one| !guess(one)).count();
         known < LEAST_KNOWN && seen.count() > known

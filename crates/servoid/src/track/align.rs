@@ -39,7 +39,7 @@ pub(super) fn align(sight: &Sight<'_>, pose: &Pose, in_view: &[InView]) -> Optio
         votes.resize(side * side, 0.0);
         let own = || in_view.iter().filter(|view| view.camera == camera);
         for view in own().step_by(own().count().div_ceil(VOTERS).max(1)) {
-            let point = sight.points.known[view.point].seen_as(view.look);
+            let point = sight.points.features[view.point].seen_as(view.look);
             point.correlations(&projection, &window.pyramid, (LEVEL, reach), |at, found| {
                 votes[at] += (found - VOTE).max(0.0);
             });

@@ -3,7 +3,7 @@ use nalgebra::Vector3;
 use super::TrackError;
 use super::target::colors::Colors;
 use super::target::keyframes::Keyframes;
-use super::target::points::{Known, Points};
+use super::target::points::{Feature, Points};
 use super::target::ranges::Ranges;
 use super::target::reference::Reference;
 use super::tracker::Tracker;
@@ -117,12 +117,12 @@ impl Reader<'_> {
             color: self.take()?,
         };
         for look in &mut point.looks {
-            let known = self.flag()?;
+            let is_there = self.flag()?;
             let mut patch = Patch::default();
             for sample in &mut patch {
                 *sample = self.single()?;
             }
-            *look = known.then_some(patch);
+            *look = is_there.then_some(patch);
         }
         Some((point, numbers[NUMBERS - 1]))
     }
@@ -151,7 +151,8 @@ impl Tracker {
     /// Gives what the object looks like, as far as it was learned.
     #[must_use]
     pub fn appearance(&self) -> Appearance {
-        let points = self.target.points.known.iter().map(|known| (known.point, known.variance));
+        let points =
+            self.target.points.features.iter().map(|feature| (feature.point, feature.variance));
         let (grey, colors) = self.target.colors.object_shares();
         Appearance {
             points: points.collect(),
@@ -164,8 +165,9 @@ impl Tracker {
     /// Takes over what the object looks like, so that it can be sought without a pose.
     pub fn recall(&mut self, appearance: &Appearance) {
         self.target.reference = Reference::of(appearance.reference, self.frame.cameras.len());
-        let known = appearance.points.iter().map(|&(point, variance)| Known::new(point, variance));
-        self.target.points = Points::of(known.collect());
+        let feature =
+            appearance.points.iter().map(|&(point, variance)| Feature::new(point, variance));
+        self.target.points = Points::of(feature.collect());
         // What was adjusted, or is, are other points.
         self.target.keyframes = Keyframes::after(&self.target.keyframes);
         (self.target.ranges, self.pending, self.evolving) = (Ranges::default(), None, None);

@@ -191,7 +191,7 @@ impl Tracker {
         let images: Vec<_> = self.frame.images(observation).collect();
         let known = images.is_empty()
             || images.iter().any(|i| self.target.colors.know_object(i.channels()));
-        if !known && (near.is_none() || self.target.points.known.is_empty()) {
+        if !known && (near.is_none() || self.target.points.features.is_empty()) {
             return Err(TrackError::NothingKnown);
         }
         if !known {

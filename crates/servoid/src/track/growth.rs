@@ -103,7 +103,7 @@ impl Target {
         if std::mem::take(&mut self.sides.fresh) == 0 {
             return None;
         }
-        let known = self.points.known.iter();
+        let known = self.points.features.iter();
         let sure = known.filter(|k| k.variance.sqrt() < WELL_KNOWN * self.solid.radius);
         let sure = sure.map(|k| (k.point.position, k.point.toward));
         let measured = self.ranges.all.iter().map(|one| (one.position, one.toward));

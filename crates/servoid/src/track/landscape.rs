@@ -36,14 +36,14 @@ impl Tracker {
                 given: resolution.to_string(),
             });
         }
-        if !self.target.colors.are_known() && self.target.points.known.is_empty() {
+        if !self.target.colors.are_known() && self.target.points.features.is_empty() {
             return Err(TrackError::NothingKnown);
         }
         let mut looking = self.clone();
         looking.frame.check(observation)?;
         looking.look_all_over(observation);
         let area = looking.area(&looking.motion.last());
-        let known = looking.target.points.known.len();
+        let known = looking.target.points.features.len();
         let most = known.min(looking.settings.points);
         // Evenly, so that no side of the object is left out.
         let probes: Vec<usize> = (0..most).map(|at| at * known / most).collect();

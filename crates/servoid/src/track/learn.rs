@@ -6,7 +6,7 @@ use super::frame::occlusion::Occlusion;
 use super::frame::window::Window;
 use super::sight::Sight;
 use super::target::colors::Colors;
-use super::target::points::{InView, Known, PLACE_PX, WORST, noise};
+use super::target::points::{Feature, InView, PLACE_PX, WORST, noise};
 use super::target::solid::{Hit, Rims};
 use crate::fitness::SurfacePoint;
 use crate::camera::{ImageView, Mask, Plane, depth_noise};
@@ -58,7 +58,7 @@ pub(super) fn learn(
     pose: &Pose,
     (taken, occlusion): (&[InView], &Occlusion),
     lesson: &Lesson<'_>,
-    (rims, out): (&mut Rims, &mut Vec<Known>),
+    (rims, out): (&mut Rims, &mut Vec<Feature>),
 ) {
     for camera in 0..sight.windows.len() {
         let Some(projection) = sight.windows[camera].projection(pose) else { continue };
@@ -160,7 +160,7 @@ fn is_taken(
     side: usize,
 ) -> bool {
     taken.iter().filter(|view| view.camera == camera).any(|view| {
-        let pixel = projection.pixel(&sight.points.known[view.point].point.position);
+        let pixel = projection.pixel(&sight.points.features[view.point].point.position);
         pixel.is_some_and(|(pixel, _)| (pixel - center).amax() < 0.8 * side as f64)
     })
 }
@@ -203,7 +203,7 @@ fn point_at(
     pose: &Pose,
     pixel: Vector2<f64>,
     scale: (f64, f64),
-) -> Option<Known> {
+) -> Option<Feature> {
     let radius = sight.solid.radius;
     let ray = projection.linear.try_inverse()? * Vector3::new(pixel.x, pixel.y, 1.0);
     let Hit { point: hit, normal, .. } = sight.solid.hit(eye, &ray.normalize())?;
@@ -241,9 +241,9 @@ fn point_at(
     let mut learned =
         SurfacePoint::learn(projection, &window.pyramid, [point.position, normal, toward], scale)?;
     learned.color = sight.images[camera]?.rgb(pixel.x as usize, pixel.y as usize);
-    let mut known = Known::new(learned, variance);
-    known.by_motion = is_guess && sight.depth_from_motion;
-    Some(known)
+    let mut feature = Feature::new(learned, variance);
+    feature.by_motion = is_guess && sight.depth_from_motion;
+    Some(feature)
 }
 
 /// Seeks how far towards its camera a point must move to agree with another camera's image; gives

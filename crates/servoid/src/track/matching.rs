@@ -29,7 +29,7 @@ pub(super) fn match_points(
             (camera, seen) = (view.camera, sight.windows[view.camera].projection(pose));
         }
         let Some(projection) = seen else { continue };
-        let known = &sight.points.known[view.point];
+        let known = &sight.points.features[view.point];
         let mut point = *known.seen_as(view.look);
         let moved = workspace.moved[at];
         point.position += known.point.toward * moved;

@@ -100,7 +100,7 @@ impl Recovery {
     }
 
     fn spread_probes(&mut self, sight: &Sight<'_>) {
-        let count = sight.points.known.len();
+        let count = sight.points.features.len();
         self.around.clear();
         self.around.extend((0..count.min(PROBES)).map(|i| i * count / count.min(PROBES)));
     }

@@ -7,7 +7,7 @@ use super::matching::match_points;
 use super::motion::Prior;
 use super::sight::Sight;
 use super::target::bias::Said;
-use super::target::points::{InView, Known, Match, by_motion};
+use super::target::points::{Feature, InView, Match, by_motion};
 use super::target::ranges::Residual;
 use super::target::shift::Shift;
 use super::target::solid::Rims;
@@ -306,14 +306,14 @@ fn add_point(
     if weight == 0.0 {
         return None;
     }
-    let known = &sight.points.known[view.point];
-    let Known { point: SurfacePoint { toward, .. }, variance, .. } = *known;
-    let position = known.point.position + toward * moved;
-    let is_guess = known.is_guess(sight.solid.radius);
+    let feature = &sight.points.features[view.point];
+    let Feature { point: SurfacePoint { toward, .. }, variance, .. } = *feature;
+    let position = feature.point.position + toward * moved;
+    let is_guess = feature.is_guess(sight.solid.radius);
     let by_motion = by_motion(&agreement.slope, &position);
     // Along the way to where it was learned its place is known the less, the more it is seen from aside.
     let aside = eye.map_or(0.0, |eye| {
-        (1.0 - (eye - position).normalize().dot(&known.seen_as(view.look).toward)).max(0.0)
+        (1.0 - (eye - position).normalize().dot(&feature.seen_as(view.look).toward)).max(0.0)
     });
     let along = agreement.slope * toward;
     // A guess is taken out below, and blurs nothing.

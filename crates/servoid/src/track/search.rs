@@ -152,13 +152,14 @@ impl Judged<'_> {
                     let of_camera = all.len() / self.sight.windows.len().max(1);
                     let every = of_camera.div_ceil(POINTS).max(1);
                     let seen = all.iter().filter(|view| view.camera == camera);
-                    let known = &self.sight.points.known;
-                    seen.step_by(every).for_each(|view| look(known[view.point].seen_as(view.look)));
+                    let feature = &self.sight.points.features;
+                    seen.step_by(every)
+                        .for_each(|view| look(feature[view.point].seen_as(view.look)));
                 }
                 Probes::Facing(all) => {
                     let Some(eye) = projection.eye() else { continue };
                     for &index in all {
-                        let point = &self.sight.points.known[index].point;
+                        let point = &self.sight.points.features[index].point;
                         let way = eye - point.position;
                         if way.dot(&point.normal) > LEAST_FACING * way.norm() {
                             look(point);

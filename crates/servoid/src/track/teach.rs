@@ -71,10 +71,10 @@ impl Tracker {
         let found = looks(&sight, pose, &self.workspace, &mut rims);
         self.workspace.rims = rims;
         for (point, look) in found {
-            let known = &mut self.target.points.known[point];
+            let feature = &mut self.target.points.features[point];
             // Another camera may just have learned the same.
-            if known.has_room() && known.nearest_look(&look.toward).1 <= APART {
-                known.add_look(look);
+            if feature.has_room() && feature.nearest_look(&look.toward).1 <= APART {
+                feature.add_look(look);
             }
         }
     }
@@ -129,8 +129,8 @@ impl Tracker {
         learn(&sight, pose, known, lesson, (&mut self.workspace.rims, &mut self.fresh));
         let (drift, keyframe) = (self.drift_of_lesson(), self.keyframe_around(observation, pose));
         let tilt = self.target.points.tilt;
-        for known in &mut self.fresh {
-            known.learn_with((keyframe.0, &keyframe.1), (drift, tilt));
+        for feature in &mut self.fresh {
+            feature.learn_with((keyframe.0, &keyframe.1), (drift, tilt));
         }
         self.target.points.add(&mut self.fresh);
     }

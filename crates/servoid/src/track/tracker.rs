@@ -16,7 +16,7 @@ use super::refine::Workspace;
 use super::search::{Leeway, Search};
 use super::settings::TrackSettings;
 use super::target::Target;
-use super::target::points::Known;
+use super::target::points::Feature;
 use super::target::solid::Solid;
 use super::trust::{CLEAR, Trust, is_turn_told};
 use super::verify::Quality;
@@ -37,7 +37,7 @@ pub struct Tracker {
     pub(super) motion: Motion,
     pub(super) jitter: Jitter,
     pub(super) workspace: Workspace,
-    pub(super) fresh: Vec<Known>,
+    pub(super) fresh: Vec<Feature>,
     /// How far predictions were off, in metres and radians.
     pub(super) surprise: Leeway,
     pub(super) status: Status,
@@ -176,7 +176,7 @@ impl Tracker {
 
     /// Gives the surface points in the object's frame.
     pub fn surface(&self) -> impl Iterator<Item = &SurfacePoint> {
-        self.target.points.known.iter().map(|known| &known.point)
+        self.target.points.features.iter().map(|known| &known.point)
     }
 
     /// Accepts a hypothesis from a share of `least` on, or counts a miss.

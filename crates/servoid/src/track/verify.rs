@@ -38,7 +38,7 @@ pub(super) fn verify(sight: &Sight<'_>, found: &Evaluated, workspace: &Workspace
     let (mut seen, mut expected, mut shown, mut hidden) = (0.0, 0.0, 0.0, 0.0);
     let mut textured = 0.0;
     for Match { view, agreement, pixel, .. } in &workspace.matches {
-        let hit_rate = f64::from(sight.points.known[view.point].hit_rate());
+        let hit_rate = f64::from(sight.points.features[view.point].hit_rate());
         let correlation = agreement.map_or(0.0, |a| a.correlation);
         let worth = hit_rate * ((correlation - SEEN.0) / (SEEN.1 - SEEN.0)).clamp(0.0, 1.0);
         expected += hit_rate;

@@ -14,7 +14,7 @@ use super::frame::window::Window;
 use super::hypothesis::Hypothesis;
 use super::target::Target;
 use super::target::keyframes::{Keyframe, Stand};
-use super::target::points::{Known, LEAST_KNOWN, Match};
+use super::target::points::{Feature, LEAST_KNOWN, Match};
 use super::tracker::Tracker;
 use crate::camera::Observation;
 use crate::pose::Pose;
@@ -113,7 +113,7 @@ impl Tracker {
         }
         let radius = self.target.solid.radius;
         let seen = self.workspace.matches.iter().filter(|one| one.is_recognised());
-        let guess = |one: &&Match| self.target.points.known[one.view.point].is_guess(radius);
+        let guess = |one: &&Match| self.target.points.features[one.view.point].is_guess(radius);
         let known = seen.clone().filter(|one| !guess(one)).count();
         known < LEAST_KNOWN && seen.count() > known
     }
@@ -185,7 +185,7 @@ impl Target {
         (bundle, ids)
     }
 
-    fn anchor(&self, known: &Known) -> Option<Anchor> {
+    fn anchor(&self, known: &Feature) -> Option<Anchor> {
         let keyframe = self.keyframes.place(known.learned.keyframe?)?;
         let px = known.point.steps[0].norm();
         Some(Anchor {
@@ -229,7 +229,7 @@ impl Target {
         self.ranges.move_by(by);
         let landmarks = solution.bundle.landmarks.iter().zip(&solution.distance_variances);
         let mut found = ids.iter().zip(landmarks).peekable();
-        for known in &mut self.points.known {
+        for known in &mut self.points.features {
             if let Some(keyframe) = known.learned.keyframe {
                 known.move_by(&by(keyframe).inverse());
             }
@@ -272,7 +272,7 @@ impl Target {
         let Some(at) = self.keyframes.place(dropped.number) else { return };
         let heir = &self.keyframes.all[at];
         let moved = heir.world_from_object * dropped.world_from_object.inverse();
-        for known in &mut self.points.known {
+        for known in &mut self.points.features {
             known.learned.adopt(dropped.number, (heir.number, &moved));
         }
     }
@@ -332,7 +332,7 @@ mod tests {
                 looks: [None; Pyramid::LEVELS],
                 color: [0; 3],
             };
-            let mut known = Known::new(point, 1e-6);
+            let mut known = Feature::new(point, 1e-6);
             known.learn_with((number, &pose), (0.0, 0.0));
             target.points.add(&mut vec![known]);
         }
@@ -355,15 +355,15 @@ mod tests {
         let motion = |size: f64| Twist::new(size, 0.0, -size, 0.0, 10.0 * size, size);
         let solution = solution(&target, [0.0, 0.002, 0.005].map(motion));
         target.correct(&solution, (&[0, 1, 2], &[]));
-        for (number, known) in target.points.known.iter().enumerate() {
+        for (number, known) in target.points.features.iter().enumerate() {
             let seen = |target: &Target| {
                 let pose = target.keyframes.all[number].world_from_object;
-                pose.transform(&target.points.known[number].point.position)
+                pose.transform(&target.points.features[number].point.position)
             };
             assert!((seen(&target) - seen(&before)).norm() < 1e-12);
             assert!((known.point.position - known.learned.position).norm() > 0.0);
         }
-        let learned = |target: &Target| target.points.known[2].learned.position;
+        let learned = |target: &Target| target.points.features[2].learned.position;
         assert_eq!(learned(&target), learned(&before), "where it was learned stays");
     }
 
@@ -380,12 +380,12 @@ mod tests {
     #[test]
     fn a_keyframe_that_makes_room_leaves_its_points_where_they_were_seen() {
         let mut target = target();
-        let seen = target.points.known[1].learned.position;
+        let seen = target.points.features[1].learned.position;
         let (pose, heir) =
             (target.keyframes.all[1].world_from_object, target.keyframes.all[0].world_from_object);
         let dropped = target.keyframes.all.remove(1);
         target.adopt(&dropped);
-        let learned = target.points.known[1].learned;
+        let learned = target.points.features[1].learned;
         assert_eq!(learned.keyframe, Some(0));
         let of = |pose: Pose, place| pose.inverse().transform(&place);
         assert!((of(heir, learned.position) - of(pose, seen)).norm() < 1e-12);

@@ -274,7 +274,7 @@ impl Sighting {
         }
         let shift = Shift::pixels(agreement).filter(|shift| shift.norm() < FARTHEST_PX)?;
         let Shift { information, .. } = Shift::new(agreement, found.level, &Matrix2::zeros())?;
-        let id = points.known[found.view.point].id;
+        let id = points.features[found.view.point].id;
         let share = if windows[camera].shows_texture(agreement) { 1.0 } else { SHADING };
         let information = (information + information.transpose()) * (0.5 * share);
         Some(Self { id, camera, pixel: pixel + shift, information })

@@ -2,8 +2,8 @@
 
 pub(super) mod bias;
 pub(super) mod colors;
+mod feature;
 pub(super) mod keyframes;
-mod known;
 pub(super) mod points;
 pub(super) mod ranges;
 mod record;
@@ -60,6 +60,6 @@ impl Target {
     /// Says whether anything is known of how the object looks.
     pub(super) fn knows_a_look(&self) -> bool {
         let colors = [Channels::Grey, Channels::Rgb].map(|kind| self.colors.know_object(kind));
-        colors.contains(&true) || self.colors.are_known() || !self.points.known.is_empty()
+        colors.contains(&true) || self.colors.are_known() || !self.points.features.is_empty()
     }
 }

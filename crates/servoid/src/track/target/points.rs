@@ -1,6 +1,6 @@
 use nalgebra::{Matrix2, Matrix2x3, Matrix2x6, Matrix3x6, Matrix6, Vector2, Vector3};
 
-pub(crate) use super::known::{Known, WORST};
+pub(crate) use super::feature::{Feature, WORST};
 use super::solid::{Rims, Solid};
 use crate::fitness::Agreement;
 use crate::pose::{Pose, Twist};
@@ -41,7 +41,7 @@ impl Match {
 /// The surface points of an object.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Points {
-    pub(crate) known: Vec<Known>,
+    pub(crate) features: Vec<Feature>,
     /// Variance of the object's turn since the first image, by those that were seen last.
     pub(crate) drift: f64,
     /// Beside it, that by distances that only motion told.
@@ -70,9 +70,9 @@ pub(crate) const RECOGNISED: f64 = 0.75;
 
 impl Points {
     /// Takes points that are known from before.
-    pub(crate) fn of(mut known: Vec<Known>) -> Self {
+    pub(crate) fn of(mut features: Vec<Feature>) -> Self {
         let mut out = Self::default();
-        out.add(&mut known);
+        out.add(&mut features);
         out
     }
 
@@ -92,15 +92,15 @@ impl Points {
             let Some(eye) = projection.eye() else { continue };
             let begin = all.len();
             rims.read(solid, &projection);
-            for (index, known) in self.known.iter().enumerate() {
-                let point = &known.point;
+            for (index, feature) in self.features.iter().enumerate() {
+                let point = &feature.point;
                 let way = (eye - point.position).normalize();
-                let (facing, like) = if known.is_guess(solid.radius) {
+                let (facing, like) = if feature.is_guess(solid.radius) {
                     LEAST_OF_GUESS
                 } else {
                     (LEAST_FACING, LEAST_LIKE)
                 };
-                let (look, cosine) = known.nearest_look(&way);
+                let (look, cosine) = feature.nearest_look(&way);
                 let shows = way.dot(&point.normal) > facing
                     && cosine > like
                     && !solid.hides(&point.position, &eye)
@@ -114,15 +114,15 @@ impl Points {
     }
 
     /// Takes in new points, in memory that is there at once for as many as are ever kept.
-    pub(crate) fn add(&mut self, fresh: &mut Vec<Known>) {
-        if self.known.capacity() < ROOM {
-            self.known.reserve(ROOM.saturating_sub(self.known.len()));
+    pub(crate) fn add(&mut self, fresh: &mut Vec<Feature>) {
+        if self.features.capacity() < ROOM {
+            self.features.reserve(ROOM.saturating_sub(self.features.len()));
         }
-        for known in fresh.iter_mut() {
-            known.id = self.next;
+        for feature in fresh.iter_mut() {
+            feature.id = self.next;
             self.next += 1;
         }
-        self.known.append(fresh);
+        self.features.append(fresh);
     }
 
     /// Judges points by what images said of them where nothing hides them, and drops those that no longer
@@ -133,14 +133,14 @@ impl Points {
             if occlusion.hides(view.camera, pixel) > 0.0 {
                 continue;
             }
-            self.known[view.point].record.count_hits(agreement.correlation > RECOGNISED);
+            self.features[view.point].record.count_hits(agreement.correlation > RECOGNISED);
         }
-        self.known.retain(|known| known.record.is_good());
-        let (count, excess) = (self.known.len(), self.known.len().saturating_sub(MOST));
+        self.features.retain(|feature| feature.record.is_good());
+        let (count, excess) = (self.features.len(), self.features.len().saturating_sub(MOST));
         if excess > 0 {
             // Evenly, so that no side of the object is forgotten.
             let mut at = 0;
-            self.known.retain(|_| {
+            self.features.retain(|_| {
                 at += 1;
                 at * excess / count == (at - 1) * excess / count
             });
@@ -150,19 +150,20 @@ impl Points {
     /// Turns points back that were learned with keyframes since one of them, each by its share of a motion that
     /// closes a loop; `drifts` are the variances of the turn before that and after it.
     pub(crate) fn turn_back(&mut self, off: &Twist, drifts: (f64, f64), since: Option<usize>) {
-        for known in self.known.iter_mut().filter(|known| known.learned.keyframe >= since) {
-            let (share, left) = bridged(known.drift, drifts);
-            known.drift = left;
+        for feature in self.features.iter_mut().filter(|feature| feature.learned.keyframe >= since)
+        {
+            let (share, left) = bridged(feature.drift, drifts);
+            feature.drift = left;
             if share > 0.0 {
-                known.move_by(&Pose::exp(&(-off * share)));
+                feature.move_by(&Pose::exp(&(-off * share)));
             }
         }
     }
 
     /// Gives the numbers of the points that were recognised last, and where they are.
     pub(crate) fn seen(&self) -> Vec<(usize, Vector3<f64>)> {
-        let known = self.seen.iter().filter_map(|id| self.with_id(*id));
-        known.map(|known| (known.id, known.point.position)).collect()
+        let features = self.seen.iter().filter_map(|id| self.with_id(*id));
+        features.map(|feature| (feature.id, feature.point.position)).collect()
     }
 
     /// Gives the small motion of the object that leaves points about where they were in the world before they
@@ -171,8 +172,8 @@ impl Points {
         let (mut curvature, mut slope) = (Matrix6::zeros(), Twist::zeros());
         let mut count = 0;
         for (id, was) in before {
-            let Some(known) = self.with_id(*id) else { continue };
-            let is = &known.point.position;
+            let Some(feature) = self.with_id(*id) else { continue };
+            let is = &feature.point.position;
             let mut by_motion = Matrix3x6::zeros();
             by_motion.fixed_view_mut::<3, 3>(0, 0).fill_with_identity();
             by_motion.fixed_view_mut::<3, 3>(0, 3).copy_from(&-is.cross_matrix());
@@ -180,30 +181,30 @@ impl Points {
             slope += by_motion.tr_mul(&(was - is));
             count += 1;
         }
-        (count >= LEAST_KNOWN).then(|| curvature.cholesky())?.map(|known| known.solve(&slope))
+        (count >= LEAST_KNOWN).then(|| curvature.cholesky())?.map(|normal| normal.solve(&slope))
     }
 
     /// Gives the point that was counted so.
-    pub(crate) fn with_id(&self, id: usize) -> Option<&Known> {
-        self.place(id).map(|at| &self.known[at])
+    pub(crate) fn with_id(&self, id: usize) -> Option<&Feature> {
+        self.place(id).map(|at| &self.features[at])
     }
 
     /// They are in the order in which they were counted.
     fn place(&self, id: usize) -> Option<usize> {
-        self.known.binary_search_by_key(&id, |known| known.id).ok()
+        self.features.binary_search_by_key(&id, |feature| feature.id).ok()
     }
 
     /// Takes over how far the turn may have drifted where points were seen, as variances: the least counts.
     pub(crate) fn know_drift(&mut self, seen: impl Iterator<Item = (usize, f64)>) {
-        let mut drifts = vec![f64::INFINITY; self.known.len()];
+        let mut drifts = vec![f64::INFINITY; self.features.len()];
         for (id, drift) in seen {
             if let Some(at) = self.place(id) {
                 drifts[at] = drift.min(drifts[at]);
             }
         }
-        for (known, drift) in self.known.iter_mut().zip(drifts) {
+        for (feature, drift) in self.features.iter_mut().zip(drifts) {
             if drift.is_finite() {
-                known.drift = drift;
+                feature.drift = drift;
             }
         }
     }
@@ -211,7 +212,7 @@ impl Points {
     /// Gives the covariance of a point's pixel, in square pixels, by what the turn had drifted further when
     /// it was learned than by the points that were seen last. `by_motion` says how it moves with the object.
     pub(crate) fn strayed(&self, point: usize, by_motion: &Matrix2x6<f64>) -> Matrix2<f64> {
-        let excess = (self.known[point].drift - self.drift).max(0.0);
+        let excess = (self.features[point].drift - self.drift).max(0.0);
         let by_turn = by_motion.fixed_view::<2, 3>(0, 3);
         by_turn * by_turn.transpose() * (excess / 3.0)
     }
@@ -224,11 +225,11 @@ impl Points {
             if agreement.correlation < RECOGNISED {
                 continue;
             }
-            let known = &mut self.known[view.point];
-            if known.by_motion {
+            let feature = &mut self.features[view.point];
+            if feature.by_motion {
                 continue;
             }
-            let way = agreement.slope * known.point.toward;
+            let way = agreement.slope * feature.point.toward;
             let curvature = way.dot(&(agreement.tensor * way));
             let noise = noise(agreement.correlation);
             let information = 1.0 / (noise / curvature + PLACE_PX * PLACE_PX / way.norm_squared());
@@ -236,14 +237,14 @@ impl Points {
                 continue;
             }
             let step = way.dot(&agreement.pull) / curvature;
-            let gain = information * SHARED / (1.0 / known.variance + information * SHARED);
-            known.place_at(known.point.position + known.point.toward * (gain * step));
-            known.variance = (1.0 - gain) * known.variance + (FADING * radius).powi(2);
+            let gain = information * SHARED / (1.0 / feature.variance + information * SHARED);
+            feature.place_at(feature.point.position + feature.point.toward * (gain * step));
+            feature.variance = (1.0 - gain) * feature.variance + (FADING * radius).powi(2);
         }
     }
 }
 
-/// Points that must agree for what they know of the turn to be known.
+/// Features that must agree for the turn by them to count as known.
 pub(crate) const LEAST_KNOWN: usize = 12;
 /// Says whether a point lies about where the body's outline is: its image is that of the outline, which
 /// does not move as the surface does.
@@ -324,18 +325,18 @@ mod tests {
             color: [0; 3],
         };
         let learned = |drift: f64| {
-            let mut known = Known::new(point, 1e-8);
-            known.drift = drift;
-            known
+            let mut feature = Feature::new(point, 1e-8);
+            feature.drift = drift;
+            feature
         };
         let mut points = Points::of(vec![learned(0.0), learned(after), learned(before)]);
         let off = Twist::new(0.002, 0.0, -0.001, 0.1, 0.2, -0.05);
         points.turn_back(&off, (before, after), None);
-        for old in &points.known[..2] {
+        for old in &points.features[..2] {
             assert_eq!(old.point, point);
         }
         // Seen from the pose after the jump, it is where it was seen from the one before.
-        let newest = &points.known[2];
+        let newest = &points.features[2];
         assert!(
             (Pose::exp(&off).transform(&newest.point.position) - point.position).norm() < 1e-12
         );

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::points::{Known, LEAST_KNOWN, Match, Points};
+use super::points::{Feature, LEAST_KNOWN, Match, Points};
 
 /// Standard deviation of what slips while the object turns by a radian, in radians, below which it is
 /// proved that points do not.
@@ -27,13 +27,13 @@ impl Points {
         self.drifts.clear();
         self.seen.clear();
         for one in matches.iter().filter(|one| one.is_recognised()) {
-            let known = &mut self.known[one.view.point];
-            self.seen.push(known.id);
-            let turned = turned(known, toward);
+            let feature = &mut self.features[one.view.point];
+            self.seen.push(feature.id);
+            let turned = turned(feature, toward);
             if slip < PROVES * PROVES {
-                known.proved = known.proved.max(turned);
+                feature.proved = feature.proved.max(turned);
             }
-            self.drifts.push(known.drift + 0.5 * slip * (turned - known.proved).max(0.0));
+            self.drifts.push(feature.drift + 0.5 * slip * (turned - feature.proved).max(0.0));
         }
         median(&mut self.drifts)
     }
@@ -44,10 +44,10 @@ impl Points {
     pub(crate) fn follow_tilt(&mut self, matches: &[Match], toward: &Vector3<f64>, radius: f64) {
         self.drifts.clear();
         for one in matches.iter().filter(|one| one.is_recognised()) {
-            let known = &self.known[one.view.point];
-            let part = (turned(known, toward) / TILTED).min(1.0);
-            let variance = if known.by_motion { known.variance } else { 0.0 };
-            self.drifts.push(known.tilt + variance * (part / (TILT * radius)).powi(2));
+            let feature = &self.features[one.view.point];
+            let part = (turned(feature, toward) / TILTED).min(1.0);
+            let variance = if feature.by_motion { feature.variance } else { 0.0 };
+            self.drifts.push(feature.tilt + variance * (part / (TILT * radius)).powi(2));
         }
         self.tilt = median(&mut self.drifts).map_or(self.tilt, |tilt| tilt.max(self.tilt));
     }
@@ -59,8 +59,8 @@ impl Points {
 }
 
 /// Gives by how much the object has turned since a point was learned, in radians, at least.
-fn turned(known: &Known, toward: &Vector3<f64>) -> f64 {
-    (known.point.toward.angle(toward) - EYES_APART).max(0.0)
+fn turned(feature: &Feature, toward: &Vector3<f64>) -> f64 {
+    (feature.point.toward.angle(toward) - EYES_APART).max(0.0)
 }
 
 /// Gives the median of values, nothing if they are too few.

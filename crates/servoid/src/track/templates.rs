@@ -47,16 +47,16 @@ fn look(
     scale: impl Fn(&Vector2<f64>) -> (f64, f64),
 ) -> Option<SurfacePoint> {
     let (agreement, pixel) = (found.agreement.as_ref()?, found.pixel?);
-    let known = &sight.points.known[found.view.point];
+    let feature = &sight.points.features[found.view.point];
     let clear =
         found.is_recognised() && workspace.occlusion.hides(found.view.camera, &pixel) == 0.0;
-    if !clear || !known.has_room() {
+    if !clear || !feature.has_room() {
         return None;
     }
     let eye = projection.eye()?;
-    let place = known.point.position + known.point.toward * found.moved;
+    let place = feature.point.position + feature.point.toward * found.moved;
     let toward = (eye - place).normalize();
-    if known.nearest_look(&toward).1 > APART {
+    if feature.nearest_look(&toward).1 > APART {
         return None;
     }
     // It is learned where it is seen, and not where it should be.
@@ -65,8 +65,8 @@ fn look(
         projection.linear.try_inverse()? * Vector3::new(pixel.x + off.x, pixel.y + off.y, 1.0);
     let seen = eye + ray.normalize() * (place - eye).norm();
     let pyramid = &sight.windows[found.view.camera].pyramid;
-    let vectors = [seen, known.point.normal, toward];
+    let vectors = [seen, feature.point.normal, toward];
     let mut look = SurfacePoint::learn(projection, pyramid, vectors, scale(&pixel))?;
-    look.color = known.point.color;
+    look.color = feature.point.color;
     Some(look)
 }

@@ -6,7 +6,7 @@ use crate::pose::Pose;
 
 /// A surface point with how well its distance is known and how it has done.
 #[derive(Debug, Clone)]
-pub(crate) struct Known {
+pub(crate) struct Feature {
     /// Counts the points that were ever known: those with a greater one were learned later.
     pub(crate) id: usize,
     pub(crate) point: SurfacePoint,
@@ -28,7 +28,7 @@ pub(crate) struct Known {
     pub(super) record: Record,
 }
 
-impl Known {
+impl Feature {
     pub(crate) fn new(point: SurfacePoint, variance: f64) -> Self {
         let (position, toward) = (point.position, point.toward);
         let learned = Learned { keyframe: None, position, toward, variance };

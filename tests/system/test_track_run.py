@@ -296,7 +296,7 @@ def test_figures_of_speed_count_the_steps_and_not_the_start(
     )
     [result] = track_capture(open_capture(video), [known()])
     assert result.stage_seconds == pytest.approx({"look": 0.002, "search": 0.001})
-    assert list(result.stage_seconds) == ["look", "search"]
+    assert list(result.stage_seconds) == ["prepare", "search"]
     assert result.evaluations == 200
     assert result.tracked_share == pytest.approx(4 / 6)
     assert [(round(gap.first_s, 3), gap.count) for gap in result.gaps] == [(0.3, 2)]
@@ -366,7 +366,7 @@ def test_a_moving_object_is_followed_from_its_mask_alone(video: Path) -> None:
     true = MOVING.world_from_left[:3, 0] * (MOVING.centers[-1][0] - MOVING.centers[0][0])
     assert result.tracked_share == 1.0
     assert np.linalg.norm(np.array(last) - first - true) < 0.002
-    assert list(result.stage_seconds) == ["look", "search", "refine", "verify", "learn"]
+    assert list(result.stage_seconds) == ["prepare", "search", "refine", "verify", "learn"]
 
 
 @pytest.mark.extended

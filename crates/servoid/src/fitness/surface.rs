@@ -13,7 +13,7 @@ const SPACING: f64 = 2.0;
 /// Least standard deviation of a patch, in grey levels, that is a pattern and not noise.
 const LEAST_CONTRAST: f32 = 3.0;
 
-/// The look of a small piece of the surface without its brightness and contrast: zero mean, unit
+/// A small piece of the surface in an image, without its brightness and contrast: zero mean, unit
 /// length.
 pub type Patch = [f32; SAMPLES];
 
@@ -25,12 +25,12 @@ pub struct SurfacePoint {
     /// Unit vector out of the surface.
     pub normal: Vector3<f64>,
     /// Steps along the surface that moved it one grain right and one down where it was learned: half
-    /// of the way from one place of its look to the next.
+    /// of the way from one place of its template to the next.
     pub steps: [Vector3<f64>; 2],
     /// Unit vector to the camera that it was learned in.
     pub toward: Vector3<f64>,
-    /// Its look at each resolution at which it lay wholly on the object.
-    pub looks: [Option<Patch>; Pyramid::LEVELS],
+    /// Its template at each resolution at which it lay wholly on the object.
+    pub templates: [Option<Patch>; Pyramid::LEVELS],
     /// Its colour.
     pub color: [u8; 3],
 }
@@ -42,12 +42,12 @@ pub struct Agreement {
     pub pixel: Vector2<f64>,
     /// How its pixel moves with the point in the object's frame.
     pub slope: Matrix2x3<f64>,
-    /// Normalised cross-correlation with its look, -1 to 1.
+    /// Normalised cross-correlation with its template, -1 to 1.
     pub correlation: f64,
     /// Sum of the squared gradients of the normalised patch, per square pixel.
     pub tensor: Matrix2<f64>,
     /// Gradients times differences: `tensor⁻¹ pull` is the move, in pixels, that brings the image of
-    /// the point to where its look is.
+    /// the point to where its template is.
     pub pull: Vector2<f64>,
     /// Standard deviation of the image's patch, in grey levels.
     pub contrast: f64,
@@ -74,19 +74,19 @@ impl SurfacePoint {
             normal,
             steps: [steps.column(0).into(), steps.column(1).into()],
             toward,
-            looks: [None; Pyramid::LEVELS],
+            templates: [None; Pyramid::LEVELS],
             color: [0; 3],
         };
         for level in 0..Pyramid::LEVELS {
             if 0.5 * SIDE as f64 * SPACING * grain * f64::from(1 << level) > reach_px {
                 break;
             }
-            point.looks[level] = point.look(projection, pyramid, level);
+            point.templates[level] = point.patch(projection, pyramid, level);
         }
-        point.looks[0].is_some().then_some(point)
+        point.templates[0].is_some().then_some(point)
     }
 
-    /// Moves the piece of surface in the object's frame; its look stays.
+    /// Moves the piece of surface in the object's frame; its template stays.
     pub fn move_by(&mut self, motion: &Pose) {
         self.position = motion.transform(&self.position);
         self.steps = self.steps.map(|way| motion.rotation() * way);
@@ -94,10 +94,10 @@ impl SurfacePoint {
         self.toward = motion.rotation() * self.toward;
     }
 
-    /// Reads the look of the piece of surface in an image; `None` if it is not wholly inside or
+    /// Reads the patch that shows the piece of surface in an image; `None` if it is not wholly inside or
     /// shows no pattern.
     #[must_use]
-    pub fn look(&self, projection: &Projection, pyramid: &Pyramid, level: usize) -> Option<Patch> {
+    pub fn patch(&self, projection: &Projection, pyramid: &Pyramid, level: usize) -> Option<Patch> {
         let (pixel, slope) = projection.pixel(&self.position)?;
         let grid = self.grid(pixel, &slope, pyramid, level)?;
         let values = grid.map(pyramid.plane(level));
@@ -105,7 +105,7 @@ impl SurfacePoint {
         (length > LEAST_CONTRAST * (SAMPLES as f32).sqrt()).then_some(patch)
     }
 
-    /// Gives the normalised cross-correlation between the look of the piece of surface and an image.
+    /// Gives the normalised cross-correlation between the template of the piece of surface and an image.
     #[must_use]
     pub fn correlation(
         &self,
@@ -113,14 +113,14 @@ impl SurfacePoint {
         pyramid: &Pyramid,
         level: usize,
     ) -> Option<f64> {
-        let look = self.looks[level].as_ref()?;
+        let template = self.templates[level].as_ref()?;
         let (pixel, slope) = projection.pixel(&self.position)?;
-        self.likeness(look, (pixel, &slope), pyramid, level).map(f64::from)
+        self.likeness(template, (pixel, &slope), pyramid, level).map(f64::from)
     }
 
-    /// Compares the look of the piece of surface with an image in places around where it should be, a
+    /// Compares the template of the piece of surface with an image in places around where it should be, a
     /// pixel of the resolution from one to the next, row by row, up to `reach` of them to each side;
-    /// what lies outside the image correlates by 0. Nothing where it has no look or is not seen.
+    /// what lies outside the image correlates by 0. Nothing where it has no template or is not seen.
     pub fn correlations(
         &self,
         projection: &Projection,
@@ -128,8 +128,8 @@ impl SurfacePoint {
         (level, reach): (usize, usize),
         mut each: impl FnMut(usize, f32),
     ) {
-        let (Some(look), Some((pixel, slope))) =
-            (self.looks[level].as_ref(), projection.pixel(&self.position))
+        let (Some(template), Some((pixel, slope))) =
+            (self.templates[level].as_ref(), projection.pixel(&self.position))
         else {
             return;
         };
@@ -137,30 +137,30 @@ impl SurfacePoint {
         for at in 0..side * side {
             let by = Vector2::new((at % side) as f64, (at / side) as f64);
             let beside = pixel + (by - Vector2::repeat(reach as f64)) * step;
-            each(at, self.likeness(look, (beside, &slope), pyramid, level).unwrap_or(0.0));
+            each(at, self.likeness(template, (beside, &slope), pyramid, level).unwrap_or(0.0));
         }
     }
 
-    /// Correlates a look with the image at a pixel; `None` if it is not wholly inside or even.
+    /// Correlates a template with the image at a pixel; `None` if it is not wholly inside or even.
     #[inline(always)]
     fn likeness(
         &self,
-        look: &Patch,
+        template: &Patch,
         (pixel, slope): (Vector2<f64>, &Matrix2x3<f64>),
         pyramid: &Pyramid,
         level: usize,
     ) -> Option<f32> {
         let grid = self.grid(pixel, slope, pyramid, level)?;
         let (patch, _) = normalized(grid.map(pyramid.plane(level)))?;
-        Some(patch.iter().zip(look).map(|(a, b)| a * b).sum())
+        Some(patch.iter().zip(template).map(|(a, b)| a * b).sum())
     }
 
     /// Gives how far to the right and down of its middle the samples of the piece of surface reach, in
-    /// pixels of an image; `None` if it has no look at this resolution. `slope` says how its pixel
+    /// pixels of an image; `None` if it has no template at this resolution. `slope` says how its pixel
     /// moves with the point.
     #[must_use]
     pub fn reach_px(&self, slope: &Matrix2x3<f64>, level: usize) -> Option<Vector2<f64>> {
-        self.looks[level].as_ref()?;
+        self.templates[level].as_ref()?;
         let half = 0.5 * (SIDE as f64 - 1.0) * SPACING * f64::from(1_u32 << level);
         Some(((slope * self.steps[0]).abs() + (slope * self.steps[1]).abs()) * half)
     }
@@ -173,7 +173,7 @@ impl SurfacePoint {
         pyramid: &Pyramid,
         level: usize,
     ) -> Option<Agreement> {
-        let look = self.looks[level].as_ref()?;
+        let template = self.templates[level].as_ref()?;
         let (pixel, slope) = projection.pixel(&self.position)?;
         let grid = self.grid(pixel, &slope, pyramid, level)?;
         let plane = pyramid.plane(level);
@@ -183,13 +183,13 @@ impl SurfacePoint {
             (values[at], right[at], down[at]) = (sample.value, sample.right, sample.down);
         }
         let (patch, length) = normalized(values)?;
-        let correlation: f32 = patch.iter().zip(look).map(|(a, b)| a * b).sum();
+        let correlation: f32 = patch.iter().zip(template).map(|(a, b)| a * b).sum();
         // What a shift changes of the normalised patch: its gradients without their mean and without
         // what only changes the contrast.
         let (right, down) = (flattened(right, &patch, length), flattened(down, &patch, length));
         let dot =
             |a: &Patch, b: &Patch| f64::from(a.iter().zip(b).map(|(a, b)| a * b).sum::<f32>());
-        let apart = std::array::from_fn(|i| look[i] - patch[i]);
+        let apart = std::array::from_fn(|i| template[i] - patch[i]);
         let per_pixel = 1.0 / f64::from(1_u32 << level);
         let cross = dot(&right, &down);
         Some(Agreement {

@@ -39,7 +39,7 @@ pub(super) fn align(sight: &Sight<'_>, pose: &Pose, in_view: &[InView]) -> Optio
         votes.resize(side * side, 0.0);
         let own = || in_view.iter().filter(|view| view.camera == camera);
         for view in own().step_by(own().count().div_ceil(VOTERS).max(1)) {
-            let point = sight.points.features[view.point].seen_as(view.look);
+            let point = sight.points.features[view.point].template(view.template);
             point.correlations(&projection, &window.pyramid, (LEVEL, reach), |at, found| {
                 votes[at] += (found - VOTE).max(0.0);
             });
@@ -127,7 +127,7 @@ mod tests {
         tracker.start(&observation(&first, 0.0), at(0.0, 0.0), &[]).unwrap();
         let now = observation(pixels, 0.033);
         tracker.frame.check(&now).unwrap();
-        assert!(tracker.look(&now, &at(0.0, 0.0), 0.5));
+        assert!(tracker.open_windows(&now, &at(0.0, 0.0), 0.5));
         tracker.points_in_view(&at(0.0, 0.0));
         assert!(tracker.workspace.in_view.len() > 20);
         let sight = Sight::new(&tracker.frame, &now, &tracker.target, &tracker.settings);

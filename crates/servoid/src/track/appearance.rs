@@ -25,7 +25,7 @@ pub struct Appearance {
 
 /// First bytes of a written appearance: a name and the version.
 const MAGIC: &[u8; 8] = b"servoap1";
-/// Numbers of 8 bytes that a point has beside its colour and looks.
+/// Numbers of 8 bytes that a point has beside its colour and templates.
 const NUMBERS: usize = 16;
 /// Most points and colours that are read.
 const MOST: usize = 100_000;
@@ -57,9 +57,9 @@ impl Appearance {
             }
             out.extend(variance.to_le_bytes());
             out.extend(point.color);
-            for look in &point.looks {
-                out.push(u8::from(look.is_some()));
-                look.unwrap_or_default().iter().for_each(|x| out.extend(x.to_le_bytes()));
+            for template in &point.templates {
+                out.push(u8::from(template.is_some()));
+                template.unwrap_or_default().iter().for_each(|x| out.extend(x.to_le_bytes()));
             }
         }
         out
@@ -113,16 +113,16 @@ impl Reader<'_> {
             normal: vector(1),
             steps: [vector(2), vector(3)],
             toward: vector(4),
-            looks: [None; Pyramid::LEVELS],
+            templates: [None; Pyramid::LEVELS],
             color: self.take()?,
         };
-        for look in &mut point.looks {
+        for template in &mut point.templates {
             let is_there = self.flag()?;
             let mut patch = Patch::default();
             for sample in &mut patch {
                 *sample = self.single()?;
             }
-            *look = is_there.then_some(patch);
+            *template = is_there.then_some(patch);
         }
         Some((point, numbers[NUMBERS - 1]))
     }

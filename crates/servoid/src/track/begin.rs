@@ -49,7 +49,7 @@ impl Tracker {
         let mut clock = Clock::start();
         self.frame.check(observation)?;
         self.motion = Motion::at_rest(observation.time_s, world_from_object);
-        if !self.look(observation, &world_from_object, START_MARGIN) {
+        if !self.open_windows(observation, &world_from_object, START_MARGIN) {
             return Err(self.unseen_at_first());
         }
         if masks.iter().any(Option::is_some) {
@@ -57,7 +57,7 @@ impl Tracker {
         } else {
             self.learn_colors(observation, &world_from_object, 1.0);
         }
-        self.look(observation, &world_from_object, START_MARGIN);
+        self.open_windows(observation, &world_from_object, START_MARGIN);
         self.keep_masked(observation, &world_from_object, masks);
         self.points_in_view(&world_from_object);
         if self.settings.surface {
@@ -199,7 +199,7 @@ impl Tracker {
             (self.target.reference.ratio, self.target.reference.outline) = (0.0, 0.0);
             return Ok(());
         }
-        self.look_all_over(observation);
+        self.open_all_over(observation);
         for (window, image) in self.frame.windows.iter().zip(&observation.images) {
             if let Some(image) = image.as_ref().filter(|_| window.is_open()) {
                 window.teach(image, &[], 0.0, &mut self.target.colors);

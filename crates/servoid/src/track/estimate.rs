@@ -112,12 +112,12 @@ impl Notice {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Timing {
     /// Cutting windows out of the images and scoring their pixels.
-    pub look: Duration,
+    pub prepare: Duration,
     /// Scoring hypotheses.
     pub search: Duration,
     /// Making the best one precise.
     pub refine: Duration,
-    /// Judging it: confidence, covariance, status.
+    /// Verifying it: quality, confidence, covariance, status.
     pub verify: Duration,
     /// Learning colours and surface points from it.
     pub learn: Duration,

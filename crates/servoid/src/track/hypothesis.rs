@@ -54,21 +54,26 @@ impl Hypothesis {
 
 impl Tracker {
     /// Looks around where the body is at a pose; `false` if no camera sees it.
-    pub(super) fn look(&mut self, observation: &Observation<'_>, pose: &Pose, margin: f64) -> bool {
+    pub(super) fn open_windows(
+        &mut self,
+        observation: &Observation<'_>,
+        pose: &Pose,
+        margin: f64,
+    ) -> bool {
         let place = (pose, &self.target.solid, margin);
         let colors = self.settings.region.then_some(&self.target.colors);
-        self.frame.look(observation, place, colors)
+        self.frame.open_windows(observation, place, colors)
     }
 
     /// Looks at all that the cameras see.
-    pub(super) fn look_all_over(&mut self, observation: &Observation<'_>) {
+    pub(super) fn open_all_over(&mut self, observation: &Observation<'_>) {
         // What lies far from where the object was must be known as background, too.
         for image in self.frame.images(observation) {
             self.target.colors.count_anywhere(&image);
         }
         self.target.colors.take_anywhere();
         let colors = self.settings.region.then_some(&self.target.colors);
-        self.frame.look_all_over(observation, colors);
+        self.frame.open_all_over(observation, colors);
     }
 
     /// Chooses the surface points that are looked at from a pose.

@@ -41,7 +41,7 @@ impl Tracker {
         }
         let mut looking = self.clone();
         looking.frame.check(observation)?;
-        looking.look_all_over(observation);
+        looking.open_all_over(observation);
         let area = looking.area(&looking.motion.last());
         let known = looking.target.points.features.len();
         let most = known.min(looking.settings.points);

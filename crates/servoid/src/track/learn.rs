@@ -262,7 +262,7 @@ fn distance(
     let way = projection.pixel(&point.position)?.1 * point.toward;
     let step = 1.0 / way.norm().max(1e-6);
     let count = (REACH * radius / step).ceil().min(40.0);
-    let level = usize::from(point.looks[1].is_some());
+    let level = usize::from(point.templates[1].is_some());
     let places = (0..=2 * count as usize).map(|i| (i as f64 - count) * step);
     let tried = places.filter_map(|along| {
         Some((along, at(along).correlation(projection, &window.pyramid, level)?))

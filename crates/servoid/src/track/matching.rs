@@ -30,7 +30,7 @@ pub(super) fn match_points(
         }
         let Some(projection) = seen else { continue };
         let known = &sight.points.features[view.point];
-        let mut point = *known.seen_as(view.look);
+        let mut point = *known.template(view.template);
         let moved = workspace.moved[at];
         point.position += known.point.toward * moved;
         let pyramid = &sight.windows[view.camera].pyramid;

@@ -313,7 +313,7 @@ fn add_point(
     let by_motion = by_motion(&agreement.slope, &position);
     // Along the way to where it was learned its place is known the less, the more it is seen from aside.
     let aside = eye.map_or(0.0, |eye| {
-        (1.0 - (eye - position).normalize().dot(&feature.seen_as(view.look).toward)).max(0.0)
+        (1.0 - (eye - position).normalize().dot(&feature.template(view.template).toward)).max(0.0)
     });
     let along = agreement.slope * toward;
     // A guess is taken out below, and blurs nothing.

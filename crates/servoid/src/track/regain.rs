@@ -51,7 +51,7 @@ impl Tracker {
             self.status = self.trust.without();
             return Ok(evaluations);
         }
-        self.look(observation, &hypothesis.pose, MARGIN);
+        self.open_windows(observation, &hypothesis.pose, MARGIN);
         self.points_in_view(&hypothesis.pose);
         let prior = self.motion.prior(observation.time_s, self.restless());
         *hypothesis = self.weigh(observation, &hypothesis.pose, Some(&prior));
@@ -68,7 +68,7 @@ impl Tracker {
         let leeway = (NEAR_LEEWAY.0 * self.target.solid.radius, NEAR_LEEWAY.1);
         let mut evaluations = 0;
         for _ in 0..rounds {
-            if !self.look(observation, near, NEAR_MARGIN) {
+            if !self.open_windows(observation, near, NEAR_MARGIN) {
                 break;
             }
             let area = self.area(near);
@@ -103,7 +103,7 @@ impl Tracker {
         let area_at = |distance: f64| reference_area / (distance * distance);
         let mut evaluations = 0;
         for _ in 0..rounds {
-            self.look_all_over(observation);
+            self.open_all_over(observation);
             let sight = Sight::new(&self.frame, observation, &self.target, &self.settings);
             let (found, scored) = self.recovery.anywhere(sight, (near, far), area_at)?;
             evaluations += scored;
@@ -135,7 +135,7 @@ impl Tracker {
             }
         }
         let pose = hypothesis.pose;
-        if self.look(observation, &pose, MARGIN) {
+        if self.open_windows(observation, &pose, MARGIN) {
             self.points_in_view(&pose);
             *hypothesis = self.hypothesis(observation, &pose, COARSEST, None);
         }

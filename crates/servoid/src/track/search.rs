@@ -80,7 +80,7 @@ fn genes(motion: &Twist, (across, turned): Leeway) -> [f64; 6] {
     std::array::from_fn(|i| (motion[i] / if i < 3 { across } else { turned }).clamp(-1.0, 1.0))
 }
 
-/// Which surface points a score looks at.
+/// Which surface points a score compares.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Probes<'a> {
     /// These.
@@ -141,8 +141,8 @@ impl Judged<'_> {
             if self.sight.colors.is_some() {
                 region += window.region(&projection, self.sight.solid).0;
             }
-            let mut look = |point: &SurfacePoint| {
-                let level = coarsest(&point.looks[..=level]);
+            let mut compare = |point: &SurfacePoint| {
+                let level = coarsest(&point.templates[..=level]);
                 let found = point.correlation(&projection, &window.pyramid, level);
                 surface += found.unwrap_or(0.0).max(0.0);
                 points += 1.0;
@@ -154,7 +154,7 @@ impl Judged<'_> {
                     let seen = all.iter().filter(|view| view.camera == camera);
                     let feature = &self.sight.points.features;
                     seen.step_by(every)
-                        .for_each(|view| look(feature[view.point].seen_as(view.look)));
+                        .for_each(|view| compare(feature[view.point].template(view.template)));
                 }
                 Probes::Facing(all) => {
                     let Some(eye) = projection.eye() else { continue };
@@ -162,7 +162,7 @@ impl Judged<'_> {
                         let point = &self.sight.points.features[index].point;
                         let way = eye - point.position;
                         if way.dot(&point.normal) > LEAST_FACING * way.norm() {
-                            look(point);
+                            compare(point);
                         }
                     }
                 }
@@ -175,6 +175,6 @@ impl Judged<'_> {
     }
 }
 
-fn coarsest<T>(looks: &[Option<T>]) -> usize {
-    looks.iter().rposition(Option::is_some).unwrap_or(0)
+fn coarsest<T>(templates: &[Option<T>]) -> usize {
+    templates.iter().rposition(Option::is_some).unwrap_or(0)
 }

@@ -2,8 +2,8 @@ use nalgebra::Vector2;
 
 use super::hypothesis::Hypothesis;
 use super::learn::{Lesson, learn};
-use super::looks::{APART, looks};
 use super::sight::Sight;
+use super::templates::{APART, templates};
 use super::tracker::Tracker;
 use crate::camera::{Mask, Observation};
 use crate::pose::Pose;
@@ -56,7 +56,7 @@ impl Tracker {
             let lesson = Lesson { from: self.cell, cells, tries, masks: &[] };
             self.cell = self.cell.wrapping_add(cells);
             self.learn_points(observation, &hypothesis.pose, &lesson);
-            self.learn_looks(observation, &hypothesis.pose);
+            self.learn_templates(observation, &hypothesis.pose);
             self.target.points.count_hits(&self.workspace.matches, &self.workspace.occlusion);
         }
         if may.surface {
@@ -64,17 +64,17 @@ impl Tracker {
         }
     }
 
-    /// Learns how points look that are recognised from a side of which they have no look.
-    fn learn_looks(&mut self, observation: &Observation<'_>, pose: &Pose) {
+    /// Adds templates of points that are recognised from a side of which they have none.
+    fn learn_templates(&mut self, observation: &Observation<'_>, pose: &Pose) {
         let sight = Sight::new(&self.frame, observation, &self.target, &self.settings);
         let mut rims = std::mem::take(&mut self.workspace.rims);
-        let found = looks(&sight, pose, &self.workspace, &mut rims);
+        let found = templates(&sight, pose, &self.workspace, &mut rims);
         self.workspace.rims = rims;
-        for (point, look) in found {
+        for (point, template) in found {
             let feature = &mut self.target.points.features[point];
             // Another camera may just have learned the same.
-            if feature.has_room() && feature.nearest_look(&look.toward).1 <= APART {
-                feature.add_look(look);
+            if feature.has_room() && feature.nearest_template(&template.toward).1 <= APART {
+                feature.add_template(template);
             }
         }
     }

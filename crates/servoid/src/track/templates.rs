@@ -1,4 +1,4 @@
-//! Looks from other sides: what a point looked like where it was learned is not what it looks like from aside.
+//! Templates from further sides: what a point looked like where it was learned is not what it templates like from aside.
 
 use nalgebra::{Vector2, Vector3};
 
@@ -12,15 +12,15 @@ use crate::fitness::SurfacePoint;
 use crate::pose::Pose;
 use crate::shape::Projection;
 
-/// Largest cosine between the ways to a camera now and where a point's nearest look was learned for which
+/// Largest cosine between the ways to a camera now and where a point's nearest template was learned for which
 /// there is another one to be learned.
 pub(super) const APART: f64 = 0.97;
 /// Most pixels by which a point may lie beside where it should.
 const FARTHEST_PX: f64 = 2.0;
 
-/// Learns looks of points that are recognised at a pose from a side of which they have none; gives them
+/// Learns templates of points that are recognised at a pose from a side of which they have none; gives them
 /// with the places of their points.
-pub(super) fn looks(
+pub(super) fn templates(
     sight: &Sight<'_>,
     pose: &Pose,
     workspace: &Workspace,
@@ -33,14 +33,14 @@ pub(super) fn looks(
         rims.read(sight.solid, &projection);
         for found in workspace.matches.iter().filter(|found| found.view.camera == camera) {
             let scale = |pixel: &Vector2<f64>| (grain, rims.margin(pixel));
-            let look = look(sight, &projection, (found, workspace), scale);
-            out.extend(look.map(|look| (found.view.point, look)));
+            let template = template(sight, &projection, (found, workspace), scale);
+            out.extend(template.map(|template| (found.view.point, template)));
         }
     }
     out
 }
 
-fn look(
+fn template(
     sight: &Sight<'_>,
     projection: &Projection,
     (found, workspace): (&Match, &Workspace),
@@ -56,7 +56,7 @@ fn look(
     let eye = projection.eye()?;
     let place = feature.point.position + feature.point.toward * found.moved;
     let toward = (eye - place).normalize();
-    if feature.nearest_look(&toward).1 > APART {
+    if feature.nearest_template(&toward).1 > APART {
         return None;
     }
     // It is learned where it is seen, and not where it should be.
@@ -66,7 +66,7 @@ fn look(
     let seen = eye + ray.normalize() * (place - eye).norm();
     let pyramid = &sight.windows[found.view.camera].pyramid;
     let vectors = [seen, feature.point.normal, toward];
-    let mut look = SurfacePoint::learn(projection, pyramid, vectors, scale(&pixel))?;
-    look.color = feature.point.color;
-    Some(look)
+    let mut template = SurfacePoint::learn(projection, pyramid, vectors, scale(&pixel))?;
+    template.color = feature.point.color;
+    Some(template)
 }

@@ -110,9 +110,9 @@ impl Tracker {
         let expected = self.motion.predict(observation.time_s);
         let mut hypothesis = Hypothesis::nothing(expected, self.target.solid.radius);
         let (mut least, mut evaluations) = (self.least_share(), 0);
-        let visible = self.look(observation, &expected, self.margin());
+        let visible = self.open_windows(observation, &expected, self.margin());
         self.foresee_blur(&expected);
-        clock.lap(|timing| &mut timing.look);
+        clock.lap(|timing| &mut timing.prepare);
         if visible {
             let (guess, scored) = self.seek(observation, &expected, &clock)?;
             evaluations += scored;

@@ -263,7 +263,8 @@ fn a_plain_surface_and_one_seen_edge_on_teach_no_point() {
 
 #[test]
 fn a_point_near_the_rim_is_learned_only_at_the_resolutions_that_fit() {
-    let levels = |reach| learned([80.0, 60.0], reach).map(|p| p.looks.map(|look| look.is_some()));
+    let levels =
+        |reach| learned([80.0, 60.0], reach).map(|p| p.templates.map(|look| look.is_some()));
     assert_eq!(levels(100.0), Some([true, true, true]));
     assert_eq!(levels(10.0), Some([true, true, false]));
     assert_eq!(levels(5.0), Some([true, false, false]));

@@ -329,7 +329,7 @@ mod tests {
                 normal: -Vector3::z(),
                 steps: [Vector3::x() * 1e-3, Vector3::y() * 1e-3],
                 toward: -Vector3::z(),
-                looks: [None; Pyramid::LEVELS],
+                templates: [None; Pyramid::LEVELS],
                 color: [0; 3],
             };
             let mut known = Feature::new(point, 1e-6);

@@ -67,7 +67,7 @@ impl Frame {
 
     /// Looks around where the body is at a pose; `false` if no camera sees it. Windows are larger than
     /// its image by `margin` of its size.
-    pub(super) fn look(
+    pub(super) fn open_windows(
         &mut self,
         observation: &Observation<'_>,
         (pose, solid, margin): (&Pose, &Solid, f64),
@@ -79,7 +79,7 @@ impl Frame {
             let Some(image) = image else { continue };
             let place = (pose, solid, margin);
             let eye = &observation.world_from_camera[camera];
-            let inside = window.look(&self.cameras[camera], eye, &image, place, colors);
+            let inside = window.open(&self.cameras[camera], eye, &image, place, colors);
             if !inside {
                 note(&mut self.notices, Notice::OutOfImage(camera));
             } else if window.is_blank() {
@@ -91,13 +91,13 @@ impl Frame {
     }
 
     /// Looks at all that the cameras see.
-    pub(super) fn look_all_over(&mut self, observation: &Observation<'_>, colors: Option<&Colors>) {
+    pub(super) fn open_all_over(&mut self, observation: &Observation<'_>, colors: Option<&Colors>) {
         for (camera, window) in self.windows.iter_mut().enumerate() {
             window.close();
             let image = observation.images[camera].filter(|_| self.senses.can_use(camera));
             if let Some(image) = image {
                 let eye = &observation.world_from_camera[camera];
-                window.look_all_over(&self.cameras[camera], eye, &image, colors);
+                window.open_all_over(&self.cameras[camera], eye, &image, colors);
             }
         }
     }

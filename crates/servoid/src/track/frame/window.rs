@@ -31,12 +31,12 @@ const STRIDE: usize = 4;
 /// Standard deviation of a patch without its noise, as a share of the light in its window, from which
 /// on no shading makes it: courses of plain objects have at most 21 such points a camera, and those
 /// with a print seldom less than 25.
-const PRINTED: f64 = 0.08;
+const TEXTURED: f64 = 0.08;
 
 impl Window {
-    /// Looks at an image around the outlines of the body at a pose; the window is larger than they
+    /// Reads an image around the outlines of the body at a pose; the window is larger than they
     /// are by `margin` of their size. `false` if the object is not in the image.
-    pub(crate) fn look(
+    pub(crate) fn open(
         &mut self,
         camera: &Camera,
         world_from_camera: &Pose,
@@ -59,12 +59,12 @@ impl Window {
         }
         (self.first_px, self.size_px) = (first, [0, 1].map(|i| last[i] - first[i]));
         self.middle = Some((low + high) * 0.5);
-        self.open(from_world, image, colors);
+        self.read(from_world, image, colors);
         true
     }
 
-    /// Looks at the whole of an image.
-    pub(crate) fn look_all_over(
+    /// Reads the whole of an image.
+    pub(crate) fn open_all_over(
         &mut self,
         camera: &Camera,
         world_from_camera: &Pose,
@@ -73,10 +73,10 @@ impl Window {
     ) {
         (self.first_px, self.size_px) = ([0, 0], camera.size_px());
         self.middle = None;
-        self.open(Projection::new(camera, world_from_camera), image, colors);
+        self.read(Projection::new(camera, world_from_camera), image, colors);
     }
 
-    fn open(&mut self, from_world: Projection, image: &ImageView<'_>, colors: Option<&Colors>) {
+    fn read(&mut self, from_world: Projection, image: &ImageView<'_>, colors: Option<&Colors>) {
         self.pyramid.read(image, self.first_px, self.size_px);
         self.noise = f64::from(self.pyramid.denoise());
         self.light = f64::from(self.pyramid.plane(Pyramid::LEVELS - 1).mean());
@@ -96,7 +96,7 @@ impl Window {
 
     /// Says whether a piece of surface has the contrast of a pattern.
     pub(crate) fn shows_texture(&self, found: &Agreement) -> bool {
-        found.contrast >= libm::hypot(PRINTED * self.light, self.noise)
+        found.contrast >= libm::hypot(TEXTURED * self.light, self.noise)
     }
 
     /// Gives how the camera sees the object at a pose, if it looked.

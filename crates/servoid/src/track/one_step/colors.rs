@@ -1,4 +1,4 @@
-use super::{Look, OneStepError};
+use super::{OneStepError, UsableImage};
 use crate::fitness::ColorModel;
 use crate::camera::{Channels, ImageView, Mask};
 use crate::shape::{Body, silhouette};
@@ -13,22 +13,22 @@ pub(super) struct Colors {
 impl Colors {
     /// Learns from the masks, or, where an image has none, from the body's outline at its pose.
     pub fn learn(
-        looks: &[Look<'_>],
+        usable: &[UsableImage<'_>],
         body: &Body,
         masks: &[Option<Mask<'_>>],
     ) -> Result<Self, OneStepError> {
-        let drawn: Vec<_> = looks.iter().map(|look| look.silhouette(body)).collect();
-        let mut pairs = Vec::with_capacity(looks.len());
-        for (look, outline) in looks.iter().zip(&drawn) {
-            let outline = ImageView::new(outline, look.image.size_px(), Channels::Grey)?;
-            let mask = masks.get(look.index).copied().flatten();
+        let drawn: Vec<_> = usable.iter().map(|one| one.silhouette(body)).collect();
+        let mut pairs = Vec::with_capacity(usable.len());
+        for (one, outline) in usable.iter().zip(&drawn) {
+            let outline = ImageView::new(outline, one.image.size_px(), Channels::Grey)?;
+            let mask = masks.get(one.index).copied().flatten();
             // An outline that is empty or fills the image teaches nothing.
             if let Some(mask) = mask.or(Mask::new(outline).ok()) {
-                pairs.push((&look.image, mask));
+                pairs.push((&one.image, mask));
             }
         }
         if pairs.is_empty() {
-            return Err(OneStepError::Unseen { images: looks.len() });
+            return Err(OneStepError::Unseen { images: usable.len() });
         }
         let borrowed: Vec<_> = pairs.iter().map(|(image, mask)| (*image, mask)).collect();
         let model = ColorModel::learn(&borrowed)?;
@@ -46,15 +46,15 @@ impl Colors {
 
     /// Gives the share of what should be seen of the object that the images confirm, and which
     /// images show nothing of it.
-    pub fn confidence(&self, looks: &[Look<'_>], body: &Body) -> (f64, Vec<usize>) {
+    pub fn confidence(&self, usable: &[UsableImage<'_>], body: &Body) -> (f64, Vec<usize>) {
         let (mut sum, mut area, mut outside) = (0.0, 0, vec![]);
-        for look in looks {
-            let drawn = look.silhouette(body);
-            let outline = ImageView::new(&drawn, look.image.size_px(), Channels::Grey);
-            let inside = outline.map(|outline| certainty(&self.model, &look.image, &outline));
+        for one in usable {
+            let drawn = one.silhouette(body);
+            let outline = ImageView::new(&drawn, one.image.size_px(), Channels::Grey);
+            let inside = outline.map(|outline| certainty(&self.model, &one.image, &outline));
             let (gain, pixels) = inside.unwrap_or_default();
             if pixels == 0 {
-                outside.push(look.index);
+                outside.push(one.index);
             }
             sum += gain;
             area += pixels;
@@ -65,7 +65,7 @@ impl Colors {
     }
 }
 
-impl Look<'_> {
+impl UsableImage<'_> {
     fn silhouette(&self, body: &Body) -> Vec<u8> {
         silhouette(body, &self.camera, &self.world_from_camera)
     }

@@ -2,7 +2,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 
 use super::colors::Colors;
 use super::spread::Reach;
-use super::{Judge, Look, OneStepError, OneStepSettings};
+use super::{Judge, OneStepError, OneStepSettings, UsableImage};
 use crate::evolve::{Ga, rng};
 use crate::fitness::{Fitness, Points, PointsView, Region, RegionView, ScoreMap};
 use crate::camera::{Channels, ImageView};
@@ -111,26 +111,26 @@ fn decode(anchor: &Pose, world_from_axes: &UnitQuaternion<f64>, genes: &[f64]) -
 
 /// What is scored in the usable images of one observation.
 pub(super) struct Maps<'a> {
-    looks: &'a [Look<'a>],
+    usable: &'a [UsableImage<'a>],
     matches: Vec<Vec<u8>>,
     region: Vec<RegionView>,
 }
 
 impl<'a> Maps<'a> {
     /// Looks at every pixel once.
-    pub fn new(looks: &'a [Look<'a>], colors: &Colors, judge: Judge) -> Self {
+    pub fn new(usable: &'a [UsableImage<'a>], colors: &Colors, judge: Judge) -> Self {
         let (mut matches, mut region) = (vec![], vec![]);
-        for look in looks {
+        for one in usable {
             match judge {
-                Judge::Points { .. } => matches.push(colors.matches(&look.image)),
+                Judge::Points { .. } => matches.push(colors.matches(&one.image)),
                 Judge::Region => region.push(RegionView {
-                    map: ScoreMap::from_colors(&look.image, &colors.model, 1),
-                    projection: Projection::new(&look.camera, &look.world_from_camera),
-                    weight: 1.0 / looks.len() as f64,
+                    map: ScoreMap::from_colors(&one.image, &colors.model, 1),
+                    projection: Projection::new(&one.camera, &one.world_from_camera),
+                    weight: 1.0 / usable.len() as f64,
                 }),
             }
         }
-        Self { looks, matches, region }
+        Self { usable, matches, region }
     }
 
     /// Scores the body at poses, in their order.
@@ -152,10 +152,10 @@ impl<'a> Maps<'a> {
                 return Ok(Region::new(self.region).scores(&quadrics, ellipsoids.len()));
             }
         };
-        let mut views = Vec::with_capacity(self.looks.len());
-        for (look, matches) in self.looks.iter().zip(&self.matches) {
-            let matches = ImageView::new(matches, look.image.size_px(), Channels::Grey)?;
-            views.push(PointsView::new(look.camera, &look.world_from_camera, matches)?);
+        let mut views = Vec::with_capacity(self.usable.len());
+        for (one, matches) in self.usable.iter().zip(&self.matches) {
+            let matches = ImageView::new(matches, one.image.size_px(), Channels::Grey)?;
+            views.push(PointsView::new(one.camera, &one.world_from_camera, matches)?);
         }
         Ok(Points::new(views, count, alpha)?.scores(&quadrics, ellipsoids.len()))
     }

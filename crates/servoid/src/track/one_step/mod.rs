@@ -45,7 +45,7 @@ struct Started {
 }
 
 /// One usable image.
-struct Look<'a> {
+struct UsableImage<'a> {
     index: usize,
     camera: Camera,
     world_from_camera: Pose,
@@ -98,24 +98,24 @@ impl OneStep {
         world_from_object: Pose,
         masks: &[Option<Mask<'_>>],
     ) -> Result<Estimate, OneStepError> {
-        let (looks, notices) = self.look(observation)?;
+        let (usable, notices) = self.usable(observation)?;
         if !(masks.is_empty() || masks.len() == self.cameras.len()) {
             let (cameras, given) = (self.cameras.len(), masks.len());
             return Err(RigError::Count { what: "masks", cameras, given }.into());
         }
         let begun = Instant::now();
         let body = self.body.at(world_from_object);
-        let colors = Colors::learn(&looks, &body, masks)?;
+        let colors = Colors::learn(&usable, &body, masks)?;
         let learn = begun.elapsed();
         let axes = observation.world_from_camera[0].rotation();
         let life = Life::new(world_from_object, axes, &self.settings, &self.reach)?;
         let time_s = observation.time_s;
         let spread = Spread::new(self.reach);
         let mut started = Started { colors, life, spread, time_s, missed: 0 };
-        let mut generation = self.generation(&mut started, &looks)?;
+        let mut generation = self.generation(&mut started, &usable)?;
         generation.best = world_from_object;
         generation.timing.learn = learn;
-        let judged = self.judge(&mut started, &looks, generation, notices);
+        let judged = self.judge(&mut started, &usable, generation, notices);
         self.started = Some(started);
         judged
     }
@@ -157,26 +157,26 @@ impl OneStep {
         started: &mut Started,
         observation: &Observation<'_>,
     ) -> Result<Estimate, OneStepError> {
-        let (looks, mut notices) = self.look(observation)?;
+        let (usable, mut notices) = self.usable(observation)?;
         let (before, now) = (started.time_s, observation.time_s);
         if now <= before {
             notices.push(Notice::Time { before, now });
         }
         started.time_s = now;
-        let generation = if looks.is_empty() {
+        let generation = if usable.is_empty() {
             let (best, covariance) = (started.life.anchor, started.spread.anywhere());
             Generation { best, covariance, evaluations: 0, timing: Timing::default() }
         } else {
-            self.generation(started, &looks)?
+            self.generation(started, &usable)?
         };
-        self.judge(started, &looks, generation, notices)
+        self.judge(started, &usable, generation, notices)
     }
 
     /// Picks the images that can be used.
-    fn look<'a>(
+    fn usable<'a>(
         &self,
         observation: &Observation<'a>,
-    ) -> Result<(Vec<Look<'a>>, Vec<Notice>), OneStepError> {
+    ) -> Result<(Vec<UsableImage<'a>>, Vec<Notice>), OneStepError> {
         let cameras = self.cameras.len();
         let (poses, images) = (&observation.world_from_camera, &observation.images);
         for (what, given) in [("poses", poses.len()), ("images", images.len())] {
@@ -187,14 +187,14 @@ impl OneStep {
         if !observation.time_s.is_finite() {
             return Err(RigError::Time(observation.time_s).into());
         }
-        let (mut looks, mut notices) = (vec![], vec![]);
+        let (mut usable, mut notices) = (vec![], vec![]);
         for (index, (&camera, (&world_from_camera, image))) in
             self.cameras.iter().zip(poses.iter().zip(images)).enumerate()
         {
             let expected = camera.size_px();
             match *image {
                 Some(image) if image.size_px() == expected => {
-                    looks.push(Look { index, camera, world_from_camera, image });
+                    usable.push(UsableImage { index, camera, world_from_camera, image });
                 }
                 Some(image) => {
                     let given = image.size_px();
@@ -203,18 +203,18 @@ impl OneStep {
                 None => notices.push(Notice::NoImage(index)),
             }
         }
-        Ok((looks, notices))
+        Ok((usable, notices))
     }
 
     /// Scores the population in the images and breeds the next one.
     fn generation(
         &self,
         started: &mut Started,
-        looks: &[Look<'_>],
+        usable: &[UsableImage<'_>],
     ) -> Result<Generation, OneStepError> {
         let begun = Instant::now();
-        let maps = Maps::new(looks, &started.colors, self.settings.judge);
-        let look = begun.elapsed();
+        let maps = Maps::new(usable, &started.colors, self.settings.judge);
+        let prepare = begun.elapsed();
         let poses = started.life.poses();
         let scores = maps.scores(&self.body, &poses, self.settings.judge)?;
         started.life.breed(&scores)?;
@@ -222,7 +222,7 @@ impl OneStep {
         order.sort_by(|&a, &b| scores[b].total_cmp(&scores[a]));
         let ranked: Vec<_> = order.into_iter().map(|index| poses[index]).collect();
         let covariance = started.spread.learn(&ranked);
-        let timing = Timing { look, search: begun.elapsed() - look, ..Timing::default() };
+        let timing = Timing { prepare, search: begun.elapsed() - prepare, ..Timing::default() };
         Ok(Generation { best: ranked[0], covariance, evaluations: poses.len(), timing })
     }
 
@@ -230,16 +230,16 @@ impl OneStep {
     fn judge(
         &self,
         started: &mut Started,
-        looks: &[Look<'_>],
+        usable: &[UsableImage<'_>],
         generation: Generation,
         mut notices: Vec<Notice>,
     ) -> Result<Estimate, OneStepError> {
         let begun = Instant::now();
         let Generation { best, mut covariance, evaluations, timing } = generation;
         let OneStepSettings { tracking_from, missing_below, lost_after, .. } = self.settings;
-        let (confidence, outside) = started.colors.confidence(looks, &self.body.at(best));
+        let (confidence, outside) = started.colors.confidence(usable, &self.body.at(best));
         notices.extend(outside.into_iter().map(Notice::OutOfImage));
-        let shown = confidence >= missing_below && !looks.is_empty();
+        let shown = confidence >= missing_below && !usable.is_empty();
         started.missed = if shown { 0 } else { started.missed + 1 };
         if shown {
             started.life.anchor_at(best);
@@ -247,7 +247,7 @@ impl OneStep {
             covariance = started.spread.anywhere();
         }
         // Images that are missing say nothing against the population.
-        if !shown && !looks.is_empty() {
+        if !shown && !usable.is_empty() {
             started.life.scatter(&self.settings, &self.reach)?;
         }
         let status = match shown {

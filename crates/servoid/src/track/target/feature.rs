@@ -10,8 +10,8 @@ pub(crate) struct Feature {
     /// Counts the points that were ever known: those with a greater one were learned later.
     pub(crate) id: usize,
     pub(crate) point: SurfacePoint,
-    /// How it looks from other sides.
-    beside: Vec<SurfacePoint>,
+    /// How it templates from other sides.
+    further: Vec<SurfacePoint>,
     pub(crate) learned: Learned,
     /// Variance of its place along `toward`, in square metres.
     pub(crate) variance: f64,
@@ -32,11 +32,11 @@ impl Feature {
     pub(crate) fn new(point: SurfacePoint, variance: f64) -> Self {
         let (position, toward) = (point.position, point.toward);
         let learned = Learned { keyframe: None, position, toward, variance };
-        let (beside, record) = (Vec::new(), Record::new());
+        let (further, record) = (Vec::new(), Record::new());
         Self {
             id: 0,
             point,
-            beside,
+            further,
             learned,
             variance,
             drift: 0.0,
@@ -59,15 +59,15 @@ impl Feature {
         (self.drift, self.tilt) = (drift, tilt);
     }
 
-    /// Gives it with one of its looks.
-    pub(crate) fn seen_as(&self, look: usize) -> &SurfacePoint {
-        look.checked_sub(1).and_then(|at| self.beside.get(at)).unwrap_or(&self.point)
+    /// Gives one of its templates, at its place.
+    pub(crate) fn template(&self, index: usize) -> &SurfacePoint {
+        index.checked_sub(1).and_then(|at| self.further.get(at)).unwrap_or(&self.point)
     }
 
-    /// Gives the look that was learned nearest to a way to a camera, and the cosine between the two.
-    pub(crate) fn nearest_look(&self, way: &Vector3<f64>) -> (usize, f64) {
+    /// Gives the template that was learned nearest to a way to a camera, and the cosine between the two.
+    pub(crate) fn nearest_template(&self, way: &Vector3<f64>) -> (usize, f64) {
         let mut best = (0, way.dot(&self.point.toward));
-        for (at, other) in self.beside.iter().enumerate() {
+        for (at, other) in self.further.iter().enumerate() {
             let like = way.dot(&other.toward);
             if like > best.1 {
                 best = (at + 1, like);
@@ -76,27 +76,27 @@ impl Feature {
         best
     }
 
-    /// Says whether there is room for another look.
+    /// Says whether there is room for another template.
     pub(crate) fn has_room(&self) -> bool {
-        self.beside.len() < MOST_BESIDE
+        self.further.len() < MOST_FURTHER
     }
 
-    /// Keeps another look.
-    pub(crate) fn add_look(&mut self, mut other: SurfacePoint) {
+    /// Keeps another template.
+    pub(crate) fn add_template(&mut self, mut other: SurfacePoint) {
         other.position = self.point.position;
-        self.beside.push(other);
+        self.further.push(other);
     }
 
     /// Moves it in the object's frame.
     pub(crate) fn move_by(&mut self, motion: &Pose) {
         self.point.move_by(motion);
-        self.beside.iter_mut().for_each(|other| other.move_by(motion));
+        self.further.iter_mut().for_each(|other| other.move_by(motion));
     }
 
     /// Has it lie at a place.
     pub(crate) fn place_at(&mut self, position: Vector3<f64>) {
         self.point.position = position;
-        self.beside.iter_mut().for_each(|other| other.position = position);
+        self.further.iter_mut().for_each(|other| other.position = position);
     }
 
     /// Says whether its distance is solved with each pose, since motion is to tell it and did not yet.
@@ -109,8 +109,8 @@ impl Feature {
     }
 }
 
-/// Most looks beside the first.
-const MOST_BESIDE: usize = 4;
+/// Most templates beside the first.
+const MOST_FURTHER: usize = 4;
 /// Largest standard deviation of a point's distance that is measured, as a share of the body's radius.
 pub(crate) const WORST: f64 = 0.05;
 

@@ -13,8 +13,8 @@ use crate::track::frame::window::Window;
 pub(crate) struct InView {
     pub(crate) camera: usize,
     pub(crate) point: usize,
-    /// Number of the look that it should have.
-    pub(crate) look: usize,
+    /// Number of the template that it should have.
+    pub(crate) template: usize,
 }
 
 /// How a point that a camera should see agrees with its image.
@@ -100,13 +100,13 @@ impl Points {
                 } else {
                     (LEAST_FACING, LEAST_LIKE)
                 };
-                let (look, cosine) = feature.nearest_look(&way);
+                let (template, cosine) = feature.nearest_template(&way);
                 let shows = way.dot(&point.normal) > facing
                     && cosine > like
                     && !solid.hides(&point.position, &eye)
                     && !is_on_rim(&projection, rims, &point.position);
                 if shows {
-                    all.push(InView { camera, point: index, look });
+                    all.push(InView { camera, point: index, template });
                 }
             }
             thin(&all[begin..], most, out);
@@ -321,7 +321,7 @@ mod tests {
             normal: Vector3::z(),
             steps: [Vector3::x() * 1e-3, Vector3::y() * 1e-3],
             toward: Vector3::z(),
-            looks: [None; Pyramid::LEVELS],
+            templates: [None; Pyramid::LEVELS],
             color: [0; 3],
         };
         let learned = |drift: f64| {

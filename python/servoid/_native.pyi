@@ -726,7 +726,7 @@ class Estimate:
         """Hypotheses that were scored."""
     @property
     def seconds(self) -> dict[str, float]:
-        """Seconds that each stage took: prepare, search, refine, verify, learn."""
+        """Seconds that each stage took: prepare, search, refine, verify, update."""
     def __eq__(self, value: object, /) -> bool: ...
     def __hash__(self) -> int: ...
 

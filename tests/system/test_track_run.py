@@ -366,7 +366,7 @@ def test_a_moving_object_is_followed_from_its_mask_alone(video: Path) -> None:
     true = MOVING.world_from_left[:3, 0] * (MOVING.centers[-1][0] - MOVING.centers[0][0])
     assert result.tracked_share == 1.0
     assert np.linalg.norm(np.array(last) - first - true) < 0.002
-    assert list(result.stage_seconds) == ["prepare", "search", "refine", "verify", "learn"]
+    assert list(result.stage_seconds) == ["prepare", "search", "refine", "verify", "update"]
 
 
 @pytest.mark.extended

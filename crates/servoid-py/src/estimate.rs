@@ -152,13 +152,14 @@ impl Estimate {
         self.core.evaluations
     }
 
-    /// Seconds that each stage took: prepare, search, refine, verify, learn.
+    /// Seconds that each stage took: prepare, search, refine, verify, update.
     #[getter]
     fn seconds<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let core::Timing { prepare, search, refine, verify, learn } = self.core.timing;
+        let core::Timing { prepare, search, refine, verify, update } = self.core.timing;
         let out = PyDict::new(py);
-        let stages = [prepare, search, refine, verify, learn].map(|stage| stage.as_secs_f64());
-        for (name, seconds) in ["prepare", "search", "refine", "verify", "learn"].iter().zip(stages)
+        let stages = [prepare, search, refine, verify, update].map(|stage| stage.as_secs_f64());
+        for (name, seconds) in
+            ["prepare", "search", "refine", "verify", "update"].iter().zip(stages)
         {
             out.set_item(name, seconds)?;
         }
@@ -181,7 +182,7 @@ impl Estimate {
             let counts = [e.share, e.recognised, e.textured, e.reference_textured];
             (counts, e.proved, [e.turn_rad, e.jitter_rad, e.drift_rad])
         });
-        let core::Timing { prepare, search, refine, verify, learn } = it.timing;
+        let core::Timing { prepare, search, refine, verify, update } = it.timing;
         let keyframes = it.keyframes.map(|one| one.map(|(number, pose)| (number, Pose(pose))));
         let parts = (
             (it.time_s, Pose(it.world_from_object), it.confidence),
@@ -191,7 +192,7 @@ impl Estimate {
             (it.status.name().to_owned(), it.located, it.evolved, it.evaluations),
             keyframes,
             notices.clone(),
-            [prepare, search, refine, verify, learn].map(|stage| stage.as_secs_f64()),
+            [prepare, search, refine, verify, update].map(|stage| stage.as_secs_f64()),
         );
         Ok((slf.getattr("_of_parts")?, parts))
     }
@@ -233,7 +234,7 @@ impl Estimate {
                 drift_rad,
             }
         });
-        let [prepare, search, refine, verify, learn] =
+        let [prepare, search, refine, verify, update] =
             seconds.map(|s| Duration::try_from_secs_f64(s).unwrap_or_default());
         let core = core::Estimate {
             time_s,
@@ -248,7 +249,7 @@ impl Estimate {
             evolved,
             notices: Vec::new(),
             evaluations,
-            timing: core::Timing { prepare, search, refine, verify, learn },
+            timing: core::Timing { prepare, search, refine, verify, update },
         };
         Ok(Self { core, notices })
     }

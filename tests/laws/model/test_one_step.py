@@ -18,7 +18,7 @@ def test_an_estimate_has_the_shapes_that_it_promises() -> None:
     assert estimate.unobservable.shape[1] == 6
     assert estimate.notices == []
     assert estimate.evaluations == OneStepSettings().population
-    assert list(estimate.seconds) == ["prepare", "search", "refine", "verify", "learn"]
+    assert list(estimate.seconds) == ["prepare", "search", "refine", "verify", "update"]
     assert estimate.seconds["search"] > 0
 
 

@@ -58,7 +58,7 @@ impl SurfacePoint {
     /// `None` where the surface is seen too flatly or shows no pattern. Its `grain` is 1 pixel, or less
     /// where the object's image is small; `reach_px` is how far the object goes on around it.
     #[must_use]
-    pub fn learn(
+    pub fn extract(
         projection: &Projection,
         pyramid: &Pyramid,
         [position, normal, toward]: [Vector3<f64>; 3],

@@ -1,9 +1,9 @@
 use super::TrackError;
 use super::clock::Clock;
 use super::confidence::unseen;
+use super::detect::DetectionPlan;
 use super::estimate::{Estimate, Notice, Status};
 use super::hypothesis::Hypothesis;
-use super::learn::Lesson;
 use super::motion::Motion;
 use super::regain::ROUNDS;
 use super::target::colors::Colors;
@@ -34,13 +34,13 @@ impl Tracker {
         // Nothing is left of what was before, and nothing comes of a start that fails.
         let mut fresh = Self::new(&self.frame.cameras, &self.target.body, self.settings)?;
         fresh.target.keyframes = Keyframes::after(&self.target.keyframes);
-        let estimate = fresh.learn_first(observation, world_from_object, masks)?;
+        let estimate = fresh.initialize(observation, world_from_object, masks)?;
         *self = fresh;
         Ok(estimate)
     }
 
     /// Learns the object's look from the first observation.
-    fn learn_first(
+    fn initialize(
         &mut self,
         observation: &Observation<'_>,
         world_from_object: Pose,
@@ -53,22 +53,22 @@ impl Tracker {
             return Err(self.unseen_at_first());
         }
         if masks.iter().any(Option::is_some) {
-            self.learn_masks(observation, masks);
+            self.count_masks(observation, masks);
         } else {
-            self.learn_colors(observation, &world_from_object, 1.0);
+            self.update_colors(observation, &world_from_object, 1.0);
         }
         self.open_windows(observation, &world_from_object, START_MARGIN);
         self.keep_masked(observation, &world_from_object, masks);
         self.points_in_view(&world_from_object);
         if self.settings.surface {
-            let all = Lesson { from: 0, cells: usize::MAX, tries: usize::MAX, masks };
-            self.learn_points(observation, &world_from_object, &all);
+            let all = DetectionPlan { from: 0, cells: usize::MAX, tries: usize::MAX, masks };
+            self.detect_points(observation, &world_from_object, &all);
             self.points_in_view(&world_from_object);
         }
-        self.learn_ranges(observation, &world_from_object, masks);
+        self.update_ranges(observation, &world_from_object, masks);
         let hypothesis = self.get_used_to(observation, &world_from_object);
         // The pose is given, so that what the outline says beside it is its bias.
-        self.target.bias.learn_at(&hypothesis.toward, hypothesis.normal.outline);
+        self.target.bias.update_at(&hypothesis.toward, hypothesis.normal.outline);
         self.keep_keyframe(observation, &hypothesis);
         let told = hypothesis.quality.share >= self.settings.held;
         self.status = if told { Status::Tracking } else { Status::Searching };
@@ -78,7 +78,7 @@ impl Tracker {
         (estimate.status, estimate.located) = (self.status, told);
         estimate.confidence = if told { 1.0 } else { unseen(self.status) };
         estimate.notices.retain(|notice| *notice != Notice::TurnOpen);
-        clock.lap(|timing| &mut timing.learn);
+        clock.lap(|timing| &mut timing.update);
         estimate.timing = clock.timing();
         Ok(estimate)
     }
@@ -105,7 +105,7 @@ impl Tracker {
         self.frame.check(observation)?;
         self.frame.is_blurred = false;
         if !self.target.colors.are_known() {
-            self.learn_surroundings(observation, near)?;
+            self.count_surroundings(observation, near)?;
         }
         let expected = near.unwrap_or_else(|| self.motion.last());
         let mut hypothesis = Hypothesis::nothing(expected, self.target.solid.radius);
@@ -169,12 +169,12 @@ impl Tracker {
         Ok(())
     }
 
-    fn learn_masks(&mut self, observation: &Observation<'_>, masks: &[Option<Mask<'_>>]) {
+    fn count_masks(&mut self, observation: &Observation<'_>, masks: &[Option<Mask<'_>>]) {
         let masks = masks.iter().chain(std::iter::repeat(&None));
         let images = observation.images.iter().zip(masks);
         for (window, (image, mask)) in self.frame.windows.iter().zip(images) {
             if let (true, Some(image), Some(mask)) = (window.is_open(), image, mask) {
-                window.teach_mask(image, &mask.image(), &mut self.target.colors);
+                window.count_mask(image, &mask.image(), &mut self.target.colors);
             }
         }
         self.target.colors.take(1.0);
@@ -183,7 +183,7 @@ impl Tracker {
     /// Takes all that the images show for background, where only the object's colours are known: it
     /// is small among the rest. Colours and brightness do not say anything of each other: in images of
     /// another kind surface points alone must do, and they do near a pose only.
-    fn learn_surroundings(
+    fn count_surroundings(
         &mut self,
         observation: &Observation<'_>,
         near: Option<Pose>,
@@ -202,7 +202,7 @@ impl Tracker {
         self.open_all_over(observation);
         for (window, image) in self.frame.windows.iter().zip(&observation.images) {
             if let Some(image) = image.as_ref().filter(|_| window.is_open()) {
-                window.teach(image, &[], 0.0, &mut self.target.colors);
+                window.count_colors(image, &[], 0.0, &mut self.target.colors);
             }
         }
         self.target.colors.take(0.0);

@@ -76,7 +76,7 @@ impl Tracker {
     }
 
     /// Gives the variance of the turn with which a point is known that is learned now.
-    pub(super) fn drift_of_lesson(&self) -> f64 {
+    pub(super) fn drift_of_new_points(&self) -> f64 {
         self.target.points.drift + (STRAYS * self.motion.turn_sd()).powi(2)
     }
 

@@ -119,8 +119,8 @@ pub struct Timing {
     pub refine: Duration,
     /// Verifying it: quality, confidence, covariance, status.
     pub verify: Duration,
-    /// Learning colours and surface points from it.
-    pub learn: Duration,
+    /// Updating colours, surface points and keyframes by it.
+    pub update: Duration,
 }
 
 /// Where the object is, and how well that is known.

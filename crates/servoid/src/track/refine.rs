@@ -59,7 +59,7 @@ pub(super) struct Workspace {
     pub(super) moved: Vec<f64>,
     pub(super) distances: Vec<Distance>,
     outlines: Vec<(Outline, Quadric)>,
-    pub(super) teaching: Vec<Outline>,
+    pub(super) exposed_outlines: Vec<Outline>,
     contour: Vec<ContourPoint>,
 }
 
@@ -241,7 +241,7 @@ pub(super) fn toward(sight: &Sight<'_>, pose: &Pose) -> Vector3<f64> {
 impl Workspace {
     /// Says anew where something hides the object, by the matches in the workspace.
     fn look_for_hidden(&mut self, sight: &Sight<'_>, pose: &Pose, last_seen: LastSeen) {
-        self.occlusion.observe(sight, (pose, last_seen), &self.matches, &mut self.teaching);
+        self.occlusion.observe(sight, (pose, last_seen), &self.matches, &mut self.exposed_outlines);
     }
 }
 

@@ -1,8 +1,8 @@
-//! Templates from further sides: what a point looked like where it was learned is not what it templates like from aside.
+//! Templates from further sides: what a point looks like from one side is not what it looks like from another.
 
 use nalgebra::{Vector2, Vector3};
 
-use super::learn::grain;
+use super::detect::grain;
 use super::refine::Workspace;
 use super::sight::Sight;
 use super::target::points::Match;
@@ -13,12 +13,12 @@ use crate::pose::Pose;
 use crate::shape::Projection;
 
 /// Largest cosine between the ways to a camera now and where a point's nearest template was learned for which
-/// there is another one to be learned.
+/// there is another one to be extracted.
 pub(super) const APART: f64 = 0.97;
 /// Most pixels by which a point may lie beside where it should.
 const FARTHEST_PX: f64 = 2.0;
 
-/// Learns templates of points that are recognised at a pose from a side of which they have none; gives them
+/// Extracts templates of points that are recognised at a pose from a side of which they have none; gives them
 /// with the places of their points.
 pub(super) fn templates(
     sight: &Sight<'_>,
@@ -59,14 +59,14 @@ fn template(
     if feature.nearest_template(&toward).1 > APART {
         return None;
     }
-    // It is learned where it is seen, and not where it should be.
+    // It is extracted where it is seen, and not where it should be.
     let off = Shift::pixels(agreement).filter(|off| off.norm() < FARTHEST_PX)?;
     let ray =
         projection.linear.try_inverse()? * Vector3::new(pixel.x + off.x, pixel.y + off.y, 1.0);
     let seen = eye + ray.normalize() * (place - eye).norm();
     let pyramid = &sight.windows[found.view.camera].pyramid;
     let vectors = [seen, feature.point.normal, toward];
-    let mut template = SurfacePoint::learn(projection, pyramid, vectors, scale(&pixel))?;
+    let mut template = SurfacePoint::extract(projection, pyramid, vectors, scale(&pixel))?;
     template.color = feature.point.color;
     Some(template)
 }

@@ -43,7 +43,7 @@ pub struct Tracker {
     pub(super) status: Status,
     pub(super) trust: Trust,
     pub(super) cell: usize,
-    pub(super) lessons: usize,
+    pub(super) color_updates: usize,
     pub(super) pending: Option<Pending>,
     pub(super) evolving: Option<Evolving>,
     /// Whether the body changed since the last estimate.
@@ -86,7 +86,7 @@ impl Tracker {
             status: Status::Searching,
             trust: Trust::unmet(),
             cell: 0,
-            lessons: 0,
+            color_updates: 0,
             pending: None,
             evolving: None,
             has_evolved: false,
@@ -149,14 +149,14 @@ impl Tracker {
             self.keep_keyframe(observation, &hypothesis);
         }
         if self.status == Status::Tracking && !self.frame.is_stale() {
-            self.learn(observation, &hypothesis);
+            self.update(observation, &hypothesis);
         } else {
             self.trust.doubt();
         }
         if self.status != Status::Tracking {
             self.target.keyframes.followed = false;
         }
-        clock.lap(|timing| &mut timing.learn);
+        clock.lap(|timing| &mut timing.update);
         (estimate.evaluations, estimate.timing) = (evaluations, clock.timing());
         Ok(estimate)
     }
@@ -218,7 +218,7 @@ impl Tracker {
         }
         let goes_on = self.is_landed(expected, hypothesis);
         self.trust.meet(&hypothesis.quality, &self.target.reference, goes_on);
-        self.target.bias.learn(
+        self.target.bias.update(
             &hypothesis.toward,
             hypothesis.normal.outline,
             hypothesis.normal.rest(),

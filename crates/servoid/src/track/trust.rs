@@ -5,8 +5,8 @@ use super::estimate::Status;
 use super::hypothesis::Hypothesis;
 use super::settings::TrackSettings;
 use super::target::reference::Reference;
-use super::teach::Teachable;
 use super::tracker::Tracker;
+use super::update::Updates;
 use super::verify::Quality;
 use crate::pose::Pose;
 
@@ -151,25 +151,25 @@ impl Trust {
         self.doubt = DOUBT;
     }
 
-    /// Says what a pose that is followed may teach, if images confirm it as `located`.
-    fn teachable(
+    /// Says what may be updated by a pose that is followed, if images confirm it as `located`.
+    fn allowed_updates(
         &mut self,
         quality: &Quality,
         reference: &Reference,
         (located, held): (bool, bool),
-    ) -> Teachable {
+    ) -> Updates {
         let &Quality { visible, recognised, .. } = quality;
         let is_clear = visible >= CLEAR;
         self.doubt = if is_clear { self.doubt.saturating_sub(1) } else { DOUBT };
         if !located {
-            return Teachable { colors: false, surface: false, whole: false };
+            return Updates { colors: false, surface: false, whole: false };
         }
         // What hides the object must not become part of it, nor must a pose that is a little off
         // teach where its points are.
         let (doubted, sure) = WELL_RECOGNISED;
         let least = if self.doubt > 0 { doubted } else { sure };
         let whole = is_clear && (held || recognised >= least * reference.recognised);
-        Teachable { colors: visible >= COLOR_SHARE, surface: whole || held, whole }
+        Updates { colors: visible >= COLOR_SHARE, surface: whole || held, whole }
     }
 }
 
@@ -254,10 +254,10 @@ impl Tracker {
         hypothesis.quality.share *= DOUBTED * self.settings.trusted;
     }
 
-    /// Says what a pose that is followed may teach.
-    pub(super) fn teachable(&mut self, quality: &Quality) -> Teachable {
+    /// Says what may be updated by a pose that is followed.
+    pub(super) fn allowed_updates(&mut self, quality: &Quality) -> Updates {
         let located = self.is_located(quality);
-        self.trust.teachable(quality, &self.target.reference, (located, self.is_held()))
+        self.trust.allowed_updates(quality, &self.target.reference, (located, self.is_held()))
     }
 }
 
@@ -371,11 +371,11 @@ mod tests {
     #[test]
     fn what_is_not_told_teaches_nothing() {
         let mut tracker = tracker(Status::Tracking, 60.0);
-        let nothing = Teachable { colors: false, surface: false, whole: false };
-        assert_eq!(tracker.teachable(&quality(0.9, 10.0)), nothing);
-        assert_eq!(tracker.teachable(&quality(0.5, 60.0)), nothing);
-        let all = Teachable { colors: true, surface: true, whole: true };
-        assert_eq!(tracker.teachable(&quality(0.9, 60.0)), all);
+        let nothing = Updates { colors: false, surface: false, whole: false };
+        assert_eq!(tracker.allowed_updates(&quality(0.9, 10.0)), nothing);
+        assert_eq!(tracker.allowed_updates(&quality(0.5, 60.0)), nothing);
+        let all = Updates { colors: true, surface: true, whole: true };
+        assert_eq!(tracker.allowed_updates(&quality(0.9, 60.0)), all);
     }
 
     #[test]
@@ -386,8 +386,8 @@ mod tests {
             tracker.settle(f64::from(time), &Pose::identity(), &like, 0.5);
             assert_eq!(tracker.status, Status::Tracking);
             assert!(!tracker.is_located(&like.quality));
-            let taught = tracker.teachable(&like.quality);
-            assert_eq!(taught, Teachable { colors: false, surface: false, whole: false });
+            let taught = tracker.allowed_updates(&like.quality);
+            assert_eq!(taught, Updates { colors: false, surface: false, whole: false });
         }
         let itself = hypothesis(quality(0.95, 55.0));
         tracker.settle(100.0, &Pose::identity(), &itself, 0.5);

@@ -46,7 +46,7 @@ fn learned(pixel: [f64; 2], reach_px: f64) -> Option<SurfacePoint> {
     let place = camera().ray(pixel);
     let back = -Vector3::z();
     let seen = pyramid(&picture([0.0, 0.0], |x| x));
-    SurfacePoint::learn(&projection(), &seen, [place, back, -place.normalize()], (1.0, reach_px))
+    SurfacePoint::extract(&projection(), &seen, [place, back, -place.normalize()], (1.0, reach_px))
 }
 
 fn places() -> impl Strategy<Value = [f64; 2]> {
@@ -253,11 +253,11 @@ fn a_point_follows_a_plane_that_turns_and_comes_nearer() {
 fn a_plain_surface_and_one_seen_edge_on_teach_no_point() {
     let (place, back) = (camera().ray([80.0, 60.0]), -Vector3::z());
     let plain = pyramid(&vec![90; SIZE[0] * SIZE[1]]);
-    let found = SurfacePoint::learn(&projection(), &plain, [place, back, back], (1.0, 100.0));
+    let found = SurfacePoint::extract(&projection(), &plain, [place, back, back], (1.0, 100.0));
     assert_eq!(found, None);
     let seen = pyramid(&picture([0.0, 0.0], |x| x));
     let edge = place.cross(&Vector3::x()).normalize();
-    let found = SurfacePoint::learn(&projection(), &seen, [place, edge, back], (1.0, 100.0));
+    let found = SurfacePoint::extract(&projection(), &seen, [place, edge, back], (1.0, 100.0));
     assert_eq!(found, None);
 }
 

@@ -97,7 +97,7 @@ impl Tracker {
         };
         let seen = (&self.target.points, &*self.workspace.matches);
         let clear = (&*self.frame.windows, &self.workspace.occlusion);
-        let drift = self.drift_of_lesson();
+        let drift = self.drift_of_new_points();
         if let Some(dropped) =
             self.target.keyframes.keep(stand, seen, clear, (drift, is_given, guesses))
         {
@@ -186,13 +186,13 @@ impl Target {
     }
 
     fn anchor(&self, known: &Feature) -> Option<Anchor> {
-        let keyframe = self.keyframes.place(known.learned.keyframe?)?;
+        let keyframe = self.keyframes.place(known.origin.keyframe?)?;
         let px = known.point.steps[0].norm();
         Some(Anchor {
             keyframe,
-            position_in_world: known.learned.position,
-            toward_in_world: known.learned.toward,
-            along: known.learned.variance.sqrt(),
+            position_in_world: known.origin.position,
+            toward_in_world: known.origin.toward,
+            along: known.origin.variance.sqrt(),
             across: ANCHOR_PX * px,
         })
     }
@@ -230,14 +230,14 @@ impl Target {
         let landmarks = solution.bundle.landmarks.iter().zip(&solution.distance_variances);
         let mut found = ids.iter().zip(landmarks).peekable();
         for known in &mut self.points.features {
-            if let Some(keyframe) = known.learned.keyframe {
+            if let Some(keyframe) = known.origin.keyframe {
                 known.move_by(&by(keyframe).inverse());
             }
             while found.next_if(|(id, _)| **id < known.id).is_some() {}
             if let Some((_, (landmark, variance))) = found.next_if(|(id, _)| **id == known.id) {
                 known.place_at(landmark.position);
                 if let Some(variance) = variance {
-                    known.variance = known.learned.variance.min(TOGETHER * TOGETHER * variance);
+                    known.variance = known.origin.variance.min(TOGETHER * TOGETHER * variance);
                 }
             }
         }
@@ -273,7 +273,7 @@ impl Target {
         let heir = &self.keyframes.all[at];
         let moved = heir.world_from_object * dropped.world_from_object.inverse();
         for known in &mut self.points.features {
-            known.learned.adopt(dropped.number, (heir.number, &moved));
+            known.origin.adopt(dropped.number, (heir.number, &moved));
         }
     }
 }
@@ -333,7 +333,7 @@ mod tests {
                 color: [0; 3],
             };
             let mut known = Feature::new(point, 1e-6);
-            known.learn_with((number, &pose), (0.0, 0.0));
+            known.set_origin((number, &pose), (0.0, 0.0));
             target.points.add(&mut vec![known]);
         }
         target
@@ -361,9 +361,9 @@ mod tests {
                 pose.transform(&target.points.features[number].point.position)
             };
             assert!((seen(&target) - seen(&before)).norm() < 1e-12);
-            assert!((known.point.position - known.learned.position).norm() > 0.0);
+            assert!((known.point.position - known.origin.position).norm() > 0.0);
         }
-        let learned = |target: &Target| target.points.features[2].learned.position;
+        let learned = |target: &Target| target.points.features[2].origin.position;
         assert_eq!(learned(&target), learned(&before), "where it was learned stays");
     }
 
@@ -380,12 +380,12 @@ mod tests {
     #[test]
     fn a_keyframe_that_makes_room_leaves_its_points_where_they_were_seen() {
         let mut target = target();
-        let seen = target.points.features[1].learned.position;
+        let seen = target.points.features[1].origin.position;
         let (pose, heir) =
             (target.keyframes.all[1].world_from_object, target.keyframes.all[0].world_from_object);
         let dropped = target.keyframes.all.remove(1);
         target.adopt(&dropped);
-        let learned = target.points.features[1].learned;
+        let learned = target.points.features[1].origin;
         assert_eq!(learned.keyframe, Some(0));
         let of = |pose: Pose, place| pose.inverse().transform(&place);
         assert!((of(heir, learned.position) - of(pose, seen)).norm() < 1e-12);

@@ -192,12 +192,12 @@ impl Window {
     }
 
     /// Counts the window's pixels as the object's inside the outlines and as background outside;
-    /// what lies within `doubt_px` of them teaches nothing.
-    pub(crate) fn teach(
+    /// what lies within `border_px` of them is not counted.
+    pub(crate) fn count_colors(
         &self,
         image: &ImageView<'_>,
         outlines: &[Outline],
-        doubt_px: f64,
+        border_px: f64,
         colors: &mut Colors,
     ) {
         let palette = colors.of_mut(image.channels());
@@ -206,7 +206,7 @@ impl Window {
         let labels = &mut labels[..width.div_ceil(TEACHING_STRIDE)];
         for v in (0..height).step_by(TEACHING_STRIDE) {
             labels.fill(Belongs::Background);
-            for (by_px, belongs) in [(doubt_px, Belongs::Unknown), (-doubt_px, Belongs::Object)] {
+            for (by_px, belongs) in [(border_px, Belongs::Unknown), (-border_px, Belongs::Object)] {
                 for outline in outlines {
                     let held = outline.grown(by_px).interval((top + v) as f64);
                     let Some((begin, end)) = held else { continue };
@@ -230,7 +230,7 @@ impl Window {
     }
 
     /// Counts the window's pixels as what a mask says of them.
-    pub(crate) fn teach_mask(
+    pub(crate) fn count_mask(
         &self,
         image: &ImageView<'_>,
         mask: &ImageView<'_>,

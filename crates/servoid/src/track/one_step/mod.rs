@@ -106,7 +106,7 @@ impl OneStep {
         let begun = Instant::now();
         let body = self.body.at(world_from_object);
         let colors = Colors::learn(&usable, &body, masks)?;
-        let learn = begun.elapsed();
+        let update = begun.elapsed();
         let axes = observation.world_from_camera[0].rotation();
         let life = Life::new(world_from_object, axes, &self.settings, &self.reach)?;
         let time_s = observation.time_s;
@@ -114,7 +114,7 @@ impl OneStep {
         let mut started = Started { colors, life, spread, time_s, missed: 0 };
         let mut generation = self.generation(&mut started, &usable)?;
         generation.best = world_from_object;
-        generation.timing.learn = learn;
+        generation.timing.update = update;
         let judged = self.judge(&mut started, &usable, generation, notices);
         self.started = Some(started);
         judged
@@ -221,7 +221,7 @@ impl OneStep {
         let mut order: Vec<_> = (0..poses.len()).collect();
         order.sort_by(|&a, &b| scores[b].total_cmp(&scores[a]));
         let ranked: Vec<_> = order.into_iter().map(|index| poses[index]).collect();
-        let covariance = started.spread.learn(&ranked);
+        let covariance = started.spread.update(&ranked);
         let timing = Timing { prepare, search: begun.elapsed() - prepare, ..Timing::default() };
         Ok(Generation { best: ranked[0], covariance, evaluations: poses.len(), timing })
     }

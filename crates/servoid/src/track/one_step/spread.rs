@@ -55,7 +55,7 @@ impl Spread {
     ///
     /// Source of the weights: Hansen, Ostermeier, *Completely derandomized self-adaptation in
     /// evolution strategies* (2001).
-    pub fn learn(&mut self, ranked: &[Pose]) -> Matrix6<f64> {
+    pub fn update(&mut self, ranked: &[Pose]) -> Matrix6<f64> {
         let motions = self.motions(ranked);
         let half = motions.len().div_ceil(2);
         let by_rank = |rank: usize| libm::log((half as f64 + 0.5) / (rank as f64 + 1.0));

@@ -41,8 +41,8 @@ impl Bias {
         self.in_metres((left, inverse * slope - left * now.mean))
     }
 
-    /// Learns from an image in which the rest says something of the pose, too.
-    pub(crate) fn learn(&mut self, toward: &Vector3<f64>, outline: Said, rest: Said) {
+    /// Takes in an image in which the rest says something of the pose, too.
+    pub(crate) fn update(&mut self, toward: &Vector3<f64>, outline: Said, rest: Said) {
         let now = self.seen_from(toward);
         let (outline, rest) = (self.in_radii(outline), self.in_radii(rest));
         let Some(before) = now.covariance.try_inverse() else { return };
@@ -62,8 +62,8 @@ impl Bias {
         *self = Self { mean: now.mean + off, covariance, ..now };
     }
 
-    /// Learns from an image whose pose is given.
-    pub(crate) fn learn_at(&mut self, toward: &Vector3<f64>, outline: Said) {
+    /// Takes in an image whose pose is given.
+    pub(crate) fn update_at(&mut self, toward: &Vector3<f64>, outline: Said) {
         let now = self.seen_from(toward);
         let (told, slope) = self.in_radii(outline);
         let Some(before) = now.covariance.try_inverse() else { return };
@@ -141,7 +141,7 @@ mod tests {
         let toward = Vector3::z();
         let mut bias = Bias::unknown(RADIUS);
         assert!(said(bias.freed(&toward, outline(0.02))).amax() > 0.015);
-        bias.learn_at(&toward, outline(0.02));
+        bias.update_at(&toward, outline(0.02));
         assert!(said(bias.freed(&toward, outline(0.02))).amax() < 0.001);
         let moved = said(bias.freed(&toward, outline(0.03)));
         assert!((moved[5] - 0.01).abs() < 0.001, "{moved}");
@@ -153,11 +153,11 @@ mod tests {
         let mut bias = Bias::unknown(RADIUS);
         let sure = (outline(0.0).0 * 100.0, Vector6::zeros());
         for _ in 0..5 {
-            bias.learn(&toward, outline(0.02), sure);
+            bias.update(&toward, outline(0.02), sure);
         }
         assert!(said(bias.freed(&toward, outline(0.02))).amax() < 0.002);
         for _ in 0..5 {
-            bias.learn(&toward, outline(0.05), nothing());
+            bias.update(&toward, outline(0.05), nothing());
         }
         let moved = said(bias.freed(&toward, outline(0.05)));
         assert!((moved[5] - 0.03).abs() < 0.004, "{moved}");
@@ -166,7 +166,7 @@ mod tests {
     #[test]
     fn the_farther_the_object_turned_the_less_its_outline_says_until_a_side_is_new() {
         let mut bias = Bias::unknown(RADIUS);
-        bias.learn_at(&Vector3::z(), outline(0.0));
+        bias.update_at(&Vector3::z(), outline(0.0));
         let mut before = f64::INFINITY;
         for step in 0..9 {
             let angle = 0.1 * f64::from(step);
@@ -187,8 +187,8 @@ mod tests {
             let unit = Matrix6::from_diagonal(&units);
             let scaled = |(told, slope): Said| (unit * told * unit, unit * slope);
             let mut bias = Bias::unknown(scale * RADIUS);
-            bias.learn_at(&Vector3::z(), scaled(outline(0.01)));
-            bias.learn(&Vector3::x(), scaled(outline(0.03)), scaled(outline(-0.02)));
+            bias.update_at(&Vector3::z(), scaled(outline(0.01)));
+            bias.update(&Vector3::x(), scaled(outline(0.03)), scaled(outline(-0.02)));
             bias.mean
         };
         assert_eq!(learned(1.0), learned(0.25));

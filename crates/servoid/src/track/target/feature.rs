@@ -7,15 +7,15 @@ use crate::pose::Pose;
 /// A surface point with how well its distance is known and how it has done.
 #[derive(Debug, Clone)]
 pub(crate) struct Feature {
-    /// Counts the points that were ever known: those with a greater one were learned later.
+    /// Counts the points that were ever known: those with a greater one are newer.
     pub(crate) id: usize,
     pub(crate) point: SurfacePoint,
     /// How it templates from other sides.
     further: Vec<SurfacePoint>,
-    pub(crate) learned: Learned,
+    pub(crate) origin: Origin,
     /// Variance of its place along `toward`, in square metres.
     pub(crate) variance: f64,
-    /// Variance of the object's turn since the first image where it was learned, in square radians: what it
+    /// Variance of the object's turn since the first image where it was detected, in square radians: what it
     /// tells is only as true.
     pub(crate) drift: f64,
     /// Beside it, that by distances that are guesses.
@@ -31,13 +31,13 @@ pub(crate) struct Feature {
 impl Feature {
     pub(crate) fn new(point: SurfacePoint, variance: f64) -> Self {
         let (position, toward) = (point.position, point.toward);
-        let learned = Learned { keyframe: None, position, toward, variance };
+        let origin = Origin { keyframe: None, position, toward, variance };
         let (further, record) = (Vec::new(), Record::new());
         Self {
             id: 0,
             point,
             further,
-            learned,
+            origin,
             variance,
             drift: 0.0,
             tilt: 0.0,
@@ -47,15 +47,15 @@ impl Feature {
         }
     }
 
-    /// Notes with which keyframe the point was learned, which stood at a pose; and how well the turn was known.
-    pub(crate) fn learn_with(
+    /// Notes the keyframe, at its pose, by which the point was detected, and how well the turn was known then.
+    pub(crate) fn set_origin(
         &mut self,
         (keyframe, pose): (usize, &Pose),
         (drift, tilt): (f64, f64),
     ) {
-        self.learned.keyframe = Some(keyframe);
-        self.learned.position = pose.transform(&self.point.position);
-        self.learned.toward = pose.rotation() * self.point.toward;
+        self.origin.keyframe = Some(keyframe);
+        self.origin.position = pose.transform(&self.point.position);
+        self.origin.toward = pose.rotation() * self.point.toward;
         (self.drift, self.tilt) = (drift, tilt);
     }
 
@@ -114,9 +114,9 @@ const MOST_FURTHER: usize = 4;
 /// Largest standard deviation of a point's distance that is measured, as a share of the body's radius.
 pub(crate) const WORST: f64 = 0.05;
 
-/// Where a point was found when it was learned, in the world's frame.
+/// Where a point was when it was detected, in the world's frame.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Learned {
+pub(crate) struct Origin {
     /// The keyframe that its view belonged to: the point moves with it. None for a point that was given.
     pub(crate) keyframe: Option<usize>,
     pub(crate) position: Vector3<f64>,
@@ -125,7 +125,7 @@ pub(crate) struct Learned {
     pub(crate) variance: f64,
 }
 
-impl Learned {
+impl Origin {
     /// Has a point move with another keyframe if its own one is no more; `moved` leads from where the object
     /// stood then to where it stood now.
     pub(crate) fn adopt(&mut self, dropped: usize, (heir, moved): (usize, &Pose)) {

@@ -150,8 +150,7 @@ impl Points {
     /// Turns points back that were learned with keyframes since one of them, each by its share of a motion that
     /// closes a loop; `drifts` are the variances of the turn before that and after it.
     pub(crate) fn turn_back(&mut self, off: &Twist, drifts: (f64, f64), since: Option<usize>) {
-        for feature in self.features.iter_mut().filter(|feature| feature.learned.keyframe >= since)
-        {
+        for feature in self.features.iter_mut().filter(|feature| feature.origin.keyframe >= since) {
             let (share, left) = bridged(feature.drift, drifts);
             feature.drift = left;
             if share > 0.0 {

@@ -64,9 +64,9 @@ const SHARE: f64 = 0.25;
 const FARTHEST: (f64, f64) = (4.0, 0.06);
 
 impl Ranges {
-    /// Learns where a depth image shows the surface, where nothing near is known; `drift` is the variance of
+    /// Adds places where a depth image shows the surface, where nothing near is known; `drift` is the variance of
     /// the object's turn, `keyframe` that which the view belongs to.
-    pub(crate) fn learn(
+    pub(crate) fn add(
         &mut self,
         seen: &Rangefinder<'_>,
         (solid, rims): (&Solid, &mut Rims),
@@ -261,7 +261,7 @@ mod tests {
         let depth = DepthView::new(&pixels, SIZE).unwrap();
         let mut ranges = Ranges::default();
         let body = (&solid(), &mut Rims::default());
-        ranges.learn(&seen(&depth, pose), body, (0, 0.0), |_| true);
+        ranges.add(&seen(&depth, pose), body, (0, 0.0), |_| true);
         ranges
     }
 
@@ -317,7 +317,7 @@ mod tests {
         let mut ranges = learned(&pose);
         let count = ranges.all.len();
         let [truth, finger] = [&truth, &finger].map(|it| DepthView::new(it, SIZE).unwrap());
-        ranges.learn(&seen(&finger, &pose), (&solid(), &mut Rims::default()), (0, 0.0), |_| true);
+        ranges.add(&seen(&finger, &pose), (&solid(), &mut Rims::default()), (0, 0.0), |_| true);
         assert!(ranges.all.len() > count);
         for _ in 0..20 {
             ranges.count_hits(&seen(&truth, &pose), &solid(), |_| true);
@@ -332,7 +332,7 @@ mod tests {
         let (count, pixels) = (ranges.all.len(), image(&pose, 0.0));
         let depth = DepthView::new(&pixels, SIZE).unwrap();
         let body = (&solid(), &mut Rims::default());
-        ranges.learn(&seen(&depth, &pose), body, (1, 0.0), |_| true);
+        ranges.add(&seen(&depth, &pose), body, (1, 0.0), |_| true);
         assert_eq!(ranges.all.len(), count);
     }
 }

@@ -1,7 +1,7 @@
 use nalgebra::Vector2;
 
+use super::detect::{DetectionPlan, detect};
 use super::hypothesis::Hypothesis;
-use super::learn::{Lesson, learn};
 use super::sight::Sight;
 use super::templates::{APART, templates};
 use super::tracker::Tracker;
@@ -16,14 +16,14 @@ const TRIES: usize = 6;
 const FEW: usize = 40;
 /// Share of the newest image in what is known of colours.
 const COLOR_RATE: f32 = 0.15;
-/// Images from one that teaches colours to the next.
-const COLOR_LESSONS: usize = 2;
-/// Pixels about the outline that teach no colours, since bodies are not made of ellipsoids.
-const DOUBT_PX: f64 = 4.0;
+/// Images from one update of the colours to the next.
+const COLOR_EVERY: usize = 2;
+/// Pixels about the outline that are left out of the colours, since bodies are not made of ellipsoids.
+const BORDER_PX: f64 = 4.0;
 
-/// What an image may teach.
+/// What may be updated by an image.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Teachable {
+pub(super) struct Updates {
     pub(super) colors: bool,
     /// Surface points, where nothing hides the object.
     pub(super) surface: bool,
@@ -32,13 +32,13 @@ pub(super) struct Teachable {
 }
 
 impl Tracker {
-    /// Learns from an observation in which the object is tracked.
-    pub(super) fn learn(&mut self, observation: &Observation<'_>, hypothesis: &Hypothesis) {
-        let may = self.teachable(&hypothesis.quality);
+    /// Updates what is known of the target by an observation in which it is tracked.
+    pub(super) fn update(&mut self, observation: &Observation<'_>, hypothesis: &Hypothesis) {
+        let may = self.allowed_updates(&hypothesis.quality);
         if self.settings.region && may.colors {
-            self.lessons += 1;
-            if self.lessons.is_multiple_of(COLOR_LESSONS) {
-                self.learn_colors(observation, &hypothesis.pose, COLOR_RATE);
+            self.color_updates += 1;
+            if self.color_updates.is_multiple_of(COLOR_EVERY) {
+                self.update_colors(observation, &hypothesis.pose, COLOR_RATE);
             }
         }
         if may.whole {
@@ -53,19 +53,19 @@ impl Tracker {
             self.target.points.refine(&self.workspace.matches, self.target.solid.radius);
             let few = self.workspace.in_view.len() < FEW * self.frame.open();
             let (cells, tries) = if few { (2 * CELLS, 2 * TRIES) } else { (CELLS, TRIES) };
-            let lesson = Lesson { from: self.cell, cells, tries, masks: &[] };
+            let plan = DetectionPlan { from: self.cell, cells, tries, masks: &[] };
             self.cell = self.cell.wrapping_add(cells);
-            self.learn_points(observation, &hypothesis.pose, &lesson);
-            self.learn_templates(observation, &hypothesis.pose);
+            self.detect_points(observation, &hypothesis.pose, &plan);
+            self.add_templates(observation, &hypothesis.pose);
             self.target.points.count_hits(&self.workspace.matches, &self.workspace.occlusion);
         }
         if may.surface {
-            self.learn_ranges(observation, &hypothesis.pose, &[]);
+            self.update_ranges(observation, &hypothesis.pose, &[]);
         }
     }
 
     /// Adds templates of points that are recognised from a side of which they have none.
-    fn learn_templates(&mut self, observation: &Observation<'_>, pose: &Pose) {
+    fn add_templates(&mut self, observation: &Observation<'_>, pose: &Pose) {
         let sight = Sight::new(&self.frame, observation, &self.target, &self.settings);
         let mut rims = std::mem::take(&mut self.workspace.rims);
         let found = templates(&sight, pose, &self.workspace, &mut rims);
@@ -79,15 +79,15 @@ impl Tracker {
         }
     }
 
-    /// Learns places of the surface whose distance depth images tell, inside the masks that there are.
-    pub(super) fn learn_ranges(
+    /// Adds places of the surface whose distance depth images measure, inside the masks that there are.
+    pub(super) fn update_ranges(
         &mut self,
         observation: &Observation<'_>,
         pose: &Pose,
         masks: &[Option<Mask<'_>>],
     ) {
         let (drift, (keyframe, _)) =
-            (self.drift_of_lesson(), self.keyframe_around(observation, pose));
+            (self.drift_of_new_points(), self.keyframe_around(observation, pose));
         let mut ranges = std::mem::take(&mut self.target.ranges);
         let sight = Sight::new(&self.frame, observation, &self.target, &self.settings);
         for camera in 0..sight.windows.len() {
@@ -99,38 +99,39 @@ impl Tracker {
             };
             ranges.count_hits(&seen, sight.solid, is_clear);
             let body = (sight.solid, &mut self.workspace.rims);
-            ranges.learn(&seen, body, (keyframe, drift), is_clear);
+            ranges.add(&seen, body, (keyframe, drift), is_clear);
         }
         self.target.ranges = ranges;
     }
 
-    pub(super) fn learn_colors(&mut self, observation: &Observation<'_>, pose: &Pose, rate: f32) {
+    pub(super) fn update_colors(&mut self, observation: &Observation<'_>, pose: &Pose, rate: f32) {
         for (window, image) in self.frame.windows.iter().zip(&observation.images) {
             let (Some(projection), Some(image)) = (window.projection(pose), image) else {
                 continue;
             };
-            let outlines = &mut self.workspace.teaching;
+            let outlines = &mut self.workspace.exposed_outlines;
             outlines.clear();
             outlines.extend(self.target.solid.outlines(&projection));
-            window.teach(image, outlines, DOUBT_PX, &mut self.target.colors);
+            window.count_colors(image, outlines, BORDER_PX, &mut self.target.colors);
         }
         self.target.colors.take(rate);
     }
 
-    pub(super) fn learn_points(
+    pub(super) fn detect_points(
         &mut self,
         observation: &Observation<'_>,
         pose: &Pose,
-        lesson: &Lesson<'_>,
+        plan: &DetectionPlan<'_>,
     ) {
         let sight = Sight::new(&self.frame, observation, &self.target, &self.settings);
         self.fresh.clear();
         let known = (&*self.workspace.visible, &self.workspace.occlusion);
-        learn(&sight, pose, known, lesson, (&mut self.workspace.rims, &mut self.fresh));
-        let (drift, keyframe) = (self.drift_of_lesson(), self.keyframe_around(observation, pose));
+        detect(&sight, pose, known, plan, (&mut self.workspace.rims, &mut self.fresh));
+        let (drift, keyframe) =
+            (self.drift_of_new_points(), self.keyframe_around(observation, pose));
         let tilt = self.target.points.tilt;
         for feature in &mut self.fresh {
-            feature.learn_with((keyframe.0, &keyframe.1), (drift, tilt));
+            feature.set_origin((keyframe.0, &keyframe.1), (drift, tilt));
         }
         self.target.points.add(&mut self.fresh);
     }

@@ -17,7 +17,7 @@ use crate::shape::Projection;
 /// grain: in a smaller image there are as many, which hold as much of the surface.
 const FULL_PX: f64 = 80.0;
 const FINEST: f64 = 0.5;
-/// Grains along the side of a cell in which one point is learned.
+/// Grains along the side of a cell in which one point is detected.
 const CELL: f64 = 10.0;
 /// Least smaller eigenvalue of the gradients' covariance for which a place is a corner.
 const LEAST_CORNER: f32 = 3.0;
@@ -41,7 +41,7 @@ const APART: f64 = 1.5;
 const AGAINST_BESIDE: f64 = -3.0;
 
 /// Where new points are sought.
-pub(super) struct Lesson<'a> {
+pub(super) struct DetectionPlan<'a> {
     /// First cell, in the order in which cells have their turn.
     pub(super) from: usize,
     /// Most cells of a window.
@@ -53,11 +53,11 @@ pub(super) struct Lesson<'a> {
 }
 
 /// Finds new surface points in cells of each window where no point of `taken` lies.
-pub(super) fn learn(
+pub(super) fn detect(
     sight: &Sight<'_>,
     pose: &Pose,
     (taken, occlusion): (&[InView], &Occlusion),
-    lesson: &Lesson<'_>,
+    plan: &DetectionPlan<'_>,
     (rims, out): (&mut Rims, &mut Vec<Feature>),
 ) {
     for camera in 0..sight.windows.len() {
@@ -66,8 +66,8 @@ pub(super) fn learn(
         let Some(grain) = grain(sight, &projection) else { continue };
         rims.read(sight.solid, &projection);
         let known = (taken, &*rims, occlusion);
-        let corners = corners(sight, (camera, &projection), known, (lesson, grain));
-        for pixel in corners.take(lesson.tries) {
+        let corners = corners(sight, (camera, &projection), known, (plan, grain));
+        for pixel in corners.take(plan.tries) {
             let reach = rims.margin(&pixel);
             let scale = (grain, reach);
             out.extend(point_at(sight, (camera, &projection, &eye), pose, pixel, scale));
@@ -86,14 +86,14 @@ fn corners<'a>(
     sight: &'a Sight<'_>,
     (camera, projection): (usize, &'a Projection),
     (taken, outline, occlusion): (&'a [InView], &'a Rims, &'a Occlusion),
-    (lesson, grain): (&'a Lesson<'_>, f64),
+    (plan, grain): (&'a DetectionPlan<'_>, f64),
 ) -> impl Iterator<Item = Vector2<f64>> + 'a {
     let pyramid = &sight.windows[camera].pyramid;
     let first = Vector2::from(pyramid.first_px().map(|x| x as f64));
     let plane = pyramid.plane(0);
     let side = (CELL * grain).round() as usize;
     let [across, down] = plane.size_px().map(|n| n / side);
-    let mask = lesson.masks.get(camera).and_then(Option::as_ref);
+    let mask = plan.masks.get(camera).and_then(Option::as_ref);
     let first_px = move |cell: usize| [cell % across * side, cell / across * side];
     let middle =
         move |cell: usize| first + Vector2::from(first_px(cell).map(|x| (x + side / 2) as f64));
@@ -102,8 +102,8 @@ fn corners<'a>(
         cells.filter(move |&cell| outline.margin(&middle(cell)) >= LEAST_MARGIN * grain)
     };
     let count = inside().count();
-    let turns = inside().chain(inside()).skip(lesson.from % count.max(1));
-    turns.take(lesson.cells.min(count)).filter_map(move |cell| {
+    let turns = inside().chain(inside()).skip(plan.from % count.max(1));
+    turns.take(plan.cells.min(count)).filter_map(move |cell| {
         if occlusion.hides(camera, &middle(cell)) > 0.0
             || is_taken(sight, projection, taken, (camera, &middle(cell)), side)
         {
@@ -209,7 +209,8 @@ fn point_at(
     let Hit { point: hit, normal, .. } = sight.solid.hit(eye, &ray.normalize())?;
     let toward = (eye - hit).normalize();
     let window = &sight.windows[camera];
-    let mut point = SurfacePoint::learn(projection, &window.pyramid, [hit, normal, toward], scale)?;
+    let mut point =
+        SurfacePoint::extract(projection, &window.pyramid, [hit, normal, toward], scale)?;
     let guess = if sight.depth_from_motion { GUESS.1 } else { GUESS.0 };
     let (mut variance, mut is_guess) = ((guess * radius).powi(2), true);
     let others = sight.windows.iter().enumerate().filter(|(other, _)| *other != camera);
@@ -238,10 +239,14 @@ fn point_at(
         (variance, is_guess) = (found, false);
         break;
     }
-    let mut learned =
-        SurfacePoint::learn(projection, &window.pyramid, [point.position, normal, toward], scale)?;
-    learned.color = sight.images[camera]?.rgb(pixel.x as usize, pixel.y as usize);
-    let mut feature = Feature::new(learned, variance);
+    let mut extracted = SurfacePoint::extract(
+        projection,
+        &window.pyramid,
+        [point.position, normal, toward],
+        scale,
+    )?;
+    extracted.color = sight.images[camera]?.rgb(pixel.x as usize, pixel.y as usize);
+    let mut feature = Feature::new(extracted, variance);
     feature.by_motion = is_guess && sight.depth_from_motion;
     Some(feature)
 }

@@ -66,7 +66,7 @@ def main() -> None:
         for title, surface in (("region", False), ("region and surface", True)):
             tracker = tracker_of(pair, body, surface=surface)
             eyes, images = pair.world_from_cameras, pair.images
-            seconds = least_seconds(partial(tracker.worths, 1.0, eyes, images, poses))
+            seconds = least_seconds(partial(tracker.score_terms, 1.0, eyes, images, poses))
             print(f"  {title:18}  {seconds:7.3f} s, {points / seconds:5.1f} times as fast")
 
 

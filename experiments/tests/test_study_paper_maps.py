@@ -124,10 +124,10 @@ def test_poses_score_the_same_one_by_one_and_on_any_number_of_threads(pair: EyeP
     assert alone[0] == many[7]
     tracker = tracker_of(pair)
     eyes, images = pair.world_from_cameras, pair.images
-    worths = tracker.worths(1.0, eyes, images, poses, threads=1)
-    assert worths.shape == (1000, 2)
-    assert (worths == tracker.worths(1.0, eyes, images, poses, threads=3)).all()
-    assert (worths[7:8] == tracker.worths(1.0, eyes, images, poses[7:8])).all()
+    score_terms = tracker.score_terms(1.0, eyes, images, poses, threads=1)
+    assert score_terms.shape == (1000, 2)
+    assert (score_terms == tracker.score_terms(1.0, eyes, images, poses, threads=3)).all()
+    assert (score_terms[7:8] == tracker.score_terms(1.0, eyes, images, poses[7:8])).all()
 
 
 def test_every_fitness_is_highest_where_the_object_is(pair: EyePair) -> None:
@@ -139,9 +139,9 @@ def test_a_tracker_that_knows_nothing_and_poses_that_are_none_are_refused(pair: 
     fresh = Tracker(pair.cameras, body)
     eyes, images = pair.world_from_cameras, pair.images
     with pytest.raises(TrackError, match="nothing is known"):
-        fresh.worths(1.0, eyes, images, poses_around(pair))
+        fresh.score_terms(1.0, eyes, images, poses_around(pair))
     with pytest.raises(TrackError, match="resolution must be 0"):
-        tracker_of(pair).worths(1.0, eyes, images, poses_around(pair), resolution=3)
+        tracker_of(pair).score_terms(1.0, eyes, images, poses_around(pair), resolution=3)
     with pytest.raises(PoseError):
         paper_scores(matches(pair), body, np.zeros((1, 7)), PaperSettings())
 

@@ -878,7 +878,7 @@ class Tracker:
         Says where the object is in the next images, None where a camera delivered nothing; `depths`
         are depth images in their pixels, (H, W) float32, metres along z. Raises TrackError.
         """
-    def worths(
+    def score_terms(
         self,
         time_s: float,
         world_from_camera: _Poses,
@@ -888,7 +888,7 @@ class Tracker:
         resolution: int = 0,
         threads: int = 0,
     ) -> _Points:
-        """Says what poses are worth in images, by what was learned so far: poses (N, 7) float64,
+        """Scores poses in images, by what was learned so far: poses (N, 7) float64,
         world_from_object as (w, x, y, z, tx, ty, tz); (N, 2) float64, by regions and by surface
         points, whose sum is the whole. Surface points are compared at a `resolution`, 0 the image's
         own, 2 the coarsest. Nothing is learned. Raises TrackError, PoseError.

@@ -104,9 +104,9 @@ def highest_off(pair: EyePair, poses: np.ndarray) -> float:
     """Return how far from where the object is any fitness is highest, in metres."""
     body = true_body("painted_ellipsoid", pair.world_from_object)
     points = paper_scores(matches(pair), body, poses, PaperSettings())
-    worths = tracker_of(pair).worths(1.0, pair.world_from_cameras, pair.images, poses)
+    score_terms = tracker_of(pair).score_terms(1.0, pair.world_from_cameras, pair.images, poses)
     off = [
         np.linalg.norm(poses[int(values.argmax()), 4:] - poses[0, 4:])
-        for values in (points, worths[:, 0], worths[:, 1], worths.sum(axis=1))
+        for values in (points, score_terms[:, 0], score_terms[:, 1], score_terms.sum(axis=1))
     ]
     return float(max(off))

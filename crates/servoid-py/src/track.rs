@@ -232,14 +232,14 @@ impl Tracker {
         py.detach(|| self.0.find(&observation, near)).map(Estimate::from).map_err(raise)
     }
 
-    /// Says what poses are worth in images, by what was learned so far: poses (N, 7) float64,
+    /// Scores poses in images, by what was learned so far: poses (N, 7) float64,
     /// world_from_object as (w, x, y, z, tx, ty, tz); (N, 2) float64, by regions and by surface
     /// points, whose sum is the whole. Surface points are compared at a `resolution`, 0 the image's
     /// own, 2 the coarsest. Nothing is learned. Raises TrackError, PoseError.
     #[pyo3(signature = (time_s, world_from_camera, images, poses, *, resolution=0, threads=0))]
     #[allow(clippy::too_many_arguments, reason = "an observation has three parts")]
     #[allow(clippy::needless_pass_by_value, reason = "as Python hands it over")]
-    fn worths<'py>(
+    fn score_terms<'py>(
         &self,
         py: Python<'py>,
         time_s: f64,
@@ -252,7 +252,7 @@ impl Tracker {
         let images = read(&images)?;
         let observation = observation(time_s, &world_from_camera.0, &images, &[])?;
         let poses = read_poses(poses)?;
-        let weighed = py.detach(|| self.0.worths(&observation, &poses, resolution, threads));
+        let weighed = py.detach(|| self.0.score_terms(&observation, &poses, resolution, threads));
         let weighed = weighed.map_err(raise)?;
         let values: Vec<f64> = weighed.iter().flat_map(|one| [one.region, one.surface]).collect();
         Ok(rows(py, &values, 2))

@@ -116,7 +116,7 @@ def _judge(case: MapCase, taught: EyePair, pair: EyePair, tracker: Tracker) -> J
     def judge(places: Floats, asked: Sequence[Fitness]) -> dict[Fitness, Floats]:
         poses = _poses(places)
         eyes, images = pair.world_from_cameras, pair.images
-        fine = tracker.worths(1.0, eyes, images, poses, resolution=FINEST, threads=1)
+        fine = tracker.score_terms(1.0, eyes, images, poses, resolution=FINEST, threads=1)
         found = {
             Fitness.POINTS: paper_scores(views, body, poses, settings),
             Fitness.REGION: fine[:, 0],
@@ -124,7 +124,7 @@ def _judge(case: MapCase, taught: EyePair, pair: EyePair, tracker: Tracker) -> J
             Fitness.FULL: fine.sum(axis=1),
         }
         if Fitness.SOUGHT in asked:
-            coarse = tracker.worths(1.0, eyes, images, poses, resolution=COARSEST, threads=1)
+            coarse = tracker.score_terms(1.0, eyes, images, poses, resolution=COARSEST, threads=1)
             found[Fitness.SOUGHT] = coarse.sum(axis=1)
         return found
 
@@ -200,7 +200,7 @@ def _seconds(case: MapCase, taught: EyePair, pair: EyePair, places: Places) -> t
     start = time.perf_counter()
     paper_scores(views, body, poses, _paper_settings(case))
     between = time.perf_counter()
-    region.worths(1.0, pair.world_from_cameras, pair.images, poses, threads=1)
+    region.score_terms(1.0, pair.world_from_cameras, pair.images, poses, threads=1)
     return between - start, time.perf_counter() - between
 
 

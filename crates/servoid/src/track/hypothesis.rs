@@ -6,7 +6,7 @@ use super::clock::Clock;
 use super::estimate::Status;
 use super::motion::Prior;
 use super::refine::{Evaluated, Normal, look_at, refine, toward};
-use super::search::{Judged, Leeway, Probes};
+use super::search::{Deviation, Probes, Scorer};
 use super::sight::Sight;
 use super::tracker::Tracker;
 use super::verify::{Quality, verify};
@@ -89,16 +89,16 @@ impl Tracker {
     }
 
     /// Says by how much the motion changes from image to image, in metres and radians.
-    pub(super) fn restless(&self) -> Leeway {
-        let (across, turned) = self.leeway();
+    pub(super) fn process_noise(&self) -> Deviation {
+        let (across, turned) = self.search_range();
         (across / 3.0, turned / 3.0)
     }
 
     /// Says how far the object may be from where it is expected.
-    pub(super) fn leeway(&self) -> Leeway {
+    pub(super) fn search_range(&self) -> Deviation {
         let radius = self.target.solid.radius;
-        let across = (3.0 * self.surprise.0).clamp(0.02 * radius, 0.5 * radius);
-        (across, (3.0 * self.surprise.1).clamp(0.02, 0.5))
+        let across = (3.0 * self.innovation.0).clamp(0.02 * radius, 0.5 * radius);
+        (across, (3.0 * self.innovation.1).clamp(0.02, 0.5))
     }
 
     /// Chooses the resolution from which a pose is made precise, by how well it is foreseen.
@@ -116,12 +116,13 @@ impl Tracker {
         clock: &Clock,
     ) -> Result<(Pose, usize), TrackError> {
         self.points_in_view(expected);
-        let (leeway, last, area) = (self.leeway(), self.motion.last(), self.area(expected));
+        let (search_range, last, area) =
+            (self.search_range(), self.motion.last(), self.area(expected));
         let sight = Sight::new(&self.frame, observation, &self.target, &self.settings);
-        let judged = Judged { sight, probes: Probes::InView(&self.workspace.in_view), area };
+        let scorer = Scorer { sight, probes: Probes::InView(&self.workspace.in_view), area };
         let (most, budget) = (self.settings.generations, self.settings.budget_s);
         let go_on = |bred: usize| bred < most && !clock.is_over(budget);
-        let found = self.search.run(&judged, (expected, &last), leeway, go_on)?;
+        let found = self.search.run(&scorer, (expected, &last), search_range, go_on)?;
         Ok((found.pose, found.evaluations))
     }
 
@@ -143,7 +144,7 @@ impl Tracker {
 
     /// Gives by how many pixels the object may be off where it is expected.
     fn off_px(&self, expected: &Pose) -> f64 {
-        let off = self.surprise.0 + self.surprise.1 * self.target.solid.radius;
+        let off = self.innovation.0 + self.innovation.1 * self.target.solid.radius;
         off * self.frame.px_per_meter(expected)
     }
 
@@ -161,7 +162,7 @@ impl Tracker {
         guess: &Pose,
     ) -> Hypothesis {
         let followed = self.status == Status::Tracking;
-        let prior = followed.then(|| self.motion.prior(observation.time_s, self.restless()));
+        let prior = followed.then(|| self.motion.prior(observation.time_s, self.process_noise()));
         let prior = prior.as_ref();
         let mut hypothesis = self.hypothesis(observation, guess, self.coarsest(expected), prior);
         if self.is_doubtful(&hypothesis.quality) {

@@ -1,6 +1,6 @@
 use nalgebra::{Matrix6, Vector6};
 
-use super::frame::senses::FARTHEST_S;
+use super::frame::input_checks::FARTHEST_S;
 use crate::pose::{Pose, Twist};
 
 /// How much poses that were found one after the other differ by what no motion does: the change of

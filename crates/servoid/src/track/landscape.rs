@@ -1,7 +1,7 @@
 use rayon::prelude::*;
 
 use super::TrackError;
-use super::search::{Judged, Probes, Worth};
+use super::search::{Probes, ScoreTerms, Scorer};
 use super::sight::Sight;
 use super::tracker::Tracker;
 use crate::model::workers;
@@ -12,7 +12,7 @@ use crate::pose::Pose;
 const PIECE: usize = 256;
 
 impl Tracker {
-    /// Says what poses are worth in an observation, by all that was learned so far, as the tracker
+    /// Scores poses in an observation, by all that was learned so far, as the tracker
     /// weighs them where it seeks the object anywhere. Nothing is learned from it.
     ///
     /// `resolution` is that of the surface points: 0 is the image's own, with which a pose is made
@@ -22,13 +22,13 @@ impl Tracker {
     /// # Errors
     /// If there is not one entry a camera, the time stamp is no finite number, there is no such
     /// resolution, or the object's look was never learned.
-    pub fn worths(
+    pub fn score_terms(
         &self,
         observation: &Observation<'_>,
         poses: &[Pose],
         resolution: usize,
         threads: usize,
-    ) -> Result<Vec<Worth>, TrackError> {
+    ) -> Result<Vec<ScoreTerms>, TrackError> {
         if resolution >= Pyramid::LEVELS {
             return Err(TrackError::Setting {
                 name: "resolution",
@@ -47,13 +47,13 @@ impl Tracker {
         let most = known.min(looking.settings.points);
         // Evenly, so that no side of the object is left out.
         let probes: Vec<usize> = (0..most).map(|at| at * known / most).collect();
-        let judged = Judged {
+        let scorer = Scorer {
             sight: Sight::new(&looking.frame, observation, &looking.target, &looking.settings),
             probes: Probes::Facing(&probes),
             area,
         };
-        let of_piece = |piece: &[Pose]| -> Vec<Worth> {
-            piece.iter().map(|pose| judged.worth(pose, resolution)).collect()
+        let of_piece = |piece: &[Pose]| -> Vec<ScoreTerms> {
+            piece.iter().map(|pose| scorer.terms(pose, resolution)).collect()
         };
         let pieces: Vec<_> =
             workers(threads)?.install(|| poses.par_chunks(PIECE).map(of_piece).collect());

@@ -38,7 +38,7 @@ pub use confidence::Evidence;
 pub use estimate::{Estimate, Notice, Status, Timing};
 pub use one_step::{Genes, Judge, OneStep, OneStepError, OneStepSettings};
 pub use placing::{Placement, place};
-pub use search::Worth;
+pub use search::ScoreTerms;
 pub use settings::TrackSettings;
 pub use tracker::Tracker;
 

@@ -1,8 +1,8 @@
 use nalgebra::{Matrix6, UnitQuaternion, Vector3, Vector6};
 
 use super::certainty::inverse;
-use super::frame::senses::FARTHEST_S;
-use super::search::Leeway;
+use super::frame::input_checks::FARTHEST_S;
+use super::search::Deviation;
 use crate::pose::{Pose, Twist};
 
 /// Where the object was seen and how it moved: its middle evenly through the world, and turning evenly
@@ -76,11 +76,11 @@ impl Motion {
         Pose::from_rotation(turn * here.rotation(), here.translation() + self.velocity() * dt)
     }
 
-    /// Gives what is believed of the pose at a time, if the speed changes by about what `surprise`
+    /// Gives what is believed of the pose at a time, if the speed changes by about what `process_noise`
     /// amounts to until then.
-    pub(super) fn prior(&self, time_s: f64, surprise: Leeway) -> Prior {
+    pub(super) fn prior(&self, time_s: f64, process_noise: Deviation) -> Prior {
         let mut later = *self;
-        later.pass(time_s, surprise);
+        later.pass(time_s, process_noise);
         let pose = later.foreseen.world_from_object;
         let local = turned(&later.place, &pose.rotation().inverse());
         let information = inverse(&(local * (WIDE * WIDE))).unwrap_or_else(Matrix6::zeros);
@@ -88,9 +88,9 @@ impl Motion {
     }
 
     /// Gives the variance of the turn at a time, in square radians.
-    pub(super) fn turn_variance_at(&self, time_s: f64, surprise: Leeway) -> f64 {
+    pub(super) fn turn_variance_at(&self, time_s: f64, process_noise: Deviation) -> f64 {
         let mut later = *self;
-        later.pass(time_s, surprise);
+        later.pass(time_s, process_noise);
         later.turn_sd().powi(2)
     }
 
@@ -108,10 +108,10 @@ impl Motion {
         time_s: f64,
         world_from_object: Pose,
         covariance: &Matrix6<f64>,
-        surprise: Leeway,
+        process_noise: Deviation,
     ) -> (f64, f64) {
         let goes_on = passed(self.foreseen.time_s, time_s).is_some();
-        self.pass(time_s, surprise);
+        self.pass(time_s, process_noise);
         let found = turned(covariance, &world_from_object.rotation());
         let foreseen = self.foreseen.world_from_object;
         let turn = world_from_object.rotation() * foreseen.rotation().inverse();
@@ -135,9 +135,9 @@ impl Motion {
     }
 
     /// Time goes on while nothing is seen.
-    pub(super) fn wait(&mut self, time_s: f64, surprise: Leeway) {
+    pub(super) fn wait(&mut self, time_s: f64, process_noise: Deviation) {
         let dt = passed(self.foreseen.time_s, time_s);
-        self.pass(time_s, surprise);
+        self.pass(time_s, process_noise);
         if let Some(dt) = dt {
             let left = libm::exp(-dt / FADES_S);
             self.speed *= left;
@@ -147,7 +147,7 @@ impl Motion {
     }
 
     /// Goes on to a time without a look.
-    fn pass(&mut self, time_s: f64, (across, slight): Leeway) {
+    fn pass(&mut self, time_s: f64, (across, slight): Deviation) {
         let last_s = self.foreseen.time_s;
         self.foreseen = At { time_s, world_from_object: self.predict(time_s) };
         let leap = |dt: f64| {
@@ -206,7 +206,7 @@ mod tests {
 
     const DT: f64 = 1.0 / 30.0;
     const SPEED: f64 = 0.6;
-    const SURPRISE: Leeway = (0.001, 0.01);
+    const PROCESS_NOISE: Deviation = (0.001, 0.01);
 
     /// Where an object is that goes evenly along x and turns about z.
     fn place(time_s: f64) -> Pose {
@@ -219,7 +219,7 @@ mod tests {
         let mut motion = Motion::at_rest(0.0, place(0.0));
         for index in 1..=images {
             let known = Matrix6::identity() * 1e-12;
-            motion.follow(index as f64 * DT, place(index as f64 * DT), &known, SURPRISE);
+            motion.follow(index as f64 * DT, place(index as f64 * DT), &known, PROCESS_NOISE);
         }
         (motion, images as f64 * DT)
     }
@@ -248,7 +248,7 @@ mod tests {
             let foreseen = motion.predict(now_s);
             let (went, _) = apart(&before, &foreseen);
             assert!(went > 0.0 && went < step, "{index}: {went} after {step}");
-            motion.wait(now_s, SURPRISE);
+            motion.wait(now_s, PROCESS_NOISE);
             (before, step) = (foreseen, went);
         }
         let (all, turned) = apart(&motion.last(), &before);
@@ -273,7 +273,7 @@ mod tests {
         let mut before = f64::INFINITY;
         for index in 1..12 {
             let now_s = last_s + index as f64 * DT;
-            let prior = motion.prior(now_s, SURPRISE);
+            let prior = motion.prior(now_s, PROCESS_NOISE);
             let (off, turned) = apart(&prior.pose, &place(now_s));
             assert!(off < 1e-9 && turned < 1e-9, "{index}: {off} {turned}");
             let sure = prior.information.symmetric_eigenvalues().min();
@@ -281,14 +281,14 @@ mod tests {
             before = sure;
             // What was foreseen is found again, and known as well as before.
             let known = prior.information.try_inverse().unwrap() / (WIDE * WIDE);
-            let told = motion.follow(now_s, prior.pose, &known, SURPRISE);
+            let told = motion.follow(now_s, prior.pose, &known, PROCESS_NOISE);
             assert_eq!(told, (0.0, 0.0));
         }
     }
 
     #[test]
     fn what_pulls_back_to_a_prior_is_what_it_says_of_the_way() {
-        let prior = followed(5).0.prior(6.0 * DT, SURPRISE);
+        let prior = followed(5).0.prior(6.0 * DT, PROCESS_NOISE);
         let (information, pull) = prior.at(&prior.pose);
         assert!(pull.amax() < 1e-9 * information.amax());
         let way = Twist::new(1e-3, -2e-3, 5e-4, 0.01, 0.02, -0.01);

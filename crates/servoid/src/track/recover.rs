@@ -1,7 +1,7 @@
 use nalgebra::Vector3;
 use rand::RngExt;
 
-use super::search::{Found, Judged, Leeway, Probes, Search};
+use super::search::{Deviation, Found, Probes, Scorer, Search};
 use super::sight::Sight;
 use crate::evolve::{self, GaError, Rng};
 use crate::pose::{Pose, even_turn};
@@ -42,17 +42,18 @@ impl Recovery {
     pub(super) fn near(
         &mut self,
         sight: Sight<'_>,
-        (pose, leeway, area): (&Pose, Leeway, f64),
+        (pose, search_range, area): (&Pose, Deviation, f64),
     ) -> Result<(&[Found], usize), GaError> {
         self.spread_probes(&sight);
         self.best.clear();
         let mut evaluations = 0;
         for _ in 0..ISLANDS {
-            let judged = Judged { sight, probes: Probes::Facing(&self.around), area };
+            let scorer = Scorer { sight, probes: Probes::Facing(&self.around), area };
             self.round += 1;
             let rng = evolve::rng(self.seed, self.round);
             let mut search = Search::new(POPULATION, rng)?;
-            let found = search.run(&judged, (pose, pose), leeway, |bred| bred < GENERATIONS)?;
+            let found =
+                search.run(&scorer, (pose, pose), search_range, |bred| bred < GENERATIONS)?;
             evaluations += found.evaluations;
             self.best.push(found);
         }
@@ -70,8 +71,8 @@ impl Recovery {
         self.round += 1;
         let mut rng = evolve::rng(self.seed, self.round);
         let area = area_at((near * far).sqrt());
-        let judged = Judged { sight, probes: Probes::Facing(&self.around), area };
-        let bare = Judged { probes: Probes::Facing(&[]), ..judged };
+        let scorer = Scorer { sight, probes: Probes::Facing(&self.around), area };
+        let bare = Scorer { probes: Probes::Facing(&[]), ..scorer };
         let mut evaluations = places(&bare, (near, far), &mut rng, &mut self.ranked);
         keep(&mut self.ranked, PLACES, |one, other| apart(one, other) > 0.7 * sight.solid.radius);
         self.best.clear();
@@ -79,7 +80,7 @@ impl Recovery {
             for _ in 0..TURNS {
                 let turn = even_turn(rng.random(), rng.random(), rng.random());
                 let pose = Pose::from_rotation(turn, place.pose.translation());
-                self.best.push(Found { pose, score: judged.score(&pose), evaluations: 1 });
+                self.best.push(Found { pose, score: scorer.score(&pose), evaluations: 1 });
             }
         }
         evaluations += self.best.len();
@@ -87,12 +88,13 @@ impl Recovery {
             let turn = (one.rotation().inverse() * other.rotation()).angle();
             apart(one, other) > 0.3 * sight.solid.radius || turn > 0.4
         });
-        let leeway = (NEAR.0 * sight.solid.radius, NEAR.1);
+        let search_range = (NEAR.0 * sight.solid.radius, NEAR.1);
         for found in &mut self.best {
             self.round += 1;
             let mut search = Search::new(POPULATION, evolve::rng(self.seed, self.round))?;
-            *found = search
-                .run(&judged, (&found.pose, &found.pose), leeway, |bred| bred < GENERATIONS)?;
+            *found = search.run(&scorer, (&found.pose, &found.pose), search_range, |bred| {
+                bred < GENERATIONS
+            })?;
             evaluations += found.evaluations;
         }
         self.best.sort_by(|a, b| b.score.total_cmp(&a.score));
@@ -112,13 +114,13 @@ fn apart(one: &Pose, other: &Pose) -> f64 {
 
 /// Scores the body, turned at random, at places all over the first open camera's image.
 fn places(
-    judged: &Judged<'_>,
+    scorer: &Scorer<'_>,
     (near, far): (f64, f64),
     rng: &mut Rng,
     out: &mut Vec<Found>,
 ) -> usize {
     out.clear();
-    let open = judged.sight.windows.iter().find_map(|window| window.rays(COLUMNS));
+    let open = scorer.sight.windows.iter().find_map(|window| window.rays(COLUMNS));
     let Some((eye, rays)) = open else { return 0 };
     let steps = (libm::log(far / near) / DISTANCE_STEP).ceil().clamp(1.0, 40.0) as usize;
     for ray in rays {
@@ -129,7 +131,7 @@ fn places(
             for _ in 0..2 {
                 let turn = even_turn(rng.random(), rng.random(), rng.random());
                 let pose = Pose::from_rotation(turn, place);
-                out.push(Found { pose, score: judged.score(&pose), evaluations: 1 });
+                out.push(Found { pose, score: scorer.score(&pose), evaluations: 1 });
             }
         }
     }

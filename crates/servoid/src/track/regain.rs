@@ -8,7 +8,7 @@ use crate::pose::Pose;
 /// Share of the object's size by which the window is larger where it is sought near a pose.
 const NEAR_MARGIN: f64 = 0.8;
 /// How far from a pose the object is sought, in radii and radians.
-const NEAR_LEEWAY: (f64, f64) = (0.6, 0.8);
+const NEAR_RANGE: (f64, f64) = (0.6, 0.8);
 /// By how much more must be recognised at a rival's pose.
 const BETTER: f64 = 1.2;
 /// Rounds in which an object is sought near a pose, and anywhere, when time does not press.
@@ -53,7 +53,7 @@ impl Tracker {
         }
         self.open_windows(observation, &hypothesis.pose, MARGIN);
         self.points_in_view(&hypothesis.pose);
-        let prior = self.motion.prior(observation.time_s, self.restless());
+        let prior = self.motion.prior(observation.time_s, self.process_noise());
         *hypothesis = self.weigh(observation, &hypothesis.pose, Some(&prior));
         Ok(evaluations)
     }
@@ -65,7 +65,7 @@ impl Tracker {
         (near, rounds): (&Pose, usize),
         hypothesis: &mut Hypothesis,
     ) -> Result<usize, TrackError> {
-        let leeway = (NEAR_LEEWAY.0 * self.target.solid.radius, NEAR_LEEWAY.1);
+        let search_range = (NEAR_RANGE.0 * self.target.solid.radius, NEAR_RANGE.1);
         let mut evaluations = 0;
         for _ in 0..rounds {
             if !self.open_windows(observation, near, NEAR_MARGIN) {
@@ -73,7 +73,7 @@ impl Tracker {
             }
             let area = self.area(near);
             let sight = Sight::new(&self.frame, observation, &self.target, &self.settings);
-            let (found, scored) = self.recovery.near(sight, (near, leeway, area))?;
+            let (found, scored) = self.recovery.near(sight, (near, search_range, area))?;
             evaluations += scored;
             let candidates: Vec<Pose> = found.iter().map(|found| found.pose).collect();
             self.choose(observation, &candidates, hypothesis);

@@ -21,8 +21,8 @@ pub(super) struct Found {
     pub(super) evaluations: usize,
 }
 
-/// How far the object may be from where it is expected: (across in metres, turned in radians).
-pub(super) type Leeway = (f64, f64);
+/// How far a pose is off, or may be: (across in metres, turned in radians).
+pub(super) type Deviation = (f64, f64);
 
 impl Search {
     pub(super) fn new(population: usize, rng: Rng) -> Result<Self, GaError> {
@@ -35,12 +35,12 @@ impl Search {
     /// Breeds generations about a pose, at least one, while `go_on` of their number says so.
     pub(super) fn run(
         &mut self,
-        judged: &Judged<'_>,
+        scorer: &Scorer<'_>,
         (expected, also): (&Pose, &Pose),
-        leeway: Leeway,
+        search_range: Deviation,
         go_on: impl Fn(usize) -> bool,
     ) -> Result<Found, GaError> {
-        let other = genes(&(expected.inverse() * *also).log(), leeway);
+        let other = genes(&(expected.inverse() * *also).log(), search_range);
         // What is expected and what was are always among those that are scored.
         self.ga.move_each(|index, genes| match index {
             0 => genes.fill(0.0),
@@ -53,30 +53,30 @@ impl Search {
             bred += 1;
             self.scores.clear();
             for individual in self.ga.ask() {
-                let pose = *expected * Pose::exp(&motion(&individual.genes, leeway));
-                self.scores.push(judged.score(&pose));
+                let pose = *expected * Pose::exp(&motion(&individual.genes, search_range));
+                self.scores.push(scorer.score(&pose));
             }
             found.evaluations += self.scores.len();
             self.ga.tell(&self.scores)?;
         }
         let best = self.ga.best();
-        found.pose = *expected * Pose::exp(&motion(&best.genes, leeway));
+        found.pose = *expected * Pose::exp(&motion(&best.genes, search_range));
         found.score = best.score;
         Ok(found)
     }
 
     /// Moves the population along with the object to a pose that was found.
-    pub(super) fn follow(&mut self, expected: &Pose, found: &Pose, leeway: Leeway) {
-        let offset = genes(&(expected.inverse() * *found).log(), leeway);
+    pub(super) fn follow(&mut self, expected: &Pose, found: &Pose, search_range: Deviation) {
+        let offset = genes(&(expected.inverse() * *found).log(), search_range);
         self.ga.move_each(|_, genes| genes.iter_mut().zip(&offset).for_each(|(x, by)| *x -= by));
     }
 }
 
-fn motion(genes: &[f64], (across, turned): Leeway) -> Twist {
+fn motion(genes: &[f64], (across, turned): Deviation) -> Twist {
     Twist::from_fn(|i, _| genes[i] * if i < 3 { across } else { turned })
 }
 
-fn genes(motion: &Twist, (across, turned): Leeway) -> [f64; 6] {
+fn genes(motion: &Twist, (across, turned): Deviation) -> [f64; 6] {
     std::array::from_fn(|i| (motion[i] / if i < 3 { across } else { turned }).clamp(-1.0, 1.0))
 }
 
@@ -92,7 +92,7 @@ pub(super) enum Probes<'a> {
 /// How poses are scored: by the log-likelihood ratios inside the outline, as a share of what they
 /// could be, and by the mean correlation of surface points at the coarsest resolution.
 #[derive(Clone, Copy)]
-pub(super) struct Judged<'a> {
+pub(super) struct Scorer<'a> {
     pub(super) sight: Sight<'a>,
     pub(super) probes: Probes<'a>,
     /// Pixels that the outline is expected to hold.
@@ -108,16 +108,16 @@ const FEW_POINTS: f64 = 8.0;
 /// Least cosine between a point's normal and the way to a camera that sees it.
 const LEAST_FACING: f64 = 0.35;
 
-/// What a pose is worth by each kind of evidence, -1 to 1.
+/// The score of a pose by each kind of evidence, -1 to 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Worth {
+pub struct ScoreTerms {
     /// Log-likelihood ratios inside the outline, as a share of what they could be.
     pub region: f64,
     /// Mean correlation of surface points.
     pub surface: f64,
 }
 
-impl Worth {
+impl ScoreTerms {
     /// Gives what both kinds say together: what poses are sought by. // (S48)
     #[must_use]
     pub fn total(&self) -> f64 {
@@ -125,15 +125,15 @@ impl Worth {
     }
 }
 
-impl Judged<'_> {
+impl Scorer<'_> {
     /// Scores a pose; -1 to 1 for each kind of evidence.
     pub(super) fn score(&self, pose: &Pose) -> f64 {
-        self.worth(pose, Pyramid::LEVELS - 1).total()
+        self.terms(pose, Pyramid::LEVELS - 1).total()
     }
 
-    /// Says what a pose is worth, with points at the resolution `level`, or a finer one at which
+    /// Scores a pose by each kind of evidence, with points at the resolution `level`, or a finer one at which
     /// they were learned.
-    pub(super) fn worth(&self, pose: &Pose, level: usize) -> Worth {
+    pub(super) fn terms(&self, pose: &Pose, level: usize) -> ScoreTerms {
         let mut region = 0.0;
         let (mut surface, mut points) = (0.0, 0.0);
         for (camera, window) in self.sight.windows.iter().enumerate() {
@@ -168,7 +168,7 @@ impl Judged<'_> {
                 }
             }
         }
-        Worth {
+        ScoreTerms {
             region: region / (RATIO * self.area.max(1.0)),
             surface: surface / (points + FEW_POINTS),
         }

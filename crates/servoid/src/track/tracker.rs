@@ -13,7 +13,7 @@ use super::jitter::Jitter;
 use super::motion::Motion;
 use super::recover::Recovery;
 use super::refine::Workspace;
-use super::search::{Leeway, Search};
+use super::search::{Deviation, Search};
 use super::settings::TrackSettings;
 use super::target::Target;
 use super::target::points::Feature;
@@ -39,7 +39,7 @@ pub struct Tracker {
     pub(super) workspace: Workspace,
     pub(super) fresh: Vec<Feature>,
     /// How far predictions were off, in metres and radians.
-    pub(super) surprise: Leeway,
+    pub(super) innovation: Deviation,
     pub(super) status: Status,
     pub(super) trust: Trust,
     pub(super) cell: usize,
@@ -75,7 +75,7 @@ impl Tracker {
         Ok(Self {
             settings,
             frame: Frame::new(cameras),
-            surprise: surprise_at_first(&target.solid),
+            innovation: first_innovation(&target.solid),
             jitter: Jitter::new(target.solid.radius),
             target,
             search: Search::new(settings.population, evolve::rng(settings.seed, 0))?,
@@ -190,7 +190,7 @@ impl Tracker {
         if hypothesis.quality.share < least {
             self.trust.miss();
             self.status = self.trust.without();
-            self.motion.wait(time_s, self.restless());
+            self.motion.wait(time_s, self.process_noise());
             self.jitter.pause();
             return;
         }
@@ -199,20 +199,20 @@ impl Tracker {
         // What leaps from one image to the next moves fast; else where it was says nothing.
         let (went_on, followed) = (self.trust.is_unbroken(), self.trust.was_followed());
         self.status = Status::Tracking;
-        self.search.follow(expected, &hypothesis.pose, self.leeway());
+        self.search.follow(expected, &hypothesis.pose, self.search_range());
         let drifted = self.target.points.drift;
-        let foreseen = self.motion.turn_variance_at(time_s, self.restless());
+        let foreseen = self.motion.turn_variance_at(time_s, self.process_noise());
         self.follow_drift(hypothesis, Some(foreseen).filter(|_| !regained));
         if followed {
             self.close_loop(expected, hypothesis, drifted);
         }
         if regained {
             if went_on {
-                self.motion.follow(time_s, hypothesis.pose, &known, self.restless());
+                self.motion.follow(time_s, hypothesis.pose, &known, self.process_noise());
             } else {
                 self.motion = Motion::at_rest(time_s, hypothesis.pose);
             }
-            self.surprise = surprise_at_first(&self.target.solid);
+            self.innovation = first_innovation(&self.target.solid);
             self.trust.meet(&hypothesis.quality, &self.target.reference, false);
             return;
         }
@@ -225,17 +225,17 @@ impl Tracker {
         );
         // Where a loop was closed, that was no motion.
         let off = (self.motion.predict(time_s).inverse() * hypothesis.pose).log();
-        let told = self.motion.follow(time_s, hypothesis.pose, &known, self.restless());
+        let told = self.motion.follow(time_s, hypothesis.pose, &known, self.process_noise());
         self.jitter.follow(time_s, hypothesis.pose);
         let (across, turned) = (off.fixed_rows::<3>(0).norm(), off.fixed_rows::<3>(3).norm());
-        self.surprise.0 += 0.3 * told.0 * (across - self.surprise.0);
-        self.surprise.1 += 0.3 * told.1 * (turned - self.surprise.1);
+        self.innovation.0 += 0.3 * told.0 * (across - self.innovation.0);
+        self.innovation.1 += 0.3 * told.1 * (turned - self.innovation.1);
     }
 
     /// Gives the share of the object's size by which windows are larger than it: so that they hold it
     /// where it may be.
     fn margin(&self) -> f64 {
-        let (across, turned) = self.leeway();
+        let (across, turned) = self.search_range();
         // The object's image is about two radii long.
         let beyond = 0.5 * (across / self.target.solid.radius + turned);
         if self.status == Status::Tracking { beyond.clamp(LEAST_MARGIN, MARGIN) } else { MARGIN }
@@ -306,6 +306,6 @@ impl Tracker {
 }
 
 /// How far an object may be off whose motion is not known: in metres and radians.
-fn surprise_at_first(solid: &Solid) -> Leeway {
+fn first_innovation(solid: &Solid) -> Deviation {
     (0.2 * solid.radius, 0.1)
 }

@@ -246,7 +246,7 @@ impl Tracker {
     pub(super) fn has_leapt(&self, expected: &Pose, pose: &Pose) -> bool {
         let off = (expected.inverse() * *pose).log();
         let (across, turned) = (off.fixed_rows::<3>(0).norm(), off.fixed_rows::<3>(3).norm());
-        let (near, slight) = self.leeway();
+        let (near, slight) = self.search_range();
         across > near.max(LEAP * self.target.solid.radius) || turned > slight.max(LEAP)
     }
 

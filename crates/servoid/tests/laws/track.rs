@@ -250,8 +250,9 @@ fn poses_are_worth_the_same_bits_on_any_number_of_threads_and_nothing_is_learned
     let tracker = started(&stage, TrackSettings::default(), &shot, start());
     let next = stage.shot(1, &eyes(), Some(&start()));
     let bits = |threads: usize| -> Vec<u64> {
-        let worths = tracker.worths(&next.observation(), &around_the_start(), 2, threads).unwrap();
-        worths.iter().flat_map(|one| [one.region.to_bits(), one.surface.to_bits()]).collect()
+        let score_terms =
+            tracker.score_terms(&next.observation(), &around_the_start(), 2, threads).unwrap();
+        score_terms.iter().flat_map(|one| [one.region.to_bits(), one.surface.to_bits()]).collect()
     };
     assert_eq!(bits(1), bits(3));
     assert_eq!(bits(1), bits(1));
@@ -262,9 +263,9 @@ fn what_is_not_known_or_not_there_is_worth_an_error() {
     let stage = Stage::textured();
     let shot = stage.shot(0, &eyes(), Some(&start()));
     let fresh = Tracker::new(&stage.cameras(), &stage.body, TrackSettings::default()).unwrap();
-    let asked = fresh.worths(&shot.observation(), &[start()], 0, 1);
+    let asked = fresh.score_terms(&shot.observation(), &[start()], 0, 1);
     assert_eq!(asked.unwrap_err(), TrackError::NothingKnown);
     let tracker = started(&stage, TrackSettings::default(), &shot, start());
-    let asked = tracker.worths(&shot.observation(), &[start()], 3, 1);
+    let asked = tracker.score_terms(&shot.observation(), &[start()], 3, 1);
     assert!(asked.unwrap_err().to_string().contains("resolution"));
 }

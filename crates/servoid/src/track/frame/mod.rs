@@ -1,13 +1,13 @@
 //! What cameras see now.
 
+pub(super) mod input_checks;
 pub(super) mod occlusion;
 pub(super) mod rangefinder;
-pub(super) mod senses;
 pub(super) mod window;
 
 use nalgebra::Vector3;
 
-use self::senses::Senses;
+use self::input_checks::InputChecks;
 use self::window::Window;
 use super::TrackError;
 use super::estimate::Notice;
@@ -25,7 +25,7 @@ pub(super) struct Frame {
     pub(super) notices: Vec<Notice>,
     /// Whether the object moves so fast that its image may be blurred.
     pub(super) is_blurred: bool,
-    senses: Senses,
+    input_checks: InputChecks,
 }
 
 impl Frame {
@@ -35,7 +35,7 @@ impl Frame {
             windows: vec![Window::default(); cameras.len()],
             notices: Vec::new(),
             is_blurred: false,
-            senses: Senses::new(cameras.len()),
+            input_checks: InputChecks::new(cameras.len()),
         }
     }
 
@@ -55,7 +55,7 @@ impl Frame {
         if !observation.time_s.is_finite() {
             return Err(TrackError::Time(observation.time_s));
         }
-        self.notices = self.senses.check(&self.cameras, observation);
+        self.notices = self.input_checks.check(&self.cameras, observation);
         for (camera, depth) in observation.depths.iter().enumerate() {
             let (expected, given) = (self.cameras[camera].size_px(), depth.map(|d| d.size_px()));
             if let Some(given) = given.filter(|given| *given != expected) {
@@ -75,7 +75,7 @@ impl Frame {
     ) -> bool {
         for (camera, window) in self.windows.iter_mut().enumerate() {
             window.close();
-            let image = observation.images[camera].filter(|_| self.senses.can_use(camera));
+            let image = observation.images[camera].filter(|_| self.input_checks.can_use(camera));
             let Some(image) = image else { continue };
             let place = (pose, solid, margin);
             let eye = &observation.world_from_camera[camera];
@@ -94,7 +94,7 @@ impl Frame {
     pub(super) fn open_all_over(&mut self, observation: &Observation<'_>, colors: Option<&Colors>) {
         for (camera, window) in self.windows.iter_mut().enumerate() {
             window.close();
-            let image = observation.images[camera].filter(|_| self.senses.can_use(camera));
+            let image = observation.images[camera].filter(|_| self.input_checks.can_use(camera));
             if let Some(image) = image {
                 let eye = &observation.world_from_camera[camera];
                 window.open_all_over(&self.cameras[camera], eye, &image, colors);
@@ -107,18 +107,18 @@ impl Frame {
         &self,
         observation: &Observation<'a>,
     ) -> impl Iterator<Item = ImageView<'a>> {
-        let cameras = (0..self.cameras.len()).filter(|&camera| self.senses.can_use(camera));
+        let cameras = (0..self.cameras.len()).filter(|&camera| self.input_checks.can_use(camera));
         cameras.filter_map(|camera| observation.images[camera])
     }
 
     /// Says whether any camera delivered an image.
     pub(super) fn can_see(&self) -> bool {
-        (0..self.cameras.len()).any(|camera| self.senses.can_use(camera))
+        (0..self.cameras.len()).any(|camera| self.input_checks.can_use(camera))
     }
 
     /// Says whether every camera only repeated itself: nothing new can be learned.
     pub(super) fn is_stale(&self) -> bool {
-        self.senses.is_stale()
+        self.input_checks.is_stale()
     }
 
     /// Counts the open windows.

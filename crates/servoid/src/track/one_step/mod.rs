@@ -115,9 +115,9 @@ impl OneStep {
         let mut generation = self.generation(&mut started, &usable)?;
         generation.best = world_from_object;
         generation.timing.update = update;
-        let judged = self.judge(&mut started, &usable, generation, notices);
+        let verified = self.verify(&mut started, &usable, generation, notices);
         self.started = Some(started);
-        judged
+        verified
     }
 
     /// Follows the object into the next observation.
@@ -169,7 +169,7 @@ impl OneStep {
         } else {
             self.generation(started, &usable)?
         };
-        self.judge(started, &usable, generation, notices)
+        self.verify(started, &usable, generation, notices)
     }
 
     /// Picks the images that can be used.
@@ -227,7 +227,7 @@ impl OneStep {
     }
 
     /// Asks the images whether they confirm the best pose, and centres the search on it if so.
-    fn judge(
+    fn verify(
         &self,
         started: &mut Started,
         usable: &[UsableImage<'_>],

@@ -156,12 +156,12 @@ fn worth(seed: u64) -> Figures {
     let tracker = started(&stage, settings, &first, moving(3));
     let shot = stage.shot(1, &eyes(), Some(&start()));
     let poses = around_the_start();
-    let worths = tracker.worths(&shot.observation(), &poses, 0, 0).unwrap();
-    let elsewhere = poses.iter().zip(&worths).filter(|(pose, _)| **pose != start());
+    let score_terms = tracker.score_terms(&shot.observation(), &poses, 0, 0).unwrap();
+    let elsewhere = poses.iter().zip(&score_terms).filter(|(pose, _)| **pose != start());
     let best = elsewhere.map(|(_, one)| one.total()).fold(f64::NEG_INFINITY, f64::max);
     vec![
-        ("more than elsewhere", worths[0].total() - best),
-        ("region", worths[0].region),
-        ("surface", worths[0].surface),
+        ("more than elsewhere", score_terms[0].total() - best),
+        ("region", score_terms[0].region),
+        ("surface", score_terms[0].surface),
     ]
 }

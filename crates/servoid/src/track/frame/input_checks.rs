@@ -3,7 +3,7 @@ use crate::track::estimate::Notice;
 
 /// Says which images of an observation can be used, and what is wrong with the others.
 #[derive(Debug, Clone)]
-pub(crate) struct Senses {
+pub(crate) struct InputChecks {
     usable: Vec<bool>,
     prints: Vec<Option<u64>>,
     time_s: Option<f64>,
@@ -17,7 +17,7 @@ pub(crate) const FARTHEST_S: f64 = 0.5;
 /// and channels have their turn.
 const PRINT_STEP: usize = 97;
 
-impl Senses {
+impl InputChecks {
     pub(crate) fn new(cameras: usize) -> Self {
         Self {
             usable: vec![false; cameras],

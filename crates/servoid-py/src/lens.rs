@@ -6,8 +6,8 @@ use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 use servoid::camera as core;
 
-use crate::errors::{named, raise};
 use crate::camera::{CENTER, Camera, FOCAL, read_distortion, read_matrix};
+use crate::errors::{named, raise};
 use crate::pose::{Pose, rows};
 use crate::taking::{
     Wanted, hash_numbers, read_numbers, read_rows, read_size, remade, shorts, taken_in_words,

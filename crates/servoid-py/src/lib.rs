@@ -1,12 +1,12 @@
 //! The Python face of the core: converts, releases the interpreter, calls, converts back.
 
 mod backend;
+mod camera;
 mod errors;
 mod estimate;
 mod exact;
 mod lens;
 mod model;
-mod camera;
 mod one_step;
 mod paper;
 mod placing;

@@ -6,8 +6,8 @@ use pyo3::types::{PyBool, PyTuple, PyType};
 use servoid::fitness::Sight;
 use servoid::model as core;
 
-use crate::errors::raise;
 use crate::camera::{Camera, GivenView, Pixels, View};
+use crate::errors::raise;
 use crate::pose::Pose;
 use crate::relay::relay;
 use crate::shape::{Body, Mesh};

@@ -4,9 +4,9 @@ use servoid::evolve::GaSettings;
 use servoid::fitness::Margin;
 use servoid::track as core;
 
+use crate::camera::Camera;
 use crate::errors::{named, raise};
 use crate::estimate::Estimate;
-use crate::camera::Camera;
 use crate::pose::Pose;
 use crate::shape::Body;
 use crate::taking::{

@@ -5,9 +5,9 @@ use servoid::evolve::GaSettings;
 use servoid::fitness::Margin;
 use servoid::model as core;
 
+use crate::camera::GivenView;
 use crate::errors::{named, raise};
 use crate::model::{Step, borrow};
-use crate::camera::GivenView;
 use crate::pose::read_poses;
 use crate::relay::relay;
 use crate::shape::Body;

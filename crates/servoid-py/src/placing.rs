@@ -1,9 +1,9 @@
 use pyo3::prelude::*;
 use servoid::track as core;
 
+use crate::camera::{GivenView, Pixels};
 use crate::errors::raise;
 use crate::model::borrow;
-use crate::camera::{GivenView, Pixels};
 use crate::pose::Pose;
 use crate::shape::Body;
 use crate::taking::{Listed, Picture, Wanted, read_index_rows};

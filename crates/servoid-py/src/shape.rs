@@ -5,8 +5,8 @@ use pyo3::prelude::*;
 use pyo3::types::PyType;
 use servoid::shape as core;
 
-use crate::errors::{named, raise};
 use crate::camera::Camera;
+use crate::errors::{named, raise};
 use crate::pose::{Pose, as_it_was, rows};
 use crate::taking::{Wanted, hash_numbers, read_index_rows, read_rows, shorts, taken_in_words};
 

@@ -7,9 +7,9 @@ use pyo3::types::{PyBytes, PyTuple};
 use servoid::camera::{DepthView, Mask, Observation};
 use servoid::track as core;
 
+use crate::camera::{Camera, Pixels};
 use crate::errors::{named, raise};
 use crate::estimate::Estimate;
-use crate::camera::{Camera, Pixels};
 use crate::pose::{Pose, read_poses, rows};
 use crate::shape::Body;
 use crate::taking::{

@@ -3,10 +3,10 @@
 
 use divan::{Bencher, black_box};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
+use servoid::camera::{Camera, Channels, ImageView, Mask};
 use servoid::fitness::{
     Backend, ColorModel, Differentiable, Fitness, Region, RegionView, ScoreMap,
 };
-use servoid::camera::{Camera, Channels, ImageView, Mask};
 use servoid::pose::Pose;
 use servoid::shape::{Projection, Quadric, QuadricGradient};
 

@@ -7,10 +7,10 @@
 //! Lengths are metres, angles radians, poses map `a_from_b`; pixel (0, 0) is the *centre* of the
 //! top-left pixel and cameras look along +z with x to the right and y down.
 
+pub mod camera;
 pub mod evolve;
 pub mod fitness;
 pub mod model;
-pub mod camera;
 pub mod pose;
 pub mod shape;
 pub mod sim;

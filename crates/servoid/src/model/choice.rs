@@ -1,8 +1,8 @@
 use super::ladder::Ladder;
 use super::scene::Scene;
 use super::{Given, ModelError, Settings};
-use crate::fitness::{Fitness, Sight};
 use crate::camera::View;
+use crate::fitness::{Fitness, Sight};
 
 /// One view or stripe of seen points in so many is held out.
 const ONE_IN: usize = 4;

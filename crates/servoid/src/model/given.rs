@@ -1,6 +1,6 @@
 use super::ModelError;
-use crate::fitness::Sight;
 use crate::camera::View;
+use crate::fitness::Sight;
 use crate::shape::Mesh;
 
 /// What modelling starts from; at least one part must say something.

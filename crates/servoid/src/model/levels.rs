@@ -2,8 +2,8 @@ use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
 
 use super::ModelError;
-use crate::fitness::{Overlap, OverlapView};
 use crate::camera::{Mask, View};
+use crate::fitness::{Overlap, OverlapView};
 use crate::shape::Projection;
 
 /// How much of the views a level keeps.

@@ -4,9 +4,9 @@ use rayon::prelude::*;
 use super::scene::{common_point, mean_radius};
 use super::settings::{check_common, check_count, workers};
 use super::{ModelError, Progress, Step};
+use crate::camera::View;
 use crate::evolve::{Ga, GaSettings, rng};
 use crate::fitness::{Margin, Points, PointsView};
-use crate::camera::View;
 use crate::pose::{Pose, even_turn};
 use crate::shape::{Body, Ellipsoid};
 

@@ -10,8 +10,8 @@ use super::scene::{
 use super::settings::workers;
 use super::watch::Watch;
 use super::{ModelError, Settings};
-use crate::fitness::{ColorModel, Likelihood, LikelihoodView, Sight, Total};
 use crate::camera::{Camera, Channels, ImageView, Mask, View, check_image_size};
+use crate::fitness::{ColorModel, Likelihood, LikelihoodView, Sight, Total};
 use crate::pose::Pose;
 use crate::shape::{Body, Projection, silhouette};
 

@@ -3,8 +3,8 @@ use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 use super::levels::{COARSE, CameraFromScene, FINEST, MIDDLE, Resolution, overlap};
 use super::refine::Judge;
 use super::{Given, ModelError};
-use crate::fitness::{Reach, Sight, Sights, Total, Volume};
 use crate::camera::View;
+use crate::fitness::{Reach, Sight, Sights, Total, Volume};
 use crate::pose::Pose;
 use crate::shape::{Body, Ellipsoid, Mesh, Quadric, silhouette};
 

@@ -1,8 +1,8 @@
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
-use crate::fitness::Sight;
 use crate::camera::View;
+use crate::fitness::Sight;
 use crate::pose::even_direction;
 use crate::shape::{Body, Ellipsoid};
 

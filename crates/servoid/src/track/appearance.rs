@@ -7,8 +7,8 @@ use super::target::points::{Feature, Points};
 use super::target::ranges::Ranges;
 use super::target::reference::Reference;
 use super::tracker::Tracker;
-use crate::fitness::{Patch, SurfacePoint};
 use crate::camera::Pyramid;
+use crate::fitness::{Patch, SurfacePoint};
 
 /// What an object looks like, apart from its shape: the surface points that were learned, with how
 /// well each is known, the shares of its colours, and the reference of its quality.

@@ -8,8 +8,8 @@ use super::sight::Sight;
 use super::target::colors::Colors;
 use super::target::points::{Feature, InView, PLACE_PX, WORST, noise};
 use super::target::solid::{Hit, Rims};
-use crate::fitness::SurfacePoint;
 use crate::camera::{ImageView, Mask, Plane, depth_noise};
+use crate::fitness::SurfacePoint;
 use crate::pose::Pose;
 use crate::shape::Projection;
 

@@ -8,9 +8,9 @@ use super::target::colors::Colors;
 use super::target::sides::{Marks, Sides};
 use super::target::solid::Solid;
 use super::tracker::Tracker;
+use crate::camera::Observation;
 use crate::fitness::Sight;
 use crate::model::{self, Given, ModelError, Portrait};
-use crate::camera::Observation;
 use crate::pose::Pose;
 use crate::shape::{Body, Ellipsoid};
 

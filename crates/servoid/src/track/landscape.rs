@@ -4,8 +4,8 @@ use super::TrackError;
 use super::search::{Probes, ScoreTerms, Scorer};
 use super::sight::Sight;
 use super::tracker::Tracker;
-use crate::model::workers;
 use crate::camera::{Observation, Pyramid};
+use crate::model::workers;
 use crate::pose::Pose;
 
 /// Poses that one thread scores in a row.

@@ -5,8 +5,8 @@ use nalgebra::Vector2;
 use super::refine::Workspace;
 use super::sight::Sight;
 use super::target::points::Match;
-use crate::fitness::{Agreement, SurfacePoint};
 use crate::camera::{ImageView, Pyramid};
+use crate::fitness::{Agreement, SurfacePoint};
 use crate::pose::Pose;
 use crate::shape::Projection;
 

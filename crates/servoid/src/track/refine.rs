@@ -11,8 +11,8 @@ use super::target::points::{Feature, InView, Match, by_motion};
 use super::target::ranges::Residual;
 use super::target::shift::Shift;
 use super::target::solid::Rims;
-use crate::fitness::{Agreement, ContourPoint, SurfacePoint, boundary, contour};
 use crate::camera::Pyramid;
+use crate::fitness::{Agreement, ContourPoint, SurfacePoint, boundary, contour};
 use crate::pose::{Pose, Twist};
 use crate::shape::{Outline, Quadric};
 

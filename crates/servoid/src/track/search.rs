@@ -1,8 +1,8 @@
 use super::sight::Sight;
 use super::target::points::InView;
+use crate::camera::Pyramid;
 use crate::evolve::{Ga, GaError, GaSettings, Rng};
 use crate::fitness::SurfacePoint;
-use crate::camera::Pyramid;
 use crate::pose::{Pose, Twist};
 
 /// A population of poses that lives from image to image: each individual is a small motion from

@@ -20,9 +20,9 @@ use super::target::points::Feature;
 use super::target::solid::Solid;
 use super::trust::{CLEAR, Trust, is_turn_told};
 use super::verify::Quality;
+use crate::camera::{Camera, Observation};
 use crate::evolve;
 use crate::fitness::SurfacePoint;
-use crate::camera::{Camera, Observation};
 use crate::pose::Pose;
 use crate::shape::{Body, ShapeError};
 

@@ -2,8 +2,8 @@
 
 use nalgebra::{Matrix2x3, Matrix3, Vector2, Vector3};
 use proptest::prelude::*;
-use servoid::fitness::{ContourPoint, boundary, contour};
 use servoid::camera::Camera;
+use servoid::fitness::{ContourPoint, boundary, contour};
 use servoid::pose::{Pose, Twist};
 use servoid::shape::{Outline, Projection, Quadric};
 

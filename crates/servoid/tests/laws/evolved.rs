@@ -2,10 +2,10 @@
 
 use crate::scenes::holds;
 use nalgebra::{Rotation3, UnitQuaternion, Vector3};
+use servoid::camera::{Camera, Channels, ImageView, Mask, View};
 use servoid::model::{
     Given, ModelError, Portrait, Settings, evolved, half_ball_direction, silhouette_ious,
 };
-use servoid::camera::{Camera, Channels, ImageView, Mask, View};
 use servoid::pose::{Pose, Twist};
 use servoid::shape::{Body, Ellipsoid, silhouette};
 

@@ -2,12 +2,12 @@
 
 use crate::scenes::holds;
 use nalgebra::{Rotation3, UnitQuaternion, Vector3, Vector6};
+use servoid::camera::{Camera, Channels, ImageView, Mask, View};
 use servoid::fitness::Sight;
 use servoid::model::{
     Given, ModelError, Settings, Step, Unmarked, Weights, ellipsoid_colors, progressive, rough,
     seen, silhouette_ious,
 };
-use servoid::camera::{Camera, Channels, ImageView, Mask, View};
 use servoid::pose::{Pose, even_direction};
 use servoid::shape::{Body, Ellipsoid, Mesh, silhouette};
 

@@ -2,9 +2,9 @@
 
 use crate::scenes::holds;
 use nalgebra::{UnitQuaternion, Vector3};
+use servoid::camera::{Camera, Channels, ImageView, Mask, Observation};
 use servoid::evolve::GaSettings;
 use servoid::fitness::Margin;
-use servoid::camera::{Camera, Channels, ImageView, Mask, Observation};
 use servoid::pose::Pose;
 use servoid::shape::{Body, Ellipsoid, silhouette};
 use servoid::track::{

@@ -2,8 +2,8 @@
 
 use crate::scenes::holds_for;
 use nalgebra::{UnitQuaternion, Vector3, Vector6};
-use servoid::fitness::{Fitness, Overlap, OverlapView};
 use servoid::camera::{Camera, Channels, ImageView, Mask, RigError, View};
+use servoid::fitness::{Fitness, Overlap, OverlapView};
 use servoid::pose::{Pose, even_turn};
 use servoid::shape::{Body, Ellipsoid, Projection, silhouette};
 use servoid::track::{Placement, TrackError, place};

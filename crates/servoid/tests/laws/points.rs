@@ -2,9 +2,9 @@
 
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 use proptest::prelude::*;
+use servoid::camera::{Camera, Channels, ImageError, ImageView, Mask, RigError, View};
 use servoid::fitness::{Fitness, Margin, Points, PointsError, PointsView};
 use servoid::model::{ModelError, PaperSettings, Step, paper, paper_scores};
-use servoid::camera::{Camera, Channels, ImageError, ImageView, Mask, RigError, View};
 use servoid::pose::{Pose, even_turn};
 use servoid::shape::{Body, Ellipsoid, silhouette};
 

@@ -2,11 +2,11 @@
 
 use nalgebra::{Matrix3, Vector3};
 use proptest::prelude::*;
+use servoid::camera::{Camera, Channels, ImageView, Mask};
 use servoid::fitness::{
     Backend, ColorModel, Differentiable, Fitness, Overlap, OverlapView, Region, RegionView,
     ScoreMap,
 };
-use servoid::camera::{Camera, Channels, ImageView, Mask};
 use servoid::pose::Pose;
 use servoid::shape::{Outline, Projection, Quadric, QuadricGradient};
 

@@ -2,8 +2,8 @@
 
 use nalgebra::{Matrix2x3, UnitQuaternion, Vector2, Vector3};
 use proptest::prelude::*;
-use servoid::fitness::SurfacePoint;
 use servoid::camera::{Camera, Channels, ImageView, Pyramid};
+use servoid::fitness::SurfacePoint;
 use servoid::pose::{Pose, Twist};
 use servoid::shape::{Outline, Projection};
 

@@ -3,9 +3,9 @@
 use crate::scenes::holds;
 use crate::shapes::drawn::{Shot, Stage, eyes};
 use nalgebra::{UnitQuaternion, Vector3};
+use servoid::camera::{Channels, ImageView};
 use servoid::fitness::Backend;
 use servoid::model::Settings;
-use servoid::camera::{Channels, ImageView};
 use servoid::pose::Pose;
 use servoid::track::{Estimate, Notice, Status, TrackError, TrackSettings, Tracker};
 

@@ -2,9 +2,9 @@
 
 use nalgebra::{UnitQuaternion, Vector3};
 use proptest::prelude::*;
+use servoid::camera::{Camera, Channels, ImageView, Observation};
 use servoid::evolve::{GaError, GaSettings};
 use servoid::model::{ModelError, Settings};
-use servoid::camera::{Camera, Channels, ImageView, Observation};
 use servoid::pose::Pose;
 use servoid::shape::{Body, Ellipsoid};
 use servoid::track::{Estimate, OneStep, OneStepError, OneStepSettings};

@@ -301,8 +301,8 @@ mod tests {
     use nalgebra::Vector3;
 
     use super::*;
-    use crate::fitness::SurfacePoint;
     use crate::camera::Pyramid;
+    use crate::fitness::SurfacePoint;
     use crate::pose::Twist;
     use crate::shape::{Body, Ellipsoid};
 

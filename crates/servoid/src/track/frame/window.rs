@@ -1,7 +1,7 @@
 use nalgebra::{Vector2, Vector3};
 
-use crate::fitness::{Agreement, Backend, ScoreMap};
 use crate::camera::{Camera, Channels, ImageView, Pyramid};
+use crate::fitness::{Agreement, Backend, ScoreMap};
 use crate::pose::Pose;
 use crate::shape::{Outline, Projection};
 use crate::track::target::colors::{self, Belongs, Colors};

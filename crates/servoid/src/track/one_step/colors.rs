@@ -1,6 +1,6 @@
 use super::{OneStepError, UsableImage};
-use crate::fitness::ColorModel;
 use crate::camera::{Channels, ImageView, Mask};
+use crate::fitness::ColorModel;
 use crate::shape::{Body, silhouette};
 
 /// What the first observation taught of the object's colours.

@@ -3,9 +3,9 @@ use nalgebra::{UnitQuaternion, Vector3};
 use super::colors::Colors;
 use super::spread::Reach;
 use super::{Judge, OneStepError, OneStepSettings, UsableImage};
+use crate::camera::{Channels, ImageView};
 use crate::evolve::{Ga, rng};
 use crate::fitness::{Fitness, Points, PointsView, Region, RegionView, ScoreMap};
-use crate::camera::{Channels, ImageView};
 use crate::pose::Pose;
 use crate::shape::{Body, Projection, Quadric};
 

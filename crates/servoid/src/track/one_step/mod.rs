@@ -15,8 +15,8 @@ use nalgebra::{Matrix6, UnitQuaternion, Vector3};
 use spread::{Reach, Spread};
 
 use super::{Estimate, Notice, Status, Timing};
-use crate::fitness::Points;
 use crate::camera::{Camera, ImageView, Mask, Observation, RigError};
+use crate::fitness::Points;
 use crate::pose::Pose;
 use crate::shape::Body;
 

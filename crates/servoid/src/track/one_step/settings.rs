@@ -1,6 +1,6 @@
+use crate::camera::{ImageError, RigError};
 use crate::evolve::{GaError, GaSettings};
 use crate::fitness::{Margin, PointsError};
-use crate::camera::{ImageError, RigError};
 
 /// What an individual says of the object.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,10 +1,10 @@
 use nalgebra::{UnitQuaternion, Vector3};
 
 use super::Placement;
+use crate::camera::View;
 use crate::evolve::{ClimbSettings, climb};
 use crate::fitness::Overlap;
 use crate::model::{ModelError, shrunk_overlap};
-use crate::camera::View;
 use crate::pose::{Pose, Twist, left_jacobian};
 use crate::shape::Quadric;
 use crate::track::target::solid::Solid;

@@ -2,8 +2,8 @@ use nalgebra::UnitQuaternion;
 use rand::RngExt;
 
 use super::Placement;
-use crate::evolve;
 use crate::camera::View;
+use crate::evolve;
 use crate::pose::{Pose, even_turn};
 use crate::shape::{Outline, Projection};
 use crate::track::target::solid::Solid;

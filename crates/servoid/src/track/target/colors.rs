@@ -1,5 +1,5 @@
-use crate::fitness::ScoreMap;
 use crate::camera::{Channels, ImageView};
+use crate::fitness::ScoreMap;
 
 /// Colours of the object and of what is around it now, in pictures of each kind: what is learned in
 /// grey ones says nothing of coloured ones, nor the reverse.

@@ -292,8 +292,8 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::fitness::SurfacePoint;
     use crate::camera::Pyramid;
+    use crate::fitness::SurfacePoint;
 
     proptest! {
         #[test]

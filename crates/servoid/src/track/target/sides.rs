@@ -2,8 +2,8 @@ use nalgebra::{Vector2, Vector3};
 
 use super::colors::{self, Colors};
 use super::solid::Solid;
-use crate::model::half_ball_direction;
 use crate::camera::{Camera, Channels, ImageView, Mask, View};
+use crate::model::half_ball_direction;
 use crate::pose::Pose;
 use crate::shape::{Outline, Projection};
 use crate::track::frame::window::Window;

@@ -694,11 +694,11 @@ class Estimate:
     def evidence(self) -> dict[str, float] | None:
         """
         What speaks for the pose, where the object is followed, else None: `share` of what should be
-        seen that is; `recognised`, surface points a camera, `textured`, those with the contrast of a
-        pattern, and `reference_textured`; `proved`, 1 if the object was never lost or is proved to be
-        the one that was; `turn_rad`, `jitter_rad` and `drift_rad`, standard deviations of the turn
-        by the images' noise, by what poses differ from image to image without any motion, and since
-        the first image.
+        seen that is; `recognised`, surface points a camera, `textured`, those with the contrast of
+        a pattern, and `reference_textured`; `proved`, 1 if the object was never lost or is proved
+        to be the one that was; `turn_rad`, `jitter_rad` and `drift_rad`, standard deviations of the
+        turn by the images' noise, by what poses differ from image to image without any motion, and
+        since the first image.
         """
     @property
     def status(self) -> str:
@@ -888,10 +888,11 @@ class Tracker:
         resolution: int = 0,
         threads: int = 0,
     ) -> _Points:
-        """Scores poses in images, by what was learned so far: poses (N, 7) float64,
-        world_from_object as (w, x, y, z, tx, ty, tz); (N, 2) float64, by regions and by surface
-        points, whose sum is the whole. Surface points are compared at a `resolution`, 0 the image's
-        own, 2 the coarsest. Nothing is learned. Raises TrackError, PoseError.
+        """
+        Scores poses in images, by what was learned so far: poses (N, 7) float64, world_from_object
+        as (w, x, y, z, tx, ty, tz); (N, 2) float64, by regions and by surface points, whose sum is
+        the whole. Surface points are compared at a `resolution`, 0 the image's own, 2 the coarsest.
+        Nothing is learned. Raises TrackError, PoseError.
         """
     def appearance(self) -> bytes:
         """What the object looks like, as far as it was learned, as bytes."""

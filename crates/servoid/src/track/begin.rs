@@ -70,13 +70,13 @@ impl Tracker {
         // The pose is given, so that what the outline says beside it is its bias.
         self.target.bias.update_at(&hypothesis.toward, hypothesis.normal.outline);
         self.keep_keyframe(observation, &hypothesis);
-        let told = hypothesis.quality.share >= self.settings.held;
-        self.status = if told { Status::Tracking } else { Status::Searching };
-        self.trust = Trust::given(told);
+        let is_confirmed = hypothesis.quality.share >= self.settings.held;
+        self.status = if is_confirmed { Status::Tracking } else { Status::Searching };
+        self.trust = Trust::given(is_confirmed);
         let mut estimate = self.estimate(observation, &hypothesis);
         // A pose that was given is known, however little the images tell of its turn.
-        (estimate.status, estimate.located) = (self.status, told);
-        estimate.confidence = if told { 1.0 } else { unseen(self.status) };
+        (estimate.status, estimate.located) = (self.status, is_confirmed);
+        estimate.confidence = if is_confirmed { 1.0 } else { unseen(self.status) };
         estimate.notices.retain(|notice| *notice != Notice::TurnOpen);
         clock.lap(|timing| &mut timing.update);
         estimate.timing = clock.timing();

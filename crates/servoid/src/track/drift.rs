@@ -82,7 +82,7 @@ impl Tracker {
 
     /// Gives the covariance of a pose by what it may have drifted, in the object's frame.
     pub(super) fn drift_covariance(&self) -> Matrix6<f64> {
-        let turn = self.target.points.told() / 3.0;
+        let turn = self.target.points.turn_variance() / 3.0;
         let place = (PLACE * self.target.solid.radius).powi(2) * turn;
         Matrix6::from_diagonal(&Vector6::new(place, place, place, turn, turn, turn))
     }

@@ -89,8 +89,8 @@ mod tests {
             let mut normal = Normal::new(0.05);
             let before = normal.curvature;
             let ray = Ray { along, moved, variance };
-            let told = (information, information * off);
-            let distance = Distance::taken_out(0, &mut normal, &by_motion, told, &ray);
+            let measured = (information, information * off);
+            let distance = Distance::taken_out(0, &mut normal, &by_motion, measured, &ray);
             let step = normal.curvature.cholesky().unwrap().solve(&normal.slope);
             // The seven unknowns at once.
             let mut all = nalgebra::SMatrix::<f64, 2, 7>::zeros();

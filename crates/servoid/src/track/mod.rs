@@ -4,7 +4,6 @@ mod adjust;
 mod align;
 mod appearance;
 mod begin;
-mod certainty;
 mod clock;
 mod confidence;
 mod detect;
@@ -30,6 +29,7 @@ mod target;
 mod templates;
 mod tracker;
 mod trust;
+mod uncertainty;
 mod update;
 mod verify;
 

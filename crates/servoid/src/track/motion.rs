@@ -1,8 +1,8 @@
 use nalgebra::{Matrix6, UnitQuaternion, Vector3, Vector6};
 
-use super::certainty::inverse;
 use super::frame::input_checks::FARTHEST_S;
 use super::search::Deviation;
+use super::uncertainty::inverse;
 use crate::pose::{Pose, Twist};
 
 /// Where the object was seen and how it moved: its middle evenly through the world, and turning evenly
@@ -102,7 +102,7 @@ impl Motion {
     }
 
     /// Goes on to a pose that was found, and whose error has a covariance in the object's frame; gives
-    /// which part of what was not certain of place and turn it told.
+    /// which part of the uncertainty of place and turn it removed.
     pub(super) fn follow(
         &mut self,
         time_s: f64,
@@ -119,7 +119,7 @@ impl Motion {
         let mut off = Vector6::zeros();
         off.fixed_rows_mut::<3>(0).copy_from(&across);
         off.fixed_rows_mut::<3>(3).copy_from(&turn.scaled_axis());
-        let told = (told(&self.place, &found, 0), told(&self.place, &found, 3));
+        let gains = (gain(&self.place, &found, 0), gain(&self.place, &found, 3));
         if let Some(inverse) = inverse(&self.place).filter(|_| goes_on) {
             let gain = self.both * inverse;
             self.speed += gain * off;
@@ -131,7 +131,7 @@ impl Motion {
         self.place = found;
         self.seen = At { time_s, world_from_object };
         self.foreseen = self.seen;
-        told
+        gains
     }
 
     /// Time goes on while nothing is seen.
@@ -188,7 +188,7 @@ fn turned(covariance: &Matrix6<f64>, by: &UnitQuaternion<f64>) -> Matrix6<f64> {
 }
 
 /// Says which part of the variance of three directions, from one on, is gone.
-fn told(before: &Matrix6<f64>, after: &Matrix6<f64>, from: usize) -> f64 {
+fn gain(before: &Matrix6<f64>, after: &Matrix6<f64>, from: usize) -> f64 {
     let sum = |all: &Matrix6<f64>| all.fixed_view::<3, 3>(from, from).trace();
     let (before, after) = (sum(before), sum(after));
     if before > 0.0 { (1.0 - LASTING * after / before).clamp(0.0, 1.0) } else { 0.0 }
@@ -281,8 +281,8 @@ mod tests {
             before = sure;
             // What was foreseen is found again, and known as well as before.
             let known = prior.information.try_inverse().unwrap() / (WIDE * WIDE);
-            let told = motion.follow(now_s, prior.pose, &known, PROCESS_NOISE);
-            assert_eq!(told, (0.0, 0.0));
+            let gains = motion.follow(now_s, prior.pose, &known, PROCESS_NOISE);
+            assert_eq!(gains, (0.0, 0.0));
         }
     }
 

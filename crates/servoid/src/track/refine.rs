@@ -1,16 +1,16 @@
 use nalgebra::{Matrix6, Vector3, Vector6};
 
-use super::certainty::inverse;
 use super::frame::occlusion::{LastSeen, Occlusion};
 use super::guess::{Distance, Ray};
 use super::matching::match_points;
 use super::motion::Prior;
 use super::sight::Sight;
-use super::target::bias::Said;
+use super::target::bias::Information;
 use super::target::points::{Feature, InView, Match, by_motion};
 use super::target::ranges::Residual;
 use super::target::shift::Shift;
 use super::target::solid::Rims;
+use super::uncertainty::inverse;
 use crate::camera::Pyramid;
 use crate::fitness::{Agreement, ContourPoint, SurfacePoint, boundary, contour};
 use crate::pose::{Pose, Twist};
@@ -21,13 +21,13 @@ use crate::shape::{Outline, Quadric};
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Normal {
     pub(super) curvature: Matrix6<f64>,
-    /// The part of it that no image told.
+    /// The part of it that does not come from images.
     pub(super) belief: Matrix6<f64>,
     pub(super) slope: Vector6<f64>,
     /// What the outline says, with its bias.
-    pub(super) outline: Said,
+    pub(super) outline: Information,
     /// The part of it that is in the sum: what its bias leaves.
-    freed: Said,
+    freed: Information,
 }
 
 /// What the images say about a pose.
@@ -98,7 +98,7 @@ impl Normal {
     }
 
     /// Gives what all but the outline said.
-    pub(super) fn rest(&self) -> Said {
+    pub(super) fn rest(&self) -> Information {
         (self.curvature - self.freed.0, self.slope - self.freed.1)
     }
 
@@ -259,11 +259,11 @@ fn add_lines(
             continue;
         }
         if let Some(offset) = boundary(place, LINES[level], &ratio) {
-            let told = shows * told(offset.variance_px, LINES[level]);
-            sum.outline.0 += told * libm::exp(-0.5 * (offset.mean_px / NEAR_PX).powi(2));
-            sum.outline.1 += told;
+            let known = shows * informed_share(offset.variance_px, LINES[level]);
+            sum.outline.0 += known * libm::exp(-0.5 * (offset.mean_px / NEAR_PX).powi(2));
+            sum.outline.1 += known;
             let by_motion = by_motion(&place.slope, &place.rim).tr_mul(&place.normal);
-            let weight = told * LINE_SHARE / (offset.variance_px + SHAPE_PX);
+            let weight = known * LINE_SHARE / (offset.variance_px + SHAPE_PX);
             sum.normal.outline.0 += by_motion * by_motion.transpose() * weight;
             sum.normal.outline.1 += by_motion * (weight * offset.mean_px);
         }
@@ -288,7 +288,7 @@ fn add_ranges(
 
 /// Gives which share of what a line could say it says: none where its variance is that of a boundary
 /// that may be anywhere on it. // (S47)
-fn told(variance_px: f64, (reach, step_px): (usize, f64)) -> f64 {
+fn informed_share(variance_px: f64, (reach, step_px): (usize, f64)) -> f64 {
     let places = (2 * reach + 2) as f64;
     let even = (places * places - 1.0) / 12.0 * step_px * step_px;
     (1.0 - variance_px / even).max(0.0)
@@ -324,8 +324,8 @@ fn add_point(
     let shift = Shift::new(agreement, level, &beside)?;
     if is_guess {
         let ray = Ray { along, moved, variance };
-        let told = (shift.information * weight, shift.pull * weight);
-        return Some(Distance::taken_out(at, normal, &by_motion, told, &ray));
+        let measured = (shift.information * weight, shift.pull * weight);
+        return Some(Distance::taken_out(at, normal, &by_motion, measured, &ray));
     }
     normal.curvature += by_motion.tr_mul(&(shift.information * by_motion)) * weight;
     normal.slope += by_motion.tr_mul(&shift.pull) * weight;

@@ -2,7 +2,6 @@ use nalgebra::Matrix6;
 
 use super::TrackError;
 use super::adjust::Pending;
-use super::certainty::certainty;
 use super::clock::Clock;
 use super::confidence::{Evidence, UNMEASURED, unseen};
 use super::estimate::{Estimate, Notice, Status};
@@ -18,7 +17,8 @@ use super::settings::TrackSettings;
 use super::target::Target;
 use super::target::points::Feature;
 use super::target::solid::Solid;
-use super::trust::{CLEAR, Trust, is_turn_told};
+use super::trust::{CLEAR, Trust, is_turn_reliable};
+use super::uncertainty::uncertainty;
 use super::verify::Quality;
 use crate::camera::{Camera, Observation};
 use crate::evolve;
@@ -225,11 +225,11 @@ impl Tracker {
         );
         // Where a loop was closed, that was no motion.
         let off = (self.motion.predict(time_s).inverse() * hypothesis.pose).log();
-        let told = self.motion.follow(time_s, hypothesis.pose, &known, self.process_noise());
+        let gains = self.motion.follow(time_s, hypothesis.pose, &known, self.process_noise());
         self.jitter.follow(time_s, hypothesis.pose);
         let (across, turned) = (off.fixed_rows::<3>(0).norm(), off.fixed_rows::<3>(3).norm());
-        self.innovation.0 += 0.3 * told.0 * (across - self.innovation.0);
-        self.innovation.1 += 0.3 * told.1 * (turned - self.innovation.1);
+        self.innovation.0 += 0.3 * gains.0 * (across - self.innovation.0);
+        self.innovation.1 += 0.3 * gains.1 * (turned - self.innovation.1);
     }
 
     /// Gives the share of the object's size by which windows are larger than it: so that they hold it
@@ -255,7 +255,7 @@ impl Tracker {
             reference_textured: if reference > 0.0 { reference } else { textured },
             proved: self.trust.is_proved(),
             turn_rad: turn(noise),
-            drift_rad: self.target.points.told().sqrt(),
+            drift_rad: self.target.points.turn_variance().sqrt(),
             jitter_rad: if self.jitter.is_measured() {
                 turn(&self.jitter.covariance())
             } else {
@@ -270,12 +270,12 @@ impl Tracker {
         observation: &Observation<'_>,
         hypothesis: &Hypothesis,
     ) -> Estimate {
-        let known = certainty(&hypothesis.normal, self.target.solid.radius);
+        let known = uncertainty(&hypothesis.normal, self.target.solid.radius);
         let followed = self.status == Status::Tracking;
         let evidence = self.evidence(&hypothesis.quality, &known.covariance);
         let located = followed && self.is_located(&hypothesis.quality);
-        let told = located && is_turn_told(&evidence);
-        if located && !told {
+        let is_reliable = located && is_turn_reliable(&evidence);
+        if located && !is_reliable {
             self.frame.notices.push(Notice::TurnOpen);
         }
         let visible = hypothesis.quality.visible;
@@ -289,7 +289,7 @@ impl Tracker {
             unobservable: known.unobservable,
             confidence: if followed { evidence.probability() } else { unseen(self.status) },
             evidence: followed.then_some(evidence),
-            status: if followed && !told { Status::Searching } else { self.status },
+            status: if followed && !is_reliable { Status::Searching } else { self.status },
             located,
             keyframes: if followed {
                 self.keyframes_around(observation, &hypothesis.pose)

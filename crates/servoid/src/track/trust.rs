@@ -17,11 +17,11 @@ pub(super) const CLEAR: f64 = 0.8;
 const SAID: f64 = 0.68;
 /// The same of one that was seen all the time and whose turn is known.
 const SAID_OF_HELD: f64 = 0.5;
-/// Share from which on a turn is told.
+/// Share from which on a turn is reported.
 const TOLD: f64 = 0.64;
 /// Probability of being right from which on a pose that is followed is said to be tracked.
 const LIKELY: f64 = 0.8;
-/// Surface points of each camera without which no turn is told, and those with the contrast of a pattern
+/// Surface points of each camera without which no turn is reported, and those with the contrast of a pattern
 /// that are asked for besides, unless as many as the last number usually have it.
 const FEW: f64 = 8.0;
 const SOME: f64 = 18.0;
@@ -52,7 +52,7 @@ const SAFE: f64 = 0.85;
 const WELL_RECOGNISED: (f64, f64) = (0.6, 0.3);
 /// Standard deviation of the turn, in radians, below which a side that is not known is learned.
 const HELD_RAD: f64 = 0.15;
-/// Standard deviation of what the turn may have drifted, in radians, above which it is not told, and another
+/// Standard deviation of what the turn may have drifted, in radians, above which it is not reported, and another
 /// pose is sought at which sides that are known better are recognised.
 pub(super) const ADRIFT: f64 = 0.09;
 /// Images in which an object may be missed and is still foreseen.
@@ -94,9 +94,9 @@ impl Trust {
         Self { unseen: 0, met: false, doubt: 0, proved: true, adrift: 0, confirmed: false }
     }
 
-    /// Starts with an object whose pose was given; `told` says whether images confirm it.
-    pub(super) fn given(told: bool) -> Self {
-        Self { unseen: usize::from(!told), met: true, confirmed: told, ..Self::unmet() }
+    /// Starts with an object whose pose was given; `confirmed` says whether images confirm it.
+    pub(super) fn given(confirmed: bool) -> Self {
+        Self { unseen: usize::from(!confirmed), met: true, confirmed, ..Self::unmet() }
     }
 
     pub(super) fn is_met(&self) -> bool {
@@ -176,7 +176,7 @@ impl Trust {
 /// Says whether the images confirm how an object is turned that they confirm to be there: what speaks
 /// for its pose makes it likely, and some surface points are among that, with the contrast of a
 /// pattern unless it has many, since highlights, rims and shading go with the camera.
-pub(super) fn is_turn_told(evidence: &Evidence) -> bool {
+pub(super) fn is_turn_reliable(evidence: &Evidence) -> bool {
     let patterned = evidence.textured >= SOME || evidence.reference_textured >= RICH;
     let shows = evidence.recognised >= FEW && evidence.share >= TOLD && patterned;
     shows && evidence.drift_rad <= ADRIFT && evidence.probability() >= LIKELY
@@ -320,7 +320,7 @@ mod tests {
     }
 
     #[test]
-    fn a_pose_is_told_only_with_some_of_the_points_of_an_object_that_has_them() {
+    fn a_pose_is_reported_only_with_some_of_the_points_of_an_object_that_has_them() {
         let patterned = tracker(Status::Tracking, 60.0);
         assert!(!patterned.is_located(&quality(1.0, 0.0)));
         assert!(!patterned.is_located(&quality(1.0, 14.0)));
@@ -328,22 +328,22 @@ mod tests {
         assert!(tracker(Status::Tracking, 3.0).is_located(&quality(0.7, 0.0)));
     }
 
-    /// Says whether a turn is told with standard deviations of some radians a direction.
-    fn told(tracker: &Tracker, quality: &Quality, turn_rad: f64) -> bool {
+    /// Says whether a turn is reported with standard deviations of some radians a direction.
+    fn reliable(tracker: &Tracker, quality: &Quality, turn_rad: f64) -> bool {
         let now = Matrix6::identity() * (turn_rad * turn_rad);
-        is_turn_told(&tracker.evidence(quality, &now))
+        is_turn_reliable(&tracker.evidence(quality, &now))
     }
 
     #[test]
     fn colours_and_outline_alone_never_tell_a_turn() {
         for reference in 0..100 {
             let tracker = tracker(Status::Tracking, f64::from(reference));
-            assert!(!told(&tracker, &quality(1.0, 0.0), 1e-3));
+            assert!(!reliable(&tracker, &quality(1.0, 0.0), 1e-3));
         }
         let thin = tracker(Status::Tracking, 20.0);
-        assert!(told(&thin, &quality(1.0, 20.0), 1e-3));
-        assert!(!told(&thin, &quality(1.0, 20.0), 0.1), "one that scatters");
-        assert!(!told(&thin, &quality(0.3, 20.0), 0.01), "one of which little is seen");
+        assert!(reliable(&thin, &quality(1.0, 20.0), 1e-3));
+        assert!(!reliable(&thin, &quality(1.0, 20.0), 0.1), "one that scatters");
+        assert!(!reliable(&thin, &quality(0.3, 20.0), 0.01), "one of which little is seen");
     }
 
     #[test]
@@ -352,12 +352,12 @@ mod tests {
         plain.target.reference.textured = 17.0;
         for recognised in 0..80 {
             let shaded = Quality { textured: 17.0, ..quality(1.0, f64::from(recognised)) };
-            assert!(!told(&plain, &shaded, 1e-3), "{recognised}");
+            assert!(!reliable(&plain, &shaded, 1e-3), "{recognised}");
         }
         plain.target.reference.textured = 60.0;
         let half_hidden = Quality { textured: 10.0, ..quality(1.0, 20.0) };
-        assert!(told(&plain, &half_hidden, 1e-3), "one that is textured all over");
-        assert!(!told(&plain, &quality(1.0, 7.0), 1e-3), "with next to nothing of it");
+        assert!(reliable(&plain, &half_hidden, 1e-3), "one that is textured all over");
+        assert!(!reliable(&plain, &quality(1.0, 7.0), 1e-3), "with next to nothing of it");
     }
 
     #[test]

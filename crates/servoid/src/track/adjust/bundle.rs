@@ -40,7 +40,7 @@ pub(crate) struct Landmark {
     pub(crate) position: Vector3<f64>,
     /// `None` fixes it.
     pub(crate) anchor: Option<Anchor>,
-    /// Whether only motion tells its distance, so that it is to be told how well.
+    /// Whether only motion tells its distance, so that its variance is computed.
     pub(crate) by_motion: bool,
 }
 

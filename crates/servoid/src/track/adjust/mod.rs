@@ -38,7 +38,7 @@ const ADRIFT: f64 = 0.012;
 const ANCHOR_PX: f64 = 0.15;
 /// Motion of a keyframe, in radii and radians, from which on nothing is taken over.
 const TORN: f64 = 0.5;
-/// Turn from which on a correction is told, in radians.
+/// Turn from which on a correction is reported, in radians.
 const TOLD_RAD: f64 = 0.01;
 
 /// What was asked to be adjusted.
@@ -140,7 +140,7 @@ impl Tracker {
         }
         let before = self.target.points.seen();
         let newest = self.target.correct(&solution, (&pending.keyframes, &pending.landmarks));
-        // Where the object is now was told by the points that are seen now.
+        // Where the object is now was found by the points that are seen now.
         let off = self.target.points.moved_since(&before).unwrap_or_else(|| newest.log());
         self.motion.correct(&off);
         self.target.bias.correct(&off);

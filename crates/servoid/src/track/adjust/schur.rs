@@ -61,14 +61,14 @@ impl Reduced {
                 let Some((off, projection)) = bundle.seen(sighting) else { continue };
                 let Some((_, by_place)) = projection.pixel(&landmark.position) else { continue };
                 let weight = robust(off.dot(&(sighting.information * off))).1;
-                let told = sighting.information * weight;
+                let weighted = sighting.information * weight;
                 let by_motion = by_motion(&by_place, &landmark.position);
-                block.curvature += by_place.tr_mul(&(told * by_place));
-                block.slope += by_place.tr_mul(&(told * off));
+                block.curvature += by_place.tr_mul(&(weighted * by_place));
+                block.slope += by_place.tr_mul(&(weighted * off));
                 out.add(sighting.keyframe, &mut block, |curvature, slope, with| {
-                    *curvature += by_motion.tr_mul(&(told * by_motion));
-                    *slope += by_motion.tr_mul(&(told * off));
-                    *with += by_motion.tr_mul(&(told * by_place));
+                    *curvature += by_motion.tr_mul(&(weighted * by_motion));
+                    *slope += by_motion.tr_mul(&(weighted * off));
+                    *with += by_motion.tr_mul(&(weighted * by_place));
                 });
             }
             out.landmarks.push(block);
@@ -124,20 +124,20 @@ impl Reduced {
             else {
                 continue;
             };
-            let told = belief.information * robust(off.dot(&(belief.information * off))).1;
-            add(&mut self.curvature, (at, at), told);
-            add_to(&mut self.slope, at, told * off);
+            let weighted = belief.information * robust(off.dot(&(belief.information * off))).1;
+            add(&mut self.curvature, (at, at), weighted);
+            add_to(&mut self.slope, at, weighted * off);
             let Some((from, other)) = belief.from.and_then(|i| Some((i, self.free[i]?))) else {
                 continue;
             };
             let between: Pose =
                 station.world_from_object.inverse() * bundle.keyframes[from].world_from_object;
             let by_other = between.adjoint();
-            let mixed = told * by_other;
+            let mixed = weighted * by_other;
             add(&mut self.curvature, (other, other), by_other.tr_mul(&mixed));
             add(&mut self.curvature, (at, other), -mixed);
             add(&mut self.curvature, (other, at), -mixed.transpose());
-            add_to(&mut self.slope, other, -by_other.tr_mul(&(told * off)));
+            add_to(&mut self.slope, other, -by_other.tr_mul(&(weighted * off)));
         }
     }
 

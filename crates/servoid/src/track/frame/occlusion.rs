@@ -292,7 +292,7 @@ mod tests {
     use super::*;
 
     /// A grid of which all cells hold the object, and say something.
-    fn told(said: f64) -> Grid {
+    fn grid_of(said: f64) -> Grid {
         Grid { ratios: [Some(1.0); CELLS], said: [said; CELLS], ..Grid::new() }
     }
 
@@ -303,7 +303,7 @@ mod tests {
 
     #[test]
     fn what_was_hidden_a_moment_ago_is_thought_hidden_sooner_than_what_was_clear() {
-        let (mut covered, mut clear) = (told(-4.0), told(4.0));
+        let (mut covered, mut clear) = (grid_of(-4.0), grid_of(4.0));
         for _ in 0..5 {
             covered.remember();
             clear.remember();
@@ -316,7 +316,7 @@ mod tests {
 
     #[test]
     fn what_nobody_speaks_of_is_forgotten_and_counts_as_clear() {
-        let mut grid = told(-5.0);
+        let mut grid = grid_of(-5.0);
         grid.remember();
         assert!(share(hidden(&mut grid)) > 0.9);
         grid.said = [0.0; CELLS];
@@ -329,18 +329,18 @@ mod tests {
 
     #[test]
     fn a_cell_that_says_otherwise_than_all_around_is_heard_less() {
-        let mut grid = told(4.0);
+        let mut grid = grid_of(4.0);
         let alone = CELLS / 2;
         grid.said[alone] = -4.0;
         grid.conclude(LastSeen::There);
         assert!(share(grid.hidden[alone]) < 0.1, "{}", grid.hidden[alone]);
-        let mut all = told(-4.0);
+        let mut all = grid_of(-4.0);
         assert!(hidden(&mut all) > grid.hidden[alone]);
     }
 
     #[test]
     fn nothing_hides_an_object_that_was_not_there_a_moment_ago() {
-        let mut grid = told(-5.0);
+        let mut grid = grid_of(-5.0);
         grid.conclude(LastSeen::Elsewhere);
         let (first, middle) = (grid.first, grid.middle(CELLS / 2));
         let mut occlusion = Occlusion { grids: vec![grid] };

@@ -32,7 +32,7 @@ impl Colors {
         }
         let borrowed: Vec<_> = pairs.iter().map(|(image, mask)| (*image, mask)).collect();
         let model = ColorModel::learn(&borrowed)?;
-        let inside = pairs.iter().map(|(image, mask)| certainty(&model, image, &mask.image()));
+        let inside = pairs.iter().map(|(image, mask)| uncertainty(&model, image, &mask.image()));
         let (sum, area) = inside.fold((0.0, 0), |all, one| (all.0 + one.0, all.1 + one.1));
         Ok(Self { model, reference: sum / f64::from(area.max(1)) })
     }
@@ -51,7 +51,7 @@ impl Colors {
         for one in usable {
             let drawn = one.silhouette(body);
             let outline = ImageView::new(&drawn, one.image.size_px(), Channels::Grey);
-            let inside = outline.map(|outline| certainty(&self.model, &one.image, &outline));
+            let inside = outline.map(|outline| uncertainty(&self.model, &one.image, &outline));
             let (gain, pixels) = inside.unwrap_or_default();
             if pixels == 0 {
                 outside.push(one.index);
@@ -73,7 +73,7 @@ impl UsableImage<'_> {
 
 /// Sums over the marked pixels how certain their colours make the object, and counts them: 2 p - 1
 /// of the posterior p at even odds, so that a colour that says nothing confirms nothing.
-fn certainty(model: &ColorModel, image: &ImageView<'_>, marked: &ImageView<'_>) -> (f64, u32) {
+fn uncertainty(model: &ColorModel, image: &ImageView<'_>, marked: &ImageView<'_>) -> (f64, u32) {
     let (mut sum, mut count) = (0.0, 0);
     for v in 0..image.size_px()[1] {
         for (u, _) in marked.row(v).iter().enumerate().filter(|(_, m)| **m != 0) {

@@ -17,8 +17,8 @@ pub(crate) struct Bias {
     radius: f64,
 }
 
-/// What is said of a motion: its information, and that times the motion.
-pub(crate) type Said = (Matrix6<f64>, Vector6<f64>);
+/// What is measured of a motion: its information, and that times the motion.
+pub(crate) type Information = (Matrix6<f64>, Vector6<f64>);
 
 /// Standard deviation, in radii and radians, of a side of which nothing is known, and of what changes
 /// with a turn by one radian.
@@ -32,43 +32,48 @@ impl Bias {
 
     /// Takes out of what an outline says of the pose what the bias leaves open; the outline is seen from a
     /// direction in the object's frame.
-    pub(crate) fn freed(&self, toward: &Vector3<f64>, outline: Said) -> Said {
+    pub(crate) fn freed(&self, toward: &Vector3<f64>, outline: Information) -> Information {
         let now = self.seen_from(toward);
-        let (told, slope) = self.in_radii(outline);
-        let open = Matrix6::identity() + told * now.covariance;
+        let (information, slope) = self.in_radii(outline);
+        let open = Matrix6::identity() + information * now.covariance;
         let Some(inverse) = open.try_inverse() else { return outline };
-        let left = inverse * told;
+        let left = inverse * information;
         self.in_metres((left, inverse * slope - left * now.mean))
     }
 
     /// Takes in an image in which the rest says something of the pose, too.
-    pub(crate) fn update(&mut self, toward: &Vector3<f64>, outline: Said, rest: Said) {
+    pub(crate) fn update(
+        &mut self,
+        toward: &Vector3<f64>,
+        outline: Information,
+        rest: Information,
+    ) {
         let now = self.seen_from(toward);
         let (outline, rest) = (self.in_radii(outline), self.in_radii(rest));
         let Some(before) = now.covariance.try_inverse() else { return };
         // The pose, and how far the outline is off from it, as both together fit best.
         let slope = outline.1 - outline.0 * now.mean;
-        let mut told = SMatrix::<f64, 12, 12>::zeros();
-        told.fixed_view_mut::<6, 6>(0, 0).copy_from(&(rest.0 + outline.0));
-        told.fixed_view_mut::<6, 6>(0, 6).copy_from(&outline.0);
-        told.fixed_view_mut::<6, 6>(6, 0).copy_from(&outline.0);
-        told.fixed_view_mut::<6, 6>(6, 6).copy_from(&(before + outline.0));
+        let mut information = SMatrix::<f64, 12, 12>::zeros();
+        information.fixed_view_mut::<6, 6>(0, 0).copy_from(&(rest.0 + outline.0));
+        information.fixed_view_mut::<6, 6>(0, 6).copy_from(&outline.0);
+        information.fixed_view_mut::<6, 6>(6, 0).copy_from(&outline.0);
+        information.fixed_view_mut::<6, 6>(6, 6).copy_from(&(before + outline.0));
         let mut slopes = SVector::<f64, 12>::zeros();
         slopes.fixed_rows_mut::<6>(0).copy_from(&(rest.1 + slope));
         slopes.fixed_rows_mut::<6>(6).copy_from(&slope);
-        let Some(inverse) = told.try_inverse() else { return };
+        let Some(inverse) = information.try_inverse() else { return };
         let off = (inverse * slopes).fixed_rows::<6>(6).into_owned();
         let covariance = inverse.fixed_view::<6, 6>(6, 6).into_owned();
         *self = Self { mean: now.mean + off, covariance, ..now };
     }
 
     /// Takes in an image whose pose is given.
-    pub(crate) fn update_at(&mut self, toward: &Vector3<f64>, outline: Said) {
+    pub(crate) fn update_at(&mut self, toward: &Vector3<f64>, outline: Information) {
         let now = self.seen_from(toward);
-        let (told, slope) = self.in_radii(outline);
+        let (information, slope) = self.in_radii(outline);
         let Some(before) = now.covariance.try_inverse() else { return };
-        let Some(covariance) = (before + told).try_inverse() else { return };
-        let mean = now.mean + covariance * (slope - told * now.mean);
+        let Some(covariance) = (before + information).try_inverse() else { return };
+        let mean = now.mean + covariance * (slope - information * now.mean);
         *self = Self { mean, covariance, ..now };
     }
 
@@ -93,14 +98,14 @@ impl Bias {
         }
     }
 
-    fn in_radii(&self, (told, slope): Said) -> Said {
+    fn in_radii(&self, (information, slope): Information) -> Information {
         let unit = self.unit(self.radius);
-        (unit * told * unit, unit * slope)
+        (unit * information * unit, unit * slope)
     }
 
-    fn in_metres(&self, (told, slope): Said) -> Said {
+    fn in_metres(&self, (information, slope): Information) -> Information {
         let unit = self.unit(1.0 / self.radius);
-        (unit * told * unit, unit * slope)
+        (unit * information * unit, unit * slope)
     }
 
     fn unit(&self, length: f64) -> Matrix6<f64> {
@@ -120,19 +125,20 @@ mod tests {
     const RADIUS: f64 = 0.05;
 
     /// What an outline says that fits best beside the pose by a motion, in radii and radians.
-    fn outline(off: f64) -> Said {
-        let told = Bias::unknown(RADIUS).in_metres((Matrix6::identity() * 1e4, Vector6::zeros())).0;
+    fn outline(off: f64) -> Information {
+        let information =
+            Bias::unknown(RADIUS).in_metres((Matrix6::identity() * 1e4, Vector6::zeros())).0;
         let units = Vector6::new(RADIUS, RADIUS, RADIUS, 1.0, 1.0, 1.0);
-        (told, told * (units * off))
+        (information, information * (units * off))
     }
 
-    fn nothing() -> Said {
+    fn nothing() -> Information {
         (Matrix6::identity() * 1e-9, Vector6::zeros())
     }
 
-    /// Gives the motion that is said.
-    fn said((told, slope): Said) -> Vector6<f64> {
-        told.try_inverse().unwrap() * slope
+    /// Computes the motion that is measured.
+    fn motion_of((information, slope): Information) -> Vector6<f64> {
+        information.try_inverse().unwrap() * slope
     }
 
     #[test]
@@ -140,10 +146,10 @@ mod tests {
      {
         let toward = Vector3::z();
         let mut bias = Bias::unknown(RADIUS);
-        assert!(said(bias.freed(&toward, outline(0.02))).amax() > 0.015);
+        assert!(motion_of(bias.freed(&toward, outline(0.02))).amax() > 0.015);
         bias.update_at(&toward, outline(0.02));
-        assert!(said(bias.freed(&toward, outline(0.02))).amax() < 0.001);
-        let moved = said(bias.freed(&toward, outline(0.03)));
+        assert!(motion_of(bias.freed(&toward, outline(0.02))).amax() < 0.001);
+        let moved = motion_of(bias.freed(&toward, outline(0.03)));
         assert!((moved[5] - 0.01).abs() < 0.001, "{moved}");
     }
 
@@ -155,11 +161,11 @@ mod tests {
         for _ in 0..5 {
             bias.update(&toward, outline(0.02), sure);
         }
-        assert!(said(bias.freed(&toward, outline(0.02))).amax() < 0.002);
+        assert!(motion_of(bias.freed(&toward, outline(0.02))).amax() < 0.002);
         for _ in 0..5 {
             bias.update(&toward, outline(0.05), nothing());
         }
-        let moved = said(bias.freed(&toward, outline(0.05)));
+        let moved = motion_of(bias.freed(&toward, outline(0.05)));
         assert!((moved[5] - 0.03).abs() < 0.004, "{moved}");
     }
 
@@ -171,9 +177,9 @@ mod tests {
         for step in 0..9 {
             let angle = 0.1 * f64::from(step);
             let toward = Vector3::new(libm::sin(angle), 0.0, libm::cos(angle));
-            let told = bias.freed(&toward, outline(0.0)).0.trace();
-            assert!(told < before, "{step}");
-            before = told;
+            let information = bias.freed(&toward, outline(0.0)).0.trace();
+            assert!(information < before, "{step}");
+            before = information;
         }
         let away = bias.freed(&-Vector3::z(), outline(0.0)).0.trace();
         let unknown = Bias::unknown(RADIUS).freed(&Vector3::z(), outline(0.0)).0.trace();
@@ -185,7 +191,8 @@ mod tests {
         let learned = |scale: f64| {
             let units = Vector6::new(scale, scale, scale, 1.0, 1.0, 1.0).map(|x| 1.0 / x);
             let unit = Matrix6::from_diagonal(&units);
-            let scaled = |(told, slope): Said| (unit * told * unit, unit * slope);
+            let scaled =
+                |(information, slope): Information| (unit * information * unit, unit * slope);
             let mut bias = Bias::unknown(scale * RADIUS);
             bias.update_at(&Vector3::z(), scaled(outline(0.01)));
             bias.update(&Vector3::x(), scaled(outline(0.03)), scaled(outline(-0.02)));

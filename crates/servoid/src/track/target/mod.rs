@@ -11,7 +11,7 @@ pub(super) mod reference;
 pub(super) mod shift;
 pub(super) mod sides;
 pub(super) mod solid;
-mod told;
+mod turn_drift;
 
 use self::bias::Bias;
 use self::colors::Colors;

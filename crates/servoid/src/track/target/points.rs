@@ -44,7 +44,7 @@ pub(crate) struct Points {
     pub(crate) features: Vec<Feature>,
     /// Variance of the object's turn since the first image, by those that were seen last.
     pub(crate) drift: f64,
-    /// Beside it, that by distances that only motion told.
+    /// Beside it, that by distances that only motion measures.
     pub(crate) tilt: f64,
     next: usize,
     /// Those that were recognised last, by their numbers.

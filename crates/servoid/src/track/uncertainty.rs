@@ -3,11 +3,11 @@ use nalgebra::{Matrix6, SymmetricEigen, Vector6};
 use super::refine::Normal;
 use crate::pose::Twist;
 
-/// What the images leave open of a pose.
-pub(super) struct Certainty {
+/// How uncertain a pose is by the images.
+pub(super) struct Uncertainty {
     /// Covariance of a small motion in the object's frame, by the images alone.
     pub(super) covariance: Matrix6<f64>,
-    /// Motions that the images do not tell, of unit length in radii and radians.
+    /// Motions that the images do not observe, of unit length in radii and radians.
     pub(super) unobservable: Vec<Twist>,
 }
 
@@ -19,15 +19,15 @@ pub(super) fn inverse(matrix: &Matrix6<f64>) -> Option<Matrix6<f64>> {
     Some(matrix.cholesky()?.inverse())
 }
 
-/// Reads covariance and open motions off the curvature about a pose.
-pub(super) fn certainty(normal: &Normal, radius: f64) -> Certainty {
+/// Computes the covariance and the unobservable motions from the curvature about a pose.
+pub(super) fn uncertainty(normal: &Normal, radius: f64) -> Uncertainty {
     let images = normal.curvature - normal.belief + Normal::new(radius).belief;
     let covariance = inverse(&images).unwrap_or_else(Matrix6::identity);
     let units = Matrix6::from_diagonal(&Vector6::new(radius, radius, radius, 1.0, 1.0, 1.0));
-    let told = units * (normal.curvature - normal.belief) * units;
-    let eigen = SymmetricEigen::new(told);
-    let told = |i: usize| eigen.eigenvalues[i] > OPEN.powi(-2);
-    let open = |i: &usize| !told(*i);
+    let information = units * (normal.curvature - normal.belief) * units;
+    let eigen = SymmetricEigen::new(information);
+    let observable = |i: usize| eigen.eigenvalues[i] > OPEN.powi(-2);
+    let open = |i: &usize| !observable(*i);
     let unobservable = (0..6).filter(open).map(|i| eigen.eigenvectors.column(i).into()).collect();
-    Certainty { covariance, unobservable }
+    Uncertainty { covariance, unobservable }
 }

@@ -1,4 +1,4 @@
-//! How well the points that are recognised tell how the object is turned.
+//! How far the turn may have drifted, by the points that are recognised.
 
 use nalgebra::Vector3;
 
@@ -38,7 +38,7 @@ impl Points {
         median(&mut self.drifts)
     }
 
-    /// Takes in the variance of the turn by distances that only motion told: the errors of neighbours are
+    /// Takes in the variance of the turn by distances that only motion measured: the errors of neighbours are
     /// alike, and turn the object as it turns. Such a relief may be another one that looks alike, and is no
     /// witness of itself: the variance never falls.
     pub(crate) fn follow_tilt(&mut self, matches: &[Match], toward: &Vector3<f64>, radius: f64) {
@@ -52,8 +52,8 @@ impl Points {
         self.tilt = median(&mut self.drifts).map_or(self.tilt, |tilt| tilt.max(self.tilt));
     }
 
-    /// Gives the variance of the turn since the first image that is told.
-    pub(crate) fn told(&self) -> f64 {
+    /// Computes the variance of the turn since the first image.
+    pub(crate) fn turn_variance(&self) -> f64 {
         self.drift + self.tilt
     }
 }

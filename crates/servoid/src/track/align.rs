@@ -3,7 +3,7 @@
 
 use nalgebra::{Matrix3, Vector2, Vector3};
 
-use super::sight::Sight;
+use super::inputs::Inputs;
 use super::target::points::InView;
 use crate::pose::{Pose, Twist};
 
@@ -24,22 +24,22 @@ const FORESEEN: f64 = 0.3;
 
 /// Moves a pose to where most of the surface points in view are found, without a turn; nothing if they
 /// do not agree in any camera.
-pub(super) fn align(sight: &Sight<'_>, pose: &Pose, in_view: &[InView]) -> Option<Pose> {
-    let mut curvature = Matrix3::identity() * (FORESEEN * sight.solid.radius).powi(-2);
+pub(super) fn align(inputs: &Inputs<'_>, pose: &Pose, in_view: &[InView]) -> Option<Pose> {
+    let mut curvature = Matrix3::identity() * (FORESEEN * inputs.solid.radius).powi(-2);
     let mut slope = Vector3::zeros();
     let (mut votes, mut agreed) = (Vec::new(), false);
-    for (camera, window) in sight.windows.iter().enumerate() {
+    for (camera, window) in inputs.windows.iter().enumerate() {
         let Some(projection) = window.projection(pose) else { continue };
         let Some((_, by_place)) = projection.pixel(&Vector3::zeros()) else { continue };
         let pixel = f64::from(1_u32 << LEVEL);
-        let radius_px = sight.solid.radius * by_place.row(0).norm() / pixel;
+        let radius_px = inputs.solid.radius * by_place.row(0).norm() / pixel;
         let reach = (REACH * radius_px).clamp(REACH_PX.0, REACH_PX.1) as usize;
         let side = 2 * reach + 1;
         votes.clear();
         votes.resize(side * side, 0.0);
         let own = || in_view.iter().filter(|view| view.camera == camera);
         for view in own().step_by(own().count().div_ceil(VOTERS).max(1)) {
-            let point = sight.points.features[view.point].template(view.template);
+            let point = inputs.points.features[view.point].template(view.template);
             point.correlations(&projection, &window.pyramid, (LEVEL, reach), |at, found| {
                 votes[at] += (found - VOTE).max(0.0);
             });
@@ -130,8 +130,8 @@ mod tests {
         assert!(tracker.open_windows(&now, &at(0.0, 0.0), 0.5));
         tracker.points_in_view(&at(0.0, 0.0));
         assert!(tracker.workspace.in_view.len() > 20);
-        let sight = Sight::new(&tracker.frame, &now, &tracker.target, &tracker.settings);
-        align(&sight, &at(0.0, 0.0), &tracker.workspace.in_view)
+        let inputs = Inputs::new(&tracker.frame, &now, &tracker.target, &tracker.settings);
+        align(&inputs, &at(0.0, 0.0), &tracker.workspace.in_view)
     }
 
     /// Gives by how many pixels a pose is off from the ball's in the middle.

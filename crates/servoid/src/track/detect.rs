@@ -4,7 +4,7 @@ use nalgebra::{Vector2, Vector3};
 
 use super::frame::occlusion::Occlusion;
 use super::frame::window::Window;
-use super::sight::Sight;
+use super::inputs::Inputs;
 use super::target::colors::Colors;
 use super::target::points::{Feature, InView, PLACE_PX, WORST, noise};
 use super::target::solid::{Hit, Rims};
@@ -54,41 +54,41 @@ pub(super) struct DetectionPlan<'a> {
 
 /// Finds new surface points in cells of each window where no point of `taken` lies.
 pub(super) fn detect(
-    sight: &Sight<'_>,
+    inputs: &Inputs<'_>,
     pose: &Pose,
     (taken, occlusion): (&[InView], &Occlusion),
     plan: &DetectionPlan<'_>,
     (rims, out): (&mut Rims, &mut Vec<Feature>),
 ) {
-    for camera in 0..sight.windows.len() {
-        let Some(projection) = sight.windows[camera].projection(pose) else { continue };
+    for camera in 0..inputs.windows.len() {
+        let Some(projection) = inputs.windows[camera].projection(pose) else { continue };
         let Some(eye) = projection.eye() else { continue };
-        let Some(grain) = grain(sight, &projection) else { continue };
-        rims.read(sight.solid, &projection);
+        let Some(grain) = grain(inputs, &projection) else { continue };
+        rims.read(inputs.solid, &projection);
         let known = (taken, &*rims, occlusion);
-        let corners = corners(sight, (camera, &projection), known, (plan, grain));
+        let corners = corners(inputs, (camera, &projection), known, (plan, grain));
         for pixel in corners.take(plan.tries) {
             let reach = rims.margin(&pixel);
             let scale = (grain, reach);
-            out.extend(point_at(sight, (camera, &projection, &eye), pose, pixel, scale));
+            out.extend(point_at(inputs, (camera, &projection, &eye), pose, pixel, scale));
         }
     }
 }
 
 /// Gives the pixels that a grain is in a camera's image of the object.
-pub(super) fn grain(sight: &Sight<'_>, projection: &Projection) -> Option<f64> {
+pub(super) fn grain(inputs: &Inputs<'_>, projection: &Projection) -> Option<f64> {
     let (_, by_place) = projection.pixel(&Vector3::zeros())?;
-    Some((sight.solid.radius * by_place.row(0).norm() / FULL_PX).clamp(FINEST, 1.0))
+    Some((inputs.solid.radius * by_place.row(0).norm() / FULL_PX).clamp(FINEST, 1.0))
 }
 
 /// Gives corners in a camera's image that are the object's, each in a free cell that has its turn.
 fn corners<'a>(
-    sight: &'a Sight<'_>,
+    inputs: &'a Inputs<'_>,
     (camera, projection): (usize, &'a Projection),
     (taken, outline, occlusion): (&'a [InView], &'a Rims, &'a Occlusion),
     (plan, grain): (&'a DetectionPlan<'_>, f64),
 ) -> impl Iterator<Item = Vector2<f64>> + 'a {
-    let pyramid = &sight.windows[camera].pyramid;
+    let pyramid = &inputs.windows[camera].pyramid;
     let first = Vector2::from(pyramid.first_px().map(|x| x as f64));
     let plane = pyramid.plane(0);
     let side = (CELL * grain).round() as usize;
@@ -105,18 +105,18 @@ fn corners<'a>(
     let turns = inside().chain(inside()).skip(plan.from % count.max(1));
     turns.take(plan.cells.min(count)).filter_map(move |cell| {
         if occlusion.hides(camera, &middle(cell)) > 0.0
-            || is_taken(sight, projection, taken, (camera, &middle(cell)), side)
+            || is_taken(inputs, projection, taken, (camera, &middle(cell)), side)
         {
             return None;
         }
         let pixel = first + Vector2::from(best_corner(plane, first_px(cell), grain)?);
-        is_object(sight, (camera, mask), &pixel, grain).then_some(pixel)
+        is_object(inputs, (camera, mask), &pixel, grain).then_some(pixel)
     })
 }
 
 /// Says whether a mask, or else the colours around, do not speak against a pixel.
 fn is_object(
-    sight: &Sight<'_>,
+    inputs: &Inputs<'_>,
     (camera, mask): (usize, Option<&Mask<'_>>),
     pixel: &Vector2<f64>,
     grain: f64,
@@ -128,8 +128,8 @@ fn is_object(
     if let Some(mask) = mask {
         return around.into_iter().all(|place| mask.holds(place.x, place.y));
     }
-    let (Some(colors), Some(image)) = (sight.colors, &sight.images[camera]) else { return true };
-    let window = &sight.windows[camera];
+    let (Some(colors), Some(image)) = (inputs.colors, &inputs.images[camera]) else { return true };
+    let window = &inputs.windows[camera];
     let ratios = around.filter_map(|place| window.ratio(image, colors, place.x, place.y));
     ratios.sum::<f64>() > AGAINST && is_within((window, image), colors, pixel, grain)
 }
@@ -153,14 +153,14 @@ fn is_within(
 }
 
 fn is_taken(
-    sight: &Sight<'_>,
+    inputs: &Inputs<'_>,
     projection: &Projection,
     taken: &[InView],
     (camera, center): (usize, &Vector2<f64>),
     side: usize,
 ) -> bool {
     taken.iter().filter(|view| view.camera == camera).any(|view| {
-        let pixel = projection.pixel(&sight.points.features[view.point].point.position);
+        let pixel = projection.pixel(&inputs.points.features[view.point].point.position);
         pixel.is_some_and(|(pixel, _)| (pixel - center).amax() < 0.8 * side as f64)
     })
 }
@@ -198,23 +198,23 @@ fn best_corner(plane: &Plane, [left, top]: [usize; 2], grain: f64) -> Option<[f6
 /// Learns the surface point that a camera sees at a pixel, at the distance at which the other
 /// cameras see it too.
 fn point_at(
-    sight: &Sight<'_>,
+    inputs: &Inputs<'_>,
     (camera, projection, eye): (usize, &Projection, &Vector3<f64>),
     pose: &Pose,
     pixel: Vector2<f64>,
     scale: (f64, f64),
 ) -> Option<Feature> {
-    let radius = sight.solid.radius;
+    let radius = inputs.solid.radius;
     let ray = projection.linear.try_inverse()? * Vector3::new(pixel.x, pixel.y, 1.0);
-    let Hit { point: hit, normal, .. } = sight.solid.hit(eye, &ray.normalize())?;
+    let Hit { point: hit, normal, .. } = inputs.solid.hit(eye, &ray.normalize())?;
     let toward = (eye - hit).normalize();
-    let window = &sight.windows[camera];
+    let window = &inputs.windows[camera];
     let mut point =
         SurfacePoint::extract(projection, &window.pyramid, [hit, normal, toward], scale)?;
-    let guess = if sight.depth_from_motion { GUESS.1 } else { GUESS.0 };
+    let guess = if inputs.depth_from_motion { GUESS.1 } else { GUESS.0 };
     let (mut variance, mut is_guess) = ((guess * radius).powi(2), true);
-    let others = sight.windows.iter().enumerate().filter(|(other, _)| *other != camera);
-    let found = sight.rangefinder(camera, pose).and_then(|seen| seen.place(&pixel));
+    let others = inputs.windows.iter().enumerate().filter(|(other, _)| *other != camera);
+    let found = inputs.rangefinder(camera, pose).and_then(|seen| seen.place(&pixel));
     let found = found.filter(|(found, _)| (found - hit).norm() < REACH * radius);
     if let Some((found, metres)) = found {
         point.position = found;
@@ -225,13 +225,13 @@ fn point_at(
         let Some(projection) = window.projection(pose) else { continue };
         let Some(other_eye) = projection.eye() else { continue };
         let way = (other_eye - hit).normalize();
-        if way.dot(&normal) < 0.25 || sight.solid.hides(&hit, &other_eye) {
+        if way.dot(&normal) < 0.25 || inputs.solid.hides(&hit, &other_eye) {
             continue;
         }
         let (along, found) = distance(&point, &projection, window, radius)?;
         point.position = hit + toward * along;
         let (beside, _) = projection.pixel(&point.position)?;
-        if let (Some(colors), Some(image)) = (sight.colors, &sight.images[other])
+        if let (Some(colors), Some(image)) = (inputs.colors, &inputs.images[other])
             && !is_within((window, image), colors, &beside, scale.0)
         {
             return None;
@@ -245,9 +245,9 @@ fn point_at(
         [point.position, normal, toward],
         scale,
     )?;
-    extracted.color = sight.images[camera]?.rgb(pixel.x as usize, pixel.y as usize);
+    extracted.color = inputs.images[camera]?.rgb(pixel.x as usize, pixel.y as usize);
     let mut feature = Feature::new(extracted, variance);
-    feature.by_motion = is_guess && sight.depth_from_motion;
+    feature.by_motion = is_guess && inputs.depth_from_motion;
     Some(feature)
 }
 

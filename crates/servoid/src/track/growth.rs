@@ -107,7 +107,7 @@ impl Target {
         let sure = known.filter(|k| k.variance.sqrt() < WELL_KNOWN * self.solid.radius);
         let sure = sure.map(|k| (k.point.position, k.point.toward));
         let measured = self.ranges.all.iter().map(|one| (one.position, one.toward));
-        let sight = |(point, toward): (Vector3<f64>, Vector3<f64>)| Sight {
+        let sights = |(point, toward): (Vector3<f64>, Vector3<f64>)| Sight {
             point,
             direction: -toward,
             eye: 0.0,
@@ -117,7 +117,7 @@ impl Target {
             solid: self.solid.clone(),
             sides: self.sides.clone(),
             colors: self.colors.clone(),
-            sights: sure.chain(measured).map(sight).collect(),
+            sights: sure.chain(measured).map(sights).collect(),
             settings: settings.growth,
         })
     }

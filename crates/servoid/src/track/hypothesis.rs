@@ -4,10 +4,10 @@ use super::TrackError;
 use super::align::align;
 use super::clock::Clock;
 use super::estimate::Status;
+use super::inputs::Inputs;
 use super::motion::Prior;
 use super::refine::{Evaluated, Normal, look_at, refine, toward};
 use super::search::{Deviation, Probes, Scorer};
-use super::sight::Sight;
 use super::tracker::Tracker;
 use super::verify::{Quality, verify};
 use crate::camera::{Observation, Pyramid};
@@ -32,8 +32,8 @@ pub(super) struct Hypothesis {
 }
 
 impl Hypothesis {
-    fn new(sight: &Sight<'_>, found: &Evaluated, quality: Quality) -> Self {
-        let toward = toward(sight, &found.pose);
+    fn new(inputs: &Inputs<'_>, found: &Evaluated, quality: Quality) -> Self {
+        let toward = toward(inputs, &found.pose);
         Self { pose: found.pose, normal: found.normal, quality, toward }
     }
 
@@ -118,8 +118,8 @@ impl Tracker {
         self.points_in_view(expected);
         let (search_range, last, area) =
             (self.search_range(), self.motion.last(), self.area(expected));
-        let sight = Sight::new(&self.frame, observation, &self.target, &self.settings);
-        let scorer = Scorer { sight, probes: Probes::InView(&self.workspace.in_view), area };
+        let inputs = Inputs::new(&self.frame, observation, &self.target, &self.settings);
+        let scorer = Scorer { inputs, probes: Probes::InView(&self.workspace.in_view), area };
         let (most, budget) = (self.settings.generations, self.settings.budget_s);
         let go_on = |bred: usize| bred < most && !clock.is_over(budget);
         let found = self.search.run(&scorer, (expected, &last), search_range, go_on)?;
@@ -169,8 +169,8 @@ impl Tracker {
             // What hides much of the object draws the search away, and what leaps is not where it was
             // foreseen; what shows of its surface tells.
             self.points_in_view(expected);
-            let sight = Sight::new(&self.frame, observation, &self.target, &self.settings);
-            let aligned = align(&sight, expected, &self.workspace.in_view);
+            let inputs = Inputs::new(&self.frame, observation, &self.target, &self.settings);
+            let aligned = align(&inputs, expected, &self.workspace.in_view);
             let others = [(Some(*guess), COARSEST), (aligned, 1), (Some(*expected), 0)];
             for (start, coarsest) in others {
                 let Some(start) = start else { continue };
@@ -196,9 +196,9 @@ impl Tracker {
         coarsest: usize,
         prior: Option<&Prior>,
     ) -> Hypothesis {
-        let sight = Sight::new(&self.frame, observation, &self.target, &self.settings);
-        let found = refine(&sight, (*start, coarsest), prior, &mut self.workspace);
-        Hypothesis::new(&sight, &found, verify(&sight, &found, &self.workspace))
+        let inputs = Inputs::new(&self.frame, observation, &self.target, &self.settings);
+        let found = refine(&inputs, (*start, coarsest), prior, &mut self.workspace);
+        Hypothesis::new(&inputs, &found, verify(&inputs, &found, &self.workspace))
     }
 
     /// Judges a pose as it is.
@@ -208,8 +208,8 @@ impl Tracker {
         pose: &Pose,
         prior: Option<&Prior>,
     ) -> Hypothesis {
-        let sight = Sight::new(&self.frame, observation, &self.target, &self.settings);
-        let found = look_at(&sight, *pose, prior, &mut self.workspace);
-        Hypothesis::new(&sight, &found, verify(&sight, &found, &self.workspace))
+        let inputs = Inputs::new(&self.frame, observation, &self.target, &self.settings);
+        let found = look_at(&inputs, *pose, prior, &mut self.workspace);
+        Hypothesis::new(&inputs, &found, verify(&inputs, &found, &self.workspace))
     }
 }

@@ -1,8 +1,8 @@
 use rayon::prelude::*;
 
 use super::TrackError;
+use super::inputs::Inputs;
 use super::search::{Probes, ScoreTerms, Scorer};
-use super::sight::Sight;
 use super::tracker::Tracker;
 use crate::camera::{Observation, Pyramid};
 use crate::model::workers;
@@ -48,7 +48,7 @@ impl Tracker {
         // Evenly, so that no side of the object is left out.
         let probes: Vec<usize> = (0..most).map(|at| at * known / most).collect();
         let scorer = Scorer {
-            sight: Sight::new(&looking.frame, observation, &looking.target, &looking.settings),
+            inputs: Inputs::new(&looking.frame, observation, &looking.target, &looking.settings),
             probes: Probes::Facing(&probes),
             area,
         };

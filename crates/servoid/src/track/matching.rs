@@ -2,8 +2,8 @@
 
 use nalgebra::Vector2;
 
+use super::inputs::Inputs;
 use super::refine::Workspace;
-use super::sight::Sight;
 use super::target::points::Match;
 use crate::camera::{ImageView, Pyramid};
 use crate::fitness::{Agreement, SurfacePoint};
@@ -17,7 +17,7 @@ const CLEARER: f64 = 0.05;
 
 /// Matches the points in view at a pose; the matches stay in the workspace.
 pub(super) fn match_points(
-    sight: &Sight<'_>,
+    inputs: &Inputs<'_>,
     pose: &Pose,
     level: usize,
     workspace: &mut Workspace,
@@ -26,18 +26,18 @@ pub(super) fn match_points(
     let (mut camera, mut seen) = (usize::MAX, None);
     for (at, view) in workspace.in_view.iter().enumerate() {
         if view.camera != camera {
-            (camera, seen) = (view.camera, sight.windows[view.camera].projection(pose));
+            (camera, seen) = (view.camera, inputs.windows[view.camera].projection(pose));
         }
         let Some(projection) = seen else { continue };
-        let known = &sight.points.features[view.point];
+        let known = &inputs.points.features[view.point];
         let mut point = *known.template(view.template);
         let moved = workspace.moved[at];
         point.position += known.point.toward * moved;
-        let pyramid = &sight.windows[view.camera].pyramid;
-        let (agreement, used) = agreement(sight, &point, (&projection, pyramid), level);
+        let pyramid = &inputs.windows[view.camera].pyramid;
+        let (agreement, used) = agreement(inputs, &point, (&projection, pyramid), level);
         let place = projection.pixel(&point.position);
         let asked = || {
-            let image = sight.images[view.camera].as_ref();
+            let image = inputs.images[view.camera].as_ref();
             place.zip(image).is_none_or(|((pixel, slope), image)| {
                 point.reach_px(&slope, level).is_some_and(|reach| holds(image, &pixel, &reach))
             })
@@ -53,13 +53,13 @@ pub(super) fn match_points(
 /// Compares a point with an image at a level, or, if the image may be blurred, at a coarser one where it agrees
 /// better; gives the level, too.
 fn agreement(
-    sight: &Sight<'_>,
+    inputs: &Inputs<'_>,
     point: &SurfacePoint,
     (projection, pyramid): (&Projection, &Pyramid),
     level: usize,
 ) -> (Option<Agreement>, usize) {
     let mut found = (point.agreement(projection, pyramid, level), level);
-    if !sight.is_blurred {
+    if !inputs.is_blurred {
         return found;
     }
     for coarser in level + 1..Pyramid::LEVELS {

@@ -1,8 +1,8 @@
 use nalgebra::Vector3;
 use rand::RngExt;
 
+use super::inputs::Inputs;
 use super::search::{Deviation, Found, Probes, Scorer, Search};
-use super::sight::Sight;
 use crate::evolve::{self, GaError, Rng};
 use crate::pose::{Pose, even_turn};
 
@@ -41,14 +41,14 @@ impl Recovery {
     /// Breeds populations about a pose; gives the best of each, and the number of scores.
     pub(super) fn near(
         &mut self,
-        sight: Sight<'_>,
+        inputs: Inputs<'_>,
         (pose, search_range, area): (&Pose, Deviation, f64),
     ) -> Result<(&[Found], usize), GaError> {
-        self.spread_probes(&sight);
+        self.spread_probes(&inputs);
         self.best.clear();
         let mut evaluations = 0;
         for _ in 0..ISLANDS {
-            let scorer = Scorer { sight, probes: Probes::Facing(&self.around), area };
+            let scorer = Scorer { inputs, probes: Probes::Facing(&self.around), area };
             self.round += 1;
             let rng = evolve::rng(self.seed, self.round);
             let mut search = Search::new(POPULATION, rng)?;
@@ -63,18 +63,18 @@ impl Recovery {
     /// Seeks the object in all that the cameras see, at distances from near to far.
     pub(super) fn anywhere(
         &mut self,
-        sight: Sight<'_>,
+        inputs: Inputs<'_>,
         (near, far): (f64, f64),
         area_at: impl Fn(f64) -> f64,
     ) -> Result<(&[Found], usize), GaError> {
-        self.spread_probes(&sight);
+        self.spread_probes(&inputs);
         self.round += 1;
         let mut rng = evolve::rng(self.seed, self.round);
         let area = area_at((near * far).sqrt());
-        let scorer = Scorer { sight, probes: Probes::Facing(&self.around), area };
+        let scorer = Scorer { inputs, probes: Probes::Facing(&self.around), area };
         let bare = Scorer { probes: Probes::Facing(&[]), ..scorer };
         let mut evaluations = places(&bare, (near, far), &mut rng, &mut self.ranked);
-        keep(&mut self.ranked, PLACES, |one, other| apart(one, other) > 0.7 * sight.solid.radius);
+        keep(&mut self.ranked, PLACES, |one, other| apart(one, other) > 0.7 * inputs.solid.radius);
         self.best.clear();
         for place in &self.ranked {
             for _ in 0..TURNS {
@@ -86,9 +86,9 @@ impl Recovery {
         evaluations += self.best.len();
         keep(&mut self.best, KEPT, |one, other| {
             let turn = (one.rotation().inverse() * other.rotation()).angle();
-            apart(one, other) > 0.3 * sight.solid.radius || turn > 0.4
+            apart(one, other) > 0.3 * inputs.solid.radius || turn > 0.4
         });
-        let search_range = (NEAR.0 * sight.solid.radius, NEAR.1);
+        let search_range = (NEAR.0 * inputs.solid.radius, NEAR.1);
         for found in &mut self.best {
             self.round += 1;
             let mut search = Search::new(POPULATION, evolve::rng(self.seed, self.round))?;
@@ -101,8 +101,8 @@ impl Recovery {
         Ok((&self.best, evaluations))
     }
 
-    fn spread_probes(&mut self, sight: &Sight<'_>) {
-        let count = sight.points.features.len();
+    fn spread_probes(&mut self, inputs: &Inputs<'_>) {
+        let count = inputs.points.features.len();
         self.around.clear();
         self.around.extend((0..count.min(PROBES)).map(|i| i * count / count.min(PROBES)));
     }
@@ -120,7 +120,7 @@ fn places(
     out: &mut Vec<Found>,
 ) -> usize {
     out.clear();
-    let open = scorer.sight.windows.iter().find_map(|window| window.rays(COLUMNS));
+    let open = scorer.inputs.windows.iter().find_map(|window| window.rays(COLUMNS));
     let Some((eye, rays)) = open else { return 0 };
     let steps = (libm::log(far / near) / DISTANCE_STEP).ceil().clamp(1.0, 40.0) as usize;
     for ray in rays {

@@ -2,9 +2,9 @@ use nalgebra::{Matrix6, Vector3, Vector6};
 
 use super::frame::occlusion::{LastSeen, Occlusion};
 use super::guess::{Distance, Ray};
+use super::inputs::Inputs;
 use super::matching::match_points;
 use super::motion::Prior;
-use super::sight::Sight;
 use super::target::bias::Information;
 use super::target::points::{Feature, InView, Match, by_motion};
 use super::target::ranges::Residual;
@@ -115,56 +115,56 @@ impl Normal {
 /// Moves a pose to where surface points and outline agree with the images, from coarse to fine, by
 /// Gauss-Newton steps; the matches there stay in the workspace.
 pub(super) fn refine(
-    sight: &Sight<'_>,
+    inputs: &Inputs<'_>,
     (start, coarsest): (Pose, usize),
     prior: Option<&Prior>,
     workspace: &mut Workspace,
 ) -> Evaluated {
     let last_seen = last_seen(prior);
-    let mut found = Evaluated::nothing(start, sight.solid.radius);
+    let mut found = Evaluated::nothing(start, inputs.solid.radius);
     workspace.forget_distances();
     for level in (0..=coarsest).rev() {
         for number in 0..STEPS[level] {
-            match_points(sight, &found.pose, level, workspace);
+            match_points(inputs, &found.pose, level, workspace);
             if number == 0 {
-                workspace.look_for_hidden(sight, &found.pose, last_seen);
+                workspace.look_for_hidden(inputs, &found.pose, last_seen);
             }
-            found = linearize(sight, (found.pose, prior), level, workspace);
+            found = linearize(inputs, (found.pose, prior), level, workspace);
             let Some(step) = found.normal.step() else { break };
-            let step = bounded(step, sight.solid.radius);
-            workspace.move_guesses(&step, sight.solid.radius);
+            let step = bounded(step, inputs.solid.radius);
+            workspace.move_guesses(&step, inputs.solid.radius);
             found.pose = found.pose * Pose::exp(&step);
-            let turn = step.fixed_rows::<3>(3).norm() * sight.solid.radius;
+            let turn = step.fixed_rows::<3>(3).norm() * inputs.solid.radius;
             if step.fixed_rows::<3>(0).norm() + turn
-                < CONVERGED * f64::from(1 << level) * sight.solid.radius
+                < CONVERGED * f64::from(1 << level) * inputs.solid.radius
             {
                 break;
             }
         }
     }
-    workspace.look_for_hidden(sight, &found.pose, last_seen);
+    workspace.look_for_hidden(inputs, &found.pose, last_seen);
     found
 }
 
 /// Compares what should be seen at a pose with what is, and leaves it there; the matches stay in the
 /// workspace.
 pub(super) fn look_at(
-    sight: &Sight<'_>,
+    inputs: &Inputs<'_>,
     pose: Pose,
     prior: Option<&Prior>,
     workspace: &mut Workspace,
 ) -> Evaluated {
     workspace.forget_distances();
-    match_points(sight, &pose, 0, workspace);
-    workspace.look_for_hidden(sight, &pose, last_seen(prior));
-    let mut found = linearize(sight, (pose, prior), 0, workspace);
+    match_points(inputs, &pose, 0, workspace);
+    workspace.look_for_hidden(inputs, &pose, last_seen(prior));
+    let mut found = linearize(inputs, (pose, prior), 0, workspace);
     for _ in 0..GUESSES {
         if workspace.distances.is_empty() {
             break;
         }
-        workspace.move_guesses(&Twist::zeros(), sight.solid.radius);
-        match_points(sight, &pose, 0, workspace);
-        found = linearize(sight, (pose, prior), 0, workspace);
+        workspace.move_guesses(&Twist::zeros(), inputs.solid.radius);
+        match_points(inputs, &pose, 0, workspace);
+        found = linearize(inputs, (pose, prior), 0, workspace);
     }
     found
 }
@@ -182,12 +182,12 @@ fn bounded(step: Twist, radius: f64) -> Twist {
 /// Sums what surface points and outline say about a pose, and what was believed of it before; the matches
 /// are those in the workspace.
 fn linearize(
-    sight: &Sight<'_>,
+    inputs: &Inputs<'_>,
     (pose, prior): (Pose, Option<&Prior>),
     level: usize,
     workspace: &mut Workspace,
 ) -> Evaluated {
-    let mut sum = Evaluated::nothing(pose, sight.solid.radius);
+    let mut sum = Evaluated::nothing(pose, inputs.solid.radius);
     if let Some((information, pull)) = prior.map(|prior| prior.at(&pose)) {
         sum.normal.curvature += information;
         sum.normal.belief += information;
@@ -198,25 +198,26 @@ fn linearize(
     for Match { view, agreement, level, pixel, at, moved } in &workspace.matches {
         if let (Some(agreement), Some(pixel)) = (agreement, pixel) {
             if view.camera != camera {
-                let seen = sight.windows[view.camera].projection(&pose);
+                let seen = inputs.windows[view.camera].projection(&pose);
                 (camera, eye) = (view.camera, seen.and_then(|seen| seen.eye()));
             }
             let shows = 1.0 - workspace.occlusion.hides(view.camera, pixel);
             let point = (*view, *at, *moved);
-            let found = add_point(&mut sum.normal, sight, point, (agreement, *level), (shows, eye));
+            let found =
+                add_point(&mut sum.normal, inputs, point, (agreement, *level), (shows, eye));
             workspace.distances.extend(found);
         }
     }
-    for camera in 0..sight.windows.len() {
-        add_ranges(&mut sum.normal, sight, (camera, &pose), &workspace.occlusion);
+    for camera in 0..inputs.windows.len() {
+        add_ranges(&mut sum.normal, inputs, (camera, &pose), &workspace.occlusion);
     }
-    if let Some(colors) = sight.colors {
-        for (camera, (window, image)) in sight.windows.iter().zip(sight.images).enumerate() {
+    if let Some(colors) = inputs.colors {
+        for (camera, (window, image)) in inputs.windows.iter().zip(inputs.images).enumerate() {
             if let (Some(projection), Some(image)) = (window.projection(&pose), image) {
                 let ratio = |u, v| window.ratio(image, colors, u, v);
                 contour(
                     &projection,
-                    &sight.solid.quadrics,
+                    &inputs.solid.quadrics,
                     LINE_SPACING_PX,
                     &mut workspace.outlines,
                     &mut workspace.contour,
@@ -225,7 +226,7 @@ fn linearize(
             }
         }
         let normal = &mut sum.normal;
-        normal.freed = sight.bias.freed(&toward(sight, &pose), normal.outline);
+        normal.freed = inputs.bias.freed(&toward(inputs, &pose), normal.outline);
         normal.curvature += normal.freed.0;
         normal.slope += normal.freed.1;
     }
@@ -233,15 +234,20 @@ fn linearize(
 }
 
 /// Gives the direction from the object to the first open camera, in the object's frame.
-pub(super) fn toward(sight: &Sight<'_>, pose: &Pose) -> Vector3<f64> {
-    let eye = sight.windows.iter().find_map(|window| window.projection(pose)?.eye());
+pub(super) fn toward(inputs: &Inputs<'_>, pose: &Pose) -> Vector3<f64> {
+    let eye = inputs.windows.iter().find_map(|window| window.projection(pose)?.eye());
     eye.map_or_else(Vector3::z, |eye| eye.normalize())
 }
 
 impl Workspace {
     /// Says anew where something hides the object, by the matches in the workspace.
-    fn look_for_hidden(&mut self, sight: &Sight<'_>, pose: &Pose, last_seen: LastSeen) {
-        self.occlusion.observe(sight, (pose, last_seen), &self.matches, &mut self.exposed_outlines);
+    fn look_for_hidden(&mut self, inputs: &Inputs<'_>, pose: &Pose, last_seen: LastSeen) {
+        self.occlusion.observe(
+            inputs,
+            (pose, last_seen),
+            &self.matches,
+            &mut self.exposed_outlines,
+        );
     }
 }
 
@@ -273,12 +279,12 @@ fn add_lines(
 /// Adds what a camera's depth image says of a pose, where nothing hides the object.
 fn add_ranges(
     normal: &mut Normal,
-    sight: &Sight<'_>,
+    inputs: &Inputs<'_>,
     (camera, pose): (usize, &Pose),
     occlusion: &Occlusion,
 ) {
-    let Some(seen) = sight.rangefinder(camera, pose) else { return };
-    let residuals = sight.ranges.residuals(&seen, (sight.solid, sight.points.drift));
+    let Some(seen) = inputs.rangefinder(camera, pose) else { return };
+    let residuals = inputs.ranges.residuals(&seen, (inputs.solid, inputs.points.drift));
     for (pixel, Residual { off, by_motion, information }) in residuals {
         let weight = information * (1.0 - occlusion.hides(camera, &pixel));
         normal.curvature += by_motion * by_motion.transpose() * weight;
@@ -297,7 +303,7 @@ fn informed_share(variance_px: f64, (reach, step_px): (usize, f64)) -> f64 {
 /// Adds what a point says that agrees with an image.
 fn add_point(
     normal: &mut Normal,
-    sight: &Sight<'_>,
+    inputs: &Inputs<'_>,
     (view, at, moved): (InView, usize, f64),
     (agreement, level): (&Agreement, usize),
     (shows, eye): (f64, Option<Vector3<f64>>),
@@ -306,10 +312,10 @@ fn add_point(
     if weight == 0.0 {
         return None;
     }
-    let feature = &sight.points.features[view.point];
+    let feature = &inputs.points.features[view.point];
     let Feature { point: SurfacePoint { toward, .. }, variance, .. } = *feature;
     let position = feature.point.position + toward * moved;
-    let is_guess = feature.is_guess(sight.solid.radius);
+    let is_guess = feature.is_guess(inputs.solid.radius);
     let by_motion = by_motion(&agreement.slope, &position);
     // Along the way to where it was learned its place is known the less, the more it is seen from aside.
     let aside = eye.map_or(0.0, |eye| {
@@ -319,8 +325,8 @@ fn add_point(
     // A guess is taken out below, and blurs nothing.
     let known_within = if is_guess { 0.0 } else { variance };
     let beside =
-        along * along.transpose() * (known_within + (BENT * sight.solid.radius * aside).powi(2))
-            + sight.points.strayed(view.point, &by_motion);
+        along * along.transpose() * (known_within + (BENT * inputs.solid.radius * aside).powi(2))
+            + inputs.points.strayed(view.point, &by_motion);
     let shift = Shift::new(agreement, level, &beside)?;
     if is_guess {
         let ray = Ray { along, moved, variance };

@@ -1,6 +1,6 @@
 use super::TrackError;
 use super::hypothesis::{COARSEST, Hypothesis};
-use super::sight::Sight;
+use super::inputs::Inputs;
 use super::tracker::{MARGIN, Tracker};
 use crate::camera::Observation;
 use crate::pose::Pose;
@@ -72,8 +72,8 @@ impl Tracker {
                 break;
             }
             let area = self.area(near);
-            let sight = Sight::new(&self.frame, observation, &self.target, &self.settings);
-            let (found, scored) = self.recovery.near(sight, (near, search_range, area))?;
+            let inputs = Inputs::new(&self.frame, observation, &self.target, &self.settings);
+            let (found, scored) = self.recovery.near(inputs, (near, search_range, area))?;
             evaluations += scored;
             let candidates: Vec<Pose> = found.iter().map(|found| found.pose).collect();
             self.choose(observation, &candidates, hypothesis);
@@ -104,8 +104,8 @@ impl Tracker {
         let mut evaluations = 0;
         for _ in 0..rounds {
             self.open_all_over(observation);
-            let sight = Sight::new(&self.frame, observation, &self.target, &self.settings);
-            let (found, scored) = self.recovery.anywhere(sight, (near, far), area_at)?;
+            let inputs = Inputs::new(&self.frame, observation, &self.target, &self.settings);
+            let (found, scored) = self.recovery.anywhere(inputs, (near, far), area_at)?;
             evaluations += scored;
             let candidates: Vec<Pose> = found.iter().map(|found| found.pose).collect();
             self.choose(observation, &candidates, hypothesis);

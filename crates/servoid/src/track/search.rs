@@ -1,4 +1,4 @@
-use super::sight::Sight;
+use super::inputs::Inputs;
 use super::target::points::InView;
 use crate::camera::Pyramid;
 use crate::evolve::{Ga, GaError, GaSettings, Rng};
@@ -93,7 +93,7 @@ pub(super) enum Probes<'a> {
 /// could be, and by the mean correlation of surface points at the coarsest resolution.
 #[derive(Clone, Copy)]
 pub(super) struct Scorer<'a> {
-    pub(super) sight: Sight<'a>,
+    pub(super) inputs: Inputs<'a>,
     pub(super) probes: Probes<'a>,
     /// Pixels that the outline is expected to hold.
     pub(super) area: f64,
@@ -136,10 +136,10 @@ impl Scorer<'_> {
     pub(super) fn terms(&self, pose: &Pose, level: usize) -> ScoreTerms {
         let mut region = 0.0;
         let (mut surface, mut points) = (0.0, 0.0);
-        for (camera, window) in self.sight.windows.iter().enumerate() {
+        for (camera, window) in self.inputs.windows.iter().enumerate() {
             let Some(projection) = window.projection(pose) else { continue };
-            if self.sight.colors.is_some() {
-                region += window.region(&projection, self.sight.solid).0;
+            if self.inputs.colors.is_some() {
+                region += window.region(&projection, self.inputs.solid).0;
             }
             let mut compare = |point: &SurfacePoint| {
                 let level = coarsest(&point.templates[..=level]);
@@ -149,17 +149,17 @@ impl Scorer<'_> {
             };
             match self.probes {
                 Probes::InView(all) => {
-                    let of_camera = all.len() / self.sight.windows.len().max(1);
+                    let of_camera = all.len() / self.inputs.windows.len().max(1);
                     let every = of_camera.div_ceil(POINTS).max(1);
                     let seen = all.iter().filter(|view| view.camera == camera);
-                    let feature = &self.sight.points.features;
+                    let feature = &self.inputs.points.features;
                     seen.step_by(every)
                         .for_each(|view| compare(feature[view.point].template(view.template)));
                 }
                 Probes::Facing(all) => {
                     let Some(eye) = projection.eye() else { continue };
                     for &index in all {
-                        let point = &self.sight.points.features[index].point;
+                        let point = &self.inputs.points.features[index].point;
                         let way = eye - point.position;
                         if way.dot(&point.normal) > LEAST_FACING * way.norm() {
                             compare(point);

@@ -3,8 +3,8 @@
 use nalgebra::{Vector2, Vector3};
 
 use super::detect::grain;
+use super::inputs::Inputs;
 use super::refine::Workspace;
-use super::sight::Sight;
 use super::target::points::Match;
 use super::target::shift::Shift;
 use super::target::solid::Rims;
@@ -21,19 +21,19 @@ const FARTHEST_PX: f64 = 2.0;
 /// Extracts templates of points that are recognised at a pose from a side of which they have none; gives them
 /// with the places of their points.
 pub(super) fn templates(
-    sight: &Sight<'_>,
+    inputs: &Inputs<'_>,
     pose: &Pose,
     workspace: &Workspace,
     rims: &mut Rims,
 ) -> Vec<(usize, SurfacePoint)> {
     let mut out = Vec::new();
-    for (camera, window) in sight.windows.iter().enumerate() {
+    for (camera, window) in inputs.windows.iter().enumerate() {
         let Some(projection) = window.projection(pose) else { continue };
-        let Some(grain) = grain(sight, &projection) else { continue };
-        rims.read(sight.solid, &projection);
+        let Some(grain) = grain(inputs, &projection) else { continue };
+        rims.read(inputs.solid, &projection);
         for found in workspace.matches.iter().filter(|found| found.view.camera == camera) {
             let scale = |pixel: &Vector2<f64>| (grain, rims.margin(pixel));
-            let template = template(sight, &projection, (found, workspace), scale);
+            let template = template(inputs, &projection, (found, workspace), scale);
             out.extend(template.map(|template| (found.view.point, template)));
         }
     }
@@ -41,13 +41,13 @@ pub(super) fn templates(
 }
 
 fn template(
-    sight: &Sight<'_>,
+    inputs: &Inputs<'_>,
     projection: &Projection,
     (found, workspace): (&Match, &Workspace),
     scale: impl Fn(&Vector2<f64>) -> (f64, f64),
 ) -> Option<SurfacePoint> {
     let (agreement, pixel) = (found.agreement.as_ref()?, found.pixel?);
-    let feature = &sight.points.features[found.view.point];
+    let feature = &inputs.points.features[found.view.point];
     let clear =
         found.is_recognised() && workspace.occlusion.hides(found.view.camera, &pixel) == 0.0;
     if !clear || !feature.has_room() {
@@ -64,7 +64,7 @@ fn template(
     let ray =
         projection.linear.try_inverse()? * Vector3::new(pixel.x + off.x, pixel.y + off.y, 1.0);
     let seen = eye + ray.normalize() * (place - eye).norm();
-    let pyramid = &sight.windows[found.view.camera].pyramid;
+    let pyramid = &inputs.windows[found.view.camera].pyramid;
     let vectors = [seen, feature.point.normal, toward];
     let mut template = SurfacePoint::extract(projection, pyramid, vectors, scale(&pixel))?;
     template.color = feature.point.color;

@@ -2,7 +2,7 @@ use nalgebra::Vector2;
 
 use super::detect::{DetectionPlan, detect};
 use super::hypothesis::Hypothesis;
-use super::sight::Sight;
+use super::inputs::Inputs;
 use super::templates::{APART, templates};
 use super::tracker::Tracker;
 use crate::camera::{Mask, Observation};
@@ -66,9 +66,9 @@ impl Tracker {
 
     /// Adds templates of points that are recognised from a side of which they have none.
     fn add_templates(&mut self, observation: &Observation<'_>, pose: &Pose) {
-        let sight = Sight::new(&self.frame, observation, &self.target, &self.settings);
+        let inputs = Inputs::new(&self.frame, observation, &self.target, &self.settings);
         let mut rims = std::mem::take(&mut self.workspace.rims);
-        let found = templates(&sight, pose, &self.workspace, &mut rims);
+        let found = templates(&inputs, pose, &self.workspace, &mut rims);
         self.workspace.rims = rims;
         for (point, template) in found {
             let feature = &mut self.target.points.features[point];
@@ -89,16 +89,16 @@ impl Tracker {
         let (drift, (keyframe, _)) =
             (self.drift_of_new_points(), self.keyframe_around(observation, pose));
         let mut ranges = std::mem::take(&mut self.target.ranges);
-        let sight = Sight::new(&self.frame, observation, &self.target, &self.settings);
-        for camera in 0..sight.windows.len() {
-            let Some(seen) = sight.rangefinder(camera, pose) else { continue };
+        let inputs = Inputs::new(&self.frame, observation, &self.target, &self.settings);
+        for camera in 0..inputs.windows.len() {
+            let Some(seen) = inputs.rangefinder(camera, pose) else { continue };
             let mask = masks.get(camera).and_then(Option::as_ref);
             let is_clear = |pixel: &Vector2<f64>| {
                 self.workspace.occlusion.hides(camera, pixel) == 0.0
                     && mask.is_none_or(|mask| mask.holds(pixel.x, pixel.y))
             };
-            ranges.count_hits(&seen, sight.solid, is_clear);
-            let body = (sight.solid, &mut self.workspace.rims);
+            ranges.count_hits(&seen, inputs.solid, is_clear);
+            let body = (inputs.solid, &mut self.workspace.rims);
             ranges.add(&seen, body, (keyframe, drift), is_clear);
         }
         self.target.ranges = ranges;
@@ -123,10 +123,10 @@ impl Tracker {
         pose: &Pose,
         plan: &DetectionPlan<'_>,
     ) {
-        let sight = Sight::new(&self.frame, observation, &self.target, &self.settings);
+        let inputs = Inputs::new(&self.frame, observation, &self.target, &self.settings);
         self.fresh.clear();
         let known = (&*self.workspace.visible, &self.workspace.occlusion);
-        detect(&sight, pose, known, plan, (&mut self.workspace.rims, &mut self.fresh));
+        detect(&inputs, pose, known, plan, (&mut self.workspace.rims, &mut self.fresh));
         let (drift, keyframe) =
             (self.drift_of_new_points(), self.keyframe_around(observation, pose));
         let tilt = self.target.points.tilt;

@@ -1,5 +1,5 @@
+use super::inputs::Inputs;
 use super::refine::{Evaluated, Workspace};
-use super::sight::Sight;
 use super::target::points::Match;
 
 /// How far images confirm a pose.
@@ -33,17 +33,18 @@ const ENOUGH: f64 = 20.0;
 /// Compares what should be seen at a pose with what is: the surface points in view, and the colours
 /// inside the outline and the boundary around it, both compared with the reference. What is hidden
 /// is excused as far as enough is recognised elsewhere: a wrong pose must not excuse itself.
-pub(super) fn verify(sight: &Sight<'_>, found: &Evaluated, workspace: &Workspace) -> Quality {
-    let reference = sight.reference;
+pub(super) fn verify(inputs: &Inputs<'_>, found: &Evaluated, workspace: &Workspace) -> Quality {
+    let reference = inputs.reference;
     let (mut seen, mut expected, mut shown, mut hidden) = (0.0, 0.0, 0.0, 0.0);
     let mut textured = 0.0;
     for Match { view, agreement, pixel, .. } in &workspace.matches {
-        let hit_rate = f64::from(sight.points.features[view.point].hit_rate());
+        let hit_rate = f64::from(inputs.points.features[view.point].hit_rate());
         let correlation = agreement.map_or(0.0, |a| a.correlation);
         let worth = hit_rate * ((correlation - SEEN.0) / (SEEN.1 - SEEN.0)).clamp(0.0, 1.0);
         expected += hit_rate;
         seen += worth;
-        if agreement.is_some_and(|agreement| sight.windows[view.camera].shows_texture(&agreement)) {
+        if agreement.is_some_and(|agreement| inputs.windows[view.camera].shows_texture(&agreement))
+        {
             textured += worth;
         }
         if let Some(pixel) = pixel {
@@ -56,9 +57,9 @@ pub(super) fn verify(sight: &Sight<'_>, found: &Evaluated, workspace: &Workspace
     let believed = (shown / ENOUGH).min(1.0);
     let excused = hidden * believed;
     let (mut sum, mut area) = (0.0, 0.0);
-    for window in sight.windows {
+    for window in inputs.windows {
         if let Some(projection) = window.projection(&found.pose) {
-            let (score, pixels) = window.region(&projection, sight.solid);
+            let (score, pixels) = window.region(&projection, inputs.solid);
             sum += score;
             area += pixels;
         }
@@ -72,7 +73,7 @@ pub(super) fn verify(sight: &Sight<'_>, found: &Evaluated, workspace: &Workspace
     let (shows, left) =
         workspace.occlusion.clear().filter(|(_, left)| *left < 1.0).unwrap_or((ratio, 1.0));
     let clear_ratio = ratio + believed * (shows - ratio);
-    if sight.colors.is_some() && reference.ratio > 0.0 && area > 0.0 {
+    if inputs.colors.is_some() && reference.ratio > 0.0 && area > 0.0 {
         let weight = REGION_POINTS * reference.ratio.min(1.0) * (1.0 + believed * (left - 1.0));
         expected += weight;
         let inside = (clear_ratio / reference.ratio).clamp(0.0, 1.0);

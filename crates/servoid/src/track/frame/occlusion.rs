@@ -8,7 +8,7 @@ use super::rangefinder::Rangefinder;
 use super::window::bounds;
 use crate::pose::Pose;
 use crate::shape::Outline;
-use crate::track::sight::Sight;
+use crate::track::inputs::Inputs;
 use crate::track::target::points::Match;
 use crate::track::target::solid::Solid;
 
@@ -194,30 +194,30 @@ impl Occlusion {
     /// usually worth.
     pub(crate) fn observe(
         &mut self,
-        sight: &Sight<'_>,
+        inputs: &Inputs<'_>,
         (pose, last_seen): (&Pose, LastSeen),
         matches: &[Match],
         outlines: &mut Vec<Outline>,
     ) {
-        while self.grids.len() < sight.windows.len() {
+        while self.grids.len() < inputs.windows.len() {
             self.grids.push(Grid::new());
         }
         for (camera, grid) in self.grids.iter_mut().enumerate() {
             grid.said = [0.0; CELLS];
             grid.ratios = [None; CELLS];
             outlines.clear();
-            if let Some(projection) = sight.windows[camera].projection(pose) {
-                outlines.extend(sight.solid.outlines(&projection));
+            if let Some(projection) = inputs.windows[camera].projection(pose) {
+                outlines.extend(inputs.solid.outlines(&projection));
             }
             if !grid.lay(outlines) {
                 continue;
             }
-            let window = &sight.windows[camera];
-            if let (Some(colors), Some(image)) = (sight.colors, &sight.images[camera]) {
+            let window = &inputs.windows[camera];
+            if let (Some(colors), Some(image)) = (inputs.colors, &inputs.images[camera]) {
                 grid.read(outlines, |u, v| window.ratio(image, colors, u, v));
             }
-            if let Some(seen) = sight.rangefinder(camera, pose) {
-                grid.measure(outlines, |pixel| before(&seen, sight.solid, pixel));
+            if let Some(seen) = inputs.rangefinder(camera, pose) {
+                grid.measure(outlines, |pixel| before(&seen, inputs.solid, pixel));
             }
         }
         for seen in matches {
@@ -230,7 +230,7 @@ impl Occlusion {
                 grid.said[cell] += POINT.1;
             }
         }
-        let reference = sight.reference.ratio;
+        let reference = inputs.reference.ratio;
         for grid in &mut self.grids {
             for (said, ratio) in grid.said.iter_mut().zip(&grid.ratios) {
                 *said = said.clamp(POINTS.0, POINTS.1);

@@ -12,9 +12,9 @@ use super::target::solid::Solid;
 use crate::camera::{DepthView, ImageView, Observation};
 use crate::pose::Pose;
 
-/// What is seen of the object in one instant, beside what is known of it.
+/// What a step compares: the images of one instant, and what is known of the target.
 #[derive(Clone, Copy)]
-pub(super) struct Sight<'a> {
+pub(super) struct Inputs<'a> {
     pub(super) windows: &'a [Window],
     pub(super) images: &'a [Option<ImageView<'a>>],
     depths: &'a [Option<DepthView<'a>>],
@@ -30,7 +30,7 @@ pub(super) struct Sight<'a> {
     pub(super) depth_from_motion: bool,
 }
 
-impl<'a> Sight<'a> {
+impl<'a> Inputs<'a> {
     /// Joins what a frame shows of an observation with what is known of the target.
     pub(super) fn new(
         frame: &'a Frame,

@@ -12,7 +12,7 @@ __all__ += ["OneStepSettings", "OneStepTracker", "PaperSettings", "Pose", "Step"
 __all__ += ["taken_depth", "taken_image", "taken_mask"]
 __all__ += ["Tracker", "View", "__version__", "backend", "backends", "ellipsoid_colors"]
 __all__ += ["fit_body", "fit_paper", "force_backend"]
-__all__ += ["Lighting", "Paint", "Stage", "paper_scores", "place_body"]
+__all__ += ["Lighting", "Paint", "Stage", "paper_scores", "pose_from_masks"]
 __all__ += ["rough_body", "seen_surface", "silhouette_ious"]
 __all__ += ["exact_arccos", "exact_arcsin", "exact_arctan", "exact_arctan2"]
 __all__ += ["exact_cos", "exact_eigh", "exact_exp", "exact_expm1"]
@@ -976,7 +976,7 @@ def silhouette_ious(body: Body, views: Sequence[View]) -> _Points:
     float64.
     """
 
-def place_body(
+def pose_from_masks(
     body: Body,
     views: Sequence[View],
     images: Sequence[_Colors] | None = None,

@@ -12,7 +12,7 @@ from servoid._native import Camera, OneStepSettings, OneStepTracker, View
 from servoid.pose import Pose
 from servoid.segment import BackgroundTarget, BoxTarget, ClickTarget, find_object
 from servoid.shape import Body
-from servoid.track import place_body
+from servoid.track import pose_from_masks
 
 Mask = NDArray[np.uint8]
 
@@ -109,7 +109,7 @@ def placed(seed: int, _folder: Path) -> Figures:
     turn /= np.linalg.norm(turn)
     true = body_at(Pose.from_parts((0.05, -0.03, 0.6), turn.tolist()))
     views, images = marked(true)
-    found, overlap = place_body(body_at(Pose.identity()), views, images, COLORS, seed)
+    found, overlap = pose_from_masks(body_at(Pose.identity()), views, images, COLORS, seed)
     off = true.world_from_object.inverse() @ found
     return {
         "missed": 1.0 - overlap,

@@ -1,6 +1,6 @@
 """Tracking: where an object is, in six degrees of freedom, in one observation after another."""
 
-from servoid._native import Estimate, Tracker, TrackSettings, place_body
+from servoid._native import Estimate, Tracker, TrackSettings, pose_from_masks
 from servoid.source import cameras_of, read_instants, tidy_image
 from servoid.track.follower import Adjuster, Evolver, Follower, Rememberer, depths_for
 from servoid.track.following import Collector, TrackStep, follow, follow_live, track_capture
@@ -36,8 +36,8 @@ __all__ = [
     "follow",
     "follow_live",
     "learn_appearance",
-    "place_body",
     "placed",
+    "pose_from_masks",
     "read_instants",
     "tidy_image",
     "track_capture",

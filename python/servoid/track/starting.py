@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid import model
-from servoid._native import Body, Estimate, Pose, View, place_body, silhouette_ious
+from servoid._native import Body, Estimate, Pose, View, pose_from_masks, silhouette_ious
 from servoid.capture import Capture, CaptureView
 from servoid.errors import TrackError
 from servoid.model.marking import mark
@@ -240,7 +240,7 @@ def _placed(
     if not marked or subject.body is None:
         return None
     views, images = (list(parts) for parts in zip(*marked, strict=True))
-    world_from_object, _ = place_body(subject.body, views, images, subject.colors, seed or 0)
+    world_from_object, _ = pose_from_masks(subject.body, views, images, subject.colors, seed or 0)
     return world_from_object
 
 

@@ -5,7 +5,7 @@ use super::detect::DetectionPlan;
 use super::estimate::{Estimate, Notice, Status};
 use super::hypothesis::Hypothesis;
 use super::motion::Motion;
-use super::regain::ROUNDS;
+use super::relocalize::ROUNDS;
 use super::target::colors::Colors;
 use super::target::keyframes::Keyframes;
 use super::tracker::Tracker;
@@ -110,8 +110,10 @@ impl Tracker {
         let expected = near.unwrap_or_else(|| self.motion.last());
         let mut hypothesis = Hypothesis::nothing(expected, self.target.solid.radius);
         let evaluations = match near {
-            Some(_) => self.seek_near(observation, (&expected, ROUNDS.0), &mut hypothesis)?,
-            None => self.seek_anywhere(observation, ROUNDS.1, &mut hypothesis)?,
+            Some(_) => {
+                self.relocalize_locally(observation, (&expected, ROUNDS.0), &mut hypothesis)?
+            }
+            None => self.relocalize_globally(observation, ROUNDS.1, &mut hypothesis)?,
         };
         clock.lap(|timing| &mut timing.search);
         let found = hypothesis.pose;

@@ -10,8 +10,8 @@ use super::growth::Evolving;
 use super::hypothesis::Hypothesis;
 use super::jitter::Jitter;
 use super::motion::Motion;
-use super::recover::Recovery;
 use super::refine::Workspace;
+use super::relocalize::Relocalizer;
 use super::search::{Deviation, Search};
 use super::settings::TrackSettings;
 use super::target::Target;
@@ -33,7 +33,7 @@ pub struct Tracker {
     pub(super) frame: Frame,
     pub(super) target: Target,
     pub(super) search: Search,
-    pub(super) recovery: Recovery,
+    pub(super) relocalizer: Relocalizer,
     pub(super) motion: Motion,
     pub(super) jitter: Jitter,
     pub(super) workspace: Workspace,
@@ -79,7 +79,7 @@ impl Tracker {
             jitter: Jitter::new(target.solid.radius),
             target,
             search: Search::new(settings.population, evolve::rng(settings.seed, 0))?,
-            recovery: Recovery::new(settings.seed),
+            relocalizer: Relocalizer::new(settings.seed),
             motion: Motion::at_rest(0.0, body.world_from_object()),
             workspace: Workspace::default(),
             fresh: Vec::new(),
@@ -130,7 +130,7 @@ impl Tracker {
         }
         if (missed || !self.trust.is_proved()) && self.frame.can_see() {
             least = self.settings.trusted;
-            evaluations += self.regain(observation, &expected, &mut hypothesis)?;
+            evaluations += self.relocalize(observation, &expected, &mut hypothesis)?;
             if self.has_leapt(&expected, &hypothesis.pose) {
                 // What is found there is found again, and no more followed.
                 self.status = self.trust.without();
@@ -194,7 +194,7 @@ impl Tracker {
             self.jitter.pause();
             return;
         }
-        let regained = self.status != Status::Tracking;
+        let relocalized = self.status != Status::Tracking;
         let known = hypothesis.normal.covariance();
         // What leaps from one image to the next moves fast; else where it was says nothing.
         let (went_on, followed) = (self.trust.is_unbroken(), self.trust.was_followed());
@@ -202,11 +202,11 @@ impl Tracker {
         self.search.follow(expected, &hypothesis.pose, self.search_range());
         let drifted = self.target.points.drift;
         let foreseen = self.motion.turn_variance_at(time_s, self.process_noise());
-        self.follow_drift(hypothesis, Some(foreseen).filter(|_| !regained));
+        self.follow_drift(hypothesis, Some(foreseen).filter(|_| !relocalized));
         if followed {
             self.close_loop(expected, hypothesis, drifted);
         }
-        if regained {
+        if relocalized {
             if went_on {
                 self.motion.follow(time_s, hypothesis.pose, &known, self.process_noise());
             } else {

@@ -9,13 +9,13 @@
 mod contour;
 mod evidence;
 mod evolved;
+mod from_masks;
 mod geometry;
 mod lens;
 mod mass;
 mod mesh;
 mod modelling;
 mod one_step;
-mod placing;
 mod points;
 mod pyramid;
 mod raycast;

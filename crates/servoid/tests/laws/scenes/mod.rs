@@ -3,11 +3,11 @@
 
 mod evolved;
 mod faults;
+mod from_masks;
 mod learning;
 mod measure;
 mod modelling;
 mod one_step;
-mod placing;
 mod search;
 mod table;
 mod track;
@@ -55,7 +55,7 @@ fn all() -> impl Iterator<Item = &'static Scene> {
         learning::SCENES,
         modelling::SCENES,
         one_step::SCENES,
-        placing::SCENES,
+        from_masks::SCENES,
         search::SCENES,
         track::SCENES,
         track_asked::SCENES,

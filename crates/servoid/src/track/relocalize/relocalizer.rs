@@ -1,15 +1,15 @@
 use nalgebra::Vector3;
 use rand::RngExt;
 
-use super::inputs::Inputs;
-use super::search::{Deviation, Found, Probes, Scorer, Search};
 use crate::evolve::{self, GaError, Rng};
 use crate::pose::{Pose, even_turn};
+use crate::track::inputs::Inputs;
+use crate::track::search::{Deviation, Found, Probes, Scorer, Search};
 
 /// Seeks the object without knowing where it was: first places, then turns at the best places, then
 /// populations about the best of both. Memory is kept from call to call.
 #[derive(Debug, Clone)]
-pub(super) struct Recovery {
+pub(crate) struct Relocalizer {
     seed: u64,
     round: u64,
     around: Vec<usize>,
@@ -33,13 +33,13 @@ const KEPT: usize = 10;
 /// How far the best turns at the best places may be from the object, in radii and radians.
 const NEAR: (f64, f64) = (0.5, 0.5);
 
-impl Recovery {
-    pub(super) fn new(seed: u64) -> Self {
+impl Relocalizer {
+    pub(crate) fn new(seed: u64) -> Self {
         Self { seed, round: 0, around: Vec::new(), ranked: Vec::new(), best: Vec::new() }
     }
 
     /// Breeds populations about a pose; gives the best of each, and the number of scores.
-    pub(super) fn near(
+    pub(crate) fn local(
         &mut self,
         inputs: Inputs<'_>,
         (pose, search_range, area): (&Pose, Deviation, f64),
@@ -61,7 +61,7 @@ impl Recovery {
     }
 
     /// Seeks the object in all that the cameras see, at distances from near to far.
-    pub(super) fn anywhere(
+    pub(crate) fn global(
         &mut self,
         inputs: Inputs<'_>,
         (near, far): (f64, f64),

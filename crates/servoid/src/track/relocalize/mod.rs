@@ -1,47 +1,56 @@
-use super::TrackError;
-use super::hypothesis::{COARSEST, Hypothesis};
-use super::inputs::Inputs;
-use super::tracker::{MARGIN, Tracker};
+//! Finds an object again: near where it was (locally), anywhere (globally), or from masks.
+
+mod from_masks;
+mod relocalizer;
+
+pub use from_masks::{MaskFit, pose_from_masks};
+pub(super) use relocalizer::Relocalizer;
+
 use crate::camera::Observation;
 use crate::pose::Pose;
+use crate::track::TrackError;
+use crate::track::hypothesis::{COARSEST, Hypothesis};
+use crate::track::inputs::Inputs;
+use crate::track::tracker::{MARGIN, Tracker};
 
 /// Share of the object's size by which the window is larger where it is sought near a pose.
-const NEAR_MARGIN: f64 = 0.8;
+const LOCAL_MARGIN: f64 = 0.8;
 /// How far from a pose the object is sought, in radii and radians.
-const NEAR_RANGE: (f64, f64) = (0.6, 0.8);
+const LOCAL_RANGE: (f64, f64) = (0.6, 0.8);
 /// By how much more must be recognised at a rival's pose.
 const BETTER: f64 = 1.2;
 /// Rounds in which an object is sought near a pose, and anywhere, when time does not press.
-pub(super) const ROUNDS: (usize, usize) = (2, 5);
+pub(crate) const ROUNDS: (usize, usize) = (2, 5);
 /// Smallest image of the object that is sought, in pixels.
 const SMALLEST_PX: f64 = 24.0;
 
 impl Tracker {
     /// Seeks the object again: near where it is expected while it was seen a short time ago, else
     /// anywhere. Replaces the hypothesis if something better is found; gives the number of scores.
-    pub(super) fn regain(
+    pub(in crate::track) fn relocalize(
         &mut self,
         observation: &Observation<'_>,
         expected: &Pose,
         hypothesis: &mut Hypothesis,
     ) -> Result<usize, TrackError> {
         if self.trust.is_met() && self.trust.was_seen_lately() {
-            self.seek_near(observation, (expected, 1), hypothesis)
+            self.relocalize_locally(observation, (expected, 1), hypothesis)
         } else {
-            self.seek_anywhere(observation, 1, hypothesis)
+            self.relocalize_globally(observation, 1, hypothesis)
         }
     }
 
     /// Seeks a pose near a hypothesis's at which more is recognised, since the turn may have drifted; gives the
     /// number of scores.
-    pub(super) fn compare_with_rival(
+    pub(in crate::track) fn compare_with_rival(
         &mut self,
         observation: &Observation<'_>,
         expected: &Pose,
         hypothesis: &mut Hypothesis,
     ) -> Result<usize, TrackError> {
         let mut rival = *hypothesis;
-        let evaluations = self.seek_near(observation, (&hypothesis.pose, 1), &mut rival)?;
+        let evaluations =
+            self.relocalize_locally(observation, (&hypothesis.pose, 1), &mut rival)?;
         let better = rival.quality.support > BETTER * hypothesis.quality.support;
         if better
             && rival.quality.share >= self.settings.trusted
@@ -59,21 +68,21 @@ impl Tracker {
     }
 
     /// Seeks the object near a pose, in several rounds unless it is found before.
-    pub(super) fn seek_near(
+    pub(in crate::track) fn relocalize_locally(
         &mut self,
         observation: &Observation<'_>,
         (near, rounds): (&Pose, usize),
         hypothesis: &mut Hypothesis,
     ) -> Result<usize, TrackError> {
-        let search_range = (NEAR_RANGE.0 * self.target.solid.radius, NEAR_RANGE.1);
+        let search_range = (LOCAL_RANGE.0 * self.target.solid.radius, LOCAL_RANGE.1);
         let mut evaluations = 0;
         for _ in 0..rounds {
-            if !self.open_windows(observation, near, NEAR_MARGIN) {
+            if !self.open_windows(observation, near, LOCAL_MARGIN) {
                 break;
             }
             let area = self.area(near);
             let inputs = Inputs::new(&self.frame, observation, &self.target, &self.settings);
-            let (found, scored) = self.recovery.near(inputs, (near, search_range, area))?;
+            let (found, scored) = self.relocalizer.local(inputs, (near, search_range, area))?;
             evaluations += scored;
             let candidates: Vec<Pose> = found.iter().map(|found| found.pose).collect();
             self.choose(observation, &candidates, hypothesis);
@@ -85,7 +94,7 @@ impl Tracker {
     }
 
     /// Seeks the object in all that the cameras see, in several rounds unless it is found before.
-    pub(super) fn seek_anywhere(
+    pub(in crate::track) fn relocalize_globally(
         &mut self,
         observation: &Observation<'_>,
         rounds: usize,
@@ -105,7 +114,7 @@ impl Tracker {
         for _ in 0..rounds {
             self.open_all_over(observation);
             let inputs = Inputs::new(&self.frame, observation, &self.target, &self.settings);
-            let (found, scored) = self.recovery.anywhere(inputs, (near, far), area_at)?;
+            let (found, scored) = self.relocalizer.global(inputs, (near, far), area_at)?;
             evaluations += scored;
             let candidates: Vec<Pose> = found.iter().map(|found| found.pose).collect();
             self.choose(observation, &candidates, hypothesis);

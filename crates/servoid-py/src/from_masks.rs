@@ -14,7 +14,7 @@ use crate::taking::{Listed, Picture, Wanted, read_index_rows};
 #[pyfunction]
 #[pyo3(signature = (body, views, images=None, colors=None, seed=0))]
 #[allow(clippy::needless_pass_by_value, reason = "as Python hands it over")]
-pub fn place_body(
+pub fn pose_from_masks(
     py: Python<'_>,
     body: Body,
     views: Listed<GivenView<'_>>,
@@ -35,7 +35,9 @@ pub fn place_body(
         .transpose()?;
     let colors = colors.map(read_colors).transpose()?;
     let placed = py
-        .detach(|| core::place(&body.0, &views, images.as_deref(), colors.as_deref(), seed))
+        .detach(|| {
+            core::pose_from_masks(&body.0, &views, images.as_deref(), colors.as_deref(), seed)
+        })
         .map_err(raise)?;
     Ok((Pose(placed.world_from_object), placed.iou))
 }

@@ -6,7 +6,7 @@ use servoid::camera::{Camera, Channels, ImageView, Mask, RigError, View};
 use servoid::fitness::{Fitness, Overlap, OverlapView};
 use servoid::pose::{Pose, even_turn};
 use servoid::shape::{Body, Ellipsoid, Projection, silhouette};
-use servoid::track::{Placement, TrackError, place};
+use servoid::track::{MaskFit, TrackError, pose_from_masks};
 
 const SIZE: [usize; 2] = [320, 240];
 const COLORS: [[u8; 3]; 3] = [[200, 60, 40], [40, 160, 60], [50, 70, 200]];
@@ -71,17 +71,13 @@ fn painted(body: &Body, eye: &Pose) -> Vec<u8> {
     image
 }
 
-pub fn placed(
-    body: &Body,
-    drawn: &[(Vec<u8>, Vec<u8>)],
-    seed: u64,
-) -> Result<Placement, TrackError> {
+pub fn placed(body: &Body, drawn: &[(Vec<u8>, Vec<u8>)], seed: u64) -> Result<MaskFit, TrackError> {
     let views: Vec<_> = drawn.iter().zip(eyes()).map(|((mask, _), eye)| view(mask, eye)).collect();
     let images: Vec<_> = drawn
         .iter()
         .map(|(_, image)| ImageView::new(image, SIZE, Channels::Rgb).unwrap())
         .collect();
-    place(body, &views, Some(&images), Some(&COLORS[..body.ellipsoids().len()]), seed)
+    pose_from_masks(body, &views, Some(&images), Some(&COLORS[..body.ellipsoids().len()]), seed)
 }
 
 fn view(mask: &[u8], eye: Pose) -> View<'_> {
@@ -124,15 +120,15 @@ fn a_body_that_does_not_fit_is_refused() {
 
 #[test]
 fn what_does_not_belong_together_is_refused() {
-    assert_eq!(place(&hand(), &[], None, None, 0), Err(TrackError::NoMask));
+    assert_eq!(pose_from_masks(&hand(), &[], None, None, 0), Err(TrackError::NoMask));
     let looks = drawn(&hand().at(somewhere(0)));
     let views = [view(&looks[0].0, eyes()[0])];
     assert_eq!(
-        place(&hand(), &views, Some(&[]), None, 0),
+        pose_from_masks(&hand(), &views, Some(&[]), None, 0),
         Err(RigError::Count { what: "images", cameras: 1, given: 0 }.into())
     );
     assert_eq!(
-        place(&hand(), &views, None, Some(&COLORS[..2]), 0),
+        pose_from_masks(&hand(), &views, None, Some(&COLORS[..2]), 0),
         Err(TrackError::Colors { ellipsoids: 3, given: 2 })
     );
 }

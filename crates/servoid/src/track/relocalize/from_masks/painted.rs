@@ -1,6 +1,6 @@
 use nalgebra::Vector3;
 
-use super::Placement;
+use super::MaskFit;
 use crate::camera::{Camera, ImageView, View};
 use crate::pose::Pose;
 use crate::track::target::solid::Solid;
@@ -36,8 +36,8 @@ impl Painted {
 
     /// Says how well the foremost ellipsoids' colours agree with the images, 0 to 1. What all of an
     /// image's colours are off by is the light, and counts for nothing.
-    pub(super) fn agreement(&self, solid: &Solid, placement: &Placement) -> f64 {
-        let object_from_world = placement.world_from_object.inverse();
+    pub(super) fn agreement(&self, solid: &Solid, fit: &MaskFit) -> f64 {
+        let object_from_world = fit.world_from_object.inverse();
         let (mut total, mut views) = (0.0, 0.0);
         for seen in &self.views {
             let away = self.differences(solid, &(object_from_world * seen.world_from_camera), seen);

@@ -1,6 +1,6 @@
 use nalgebra::{UnitQuaternion, Vector3};
 
-use super::Placement;
+use super::MaskFit;
 use crate::camera::View;
 use crate::evolve::{ClimbSettings, climb};
 use crate::fitness::Overlap;
@@ -34,13 +34,13 @@ impl<'a> Fit<'a> {
         Ok(Self { overlap, quadrics: &solid.quadrics, radius: solid.radius })
     }
 
-    pub(super) fn scored(&self, world_from_object: Pose) -> Placement {
+    pub(super) fn scored(&self, world_from_object: Pose) -> MaskFit {
         let iou = self.overlap.score_at(&world_from_object, self.quadrics);
-        Placement { world_from_object, iou }
+        MaskFit { world_from_object, iou }
     }
 
-    /// Climbs to the best placement nearby, moved and turned at once.
-    pub(super) fn climbed(&self, start: &Placement, settings: &ClimbSettings) -> Placement {
+    /// Climbs to the best fit nearby, moved and turned at once.
+    pub(super) fn climbed(&self, start: &MaskFit, settings: &ClimbSettings) -> MaskFit {
         let expected = start.world_from_object;
         let reached = climb(&[0.0; 6], settings, |at, uphill| {
             let motion = self.motion(at);
@@ -48,7 +48,7 @@ impl<'a> Fit<'a> {
             uphill.copy_from_slice(self.pull_back(at, &motion, &slope).as_slice());
             score
         });
-        Placement { world_from_object: expected * self.motion(&reached.at), iou: reached.score }
+        MaskFit { world_from_object: expected * self.motion(&reached.at), iou: reached.score }
     }
 
     /// Makes a motion of six numbers: a way in radii, and an axis that is as long as the angle.

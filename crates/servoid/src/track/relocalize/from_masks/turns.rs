@@ -1,7 +1,7 @@
 use nalgebra::UnitQuaternion;
 use rand::RngExt;
 
-use super::Placement;
+use super::MaskFit;
 use crate::camera::View;
 use crate::evolve;
 use crate::pose::{Pose, even_turn};
@@ -89,13 +89,12 @@ impl Bounds {
 }
 
 /// Keeps the best, each turned otherwise than those that are better.
-pub(super) fn best_apart(mut tried: Vec<Placement>, most: usize, apart: f64) -> Vec<Placement> {
+pub(super) fn best_apart(mut tried: Vec<MaskFit>, most: usize, apart: f64) -> Vec<MaskFit> {
     tried.sort_by(|one, other| other.iou.total_cmp(&one.iou));
-    let mut kept: Vec<Placement> = Vec::with_capacity(most);
+    let mut kept: Vec<MaskFit> = Vec::with_capacity(most);
     for one in tried {
         let turn = one.world_from_object.rotation();
-        let differs =
-            |other: &Placement| other.world_from_object.rotation().angle_to(&turn) > apart;
+        let differs = |other: &MaskFit| other.world_from_object.rotation().angle_to(&turn) > apart;
         if kept.len() < most && kept.iter().all(differs) {
             kept.push(one);
         }

@@ -1,4 +1,4 @@
-//! Places a known body in masks: where it must be to look like that.
+//! The pose of a known body from masks: where it must be to look like that.
 
 mod climbing;
 mod painted;
@@ -8,15 +8,15 @@ use rayon::prelude::*;
 
 use self::climbing::{FIRST, Fit, LAST};
 use self::painted::Painted;
-use super::TrackError;
-use super::target::solid::Solid;
 use crate::camera::{ImageView, RigError, View, check_image_size};
 use crate::pose::Pose;
 use crate::shape::Body;
+use crate::track::TrackError;
+use crate::track::target::solid::Solid;
 
 /// A pose, and how well the outlines there agree with the masks: intersection over union.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Placement {
+pub struct MaskFit {
     /// The pose of the object in the world.
     pub world_from_object: Pose,
     /// Mean intersection over union in the masks.
@@ -43,13 +43,13 @@ const LEAST_IOU: f64 = 0.5;
 /// # Errors
 /// If there is no view, there is not one image a view or one colour an ellipsoid, or the overlap is
 /// below a half wherever the body is put.
-pub fn place(
+pub fn pose_from_masks(
     body: &Body,
     views: &[View<'_>],
     images: Option<&[ImageView<'_>]>,
     colors: Option<&[[u8; 3]]>,
     seed: u64,
-) -> Result<Placement, TrackError> {
+) -> Result<MaskFit, TrackError> {
     check(body, views, images, colors)?;
     let solid = Solid::new(body);
     let coarse = Fit::new(&solid, views, COARSE_PX)?;
@@ -68,7 +68,7 @@ pub fn place(
     let fine = Fit::new(&solid, views, FINE_PX)?;
     let sharp: Vec<_> = alike.par_iter().map(|one| fine.climbed(one, &LAST)).collect();
     let painted = images.zip(colors).map(|(images, colors)| Painted::new(views, images, colors));
-    let worth = |one: &Placement| {
+    let worth = |one: &MaskFit| {
         one.iou + painted.as_ref().map_or(0.0, |painted| painted.agreement(&solid, one))
     };
     let chosen = sharp.into_iter().map(|one| (worth(&one), one));

@@ -5,7 +5,7 @@ use servoid::track::TrackError;
 
 use super::Sense::AtMost;
 use super::{Figures, MISSED, Measure, OFF, Scene, TURNED, apart};
-use crate::placing::{bar, body, drawn, hand, placed, somewhere};
+use crate::from_masks::{bar, body, drawn, hand, placed, somewhere};
 
 const PLACED: &[Measure] = &[OFF, TURNED];
 

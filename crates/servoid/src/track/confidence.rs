@@ -44,7 +44,7 @@ const REFERENCE: (f64, f64, f64) = (15.0, 40.0, 1.94);
 /// Standard deviation of the turn by noise at which it adds nothing, the least and the most that are
 /// told apart, all in radians, and what it takes for each factor of e.
 const TURN: (f64, f64, f64, f64) = (0.02, 0.001, 1.0, 0.99);
-/// The same of what poses jitter: an object that leaps seems to jitter, too.
+/// The same of what poses jitter: an object that jumps seems to jitter, too.
 const JITTER: (f64, f64, f64, f64) = (0.05, 0.003, 0.0675, 3.44);
 /// What poses are supposed to jitter of an object of which no images were compared yet: it cannot have
 /// turned far unseen.

@@ -128,7 +128,7 @@ impl Tracker {
 
     /// Says whether the object may move so fast that its image is blurred.
     pub(super) fn foresee_blur(&mut self, expected: &Pose) {
-        // A pose that leapt must not be judged by what is coarse alone, unless all else is lost.
+        // A pose that jumped must not be judged by what is coarse alone, unless all else is lost.
         self.frame.is_blurred = self.settings.depth_from_motion
             && self.status == Status::Tracking
             && self.goes_px(expected) > BLURRED_PX;
@@ -165,8 +165,8 @@ impl Tracker {
         let prior = followed.then(|| self.motion.prior(observation.time_s, self.process_noise()));
         let prior = prior.as_ref();
         let mut hypothesis = self.hypothesis(observation, guess, self.coarsest(expected), prior);
-        if self.is_doubtful(&hypothesis.quality) {
-            // What hides much of the object draws the search away, and what leaps is not where it was
+        if self.needs_retry(&hypothesis.quality) {
+            // What hides much of the object draws the search away, and what jumps is not where it was
             // foreseen; what shows of its surface tells.
             self.points_in_view(expected);
             let inputs = Inputs::new(&self.frame, observation, &self.target, &self.settings);
@@ -183,7 +183,7 @@ impl Tracker {
             hypothesis = self.weigh(observation, &hypothesis.pose, prior);
         }
         if self.status != Status::Tracking {
-            self.doubt(&mut hypothesis);
+            self.penalize_unrecognised(&mut hypothesis);
         }
         hypothesis
     }

@@ -7,7 +7,7 @@ use crate::pose::{Pose, Twist};
 
 /// Where the object was seen and how it moved: its middle evenly through the world, and turning evenly
 /// about it. While it is not seen it is foreseen to go on, ever more slowly. What is not certain of it
-/// goes along, by a Kalman filter whose speed may leap from image to image.
+/// goes along, by a Kalman filter whose speed may jump from image to image.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Motion {
     seen: At,
@@ -150,16 +150,16 @@ impl Motion {
     fn pass(&mut self, time_s: f64, (across, slight): Deviation) {
         let last_s = self.foreseen.time_s;
         self.foreseen = At { time_s, world_from_object: self.predict(time_s) };
-        let leap = |dt: f64| {
+        let jump = |dt: f64| {
             let (across, slight) = ((across / dt).powi(2), (slight / dt).powi(2));
             Matrix6::from_diagonal(&Vector6::new(across, across, across, slight, slight, slight))
         };
         let Some(dt) = passed(last_s, time_s) else {
             self.stop();
-            self.place += leap(1.0);
+            self.place += jump(1.0);
             return;
         };
-        self.pace += leap(dt);
+        self.pace += jump(dt);
         self.place += (self.both + self.both.transpose()) * dt + self.pace * (dt * dt);
         self.both += self.pace * dt;
     }

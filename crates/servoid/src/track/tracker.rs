@@ -121,7 +121,7 @@ impl Tracker {
             clock.lap(|timing| &mut timing.refine);
         }
         if self.status == Status::Tracking {
-            self.doubt_leap(&expected, &mut hypothesis);
+            self.penalize_jump(&expected, &mut hypothesis);
         }
         let missed = hypothesis.quality.share < least;
         if !missed && self.trust.is_proved() && self.seeks_rival() {
@@ -131,7 +131,7 @@ impl Tracker {
         if (missed || !self.trust.is_proved()) && self.frame.can_see() {
             least = self.settings.trusted;
             evaluations += self.relocalize(observation, &expected, &mut hypothesis)?;
-            if self.has_leapt(&expected, &hypothesis.pose) {
+            if self.has_jumped(&expected, &hypothesis.pose) {
                 // What is found there is found again, and no more followed.
                 self.status = self.trust.without();
             }
@@ -151,7 +151,7 @@ impl Tracker {
         if self.status == Status::Tracking && !self.frame.is_stale() {
             self.update(observation, &hypothesis);
         } else {
-            self.trust.doubt();
+            self.trust.cool_down();
         }
         if self.status != Status::Tracking {
             self.target.keyframes.followed = false;
@@ -196,7 +196,7 @@ impl Tracker {
         }
         let relocalized = self.status != Status::Tracking;
         let known = hypothesis.normal.covariance();
-        // What leaps from one image to the next moves fast; else where it was says nothing.
+        // What jumps from one image to the next moves fast; else where it was says nothing.
         let (went_on, followed) = (self.trust.is_unbroken(), self.trust.was_followed());
         self.status = Status::Tracking;
         self.search.follow(expected, &hypothesis.pose, self.search_range());

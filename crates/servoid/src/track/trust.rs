@@ -26,11 +26,11 @@ const LIKELY: f64 = 0.8;
 const FEW: f64 = 8.0;
 const SOME: f64 = 18.0;
 const RICH: f64 = 22.0;
-/// Part of the trusted share that is left of a pose's at which something does not fit, so that
+/// Penalty: the part of the trusted share that is left of a pose's at which something does not fit, so that
 /// however well the rest fits, it is not trusted.
-const DOUBTED: f64 = 0.9;
+const PENALTY: f64 = 0.9;
 /// Part of the reference share below which a pose is made precise once more, from coarser images.
-const DOUBTFUL: f64 = 0.9;
+const RETRY: f64 = 0.9;
 /// Share and part of the reference support from which on no other candidate is looked at.
 const SURE: (f64, f64) = (0.7, 0.6);
 /// Surface points that are usually seen of an object with a pattern: its turn is not believed without
@@ -41,24 +41,24 @@ const MANY: f64 = 24.0;
 /// Share of the surface points that are usually seen of an object, below which one that was sought is
 /// not believed to be found: its outline alone fits too many poses.
 const LEAST_RECOGNISED: f64 = 0.25;
-/// How far an object must be off to have leapt, in radii and radians, and the share of the reference
+/// How far an object must be off to have jumped, in radii and radians, and the share of the reference
 /// surface points that must then be seen.
-const LEAP: f64 = 0.1;
+const JUMP: f64 = 0.1;
 const LANDED: f64 = 0.6;
-/// Share from which on a leap is believed at once.
+/// Share from which on a jump is believed at once.
 const SAFE: f64 = 0.85;
-/// Share of the reference surface points that must be seen for what is learned to be true, after a doubt
-/// and when the last images were clear: a side that turns into view brings its points one by one.
+/// Share of the reference surface points that must be seen for new points to be detected, during a
+/// cooldown and after it: a side that turns into view brings its points one by one.
 const WELL_RECOGNISED: (f64, f64) = (0.6, 0.3);
 /// Standard deviation of the turn, in radians, below which a side that is not known is learned.
 const HELD_RAD: f64 = 0.15;
 /// Standard deviation of what the turn may have drifted, in radians, above which it is not reported, and another
 /// pose is sought at which sides that are known better are recognised.
 pub(super) const ADRIFT: f64 = 0.09;
-/// Images in which an object may be missed and is still foreseen.
+/// Images in which an object may be missed and is still predicted.
 const MISSED: usize = 3;
-/// Clear images after which a doubt is over.
-const DOUBT: usize = 8;
+/// Clear images after an unclear one until points are detected as before.
+const COOLDOWN: usize = 8;
 /// Share from which on colours are learned.
 const COLOR_SHARE: f64 = 0.65;
 /// Share and part of the reference surface points that prove that an object which was found again is
@@ -78,8 +78,8 @@ pub(super) struct Trust {
     unseen: usize,
     /// Whether the object was ever tracked, so that its last pose means something.
     met: bool,
-    /// Clear images until the last doubt is over.
-    doubt: usize,
+    /// Clear images until points are detected as before.
+    cooldown: usize,
     /// Whether the object that was found again last was proved to be the one that was lost.
     proved: bool,
     /// Whether it ever was: only then may it have turned unseen to a side that looks like a known one.
@@ -91,7 +91,7 @@ pub(super) struct Trust {
 impl Trust {
     /// Starts with an object that was never seen.
     pub(super) fn unmet() -> Self {
-        Self { unseen: 0, met: false, doubt: 0, proved: true, adrift: 0, confirmed: false }
+        Self { unseen: 0, met: false, cooldown: 0, proved: true, adrift: 0, confirmed: false }
     }
 
     /// Starts with an object whose pose was given; `confirmed` says whether images confirm it.
@@ -146,9 +146,9 @@ impl Trust {
         self.confirmed |= self.proved;
     }
 
-    /// Begins a doubt, which some clear images end.
-    pub(super) fn doubt(&mut self) {
-        self.doubt = DOUBT;
+    /// Begins a cooldown, which some clear images end.
+    pub(super) fn cool_down(&mut self) {
+        self.cooldown = COOLDOWN;
     }
 
     /// Says what may be updated by a pose that is followed, if images confirm it as `located`.
@@ -160,14 +160,14 @@ impl Trust {
     ) -> Updates {
         let &Quality { visible, recognised, .. } = quality;
         let is_clear = visible >= CLEAR;
-        self.doubt = if is_clear { self.doubt.saturating_sub(1) } else { DOUBT };
+        self.cooldown = if is_clear { self.cooldown.saturating_sub(1) } else { COOLDOWN };
         if !located {
             return Updates { colors: false, surface: false, whole: false };
         }
         // What hides the object must not become part of it, nor must a pose that is a little off
         // teach where its points are.
-        let (doubted, sure) = WELL_RECOGNISED;
-        let least = if self.doubt > 0 { doubted } else { sure };
+        let (cooling, sure) = WELL_RECOGNISED;
+        let least = if self.cooldown > 0 { cooling } else { sure };
         let whole = is_clear && (held || recognised >= least * reference.recognised);
         Updates { colors: visible >= COLOR_SHARE, surface: whole || held, whole }
     }
@@ -206,8 +206,8 @@ impl Tracker {
     }
 
     /// Says whether it pays to make a pose precise once more.
-    pub(super) fn is_doubtful(&self, quality: &Quality) -> bool {
-        quality.share < self.settings.trusted.max(DOUBTFUL * self.target.reference.share)
+    pub(super) fn needs_retry(&self, quality: &Quality) -> bool {
+        quality.share < self.settings.trusted.max(RETRY * self.target.reference.share)
     }
 
     pub(super) fn is_sure(&self, hypothesis: &Hypothesis) -> bool {
@@ -217,41 +217,41 @@ impl Tracker {
 
     /// Takes the trust out of a pose at which too little of the surface is recognised, where the
     /// object was not tracked just before.
-    pub(super) fn doubt(&self, hypothesis: &mut Hypothesis) {
+    pub(super) fn penalize_unrecognised(&self, hypothesis: &mut Hypothesis) {
         if self.status != Status::Tracking {
             // Only where it was a moment ago may something be thought to hide it.
             hypothesis.quality.share = hypothesis.quality.visible;
         }
         if hypothesis.quality.recognised < LEAST_RECOGNISED * self.target.reference.recognised {
-            self.distrust(hypothesis);
+            self.penalize(hypothesis);
         }
     }
 
     /// Takes the trust out of a pose that is farther from where the object was expected than its
     /// motion explains, unless much of the surface is recognised there.
-    pub(super) fn doubt_leap(&self, expected: &Pose, hypothesis: &mut Hypothesis) {
+    pub(super) fn penalize_jump(&self, expected: &Pose, hypothesis: &mut Hypothesis) {
         let landed = hypothesis.quality.recognised >= LANDED * self.target.reference.recognised;
-        if self.has_leapt(expected, &hypothesis.pose) && !landed {
-            self.distrust(hypothesis);
+        if self.has_jumped(expected, &hypothesis.pose) && !landed {
+            self.penalize(hypothesis);
         }
     }
 
-    /// Says whether a pose that is followed needs no proof: it did not leap, or all fits where it
+    /// Says whether a pose that is followed needs no proof: it did not jump, or all fits where it
     /// landed.
     pub(super) fn is_landed(&self, expected: &Pose, hypothesis: &Hypothesis) -> bool {
-        hypothesis.quality.share >= SAFE || !self.has_leapt(expected, &hypothesis.pose)
+        hypothesis.quality.share >= SAFE || !self.has_jumped(expected, &hypothesis.pose)
     }
 
     /// Says whether a pose is farther from where the object was expected than its motion explains.
-    pub(super) fn has_leapt(&self, expected: &Pose, pose: &Pose) -> bool {
+    pub(super) fn has_jumped(&self, expected: &Pose, pose: &Pose) -> bool {
         let off = (expected.inverse() * *pose).log();
         let (across, turned) = (off.fixed_rows::<3>(0).norm(), off.fixed_rows::<3>(3).norm());
         let (near, slight) = self.search_range();
-        across > near.max(LEAP * self.target.solid.radius) || turned > slight.max(LEAP)
+        across > near.max(JUMP * self.target.solid.radius) || turned > slight.max(JUMP)
     }
 
-    fn distrust(&self, hypothesis: &mut Hypothesis) {
-        hypothesis.quality.share *= DOUBTED * self.settings.trusted;
+    fn penalize(&self, hypothesis: &mut Hypothesis) {
+        hypothesis.quality.share *= PENALTY * self.settings.trusted;
     }
 
     /// Says what may be updated by a pose that is followed.
@@ -305,17 +305,17 @@ mod tests {
     }
 
     #[test]
-    fn a_pose_that_is_doubted_is_never_trusted() {
+    fn a_pose_that_is_penalized_is_never_trusted() {
         for step in 1..=20 {
             let mut tracker = tracker(Status::Searching, 60.0);
             tracker.settings.trusted = 0.05 * f64::from(step);
             let mut sought = hypothesis(quality(1.0, 10.0));
-            tracker.doubt(&mut sought);
+            tracker.penalize_unrecognised(&mut sought);
             assert!(sought.quality.share < tracker.settings.trusted);
-            let mut leapt = hypothesis(quality(1.0, 30.0));
+            let mut jumped = hypothesis(quality(1.0, 30.0));
             let far = Pose::exp(&crate::pose::Twist::new(0.2, 0.0, 0.0, 0.0, 0.0, 0.0));
-            tracker.doubt_leap(&far, &mut leapt);
-            assert!(leapt.quality.share < tracker.settings.trusted);
+            tracker.penalize_jump(&far, &mut jumped);
+            assert!(jumped.quality.share < tracker.settings.trusted);
         }
     }
 

@@ -54,7 +54,7 @@ impl Tracker {
         let better = rival.quality.support > BETTER * hypothesis.quality.support;
         if better
             && rival.quality.share >= self.settings.trusted
-            && self.has_leapt(expected, &rival.pose)
+            && self.has_jumped(expected, &rival.pose)
         {
             *hypothesis = rival;
             self.status = self.trust.without();
@@ -148,7 +148,7 @@ impl Tracker {
             self.points_in_view(&pose);
             *hypothesis = self.hypothesis(observation, &pose, COARSEST, None);
         }
-        self.doubt(hypothesis);
+        self.penalize_unrecognised(hypothesis);
     }
 
     /// Gives how far from the first camera the object was last, if it was met.

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from servoid import model
 from servoid.capture import Capture
 from servoid.exchange import open_any
-from servoid.model import fit_sights, sights_of_cloud
+from servoid.model import fit_range_samples, range_samples_of_cloud
 from servoid.pose import Pose
 from servoid.record import waypoints, write_trajectory
 from servoid.shape import Body
@@ -124,8 +124,10 @@ class Recording:
         mesh = trimesh.load(self.folder / "truth" / "mesh.obj", force="mesh", process=True)
         mesh.merge_vertices(merge_tex=True, merge_norm=True)
         points, faces = trimesh.sample.sample_surface(mesh, SURFACE_POINTS, seed=1)
-        cloud = sights_of_cloud(np.asarray(points), np.asarray(mesh.face_normals[faces]), None)
-        return fit_sights(cloud, model.Request(max_ellipsoids=8)).body
+        cloud = range_samples_of_cloud(
+            np.asarray(points), np.asarray(mesh.face_normals[faces]), None
+        )
+        return fit_range_samples(cloud, model.Request(max_ellipsoids=8)).body
 
     def many_views(self) -> Subject:
         """Return the object with its many-view body at its true first pose."""

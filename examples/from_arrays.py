@@ -12,7 +12,14 @@ from numpy.typing import NDArray
 
 from servoid.camera import Camera
 from servoid.capture import PosedImage, View, capture_of, open_capture
-from servoid.model import ModelResult, Request, fit, fit_capture, fit_sights, sights_of_cloud
+from servoid.model import (
+    ModelResult,
+    Request,
+    fit,
+    fit_capture,
+    fit_range_samples,
+    range_samples_of_cloud,
+)
 from servoid.pose import Pose
 from servoid.servo import Arm, Controller
 from servoid.shape import Body
@@ -44,7 +51,9 @@ def model_from_pair(left: PosedImage, right: PosedImage) -> ModelResult:
 
 def model_from_points(points: NDArray[np.float64], eye: tuple[float, float, float]) -> ModelResult:
     """Model a point cloud that was seen from one place."""
-    return fit_sights(sights_of_cloud(points, None, eye), Request(max_ellipsoids=4, delta=0.0))
+    return fit_range_samples(
+        range_samples_of_cloud(points, None, eye), Request(max_ellipsoids=4, delta=0.0)
+    )
 
 
 def track(camera: Camera, body: Body, stream: Iterator[tuple[float, Image]]) -> Iterator[Pose]:
@@ -88,7 +97,7 @@ def main(folder: str) -> None:
     ]
     result = model_from_pair(*pair)
     print(f"stereo pair: {len(result.body)} ellipsoids, IoU {result.iou_used.mean():.3f}")
-    points = result.sights.points
+    points = result.range_samples.points
     cloud = model_from_points(points, (0.0, 0.0, 0.0))
     print(f"{len(points)} points: {len(cloud.body)} ellipsoids")
     masks = [one.mask() for one in result.used_views]

@@ -61,6 +61,9 @@ def __getattr__(name: str) -> Any:
         return import_module(f"servoid.{name}")
     if name == "__version__":
         return import_module("servoid._native").__version__
+    if name == "observe":
+        rooms = "camera, capture, config, segment, source and stereo"
+        raise errors.RenamedError(f"servoid.observe is six packages now: {rooms}; use those")
     raise AttributeError(f"module 'servoid' has no attribute {name!r}")
 
 

@@ -121,6 +121,10 @@ class MissingExtraError(ServoidError, ImportError):
         )
 
 
+class RenamedError(ServoidError, ImportError):
+    """Is raised for a name that was public once, and says what it is called now."""
+
+
 @contextmanager
 def located(place: str) -> Iterator[None]:
     """Put `place`, such as a file and a line, before the message of a ServoidError from inside."""

@@ -45,7 +45,7 @@ impl Named for fitness::BackendError {
     }
 }
 
-impl Named for fitness::SightError {
+impl Named for fitness::RangeSampleError {
     fn class(&self) -> &'static str {
         "ModelError"
     }

@@ -3,7 +3,7 @@ use std::hash::{Hash, Hasher};
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyTuple, PyType};
-use servoid::fitness::Sight;
+use servoid::fitness::RangeSample;
 use servoid::model as core;
 
 use crate::camera::{Camera, GivenView, Pixels, View};
@@ -172,7 +172,7 @@ impl Step {
 pub struct Given {
     views: Vec<Py<View>>,
     mesh: Option<servoid::shape::Mesh>,
-    sights: Vec<Sight>,
+    samples: Vec<RangeSample>,
     weights: core::Weights,
 }
 
@@ -190,7 +190,7 @@ impl Given {
         volume_weight: Option<f64>,
         depth_weight: Option<f64>,
     ) -> PyResult<Self> {
-        let sights = read_sights(points, directions)?;
+        let samples = read_samples(points, directions)?;
         let default = core::Weights::default();
         let weights = core::Weights {
             silhouettes: silhouette_weight.unwrap_or(default.silhouettes),
@@ -200,7 +200,7 @@ impl Given {
         Ok(Self {
             views: views.unwrap_or_default().into_iter().map(|view| view.0.unbind()).collect(),
             mesh: mesh.map(|mesh| mesh.0),
-            sights,
+            samples,
             weights,
         })
     }
@@ -222,7 +222,7 @@ pub fn fit_body(
         let given = core::Given {
             views: &views,
             mesh: given.mesh.as_ref(),
-            sights: &given.sights,
+            samples: &given.samples,
             weights: given.weights,
         };
         core::progressive(&given, &settings.0, report)
@@ -258,8 +258,8 @@ pub fn rough_body(
         unmarked.checked().map_err(raise)
     });
     let unmarked: Vec<_> = unmarked.collect::<PyResult<_>>()?;
-    let sights = read_sights(points, directions)?;
-    let found = py.detach(|| core::rough(&marked, &unmarked, &sights, &settings.0));
+    let samples = read_samples(points, directions)?;
+    let found = py.detach(|| core::rough(&marked, &unmarked, &samples, &settings.0));
     found.map(Body).map_err(raise)
 }
 
@@ -279,15 +279,15 @@ pub fn seen_surface<'py>(
     directions: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<SeenSurface<'py>> {
     let views = borrow(&views)?;
-    let sights = read_sights(points, directions)?;
-    let found = py.detach(|| core::seen(&body.0, &views, &sights));
+    let samples = read_samples(points, directions)?;
+    let found = py.detach(|| core::seen(&body.0, &views, &samples));
     Ok((PyArray1::from_vec(py, found.by_ellipsoid), found.share, found.unseen_toward))
 }
 
-fn read_sights(
+fn read_samples(
     points: Option<&Bound<'_, PyAny>>,
     directions: Option<&Bound<'_, PyAny>>,
-) -> PyResult<Vec<Sight>> {
+) -> PyResult<Vec<RangeSample>> {
     let read = |given: Option<&Bound<'_, PyAny>>, name| {
         let what = "numbers of shape (N, 3), in metres";
         given.map_or_else(
@@ -295,7 +295,7 @@ fn read_sights(
             |given| read_rows::<3>(given, Wanted { name, what, class: "ModelError" }),
         )
     };
-    Sight::join(&read(points, "points")?, &read(directions, "directions")?).map_err(raise)
+    RangeSample::join(&read(points, "points")?, &read(directions, "directions")?).map_err(raise)
 }
 
 /// Gives the intersection over union of the body's silhouette and the mask in each view, (V,)

@@ -17,8 +17,8 @@ from servoid._native import (
     fit_paper,
 )
 from servoid.batch import Experiment
-from servoid.model import Sights
-from servoid.model.sights import NO_SIGHTS, sights_of_depth
+from servoid.model import RangeSamples
+from servoid.model.range_samples import NO_RANGE_SAMPLES, range_samples_of_depth
 from servoid.segment.hue import hue_window, match_image
 from servoid.stereo import stereo_depth
 from servoid_experiments.metrics import (
@@ -41,11 +41,11 @@ def run_two_ellipsoids(case: TwoCase) -> TwoRow:
     window = hue_window(pair.images[0], pair.masks[0])
     pairs = [pair, *_further_pairs(case)] if case.procedure is Procedure.LOOKS else [pair]
     views = [view for one in pairs for view in _views(one, window)]
-    sights = _sights(case, pair, match_image(pair.images[0], *window))
+    samples = _range_samples(case, pair, match_image(pair.images[0], *window))
     start = time.perf_counter()
-    body = _model(case, views, sights)
+    body = _model(case, views, samples)
     seconds = time.perf_counter() - start
-    return _row(body, pair, len(sights), seconds)
+    return _row(body, pair, len(samples), seconds)
 
 
 TWO_ELLIPSOIDS = Experiment("two_ellipsoids", run_two_ellipsoids, TwoCase, TwoRow)
@@ -104,7 +104,7 @@ def _views(pair: EyePair, window: tuple[float, float]) -> list[View]:
     ]
 
 
-def _sights(case: TwoCase, pair: EyePair, mask: NDArray[np.uint8]) -> Sights:
+def _range_samples(case: TwoCase, pair: EyePair, mask: NDArray[np.uint8]) -> RangeSamples:
     """Return the depth of the left image's object as the procedure knows it."""
     if case.procedure is Procedure.STEREO:
         left_from_right = pair.world_from_cameras[0].inverse() @ pair.world_from_cameras[1]
@@ -117,11 +117,11 @@ def _sights(case: TwoCase, pair: EyePair, mask: NDArray[np.uint8]) -> Sights:
         noise = case.trial.depth_noise * random.normal(size=true.shape)
         depth = np.where(pair.masks[0] != 0, true * (1.0 + noise), np.nan).astype(np.float32)
     else:
-        return NO_SIGHTS
-    return sights_of_depth(depth, mask, pair.cameras[0], pair.world_from_cameras[0])
+        return NO_RANGE_SAMPLES
+    return range_samples_of_depth(depth, mask, pair.cameras[0], pair.world_from_cameras[0])
 
 
-def _model(case: TwoCase, views: Sequence[View], sights: Sights) -> Body:
+def _model(case: TwoCase, views: Sequence[View], samples: RangeSamples) -> Body:
     """Model with all the ellipsoids that are asked for, on one thread."""
     trial = case.trial
     if case.procedure is Procedure.PAPER:
@@ -136,7 +136,7 @@ def _model(case: TwoCase, views: Sequence[View], sights: Sights) -> Body:
             generations=trial.generations,
         )
         return fit_paper(views, settings)[-1].body
-    given = Given(views=views, points=sights.points, directions=sights.directions)
+    given = Given(views=views, points=samples.points, directions=samples.directions)
     settings = ModelSettings(max_ellipsoids=trial.ellipsoids, delta=0.0, seed=case.seed, threads=1)
     return fit_body(given, settings)[-1].body
 

@@ -1,12 +1,15 @@
 """Modelling: views of an unknown object become a body of a few ellipsoids."""
 
+from typing import TYPE_CHECKING
+
 from servoid._native import ModelSettings, PaperSettings, Step
-from servoid.model.fit import Request, fit, fit_mesh, fit_sights
+from servoid.model.fit import Request, fit, fit_mesh, fit_range_samples
 from servoid.model.look import fit_capture, fit_capture_by_paper, mark_everywhere
 from servoid.model.paper import fit_paper_views
+from servoid.model.range_samples import RangeSamples, range_samples_of_cloud
 from servoid.model.result import IouByCount, ModelResult, Surface
 from servoid.model.running import Progress
-from servoid.model.sights import Sights, sights_of_cloud
+from servoid.renamed import refuse_old_names
 
 __all__ = [
     "IouByCount",
@@ -14,8 +17,8 @@ __all__ = [
     "ModelSettings",
     "PaperSettings",
     "Progress",
+    "RangeSamples",
     "Request",
-    "Sights",
     "Step",
     "Surface",
     "fit",
@@ -23,7 +26,17 @@ __all__ = [
     "fit_capture_by_paper",
     "fit_mesh",
     "fit_paper_views",
-    "fit_sights",
+    "fit_range_samples",
     "mark_everywhere",
-    "sights_of_cloud",
+    "range_samples_of_cloud",
 ]
+
+if not TYPE_CHECKING:
+    __getattr__ = refuse_old_names(
+        __name__,
+        {
+            "Sights": "RangeSamples",
+            "fit_sights": "fit_range_samples",
+            "sights_of_cloud": "range_samples_of_cloud",
+        },
+    )

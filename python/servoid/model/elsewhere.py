@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from servoid.capture import CaptureView
 from servoid.errors import CameraError, TargetError
-from servoid.model.sights import Sights
+from servoid.model.range_samples import RangeSamples
 from servoid.pose import exact
 from servoid.stereo import rough_depth
 
@@ -23,7 +23,7 @@ def elsewhere(
     view: CaptureView,
     image: NDArray[np.uint8],
     twin: CaptureView | None,
-    sights: Sights,
+    samples: RangeSamples,
     region: Mask,
 ) -> NDArray[np.bool_]:
     """Find the pixels of a region that show something clearly before or behind the object.
@@ -36,7 +36,7 @@ def elsewhere(
         view: a view that does not say where the object is.
         image: (H, W, 3) uint8, what it shows.
         twin: a view of the same instant that has a mask, or None.
-        sights: seen points of the object.
+        samples: seen points of the object.
         region: (H, W) uint8, non-zero where it is asked.
 
     Returns:
@@ -49,9 +49,9 @@ def elsewhere(
     import cv2
 
     away = np.zeros(region.shape, bool)
-    if not len(sights):
+    if not len(samples):
         return away
-    nearest, farthest = _range(view, sights)
+    nearest, farthest = _range(view, samples)
     depth = _depth(view, image, twin, region)
     if depth is not None:
         with np.errstate(invalid="ignore"):
@@ -63,9 +63,9 @@ def elsewhere(
     return away
 
 
-def _range(view: CaptureView, sights: Sights) -> tuple[float, float]:
+def _range(view: CaptureView, samples: RangeSamples) -> tuple[float, float]:
     """Give the depths in a view between which the object lies."""
-    points = view.world_from_camera.inverse().transform(sights.points)
+    points = view.world_from_camera.inverse().transform(samples.points)
     low, high = np.quantile(points, (_WRONG, 1.0 - _WRONG), axis=0)
     margin = _MARGIN * exact.norm((high - low)[:2])
     return max(float(low[2]) - margin, _LEAST_SHARE * float(low[2])), float(high[2]) + margin

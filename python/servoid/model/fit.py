@@ -20,9 +20,9 @@ from servoid._native import (
 from servoid.capture import CaptureView, shrunk, views_of
 from servoid.errors import MaskError, MeshError, ModelError
 from servoid.model.misfit import swapped_note, touches_all_borders
+from servoid.model.range_samples import NO_RANGE_SAMPLES, RangeSamples
 from servoid.model.result import ModelResult, Surface
 from servoid.model.running import Progress, in_parallel, run_core
-from servoid.model.sights import NO_SIGHTS, Sights
 from servoid.pose import exact
 from servoid.words import digits
 
@@ -65,14 +65,14 @@ class Request:
         *,
         views: Sequence[View] = (),
         mesh: Mesh | None = None,
-        sights: Sights = NO_SIGHTS,
+        range_samples: RangeSamples = NO_RANGE_SAMPLES,
     ) -> Given:
         """Join evidence with how often each kind of it counts."""
         return Given(
             views=views,
             mesh=mesh,
-            points=sights.points,
-            directions=sights.directions,
+            points=range_samples.points,
+            directions=range_samples.directions,
             silhouette_weight=self.silhouette_weight,
             volume_weight=self.volume_weight,
             depth_weight=self.depth_weight,
@@ -111,14 +111,14 @@ def fit(
     )
     small, note = shrunk(_of_capture(capture_views, images))
     used, unused = divide(small, views)
-    result = fit_views(used, unused, NO_SIGHTS, request)
+    result = fit_views(used, unused, NO_RANGE_SAMPLES, request)
     return result if note is None else replace(result, notes=(*result.notes, note))
 
 
 def fit_views(
     used: Sequence[CaptureView],
     unused: Sequence[CaptureView],
-    sights: Sights,
+    samples: RangeSamples,
     request: Request,
     *,
     start: float | None = None,
@@ -142,7 +142,7 @@ def fit_views(
     swapped = swapped_note([touching for _, touching in read])
     seen = all(view.has_image for view in used)
     images = in_parallel(CaptureView.image, used) if seen else []
-    given = request.given(views=native_used, sights=sights)
+    given = request.given(views=native_used, range_samples=samples)
     steps = run_core(lambda report: fit_body(given, settings, report), request.progress)
     body = steps[-1].body
     return ModelResult(
@@ -157,8 +157,8 @@ def fit_views(
         seconds=time.perf_counter() - start,
         native_used=tuple(native_used),
         native_unused=tuple(native_unused),
-        sights=sights,
-        surface=Surface.of(body, native_used, sights),
+        range_samples=samples,
+        surface=Surface.of(body, native_used, samples),
         notes=() if swapped is None else (swapped,),
     )
 
@@ -184,7 +184,7 @@ def fit_mesh(
     request = request or Request()
     given = request.given(mesh=Mesh(vertices=vertices, faces=faces))
     try:
-        return _fit_shape(given, NO_SIGHTS, request, notes)
+        return _fit_shape(given, NO_RANGE_SAMPLES, request, notes)
     except MaskError as error:  # it is looked at from all sides, and none of them shows it
         sides = np.sort(_sides(np.asarray(vertices, np.float64)))[::-1]
         raise MeshError(
@@ -193,8 +193,8 @@ def fit_mesh(
         ) from error
 
 
-def fit_sights(
-    sights: Sights, request: Request | None = None, *, notes: Sequence[str] = ()
+def fit_range_samples(
+    samples: RangeSamples, request: Request | None = None, *, notes: Sequence[str] = ()
 ) -> ModelResult:
     """Model a body from seen points of its surface alone.
 
@@ -203,7 +203,7 @@ def fit_sights(
 
     """
     request = request or Request()
-    return _fit_shape(request.given(sights=sights), sights, request, notes)
+    return _fit_shape(request.given(range_samples=samples), samples, request, notes)
 
 
 def _sides(vertices: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -213,7 +213,9 @@ def _sides(vertices: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.ptp(exact.product(offsets, axes), axis=0)
 
 
-def _fit_shape(given: Given, sights: Sights, request: Request, notes: Sequence[str]) -> ModelResult:
+def _fit_shape(
+    given: Given, samples: RangeSamples, request: Request, notes: Sequence[str]
+) -> ModelResult:
     start = time.perf_counter()
     settings = request.settings()
     steps = run_core(lambda report: fit_body(given, settings, report), request.progress)
@@ -224,8 +226,8 @@ def _fit_shape(given: Given, sights: Sights, request: Request, notes: Sequence[s
         steps=tuple(steps),
         settings=settings,
         seconds=time.perf_counter() - start,
-        sights=sights,
-        surface=Surface.of(body, [], sights) if len(sights) else None,
+        range_samples=samples,
+        surface=Surface.of(body, [], samples) if len(samples) else None,
         notes=tuple(notes),
     )
 

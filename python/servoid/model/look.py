@@ -13,15 +13,15 @@ from servoid.model.fit import Request, divide, fit_views
 from servoid.model.marking import Marked, mark
 from servoid.model.one_view import fit_one_view
 from servoid.model.paper import fit_paper_views
+from servoid.model.range_samples import (
+    NO_RANGE_SAMPLES,
+    RangeSamples,
+    join_range_samples,
+    range_samples_of_pair,
+    range_samples_of_views,
+)
 from servoid.model.result import ModelResult, Surface
 from servoid.model.running import Progress, in_parallel
-from servoid.model.sights import (
-    NO_SIGHTS,
-    Sights,
-    join_sights,
-    sights_of_pair,
-    sights_of_views,
-)
 from servoid.model.spreading import spread_masks
 from servoid.pose import exact
 from servoid.segment import HueTarget, Target
@@ -60,25 +60,25 @@ def fit_capture(
     marked = mark(capture, targets, observations, trusted=request.trust_targets)
     notes = list(marked.notes)
     known = list(marked.views)
-    sights = join_sights(sights_of_views(known))
-    if not len(sights) and _from_one_side([*known, *marked.others]):
-        sights = _measured(marked, notes)
-    alone = len(known) + len(marked.others) == 1 and not len(sights)
+    samples = join_range_samples(range_samples_of_views(known))
+    if not len(samples) and _from_one_side([*known, *marked.others]):
+        samples = _measured(marked, notes)
+    alone = len(known) + len(marked.others) == 1 and not len(samples)
     if alone or distance_m is not None:
         result = fit_one_view(known[0], _distance(distance_m, alone), request)
         notes += result.notes
         return replace(result, targets=tuple(map(str, targets)), notes=tuple(notes))
     if marked.others and (len(known) < 2 or marked.from_targets):
-        known = _with_spread(marked, sights, request, notes)
+        known = _with_spread(marked, samples, request, notes)
     used, unused = divide(known, views)
-    if len(used) == 1 and not len(sights):
+    if len(used) == 1 and not len(samples):
         raise ModelError(
             f"{used[0].name} is the only view that was chosen to model from: one picture cannot "
             "tell a small near object from a large far one; choose more views, or take this one "
             "alone and say how far away the object is: "
             f"--observations {used[0].index}:{used[0].index + 1} --distance 0.6"
         )
-    result = fit_views(used, unused, sights, request, start=start)
+    result = fit_views(used, unused, samples, request, start=start)
     notes += result.notes
     return replace(result, targets=tuple(map(str, targets)), notes=tuple(notes))
 
@@ -100,11 +100,11 @@ def mark_everywhere(
     marked = mark(capture, targets, observations, trusted=request.trust_targets)
     if not marked.others:
         return list(marked.views)
-    sights = join_sights(sights_of_views(marked.views))
-    if not len(sights):
-        sights = _measured(marked, [])
+    samples = join_range_samples(range_samples_of_views(marked.views))
+    if not len(samples):
+        samples = _measured(marked, [])
     try:
-        return _with_spread(marked, sights, request, [])
+        return _with_spread(marked, samples, request, [])
     except (ModelError, TargetError):
         return list(marked.views)
 
@@ -161,7 +161,7 @@ def fit_capture_by_paper(
         used_views=tuple(used),
         iou_used=silhouette_ious(body, natives),
         native_used=tuple(natives),
-        surface=Surface.of(body, natives, NO_SIGHTS),
+        surface=Surface.of(body, natives, NO_RANGE_SAMPLES),
         targets=tuple(map(str, targets)),
         notes=(*marked.notes, f"hue window {window[0]:.0f} to {window[1]:.0f} degrees"),
         seconds=time.perf_counter() - start,
@@ -190,7 +190,7 @@ def _from_one_side(views: Sequence[CaptureView]) -> bool:
     return bool(exact.product(axes, axes.T).min() > exact.cos(np.radians(_ONE_SIDE_DEG)))
 
 
-def _measured(marked: Marked, notes: list[str]) -> Sights:
+def _measured(marked: Marked, notes: list[str]) -> RangeSamples:
     """Measure depth in each marked view that has another of the same instant."""
     parts = []
     for view in marked.views:
@@ -199,14 +199,14 @@ def _measured(marked: Marked, notes: list[str]) -> Sights:
         if twin is None:
             continue
         try:
-            parts.append(sights_of_pair(view, twin))
+            parts.append(range_samples_of_pair(view, twin))
         except (CameraError, TargetError) as error:
             notes.append(f"no depth from {view.name} and {twin.name}: {error}")
-    return join_sights(parts)
+    return join_range_samples(parts)
 
 
 def _with_spread(
-    marked: Marked, sights: Sights, request: Request, notes: list[str]
+    marked: Marked, samples: RangeSamples, request: Request, notes: list[str]
 ) -> list[CaptureView]:
     """Give the other views masks, and list all views in their order."""
     tell = request.progress
@@ -219,13 +219,13 @@ def _with_spread(
         found = spread_masks(
             marked.views,
             marked.others,
-            sights,
+            samples,
             seed=request.seed,
             threads=request.threads,
             progress=show,
         )
     except (ModelError, TargetError) as error:
-        if not len(sights):
+        if not len(samples):
             raise
         # One view and its depth are enough.
         notes.append(f"only views with a mask were used: {error}")

@@ -10,8 +10,13 @@ from numpy.typing import NDArray
 from servoid.capture import CaptureView
 from servoid.errors import ModelError
 from servoid.model.fit import Request, fit_views
+from servoid.model.range_samples import (
+    NO_RANGE_SAMPLES,
+    RangeSamples,
+    join_range_samples,
+    range_samples_of_depth,
+)
 from servoid.model.result import ModelResult, Surface
-from servoid.model.sights import NO_SIGHTS, Sights, join_sights, sights_of_depth
 
 
 def fit_one_view(view: CaptureView, distance_m: float, request: Request) -> ModelResult:
@@ -27,17 +32,19 @@ def fit_one_view(view: CaptureView, distance_m: float, request: Request) -> Mode
     start = time.perf_counter()
     if not (math.isfinite(distance_m) and distance_m > 0.0):
         raise ModelError(f"a distance of {distance_m} m means nothing; give metres above 0")
-    result = fit_views([view], [], sights_of_outline(view, distance_m), request, start=start)
+    result = fit_views([view], [], range_samples_of_outline(view, distance_m), request, start=start)
     note = (
         f"one image shows no depth: the object is taken to be {distance_m:g} m away and as thick "
         "as its outline is wide"
     )
     # What was supposed is not what was seen.
-    surface = Surface.of(result.body, result.native_used, NO_SIGHTS)
-    return replace(result, sights=NO_SIGHTS, surface=surface, notes=(*result.notes, note))
+    surface = Surface.of(result.body, result.native_used, NO_RANGE_SAMPLES)
+    return replace(
+        result, range_samples=NO_RANGE_SAMPLES, surface=surface, notes=(*result.notes, note)
+    )
 
 
-def sights_of_outline(view: CaptureView, distance_m: float) -> Sights:
+def range_samples_of_outline(view: CaptureView, distance_m: float) -> RangeSamples:
     """Suppose where the surface is, in front and behind, that has the outline of a view's mask.
 
     The supposed object is a union of balls, one in each largest disc that fits into the outline,
@@ -48,9 +55,9 @@ def sights_of_outline(view: CaptureView, distance_m: float) -> Sights:
     reach = half_thickness_px(mask) * (distance_m / focal_px)
     pose = view.world_from_camera
     eye = np.array(pose.translation)
-    front = sights_of_depth((distance_m - reach).astype(np.float32), mask, camera, pose)
-    back = sights_of_depth((distance_m + reach).astype(np.float32), mask, camera, pose)
-    return join_sights([front, Sights(back.points, eye - back.points)])
+    front = range_samples_of_depth((distance_m - reach).astype(np.float32), mask, camera, pose)
+    back = range_samples_of_depth((distance_m + reach).astype(np.float32), mask, camera, pose)
+    return join_range_samples([front, RangeSamples(back.points, eye - back.points)])
 
 
 def half_thickness_px(mask: NDArray[np.uint8]) -> NDArray[np.float64]:

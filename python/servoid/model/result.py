@@ -20,7 +20,7 @@ from servoid._native import (
 )
 from servoid.capture import CaptureView
 from servoid.model.misfit import misfit_notes
-from servoid.model.sights import NO_SIGHTS, Sights
+from servoid.model.range_samples import NO_RANGE_SAMPLES, RangeSamples
 from servoid.shape import MadeBy, SeenEntry, save_body
 
 _NOTEWORTHY = 0.8  # a body of which less was seen is told so
@@ -53,10 +53,10 @@ class Surface:
     unseen_toward: tuple[float, float, float] | None
 
     @classmethod
-    def of(cls, body: Body, views: Sequence[View], sights: Sights) -> "Surface":
+    def of(cls, body: Body, views: Sequence[View], samples: RangeSamples) -> "Surface":
         """Find out what views and seen points show of a body."""
         shares, share, toward = seen_surface(
-            body, views, points=sights.points, directions=sights.directions
+            body, views, points=samples.points, directions=samples.directions
         )
         return cls(shares, share, None if toward is None else (toward[0], toward[1], toward[2]))
 
@@ -82,7 +82,7 @@ class ModelResult:
     `colors` is (K, 3) uint8 RGB, one an ellipsoid; `steps` has what was reached with each count,
     the last being the body itself; `iou_used` and `iou_unused` are float64, the silhouette IoU in
     each of `used_views` and `unused_views`; `native_used` and `native_unused` are the same views as
-    the core sees them; `sights` are the seen points that were used; `surface` says what was seen,
+    the core sees them; `range_samples` are the seen points; `surface` is what was seen,
     None where all of it is known; `notes` are sentences that a user should read; `targets` is how
     the object was marked; `seconds` is the time that the whole call took.
     """
@@ -99,7 +99,7 @@ class ModelResult:
     iou_unused: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
     native_used: tuple[View, ...] = ()
     native_unused: tuple[View, ...] = ()
-    sights: Sights = NO_SIGHTS
+    range_samples: RangeSamples = NO_RANGE_SAMPLES
     surface: Surface | None = None
     targets: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
@@ -150,7 +150,7 @@ class ModelResult:
             views=tuple(view.name for view in self.used_views),
             method=self.method,
             targets=self.targets,
-            seen_points=len(self.sights),
+            seen_points=len(self.range_samples),
         )
         seen = None
         if self.surface is not None:

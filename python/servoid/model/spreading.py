@@ -10,8 +10,8 @@ from servoid._native import Body, Given, ModelSettings, View, fit_body, rough_bo
 from servoid.capture import CaptureView
 from servoid.errors import TargetError
 from servoid.model.elsewhere import elsewhere
+from servoid.model.range_samples import RangeSamples
 from servoid.model.running import in_parallel
-from servoid.model.sights import Sights
 from servoid.segment import grow_mask
 
 _ROUGH_ELLIPSOIDS = 4
@@ -29,7 +29,7 @@ Mask = NDArray[np.uint8]
 def spread_masks(
     marked: Sequence[CaptureView],
     others: Sequence[CaptureView],
-    sights: Sights,
+    samples: RangeSamples,
     *,
     seed: int | None = None,
     threads: int | None = None,
@@ -58,14 +58,14 @@ def spread_masks(
         [view.image() for view in marked],
         [(v.camera, v.world_from_camera, i) for v, i in zip(others, images, strict=True)],
         ModelSettings(max_ellipsoids=_ROUGH_ELLIPSOIDS, delta=0.0, seed=seed, threads=threads),
-        points=sights.points,
-        directions=sights.directions,
+        points=samples.points,
+        directions=samples.directions,
     )
-    pictures = _pictures(body, marked, others, images, sights)
+    pictures = _pictures(body, marked, others, images, samples)
     found: list[CaptureView] = []
     for turn, count in enumerate(_ELLIPSOIDS):
         tell((turn + 1) / (len(_ELLIPSOIDS) + 1))
-        found = _masked(body, pictures, sights, turn)
+        found = _masked(body, pictures, samples, turn)
         if not found:
             raise TargetError(
                 "the object is found in none of the views without a mask: its colours there are "
@@ -73,7 +73,7 @@ def spread_masks(
             )
         if turn + 1 < len(_ELLIPSOIDS):
             views = [*natives, *(view.view() for view in found)]
-            body = _body(views, sights, count, seed, threads)
+            body = _body(views, samples, count, seed, threads)
     return found
 
 
@@ -91,7 +91,7 @@ def _pictures(
     marked: Sequence[CaptureView],
     others: Sequence[CaptureView],
     images: Sequence[NDArray[np.uint8]],
-    sights: Sights,
+    samples: RangeSamples,
 ) -> list[_Picture]:
     """Ask once what is elsewhere, as far around a first body as later ones reach."""
     twins = {view.index: view for view in marked}
@@ -100,7 +100,7 @@ def _pictures(
         view, image = pair
         region = _around(body.silhouette(view.camera, view.world_from_camera), sum(_BEYOND))
         twin = twins.get(view.index)
-        return _Picture(view, image, elsewhere(view, image, twin, sights, region))
+        return _Picture(view, image, elsewhere(view, image, twin, samples, region))
 
     return in_parallel(picture, zip(others, images, strict=True))
 
@@ -121,23 +121,23 @@ def _size_px(silhouette: Mask) -> float:
 
 
 def _masked(
-    body: Body, pictures: Sequence[_Picture], sights: Sights, turn: int
+    body: Body, pictures: Sequence[_Picture], samples: RangeSamples, turn: int
 ) -> list[CaptureView]:
     def grow(picture: _Picture) -> CaptureView | None:
-        mask = _grown(picture, body, sights, turn)
+        mask = _grown(picture, body, samples, turn)
         return None if mask is None else picture.view.with_mask(mask)
 
     grown = in_parallel(grow, pictures)
     return [view for view in grown if view is not None]
 
 
-def _seen(sights: Sights, view: CaptureView) -> Mask:
+def _seen(samples: RangeSamples, view: CaptureView) -> Mask:
     """Draw where a view sees the points of the surface that are known."""
     import cv2
 
     width, height = view.camera.size_px
     drawn = np.zeros((height, width), dtype=np.uint8)
-    points = view.world_from_camera.inverse().transform(sights.points)
+    points = view.world_from_camera.inverse().transform(samples.points)
     pixels = np.rint(view.camera.project(points)) if len(points) else np.empty((0, 2))
     inside = ((pixels >= 0) & (pixels < (width, height))).all(axis=1)
     columns, rows = pixels[inside].astype(np.int64).T
@@ -146,7 +146,7 @@ def _seen(sights: Sights, view: CaptureView) -> Mask:
     return np.asarray(cv2.morphologyEx(drawn, cv2.MORPH_CLOSE, kernel), dtype=np.uint8)
 
 
-def _grown(picture: _Picture, body: Body, sights: Sights, turn: int) -> Mask | None:
+def _grown(picture: _Picture, body: Body, samples: RangeSamples, turn: int) -> Mask | None:
     """Grow a mask about a body's silhouette; None where image and silhouette do not agree."""
     import cv2
 
@@ -162,7 +162,7 @@ def _grown(picture: _Picture, body: Body, sights: Sights, turn: int) -> Mask | N
     certain, possible, likely = (
         np.where(picture.away, 0, mask).astype(np.uint8) for mask in (certain, possible, silhouette)
     )
-    certain |= _seen(sights, view)
+    certain |= _seen(samples, view)
     if not (certain | possible).any():
         return None
     mask = grow_mask(picture.image, certain, possible, likely=likely)
@@ -172,8 +172,8 @@ def _grown(picture: _Picture, body: Body, sights: Sights, turn: int) -> Mask | N
 
 
 def _body(
-    views: Sequence[View], sights: Sights, count: int, seed: int | None, threads: int | None
+    views: Sequence[View], samples: RangeSamples, count: int, seed: int | None, threads: int | None
 ) -> Body:
-    given = Given(views=views, points=sights.points, directions=sights.directions)
+    given = Given(views=views, points=samples.points, directions=samples.directions)
     settings = ModelSettings(max_ellipsoids=count, seed=seed, threads=threads, quick=True)
     return fit_body(given, settings)[-1].body

@@ -1,6 +1,9 @@
 """Tracking: where an object is, in six degrees of freedom, in one observation after another."""
 
+from typing import TYPE_CHECKING
+
 from servoid._native import Estimate, Tracker, TrackSettings, pose_from_masks
+from servoid.renamed import refuse_old_names
 from servoid.source import cameras_of, read_instants, tidy_image
 from servoid.track.follower import Adjuster, Evolver, Follower, Rememberer, depths_for
 from servoid.track.following import Collector, TrackStep, follow, follow_live, track_capture
@@ -42,3 +45,6 @@ __all__ = [
     "tidy_image",
     "track_capture",
 ]
+
+if not TYPE_CHECKING:
+    __getattr__ = refuse_old_names(__name__, {"place_body": "pose_from_masks"})

@@ -17,7 +17,7 @@ from servoid.errors import (
     ServoidError,
     TrackError,
 )
-from servoid.model import Request, fit, fit_capture, fit_mesh, sights_of_cloud
+from servoid.model import Request, fit, fit_capture, fit_mesh, range_samples_of_cloud
 from servoid.pose import Pose
 from servoid.servo import Joints, JointState
 from servoid.shape import Body
@@ -111,7 +111,7 @@ def test_depth_in_memory_is_evidence(seen: list[CaptureView]) -> None:
     away = float(np.linalg.norm(view.world_from_camera.translation))
     depth = np.where(mask != 0, away, 0.0)
     result = fit_capture(capture_of([posed(view, depth_m=depth)]), Request(max_ellipsoids=1))
-    assert len(result.sights) > 100
+    assert len(result.range_samples) > 100
     with pytest.raises(ImageError, match=r"metres, but an array \(120, 160\) of int64"):
         posed(view, depth_m=depth.astype(int))
 
@@ -150,12 +150,12 @@ def test_clouds_and_meshes_may_be_lists() -> None:
     faces = [[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1], [2, 3, 7], [2, 7, 6]]
     faces += [[0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3]]
     assert len(fit_mesh(corners, faces, Request(max_ellipsoids=1)).body) == 1
-    assert sights_of_cloud(corners, None, [0, 0, 9]).directions[0].tolist() == [0, 0, -9]
+    assert range_samples_of_cloud(corners, None, [0, 0, 9]).directions[0].tolist() == [0, 0, -9]
     for wrong in (corners[0], "abc", [["a", "b", "c"]]):
         with pytest.raises(MeshError, match="rows of three numbers"):
-            sights_of_cloud(wrong, None, (0, 0, 9))  # type: ignore[arg-type]
+            range_samples_of_cloud(wrong, None, (0, 0, 9))  # type: ignore[arg-type]
     with pytest.raises(MeshError, match="8 points have 1 normals"):
-        sights_of_cloud(corners, [[0, 0, 1]], None)
+        range_samples_of_cloud(corners, [[0, 0, 1]], None)
     with pytest.raises(BodyError, match="whole numbers of shape"):
         fit_mesh(corners, np.array(faces) * 1.5)
 

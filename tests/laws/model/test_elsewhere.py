@@ -7,7 +7,7 @@ from drawn_pairs import BASELINE, Pair
 
 from servoid.capture import CaptureView, open_capture
 from servoid.model.elsewhere import elsewhere
-from servoid.model.sights import NO_SIGHTS, Sights, sights_of_pair
+from servoid.model.range_samples import NO_RANGE_SAMPLES, RangeSamples, range_samples_of_pair
 
 
 def views_of(folder: Path) -> tuple[CaptureView, CaptureView]:
@@ -15,11 +15,13 @@ def views_of(folder: Path) -> tuple[CaptureView, CaptureView]:
     return left, right
 
 
-def asked(pair: Pair, folder: Path, sights: Sights | None, *, twin: bool = True) -> np.ndarray:
+def asked(
+    pair: Pair, folder: Path, samples: RangeSamples | None, *, twin: bool = True
+) -> np.ndarray:
     left, right = views_of(pair.write(folder))
     region = np.full(right.image().shape[:2], 255, np.uint8)
     region[:, :60] = 0
-    known = sights_of_pair(left, right) if sights is None else sights
+    known = range_samples_of_pair(left, right) if samples is None else samples
     found = elsewhere(right, right.image(), left if twin else None, known, region)
     assert not found[region == 0].any()
     return found
@@ -41,7 +43,7 @@ def test_without_texture_the_mask_of_the_other_view_still_bounds_the_object(tmp_
     in_left = center + spread * np.random.default_rng(0).uniform(-1.0, 1.0, (200, 3))
     pose = pair.world_from_left
     points = in_left @ pose[:3, :3].T + pose[:3, 3]
-    found = asked(pair, tmp_path / "pair", Sights(points, points - pose[:3, 3]))
+    found = asked(pair, tmp_path / "pair", RangeSamples(points, points - pose[:3, 3]))
     mask = pair.draw(0, BASELINE)[2]
     assert not found[mask].any()
     rows = np.flatnonzero(mask.any(axis=1))
@@ -50,7 +52,7 @@ def test_without_texture_the_mask_of_the_other_view_still_bounds_the_object(tmp_
 
 
 def test_where_nothing_is_known_of_the_depth_nothing_is_elsewhere(tmp_path: Path) -> None:
-    assert not asked(Pair(), tmp_path / "one", NO_SIGHTS).any()
+    assert not asked(Pair(), tmp_path / "one", NO_RANGE_SAMPLES).any()
     points = Pair().seen_points()
-    sights = Sights(points, points - Pair().world_from_left[:3, 3])
-    assert not asked(Pair(), tmp_path / "two", sights, twin=False).any()
+    samples = RangeSamples(points, points - Pair().world_from_left[:3, 3])
+    assert not asked(Pair(), tmp_path / "two", samples, twin=False).any()

@@ -119,7 +119,7 @@ def test_a_box_does_for_a_pair_what_a_mask_does(tmp_path: Path) -> None:
 @pytest.mark.extended
 def test_depth_images_bring_a_flat_coloured_object_closer(tmp_path: Path) -> None:
     folder = Pair(patterned=False).write(tmp_path / "with", depths=True)
-    assert len(fit_pair(folder).sights) > 1000
+    assert len(fit_pair(folder).range_samples) > 1000
     assert look_with_depth.broken(0) == []
 
 

@@ -2,7 +2,7 @@ use super::ladder::Ladder;
 use super::scene::Scene;
 use super::{Given, ModelError, Settings};
 use crate::camera::View;
-use crate::fitness::{Fitness, Sight};
+use crate::fitness::{Fitness, RangeSample};
 
 /// One view or stripe of seen points in so many is held out.
 const ONE_IN: usize = 4;
@@ -11,12 +11,12 @@ const LEAST_VIEWS: usize = 6;
 /// Stripes into which seen points are cut, in the order in which they were given.
 const STRIPES: usize = 16;
 /// Fewer seen points than this are all needed.
-const LEAST_SIGHTS: usize = 200;
+const LEAST_SAMPLES: usize = 200;
 
 /// Evidence in two parts: to model from, and to choose the count of ellipsoids by.
 pub(super) struct Parts<'a> {
     views: [Vec<View<'a>>; 2],
-    sights: [Vec<Sight>; 2],
+    samples: [Vec<RangeSample>; 2],
 }
 
 impl<'a> Parts<'a> {
@@ -30,12 +30,12 @@ impl<'a> Parts<'a> {
         let many = weights.silhouettes > 0.0 && given.views.len() >= LEAST_VIEWS;
         let held = |index: usize| many && index % ONE_IN == ONE_IN - 1;
         let views = divide(given.views, held);
-        let stripe = given.sights.len().div_ceil(STRIPES).max(1);
-        let enough = weights.depth > 0.0 && given.sights.len() >= LEAST_SIGHTS;
-        let sights =
-            divide(given.sights, |index| enough && (index / stripe) % ONE_IN == ONE_IN - 1);
-        let any = !(views[1].is_empty() && sights[1].is_empty());
-        any.then_some(Self { views, sights })
+        let stripe = given.samples.len().div_ceil(STRIPES).max(1);
+        let enough = weights.depth > 0.0 && given.samples.len() >= LEAST_SAMPLES;
+        let samples =
+            divide(given.samples, |index| enough && (index / stripe) % ONE_IN == ONE_IN - 1);
+        let any = !(views[1].is_empty() && samples[1].is_empty());
+        any.then_some(Self { views, samples })
     }
 
     /// Gives the part to model from.
@@ -43,7 +43,12 @@ impl<'a> Parts<'a> {
     where
         'a: 'b,
     {
-        Given { views: &self.views[0], sights: &self.sights[0], mesh: None, weights: given.weights }
+        Given {
+            views: &self.views[0],
+            samples: &self.samples[0],
+            mesh: None,
+            weights: given.weights,
+        }
     }
 
     /// Chooses the count: the one whose body agrees best with what was held out, where each
@@ -57,7 +62,7 @@ impl<'a> Parts<'a> {
     ) -> Result<usize, ModelError> {
         let held = Given {
             views: &self.views[1],
-            sights: &self.sights[1],
+            samples: &self.samples[1],
             mesh: None,
             weights: given.weights,
         };

@@ -1,6 +1,6 @@
 use super::ModelError;
 use crate::camera::View;
-use crate::fitness::Sight;
+use crate::fitness::RangeSample;
 use crate::shape::Mesh;
 
 /// What modelling starts from; at least one part must say something.
@@ -11,7 +11,7 @@ pub struct Given<'a> {
     /// The object's surface, whole and closed.
     pub mesh: Option<&'a Mesh>,
     /// Points of its surface that were seen.
-    pub sights: &'a [Sight],
+    pub samples: &'a [RangeSample],
     /// How often each of them counts.
     pub weights: Weights,
 }

@@ -16,15 +16,15 @@ pub(super) struct Resolution {
     /// Voxels along the longest side of a solid.
     pub voxels: usize,
     /// Most lines of sight.
-    pub sights: usize,
+    pub samples: usize,
 }
 
 pub(super) const COARSE: Resolution =
-    Resolution { extent_px: 64, views: 12, voxels: 32, sights: 300 };
+    Resolution { extent_px: 64, views: 12, voxels: 32, samples: 300 };
 pub(super) const MIDDLE: Resolution =
-    Resolution { extent_px: 128, views: 24, voxels: 48, sights: 600 };
+    Resolution { extent_px: 128, views: 24, voxels: 48, samples: 600 };
 pub(super) const FINEST: Resolution =
-    Resolution { extent_px: 200, views: usize::MAX, voxels: 96, sights: 2000 };
+    Resolution { extent_px: 200, views: usize::MAX, voxels: 96, samples: 2000 };
 
 /// Background kept around the object, as a share of its longer side.
 const MARGIN: f64 = 0.3;

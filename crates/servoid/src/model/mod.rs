@@ -49,7 +49,7 @@ pub enum ModelError {
         "modelling needs at least {least} points of the surface, but {given} {} given; measure more",
         were(*given)
     )]
-    TooFewSights {
+    TooFewRangeSamples {
         /// Points given.
         given: usize,
         /// Points that are needed.

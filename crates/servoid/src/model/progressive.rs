@@ -39,10 +39,10 @@ pub fn progressive(
 ) -> Result<Vec<Step>, ModelError> {
     let settings = settings.checked()?;
     given.weights.check()?;
-    let solid = given.mesh.is_some() || !given.sights.is_empty();
+    let solid = given.mesh.is_some() || !given.samples.is_empty();
     let settings = match given.mesh {
         Some(_) => settings.for_solids(),
-        None if solid => settings.for_sights(),
+        None if solid => settings.for_samples(),
         None => settings,
     };
     workers(settings.threads)?.install(|| {

@@ -11,7 +11,7 @@ use super::settings::workers;
 use super::watch::Watch;
 use super::{ModelError, Settings};
 use crate::camera::{Camera, Channels, ImageView, Mask, View, check_image_size};
-use crate::fitness::{ColorModel, Likelihood, LikelihoodView, Sight, Total};
+use crate::fitness::{ColorModel, Likelihood, LikelihoodView, RangeSample, Total};
 use crate::pose::Pose;
 use crate::shape::{Body, Projection, silhouette};
 
@@ -58,14 +58,14 @@ const MOST_VIEWS: usize = 24;
 pub fn rough(
     marked: &[(View<'_>, ImageView<'_>)],
     unmarked: &[Unmarked<'_>],
-    sights: &[Sight],
+    samples: &[RangeSample],
     settings: &Settings,
 ) -> Result<Body, ModelError> {
     let settings = settings.checked()?.quick();
     let step = unmarked.len().div_ceil(MOST_VIEWS).max(1);
     let some: Vec<Unmarked<'_>> = unmarked.iter().step_by(step).copied().collect();
     workers(settings.threads)?.install(|| {
-        let frame = Frame::new(marked, &some, sights)?;
+        let frame = Frame::new(marked, &some, samples)?;
         let one = Settings { max_ellipsoids: 1, ..settings };
         // What lies beside one ellipsoid in the other pictures teaches the background there.
         let coarse = frame.fit(marked, &some, &colors(marked, &[], None)?, &one)?;
@@ -108,14 +108,14 @@ impl Frame {
     fn new(
         marked: &[(View<'_>, ImageView<'_>)],
         unmarked: &[Unmarked<'_>],
-        sights: &[Sight],
+        samples: &[RangeSample],
     ) -> Result<Self, ModelError> {
         for (index, (view, image)) in marked.iter().enumerate() {
             check_image_size(index, view.camera().size_px(), *image)?;
         }
         let views: Vec<View<'_>> = marked.iter().map(|(view, _)| *view).collect();
         let first = views.first().ok_or(ModelError::TooFewViews(0))?;
-        let origin = place(&views, unmarked, sights)?;
+        let origin = place(&views, unmarked, samples)?;
         let unit = mean_radius(&views, &origin);
         let rotation = first.world_from_camera().rotation();
         Ok(Self { world_from_scene: Pose::from_rotation(rotation, origin), unit })
@@ -161,10 +161,10 @@ impl Frame {
 fn place(
     views: &[View<'_>],
     unmarked: &[Unmarked<'_>],
-    sights: &[Sight],
+    samples: &[RangeSample],
 ) -> Result<Vector3<f64>, ModelError> {
-    if !sights.is_empty() {
-        return Ok(sights.iter().map(|s| s.point).sum::<Vector3<f64>>() / sights.len() as f64);
+    if !samples.is_empty() {
+        return Ok(samples.iter().map(|s| s.point).sum::<Vector3<f64>>() / samples.len() as f64);
     }
     if views.len() > 1 {
         return common_point(views);

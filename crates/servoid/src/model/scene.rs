@@ -4,7 +4,7 @@ use super::levels::{COARSE, CameraFromScene, FINEST, MIDDLE, Resolution, overlap
 use super::refine::Judge;
 use super::{Given, ModelError};
 use crate::camera::View;
-use crate::fitness::{Reach, Sight, Sights, Total, Volume};
+use crate::fitness::{RangeSample, RangeSamples, Reach, Total, Volume};
 use crate::pose::Pose;
 use crate::shape::{Body, Ellipsoid, Mesh, Quadric, silhouette};
 
@@ -75,19 +75,22 @@ fn frame_and_unit(given: &Given<'_>) -> Result<(Pose, f64), ModelError> {
     if let Some(mesh) = given.mesh {
         return Ok((mesh.principal_frame(), mesh.extent()));
     }
-    let has_sights = given.sights.len() >= LEAST_SIGHTS;
+    let has_samples = given.samples.len() >= LEAST_SAMPLES;
     if given.views.len() >= 2 {
         match common_point(given.views) {
             // Depth says how far the object is, also where all views are from one place.
-            Err(ModelError::NoBaseline) if has_sights => {}
+            Err(ModelError::NoBaseline) if has_samples => {}
             found => return Ok(about_views(given.views, found?)),
         }
     }
-    if has_sights {
-        return Ok(about_sights(given.sights));
+    if has_samples {
+        return Ok(about_samples(given.samples));
     }
-    if given.views.is_empty() && !given.sights.is_empty() {
-        return Err(ModelError::TooFewSights { given: given.sights.len(), least: LEAST_SIGHTS });
+    if given.views.is_empty() && !given.samples.is_empty() {
+        return Err(ModelError::TooFewRangeSamples {
+            given: given.samples.len(),
+            least: LEAST_SAMPLES,
+        });
     }
     Err(ModelError::TooFewViews(given.views.len()))
 }
@@ -99,13 +102,13 @@ fn about_views(views: &[View<'_>], origin: Vector3<f64>) -> (Pose, f64) {
 }
 
 /// Fewer seen points than this say nothing of a shape.
-const LEAST_SIGHTS: usize = 50;
+const LEAST_SAMPLES: usize = 50;
 
 /// Gives the principal frame of seen points and their mean distance from its origin.
-fn about_sights(sights: &[Sight]) -> (Pose, f64) {
-    let count = sights.len() as f64;
-    let centroid = sights.iter().map(|sight| sight.point).sum::<Vector3<f64>>() / count;
-    let offsets = || sights.iter().map(|sight| sight.point - centroid);
+fn about_samples(samples: &[RangeSample]) -> (Pose, f64) {
+    let count = samples.len() as f64;
+    let centroid = samples.iter().map(|sample| sample.point).sum::<Vector3<f64>>() / count;
+    let offsets = || samples.iter().map(|sample| sample.point - centroid);
     let spread = offsets().map(|d| d * d.transpose()).sum::<Matrix3<f64>>() / count;
     let radius = offsets().map(|d| d.norm()).sum::<f64>() / count;
     let lean = |axis: &Vector3<f64>| offsets().map(|d| d.dot(axis).powi(3)).sum();
@@ -139,7 +142,7 @@ struct Prepared<'a> {
     mesh: Option<Mesh>,
     /// Voxels along the longest side that a thin solid needs.
     fine: usize,
-    sights: Vec<Sight>,
+    samples: Vec<RangeSample>,
     reach: Option<Reach>,
 }
 
@@ -152,15 +155,15 @@ impl<'a> Prepared<'a> {
         let order = spread_out(&cameras);
         let mesh = given.mesh.map(|mesh| mesh.moved(&scene_from_world, 1.0 / unit));
         let fine = mesh.as_ref().map_or(0.0, |mesh| VOXELS_ACROSS * mesh.slenderness());
-        let sight = |sight: &Sight| Sight {
-            point: scene_from_world.transform(&sight.point) / unit,
-            direction: scene_from_world.rotation() * sight.direction,
-            eye: sight.eye / unit,
+        let sample = |sample: &RangeSample| RangeSample {
+            point: scene_from_world.transform(&sample.point) / unit,
+            direction: scene_from_world.rotation() * sample.direction,
+            eye: sample.eye / unit,
         };
-        let sights: Vec<Sight> = given.sights.iter().map(sight).collect();
-        let points: Vec<_> = sights.iter().map(|sight| sight.point).collect();
+        let samples: Vec<RangeSample> = given.samples.iter().map(sample).collect();
+        let points: Vec<_> = samples.iter().map(|sample| sample.point).collect();
         let (fine, reach) = (fine.ceil() as usize, Reach::of(&points));
-        Self { given, cameras, order, mesh, fine, sights, reach }
+        Self { given, cameras, order, mesh, fine, samples, reach }
     }
 
     fn judge(&self, resolution: Resolution) -> Result<Judge, ModelError> {
@@ -177,10 +180,10 @@ impl<'a> Prepared<'a> {
             let margin = (MARGIN * voxels as f64).ceil() as usize;
             total.push(weights.volume, Volume::new(mesh.fill(voxels, margin)));
         }
-        if !self.sights.is_empty() {
-            let step = self.sights.len().div_ceil(resolution.sights);
-            let some = self.sights.iter().step_by(step).copied().collect();
-            total.push(weights.depth, Sights::new(some, SIGHT_BEFORE, SIGHT_BEHIND));
+        if !self.samples.is_empty() {
+            let step = self.samples.len().div_ceil(resolution.samples);
+            let some = self.samples.iter().step_by(step).copied().collect();
+            total.push(weights.depth, RangeSamples::new(some, SIGHT_BEFORE, SIGHT_BEHIND));
         }
         let whole = self.mesh.is_some();
         let settled = whole || wide(&self.cameras);

@@ -2,7 +2,7 @@ use nalgebra::Vector3;
 use rayon::prelude::*;
 
 use crate::camera::View;
-use crate::fitness::Sight;
+use crate::fitness::RangeSample;
 use crate::pose::even_direction;
 use crate::shape::{Body, Ellipsoid};
 
@@ -38,7 +38,7 @@ struct Place {
 /// A place is seen by a camera in front of it if its projection lies in the image and no other part
 /// of the body is in between.
 #[must_use]
-pub fn seen(body: &Body, views: &[View<'_>], sights: &[Sight]) -> Seen {
+pub fn seen(body: &Body, views: &[View<'_>], samples: &[RangeSample]) -> Seen {
     let ellipsoids = body.in_world();
     let radius = |e: &Ellipsoid| (e.center() - body.world_from_object().translation()).norm();
     let size = ellipsoids.iter().map(|e| radius(e) + e.radii().max()).fold(0.0, f64::max);
@@ -50,11 +50,11 @@ pub fn seen(body: &Body, views: &[View<'_>], sights: &[Sight]) -> Seen {
         exposed
             .map(|place| {
                 let by_view = views.iter().any(|view| is_seen(&place, view, &others));
-                let near = |sight: &Sight| {
-                    (sight.point - place.point).norm() < NEAR * size
-                        && sight.direction.dot(&place.normal) < 0.0
+                let near = |sample: &RangeSample| {
+                    (sample.point - place.point).norm() < NEAR * size
+                        && sample.direction.dot(&place.normal) < 0.0
                 };
-                let seen = by_view || sights.iter().any(near);
+                let seen = by_view || samples.iter().any(near);
                 (place, seen)
             })
             .collect()

@@ -77,7 +77,7 @@ impl Settings {
     }
 
     /// Searches less still: seen points say where the surface is.
-    pub(super) fn for_sights(self) -> Self {
+    pub(super) fn for_samples(self) -> Self {
         Self { lines: 2, islands: 2, splits: 2, reseeds: 0, overshoot: 1, ..self }
     }
 

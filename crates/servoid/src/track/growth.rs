@@ -9,7 +9,7 @@ use super::target::sides::{Marks, Sides};
 use super::target::solid::Solid;
 use super::tracker::Tracker;
 use crate::camera::Observation;
-use crate::fitness::Sight;
+use crate::fitness::RangeSample;
 use crate::model::{self, Given, ModelError, Portrait};
 use crate::pose::Pose;
 use crate::shape::{Body, Ellipsoid};
@@ -34,7 +34,7 @@ struct Growth {
     solid: Solid,
     sides: Sides,
     colors: Colors,
-    sights: Vec<Sight>,
+    samples: Vec<RangeSample>,
     settings: model::Settings,
 }
 
@@ -107,7 +107,7 @@ impl Target {
         let sure = known.filter(|k| k.variance.sqrt() < WELL_KNOWN * self.solid.radius);
         let sure = sure.map(|k| (k.point.position, k.point.toward));
         let measured = self.ranges.all.iter().map(|one| (one.position, one.toward));
-        let sights = |(point, toward): (Vector3<f64>, Vector3<f64>)| Sight {
+        let samples = |(point, toward): (Vector3<f64>, Vector3<f64>)| RangeSample {
             point,
             direction: -toward,
             eye: 0.0,
@@ -117,7 +117,7 @@ impl Target {
             solid: self.solid.clone(),
             sides: self.sides.clone(),
             colors: self.colors.clone(),
-            sights: sure.chain(measured).map(sights).collect(),
+            samples: sure.chain(measured).map(samples).collect(),
             settings: settings.growth,
         })
     }
@@ -150,7 +150,7 @@ impl Growth {
         if views.len() < 2 {
             return Ok(Evolved { ellipsoids: None, marks });
         }
-        let given = Given { views: &views, sights: &self.sights, ..Given::default() };
+        let given = Given { views: &views, samples: &self.samples, ..Given::default() };
         let ellipsoids = model::evolved(&given, self.body.ellipsoids(), &self.settings)?;
         Ok(Evolved { ellipsoids: Some(ellipsoids), marks })
     }

@@ -2,7 +2,9 @@
 
 use nalgebra::{Matrix3, Vector3};
 use proptest::prelude::*;
-use servoid::fitness::{Differentiable, Evidence, Fitness, Reach, Sight, Sights, Total, Volume};
+use servoid::fitness::{
+    Differentiable, Evidence, Fitness, RangeSample, RangeSamples, Reach, Total, Volume,
+};
 use servoid::shape::{Ellipsoid, Grid, Mesh, Quadric, QuadricGradient, Section};
 
 fn quadrics() -> impl Strategy<Value = Quadric> {
@@ -35,15 +37,15 @@ fn sphere_grid() -> Grid {
 }
 
 /// Points of a ball of radius 0.6, seen from far along -z.
-fn sphere_sights() -> Sights {
+fn sphere_samples() -> RangeSamples {
     let place = |i: usize| {
         let (u, v) = (f64::from((i % 21) as u32) - 10.0, f64::from((i / 21) as u32) - 10.0);
         let (x, y) = (u * 0.055, v * 0.055);
         let z = -(0.36 - x * x - y * y).max(0.0).sqrt();
-        Sight { point: Vector3::new(x, y, z), direction: Vector3::z(), eye: 0.0 }
+        RangeSample { point: Vector3::new(x, y, z), direction: Vector3::z(), eye: 0.0 }
     };
     let seen = (0..441).map(place).filter(|s| s.point.z < -0.05).collect();
-    Sights::new(seen, 0.5, 0.2)
+    RangeSamples::new(seen, 0.5, 0.2)
 }
 
 fn ball(center: [f64; 3], radius: f64) -> Quadric {
@@ -53,7 +55,7 @@ fn ball(center: [f64; 3], radius: f64) -> Quadric {
 fn both() -> Total {
     let mut total = Total::default();
     total.push(2.0, Volume::new(sphere_grid()));
-    total.push(1.0, sphere_sights());
+    total.push(1.0, sphere_samples());
     total
 }
 
@@ -133,7 +135,7 @@ proptest! {
             }
         }
         let expected = f64::from(both) / f64::from(either);
-        let found = sphere_sights().score(&body);
+        let found = sphere_samples().score(&body);
         prop_assert!((found - expected).abs() < 5e-3, "{found}, not {expected}");
     }
 
@@ -145,7 +147,7 @@ proptest! {
     #[test]
     fn the_gradient_of_the_total_is_the_weighted_mean_of_its_parts(body in bodies()) {
         let parts: [(f64, &dyn Differentiable); 2] =
-            [(2.0, &Volume::new(sphere_grid())), (1.0, &sphere_sights())];
+            [(2.0, &Volume::new(sphere_grid())), (1.0, &sphere_samples())];
         let mut expected = vec![QuadricGradient::default(); body.len()];
         let mut slopes = expected.clone();
         let total = both().score_and_gradient(&body, &mut slopes);
@@ -167,7 +169,7 @@ proptest! {
 
     #[test]
     fn the_total_lies_between_its_parts(body in bodies()) {
-        let parts = [Volume::new(sphere_grid()).score(&body), sphere_sights().score(&body)];
+        let parts = [Volume::new(sphere_grid()).score(&body), sphere_samples().score(&body)];
         let total = both().score(&body);
         let (low, high) = (parts[0].min(parts[1]).max(1e-4), parts[0].max(parts[1]).max(1e-4));
         prop_assert!(low - 1e-12 <= total && total <= high + 1e-12);
@@ -178,8 +180,8 @@ proptest! {
         standing in quadrics(), more in quadrics(),
     ) {
         prop_assume!(standing.bulk() > 0.01 && more.bulk() > 0.01);
-        let sights = sphere_sights();
-        let open = sights.open(&[standing]).score(&[more]);
+        let samples = sphere_samples();
+        let open = samples.open(&[standing]).score(&[more]);
         let (mut gain, mut lines) = (0.0, 0.0);
         for i in 0..441_usize {
             let (x, y) = ((i % 21) as f64 * 0.055 - 0.55, (i / 21) as f64 * 0.055 - 0.55);
@@ -212,11 +214,11 @@ fn doubling_all_weights_changes_nothing_and_a_weight_of_zero_leaves_a_kind_out()
     let body = [ball([0.1, 0.0, 0.0], 0.5)];
     let mut double = Total::default();
     double.push(4.0, Volume::new(sphere_grid()));
-    double.push(2.0, sphere_sights());
+    double.push(2.0, sphere_samples());
     assert!((double.score(&body) - both().score(&body)).abs() < 1e-12);
     let mut alone = Total::default();
     alone.push(3.0, Volume::new(sphere_grid()));
-    alone.push(0.0, sphere_sights());
+    alone.push(0.0, sphere_samples());
     assert_eq!(alone.score(&body), Volume::new(sphere_grid()).score(&body));
 }
 
@@ -274,10 +276,12 @@ fn a_mesh_that_holds_nothing_or_is_open_is_refused_in_words() {
 #[test]
 fn seen_points_that_are_no_numbers_are_refused_by_index() {
     let points = [[0.0; 3], [f64::NAN, 0.0, 0.0]];
-    let error = Sight::join(&points, &[[0.0, 0.0, 1.0]; 2]).unwrap_err().to_string();
+    let error = RangeSample::join(&points, &[[0.0, 0.0, 1.0]; 2]).unwrap_err().to_string();
     assert!(error.contains("seen point 1"), "{error}");
-    assert!(Sight::join(&points[..1], &[[0.0; 3]]).unwrap_err().to_string().contains("length"));
-    assert!(Sight::join(&points[..1], &[]).unwrap_err().to_string().contains("directions"));
+    assert!(
+        RangeSample::join(&points[..1], &[[0.0; 3]]).unwrap_err().to_string().contains("length")
+    );
+    assert!(RangeSample::join(&points[..1], &[]).unwrap_err().to_string().contains("directions"));
 }
 
 #[test]

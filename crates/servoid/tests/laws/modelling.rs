@@ -3,7 +3,7 @@
 use crate::scenes::holds;
 use nalgebra::{Rotation3, UnitQuaternion, Vector3, Vector6};
 use servoid::camera::{Camera, Channels, ImageView, Mask, View};
-use servoid::fitness::Sight;
+use servoid::fitness::RangeSample;
 use servoid::model::{
     Given, ModelError, Settings, Step, Unmarked, Weights, ellipsoid_colors, progressive, rough,
     seen, silhouette_ious,
@@ -290,30 +290,30 @@ fn evidence_that_is_held_out_finds_the_count_that_the_views_bear() {
 }
 
 /// Lines of sight to a ball about the origin from all around, from the top down.
-fn sights(radius: f64) -> Vec<Sight> {
-    let sight = |i: usize| {
+fn samples(radius: f64) -> Vec<RangeSample> {
+    let sample = |i: usize| {
         let unit = even_direction(i, 1.0 - (2 * i + 1) as f64 / 400.0);
-        Sight { point: unit * radius, direction: -unit, eye: 0.0 }
+        RangeSample { point: unit * radius, direction: -unit, eye: 0.0 }
     };
-    (0..400).map(sight).collect()
+    (0..400).map(sample).collect()
 }
 
 #[test]
 fn what_has_no_weight_is_not_held_out_to_choose_by() {
     let scene = Scene::new(&[solid([0.0; 3], [0.05; 3])]);
-    let (all_views, all_sights) = (scene.views(), sights(0.05));
-    let fit = |views: usize, sights: usize, silhouettes: f64, depth: f64, held_out: bool| {
+    let (all_views, all_samples) = (scene.views(), samples(0.05));
+    let fit = |views: usize, samples: usize, silhouettes: f64, depth: f64, held_out: bool| {
         let weights = Weights { silhouettes, depth, ..Weights::default() };
-        let (views, sights) = (&all_views[..views], &all_sights[..sights]);
-        let given = Given { views, sights, weights, ..Given::default() };
+        let (views, samples) = (&all_views[..views], &all_samples[..samples]);
+        let given = Given { views, samples, weights, ..Given::default() };
         let settings = Settings { held_out, max_ellipsoids: 2, ..Settings::default() }.quick();
         progressive(&given, &settings, &mut |_, _, _| true)
     };
     let all = all_views.len();
     // Enough of what does not count, too little of what does: all of it is modelled from.
-    for (views, sights, silhouettes, depth) in [(3, 400, 1.0, 0.0), (all, 100, 0.0, 1.0)] {
-        let chosen = fit(views, sights, silhouettes, depth, true).unwrap();
-        assert_eq!(chosen, fit(views, sights, silhouettes, depth, false).unwrap());
+    for (views, samples, silhouettes, depth) in [(3, 400, 1.0, 0.0), (all, 100, 0.0, 1.0)] {
+        let chosen = fit(views, samples, silhouettes, depth, true).unwrap();
+        assert_eq!(chosen, fit(views, samples, silhouettes, depth, false).unwrap());
     }
     for held_out in [true, false] {
         assert_eq!(fit(all, 400, 0.0, 0.0, held_out).unwrap_err(), ModelError::Nothing);
@@ -340,14 +340,14 @@ fn half_a_ball_is_seen_from_one_side_and_all_of_it_from_all_sides() {
 fn what_was_not_seen_on_opposite_sides_lies_towards_none() {
     let body = Body::around(&[solid([0.0; 3], [0.05; 3])]).unwrap();
     let band: Vec<_> =
-        sights(0.05).into_iter().filter(|sight| sight.direction.z.abs() < 0.5).collect();
+        samples(0.05).into_iter().filter(|sample| sample.direction.z.abs() < 0.5).collect();
     let found = seen(&body, &[], &band);
     assert!((0.4..0.7).contains(&found.share), "{}", found.share);
     assert_eq!(found.unseen_toward, None);
     // Nothing of it was seen: that is all around as well.
     let found = seen(&body, &[], &[]);
     assert_eq!((found.share, found.unseen_toward), (0.0, None));
-    let above: Vec<_> = band.into_iter().chain(sights(0.05)[..200].to_vec()).collect();
+    let above: Vec<_> = band.into_iter().chain(samples(0.05)[..200].to_vec()).collect();
     let toward = seen(&body, &[], &above).unseen_toward.unwrap();
     let toward = body.world_from_object().rotation() * Vector3::from(toward);
     assert!(toward.z < -0.95, "{toward}");

@@ -23,8 +23,8 @@ from servoid.model import (
     fit_capture,
     fit_capture_by_paper,
     fit_mesh,
-    fit_sights,
-    sights_of_cloud,
+    fit_range_samples,
+    range_samples_of_cloud,
 )
 from servoid.output import check_file, check_folder, make_folder
 from servoid.segment import Target, parse_target
@@ -156,8 +156,8 @@ def _fit_shape(order: Order, request: Request, targets: list[Target]) -> ModelRe
         raise OptionError(f"{order.source} is no capture, so {option} means nothing; leave it out")
     if is_cloud(order.source):
         cloud = read_cloud(order.source)
-        sights = sights_of_cloud(cloud.points, cloud.normals, order.viewpoint)
-        return fit_sights(sights, request, notes=(*cloud.notes, _own_frame("cloud")))
+        samples = range_samples_of_cloud(cloud.points, cloud.normals, order.viewpoint)
+        return fit_range_samples(samples, request, notes=(*cloud.notes, _own_frame("cloud")))
     if order.viewpoint is not None:
         raise OptionError(f"{order.source} is a mesh, so --viewpoint means nothing; leave it out")
     mesh = read_mesh(order.source)

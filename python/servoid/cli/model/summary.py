@@ -30,8 +30,8 @@ def _rows(result: ModelResult, out: Path, pictures: Sequence[Path]) -> Iterator[
         yield "silhouette IoU", _ious("used", result.used_views, result.iou_used)
     if result.unused_views:
         yield "", _ious("unused", result.unused_views, result.iou_unused)
-    if len(result.sights):
-        yield "seen points", f"{len(result.sights)}"
+    if len(result.range_samples):
+        yield "seen points", f"{len(result.range_samples)}"
     if result.surface is not None:
         yield "surface seen", f"{100.0 * result.surface.share:.0f} %"
     yield "seconds", f"{result.seconds:.2f}"

@@ -98,8 +98,8 @@ def _sources(result: ModelResult, scored: list[ScoredView]) -> str:
     parts = []
     if scored:
         parts.append(f"{len(result.used_views)} of {len(scored)} views")
-    if len(result.sights):
-        parts.append(f"{len(result.sights)} seen points")
+    if len(result.range_samples):
+        parts.append(f"{len(result.range_samples)} seen points")
     return " and ".join(parts) or "a mesh"
 
 

@@ -19,7 +19,7 @@ _HAIR = 1e-6  # a normal says where outside is, but not how far nothing follows 
 
 
 @dataclass(frozen=True, eq=False)
-class Sights:
+class RangeSamples:
     """Points of the object's surface, and the directions in which they were seen.
 
     `points` is (N, 3) float64, in the world, in metres; `directions` is (N, 3) float64, from the
@@ -33,24 +33,26 @@ class Sights:
         return len(self.points)
 
 
-NO_SIGHTS = Sights(np.empty((0, 3)), np.empty((0, 3)))
+NO_RANGE_SAMPLES = RangeSamples(np.empty((0, 3)), np.empty((0, 3)))
 
 
-def join_sights(parts: Iterable[Sights]) -> Sights:
+def join_range_samples(parts: Iterable[RangeSamples]) -> RangeSamples:
     """Join seen points, thinned evenly where there are more than modelling can use."""
-    all_parts = [NO_SIGHTS, *parts]
+    all_parts = [NO_RANGE_SAMPLES, *parts]
     points = np.concatenate([part.points for part in all_parts])
     directions = np.concatenate([part.directions for part in all_parts])
     step = -(-len(points) // _MOST_POINTS) or 1
-    return Sights(np.ascontiguousarray(points[::step]), np.ascontiguousarray(directions[::step]))
+    return RangeSamples(
+        np.ascontiguousarray(points[::step]), np.ascontiguousarray(directions[::step])
+    )
 
 
-def sights_of_depth(
+def range_samples_of_depth(
     depth: NDArray[np.float32],
     mask: NDArray[np.uint8],
     camera: Camera,
     world_from_camera: Pose,
-) -> Sights:
+) -> RangeSamples:
     """Turn the depth, (H, W) float32 in metres along z, of a mask's pixels into seen points.
 
     Pixels at the mask's border and without depth (NaN) are left out.
@@ -64,10 +66,10 @@ def sights_of_depth(
     rays = np.ones((len(rows), 3))
     rays[:, :2] = (np.stack([columns, rows], axis=1) - center) / focal
     points = world_from_camera.transform(rays * depth[rows, columns, None].astype(np.float64))
-    return Sights(points, points - np.array(world_from_camera.translation))
+    return RangeSamples(points, points - np.array(world_from_camera.translation))
 
 
-def sights_of_views(views: Sequence[CaptureView]) -> list[Sights]:
+def range_samples_of_views(views: Sequence[CaptureView]) -> list[RangeSamples]:
     """Read what the depth images of views with masks say.
 
     Raises:
@@ -78,11 +80,13 @@ def sights_of_views(views: Sequence[CaptureView]) -> list[Sights]:
     for view in views:
         depth = view.depth()
         if depth is not None:
-            found.append(sights_of_depth(depth, view.mask(), view.camera, view.world_from_camera))
+            found.append(
+                range_samples_of_depth(depth, view.mask(), view.camera, view.world_from_camera)
+            )
     return found
 
 
-def sights_of_pair(view: CaptureView, other: CaptureView) -> Sights:
+def range_samples_of_pair(view: CaptureView, other: CaptureView) -> RangeSamples:
     """Measure the depth of the object in a view with a mask from another view of that instant.
 
     Raises:
@@ -97,14 +101,14 @@ def sights_of_pair(view: CaptureView, other: CaptureView) -> Sights:
     # Where there is no texture the match is a guess, and its expected error says so.
     sure = measured.sigma_m <= _LARGEST_ERROR * measured.depth
     depth = np.where(sure, measured.depth, np.float32(np.nan)).astype(np.float32)
-    return sights_of_depth(depth, mask, view.camera, view.world_from_camera)
+    return range_samples_of_depth(depth, mask, view.camera, view.world_from_camera)
 
 
-def sights_of_cloud(
+def range_samples_of_cloud(
     points: ArrayLike,
     normals: ArrayLike | None,
     viewpoint: ArrayLike | None,
-) -> Sights:
+) -> RangeSamples:
     """Turn a point cloud, (N, 3) numbers each, in metres, into seen points.
 
     They were seen from `viewpoint`, (3,), or else against their normals.
@@ -116,7 +120,7 @@ def sights_of_cloud(
     places = _rows("points", points)
     if viewpoint is not None:
         [eye] = _rows("the view point", [viewpoint])
-        return join_sights([Sights(places, places - eye)])
+        return join_range_samples([RangeSamples(places, places - eye)])
     if normals is None:
         raise MeshError(
             "the cloud has no normals, so nothing says which side of its points is outside; give "
@@ -126,7 +130,7 @@ def sights_of_cloud(
     if outward.shape != places.shape:
         raise MeshError(f"{len(places)} points have {len(outward)} normals; give one for each")
     known = exact.lengths(outward) > 0.0
-    return join_sights([Sights(places[known], -_HAIR * outward[known])])
+    return join_range_samples([RangeSamples(places[known], -_HAIR * outward[known])])
 
 
 def _rows(what: str, given: ArrayLike | list[ArrayLike]) -> NDArray[np.float64]:

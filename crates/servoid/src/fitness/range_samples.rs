@@ -8,7 +8,7 @@ use crate::words::were;
 
 /// A point of a surface that was seen, and the direction in which it was seen.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Sight {
+pub struct RangeSample {
     /// Where the surface is.
     pub point: Vector3<f64>,
     /// Unit vector from the eye to the surface and on into the object.
@@ -19,7 +19,7 @@ pub struct Sight {
 
 /// Why numbers are no seen points.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum SightError {
+pub enum RangeSampleError {
     /// Not one direction a point.
     #[error("{points} seen points need as many directions, but {directions} {} given", were(*directions))]
     Count {
@@ -43,29 +43,32 @@ pub enum SightError {
     },
 }
 
-impl Sight {
+impl RangeSample {
     /// Joins points, in metres, and the directions in which they were seen; a direction is as long
     /// as the eye is away, or short where only the side is known.
     ///
     /// # Errors
     /// If there are not as many of both, a number is not finite or a direction has no length.
-    pub fn join(points: &[[f64; 3]], directions: &[[f64; 3]]) -> Result<Vec<Self>, SightError> {
+    pub fn join(
+        points: &[[f64; 3]],
+        directions: &[[f64; 3]],
+    ) -> Result<Vec<Self>, RangeSampleError> {
         let (count, given) = (points.len(), directions.len());
         if count != given {
-            return Err(SightError::Count { points: count, directions: given });
+            return Err(RangeSampleError::Count { points: count, directions: given });
         }
-        let sight = |(index, (&point, &direction)): (usize, (&[f64; 3], &[f64; 3]))| {
+        let sample = |(index, (&point, &direction)): (usize, (&[f64; 3], &[f64; 3]))| {
             let finite = point.iter().chain(&direction).all(|x| x.is_finite());
             // Scaled first: the square of a great length is infinite.
             let most = Vector3::from(direction).amax();
             if !finite || most == 0.0 {
-                return Err(SightError::Numbers { index, point, direction });
+                return Err(RangeSampleError::Numbers { index, point, direction });
             }
             let scaled = Vector3::from(direction) / most;
             let length = scaled.norm();
             Ok(Self { point: point.into(), direction: scaled / length, eye: most * length })
         };
-        points.iter().zip(directions).enumerate().map(sight).collect()
+        points.iter().zip(directions).enumerate().map(sample).collect()
     }
 }
 
@@ -76,8 +79,8 @@ impl Sight {
 /// `behind` the surface. What lies deeper was not seen and is not judged; where the eye is not known,
 /// nor is what lies farther than `before` the surface.
 #[derive(Debug, Clone)]
-pub struct Sights {
-    sights: Vec<Sight>,
+pub struct RangeSamples {
+    samples: Vec<RangeSample>,
     before: f64,
     behind: f64,
 }
@@ -101,30 +104,30 @@ struct Ball {
     inverse: Matrix3<f64>,
 }
 
-impl Sights {
+impl RangeSamples {
     /// Joins lines of sight and how far before (at least) and behind the surface they judge.
     #[must_use]
-    pub fn new(sights: Vec<Sight>, before: f64, behind: f64) -> Self {
-        Self { sights, before, behind }
+    pub fn new(samples: Vec<RangeSample>, before: f64, behind: f64) -> Self {
+        Self { samples, before, behind }
     }
 
     /// Gives where the window of a line begins.
-    fn from(&self, sight: &Sight) -> f64 {
-        -self.before.max(sight.eye)
+    fn from(&self, sample: &RangeSample) -> f64 {
+        -self.before.max(sample.eye)
     }
 
     /// Length of all that the object is known to fill.
     fn filled(&self) -> f64 {
-        self.behind * self.sights.len() as f64
+        self.behind * self.samples.len() as f64
     }
 
     /// Gives the intervals of one line, cut to its window, sorted by where they begin.
-    fn intervals(&self, sight: &Sight, balls: &[Ball], out: &mut Vec<Interval>) {
+    fn intervals(&self, sample: &RangeSample, balls: &[Ball], out: &mut Vec<Interval>) {
         out.clear();
-        let first = self.from(sight);
+        let first = self.from(sample);
         for ball in balls {
-            let from = ball.inverse * (sight.point - ball.center);
-            let along = ball.inverse * sight.direction;
+            let from = ball.inverse * (sample.point - ball.center);
+            let along = ball.inverse * sample.direction;
             let (square, middle) = (along.norm_squared(), -from.dot(&along));
             let root = middle * middle - square * (from.norm_squared() - 1.0);
             if root > 0.0 {
@@ -157,8 +160,8 @@ impl Sights {
 
     /// Says whether an end lies inside its line's window, and whether it is before (-1) or behind
     /// (1) the surface.
-    fn weight_at(&self, sight: &Sight, at: f64) -> Option<f64> {
-        (at > self.from(sight) && at < self.behind).then(|| if at < 0.0 { -1.0 } else { 1.0 })
+    fn weight_at(&self, sample: &RangeSample, at: f64) -> Option<f64> {
+        (at > self.from(sample) && at < self.behind).then(|| if at < 0.0 { -1.0 } else { 1.0 })
     }
 }
 
@@ -179,28 +182,28 @@ fn balls(hypothesis: &[Quadric]) -> Vec<Ball> {
 }
 
 /// Slopes of one end of an interval: by the centre and by the factor.
-fn end_slopes(sight: &Sight, ball: &Ball, at: f64) -> QuadricGradient {
-    let unit = ball.inverse * (sight.point + sight.direction * at - ball.center);
+fn end_slopes(sample: &RangeSample, ball: &Ball, at: f64) -> QuadricGradient {
+    let unit = ball.inverse * (sample.point + sample.direction * at - ball.center);
     let normal = ball.inverse.transpose() * unit;
-    let steep = normal.dot(&sight.direction);
+    let steep = normal.dot(&sample.direction);
     let least = GRAZING * normal.norm();
     let steep = if steep < 0.0 { steep.min(-least) } else { steep.max(least) };
     QuadricGradient { center: normal / steep, factor: normal * unit.transpose() / steep }
 }
 
-impl Fitness for Sights {
+impl Fitness for RangeSamples {
     fn score(&self, hypothesis: &[Quadric]) -> f64 {
         let balls = balls(hypothesis);
         let (mut sums, mut sorted) = (Sums::default(), Vec::new());
-        for sight in &self.sights {
-            self.intervals(sight, &balls, &mut sorted);
+        for sample in &self.samples {
+            self.intervals(sample, &balls, &mut sorted);
             Self::union(&sorted, |first, last| add(&mut sums, first.begin, last.end));
         }
         agreement(sums, self.filled()).0
     }
 }
 
-impl Differentiable for Sights {
+impl Differentiable for RangeSamples {
     fn score_and_gradient(&self, hypothesis: &[Quadric], gradient: &mut [QuadricGradient]) -> f64 {
         let balls = balls(hypothesis);
         let mut by_score = vec![QuadricGradient::default(); gradient.len()];
@@ -208,15 +211,15 @@ impl Differentiable for Sights {
         let mut place = vec![0; gradient.len()];
         balls.iter().enumerate().for_each(|(at, ball)| place[ball.index] = at);
         let (mut sums, mut sorted) = (Sums::default(), Vec::new());
-        for sight in &self.sights {
-            self.intervals(sight, &balls, &mut sorted);
+        for sample in &self.samples {
+            self.intervals(sample, &balls, &mut sorted);
             Self::union(&sorted, |first, last| {
                 add(&mut sums, first.begin, last.end);
                 for (index, at, way) in
                     [(first.index, first.begin, -1.0), (last.index, last.end, 1.0)]
                 {
-                    let Some(weight) = self.weight_at(sight, at) else { continue };
-                    let slopes = end_slopes(sight, &balls[place[index]], at);
+                    let Some(weight) = self.weight_at(sample, at) else { continue };
+                    let slopes = end_slopes(sample, &balls[place[index]], at);
                     by_score[index].add_scaled(&slopes, way * weight);
                     by_area[index].add_scaled(&slopes, way);
                 }
@@ -232,34 +235,34 @@ impl Differentiable for Sights {
     }
 }
 
-impl Evidence for Sights {
+impl Evidence for RangeSamples {
     fn open(&self, standing: &[Quadric]) -> Box<dyn Fitness + Send> {
         let balls = balls(standing);
         let mut sorted = Vec::new();
-        let covered = |sight: &Sight| {
-            self.intervals(sight, &balls, &mut sorted);
+        let covered = |sample: &RangeSample| {
+            self.intervals(sample, &balls, &mut sorted);
             let mut covered = Vec::new();
             Self::union(&sorted, |first, last| covered.push((first.begin, last.end)));
             covered
         };
-        let covered = self.sights.iter().map(covered).collect();
-        Box::new(OpenSights { sights: self.clone(), covered })
+        let covered = self.samples.iter().map(covered).collect();
+        Box::new(OpenRangeSamples { samples: self.clone(), covered })
     }
 }
 
 /// Lines of sight of which parts no longer count.
-struct OpenSights {
-    sights: Sights,
+struct OpenRangeSamples {
+    samples: RangeSamples,
     covered: Vec<Vec<(f64, f64)>>,
 }
 
-impl Fitness for OpenSights {
+impl Fitness for OpenRangeSamples {
     fn score(&self, hypothesis: &[Quadric]) -> f64 {
         let balls = balls(hypothesis);
         let (mut sums, mut sorted) = (Sums::default(), Vec::new());
-        for (sight, covered) in self.sights.sights.iter().zip(&self.covered) {
-            self.sights.intervals(sight, &balls, &mut sorted);
-            Sights::union(&sorted, |first, last| {
+        for (sample, covered) in self.samples.samples.iter().zip(&self.covered) {
+            self.samples.intervals(sample, &balls, &mut sorted);
+            RangeSamples::union(&sorted, |first, last| {
                 let mut begin = first.begin;
                 for &(from, to) in covered.iter().filter(|(_, to)| *to > first.begin) {
                     if from > begin {
@@ -272,6 +275,6 @@ impl Fitness for OpenSights {
                 }
             });
         }
-        sums.score / self.sights.filled().max(f64::MIN_POSITIVE)
+        sums.score / self.samples.filled().max(f64::MIN_POSITIVE)
     }
 }

@@ -59,6 +59,7 @@ lint: lint-rust lint-python ## check formatting, warnings, types, and the stub o
 lint-rust: .venv/.tools
 	$(CARGO) fmt --all --check
 	$(CARGO) clippy --workspace --all-targets -- -D warnings
+	RUSTDOCFLAGS='-D warnings' $(CARGO) doc -q -p servoid --no-deps
 
 lint-python: .venv/.package
 	$(BIN)/ruff check

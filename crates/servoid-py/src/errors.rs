@@ -1,5 +1,5 @@
 use pyo3::prelude::*;
-use servoid::{camera, evolve, fitness, model, pose, shape, sim, track};
+use servoid::{camera, evolve, fitness, model, pose, render, shape, track};
 
 /// An error of the core that knows its class in `servoid.errors`.
 pub trait Named: std::error::Error {
@@ -27,8 +27,8 @@ impl Named for camera::RigError {
 impl Named for camera::ImageError {
     fn class(&self) -> &'static str {
         match self {
-            Self::Length { .. } | Self::DepthLength { .. } => "ImageError",
             Self::MaskChannels | Self::EmptyMask { .. } | Self::FullMask { .. } => "MaskError",
+            _ => "ImageError",
         }
     }
 }
@@ -90,7 +90,7 @@ impl Named for track::OneStepError {
     }
 }
 
-impl Named for sim::SimError {
+impl Named for render::RenderError {
     fn class(&self) -> &'static str {
         "SimError"
     }

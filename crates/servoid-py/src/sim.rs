@@ -2,7 +2,7 @@ use numpy::{
     PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods,
 };
 use pyo3::prelude::*;
-use servoid::{pose, sim as core};
+use servoid::{pose, render as core};
 
 use crate::errors::{named, raise};
 use crate::lens::Lens;

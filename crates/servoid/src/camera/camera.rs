@@ -5,6 +5,7 @@ use crate::words::were;
 
 /// Why numbers do not make a camera.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum CameraError {
     /// An angle of view is none.
     #[error(

@@ -1,5 +1,6 @@
 /// Why bytes do not make an image or a mask.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum ImageError {
     /// The buffer does not hold width x height x channels bytes.
     #[error(

@@ -1,5 +1,5 @@
+use crate::parallel::*;
 use nalgebra::{UnitQuaternion, Vector2, Vector3};
-use rayon::prelude::*;
 
 use super::{Camera, CameraError, Distortion, brown_conrady, kannala_brandt};
 

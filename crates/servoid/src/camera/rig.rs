@@ -4,6 +4,7 @@ use crate::words::{Digits, s};
 
 /// Why cameras, poses and images do not make an observation.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum RigError {
     /// A rig needs a camera.
     #[error("a rig needs at least one camera")]

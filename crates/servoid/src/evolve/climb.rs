@@ -5,7 +5,7 @@ pub struct ClimbSettings {
     pub steps: usize,
     /// Length of the first step, in the units of the numbers.
     pub first_step: f64,
-    /// Least gain a step, as an average over [`PATIENCE`] steps.
+    /// Least gain a step, as an average over a few steps.
     pub least_gain: f64,
 }
 

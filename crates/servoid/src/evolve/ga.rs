@@ -37,6 +37,7 @@ impl Default for GaSettings {
 
 /// Why a population cannot be made or told.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum GaError {
     /// A setting is out of its range.
     #[error("{name} must be {allowed}, but it is {given}")]

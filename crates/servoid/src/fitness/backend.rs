@@ -90,7 +90,8 @@ impl Backend {
         Self::found().collect()
     }
 
-    /// Whether rays may be cast with AVX2.
+    /// Says whether rays may be cast with AVX2.
+    #[cfg(feature = "render")]
     pub(crate) fn has_avx2(self) -> bool {
         self != Self::PORTABLE
     }

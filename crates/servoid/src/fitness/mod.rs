@@ -37,7 +37,7 @@ pub use spread::{spread, spread_gradient};
 pub use surface::{Agreement, Patch, SurfacePoint};
 pub use volume::Volume;
 
-use rayon::prelude::*;
+use crate::parallel::*;
 
 use crate::shape::{Quadric, QuadricGradient};
 

@@ -7,6 +7,7 @@ use crate::shape::{Body, Ellipsoid, Quadric};
 
 /// Why views and numbers make no points term.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum PointsError {
     /// The number of points is out of its range.
     #[error("an ellipsoid must be drawn as 1 to {max} points, but m is {given}")]

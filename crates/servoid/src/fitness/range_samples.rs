@@ -19,6 +19,7 @@ pub struct RangeSample {
 
 /// Why numbers are no seen points.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum RangeSampleError {
     /// Not one direction a point.
     #[error("{points} seen points need as many directions, but {directions} {} given", were(*directions))]

@@ -1,5 +1,5 @@
+use crate::parallel::*;
 use nalgebra::{Matrix3, Vector3};
-use rayon::prelude::*;
 
 use super::ModelError;
 use crate::camera::{ImageView, RigError, View, check_image_size};

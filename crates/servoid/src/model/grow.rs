@@ -1,4 +1,4 @@
-use rayon::prelude::*;
+use crate::parallel::*;
 
 use super::ladder::Ladder;
 use super::refine::{Fit, refine, refine_by_lead};

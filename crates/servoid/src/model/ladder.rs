@@ -1,4 +1,4 @@
-use rayon::prelude::*;
+use crate::parallel::*;
 
 use super::grow::refine_finest;
 use super::progressive::Step;

@@ -35,6 +35,7 @@ use crate::words::{Digits, were};
 
 /// Why no body comes out.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum ModelError {
     /// There are too few views.
     #[error(

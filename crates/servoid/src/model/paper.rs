@@ -1,5 +1,5 @@
+use crate::parallel::*;
 use nalgebra::Vector3;
-use rayon::prelude::*;
 
 use super::scene::{common_point, mean_radius};
 use super::settings::{check_common, check_count, workers};

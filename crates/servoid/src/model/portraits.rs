@@ -1,5 +1,5 @@
+use crate::parallel::*;
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
-use rayon::prelude::*;
 
 use super::ModelError;
 use crate::camera::{Camera, Channels, ImageView, Mask, View};

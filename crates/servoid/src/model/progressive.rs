@@ -1,4 +1,4 @@
-use rayon::prelude::*;
+use crate::parallel::*;
 
 use super::choice::Parts;
 use super::grow::{add_one, descend, reseed};

@@ -1,5 +1,5 @@
+use crate::parallel::*;
 use nalgebra::Vector3;
-use rayon::prelude::*;
 
 use super::levels::{CameraFromScene, block_means};
 use super::progressive::grow;

@@ -303,7 +303,7 @@ pub(super) fn mean_radius(views: &[View<'_>], origin: &Vector3<f64>) -> f64 {
 /// pixel.
 #[must_use]
 pub fn silhouette_ious(body: &Body, views: &[View<'_>]) -> Vec<f64> {
-    use rayon::prelude::*;
+    use crate::parallel::*;
     let iou = |view: &View<'_>| {
         let drawn = silhouette(body, view.camera(), &view.world_from_camera());
         let [width, height] = view.camera().size_px();

@@ -1,5 +1,5 @@
+use crate::parallel::*;
 use nalgebra::Vector3;
-use rayon::prelude::*;
 
 use crate::camera::View;
 use crate::fitness::RangeSample;

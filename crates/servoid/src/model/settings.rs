@@ -1,5 +1,6 @@
 use super::ModelError;
 use crate::evolve::GaSettings;
+use crate::parallel::{Pool, pool};
 use crate::shape::Body;
 
 /// How modelling proceeds.
@@ -144,8 +145,7 @@ fn check_range(
 }
 
 /// Starts worker threads; 0 takes as many as the machine has.
-pub(crate) fn workers(threads: usize) -> Result<rayon::ThreadPool, ModelError> {
+pub(crate) fn workers(threads: usize) -> Result<Pool, ModelError> {
     check_threads(threads)?;
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-    pool.map_err(|_| ModelError::Threads(threads))
+    pool(threads).map_err(|_| ModelError::Threads(threads))
 }

@@ -14,6 +14,7 @@ use nalgebra::Matrix4;
 
 /// Why numbers do not make a rigid motion.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum PoseError {
     /// A number is NaN or infinite.
     #[error("a pose must be made of finite numbers, but it holds {0}")]

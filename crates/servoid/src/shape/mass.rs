@@ -2,8 +2,8 @@ use std::f64::consts::PI;
 use std::iter::Sum;
 use std::ops::Add;
 
+use crate::parallel::*;
 use nalgebra::{Matrix3, Vector3};
-use rayon::prelude::*;
 
 use super::{Body, Ellipsoid};
 

@@ -24,6 +24,7 @@ use crate::words::were;
 
 /// Why numbers do not make a shape.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum ShapeError {
     /// A number is NaN or infinite.
     #[error("ellipsoid {index}: its {what} must be finite numbers, but hold {value}")]

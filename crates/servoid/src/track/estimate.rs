@@ -32,6 +32,7 @@ impl Status {
 
 /// What was wrong with an observation, as far as it was.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum Notice {
     /// A camera delivered no image.
     #[error("camera {0} delivered no image")]

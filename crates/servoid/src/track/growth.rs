@@ -11,6 +11,7 @@ use super::tracker::Tracker;
 use crate::camera::Observation;
 use crate::fitness::RangeSample;
 use crate::model::{self, Given, ModelError, Portrait};
+use crate::parallel::pool;
 use crate::pose::Pose;
 use crate::shape::{Body, Ellipsoid};
 
@@ -71,8 +72,7 @@ impl Tracker {
         let Some(growth) = self.target.growth(&self.settings) else { return false };
         let adjusting = self.pending.as_ref().map(|pending| pending.job.clone());
         self.evolving = Some(Job::new(DELAY, adjusting, move || {
-            let alone = rayon::ThreadPoolBuilder::new().num_threads(1).build();
-            alone.map_err(|_| ModelError::Threads(1))?.install(|| growth.clone().evolved())
+            pool(1).map_err(|_| ModelError::Threads(1))?.install(|| growth.clone().evolved())
         }));
         true
     }

@@ -1,4 +1,4 @@
-use rayon::prelude::*;
+use crate::parallel::*;
 
 use super::TrackError;
 use super::inputs::Inputs;

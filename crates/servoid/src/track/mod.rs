@@ -44,6 +44,7 @@ use crate::words::{Digits, s, were};
 
 /// Why tracking cannot begin.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum TrackError {
     /// A setting is out of its range.
     #[error("{name} must be {allowed}, but it is {given}")]

@@ -19,6 +19,7 @@ mod one_step;
 mod points;
 mod pyramid;
 mod range_samples;
+#[cfg(feature = "render")]
 mod raycast;
 mod scenes;
 mod score;

@@ -4,7 +4,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 use proptest::prelude::*;
 use servoid::camera::{Distortion, Lens};
 use servoid::pose::Pose;
-use servoid::sim::{Details, Exposure, Lighting, Paint, Scene, SimError, Stage};
+use servoid::render::{Details, Exposure, Lighting, Paint, RenderError, Scene, Stage};
 
 const SIZE_PX: [usize; 2] = [61, 47];
 
@@ -100,11 +100,11 @@ fn a_mesh_hides_what_is_behind_each_of_its_triangles() {
 fn what_cannot_be_drawn_is_refused() {
     let mut stage = Stage::new();
     let size = stage.add_ellipsoid([0.1, f64::NAN, 0.1], Paint::default());
-    assert!(matches!(size, Err(SimError::Size { what: "radii", .. })));
+    assert!(matches!(size, Err(RenderError::Size { what: "radii", .. })));
     let corners = [[0.0; 3], [0.1, 0.0, 0.0], [0.0, 0.1, 0.0]];
     let face = stage.add_mesh(&corners, &[[0, 1, 3]], &Details::default(), Paint::default());
-    assert!(matches!(face, Err(SimError::Face { index: 0, corners: 3, .. })));
+    assert!(matches!(face, Err(RenderError::Face { index: 0, corners: 3, .. })));
     let poses = stage.depth(&lens(), &Pose::identity(), &[Pose::identity()]);
-    assert!(matches!(poses, Err(SimError::Poses { given: 1, things: 0, .. })));
+    assert!(matches!(poses, Err(RenderError::Poses { given: 1, things: 0, .. })));
     assert_eq!(stage.count(), 0);
 }

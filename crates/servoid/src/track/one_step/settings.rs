@@ -72,6 +72,7 @@ impl Default for OneStepSettings {
 
 /// Why the 1-step genetic algorithm cannot track.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum OneStepError {
     /// Nothing was learnt yet.
     #[error("the tracker was not started: start it with an observation and the object's pose")]

@@ -4,7 +4,7 @@ mod climbing;
 mod painted;
 mod turns;
 
-use rayon::prelude::*;
+use crate::parallel::*;
 
 use self::climbing::{FIRST, Fit, LAST};
 use self::painted::Painted;

@@ -1,7 +1,7 @@
 use std::sync::LazyLock;
 
 use super::lanes::{COUNT, Single};
-use super::{SimError, color, within};
+use super::{RenderError, color, within};
 
 /// A lamp so far away that its rays are parallel, and light from above and below.
 ///
@@ -40,10 +40,10 @@ impl Lighting {
     ///
     /// # Errors
     /// If the direction is none, or a strength is negative or above [`Lighting::MAX_STRENGTH`].
-    pub fn check(&self) -> Result<(), SimError> {
+    pub fn check(&self) -> Result<(), RenderError> {
         let length = self.toward.iter().map(|x| x * x).sum::<f64>();
         if !(length.is_finite() && length > 0.0) {
-            return Err(SimError::Toward(self.toward));
+            return Err(RenderError::Toward(self.toward));
         }
         for (what, value) in [("key", self.key), ("sky", self.sky), ("bounce", self.bounce)] {
             color(what, value, Self::MAX_STRENGTH)?;

@@ -2,8 +2,8 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
+use crate::parallel::*;
 use nalgebra::Vector3;
-use rayon::prelude::*;
 
 use super::lanes::{COUNT, Lanes, Scalar};
 use super::placed::Cone;

@@ -41,7 +41,8 @@ pub const MIN_LENGTH: f64 = 1e-6;
 
 /// Why no image comes out.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum SimError {
+#[non_exhaustive]
+pub enum RenderError {
     /// A size is no length that a thing can have.
     #[error(
         "{what} is {value}, but a size must be a number of metres from {MIN_LENGTH} to {MAX_LENGTH}"
@@ -206,19 +207,19 @@ fn shown(face: &[usize; 3]) -> String {
 }
 
 /// Lets a number through that lies in a range.
-fn within(what: &'static str, value: f64, [min, max]: [f64; 2]) -> Result<f64, SimError> {
+fn within(what: &'static str, value: f64, [min, max]: [f64; 2]) -> Result<f64, RenderError> {
     if (min..=max).contains(&value) {
         Ok(value)
     } else {
-        Err(SimError::Range { what, value, min, max })
+        Err(RenderError::Range { what, value, min, max })
     }
 }
 
 /// Lets a colour through, or the strengths of a light in red, green and blue.
-fn color(what: &'static str, value: [f64; 3], max: f64) -> Result<[f64; 3], SimError> {
+fn color(what: &'static str, value: [f64; 3], max: f64) -> Result<[f64; 3], RenderError> {
     if value.iter().all(|x| (0.0..=max).contains(x)) {
         Ok(value)
     } else {
-        Err(SimError::Color { what, value: value.into(), max })
+        Err(RenderError::Color { what, value: value.into(), max })
     }
 }

@@ -7,7 +7,7 @@ use super::lanes::{Lanes, Scalar};
 use super::light::linear;
 use super::shape::nudged;
 use super::vector::{Vector, splat_single};
-use super::{SimError, corner_normals};
+use super::{RenderError, corner_normals};
 
 /// Most boxes that wait while others are looked into: as many as the tree is deep.
 const DEPTH: usize = 128;
@@ -65,7 +65,7 @@ impl Mesh {
         vertices: &[[f64; 3]],
         faces: &[[usize; 3]],
         details: &Details,
-    ) -> Result<Self, SimError> {
+    ) -> Result<Self, RenderError> {
         check(vertices, faces, details)?;
         let place = |i: usize| vertices[i].map(|x| x as f32);
         let vector = |i: usize| place(i).into();
@@ -91,7 +91,7 @@ impl Mesh {
             })
             .collect();
         if depth(&nodes) >= DEPTH {
-            return Err(SimError::Tangled { faces: faces.len() });
+            return Err(RenderError::Tangled { faces: faces.len() });
         }
         let order: Vec<usize> = tree.primitive_indices.iter().map(|&i| i as usize).collect();
         let normals = corner_normals(vertices, faces);
@@ -259,19 +259,23 @@ fn depth(nodes: &[Node]) -> usize {
 /// Most triangles of a mesh: their numbers are kept as single-precision numbers.
 const MAX_FACES: usize = 1 << 24;
 
-fn check(vertices: &[[f64; 3]], faces: &[[usize; 3]], details: &Details) -> Result<(), SimError> {
+fn check(
+    vertices: &[[f64; 3]],
+    faces: &[[usize; 3]],
+    details: &Details,
+) -> Result<(), RenderError> {
     if faces.is_empty() || faces.len() > MAX_FACES {
-        return Err(SimError::Faces { given: faces.len(), max: MAX_FACES });
+        return Err(RenderError::Faces { given: faces.len(), max: MAX_FACES });
     }
     let wild = |v: &[f64; 3]| !v.iter().all(|x| x.is_finite() && x.abs() <= super::MAX_LENGTH);
     if let Some(index) = vertices.iter().position(wild) {
-        return Err(SimError::Corner { index, corner: vertices[index] });
+        return Err(RenderError::Corner { index, corner: vertices[index] });
     }
     let corners = vertices.len();
     if let Some((index, face)) =
         faces.iter().enumerate().find(|(_, f)| f.iter().any(|&i| i >= corners))
     {
-        return Err(SimError::Face { index, face: *face, corners });
+        return Err(RenderError::Face { index, face: *face, corners });
     }
     let lengths = [
         ("texture_coordinates", details.texture_coordinates.as_ref().map(Vec::len)),
@@ -279,12 +283,12 @@ fn check(vertices: &[[f64; 3]], faces: &[[usize; 3]], details: &Details) -> Resu
     ];
     for (what, given) in lengths {
         if let Some(given) = given.filter(|&n| n != corners) {
-            return Err(SimError::Details { what, given, corners });
+            return Err(RenderError::Details { what, given, corners });
         }
     }
     let places = details.texture_coordinates.iter().flatten().flatten();
     match places.into_iter().find(|x| x.is_nan() || x.abs() > 1e4) {
-        Some(&value) => Err(SimError::TexturePlace(value)),
+        Some(&value) => Err(RenderError::TexturePlace(value)),
         None => Ok(()),
     }
 }

@@ -1,6 +1,6 @@
 //! The conductor: tiles of pixels, their rays, what they meet, its light, the bytes.
 
-use rayon::prelude::*;
+use crate::parallel::*;
 
 use super::best::Best;
 use super::lanes::{COUNT, Single};
@@ -14,7 +14,7 @@ use super::stage::{Scene, Stage};
 use super::surface::{Seen, seen};
 use super::trace::{nearest, shaded};
 use super::vector::{Vector, splat};
-use super::{SimError, within};
+use super::{RenderError, within};
 use crate::fitness::Backend;
 use crate::model::Settings;
 
@@ -44,11 +44,11 @@ impl Exposure {
     /// Most noise, in grey levels.
     pub const MAX_NOISE: f64 = 255.0;
 
-    fn check(&self, moments: usize) -> Result<(), SimError> {
+    fn check(&self, moments: usize) -> Result<(), RenderError> {
         within("samples", self.samples as f64, [1.0, Self::MAX_SAMPLES as f64])?;
         within("noise", self.noise, [0.0, Self::MAX_NOISE])?;
         let rays = self.samples * self.samples;
-        if moments > rays { Err(SimError::TooManyMoments { moments, rays }) } else { Ok(()) }
+        if moments > rays { Err(RenderError::TooManyMoments { moments, rays }) } else { Ok(()) }
     }
 }
 
@@ -67,7 +67,7 @@ impl Stage {
     ///
     /// # Errors
     /// If poses do not fit the things or each other, or a setting is out of range.
-    pub fn render(&self, scene: &Scene<'_>, exposure: &Exposure) -> Result<Vec<u8>, SimError> {
+    pub fn render(&self, scene: &Scene<'_>, exposure: &Exposure) -> Result<Vec<u8>, RenderError> {
         self.render_by(scene, exposure, Best::of(Backend::used()))
     }
 
@@ -76,7 +76,7 @@ impl Stage {
         scene: &Scene<'_>,
         exposure: &Exposure,
         best: Best,
-    ) -> Result<Vec<u8>, SimError> {
+    ) -> Result<Vec<u8>, RenderError> {
         scene.check(self)?;
         exposure.check(scene.world_from_lens.len())?;
         with_threads(exposure.threads, || {
@@ -103,18 +103,16 @@ impl Stage {
 pub(super) fn with_threads<T: Send>(
     threads: usize,
     work: impl FnOnce() -> T + Send,
-) -> Result<T, SimError> {
+) -> Result<T, RenderError> {
     if threads == 0 {
         return Ok(work());
     }
     let most = Settings::MAX_THREADS;
     if threads > most {
         let reason = format!("the most are {most}");
-        return Err(SimError::Threads { threads, reason });
+        return Err(RenderError::Threads { threads, reason });
     }
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-    let reason = |error: rayon::ThreadPoolBuildError| error.to_string();
-    let pool = pool.map_err(|error| SimError::Threads { threads, reason: reason(error) })?;
+    let pool = pool(threads).map_err(|reason| RenderError::Threads { threads, reason })?;
     Ok(pool.install(work))
 }
 

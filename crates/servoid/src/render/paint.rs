@@ -3,7 +3,7 @@ use wide::f32x4;
 use super::lanes::{COUNT, Single};
 use super::light::linear;
 use super::vector::Vector;
-use super::{SimError, color, within};
+use super::{RenderError, color, within};
 
 /// A picture on a surface, which repeats without end.
 #[derive(Debug, Clone)]
@@ -24,11 +24,11 @@ impl Texture {
     ///
     /// # Errors
     /// If a side is zero or too long, or the number of bytes does not fit.
-    pub fn new(bytes: &[u8], [width, height]: [usize; 2]) -> Result<Self, SimError> {
+    pub fn new(bytes: &[u8], [width, height]: [usize; 2]) -> Result<Self, RenderError> {
         let fits = |side: usize| (1..=Self::MAX_SIDE_PX).contains(&side);
         if !fits(width) || !fits(height) || bytes.len() != 3 * width * height {
             let max = Self::MAX_SIDE_PX;
-            return Err(SimError::Texture { width, height, given: bytes.len(), max });
+            return Err(RenderError::Texture { width, height, given: bytes.len(), max });
         }
         let texel = |u: usize, v: usize| {
             let at = 3 * ((v + height - 1) % height * width + (u + width - 1) % width);
@@ -100,7 +100,7 @@ impl Paint {
     ///
     /// # Errors
     /// If a number does not lie from 0 to 1.
-    pub fn with_color(self, value: [f64; 3]) -> Result<Self, SimError> {
+    pub fn with_color(self, value: [f64; 3]) -> Result<Self, RenderError> {
         Ok(Self { color: color("color", value, 1.0)?.map(|x| x as f32), ..self })
     }
 
@@ -114,7 +114,7 @@ impl Paint {
     ///
     /// # Errors
     /// If a number is not above 0 or beyond [`Paint::MAX_REPEAT`].
-    pub fn with_repeat(self, repeat: [f64; 2]) -> Result<Self, SimError> {
+    pub fn with_repeat(self, repeat: [f64; 2]) -> Result<Self, RenderError> {
         let range = [1.0 / Self::MAX_REPEAT, Self::MAX_REPEAT];
         for value in repeat {
             within("repeat", value, range)?;
@@ -126,7 +126,7 @@ impl Paint {
     ///
     /// # Errors
     /// If it does not lie from 0 to 1.
-    pub fn with_gloss(self, gloss: f64) -> Result<Self, SimError> {
+    pub fn with_gloss(self, gloss: f64) -> Result<Self, RenderError> {
         Ok(Self { gloss: within("gloss", gloss, [0.0, 1.0])? as f32, ..self })
     }
 }

@@ -4,7 +4,7 @@ use super::mesh::{Details, Mesh};
 use super::paint::Paint;
 use super::rays::Rays;
 use super::shape::Shape;
-use super::{Lighting, MAX_LENGTH, MIN_LENGTH, SimError};
+use super::{Lighting, MAX_LENGTH, MIN_LENGTH, RenderError};
 use crate::camera::Lens;
 use crate::pose::Pose;
 
@@ -61,7 +61,7 @@ impl Stage {
     ///
     /// # Errors
     /// If a radius is no length.
-    pub fn add_ellipsoid(&mut self, radii: [f64; 3], paint: Paint) -> Result<usize, SimError> {
+    pub fn add_ellipsoid(&mut self, radii: [f64; 3], paint: Paint) -> Result<usize, RenderError> {
         Ok(self.add(Shape::Ellipsoid { radii: sizes("radii", radii)? }, paint))
     }
 
@@ -74,7 +74,7 @@ impl Stage {
         radius: f64,
         half_length: f64,
         paint: Paint,
-    ) -> Result<usize, SimError> {
+    ) -> Result<usize, RenderError> {
         let (radius, half_length) = (size("radius", radius)?, size("half_length", half_length)?);
         Ok(self.add(Shape::Capsule { radius, half_length }, paint))
     }
@@ -88,7 +88,7 @@ impl Stage {
         radius: f64,
         half_length: f64,
         paint: Paint,
-    ) -> Result<usize, SimError> {
+    ) -> Result<usize, RenderError> {
         let (radius, half_length) = (size("radius", radius)?, size("half_length", half_length)?);
         Ok(self.add(Shape::Cylinder { radius, half_length }, paint))
     }
@@ -97,7 +97,7 @@ impl Stage {
     ///
     /// # Errors
     /// If a size is no length.
-    pub fn add_box(&mut self, half_size: [f64; 3], paint: Paint) -> Result<usize, SimError> {
+    pub fn add_box(&mut self, half_size: [f64; 3], paint: Paint) -> Result<usize, RenderError> {
         Ok(self.add(Shape::Box { half_size: sizes("half_size", half_size)? }, paint))
     }
 
@@ -106,7 +106,7 @@ impl Stage {
     ///
     /// # Errors
     /// If a size is no length.
-    pub fn add_plane(&mut self, half_size: [f64; 2], paint: Paint) -> Result<usize, SimError> {
+    pub fn add_plane(&mut self, half_size: [f64; 2], paint: Paint) -> Result<usize, RenderError> {
         Ok(self.add(Shape::Plane { half_size: sizes("half_size", half_size)? }, paint))
     }
 
@@ -121,7 +121,7 @@ impl Stage {
         faces: &[[usize; 3]],
         details: &Details,
         paint: Paint,
-    ) -> Result<usize, SimError> {
+    ) -> Result<usize, RenderError> {
         Ok(self.add(Shape::Mesh(Mesh::new(vertices, faces, details)?), paint))
     }
 
@@ -133,16 +133,16 @@ impl Stage {
 }
 
 impl Scene<'_> {
-    pub(super) fn check(&self, stage: &Stage) -> Result<(), SimError> {
+    pub(super) fn check(&self, stage: &Stage) -> Result<(), RenderError> {
         self.lighting.check()?;
         let (lens, things) = (self.world_from_lens.len(), self.world_from_thing.len());
         if lens != things || lens == 0 {
-            return Err(SimError::Moments { lens, things });
+            return Err(RenderError::Moments { lens, things });
         }
         for (moment, poses) in self.world_from_thing.iter().enumerate() {
             let (given, things) = (poses.len(), stage.things.len());
             if given != things {
-                return Err(SimError::Poses { moment, given, things });
+                return Err(RenderError::Poses { moment, given, things });
             }
         }
         let lenses = self.world_from_lens.iter().map(|pose| (None, pose));
@@ -151,22 +151,22 @@ impl Scene<'_> {
             let distance = pose.translation().norm();
             if distance > MAX_LENGTH {
                 let what = number.map_or("the lens".into(), |i| format!("thing {i}"));
-                return Err(SimError::Far { what, distance });
+                return Err(RenderError::Far { what, distance });
             }
         }
         Ok(())
     }
 }
 
-fn size(what: &'static str, value: f64) -> Result<f64, SimError> {
+fn size(what: &'static str, value: f64) -> Result<f64, RenderError> {
     if (MIN_LENGTH..=MAX_LENGTH).contains(&value) {
         Ok(value)
     } else {
-        Err(SimError::Size { what, value })
+        Err(RenderError::Size { what, value })
     }
 }
 
-fn sizes<const N: usize>(what: &'static str, values: [f64; N]) -> Result<[f64; N], SimError> {
+fn sizes<const N: usize>(what: &'static str, values: [f64; N]) -> Result<[f64; N], RenderError> {
     for value in values {
         size(what, value)?;
     }

@@ -1,7 +1,7 @@
-use rayon::prelude::*;
+use crate::parallel::*;
 use wide::f64x8;
 
-use super::SimError;
+use super::RenderError;
 use super::lanes::{COUNT, Lanes};
 use super::light::Lighting;
 use super::placed::Moment;
@@ -30,7 +30,7 @@ impl Stage {
         lens: &Lens,
         world_from_lens: &Pose,
         world_from_thing: &[Pose],
-    ) -> Result<Depth, SimError> {
+    ) -> Result<Depth, RenderError> {
         let scene = Scene {
             lens,
             world_from_lens: std::slice::from_ref(world_from_lens),

@@ -1,10 +1,55 @@
 use super::{Differentiable, Fitness};
 use crate::shape::{Quadric, QuadricGradient};
 
-/// What is known of the object, as a judge of bodies: a score between 0 and 1, the agreement.
+/// A term of the fitness: how well a body agrees with one kind of evidence, between 0 and 1.
 ///
 /// An agreement is a Jaccard index: of all that body or object fill, the share that both fill. Its
 /// logarithm is the log-likelihood that a place drawn from the union of the two lies in both.
+///
+/// A term of one's own says how well ellipsoids agree with what it knows, and how that changes:
+///
+/// ```
+/// use nalgebra::{Matrix3, Vector3};
+/// use servoid::fitness::{Differentiable, Evidence, Fitness, Total};
+/// use servoid::shape::{Quadric, QuadricGradient};
+///
+/// /// A place that the object is known to lie near.
+/// #[derive(Clone)]
+/// struct Near(Vector3<f64>);
+///
+/// impl Fitness for Near {
+///     fn score(&self, hypothesis: &[Quadric]) -> f64 {
+///         let far: f64 = hypothesis.iter().map(|one| (one.center - self.0).norm_squared()).sum();
+///         (-far).exp()
+///     }
+/// }
+///
+/// impl Differentiable for Near {
+///     fn score_and_gradient(&self, hypothesis: &[Quadric], gradient: &mut [QuadricGradient]) -> f64 {
+///         let score = self.score(hypothesis);
+///         for (slope, one) in gradient.iter_mut().zip(hypothesis) {
+///             *slope = QuadricGradient::default();
+///             slope.center = (self.0 - one.center) * (2.0 * score);
+///         }
+///         score
+///     }
+/// }
+///
+/// impl Evidence for Near {
+///     fn open(&self, _standing: &[Quadric]) -> Box<dyn Fitness + Send> {
+///         Box::new(self.clone())
+///     }
+/// }
+///
+/// let mut total = Total::default();
+/// total.push(1.0, Near(Vector3::z()));
+/// let ball = |z: f64| Quadric { center: Vector3::z() * z, factor: Matrix3::identity() };
+/// let mut slope = [QuadricGradient::default()];
+/// let score = total.score_and_gradient(&[ball(0.7)], &mut slope);
+/// let step = 1e-6;
+/// let rise = (total.score(&[ball(0.7 + step)]) - score) / step;
+/// assert!((rise - slope[0].center.z).abs() < 1e-5, "the gradient is that of the score");
+/// ```
 pub trait Evidence: Differentiable + Send {
     /// Gives what one more ellipsoid would gain beside those that stand: the object's places that
     /// they leave open count for it, places beside the object against it.

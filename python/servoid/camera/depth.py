@@ -2,6 +2,7 @@
 
 import io
 from pathlib import Path
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,14 @@ from servoid.config.reading import read_bytes
 from servoid.errors import ImageError
 
 _KINDS = "16-bit PNG, 16-bit or float32 TIFF, or .npy"
+
+
+class StoredDepth(Protocol):
+    """One depth image that lies in no file of its own, and knows its unit."""
+
+    def read(self, size_px: tuple[int, int], by: int = 1) -> NDArray[np.float32]:
+        """Read the depth image of (width, height) pixels as `read_depth` does."""
+        ...
 
 
 def read_depth(
@@ -28,6 +37,11 @@ def read_depth(
 
     """
     values = _read_npy(path, size_px) if path.suffix == ".npy" else _read_image(path, size_px)
+    return to_metres(values, scale_m, by)
+
+
+def to_metres(values: NDArray[np.generic], scale_m: float, by: int = 1) -> NDArray[np.float32]:
+    """Turn the numbers of a depth image, (H, W), into metres as `read_depth` does."""
     if by > 1:
         rows, columns = values.shape[0] // by, values.shape[1] // by
         values = values[by // 2 :: by, by // 2 :: by][:rows, :columns]

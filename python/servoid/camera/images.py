@@ -106,27 +106,38 @@ def decode(
 
     It is shrunk `by` so much, a power of two.
     """
+    return decode_bytes(read_bytes(path, error, IMAGE_FILE), str(path), flags, size_px, error, by)
+
+
+def decode_bytes(
+    data: bytes,
+    place: str,
+    flags: int,
+    size_px: tuple[int, int],
+    error: type[ImageError] | type[MaskError],
+    by: int = 1,
+) -> "cv2.typing.MatLike":
+    """Decode the bytes of an image file as `decode` does; `place` names it in messages."""
     import cv2
 
-    data = read_bytes(path, error, IMAGE_FILE)
     if not data:
-        raise error(f"{path} is empty; replace the file")
+        raise error(f"{place} is empty; replace the file")
     if _is_cut_short(data):
-        raise error(f"{path} is cut short: its end is missing; copy the file again")
+        raise error(f"{place} is cut short: its end is missing; copy the file again")
     size = size_in_header(data)
     if size is not None:  # before a header that lies can ask for memory
-        check_size(path, size, size_px, error)
+        check_size(place, size, size_px, error)
     try:
         # A JPEG can be decoded at a half, a quarter or an eighth, which costs much less.
         reduced = min(by, _MOST_REDUCED) if size is not None and data.startswith(JPEG) else 1
         pixels = cv2.imdecode(np.frombuffer(data, dtype=np.uint8), flags | _reduction(reduced))
     except cv2.error as reason:
-        raise error(f"{path} cannot be decoded as an image: {reason.err}") from reason
+        raise error(f"{place} cannot be decoded as an image: {reason.err}") from reason
     if pixels is None:
-        raise error(f"{path} cannot be decoded: it is no image or it is damaged; replace the file")
+        raise error(f"{place} cannot be decoded: it is no image or it is damaged; replace the file")
     height, width = pixels.shape[:2]
     if reduced == 1:
-        check_size(path, (width, height), size_px, error)
+        check_size(place, (width, height), size_px, error)
         return shrink(pixels, by)
     # What is left over at the right and below is decoded, too.
     whole = pixels[: size_px[1] // reduced, : size_px[0] // reduced]
@@ -141,7 +152,7 @@ def _reduction(by: int) -> int:
 
 
 def check_size(
-    path: Path,
+    path: Path | str,
     found: tuple[int, int],
     size_px: tuple[int, int],
     error: type[ImageError] | type[MaskError],

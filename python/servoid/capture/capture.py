@@ -8,14 +8,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid._native import Camera, Lens, Pose, View
-from servoid.camera.depth import read_depth
+from servoid.camera.depth import StoredDepth, read_depth
 from servoid.camera.ideal import Ideal, needs_object
 from servoid.camera.images import Recorded, read_mask
 from servoid.camera.picture import Picture
 from servoid.errors import CaptureError, MaskError, located
 
 
-def read_scaled(path: Path, recorded: Recorded, scale_m: float | None) -> NDArray[np.float32]:
+def read_scaled(
+    path: Path | StoredDepth, recorded: Recorded, scale_m: float | None
+) -> NDArray[np.float32]:
     """Read a depth image whose unit is `scale_m` metres: (H, W) float32, NaN where unknown.
 
     Raises:
@@ -23,6 +25,8 @@ def read_scaled(path: Path, recorded: Recorded, scale_m: float | None) -> NDArra
         CaptureError: nothing says which unit the file counts in.
 
     """
+    if not isinstance(path, Path):
+        return path.read(recorded.size_px, recorded.by)
     if scale_m is None:
         raise CaptureError(
             f"{path}: nothing says what one unit is in metres; give depth_scale_m, such as 0.001 "
@@ -45,7 +49,7 @@ class CaptureCamera:
     rig_from_camera: Pose
     pictures: tuple[Picture | None, ...]
     mask_paths: tuple[Path | None, ...]
-    depth_paths: tuple[Path | None, ...]
+    depth_paths: tuple[Path | StoredDepth | None, ...]
     depth_scale_m: float | None = None
     masks: tuple[NDArray[np.uint8] | None, ...] = ()
     depths_m: tuple[NDArray[np.float32] | None, ...] = ()
@@ -100,7 +104,7 @@ class CaptureView:
     index: int
     picture: Picture
     mask_path: Path | None
-    depth_path: Path | None
+    depth_path: Path | StoredDepth | None
     lens: Lens
     world_from_lens: Pose
     depth_scale_m: float | None = None
@@ -279,7 +283,8 @@ class CaptureView:
 class Capture:
     """A checked capture: each camera has a picture, or None, for each observation.
 
-    `rate_hz` is how many observations a second there are if the capture is a recording.
+    `rate_hz` is how many observations a second there are if the capture is a recording. `notes` are
+    sentences that a user should read, such as what had to be guessed.
     """
 
     path: Path
@@ -287,6 +292,7 @@ class Capture:
     world_from_rig: tuple[Pose, ...]
     times_s: tuple[float, ...] | None
     rate_hz: float | None = None
+    notes: tuple[str, ...] = ()
 
     def __len__(self) -> int:
         return len(self.world_from_rig)

@@ -1,8 +1,17 @@
 """Other people's formats, read and written."""
 
+from servoid.exchange.bags import is_bag, open_bag
 from servoid.exchange.captures.bop import open_bop
 from servoid.exchange.captures.colmap import open_colmap
 from servoid.exchange.captures.nerfstudio import open_nerfstudio
 from servoid.exchange.opening import is_capture, open_any
 
-__all__ = ["is_capture", "open_any", "open_bop", "open_colmap", "open_nerfstudio"]
+__all__ = [
+    "is_bag",
+    "is_capture",
+    "open_any",
+    "open_bag",
+    "open_bop",
+    "open_colmap",
+    "open_nerfstudio",
+]

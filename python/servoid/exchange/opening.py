@@ -1,10 +1,12 @@
 """Tells by what lies in a folder who wrote it, and opens it as a capture."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from servoid.capture import Capture, open_capture
 from servoid.config.places import is_file, is_folder
 from servoid.errors import CaptureError
+from servoid.exchange.bags import is_bag, open_bag
 from servoid.exchange.captures import bop, nerfstudio
 from servoid.exchange.captures.bop import open_bop
 from servoid.exchange.captures.colmap import find_colmap_model, open_colmap
@@ -14,12 +16,18 @@ _COLMAP_FILES = ("cameras.bin", "cameras.txt", "images.bin", "images.txt")
 
 
 def open_any(
-    path: str | Path, *, bop_object: int | None = None, images: str | Path | None = None
+    path: str | Path,
+    *,
+    bop_object: int | None = None,
+    images: str | Path | None = None,
+    topics: Sequence[str] = (),
+    world: str | None = None,
 ) -> Capture:
-    """Open a capture, a COLMAP model, a transforms.json or a BOP scene.
+    """Open a capture, a COLMAP model, a transforms.json, a BOP scene or a bag.
 
     `path` is the folder, or the file in it that says most. `bop_object` chooses the object of a BOP
-    scene by its index; `images` is the folder of a COLMAP model's images.
+    scene by its index; `images` is the folder of a COLMAP model's images; `topics` and `world` are
+    those of `open_bag`.
 
     Raises:
         CaptureError: there is nothing that servoid can open, a file is malformed, or an argument
@@ -35,7 +43,11 @@ def open_any(
         )
     if bop_object is not None and kind != "bop":
         raise CaptureError(f"{path} is no BOP scene, and only in such a one an object is chosen")
+    if (topics or world is not None) and kind != "bag":
+        raise CaptureError(f"{path} is no bag, and only in such a one topics and frames are chosen")
     folder = path if is_folder(path) else path.parent
+    if kind == "bag":
+        return open_bag(path, topics, world=world)
     if kind == "colmap":
         return open_colmap(folder, images)
     if kind == "bop":
@@ -58,6 +70,8 @@ def _kind(path: Path) -> str:
             return "colmap"
         if path.name == bop.FILE_NAME:
             return "bop"
+        if is_bag(path):
+            return "bag"
         if path.suffix not in (".json", ".toml"):
             raise CaptureError(
                 f"{path} is no capture; name a folder with a capture.toml, which says which camera "
@@ -73,6 +87,8 @@ def _kind(path: Path) -> str:
         return "colmap"
     if is_file(path / bop.FILE_NAME):
         return "bop"
+    if is_bag(path):
+        return "bag"
     if not is_folder(path):
         raise CaptureError(
             f"there is no {path}; name a folder with a capture.toml, or another kind of capture"
@@ -80,5 +96,5 @@ def _kind(path: Path) -> str:
     raise CaptureError(
         f"there is no capture in {path}: no capture.toml, no {nerfstudio.FILE_NAME}, no "
         "cameras.bin or cameras.txt of COLMAP in it, in sparse or in sparse/0, no "
-        f"{bop.FILE_NAME}; name a folder that holds one of these"
+        f"{bop.FILE_NAME}, no bag; name a folder that holds one of these"
     )

@@ -25,7 +25,8 @@ def model(
         typer.Argument(
             metavar="SOURCE",
             help="A capture (a folder with a capture.toml, a COLMAP model, a transforms.json or a "
-            "BOP scene), a mesh (.ply .obj .stl .off .glb) or a point cloud (.ply).",
+            "BOP scene), a bag (.bag, .mcap, a rosbag2 folder), a mesh (.ply .obj .stl .off .glb) "
+            "or a point cloud (.ply).",
         ),
     ],
     out: Annotated[
@@ -112,6 +113,21 @@ def model(
     images: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Where a COLMAP model's images are.")
     ] = None,
+    topic: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="TOPIC",
+            help="Of a bag: the images of a camera, or depth that is registered to them (default: "
+            "the likely ones, which are said). May be given several times.",
+        ),
+    ] = None,
+    world: Annotated[
+        str | None,
+        typer.Option(
+            metavar="FRAME",
+            help="Of a bag: the frame of TF in which poses are told (default: the top one).",
+        ),
+    ] = None,
     seed: Annotated[
         int | None,
         typer.Option(
@@ -190,6 +206,8 @@ def model(
         distance=distance,
         bop_object=bop_object,
         images=images,
+        topics=tuple(topic or ()),
+        world=world,
         max_ellipsoids=max_ellipsoids,
         delta=delta,
         seed=seed,

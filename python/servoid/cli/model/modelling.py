@@ -3,7 +3,7 @@
 import math
 import tempfile
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from servoid._native import ModelSettings, PaperSettings
@@ -50,6 +50,8 @@ class Order:
     distance: float | None
     bop_object: int | None
     images: Path | None
+    topics: tuple[str, ...]
+    world: str | None
     max_ellipsoids: int | None
     delta: float | None
     seed: int | None
@@ -130,12 +132,19 @@ def _fit(order: Order, targets: list[Target], *, trusted: bool) -> ModelResult:
             return _fit_shape(order, request, targets)
         if order.viewpoint is not None:
             raise OptionError("--viewpoint is meant for a point cloud, and this is a capture")
-        capture = open_any(order.source, bop_object=order.bop_object, images=order.images)
+        capture = open_any(
+            order.source,
+            bop_object=order.bop_object,
+            images=order.images,
+            topics=order.topics,
+            world=order.world,
+        )
         chosen = {"observations": order.observations, "views": order.views}
         if order.method is Method.region:
-            return fit_capture(
+            result = fit_capture(
                 capture, request, targets=targets, distance_m=order.distance, **chosen
             )
+            return replace(result, notes=(*capture.notes, *result.notes))
         if order.distance is not None:
             raise OptionError("--distance means nothing to the paper's method; leave it out")
         return fit_capture_by_paper(capture, request, targets=targets, **chosen)
@@ -151,6 +160,8 @@ def _fit_shape(order: Order, request: Request, targets: list[Target]) -> ModelRe
         "--distance": order.distance is not None,
         "--bop-object": order.bop_object is not None,
         "--images": order.images is not None,
+        "--topic": bool(order.topics),
+        "--world": order.world is not None,
     }
     for option in (option for option, given in chosen.items() if given):
         raise OptionError(f"{order.source} is no capture, so {option} means nothing; leave it out")

@@ -28,7 +28,8 @@ def track(
         Path,
         typer.Argument(
             metavar="CAPTURE",
-            help="A folder with a capture.toml, a COLMAP model, a transforms.json or a BOP scene.",
+            help="A folder with a capture.toml, a COLMAP model, a transforms.json or a BOP scene; "
+            "or a bag: a .bag, a .mcap, a rosbag2 folder.",
         ),
     ],
     body: Annotated[
@@ -128,6 +129,23 @@ def track(
             rich_help_panel=_IMAGES,
         ),
     ] = ":",
+    topic: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="TOPIC",
+            help="Of a bag: the images of a camera, or depth that is registered to them (default: "
+            "the likely ones, which are said). May be given several times.",
+            rich_help_panel=_IMAGES,
+        ),
+    ] = None,
+    world: Annotated[
+        str | None,
+        typer.Option(
+            metavar="FRAME",
+            help="Of a bag: the frame of TF in which poses are told (default: the top one).",
+            rich_help_panel=_IMAGES,
+        ),
+    ] = None,
     every: Annotated[
         int,
         typer.Option(
@@ -244,6 +262,8 @@ def track(
             smooth=smooth,
             report=report,
             observations=chosen,
+            topics=tuple(topic or ()),
+            world=world,
             every=every,
             method=method,
             population=population,

@@ -44,6 +44,8 @@ def print_track_summary(
         _print(_rows(result))
     if capture.times_s is None and capture.rate_hz is None:
         _print(_wrapped("note", _TIMELESS))
+    for note in capture.notes:
+        _print(_wrapped("note", note))
     for kind, path in files:
         typer.echo(f"  {kind:<{_LABEL_WIDTH}} {path}")
 

@@ -63,6 +63,8 @@ class Order:
     smooth: Path | None
     report: Path | None
     observations: slice
+    topics: tuple[str, ...]
+    world: str | None
     every: int
     method: Method
     population: int | None
@@ -79,7 +81,7 @@ def run_track(order: Order) -> None:
     _check_options(order)
     subjects = read_subjects(order.bodies, order.targets, order.starts)
     _check_outputs(order, subjects)
-    capture = open_any(order.capture)
+    capture = open_any(order.capture, topics=order.topics, world=order.world)
     collector = Collector()
     reports = _reports(order, subjects, capture)
 

@@ -1,0 +1,6 @@
+"""Bags: recordings of ROS 1 and ROS 2, read as captures and written as MCAP."""
+
+from servoid.exchange.bags.opening import open_bag
+from servoid.exchange.bags.stored.reader import is_bag
+
+__all__ = ["is_bag", "open_bag"]

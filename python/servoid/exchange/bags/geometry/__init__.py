@@ -1,0 +1,1 @@
+"""Where cameras were and how they see, by what a bag says of it."""

@@ -1,0 +1,184 @@
+"""Turns `sensor_msgs/CameraInfo` into lenses, for raw images and for rectified ones."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from servoid._native import Lens, Pose
+from servoid.camera.lenses import make_lens
+from servoid.errors import CaptureError, located
+
+CAMERA_INFO = "sensor_msgs/msg/CameraInfo"
+
+_BROWN = ("plumb_bob", "rational_polynomial")
+_FISHEYE = ("equidistant", "fisheye")
+_MODELS = (*_BROWN, *_FISHEYE)
+_SAME_PX = 1e-3  # by which numbers of one calibration may differ from message to message
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """How a camera sees, and what its calibration says of where it is.
+
+    `frame_from_camera` turns from the camera's image to the frame that its messages name: rectified
+    images are turned. `rectified_from_camera` turns to the plane that a stereo pair shares, and
+    `shift_m`, (x, y) metres in that plane, is how far the camera is from the first of the pair.
+    """
+
+    lens: Lens
+    frame_from_camera: Pose
+    rectified_from_camera: Pose
+    shift_m: tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Info:
+    """What a CameraInfo says, by the same names in ROS 1 and ROS 2."""
+
+    frame: str
+    size_px: tuple[int, int]
+    model: str
+    d: tuple[float, ...]
+    k: NDArray[np.float64]
+    r: NDArray[np.float64]
+    p: NDArray[np.float64]
+    binning: tuple[int, int]
+    offset_px: tuple[int, int]
+
+    @classmethod
+    def of(cls, message: Any, frame: str) -> "Info":
+        """Read a decoded message."""
+        d, k, r, p = (getattr(message, name, getattr(message, name.upper(), ())) for name in "dkrp")
+        region = message.roi
+        return cls(
+            frame=frame,
+            size_px=(int(message.width), int(message.height)),
+            model=str(message.distortion_model),
+            d=tuple(float(one) for one in d),
+            k=np.asarray(k, np.float64).reshape(3, 3),
+            r=np.asarray(r, np.float64).reshape(3, 3),
+            p=np.asarray(p, np.float64).reshape(3, 4),
+            binning=(max(1, int(message.binning_x)), max(1, int(message.binning_y))),
+            offset_px=(int(region.x_offset), int(region.y_offset)),
+        )
+
+    @property
+    def is_calibrated(self) -> bool:
+        """Say whether there are focal lengths, which drivers leave zero until they are known."""
+        return bool(self.k[0, 0] > 0.0 or self.p[0, 0] > 0.0)
+
+    def is_like(self, other: "Info") -> bool:
+        """Say whether two messages tell the same calibration."""
+        told = [(one.k, one.r, one.p, np.array(one.d)) for one in (self, other)]
+        return self.model == other.model and all(
+            a.shape == b.shape and np.allclose(a, b, rtol=0.0, atol=_SAME_PX)
+            for a, b in zip(*told, strict=True)
+        )
+
+
+def calibration_of(
+    info: Info, size_px: tuple[int, int], place: str, *, is_rectified: bool
+) -> Calibration:
+    """Return how the camera of a CameraInfo sees images of a size.
+
+    A raw image is seen through `K` and `D`, a rectified one through `P` without distortion. If the
+    image is a part of the sensor's, or pixels are joined, focal lengths and centre follow.
+
+    Raises:
+        CaptureError: nothing is calibrated, the lens model is unknown, or images have another size.
+        CameraError: no lens has these numbers.
+
+    """
+    _check_size(info, size_px, place)
+    turn = _turn(info.r, f"{place}, R")
+    if is_rectified:
+        matrix, distortion = _projection(info, place), ()
+        model, frame_from_camera, to_plane = "pinhole", turn.inverse(), Pose.identity()
+    else:
+        matrix = _matrix(info, place)
+        model, distortion = _distortion(info, place)
+        frame_from_camera, to_plane = Pose.identity(), turn
+    (fx, fy), (cx, cy) = np.diag(matrix)[:2], matrix[:2, 2]
+    (across, down), (left, top) = info.binning, info.offset_px
+    with located(place):
+        lens = make_lens(
+            place,
+            model=model,
+            size_px=size_px,
+            focal_px=(float(fx) / across, float(fy) / down),
+            # The middle of a joined pixel is the mean of the middles of its parts.
+            center_px=(
+                (float(cx) - left + 0.5) / across - 0.5 if across > 1 else float(cx) - left,
+                (float(cy) - top + 0.5) / down - 0.5 if down > 1 else float(cy) - top,
+            ),
+            distortion=distortion,
+        )
+    return Calibration(lens, frame_from_camera, to_plane, _shift(info))
+
+
+def _check_size(info: Info, size_px: tuple[int, int], place: str) -> None:
+    most = info.size_px[0] // info.binning[0], info.size_px[1] // info.binning[1]
+    is_part = info.offset_px != (0, 0)
+    if size_px != most and not (is_part and size_px[0] <= most[0] and size_px[1] <= most[1]):
+        raise CaptureError(
+            f"{place} is of images of {most[0]}x{most[1]} pixels, but those that were recorded "
+            f"have {size_px[0]}x{size_px[1]}; choose the images that it belongs to"
+        )
+
+
+def _matrix(info: Info, place: str) -> NDArray[np.float64]:
+    if info.k[0, 0] <= 0.0:
+        raise CaptureError(
+            f"{place} says no focal length: the camera is not calibrated; calibrate it, or choose "
+            "another camera"
+        )
+    return info.k
+
+
+def _projection(info: Info, place: str) -> NDArray[np.float64]:
+    if info.p[0, 0] > 0.0:
+        return info.p[:, :3]
+    if not any(info.d):
+        return _matrix(info, place)
+    raise CaptureError(
+        f"{place} says nothing of rectified images: its P is zero; choose the raw images"
+    )
+
+
+def _distortion(info: Info, place: str) -> tuple[str, Sequence[float]]:
+    """Return servoid's name of a lens model, and its coefficients."""
+    if not any(info.d):
+        return "pinhole", ()
+    if info.model in _BROWN and len(info.d) >= 4:
+        if any(info.d[8:]):
+            raise CaptureError(
+                f"{place}: D has {len(info.d)} coefficients; servoid knows the first 8 of "
+                f"'{info.model}'; calibrate with these"
+            )
+        return "brown_conrady", info.d[:8] if len(info.d) >= 8 else info.d[:5]
+    if info.model in _FISHEYE and len(info.d) == 4:
+        return "kannala_brandt", info.d
+    raise CaptureError(
+        f"{place}: distortion_model is '{info.model}' with {len(info.d)} coefficients; servoid "
+        f"knows {', '.join(_MODELS)}; rectify the images, or calibrate with one of these"
+    )
+
+
+def _turn(r: NDArray[np.float64], place: str) -> Pose:
+    if not r.any():  # unknown
+        return Pose.identity()
+    matrix = np.eye(4)
+    matrix[:3, :3] = r
+    with located(place):
+        return Pose(matrix)
+
+
+def _shift(info: Info) -> tuple[float, float]:
+    """Return how far the camera is from the first of its pair: P holds focal length times that."""
+    fx, fy = info.p[0, 0], info.p[1, 1]
+    if fx <= 0.0 or fy <= 0.0:
+        return 0.0, 0.0
+    return float(-info.p[0, 3] / fx), float(-info.p[1, 3] / fy)

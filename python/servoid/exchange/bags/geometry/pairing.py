@@ -1,0 +1,89 @@
+"""Puts images of several cameras together that were taken at one moment."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from servoid.exchange.bags.stored.header import NS_PER_S
+from servoid.words import counted, digits
+
+APART_S = 0.025
+"""Seconds between images of one observation, at most; less where images come faster."""
+
+_TOLD_NS = NS_PER_S // 1000
+_MS_PER_NS = 1e-6
+
+
+@dataclass(frozen=True)
+class Moment:
+    """One observation: when it was, and the place of each camera's image in its list, or None."""
+
+    stamp_ns: int
+    places: tuple[int | None, ...]
+
+
+def pair(stamps_ns: Sequence[Sequence[int]], apart_s: float = APART_S) -> list[Moment]:
+    """Put images together by their stamps, which increase for each camera.
+
+    Images belong together that are at most `apart_s` apart, and at most half the usual time from
+    image to image. The moment is that of the first camera that has an image in it.
+    """
+    apart_ns = _apart_ns(stamps_ns, apart_s)
+    heads = [0] * len(stamps_ns)
+    moments = []
+    while True:
+        waiting = [
+            stamps[head]
+            for stamps, head in zip(stamps_ns, heads, strict=True)
+            if head < len(stamps)
+        ]
+        if not waiting:
+            return moments
+        last = min(waiting) + apart_ns
+        places: list[int | None] = []
+        for camera, stamps in enumerate(stamps_ns):
+            head = heads[camera]
+            has = head < len(stamps) and stamps[head] <= last
+            places.append(head if has else None)
+            heads[camera] += has
+        stamp = next(
+            stamps[place]
+            for stamps, place in zip(stamps_ns, places, strict=True)
+            if place is not None
+        )
+        moments.append(Moment(stamp, tuple(places)))
+
+
+def pairing_notes(
+    names: Sequence[str], stamps_ns: Sequence[Sequence[int]], moments: Sequence[Moment]
+) -> list[str]:
+    """Say what a user should know of how images were put together."""
+    notes = []
+    for camera, name in enumerate(names):
+        missing = sum(moment.places[camera] is None for moment in moments)
+        if missing:
+            count = counted(len(moments), "observation")
+            notes.append(f"{missing} of {count} lack an image of {name}: none was taken then")
+    for camera, name in enumerate(names[1:], start=1):
+        off = [
+            abs(stamps_ns[camera][there] - stamps_ns[0][here])
+            for here, there in ((one.places[0], one.places[camera]) for one in moments)
+            if here is not None and there is not None
+        ]
+        if off and float(np.median(off)) > _TOLD_NS:
+            usual, worst = (_MS_PER_NS * float(one) for one in (np.median(off), max(off)))
+            notes.append(
+                f"images of {names[0]} and {name} were taken {digits(usual)} ms apart, at most "
+                f"{digits(worst)} ms; what moves is seen at two places, so let one clock trigger "
+                "both"
+            )
+    return notes
+
+
+def _apart_ns(stamps_ns: Sequence[Sequence[int]], apart_s: float) -> int:
+    """Return how far apart images of one observation may be."""
+    usual = [float(np.median(np.diff(stamps))) for stamps in stamps_ns if len(stamps) > 1]
+    most = round(apart_s * NS_PER_S)
+    # A little less than half, so that an image in the middle belongs to none.
+    return most if not usual else min(most, int(0.49 * min(usual)))

@@ -1,0 +1,147 @@
+"""Says where the cameras of a bag were: on their rig, and the rig in the world."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from servoid.errors import CaptureError
+from servoid.exchange.bags.geometry.calibration import Calibration
+from servoid.exchange.bags.geometry.transforms import Transforms
+from servoid.exchange.bags.stored.choosing import ImageTopic
+from servoid.pose import Pose
+from servoid.words import counted, digits
+
+_LOOSE_M, _LOOSE_RAD = 2e-4, 1e-3  # by which cameras of one rig may seem to move: TF is measured
+_LEAST_BASELINE_M = 1e-6
+_MM_PER_M = 1e3
+
+
+@dataclass(frozen=True)
+class Seat:
+    """A camera that is to be placed: its topic, and what its calibration says."""
+
+    image: ImageTopic
+    calibration: Calibration
+
+
+@dataclass(frozen=True)
+class Placing:
+    """Where cameras are on their rig, and where that is at each moment, None where no one knows."""
+
+    rig_from_camera: tuple[Pose, ...]
+    world_from_rig: tuple[Pose | None, ...]
+    notes: tuple[str, ...]
+
+
+def place_cameras(
+    place: str,
+    seats: Sequence[Seat],
+    transforms: Transforms,
+    stamps_ns: Sequence[int],
+    world: str | None,
+) -> Placing:
+    """Place cameras by TF, or by the shift in the calibrations of a stereo pair.
+
+    `world` is the frame that poses are told in, by default the top of the first camera's tree.
+
+    Raises:
+        CaptureError: nothing says where a camera is, cameras move against each other, or TF does
+            not know `world`.
+        PoseError: a transform is no rigid motion.
+
+    """
+    frame = seats[0].image.frame
+    if not transforms.knows(frame):
+        if world is not None:
+            raise CaptureError(
+                f"{place}: no TF leads from '{world}' to the camera's frame '{frame}'; record /tf "
+                "and /tf_static, or leave the world out: the rig then rests"
+            )
+        resting = (Pose.identity(),) * len(stamps_ns)
+        note = f"no TF tells of the frame '{frame}': the rig is taken to rest, and to be the world"
+        return Placing(_by_shifts(place, seats), resting, (note,))
+    top = transforms.root(frame) if world is None else world
+    rig = transforms.mount(frame, top)
+    seated = tuple(
+        _on_rig(place, seats, index, transforms, rig, stamps_ns) for index in range(len(seats))
+    )
+    poses = tuple(
+        transforms.pose(top, rig, stamp) if rig != top else Pose.identity() for stamp in stamps_ns
+    )
+    notes = [] if world is not None else [f"poses are in the frame '{top}', the top of TF's tree"]
+    return Placing(seated, poses, (*notes, *transforms.notes()))
+
+
+def _on_rig(
+    place: str,
+    seats: Sequence[Seat],
+    index: int,
+    transforms: Transforms,
+    rig: str,
+    stamps_ns: Sequence[int],
+) -> Pose:
+    """Return rig_from_camera of one of the cameras."""
+    seat, first = seats[index], seats[0]
+    frame = seat.image.frame
+    is_shared = index > 0 and frame == first.image.frame
+    if is_shared or not transforms.knows(frame):
+        rig_from_first = _on_rig(place, seats, 0, transforms, rig, stamps_ns)
+        return rig_from_first @ _first_from(place, first, seat)
+    found = [(stamp, transforms.pose(rig, frame, stamp)) for stamp in stamps_ns]
+    poses = [pose for _, pose in found if pose is not None]
+    if not poses:
+        raise CaptureError(
+            f"{place}: TF says at none of the images' stamps where '{frame}' is on '{rig}'; record "
+            "/tf and /tf_static for as long as the images"
+        )
+    moved = [(poses[0].inverse() @ pose).log() for pose in poses[1:] if pose != poses[0]]
+    if moved:
+        far = float(np.max(np.linalg.norm(np.array(moved)[:, :3], axis=1)))
+        turned = float(np.max(np.linalg.norm(np.array(moved)[:, 3:], axis=1)))
+        if far > _LOOSE_M or turned > _LOOSE_RAD:
+            raise CaptureError(
+                f"{place}: the cameras of {first.image.topic} and {seat.image.topic} move against "
+                f"each other, by up to {digits(_MM_PER_M * far)} mm and "
+                f"{digits(np.degrees(turned))} degrees; servoid takes cameras that are fixed to "
+                "each other, so choose one of them with --topic"
+            )
+    pose = poses[0]
+    turn = seat.calibration.frame_from_camera
+    return pose if turn == Pose.identity() else pose @ turn
+
+
+def _by_shifts(place: str, seats: Sequence[Seat]) -> tuple[Pose, ...]:
+    """Return rig_from_camera where TF knows none: the first camera's frame is the rig."""
+    rig_from_first = seats[0].calibration.frame_from_camera
+    others = (rig_from_first @ _first_from(place, seats[0], seat) for seat in seats[1:])
+    return (rig_from_first, *others)
+
+
+def _first_from(place: str, first: Seat, other: Seat) -> Pose:
+    """Return first_from_camera by how far their calibrations say that the two are apart.
+
+    Raises:
+        CaptureError: they say nothing of it.
+
+    """
+    shifts = np.array([first.calibration.shift_m, other.calibration.shift_m])
+    across, down = shifts[1] - shifts[0]
+    if np.hypot(across, down) < _LEAST_BASELINE_M:
+        raise CaptureError(
+            f"{place}: nothing says where the camera of {other.image.topic} (frame "
+            f"'{other.image.frame}') is beside that of {first.image.topic} (frame "
+            f"'{first.image.frame}'): no TF, and no shift in P of their calibrations; record "
+            f"/tf_static, or choose one of them with --topic"
+        )
+    plane = Pose.from_parts((float(across), float(down), 0.0), (1.0, 0.0, 0.0, 0.0))
+    first_from_plane = first.calibration.rectified_from_camera.inverse()
+    return first_from_plane @ plane @ other.calibration.rectified_from_camera
+
+
+def lost_note(lost: int, count: int) -> str:
+    """Say how many observations are left out because nothing says where the rig was."""
+    return (
+        f"{lost} of {counted(count, 'observation')} were left out: TF says nothing of where the "
+        "rig was then"
+    )

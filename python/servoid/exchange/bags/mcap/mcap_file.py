@@ -1,0 +1,153 @@
+"""Writes an MCAP file with ROS 2 messages, whole or not at all."""
+
+import os
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from servoid.errors import MissingExtraError, OutputError
+from servoid.exchange.bags.mcap.messages import Messages
+from servoid.exchange.bags.names import STATIC_TOPIC
+from servoid.output import check_file
+
+SUFFIX = ".mcap"
+
+_VERSION = 8  # of the summary: the newest that all releases since Humble read
+
+
+def check_mcap(path: Path) -> None:
+    """Check that an MCAP file can be written to `path`.
+
+    Raises:
+        OutputError: it does not end in .mcap, or nothing can be written there.
+        MissingExtraError: the library that writes bags is missing.
+
+    """
+    check_mcap_suffix(path)
+    check_file(path)
+    _library()
+
+
+def check_mcap_suffix(path: Path) -> None:
+    """Check that a name is one of an MCAP file.
+
+    Raises:
+        OutputError: it does not end in .mcap.
+
+    """
+    if path.suffix != SUFFIX:
+        raise OutputError(f"cannot write {path}: a recording with ROS messages ends in {SUFFIX}")
+
+
+class McapFile:
+    """An MCAP file that is being written; `messages` makes what goes into it."""
+
+    def __init__(self, path: Path, writer: Any) -> None:
+        self.messages: Messages = Messages()
+        self._path, self._writer = path, writer
+        self._connections: dict[str, Any] = {}
+        self.counts: dict[str, int] = {}
+
+    def add(self, topic: str, kind: str, stamp_ns: int, data: bytes) -> None:
+        """Write a message of a type of ROS 2, measured at a time in nanoseconds.
+
+        Raises:
+            OutputError: the time is before 0, or the file cannot be written.
+
+        """
+        if stamp_ns < 0:
+            raise OutputError(
+                f"cannot write {self._path}: {stamp_ns * 1e-9:g} s is before 0, which no recording "
+                "of ROS can say; let times begin later"
+            )
+        with told(self._path):
+            if topic not in self._connections:
+                self._connections[topic] = self._writer.add_connection(
+                    topic,
+                    kind,
+                    typestore=self.messages.store,
+                    offered_qos_profiles=_qos(is_latched=topic == STATIC_TOPIC),
+                )
+            self._writer.write(self._connections[topic], stamp_ns, data)
+        self.counts[topic] = self.counts.get(topic, 0) + 1
+
+
+@contextmanager
+def mcap_file(path: str | Path) -> Iterator[McapFile]:
+    """Write an MCAP file that is at `path` when the block ends; if it raises, nothing is left.
+
+    Raises:
+        OutputError: the file cannot be written; what stood at `path` still does.
+        MissingExtraError: the library that writes bags is missing.
+
+    """
+    path = Path(path)
+    check_mcap(path)
+    writer_class, plugin = _library()
+    target = path.resolve()
+    with tempfile.TemporaryDirectory(prefix=".servoid-", dir=target.parent) as drafts:
+        # The library writes a folder with the file and a summary, which the file holds as well.
+        folder = Path(drafts) / target.stem
+        writer = writer_class(folder, version=_VERSION, storage_plugin=plugin)
+        with told(path):
+            writer.open()
+        try:
+            yield McapFile(path, writer)
+        except BaseException:
+            writer.abort()
+            raise
+        with told(path):
+            writer.close()
+            draft = folder / f"{folder.name}{SUFFIX}"
+            with draft.open("rb+") as file:
+                os.fsync(file.fileno())
+            draft.replace(target)
+
+
+@contextmanager
+def told(path: Path) -> Iterator[None]:
+    """Tell a failure of the disk as one to write `path`."""
+    try:
+        yield
+    except OutputError:
+        raise
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        raise OutputError(f"cannot write {path}: {reason}") from error
+
+
+def _library() -> tuple[Any, Any]:
+    try:
+        from rosbags.rosbag2 import StoragePlugin, Writer
+    except ImportError as error:
+        raise MissingExtraError.of("recordings with ROS messages", "rosbags", "bags") from error
+    return Writer, StoragePlugin.MCAP
+
+
+def _qos(*, is_latched: bool) -> list[Any]:
+    """Say how the topic is published, so that players do likewise: who comes late hears latched."""
+    from rosbags.interfaces import (
+        Qos,
+        QosDurability,
+        QosHistory,
+        QosLiveliness,
+        QosReliability,
+        QosTime,
+    )
+
+    forever = QosTime(9223372036, 854775807)
+    return [
+        Qos(
+            QosHistory.KEEP_LAST,
+            1 if is_latched else 10,
+            QosReliability.RELIABLE,
+            QosDurability.TRANSIENT_LOCAL if is_latched else QosDurability.VOLATILE,
+            forever,
+            forever,
+            QosLiveliness.AUTOMATIC,
+            forever,
+            False,
+        )
+    ]

@@ -1,0 +1,107 @@
+"""Images as cameras delivered them, ready to be passed through a recording untouched."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from servoid.camera import Picture
+from servoid.camera.image_size import JPEG, PNG
+from servoid.capture import Capture, CaptureCamera, Observation
+from servoid.config.limits import IMAGE_FILE
+from servoid.config.reading import read_bytes
+from servoid.errors import CaptureError, ImageError
+from servoid.exchange.bags.mcap.messages import Messages
+from servoid.exchange.bags.stored.pictures import BagPicture
+from servoid.exchange.bags.stored.pixels import COMPRESSED, IMAGE
+from servoid.exchange.bags.stored.reader import open_files
+from servoid.pose import Pose
+from servoid.source import ASSUMED_HZ
+
+_FORMS = {JPEG: "jpeg", PNG: "png"}
+
+
+@dataclass(frozen=True, eq=False)
+class RawImage:
+    """One image: the bytes of an image file, pixels, or an image message that was read.
+
+    `encoding` is ROS's word for pixels, such as rgb8 or 32FC1, and jpeg or png for bytes.
+    """
+
+    data: Any
+    encoding: str = ""
+
+    def write(self, messages: Messages, stamp_ns: int, frame: str) -> tuple[str, str, bytes]:
+        """Return the end of its topic, its type and its message."""
+        if isinstance(self.data, bytes):
+            made = messages.compressed(stamp_ns, frame, self.data, self.encoding)
+            return "/compressed", COMPRESSED, made
+        if isinstance(self.data, np.ndarray):
+            return "", IMAGE, messages.image(stamp_ns, frame, self.data, self.encoding)
+        if hasattr(self.data, "encoding"):
+            return "", IMAGE, messages.image_like(stamp_ns, frame, self.data)
+        made = messages.compressed(stamp_ns, frame, bytes(self.data.data), self.data.format)
+        return "/compressed", COMPRESSED, made
+
+
+@dataclass(frozen=True, eq=False)
+class RawObservation:
+    """One instant of all cameras, before anything was made of it.
+
+    `images` are one for each camera, None where it delivered nothing; `depths` are likewise
+    (H, W) float32 in metres, NaN where unknown, or none at all.
+    """
+
+    time_s: float
+    world_from_rig: Pose
+    images: tuple[RawImage | None, ...]
+    depths: tuple[NDArray[np.float32] | None, ...] = ()
+
+
+def raw_observations(
+    capture: Capture, observations: Sequence[Observation] | None = None
+) -> Iterator[RawObservation]:
+    """Yield the observations of a capture as they are stored, each when it is asked for.
+
+    Compressed images stay as they are; those of videos are decoded. One that cannot be read is
+    left out. Where the capture knows no times they are counted from its rate.
+    """
+    chosen = capture.observations() if observations is None else observations
+    for observation in chosen:
+        rate_hz = capture.rate_hz or ASSUMED_HZ
+        time_s = observation.time_s
+        yield RawObservation(
+            time_s=observation.index / rate_hz if time_s is None else time_s,
+            world_from_rig=observation.world_from_rig,
+            images=tuple(
+                raw_image(camera, picture)
+                for camera, picture in zip(capture.cameras, observation.pictures, strict=True)
+            ),
+            depths=tuple(_depth(camera, observation.index) for camera in capture.cameras),
+        )
+
+
+def raw_image(camera: CaptureCamera, picture: Picture | None) -> RawImage | None:
+    """Return an image as it is stored, None if there is none or it cannot be read."""
+    if picture is None:
+        return None
+    try:
+        if isinstance(picture, BagPicture):
+            return RawImage(open_files(picture.path).decode(picture.message()))
+        if type(picture) is Picture and picture.index is None:
+            data = read_bytes(picture.path, ImageError, IMAGE_FILE)
+            form = next((form for start, form in _FORMS.items() if data.startswith(start)), None)
+            if form is not None:
+                return RawImage(data, form)
+        return RawImage(picture.read(camera.lens.size_px), "rgb8")
+    except (CaptureError, ImageError):
+        return None
+
+
+def _depth(camera: CaptureCamera, index: int) -> NDArray[np.float32] | None:
+    try:
+        return camera.recorded_depth(index)
+    except (CaptureError, ImageError):
+        return None

@@ -1,0 +1,178 @@
+"""Opens a bag as a capture: topics, stamps, calibrations and transforms become one."""
+
+from bisect import bisect_left
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from servoid.capture import Capture, CaptureCamera
+from servoid.config.limits import MOST_CAMERAS
+from servoid.errors import CaptureError
+from servoid.exchange.bags.geometry.calibration import calibration_of
+from servoid.exchange.bags.geometry.pairing import APART_S, Moment, pair, pairing_notes
+from servoid.exchange.bags.geometry.placing import Seat, lost_note, place_cameras
+from servoid.exchange.bags.names import TIME_TOPIC, WORLD
+from servoid.exchange.bags.stored.choosing import ImageTopic, choose
+from servoid.exchange.bags.stored.content import Content, Shot, scan
+from servoid.exchange.bags.stored.header import NS_PER_S
+from servoid.exchange.bags.stored.pictures import BagDepth, BagPicture
+from servoid.exchange.bags.stored.reader import Bag, open_files
+from servoid.pose import Pose
+
+_DEPTH_APART_NS = NS_PER_S // 100  # between an image and the depth that is registered to it
+
+
+def open_bag(
+    path: str | Path,
+    topics: Sequence[str] = (),
+    *,
+    world: str | None = None,
+    apart_s: float = APART_S,
+) -> Capture:
+    """Open a ROS 1 bag, a rosbag2 folder or an MCAP file as a capture, which is a recording.
+
+    `topics` are those of the images, one for each camera, and of depth that is registered to them;
+    without any the most likely ones are guessed, and `Capture.notes` say so. `world` is the TF
+    frame in which poses are told, by default the top of the first camera's tree. Images of one
+    observation were taken at most `apart_s` seconds apart.
+
+    The bag is read through once for its stamps; images are read when they are asked for.
+
+    Raises:
+        CaptureError: there is no bag, it is damaged, or it does not say what a capture needs.
+        CameraError: a camera cannot exist.
+        PoseError: a transform is no rigid motion.
+        MissingExtraError: the library that reads bags is missing.
+
+    """
+    bag = open_files(Path(path))
+    chosen = choose(bag, topics)
+    if len(chosen.images) > MOST_CAMERAS:
+        raise CaptureError(f"{path}: {len(chosen.images)} cameras; at most {MOST_CAMERAS} can be")
+    content = scan(bag, chosen)
+    names = _names(chosen.images)
+    tracks = [
+        _Track(name, _seat(bag, image, content), content.shots[image.topic], _shots(content, depth))
+        for name, image, depth in zip(names, chosen.images, chosen.depths, strict=True)
+    ]
+    stamps = [[shot.stamp_ns for shot in track.shots] for track in tracks]
+    moments = pair(stamps, apart_s)
+    placing = place_cameras(
+        str(bag.path),
+        [track.seat for track in tracks],
+        content.transforms,
+        [moment.stamp_ns for moment in moments],
+        WORLD if world is None and TIME_TOPIC in bag.kinds else world,
+    )
+    known = [
+        (moment, pose)
+        for moment, pose in zip(moments, placing.world_from_rig, strict=True)
+        if pose is not None
+    ]
+    if not known:
+        raise CaptureError(
+            f"{bag.path}: TF says at none of the images' stamps where the cameras were; record /tf "
+            "for as long as the images, by the same clock"
+        )
+    lost = len(moments) - len(known)
+    kept = [moment for moment, _ in known]
+    return Capture(
+        path=bag.path,
+        cameras=tuple(
+            track.camera(bag.path, pose, kept, index)
+            for index, (track, pose) in enumerate(zip(tracks, placing.rig_from_camera, strict=True))
+        ),
+        world_from_rig=tuple(pose for _, pose in known),
+        times_s=tuple(content.times_s.get(one.stamp_ns, one.stamp_ns / NS_PER_S) for one in kept),
+        rate_hz=_rate_hz(kept),
+        notes=(
+            *chosen.notes,
+            *content.notes,
+            *pairing_notes(names, stamps, moments),
+            *placing.notes,
+            *([lost_note(lost, len(moments))] if lost else []),
+        ),
+    )
+
+
+@dataclass(frozen=True)
+class _Track:
+    """The images of one camera, and those of its depth, both in the order of their stamps."""
+
+    name: str
+    seat: Seat
+    shots: Sequence[Shot]
+    depths: Sequence[Shot]
+
+    def camera(
+        self, path: Path, rig_from_camera: Pose, moments: Sequence[Moment], index: int
+    ) -> CaptureCamera:
+        """Return the camera with its images of some moments; it is the `index`-th of the rig."""
+        places = [moment.places[index] for moment in moments]
+        shots = [None if place is None else self.shots[place] for place in places]
+        pictures = (
+            None if shot is None else BagPicture(path, label=f"{number:04}", at=shot.at)
+            for number, shot in enumerate(shots)
+        )
+        return CaptureCamera(
+            name=self.name,
+            lens=self.seat.calibration.lens,
+            rig_from_camera=rig_from_camera,
+            pictures=tuple(pictures),
+            mask_paths=(None,) * len(moments),
+            depth_paths=tuple(self._depth(path, shot) for shot in shots),
+            depth_scale_m=1.0 if self.depths else None,
+        )
+
+    def _depth(self, path: Path, shot: Shot | None) -> BagDepth | None:
+        """Return the depth image that was taken with an image."""
+        if shot is None:
+            return None
+        after = bisect_left(self.depths, shot.stamp_ns, key=lambda one: one.stamp_ns)
+        near = self.depths[max(0, after - 1) : after + 1]
+        best = min(near, key=lambda one: abs(one.stamp_ns - shot.stamp_ns), default=None)
+        if best is None or abs(best.stamp_ns - shot.stamp_ns) > _DEPTH_APART_NS:
+            return None
+        return BagDepth(path, best.at)
+
+
+def _seat(bag: Bag, image: ImageTopic, content: Content) -> Seat:
+    """Join a topic with its calibration."""
+    topic = image.info_topic
+    if topic is None:
+        raise CaptureError(
+            f"{bag.path}: no camera_info belongs to {image.topic}; record "
+            f"{image.camera}/camera_info too, or choose another topic"
+        )
+    info = content.infos.get(topic)
+    if info is None:
+        raise CaptureError(
+            f"{bag.path}: {topic} says no focal length: the camera is not calibrated; calibrate "
+            "it, or choose another camera"
+        )
+    place = f"{bag.path}, {topic}"
+    return Seat(image, calibration_of(info, image.size_px, place, is_rectified=image.is_rectified))
+
+
+def _shots(content: Content, depth: ImageTopic | None) -> Sequence[Shot]:
+    return () if depth is None else content.shots[depth.topic]
+
+
+def _names(images: Sequence[ImageTopic]) -> list[str]:
+    """Name cameras by the last part of their namespaces, or by all of it if that is not unique."""
+    spaces = [image.camera.strip("/") or "camera" for image in images]
+    short = [space.rpartition("/")[2] for space in spaces]
+    if len(set(short)) == len(short):
+        return short
+    whole = [space.replace("/", "_") for space in spaces]
+    if len(set(whole)) == len(whole):
+        return whole
+    return [image.topic.strip("/").replace("/", "_") for image in images]
+
+
+def _rate_hz(moments: Sequence[Moment]) -> float | None:
+    """Return the usual rate; None of a single observation."""
+    steps = np.diff([moment.stamp_ns for moment in moments])
+    return NS_PER_S / float(np.median(steps)) if len(steps) else None

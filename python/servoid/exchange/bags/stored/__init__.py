@@ -1,0 +1,1 @@
+"""What lies in a bag: its files, topics, stamps and images."""

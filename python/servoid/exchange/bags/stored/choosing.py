@@ -1,0 +1,200 @@
+"""Chooses the topics of a bag: those that a person names, or the most likely ones."""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from servoid.errors import CaptureError
+from servoid.exchange.bags.geometry.calibration import CAMERA_INFO
+from servoid.exchange.bags.names import TIME_TOPIC
+from servoid.exchange.bags.stored.header import read_header
+from servoid.exchange.bags.stored.pixels import (
+    COMPRESSED,
+    IMAGE,
+    is_compressed_depth,
+    is_depth,
+    size_of,
+)
+from servoid.exchange.bags.stored.reader import Bag
+
+# Of the topics of one camera the first that is there is taken.
+_RANKS = ("image_raw", "image_color", "image", "image_rect_color", "image_rect_raw", "image_rect")
+_PAIRS = (("left", "right"), ("infra1", "infra2"), ("cam0", "cam1"), ("camera_0", "camera_1"))
+_COLORED = re.compile(r"color|colour|rgb", re.IGNORECASE)
+_TRANSPORT = re.compile(r"/(compressed|compressedDepth)$")
+_MOST_NAMED = 8
+
+
+@dataclass(frozen=True)
+class ImageTopic:
+    """A topic of images; `base` is its name without how the images are compressed."""
+
+    topic: str
+    base: str
+    is_depth: bool
+    size_px: tuple[int, int]
+    frame: str
+    info_topic: str | None
+
+    @property
+    def camera(self) -> str:
+        """Name the camera: the namespace that its topics share."""
+        return self.base.rpartition("/")[0]
+
+    @property
+    def is_rectified(self) -> bool:
+        """Say whether the images are rectified, as image_proc and drivers name them."""
+        return "rect" in self.base.rpartition("/")[2]
+
+    def rank(self) -> tuple[int, int, str]:
+        """Return by what topics of one camera are sorted, the best first."""
+        last = self.base.rpartition("/")[2]
+        named = _RANKS.index(last) if last in _RANKS else len(_RANKS)
+        return named, int(self.topic != self.base), self.topic
+
+
+@dataclass(frozen=True)
+class Chosen:
+    """Topics of colours, one of depth or None for each, and what was guessed as `notes`."""
+
+    images: tuple[ImageTopic, ...]
+    depths: tuple[ImageTopic | None, ...]
+    notes: tuple[str, ...] = ()
+
+
+def choose(bag: Bag, topics: Sequence[str]) -> Chosen:
+    """Choose by name, or guess if no topic is named.
+
+    Raises:
+        CaptureError: a name is no topic of images, there is none, or depth fits no camera.
+
+    """
+    names = [name for name, kind in bag.kinds.items() if kind in (IMAGE, COMPRESSED)]
+    if not names:
+        raise CaptureError(
+            f"{bag.path} holds no images: no topic of {IMAGE} or {COMPRESSED}; its topics are "
+            f"{_some(sorted(bag.kinds))}"
+        )
+    if topics:
+        return _by_name(bag, [_named(bag, topic, names) for topic in topics])
+    return _guessed(bag, [one for one in (_describe(bag, name) for name in names) if one])
+
+
+def _named(bag: Bag, topic: str, names: Sequence[str]) -> ImageTopic:
+    found = next((name for name in (topic, f"{topic}/compressed") if name in names), None)
+    if found is None:
+        raise CaptureError(
+            f"{bag.path} holds no images on '{topic}'; its topics of images are {_some(names)}"
+        )
+    described = _describe(bag, found)
+    if described is None:
+        raise CaptureError(f"{bag.path}: nothing was recorded on '{found}'; choose another topic")
+    return described
+
+
+def _describe(bag: Bag, topic: str) -> ImageTopic | None:
+    """Look at the first image of a topic; None if there is none, or it says no size."""
+    first = bag.first(topic)
+    if first is None:
+        return None
+    image = bag.decode(first)
+    size = size_of(image, topic)
+    if size is None or min(size) < 1:
+        return None
+    is_compressed = bag.kinds[topic] == COMPRESSED
+    return ImageTopic(
+        topic=topic,
+        base=_TRANSPORT.sub("", topic) if is_compressed else topic,
+        is_depth=is_depth(image, topic),
+        size_px=size,
+        frame=read_header(bag, first).frame,
+        info_topic=_info_topic(bag, _TRANSPORT.sub("", topic) if is_compressed else topic),
+    )
+
+
+def _info_topic(bag: Bag, base: str) -> str | None:
+    """Return the topic of the calibration: where image_transport looks for it."""
+    topic = f"{base.rpartition('/')[0]}/camera_info"
+    return topic if bag.kinds.get(topic) == CAMERA_INFO else None
+
+
+def _by_name(bag: Bag, named: Sequence[ImageTopic]) -> Chosen:
+    images = [one for one in named if not one.is_depth]
+    if not images:
+        raise CaptureError(
+            f"{bag.path}: only topics of depth were named; name the camera's images too, such as "
+            "those to which the depth is registered"
+        )
+    depths: list[ImageTopic | None] = [None] * len(images)
+    for depth in (one for one in named if one.is_depth):
+        fits = [index for index, image in enumerate(images) if _is_registered(depth, image)]
+        if not fits:
+            raise CaptureError(
+                f"{bag.path}: the depth on '{depth.topic}' (frame '{depth.frame}', "
+                f"{depth.size_px[0]}x{depth.size_px[1]} pixels) is not registered to the images of "
+                f"{' or '.join(one.topic for one in images)}; record it aligned to them"
+            )
+        depths[fits[0]] = depth
+    return Chosen(tuple(images), tuple(depths))
+
+
+def _guessed(bag: Bag, found: Sequence[ImageTopic]) -> Chosen:
+    is_own = TIME_TOPIC in bag.kinds  # then all its cameras are one rig, in their order
+    order = list(bag.kinds)
+    seen = [one for one in found if not one.is_depth]
+    seen.sort(key=lambda one: (order.index(one.info_topic or one.topic),) if is_own else one.rank())
+    calibrated = [one for one in seen if one.info_topic is not None]
+    if not calibrated:
+        raise CaptureError(
+            f"{bag.path}: no camera_info belongs to {_some([one.topic for one in seen])}; record "
+            "the calibration too, on the topic camera_info beside each topic of images"
+        )
+    cameras: dict[str, ImageTopic] = {}
+    for one in calibrated:
+        cameras.setdefault(one.camera, one)
+    depths = [one for one in found if one.is_depth]
+    images = tuple(cameras.values()) if is_own else _likely(cameras, depths)
+    chosen = tuple(_depth_of(image, depths) for image in images)
+    if len(found) == 1 or is_own:
+        return Chosen(images, chosen)
+    used = [one.topic for one in (*images, *chosen) if one is not None]
+    others = [one.topic for one in found if one.topic not in used]
+    rest = f"; left out: {_some(others)}" if others else ""
+    return Chosen(
+        images,
+        chosen,
+        (f"of the topics of images {', '.join(used)} were chosen{rest}; --topic chooses others",),
+    )
+
+
+def _likely(cameras: dict[str, ImageTopic], depths: Sequence[ImageTopic]) -> tuple[ImageTopic, ...]:
+    """Return the only camera, one with depth, a stereo pair, or the first one with colours."""
+    names = sorted(cameras)
+    with_depth = [name for name in names if _depth_of(cameras[name], depths) is not None]
+    if len(names) > 1 and with_depth:
+        return (cameras[with_depth[0]],)
+    for left, right in _PAIRS:
+        for name in names:
+            other = name.replace(left, right)
+            if other in cameras and other != name:
+                pair = cameras[name], cameras[other]
+                if pair[0].size_px == pair[1].size_px:
+                    return pair
+    return (cameras[min(names, key=lambda name: (not _COLORED.search(name), name))],)
+
+
+def _depth_of(image: ImageTopic, depths: Sequence[ImageTopic]) -> ImageTopic | None:
+    fits = [one for one in depths if _is_registered(one, image)]
+    return min(fits, key=lambda one: (is_compressed_depth(one.topic), one.topic), default=None)
+
+
+def _is_registered(depth: ImageTopic, image: ImageTopic) -> bool:
+    """Say whether depth is measured in the pixels of a camera."""
+    return (depth.frame, depth.size_px) == (image.frame, image.size_px)
+
+
+def _some(names: Sequence[str]) -> str:
+    listed = list(names)
+    if len(listed) > _MOST_NAMED:
+        listed = [*listed[: _MOST_NAMED - 1], "..."]
+    return ", ".join(listed) or "none"

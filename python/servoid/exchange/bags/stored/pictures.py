@@ -1,0 +1,75 @@
+"""Images and depth images that lie in a bag, each read when it is asked for."""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from servoid.camera import Picture
+from servoid.camera.depth import to_metres
+from servoid.errors import CaptureError, ImageError
+from servoid.exchange.bags.stored.header import NS_PER_S
+from servoid.exchange.bags.stored.pixels import colors_of, depth_of
+from servoid.exchange.bags.stored.reader import Message, Stored, open_files
+
+
+@dataclass(frozen=True)
+class BagPicture(Picture):
+    """One image in a bag; `at` is where."""
+
+    at: Stored = field(kw_only=True)
+
+    def read(self, size_px: tuple[int, int], by: int = 1) -> NDArray[np.uint8]:
+        """Read the image of (width, height) pixels: (H, W, 3) uint8, RGB, shrunk `by` so much.
+
+        Raises:
+            ImageError: the bag is damaged, or the image has another size or encoding.
+
+        """
+        place = name_of(self.path, self.at)
+        try:
+            message = self.message()
+            image = open_files(self.path).decode(message)
+        except CaptureError as error:
+            raise ImageError(str(error)) from error
+        return colors_of(image, size_px, place, by)
+
+    def message(self) -> Message:
+        """Return the image as it was recorded.
+
+        Raises:
+            CaptureError: the bag is damaged.
+
+        """
+        return open_files(self.path).read(self.at)
+
+
+@dataclass(frozen=True)
+class BagDepth:
+    """One depth image in a bag; `at` is where."""
+
+    path: Path
+    at: Stored
+
+    def read(self, size_px: tuple[int, int], by: int = 1) -> NDArray[np.float32]:
+        """Read the depth image of (width, height) pixels, shrunk `by` so much.
+
+        Returns (H, W) float32, metres along z, NaN where unknown.
+
+        Raises:
+            ImageError: the bag is damaged, or the image has another size or encoding.
+
+        """
+        place = name_of(self.path, self.at)
+        try:
+            bag = open_files(self.path)
+            values, scale_m = depth_of(bag.decode(bag.read(self.at)), self.at.topic, size_px, place)
+        except CaptureError as error:
+            raise ImageError(str(error)) from error
+        return to_metres(values, scale_m, by)
+
+
+def name_of(path: Path, at: Stored) -> str:
+    """Name a message for people: the bag, the topic, and when it was recorded."""
+    return f"{path}, {at.topic} of {at.log_ns / NS_PER_S:.3f} s"

@@ -94,6 +94,15 @@ def track(
             rich_help_panel=_OUTPUT,
         ),
     ] = None,
+    mcap: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Write an .mcap with ROS 2 messages: the images as they were recorded, poses, "
+            "bodies and diagnostics.",
+            rich_help_panel=_OUTPUT,
+        ),
+    ] = None,
     save_body: Annotated[
         Path | None,
         typer.Option(
@@ -258,6 +267,7 @@ def track(
             distance=distance,
             out=out,
             video=video,
+            mcap=mcap,
             save_body=save_body,
             smooth=smooth,
             report=report,

@@ -20,6 +20,7 @@ from servoid.cli.values import Method
 from servoid.cli.wrong_options import OptionError, of_options
 from servoid.errors import OutputError, ServoidError, TrackError
 from servoid.exchange import open_any
+from servoid.exchange.bags.writing import RunRig, check_mcap, check_mcap_suffix, mcap_run
 from servoid.model import Progress
 from servoid.output import check_file
 from servoid.record import (
@@ -59,6 +60,7 @@ class Order:
     distance: float | None
     out: Path
     video: Path | None
+    mcap: Path | None
     save_body: Path | None
     smooth: Path | None
     report: Path | None
@@ -87,22 +89,26 @@ def run_track(order: Order) -> None:
 
     def work(trusted: bool) -> BaseException | None:
         asked = replace(order, trust_targets=trusted)
-        with _video(asked, capture, len(subjects)) as film:
-            watch = [film] if film is not None else []
+        with (
+            _video(asked, capture, len(subjects)) as film,
+            _recording(asked, capture) as recording,
+        ):
+            watch = [one for one in (film, recording) if one is not None]
             if reports is not None:
                 watch.append(reports.historian.add)
             return _follow(asked, capture, subjects, collector, watch)
 
     try:
         stopped = settled(work, order)
-    except OutputError as error:  # the video's: the poses are worth as much without it
+    except OutputError as error:  # the video's or recording's: poses are worth as much without it
         if not len(collector):
             raise
         stopped = error
     results = collector.results()
     files = _write(order, results, reports, _ending(stopped, len(collector)))
-    if order.video is not None and not isinstance(stopped, OutputError):
-        files.append(("video", order.video))
+    if not isinstance(stopped, OutputError):
+        beside = (("video", order.video), ("recording", order.mcap))
+        files.extend((kind, path) for kind, path in beside if path is not None)
     print_track_summary(order.capture, capture, results, files)
     if isinstance(stopped, KeyboardInterrupt):
         typer.echo(_ending(stopped, len(collector)), err=True)
@@ -131,6 +137,8 @@ def _check_options(order: Order) -> None:
             check_suffix(order.smooth)
         if order.video is not None:
             check_video_suffix(order.video)
+        if order.mcap is not None:
+            check_mcap_suffix(order.mcap)
     if order.save_body is not None and order.save_body.suffix != ".json":
         raise OptionError(f"cannot write {order.save_body}: the file of a body ends in .json")
     if order.smooth is not None and order.smooth.resolve() == order.out.resolve():
@@ -152,6 +160,8 @@ def _check_outputs(order: Order, subjects: list[Subject]) -> None:
                     check_file(place)
     if order.video is not None:
         check_video(order.video)
+    if order.mcap is not None:
+        check_mcap(order.mcap)
 
 
 def _report_folders(order: Order, subjects: list[Subject]) -> list[Path]:
@@ -232,6 +242,15 @@ def _video(
         names = [camera.name for camera in capture.cameras]
         overlay = Overlay(cameras_of(capture), names, objects)
         yield stack.enter_context(overlay_video(order.video, overlay, _video_hz(order, capture)))
+
+
+@contextmanager
+def _recording(order: Order, capture: Capture) -> Iterator[Callable[[TrackStep], None] | None]:
+    if order.mcap is None:
+        yield None
+        return
+    with mcap_run(order.mcap, RunRig.of_capture(capture), can_wait=True) as run:
+        yield run.add
 
 
 def _video_hz(order: Order, capture: Capture) -> float:

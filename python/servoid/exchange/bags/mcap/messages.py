@@ -28,6 +28,9 @@ _UNKNOWN = 1e6  # a variance that says nothing
 Link = tuple[str, str, Pose]
 """A parent frame, a child frame, and parent_from_child."""
 
+Entry = tuple[str, int, str, Mapping[str, str]]
+"""What diagnostics say of one thing: its name, a level from 0 to 2, words, and values."""
+
 
 class Messages:
     """Makes the bytes of messages, each of which names its type by a constant of this module.
@@ -156,10 +159,8 @@ class Messages:
             marks.append(self._marker(stamp_ns, frame, index, pose, sides, tuple(color), _ADD))
         return self._bytes(MARKERS, markers=marks)
 
-    def diagnostics(
-        self, stamp_ns: int, entries: Sequence[tuple[str, int, str, Mapping[str, str]]]
-    ) -> bytes:
-        """Return a DiagnosticArray; an entry is a name, a level 0 to 2, words, and values."""
+    def diagnostics(self, stamp_ns: int, entries: Sequence[Entry]) -> bytes:
+        """Return a DiagnosticArray."""
         status = [
             self._make(
                 "diagnostic_msgs/msg/DiagnosticStatus",

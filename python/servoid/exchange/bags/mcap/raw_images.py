@@ -51,13 +51,15 @@ class RawObservation:
     """One instant of all cameras, before anything was made of it.
 
     `images` are one for each camera, None where it delivered nothing; `depths` are likewise
-    (H, W) float32 in metres, NaN where unknown, or none at all.
+    (H, W) float32 in metres, NaN where unknown, or none at all. `world_from_cameras` says where
+    each camera was where they are not fixed to one rig.
     """
 
     time_s: float
     world_from_rig: Pose
     images: tuple[RawImage | None, ...]
     depths: tuple[NDArray[np.float32] | None, ...] = ()
+    world_from_cameras: tuple[Pose, ...] = ()
 
 
 def raw_observations(

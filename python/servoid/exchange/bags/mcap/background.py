@@ -1,0 +1,74 @@
+"""Does work in a thread of its own, so that whoever hands it over need not wait."""
+
+import queue
+import threading
+from collections.abc import Callable
+from typing import Generic, TypeVar
+
+JobT = TypeVar("JobT")
+
+
+class Background(Generic[JobT]):
+    """Does jobs one after another, in their order; so many wait at most.
+
+    Where `can_wait` is false a job for which there is no room is dropped and counted as `dropped`,
+    of all that were `handed` over; otherwise who hands it over waits for room.
+    """
+
+    def __init__(self, work: Callable[[JobT], None], most: int, *, can_wait: bool) -> None:
+        self.dropped: int = 0
+        self.handed: int = 0
+        self._work, self._can_wait = work, can_wait
+        self._jobs: queue.Queue[JobT | None] = queue.Queue(most)
+        self._failure: BaseException | None = None
+        self._given_up = False
+        self._thread = threading.Thread(target=self._run, name="servoid-recording", daemon=True)
+        self._thread.start()
+
+    def put(self, job: JobT) -> bool:
+        """Hand over a job; return whether it will be done.
+
+        Raises:
+            What a job before it raised.
+
+        """
+        self._check()
+        self.handed += 1
+        try:
+            self._jobs.put(job, block=self._can_wait)
+        except queue.Full:
+            self.dropped += 1
+            return False
+        return True
+
+    def close(self) -> None:
+        """Wait until all jobs are done.
+
+        Raises:
+            What one of them raised.
+
+        """
+        self._jobs.put(None)
+        self._thread.join()
+        self._check()
+
+    def give_up(self) -> None:
+        """Leave undone what waits."""
+        self._given_up = True
+        self._jobs.put(None)
+        self._thread.join()
+
+    def _run(self) -> None:
+        while True:
+            job = self._jobs.get()
+            if job is None:
+                return
+            if self._failure is None and not self._given_up:
+                try:
+                    self._work(job)
+                except BaseException as error:  # told to who hands over the next job
+                    self._failure = error
+
+    def _check(self) -> None:
+        if self._failure is not None:
+            raise self._failure

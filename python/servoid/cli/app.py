@@ -10,6 +10,7 @@ from servoid.cli.interrupting import Commands
 from servoid.cli.model.model_command import model
 from servoid.cli.plugins import add_commands
 from servoid.cli.servo.servo_command import servo
+from servoid.cli.source.record_command import record, sources
 from servoid.cli.track.track_command import track
 from servoid.cli.values import Size, check_count, check_seed
 
@@ -47,6 +48,8 @@ def servoid(
 
 app.command()(model)
 app.command()(track)
+app.command()(record)
+app.command()(sources)
 app.command()(servo)
 
 

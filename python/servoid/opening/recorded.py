@@ -1,8 +1,8 @@
 """Opens what a SOURCE names among recorded things, as a capture."""
 
 import statistics
+from collections.abc import Sequence
 from dataclasses import dataclass
-from importlib import import_module
 from itertools import pairwise
 from pathlib import Path
 
@@ -23,7 +23,6 @@ from servoid.source import ASSUMED_HZ, MountedCamera
 from servoid.words import counted, digits
 
 _LONE, _PAIR = ("camera",), ("left", "right")
-_BAGS = "servoid.exchange.bags"
 
 
 @dataclass(frozen=True)
@@ -55,6 +54,8 @@ def open_recorded(
     *,
     bop_object: int | None = None,
     images: str | Path | None = None,
+    topics: Sequence[str] = (),
+    world: str | None = None,
 ) -> Opened:
     """Open a recorded source as a capture; images are listed, not read.
 
@@ -75,25 +76,17 @@ def open_recorded(
         )
     if word.kind in (Kind.CAPTURE, Kind.BAG):
         known.refuse(word.text)
-        if word.kind is Kind.BAG:
-            return _open_bag(word)
-        return Opened(open_any(word.place, bop_object=bop_object, images=images))
+        return Opened(
+            open_any(word.place, bop_object=bop_object, images=images, topics=topics, world=world)
+        )
     if bop_object is not None or images is not None:
         raise CaptureError(
             f"{word} is neither a BOP scene nor a COLMAP model, which alone need an object or a "
             "folder of images; leave these out"
         )
+    if topics or world is not None:
+        raise CaptureError(f"{word} is no bag, and only in such a one topics and frames are chosen")
     return _open_images(word, known) if word.kind is Kind.IMAGES else _open_videos(word, known)
-
-
-def _open_bag(word: SourceWord) -> Opened:
-    try:
-        bags = import_module(_BAGS)
-    except ModuleNotFoundError as error:
-        if error.name != _BAGS:
-            raise
-        raise CaptureError(f"{word}: this version of servoid reads no bags") from error
-    return Opened(bags.open_bag(word.place))
 
 
 def _open_videos(word: SourceWord, known: Known) -> Opened:

@@ -1,7 +1,8 @@
 """Recording: estimates become files, and files trajectories."""
 
 from servoid.record.answers import draw_answers
-from servoid.record.capture_folder import FolderRecorder, check_recording
+from servoid.record.capture_folder import FolderRecorder, check_recording, record_folder
+from servoid.record.live_video import live_video
 from servoid.record.overlay import Overlay
 from servoid.record.queued import QueuedRecording
 from servoid.record.servo_log import write_servo_log, write_servo_times
@@ -30,8 +31,10 @@ __all__ = [
     "check_video_suffix",
     "draw_answers",
     "image_video",
+    "live_video",
     "overlay_video",
     "read_trajectory",
+    "record_folder",
     "waypoints",
     "write_servo_log",
     "write_servo_times",

@@ -6,7 +6,7 @@ import json
 import secrets
 import shutil
 import statistics
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from itertools import pairwise
 from pathlib import Path
 
@@ -37,18 +37,15 @@ class FolderRecorder:
         rig: Sequence[MountedCamera],
         *,
         began: str = "",
-        calibrated: bool = True,
     ) -> None:
         """Begin a recording; `began` says when its time 0 was, for people.
-
-        Without `calibrated` the images alone are kept, since nothing is known of the lenses.
 
         Raises:
             OutputError: the folder holds something already, or cannot be made.
 
         """
         self._folder, self._rig = Path(folder), tuple(rig)
-        self._began, self._calibrated = began, calibrated
+        self._began = began
         check_recording(self._folder)
         self._times_s: list[float] = []
         self._rows: list[tuple[str | int, ...]] = []
@@ -69,22 +66,16 @@ class FolderRecorder:
 
         """
         index = len(self._times_s)
-        for place, (camera, image) in enumerate(zip(self._rig, raw.images, strict=True)):
-            name = self._draft / camera.name / f"{index:06d}"
-            if image is None:  # an empty file stands for an image that did not come
-                self._write(name.with_suffix(".png"), b"")
-                continue
-            suffix, data = _file_of(image)
-            self._write(name.with_suffix(suffix), data)
-            file = f"{camera.name}/{name.name}{suffix}"
-            self._rows.append((index, camera.name, file, repr(image.time_s), image.number))
-            if image.depth_m is not None:
-                self._has_depth[place] = True
-                depth = io.BytesIO()
-                np.save(depth, image.depth_m)
-                folder = self._draft / _depths(camera.name)
-                make_folder(folder)
-                self._write(folder / f"{index:06d}.npy", depth.getvalue())
+        written: list[Path] = []
+        rows: list[tuple[str | int, ...]] = []
+        try:
+            for place, image in enumerate(raw.images):
+                rows += self._add_image(index, place, image, written)
+        except OSError as error:
+            for path in written:  # what was recorded before stays whole, and gets its room back
+                path.unlink(missing_ok=True)
+            raise OutputError(f"cannot record into {self._folder}: {error.strerror}") from error
+        self._rows += rows
         self._times_s.append(raw.time_s)
 
     def close(self) -> Path:
@@ -102,8 +93,7 @@ class FolderRecorder:
         write_whole(self._draft / "images.csv", rows.getvalue().encode())
         poses = [_POSES_HEADER, *(f"{time_s!r},{_AT_REST}" for time_s in self._times_s)]
         write_whole(self._draft / "poses.csv", ("\n".join(poses) + "\n").encode())
-        if self._calibrated:
-            write_whole(self._draft / "capture.toml", self._capture().encode())
+        write_whole(self._draft / "capture.toml", self._capture().encode())
         check_recording(self._folder)
         try:
             self._draft.replace(self._folder.resolve())  # an empty folder may stand there
@@ -118,14 +108,25 @@ class FolderRecorder:
         """Take away what was recorded so far."""
         shutil.rmtree(self._draft, ignore_errors=True)
 
-    def _write(self, path: Path, data: bytes) -> None:
-        try:
-            path.write_bytes(data)
-        except OSError as error:
-            raise OutputError(
-                f"cannot record into {self._folder}: {error.strerror}; what was recorded is in "
-                f"{self._draft}"
-            ) from error
+    def _add_image(
+        self, index: int, place: int, image: RawImage | None, written: list[Path]
+    ) -> list[tuple[str | int, ...]]:
+        """Write the files of one camera; return what is said of them."""
+        camera = self._rig[place].name
+        if image is None:  # an empty file stands for an image that did not come
+            _write(self._draft / camera / f"{index:06d}.png", b"", written)
+            return []
+        suffix, data = _file_of(image)
+        file = f"{camera}/{index:06d}{suffix}"
+        _write(self._draft / file, data, written)
+        if image.depth_m is not None:
+            self._has_depth[place] = True
+            depth = io.BytesIO()
+            np.save(depth, image.depth_m)
+            folder = self._draft / _depths(camera)
+            folder.mkdir(exist_ok=True)
+            _write(folder / f"{index:06d}.npy", depth.getvalue(), written)
+        return [(index, camera, file, repr(image.time_s), image.number)]
 
     def _capture(self) -> str:
         steps = [after - before for before, after in pairwise(self._times_s)]
@@ -136,6 +137,38 @@ class FolderRecorder:
         for camera, has_depth in zip(self._rig, self._has_depth, strict=True):
             tables.append(_table(camera, has_depth=has_depth))
         return "\n".join([*tables, '[rig]\nposes = "poses.csv"  # the times; the rig is at rest\n'])
+
+
+def record_folder(
+    folder: str | Path,
+    rig: Sequence[MountedCamera],
+    observations: Iterable[RawInstant],
+    *,
+    began: str = "",
+) -> int:
+    """Record observations as they come into a folder, and return how many; as `FolderRecorder`.
+
+    If one cannot be written, those before are kept. If `observations` raise, nothing is.
+
+    Raises:
+        OutputError: something lies there, a file cannot be written, or there is no observation.
+        Whatever `observations` raise.
+
+    """
+    recorder = FolderRecorder(folder, rig, began=began)
+    try:
+        for raw in observations:
+            try:
+                recorder.add(raw)
+            except OutputError:
+                if len(recorder):
+                    recorder.close()
+                raise
+    except BaseException:
+        recorder.discard()
+        raise
+    recorder.close()
+    return len(recorder)
 
 
 def check_recording(folder: Path) -> None:
@@ -164,6 +197,11 @@ def _file_of(image: RawImage) -> tuple[str, bytes]:
     if not done:
         raise OutputError("an image cannot be stored as PNG")
     return ".png", data.tobytes()
+
+
+def _write(path: Path, data: bytes, written: list[Path]) -> None:
+    written.append(path)
+    path.write_bytes(data)
 
 
 def _depths(name: str) -> str:

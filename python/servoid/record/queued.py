@@ -11,6 +11,10 @@ _MOST_WAITING = 64  # observations in memory; then whoever adds one waits, and n
 Write = Callable[[Iterator[RawInstant]], object]
 
 
+class _AbandonedError(Exception):
+    """Ends a writer so that it leaves nothing behind."""
+
+
 class QueuedRecording:
     """Hands observations to what writes them, in a thread of its own.
 
@@ -20,7 +24,7 @@ class QueuedRecording:
     def __init__(self, write: Write) -> None:
         """Begin; `write` takes observations until there are no more."""
         self._write, self._error = write, None
-        self._queue: Queue[RawInstant | None] = Queue(_MOST_WAITING)
+        self._queue: Queue[RawInstant | _AbandonedError | None] = Queue(_MOST_WAITING)
         self._thread = Thread(target=self._run, name="recording", daemon=True)
         self._thread.start()
 
@@ -35,6 +39,11 @@ class QueuedRecording:
         self._thread.join()
         self._check()
 
+    def abandon(self) -> None:
+        """End the writer as if an error had come, unless it has ended."""
+        self._queue.put(_AbandonedError())
+        self._thread.join()
+
     def _check(self) -> None:
         error, self._error = self._error, None
         if error is not None:
@@ -42,13 +51,16 @@ class QueuedRecording:
 
     def _waiting(self) -> Iterator[RawInstant]:
         while (raw := self._queue.get()) is not None:
+            if isinstance(raw, _AbandonedError):
+                raise raw
             yield raw
 
     def _run(self) -> None:
-        waiting = self._waiting()
         try:
-            self._write(waiting)
+            self._write(self._waiting())
+        except _AbandonedError:
+            return
         except BaseException as error:  # whoever adds or closes hears of it
             self._error = error
-            for _ in waiting:  # and never waits for ever
+            while isinstance(self._queue.get(), RawInstant):  # and never waits for ever
                 pass

@@ -13,6 +13,7 @@ from servoid.source.raw import RawInstant, RawSource, capture_of_raw, instant_of
 from servoid.source.source import Instant
 
 _POLL_S = 0.001
+_FIRST_S = 3.0  # in which all cameras should have begun
 _TOLD_S = 0.25  # so often it is told that nothing comes
 
 Keep = Callable[[RawInstant], None]
@@ -21,8 +22,9 @@ Keep = Callable[[RawInstant], None]
 class Feed:
     """Hands out the newest observation each time that one is asked for, and waits for it.
 
-    The first has an image at least. Observations are numbered in the order in which they are handed
-    out, so a recording of them has the same numbers; `missed` counts those that came in between.
+    The first has images of all cameras, or of those that have begun after three seconds.
+    Observations are numbered in the order in which they are handed out, so a recording of them has
+    the same numbers; `missed` counts those that came in between.
     """
 
     def __init__(
@@ -66,6 +68,7 @@ class Feed:
             CaptureError: it was over before one came.
 
         """
+        begun_s = time.monotonic()
         while self._first is None:
             raw = self._next()
             if raw is None:
@@ -73,13 +76,20 @@ class Feed:
                 raise CaptureError(
                     f"{self._name}: not one image came{f': {silence}' if silence else ''}"
                 )
-            if not raw.is_dark:
+            # Cameras do not begin at once, and the first observation must tell most.
+            is_whole = all(image is not None for image in raw.images)
+            if is_whole or (not raw.is_dark and time.monotonic() > begun_s + _FIRST_S):
                 self._first = raw
                 self._handed_out(raw)
         raw = replace(self._first, index=0)
         capture = capture_of_raw(Path(self._name), self._source.rig, raw)
         cameras_of(capture)  # a lens that sees nothing is told here
         return capture, instant_of(raw, self._source.rig, self._ideals)
+
+    @property
+    def count(self) -> int:
+        """Return how many observations were handed out."""
+        return self._count
 
     def _next(self) -> RawInstant | None:
         asked_s = told_s = time.monotonic()

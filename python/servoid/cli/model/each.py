@@ -1,6 +1,7 @@
 """`servoid model --each`: a body of each capture in a folder, in a batch."""
 
 from collections.abc import Mapping
+from pathlib import Path
 
 import typer
 
@@ -20,7 +21,9 @@ def run_each(order: Order, workers: int | None, cluster: str | None) -> None:
     with of_options():
         place = workers_for(workers, cluster)
     with watched_batch(f"modelling, {place.words}") as show:
-        folder = model_folder(order.source, order.out, _case(order), workers=place, watch=show)
+        folder = model_folder(
+            Path(order.source), order.out, _case(order), workers=place, watch=show
+        )
     _print_table(folder.trials)
     for name in folder.passed_over:
         typer.echo(f"  {name} holds no capture and was passed over")

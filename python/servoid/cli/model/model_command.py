@@ -6,6 +6,14 @@ from typing import Annotated
 import typer
 
 from servoid._native import ModelSettings
+from servoid.cli.source.options import (
+    SOURCE_HELP,
+    Baseline,
+    Calibration,
+    Fov,
+    Rate,
+    known_cameras,
+)
 from servoid.cli.values import (
     Method,
     check_count,
@@ -21,12 +29,10 @@ _defaults = ModelSettings()
 
 def model(
     source: Annotated[
-        Path,
+        str,
         typer.Argument(
             metavar="SOURCE",
-            help="A capture (a folder with a capture.toml, a COLMAP model, a transforms.json or a "
-            "BOP scene), a bag (.bag, .mcap, a rosbag2 folder), a mesh (.ply .obj .stl .off .glb) "
-            "or a point cloud (.ply).",
+            help=f"{SOURCE_HELP}; or a mesh (.ply .obj .stl .off .glb) or a point cloud (.ply).",
         ),
     ],
     out: Annotated[
@@ -107,6 +113,10 @@ def model(
             help="How many metres the object is from the camera, needed for one image alone.",
         ),
     ] = None,
+    fov: Fov = None,
+    baseline: Baseline = None,
+    calibration: Calibration = None,
+    rate: Rate = None,
     bop_object: Annotated[
         int | None, typer.Option(metavar="N", help="Which object of a BOP scene, from 0.")
     ] = None,
@@ -191,10 +201,12 @@ def model(
     chosen = parse_slice(views)
     instants = None if observations is None else parse_slice(observations, "--observations")
     place = None if viewpoint is None else parse_point(viewpoint)
+    known = known_cameras(fov, baseline, calibration, rate)
     from servoid.cli.model.modelling import Order, run_model
 
     order = Order(
         source=source,
+        known=known,
         out=out,
         report=report,
         targets=tuple(target or ()),

@@ -12,8 +12,8 @@ from servoid.cli.model.summary import print_summary
 from servoid.cli.progress import progress_bar
 from servoid.cli.values import Method
 from servoid.cli.wrong_options import OptionError, of_options
+from servoid.config.places import is_file
 from servoid.errors import ModelError, OutputError
-from servoid.exchange import open_any
 from servoid.exchange.shapes.cloud_file import is_cloud, read_cloud
 from servoid.exchange.shapes.mesh_file import SUFFIXES, read_mesh
 from servoid.model import (
@@ -26,6 +26,7 @@ from servoid.model import (
     fit_range_samples,
     range_samples_of_cloud,
 )
+from servoid.opening import Known, open_recorded, parse_source
 from servoid.output import check_file, check_folder, make_folder
 from servoid.segment import Target, parse_target
 from servoid.track import learn_appearance
@@ -38,7 +39,8 @@ WriteReport = Callable[..., list[Path]]
 class Order:
     """What `servoid model` was asked for; None leaves a choice to servoid."""
 
-    source: Path
+    source: str
+    known: Known
     out: Path
     report: Path | None
     targets: tuple[str, ...]
@@ -128,12 +130,14 @@ def _fit(order: Order, targets: list[Target], *, trusted: bool) -> ModelResult:
             trust_targets=trusted,
             progress=show,
         )
-        if order.source.is_file() and order.source.suffix.lower() in SUFFIXES:
-            return _fit_shape(order, request, targets)
+        path = Path(order.source)
+        if is_file(path) and path.suffix.lower() in SUFFIXES:
+            return _fit_shape(order, path, request, targets)
         if order.viewpoint is not None:
             raise OptionError("--viewpoint is meant for a point cloud, and this is a capture")
-        capture = open_any(
-            order.source,
+        opened = open_recorded(
+            parse_source(order.source),
+            order.known,
             bop_object=order.bop_object,
             images=order.images,
             topics=order.topics,
@@ -141,16 +145,16 @@ def _fit(order: Order, targets: list[Target], *, trusted: bool) -> ModelResult:
         )
         chosen = {"observations": order.observations, "views": order.views}
         if order.method is Method.region:
-            result = fit_capture(
-                capture, request, targets=targets, distance_m=order.distance, **chosen
+            made = fit_capture(
+                opened.capture, request, targets=targets, distance_m=order.distance, **chosen
             )
-            return replace(result, notes=(*capture.notes, *result.notes))
+            return replace(made, notes=(*opened.capture.notes, *made.notes, *opened.notes))
         if order.distance is not None:
             raise OptionError("--distance means nothing to the paper's method; leave it out")
-        return fit_capture_by_paper(capture, request, targets=targets, **chosen)
+        return fit_capture_by_paper(opened.capture, request, targets=targets, **chosen)
 
 
-def _fit_shape(order: Order, request: Request, targets: list[Target]) -> ModelResult:
+def _fit_shape(order: Order, path: Path, request: Request, targets: list[Target]) -> ModelResult:
     """Model a mesh or a point cloud."""
     chosen = {
         "--target": bool(targets),
@@ -165,13 +169,15 @@ def _fit_shape(order: Order, request: Request, targets: list[Target]) -> ModelRe
     }
     for option in (option for option, given in chosen.items() if given):
         raise OptionError(f"{order.source} is no capture, so {option} means nothing; leave it out")
-    if is_cloud(order.source):
-        cloud = read_cloud(order.source)
+    with of_options():
+        order.known.refuse(order.source)
+    if is_cloud(path):
+        cloud = read_cloud(path)
         samples = range_samples_of_cloud(cloud.points, cloud.normals, order.viewpoint)
         return fit_range_samples(samples, request, notes=(*cloud.notes, _own_frame("cloud")))
     if order.viewpoint is not None:
         raise OptionError(f"{order.source} is a mesh, so --viewpoint means nothing; leave it out")
-    mesh = read_mesh(order.source)
+    mesh = read_mesh(path)
     notes = (*mesh.notes, _own_frame("mesh"))
     return fit_mesh(mesh.vertices, mesh.faces, request, notes=notes)
 

@@ -16,7 +16,7 @@ _LABEL_WIDTH = 15
 _VALUE_WIDTH = 80 - len("  ") - _LABEL_WIDTH - len(" ")
 
 
-def print_summary(source: Path, result: ModelResult, out: Path, pictures: Sequence[Path]) -> None:
+def print_summary(source: str, result: ModelResult, out: Path, pictures: Sequence[Path]) -> None:
     """Print what was modelled, how good it is, and where the files lie."""
     typer.echo(f"Modelled {source}")
     for label, value in _rows(result, out, pictures):

@@ -6,6 +6,17 @@ from typing import Annotated
 import typer
 
 from servoid._native import TrackSettings
+from servoid.cli.source.options import (
+    LIVE,
+    LIVE_HELP,
+    SOURCE_HELP,
+    Baseline,
+    Calibration,
+    Duration,
+    Fov,
+    Rate,
+    known_cameras,
+)
 from servoid.cli.values import Method, check_count, check_seed, parse_slice
 
 _defaults = TrackSettings()
@@ -24,13 +35,8 @@ def _check_budget(budget_ms: float | None) -> float | None:
 
 
 def track(
-    capture: Annotated[
-        Path,
-        typer.Argument(
-            metavar="CAPTURE",
-            help="A folder with a capture.toml, a COLMAP model, a transforms.json or a BOP scene; "
-            "or a bag: a .bag, a .mcap, a rosbag2 folder.",
-        ),
+    source: Annotated[
+        str, typer.Argument(metavar="SOURCE", help=f"{SOURCE_HELP}{LIVE_HELP}.", show_default=False)
     ],
     body: Annotated[
         list[str] | None,
@@ -66,6 +72,19 @@ def track(
             help="Where the body is in the first observation: X,Y,Z,QW,QX,QY,QZ, or the word "
             "body for the pose in its file (default: where it fits the target or mask).",
             rich_help_panel=_OBJECT,
+        ),
+    ] = None,
+    fov: Fov = None,
+    baseline: Baseline = None,
+    calibration: Calibration = None,
+    rate: Rate = None,
+    duration: Duration = None,
+    record: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="PATH",
+            help="Keep what is tracked, a folder or an .mcap; tracking that gives the same poses.",
+            rich_help_panel=LIVE,
         ),
     ] = None,
     distance: Annotated[
@@ -243,7 +262,7 @@ def track(
         ),
     ] = None,
 ) -> None:
-    """Track an object in six degrees of freedom through the images of a capture.
+    """Track an object in six degrees of freedom, through a recording or live.
 
     Try it: [bold]servoid sample out/moving --moving[/bold], then
     [bold]servoid track out/moving --video out/track.mp4[/bold].
@@ -252,14 +271,20 @@ def track(
 
     [bold]servoid track video --target box:120,80,420,400 --video out.mp4[/bold]
 
-    [bold]servoid track video --body a.json --body b.json --out poses.tum[/bold]
+    [bold]servoid track film.mp4 --fov 65 --target click:320,240 --distance 0.4[/bold]
+
+    [bold]servoid track 0 --fov 65 --body a.json --duration 60 --record run[/bold]
     """
     chosen = parse_slice(observations, "--observations")
+    known = known_cameras(fov, baseline, calibration, rate)
     from servoid.cli.track.tracking import Order, run_track
 
     run_track(
         Order(
-            capture=capture,
+            source=source,
+            known=known,
+            duration=duration,
+            record=record,
             bodies=tuple(body or ()),
             targets=tuple(target or ()),
             trust_targets=trust_targets,

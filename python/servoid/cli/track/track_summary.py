@@ -6,7 +6,7 @@ from pathlib import Path
 
 import typer
 
-from servoid.capture import Capture
+from servoid.cli.source.footage import Footage, LiveFootage
 from servoid.source import ASSUMED_HZ
 from servoid.track import Gap, TrackResult
 from servoid.words import counted
@@ -29,25 +29,44 @@ Row = tuple[str, str]
 
 
 def print_track_summary(
-    source: Path,
-    capture: Capture,
+    source: str,
+    footage: Footage,
     results: Sequence[TrackResult],
     files: Sequence[tuple[str, Path]],
+    lacking: Sequence[str] = (),
 ) -> None:
-    """Print how well and how fast each object was tracked, and where the files lie."""
-    count = len(results[0])
+    """Print how well and how fast each object was tracked, and where the files lie.
+
+    `lacking` says what is missing in a file that was written beside the work.
+    """
+    count, capture = len(results[0]), footage.capture
     cameras = counted(len(capture.cameras), "camera")
     typer.echo(f"Tracked {source}: {counted(count, 'observation')}, {cameras}")
     for result in results:
         if len(results) > 1:
             typer.echo(f" {result.name}")
         _print(_rows(result))
-    if capture.times_s is None and capture.rate_hz is None:
+    if isinstance(footage, LiveFootage):
+        _print(_live_rows(footage, count))
+    elif capture.times_s is None and capture.rate_hz is None:
         _print(_wrapped("note", _TIMELESS))
-    for note in capture.notes:
+    for note in (*capture.notes, *lacking):
         _print(_wrapped("note", note))
+    for note in footage.notes:
+        _print(_wrapped("assumed", note))
     for kind, path in files:
         typer.echo(f"  {kind:<{_LABEL_WIDTH}} {path}")
+
+
+def _live_rows(footage: LiveFootage, count: int) -> Iterator[Row]:
+    """Tell when time 0 was, and how much came that there was no time for."""
+    yield "time 0", f"{footage.began:%Y-%m-%d %H:%M:%S} UTC"
+    if footage.missed:
+        came = count + footage.missed
+        share = f"{100.0 * footage.missed / came:.0f} %"
+        yield from _wrapped(
+            "came", f"{came} observations; {share} passed while others were tracked"
+        )
 
 
 def _print(rows: Iterator[Row]) -> None:

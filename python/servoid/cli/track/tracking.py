@@ -1,9 +1,7 @@
 """`servoid track`: from a capture to poses, a video and a summary."""
 
-import itertools
-import statistics
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from collections.abc import Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -13,22 +11,21 @@ from servoid.capture import Capture
 from servoid.cli.doubting import settled
 from servoid.cli.interrupting import INTERRUPTED
 from servoid.cli.progress import progress_bar
+from servoid.cli.source.footage import Draw, Footage, LiveFootage, open_footage
+from servoid.cli.source.recorders import check_recorder
 from servoid.cli.track.subjects import read_subjects
 from servoid.cli.track.track_reporting import Reports, check_reports
 from servoid.cli.track.track_summary import print_track_summary
 from servoid.cli.values import Method
 from servoid.cli.wrong_options import OptionError, of_options
 from servoid.errors import OutputError, ServoidError, TrackError
-from servoid.exchange import open_any
-from servoid.exchange.bags.writing import RunRig, check_mcap, check_mcap_suffix, mcap_run
-from servoid.model import Progress
+from servoid.exchange.bags.writing import check_mcap, check_mcap_suffix
+from servoid.opening import Known, SourceWord, parse_source
 from servoid.output import check_file
 from servoid.record import (
-    Overlay,
     check_suffix,
     check_video,
     check_video_suffix,
-    overlay_video,
     waypoints,
     write_trajectory,
 )
@@ -39,12 +36,9 @@ from servoid.track import (
     Subject,
     TrackResult,
     TrackStep,
-    cameras_of,
-    follow,
 )
 from servoid.track import Method as TrackMethod
 
-_VIDEO_HZ = 10.0  # of a capture that knows no times
 _MS_PER_S = 1e3
 
 
@@ -52,7 +46,10 @@ _MS_PER_S = 1e3
 class Order:
     """What `servoid track` was asked for; None leaves a choice to servoid."""
 
-    capture: Path
+    source: str
+    known: Known
+    duration: float | None
+    record: Path | None
     bodies: tuple[str, ...]
     targets: tuple[str, ...]
     trust_targets: bool
@@ -83,20 +80,35 @@ def run_track(order: Order) -> None:
     _check_options(order)
     subjects = read_subjects(order.bodies, order.targets, order.starts)
     _check_outputs(order, subjects)
-    capture = open_any(order.capture, topics=order.topics, world=order.world)
-    collector = Collector()
-    reports = _reports(order, subjects, capture)
+    word = parse_source(order.source)
+    _check_source(order, word)
+    with open_footage(
+        word,
+        order.known,
+        topics=order.topics,
+        world=order.world,
+        duration_s=order.duration,
+        record=order.record,
+    ) as footage:
+        _track(order, subjects, footage)
+
+
+def _track(order: Order, subjects: list[Subject], footage: Footage) -> None:
+    collector, lacking = Collector(), list[str]()
+    reports = _reports(order, subjects, footage.capture)
 
     def work(trusted: bool) -> BaseException | None:
-        asked = replace(order, trust_targets=trusted)
-        with (
-            _video(asked, capture, len(subjects)) as film,
-            _recording(asked, capture) as recording,
-        ):
-            watch = [one for one in (film, recording) if one is not None]
-            if reports is not None:
-                watch.append(reports.historian.add)
-            return _follow(asked, capture, subjects, collector, watch)
+        request = _request(replace(order, trust_targets=trusted))
+        with ExitStack() as stack:
+            watch: list[Draw] = [] if reports is None else [reports.historian.add]
+            if order.video is not None:
+                film = footage.video(order.video, len(subjects), request)
+                watch.append(stack.enter_context(film))
+            if order.mcap is not None:
+                run = stack.enter_context(footage.mcap(order.mcap))
+                watch.append(run.add)
+                stack.callback(lambda: lacking.extend(run.notes()))
+            return _follow(footage, subjects, request, collector, watch)
 
     try:
         stopped = settled(work, order)
@@ -109,7 +121,10 @@ def run_track(order: Order) -> None:
     if not isinstance(stopped, OutputError):
         beside = (("video", order.video), ("recording", order.mcap))
         files.extend((kind, path) for kind, path in beside if path is not None)
-    print_track_summary(order.capture, capture, results, files)
+    if order.record is not None and isinstance(footage, LiveFootage):
+        footage.finish_recording()
+        files.append(("recording", order.record))
+    print_track_summary(order.source, footage, results, files, lacking)
     if isinstance(stopped, KeyboardInterrupt):
         typer.echo(_ending(stopped, len(collector)), err=True)
         raise typer.Exit(INTERRUPTED)
@@ -131,7 +146,7 @@ def _check_options(order: Order) -> None:
 
     """
     with of_options():
-        _request(order, lambda _: None).check()
+        _request(order).check()
         check_suffix(order.out)
         if order.smooth is not None:
             check_suffix(order.smooth)
@@ -148,6 +163,27 @@ def _check_options(order: Order) -> None:
         )
 
 
+def _check_source(order: Order, word: SourceWord) -> None:
+    """Check that no option was given that means nothing for the source.
+
+    Raises:
+        OptionError: one was.
+
+    """
+    if word.is_live:
+        given = {"--observations": order.observations != slice(None), "--every": order.every != 1}
+        given |= {"--topic": bool(order.topics), "--world": order.world is not None}
+        for option in (option for option, is_given in given.items() if is_given):
+            raise OptionError(
+                f"{word} is live, where the newest observation is tracked each time, and {option} "
+                "means nothing; leave it out"
+            )
+        return
+    for option, value in (("--duration", order.duration), ("--record", order.record)):
+        if value is not None:
+            raise OptionError(f"{word} is recorded, so {option} means nothing; leave it out")
+
+
 def _check_outputs(order: Order, subjects: list[Subject]) -> None:
     folders = _report_folders(order, subjects)
     check_reports(folders)
@@ -162,6 +198,8 @@ def _check_outputs(order: Order, subjects: list[Subject]) -> None:
         check_video(order.video)
     if order.mcap is not None:
         check_mcap(order.mcap)
+    if order.record is not None:
+        check_recorder(order.record)
 
 
 def _report_folders(order: Order, subjects: list[Subject]) -> list[Path]:
@@ -183,21 +221,25 @@ def _ending(stopped: BaseException | None, count: int) -> str:
 
 
 def _follow(
-    order: Order,
-    capture: Capture,
+    footage: Footage,
     subjects: list[Subject],
+    request: Request,
     collector: Collector,
-    watch: Sequence[Callable[[TrackStep], None]],
+    watch: Sequence[Draw],
 ) -> BaseException | None:
     """Collect steps to the end; return what ended it before, unless nothing was tracked yet."""
     try:
         with progress_bar("tracking") as update:
-            request = _request(order, lambda made: update(0.0, f"modelling, {made.share:.0%}"))
-            for step in follow(capture, subjects, request):
+            request = replace(
+                request, progress=lambda made: update(0.0, f"modelling, {made.share:.0%}")
+            )
+            if isinstance(footage, LiveFootage):
+                footage.told = lambda why: update(footage.passed_share, why or "")
+            for step in footage.steps(subjects, request):
                 collector.add(step)
                 for heed in watch:
                     heed(step)
-                update(step.share, _note(step))
+                update(footage.share(step), _note(step))
     except (KeyboardInterrupt, ServoidError) as error:
         if not len(collector):
             raise
@@ -205,7 +247,7 @@ def _follow(
     return None
 
 
-def _request(order: Order, progress: Callable[[Progress], None]) -> Request:
+def _request(order: Order) -> Request:
     budget_ms = order.budget_ms
     return Request(
         method=TrackMethod(order.method.value),
@@ -220,7 +262,6 @@ def _request(order: Order, progress: Callable[[Progress], None]) -> Request:
         every=order.every,
         distance_m=order.distance,
         trust_targets=order.trust_targets,
-        progress=progress,
     )
 
 
@@ -231,45 +272,12 @@ def _note(step: TrackStep) -> str:
     return ", ".join(words) + (f", {1.0 / spent:.0f} Hz" if spent > 0.0 else "")
 
 
-@contextmanager
-def _video(
-    order: Order, capture: Capture, objects: int
-) -> Iterator[Callable[[TrackStep], None] | None]:
-    with ExitStack() as stack:
-        if order.video is None:
-            yield None
-            return
-        names = [camera.name for camera in capture.cameras]
-        overlay = Overlay(cameras_of(capture), names, objects)
-        yield stack.enter_context(overlay_video(order.video, overlay, _video_hz(order, capture)))
-
-
-@contextmanager
-def _recording(order: Order, capture: Capture) -> Iterator[Callable[[TrackStep], None] | None]:
-    if order.mcap is None:
-        yield None
-        return
-    with mcap_run(order.mcap, RunRig.of_capture(capture), can_wait=True) as run:
-        yield run.add
-
-
-def _video_hz(order: Order, capture: Capture) -> float:
-    """Return at which rate a video shows time as it was."""
-    times_s = capture.times_s
-    if times_s is None:
-        return capture.rate_hz or _VIDEO_HZ
-    shown = times_s[order.observations][:: order.every]
-    steps = [abs(after - before) for before, after in itertools.pairwise(shown)]
-    usual_s = statistics.median(steps) if steps else 0.0
-    return min(max(1.0 / usual_s, 1.0), 240.0) if usual_s > 0.0 else _VIDEO_HZ
-
-
 def _write(
     order: Order, results: list[TrackResult], reports: Reports | None, ending: str
 ) -> list[tuple[str, Path]]:
     """Write poses, bodies and reports; return what each file is, and where."""
     if not results:
-        raise TrackError(f"{order.capture}: nothing was tracked")
+        raise TrackError(f"{order.source}: nothing was tracked")
     if reports is not None:
         reports.make_folders()
     files = []

@@ -1,0 +1,1 @@
+"""`servoid record` and `servoid sources`, and what all commands that take a SOURCE share."""

@@ -1,0 +1,226 @@
+"""What `track` looks at: a capture from its first observation to its last, or what comes live."""
+
+import itertools
+import statistics
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, ExitStack, contextmanager
+from dataclasses import dataclass
+from datetime import datetime, timezone
+from pathlib import Path
+from types import TracebackType
+
+from servoid.capture import Capture
+from servoid.cli.source.recorders import recording_of
+from servoid.exchange.bags.writing import McapRun, RunRig, mcap_run
+from servoid.opening import Known, SourceWord, open_live, open_recorded
+from servoid.record import Overlay, QueuedRecording, live_video, overlay_video
+from servoid.source import Feed, RawInstant
+from servoid.track import Request, Subject, TrackStep, cameras_of, follow, follow_live
+
+_VIDEO_HZ = 10.0  # of a capture that knows no times
+
+Draw = Callable[[TrackStep], None]
+
+
+@dataclass(frozen=True)
+class RecordedFootage:
+    """A capture."""
+
+    capture: Capture
+    notes: tuple[str, ...] = ()
+
+    def steps(self, subjects: Sequence[Subject], request: Request) -> Iterator[TrackStep]:
+        """Track through the observations that the request chooses."""
+        return follow(self.capture, subjects, request)
+
+    def share(self, step: TrackStep) -> float | None:
+        """Return how much is done after a step."""
+        return step.share
+
+    @contextmanager
+    def video(self, path: Path, objects: int, request: Request) -> Iterator[Draw]:
+        """Write a video that shows time as it was, as far as the capture knows."""
+        hz = _video_hz(self.capture, request)
+        with overlay_video(path, _overlay(self.capture, objects), hz) as draw:
+            yield draw
+
+    def mcap(self, path: Path) -> AbstractContextManager[McapRun]:
+        """Record the run as MCAP, with the images as they are stored; all of it is written."""
+        return mcap_run(path, RunRig.of_capture(self.capture), can_wait=True)
+
+
+class LiveFootage:
+    """What a live source delivers from its first image on, for `duration_s` or until Ctrl-C.
+
+    Times count in seconds from its opening, `began`. With `record` what is tracked is kept there.
+    `told` hears why nothing comes, and None once something does.
+    """
+
+    def __init__(
+        self,
+        word: SourceWord,
+        known: Known,
+        *,
+        duration_s: float | None = None,
+        record: Path | None = None,
+    ) -> None:
+        """Open the source, and wait for its first image.
+
+        Raises:
+            CaptureError: the source does not answer, or not one image came.
+            OutputError: nothing can be recorded at `record`.
+
+        """
+        began_s = time.monotonic()
+        self.told: Callable[[str | None], None] = lambda _: None
+        self.began = datetime.now(timezone.utc)
+        self._duration_s, self._first_s = duration_s, 0.0
+        with ExitStack() as stack:
+            opened = open_live(word, known, clock=lambda: time.monotonic() - began_s)
+            self._source = stack.enter_context(opened.source)
+            self._recording: QueuedRecording | None = None
+            if record is not None:
+                self._recording = recording_of(record, self._source.rig, self.began)
+                stack.callback(self._recording.abandon)
+            self._feed = Feed(
+                self._source,
+                name=word.text,
+                is_over=self._is_over,
+                keep=self._keep,
+                told=lambda why: self.told(why),
+            )
+            self.notes: tuple[str, ...] = opened.notes
+            self.capture: Capture = self._feed.first()[0]
+            self._first_s = time.monotonic()
+            stack.pop_all()
+
+    def __enter__(self) -> "LiveFootage":
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._source.close()
+        if self._recording is not None:
+            self._recording.abandon()
+
+    def steps(self, subjects: Sequence[Subject], request: Request) -> Iterator[TrackStep]:
+        """Track through what comes."""
+        return follow_live(self._feed, subjects, request)
+
+    def finish_recording(self) -> None:
+        """Write what is left of a recording, and put it in its place.
+
+        Raises:
+            OutputError: it cannot be written whole.
+
+        """
+        if self._recording is not None:
+            recording, self._recording = self._recording, None
+            recording.close()
+
+    def raw(self) -> Iterator[RawInstant]:
+        """Hand out what comes after the first observation, as the lenses recorded it."""
+        return self._feed.raw()
+
+    def share(self, step: TrackStep) -> float | None:
+        """Return how much of the time has passed, None if it has no end."""
+        del step
+        return self.passed_share
+
+    @property
+    def passed_share(self) -> float | None:
+        """Return how much of the time has passed, None if it has no end."""
+        if self._duration_s is None:
+            return None
+        return min(1.0, (time.monotonic() - self._first_s) / self._duration_s)
+
+    @property
+    def missed(self) -> int:
+        """Return how many observations came and were not handed out."""
+        return self._feed.missed
+
+    @contextmanager
+    def video(self, path: Path, objects: int, request: Request) -> Iterator[Draw]:
+        """Write a video in which time runs as it did: an image stands until the next one came."""
+        del request
+        with live_video(path, _overlay(self.capture, objects)) as draw:
+            yield draw
+
+    def mcap(self, path: Path) -> AbstractContextManager[McapRun]:
+        """Record the run as MCAP, with what the ideal cameras saw; what comes too fast is lost."""
+        names = [camera.name for camera in self.capture.cameras]
+        rig = RunRig.of_source(cameras_of(self.capture), names)
+        return mcap_run(path, rig, can_wait=False)
+
+    def _is_over(self) -> bool:
+        if self._source.is_over:
+            return True
+        if self._duration_s is None or not self._first_s:
+            return False
+        return time.monotonic() - self._first_s >= self._duration_s
+
+    def _keep(self, raw: RawInstant) -> None:
+        if self._recording is not None:
+            self._recording.add(raw)
+
+    @property
+    def first_time_s(self) -> float:
+        """Return when the first observation was."""
+        times_s = self.capture.times_s
+        return times_s[0] if times_s else 0.0
+
+    @property
+    def handed_out(self) -> int:
+        """Return how many observations were handed out."""
+        return self._feed.count
+
+
+Footage = RecordedFootage | LiveFootage
+
+
+@contextmanager
+def open_footage(
+    word: SourceWord,
+    known: Known,
+    *,
+    topics: Sequence[str] = (),
+    world: str | None = None,
+    duration_s: float | None = None,
+    record: Path | None = None,
+) -> Iterator[Footage]:
+    """Open a SOURCE for the block.
+
+    `topics` and `world` are those of a bag, as in `open_bag`; the other arguments are those of
+    `LiveFootage`.
+
+    Raises:
+        CaptureError: it cannot be opened, or nothing says how its cameras see.
+        OutputError: nothing can be recorded at `record`.
+
+    """
+    if word.is_live:
+        with LiveFootage(word, known, duration_s=duration_s, record=record) as footage:
+            yield footage
+        return
+    opened = open_recorded(word, known, topics=topics, world=world)
+    yield RecordedFootage(opened.capture, opened.notes)
+
+
+def _overlay(capture: Capture, objects: int) -> Overlay:
+    return Overlay(cameras_of(capture), [camera.name for camera in capture.cameras], objects)
+
+
+def _video_hz(capture: Capture, request: Request) -> float:
+    """Return at which rate a video shows time as it was."""
+    times_s = capture.times_s
+    if times_s is None:
+        return capture.rate_hz or _VIDEO_HZ
+    shown = times_s[request.observations][:: request.every]
+    steps = [abs(after - before) for before, after in itertools.pairwise(shown)]
+    usual_s = statistics.median(steps) if steps else 0.0
+    return min(max(1.0 / usual_s, 1.0), 240.0) if usual_s > 0.0 else _VIDEO_HZ

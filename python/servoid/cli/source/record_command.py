@@ -1,0 +1,60 @@
+"""The options of `servoid record` and `servoid sources`."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from servoid.cli.source.options import (
+    LIVE_HELP,
+    SOURCE_HELP,
+    Baseline,
+    Calibration,
+    Duration,
+    Fov,
+    Rate,
+    known_cameras,
+)
+from servoid.cli.values import check_count
+
+
+def record(
+    source: Annotated[
+        str, typer.Argument(metavar="SOURCE", help=f"{SOURCE_HELP}{LIVE_HELP}.", show_default=False)
+    ],
+    out: Annotated[
+        Path,
+        typer.Option(metavar="PATH", help="A folder to make, or a file that ends in .mcap."),
+    ],
+    duration: Duration = None,
+    count: Annotated[
+        int | None,
+        typer.Option(callback=check_count, metavar="N", help="End after so many observations."),
+    ] = None,
+    fov: Fov = None,
+    baseline: Baseline = None,
+    calibration: Calibration = None,
+    rate: Rate = None,
+) -> None:
+    """Record what cameras see, so that tracking it again gives the same poses.
+
+    [bold]servoid record 0 --fov 65 --duration 20 --out run[/bold]
+
+    [bold]servoid record rig.toml --out run.mcap[/bold]
+
+    [bold]servoid record film.mp4 --fov 65 --out film.mcap[/bold]
+    """
+    known = known_cameras(fov, baseline, calibration, rate)
+    from servoid.cli.source.recording import Order, run_record
+
+    run_record(Order(source, out, known, duration, count))
+
+
+def sources() -> None:
+    """List what a SOURCE can be here, and the cameras that are there.
+
+    [bold]servoid sources[/bold]
+    """
+    from servoid.cli.source.listing import run_sources
+
+    run_sources()

@@ -1,0 +1,106 @@
+"""Chooses what keeps observations: the folder of a capture, or an MCAP file."""
+
+from collections.abc import Callable, Iterable, Sequence
+from datetime import datetime
+from functools import partial
+from importlib import import_module
+from pathlib import Path
+from types import ModuleType
+
+from servoid.capture import Capture
+from servoid.cli.wrong_options import OptionError
+from servoid.errors import CaptureError
+from servoid.output import check_file
+from servoid.pose import Pose
+from servoid.record import QueuedRecording, check_recording, record_folder
+from servoid.source import MountedCamera, RawInstant
+
+_MCAP = ".mcap"
+_WRITING = "servoid.exchange.bags.writing"
+
+Write = Callable[[Iterable[RawInstant]], object]
+
+
+def check_recorder(out: Path) -> None:
+    """Check that a recording can be written to a folder, or to a file that ends in .mcap.
+
+    Raises:
+        OutputError: it cannot.
+        OptionError: the name is neither.
+        CaptureError: this version of servoid writes no MCAP.
+
+    """
+    if is_mcap(out):
+        _writing()
+        check_file(out)
+    elif out.suffix and not out.is_dir():
+        raise OptionError(
+            f"cannot record {out}: a recording is a folder, or a file that ends in {_MCAP}"
+        )
+    else:
+        check_recording(out)
+
+
+def writer_of(out: Path, rig: Sequence[MountedCamera], began: datetime) -> Write:
+    """Return what writes observations of a rig to `out`; their time 0 was `began`."""
+    if is_mcap(out):
+        return partial(_write_mcap, out, rig)
+    when = began.isoformat(sep=" ", timespec="microseconds")
+    return lambda raw: record_folder(out, rig, raw, began=when)
+
+
+def recording_of(out: Path, rig: Sequence[MountedCamera], began: datetime) -> QueuedRecording:
+    """Begin to record beside the work; otherwise as `writer_of`."""
+    return QueuedRecording(writer_of(out, rig, began))
+
+
+def _write_mcap(out: Path, rig: Sequence[MountedCamera], raw: Iterable[RawInstant]) -> object:
+    writing = _writing()
+
+    def image_of(raw: RawInstant, place: int) -> object:
+        image = raw.images[place]
+        if image is None:
+            return None
+        if image.encoded is not None:
+            return writing.RawImage(image.encoded, "jpeg")
+        return writing.RawImage(image.pixels, "rgb8")
+
+    observations = (
+        writing.RawObservation(
+            time_s=one.time_s,
+            world_from_rig=Pose.identity(),
+            images=tuple(image_of(one, place) for place in range(len(rig))),
+            depths=tuple(None if image is None else image.depth_m for image in one.images),
+        )
+        for one in raw
+    )
+    return writing.write_mcap_recording(out, rig, observations)
+
+
+def convert(capture: Capture, out: Path, watch: Callable[[int], None]) -> int:
+    """Write a capture as MCAP, and return how many observations there were.
+
+    Raises:
+        OutputError: the file cannot be written.
+        CaptureError: this version of servoid writes no MCAP.
+
+    """
+    writing = _writing()
+    observations = writing.raw_observations(capture)
+    return writing.write_mcap_recording(out, capture.cameras, observations, watch)
+
+
+def is_mcap(out: Path) -> bool:
+    """Say if a name is that of an MCAP file."""
+    return out.suffix.lower() == _MCAP
+
+
+def _writing() -> ModuleType:
+    try:
+        return import_module(_WRITING)
+    except ModuleNotFoundError as error:
+        if error.name is None or not _WRITING.startswith(error.name):
+            raise
+        raise CaptureError(
+            f"this version of servoid writes no {_MCAP}; record into a folder"
+        ) from error

@@ -1,0 +1,110 @@
+"""`servoid record`: keeps what a source delivers in a folder or an MCAP file."""
+
+import textwrap
+from collections import Counter
+from dataclasses import dataclass
+from pathlib import Path
+
+import typer
+
+from servoid.cli.interrupting import INTERRUPTED
+from servoid.cli.progress import progress_bar
+from servoid.cli.source.footage import LiveFootage
+from servoid.cli.source.recorders import check_recorder, convert, is_mcap
+from servoid.cli.wrong_options import OptionError
+from servoid.opening import Known, SourceWord, open_recorded, parse_source
+from servoid.words import counted
+
+_LABEL_WIDTH = 12
+_VALUE_WIDTH = 80 - len("  ") - _LABEL_WIDTH - len(" ")
+_MOST_NOTICES = 3
+
+
+@dataclass(frozen=True)
+class Order:
+    """What `servoid record` was asked for; None leaves a choice to servoid."""
+
+    source: str
+    out: Path
+    known: Known
+    duration_s: float | None
+    count: int | None
+
+
+def run_record(order: Order) -> None:
+    """Record until the end or Ctrl-C, put what came in its place, and print a summary."""
+    word = parse_source(order.source)
+    if not word.is_live:
+        _check_recorded(order, word)
+    check_recorder(order.out)
+    if word.is_live:
+        _record(order, word)
+    else:
+        _convert(order, word)
+
+
+def _check_recorded(order: Order, word: SourceWord) -> None:
+    for option, value in (("--duration", order.duration_s), ("--count", order.count)):
+        if value is not None:
+            raise OptionError(f"{word} is recorded, so {option} means nothing; leave it out")
+    if not is_mcap(order.out):
+        raise OptionError(
+            f"{word} is recorded already; it can be written as MCAP, with --out "
+            f"{order.out.name}.mcap"
+        )
+
+
+def _convert(order: Order, word: SourceWord) -> None:
+    opened = open_recorded(word, order.known)
+    whole = len(opened.capture)
+    with progress_bar("writing") as update:
+        count = convert(
+            opened.capture, order.out, lambda done: update(done / whole, f"{done} of {whole}")
+        )
+    typer.echo(f"Wrote {word}: {counted(count, 'observation')}")
+    _print([*(("assumed", note) for note in opened.notes), ("recording", str(order.out))])
+
+
+def _record(order: Order, word: SourceWord) -> None:
+    notices: Counter[str] = Counter()
+    first_s = last_s = 0.0
+    is_stopped = False
+    footage = LiveFootage(word, order.known, duration_s=order.duration_s, record=order.out)
+    with footage, progress_bar("recording") as update:
+        footage.told = lambda why: update(footage.passed_share, why or "")
+        first_s = last_s = footage.first_time_s
+        try:
+            observations = footage.raw()
+            while order.count is None or footage.handed_out < order.count:
+                raw = next(observations, None)
+                if raw is None:
+                    break
+                last_s = raw.time_s
+                notices.update(raw.notices)
+                update(footage.passed_share, f"{footage.handed_out} observations")
+        except KeyboardInterrupt:
+            is_stopped = True
+        footage.finish_recording()
+    seconds, count = last_s - first_s, footage.handed_out
+    cameras = counted(len(footage.capture.cameras), "camera")
+    typer.echo(f"Recorded {word}: {counted(count, 'observation')}, {cameras}")
+    rows = [("time 0", f"{footage.began:%Y-%m-%d %H:%M:%S} UTC")]
+    if seconds > 0.0:
+        rows.append(("seconds", f"{seconds:.1f}, {(count - 1) / seconds:.1f} a second"))
+    if footage.missed:
+        rows.append(("missed", f"{counted(footage.missed, 'observation')} came too fast to write"))
+    rows += [("notice", notice) for notice, _ in notices.most_common(_MOST_NOTICES)]
+    rows += [("assumed", note) for note in footage.notes]
+    _print([*rows, ("recording", str(order.out))])
+    if is_stopped and order.duration_s is not None:
+        typer.echo(f"interrupted after {counted(count, 'observation')}", err=True)
+        raise typer.Exit(INTERRUPTED)
+
+
+def _print(rows: list[tuple[str, str]]) -> None:
+    for label, value in rows:
+        if label == "recording":  # a path is not cut
+            typer.echo(f"  {label:<{_LABEL_WIDTH}} {value}")
+            continue
+        for index, line in enumerate(textwrap.wrap(value, _VALUE_WIDTH, break_on_hyphens=False)):
+            typer.echo(f"  {'' if index else label:<{_LABEL_WIDTH}} {line}")

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from servoid.errors import CaptureError
 from servoid.source.grabbing import Reopened, Video
-from servoid.source.mjpeg import open_mjpeg
+from servoid.source.mjpeg import open_mjpeg, reason_of
 
 if TYPE_CHECKING:
     import cv2
@@ -47,8 +47,8 @@ def opened(name: str, device: Device, size_px: tuple[int, int] | None = None) ->
             video = open_mjpeg(device)
         except (OSError, ValueError) as error:
             raise CaptureError(
-                f"camera {name}: '{_shown(device)}' does not answer: {error}; check that it is "
-                "there and that this computer reaches it"
+                f"camera {name}: '{_shown(device)}' does not answer: {reason_of(error)}; check that "
+                "it is there and that this computer reaches it"
             ) from error
         if video is not None:
             return video

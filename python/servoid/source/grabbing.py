@@ -96,6 +96,7 @@ class Grabber:
         self._told: deque[str] = deque(maxlen=_MOST_TOLD)
         self._stamps = DeviceClock()
         self._fault: str | None = None
+        self._lost = ""
         self._count, self._has_ended = 0, False
         self._lock, self._over = Lock(), Event()
         self._last_s = clock()
@@ -157,12 +158,12 @@ class Grabber:
             failures += 1
             self._say(fault)
             if self._reopen is not None and (is_lost or failures >= self._tries):
-                self._give_up(self._device)
+                self._give_up(self._device, fault)
             else:
                 self._over.wait(_RETRY_S)
 
-    def _give_up(self, device: Video) -> None:
-        self._device = None
+    def _give_up(self, device: Video, fault: str) -> None:
+        self._device, self._lost = None, fault
         try:
             device.release()
         except Exception as error:  # it is gone, and may well complain
@@ -174,9 +175,10 @@ class Grabber:
             return False
         try:
             self._device = self._reopen()
-        except Exception as error:  # the next try may do
-            self._say(_said(error))
+        except Exception:  # the next try may do
+            self._say(f"{self._lost}; it cannot be opened yet")
             return False
+        self._say(f"{self._lost}; it was opened anew")
         return True
 
     def _say(self, fault: str) -> None:

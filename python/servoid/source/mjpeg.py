@@ -70,7 +70,7 @@ class MjpegVideo:
             length = self._heads.get("content-length", "")
             self._encoded = self._exactly(int(length)) if length.isdigit() else self._to_mark()
         except (OSError, HTTPException, ValueError) as error:
-            raise LostDeviceError(_said(error)) from error
+            raise LostDeviceError(reason_of(error)) from error
         return True
 
     def retrieve(self) -> tuple[bool, JpegDelivery | None]:
@@ -168,6 +168,10 @@ def _stamp_s(heads: Mapping[str, str]) -> float | None:
     return None
 
 
-def _said(error: Exception) -> str:
+def reason_of(error: Exception) -> str:
+    """Return in few words why a connection failed."""
     reason = error.reason if isinstance(error, URLError) else error
-    return "nothing came for too long" if isinstance(reason, TimeoutError) else str(reason)
+    if isinstance(reason, TimeoutError):
+        return "nothing came for too long"
+    strerror = getattr(reason, "strerror", None)
+    return strerror.lower() if strerror else str(reason)

@@ -1,10 +1,6 @@
 """Images that a camera sends over HTTP, from a server in a process of its own."""
 
-import subprocess
-import sys
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from email.message import Message
 from io import BytesIO
 from pathlib import Path
@@ -12,6 +8,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from served_images import served
 
 from servoid.camera import Lens
 from servoid.errors import CaptureError
@@ -19,21 +16,7 @@ from servoid.opening import Known, open_live, parse_source
 from servoid.source import Live, RawInstant
 from servoid.source.mjpeg import MjpegVideo
 
-SERVER = Path(__file__).parents[2] / "fixtures" / "mjpeg_server.py"
 SIZE_PX = (64, 48)
-
-
-@contextmanager
-def served(folder: Path, port: int = 0, rate_hz: float = 60.0) -> Iterator[str]:
-    """Serve a folder; give the address."""
-    command = [sys.executable, str(SERVER), str(folder), str(port), str(rate_hz)]
-    server = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
-    try:
-        assert server.stdout is not None
-        yield f"http://127.0.0.1:{int(server.stdout.readline())}"
-    finally:
-        server.kill()
-        server.wait()
 
 
 @pytest.fixture(scope="module")

@@ -1,0 +1,155 @@
+"""`servoid track`, `record` and `sources` with what comes live, from a server beside them."""
+
+import csv
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from commands import Command
+from mjpeg_server import images_of
+from recordings import Alone, run_servoid
+from served_images import served
+
+from servoid.capture import open_capture
+
+RIG_CAMERA = """
+[[camera]]
+name = "{name}"
+device = "{address}/{name}"
+size_px = [320, 240]
+model = "pinhole"
+focal_px = [290.0, 290.0]
+center_px = [159.5, 119.5]
+rig_from_camera = [[1, 0, 0, {x}], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
+"""
+
+
+def write_rig(path: Path, address: str, faults: str = "") -> Path:
+    tables = [
+        RIG_CAMERA.format(name=name, address=address, x=x).replace(
+            f'{address}/{name}"', f'{address}/{name}{faults}"'
+        )
+        for name, x in (("left", 0.0), ("right", 0.1))
+    ]
+    path.write_text("version = 1\n" + "".join(tables))
+    return path
+
+
+def poses(path: Path) -> list[list[str]]:
+    """Return the lines of a trajectory without their notices."""
+    with path.open(newline="") as file:
+        return [row[:-1] for row in csv.reader(file)]
+
+
+def tiny_images(folder: Path) -> Path:
+    (folder / "eye").mkdir(parents=True)
+    for number in range(10):
+        pixels = np.full((48, 64, 3), 20 * number, np.uint8)
+        cv2.imwrite(str(folder / "eye" / f"{number}.jpg"), pixels)
+    return folder
+
+
+def test_what_a_camera_sends_is_recorded_file_by_file(
+    tmp_path: Path, servoid_command: Command
+) -> None:
+    with served(tiny_images(tmp_path / "served")) as address:
+        eye, run = f"{address}/eye", tmp_path / "run"
+        done = servoid_command("record", eye, "--fov", "60", "--count", "6", "--out", run)
+    assert done.code == 0, done.err
+    assert done.out.startswith(f"Recorded {eye}: 6 observations, 1 camera\n")
+    capture = open_capture(run)
+    assert (len(capture), capture.cameras[0].lens.size_px) == (6, (64, 48))
+    sent = images_of(tmp_path / "served" / "eye")
+    assert all(path.read_bytes() in sent for path in (run / "camera").iterdir())
+    lines = [line for line in done.out.splitlines() if str(run) not in line and "http" not in line]
+    assert max(map(len, lines)) <= 80
+
+
+def test_sources_lists_what_there_is_within_eighty_columns(servoid_command: Command) -> None:
+    said = servoid_command("sources").out
+    for word in ("Recorded", "Live", "side-by-side:", "realsense:", "genicam:", "sim:", "RIG.toml"):
+        assert word in said
+    assert max(map(len, said.splitlines())) <= 80
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "says"),
+    [
+        (("track", "0", "--every", "2"), 2, "0 is live, .*; leave --every out"),
+        (("track", "FILM", "--duration", "3"), 2, "is recorded, so --duration means nothing"),
+        (("track", "FILM", "--record", "run"), 2, "is recorded, so --record means nothing"),
+        (("track", "FILM"), 1, "give --fov, .*; .* servoid scan finds all of it"),
+        (("track", "FILM", "--fov", "180"), 2, "--fov is 180; give degrees above 0 and below 180"),
+        (("track", "http://127.0.0.1:9/"), 1, "does not answer: connection refused"),
+        (("track", "sim:nothing"), 1, "unknown object 'nothing'"),
+        (("model", "0", "--out", "b.json"), 1, "servoid record 0 --out run"),
+        (("record", "FILM", "--out", "run"), 2, "is recorded already"),
+        (("record", "0", "--out", "run.avi"), 2, "a folder, or a file that ends in .mcap"),
+    ],
+)
+def test_what_means_nothing_for_a_source_is_refused(
+    tmp_path: Path,
+    servoid_command: Command,
+    monkeypatch: pytest.MonkeyPatch,
+    arguments: tuple[str, ...],
+    code: int,
+    says: str,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    film = cv2.VideoWriter("film.avi", cv2.VideoWriter.fourcc(*"MJPG"), 30.0, (64, 48))
+    film.write(np.zeros((48, 64, 3), np.uint8))
+    film.release()
+    done = servoid_command(*(one.replace("FILM", "film.avi") for one in arguments))
+    assert done.code == code, done.err
+    assert re.search(says, done.err), done.err
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["film.avi"]
+
+
+@pytest.mark.extended
+def test_a_live_run_and_its_recording_have_the_same_poses(alone: Alone, tmp_path: Path) -> None:
+    body = alone.folder / "body.json"
+    with served(alone.recording.folder, rate_hz=15.0) as address:
+        rig = write_rig(tmp_path / "rig.toml", address)
+        options = ("--body", body, "--duration", 4, "--record", "run", "--video", "live.mp4")
+        said = run_servoid(tmp_path, "track", rig, *options, "--out", "live.csv")
+    run_servoid(tmp_path, "track", "run", "--body", body, "--out", "again.csv")
+    live = poses(tmp_path / "live.csv")
+    assert len(live) > 5
+    assert live == poses(tmp_path / "again.csv")
+    assert "recording    run" in said and "time 0" in said
+    video = cv2.VideoCapture(str(tmp_path / "live.mp4"))
+    seconds = float(live[-1][0]) - float(live[1][0])
+    assert video.get(cv2.CAP_PROP_FRAME_COUNT) / 30.0 == pytest.approx(seconds, abs=0.5)
+
+
+@pytest.mark.extended
+def test_a_server_that_dies_is_told_and_the_object_tracked_again(
+    alone: Alone, tmp_path: Path
+) -> None:
+    with served(alone.recording.folder, rate_hz=10.0) as address:
+        rig = write_rig(tmp_path / "rig.toml", address)
+        command = [sys.executable, "-m", "servoid", "track", str(rig), "--out", "live.csv"]
+        command += ["--body", str(alone.folder / "body.json")]
+        tracking = subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, text=True)
+        time.sleep(8.0)
+    time.sleep(1.0)
+    with served(alone.recording.folder, int(address.rpartition(":")[2]), 10.0):
+        time.sleep(5.0)
+        tracking.send_signal(signal.SIGTERM)
+        said, _ = tracking.communicate(timeout=60.0)
+    assert tracking.returncode == (143 if os.name == "posix" else 1)
+    assert "poses        live.csv" in said
+    with (tmp_path / "live.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    back = next(at for at, row in enumerate(rows) if "no image came for" in row["notices"])
+    assert re.search(r"no image came for [1-9].*it was opened anew", rows[back]["notices"])
+    back_s = float(rows[back]["time_s"])
+    soon = [row for row in rows[back:] if float(row["time_s"]) <= back_s + 1.0]
+    assert any(row["status"] == "tracking" for row in soon)

@@ -1,16 +1,23 @@
-"""`servoid doctor` and the back end that an environment variable forces."""
+"""`servoid doctor`, its test of itself, and the back end that an environment variable forces."""
 
+import json
 import os
 import platform
 import subprocess
 import sys
+from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
 from conftest import Command
 from servoid import _native
-from servoid.cli import doctor
-from servoid.cli.doctor import libraries
+from servoid.cli.doctor import checkup, doctor, installed
+from servoid.cli.doctor.checkup import find_cameras
+from servoid.cli.doctor.installed import libraries
+from servoid.sim.self_test import SelfTest, run_self_test
+
+RIGHT = SelfTest(20, 4, 0.96, 1.0, 0.0009, 0.02, 0.8, 0.004)
 
 REQUIREMENTS = [
     "numpy>=1.26",
@@ -23,7 +30,7 @@ REQUIREMENTS = [
 
 def backend_asked(name: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
-        [sys.executable, "-m", "servoid", "doctor"],
+        [sys.executable, "-m", "servoid", "doctor", "--no-test"],
         env=os.environ | {"SERVOID_BACKEND": name},
         capture_output=True,
         text=True,
@@ -41,7 +48,7 @@ def rows(said: str) -> dict[str, str]:
 
 
 def test_it_says_what_servoid_runs_on_in_eighty_columns(servoid_command: Command) -> None:
-    ran = servoid_command("doctor")
+    ran = servoid_command("doctor", "--no-test")
     assert (ran.code, ran.err) == (0, "")
     assert max(len(line) for line in ran.out.splitlines()) <= 80
     said = rows(ran.out)
@@ -58,11 +65,11 @@ def test_it_says_what_servoid_runs_on_in_eighty_columns(servoid_command: Command
 def test_a_library_that_is_not_there_is_missing_and_what_brings_it_is_said(
     servoid_command: Command, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    version = doctor._version
+    version = installed.installed_version
     monkeypatch.setattr(
-        doctor, "_version", lambda name: None if name == "pyopengl" else version(name)
+        installed, "installed_version", lambda name: None if name == "pyopengl" else version(name)
     )
-    said = rows(servoid_command("doctor").out)
+    said = rows(servoid_command("doctor", "--no-test").out)
     assert said["[gl]"] == "pyopengl missing; pip install 'servoid[gl]' brings it"
     assert "missing" not in said["needed"]
 
@@ -80,6 +87,102 @@ def test_what_is_for_another_python_is_not_asked_for(
 ) -> None:
     expected = {"needed": needed, "gl": ["pyopengl"], "sim": sim}
     assert libraries(REQUIREMENTS, python) == expected
+
+
+@pytest.mark.parametrize(("machine", "names"), [("x86_64", ["pycolmap"]), ("aarch64", [])])
+def test_what_is_for_another_machine_is_not_asked_for(machine: str, names: list[str]) -> None:
+    marked = ["pycolmap>=4 ; platform_machine == 'x86_64' and extra == 'scan'"]
+    assert libraries(marked, "3.11.0", machine) == {"needed": [], "scan": names}
+
+
+def test_a_needed_library_that_is_missing_makes_it_unwell(
+    servoid_command: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    version = installed.installed_version
+    monkeypatch.setattr(
+        installed, "installed_version", lambda name: None if name == "rich" else version(name)
+    )
+    ran = servoid_command("doctor", "--no-test")
+    assert ran.code == 1
+    assert rows(ran.out)["problem"].startswith("rich missing, without which nothing works")
+    assert "verdict" not in rows(ran.out)
+
+
+def test_the_self_test_stands_beside_what_is_expected_of_it(
+    servoid_command: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(doctor, "run_self_test", lambda: RIGHT)
+    monkeypatch.setattr(checkup, "_TRY_GL", "raise OSError('Error: no display')")
+    ran = servoid_command("doctor")
+    said = rows(ran.out)
+    assert ran.code == 0
+    assert max(len(line) for line in ran.out.splitlines()) <= 80
+    assert "0.90 mm off, expected 1.5 or less" in said["tracked"]
+    assert said["speed"].startswith("4.0 ms an observation, 33 keep up with 30 Hz; ")
+    assert "all that servoid needs is there and works" in said["verdict"]
+    if "missing" not in said["renderers"]:
+        assert "does not start: Error: no display" in said["renderers"]
+
+
+@pytest.mark.parametrize(
+    "wrong", [{"iou": 0.9}, {"tracked": 0.95}, {"error_m": 0.0016}], ids=["iou", "share", "mm"]
+)
+def test_a_self_test_that_is_wrong_makes_it_unwell(
+    servoid_command: Command, monkeypatch: pytest.MonkeyPatch, wrong: dict[str, float]
+) -> None:
+    monkeypatch.setattr(doctor, "run_self_test", lambda: replace(RIGHT, **wrong))
+    monkeypatch.setattr(checkup, "_TRY_GL", "")
+    ran = servoid_command("doctor")
+    assert ran.code == 1
+    assert "the self-test is not as precise" in rows(ran.out)["problem"]
+
+
+def test_a_slow_machine_is_told_so_and_is_not_unwell(
+    servoid_command: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(doctor, "run_self_test", lambda: replace(RIGHT, step_s=0.05))
+    monkeypatch.setattr(checkup, "_TRY_GL", "")
+    ran = servoid_command("doctor")
+    assert ran.code == 0
+    assert "too slow for that here" in rows(ran.out)["speed"]
+
+
+def test_programs_get_the_same_as_json(
+    servoid_command: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(doctor, "run_self_test", lambda: RIGHT)
+    monkeypatch.setattr(checkup, "_TRY_GL", "")
+    said = json.loads(servoid_command("doctor", "--json").out)
+    assert said["servoid"] == _native.__version__
+    assert said["back_end"] in said["back_ends"]
+    assert said["libraries"]["needed"]["numpy"]
+    assert said["self_test"]["error_m"] == RIGHT.error_m
+    assert said["self_test"]["is_right"] and said["self_test"]["keeps_up"]
+    assert said["problems"] == []
+    assert json.loads(servoid_command("doctor", "--json", "--no-test").out)["self_test"] is None
+
+
+@pytest.mark.extended  # it takes seconds
+def test_the_self_test_is_right_on_this_machine() -> None:
+    found = run_self_test()
+    assert found.is_right
+    assert found.observations == 20
+
+
+def test_cameras_are_listed_by_number_with_the_names_that_last(tmp_path: Path) -> None:
+    devices, known = tmp_path / "dev", tmp_path / "known"
+    (devices / "v4l" / "by-id").mkdir(parents=True)
+    for number in (0, 2, 10):
+        (devices / f"video{number}").touch()
+        (known / f"video{number}").mkdir(parents=True)
+        (known / f"video{number}" / "name").write_text(f"Camera {number}\n")
+    (devices / "video-of-mine").touch()
+    (devices / "v4l" / "by-id" / "usb-maker-index0").symlink_to(devices / "video2")
+    found = find_cameras(devices, known)
+    assert [one.device for one in found] == [str(devices / f"video{n}") for n in (0, 2, 10)]
+    assert [one.name for one in found] == ["Camera 0", "Camera 2", "Camera 10"]
+    assert [len(one.links) for one in found] == [0, 1, 0]
+    assert find_cameras(tmp_path / "nothing", known) == []
 
 
 @pytest.mark.parametrize("name", _native.backends())

@@ -126,11 +126,27 @@ def sample(
 
 
 @app.command()
-def doctor() -> None:
-    """Say what servoid runs on here: versions, vector instructions, libraries."""
-    from servoid.cli.doctor import run_doctor
+def doctor(
+    json: Annotated[
+        bool, typer.Option("--json", help="Say it as JSON, for programs and reports of faults.")
+    ] = False,
+    test: Annotated[
+        bool,
+        typer.Option(
+            "--test/--no-test",
+            help="Model and track a drawn object for about five seconds, and compare the result "
+            "with what is expected.",
+        ),
+    ] = True,
+) -> None:
+    """Say what servoid runs on here, test it, and exit with 1 if something is wrong.
 
-    run_doctor()
+    Versions, vector instructions, libraries, renderers, cameras; then a drawn object is modelled
+    and tracked, with its figures beside those expected.
+    """
+    from servoid.cli.doctor.doctor import run_doctor
+
+    run_doctor(json=json, tests=test)
 
 
 @app.command()

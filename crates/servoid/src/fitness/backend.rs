@@ -91,7 +91,7 @@ impl Backend {
     }
 
     /// Says whether rays may be cast with AVX2.
-    #[cfg(feature = "render")]
+    #[cfg(all(feature = "render", target_arch = "x86_64"))]
     pub(crate) fn has_avx2(self) -> bool {
         self != Self::PORTABLE
     }

@@ -20,6 +20,8 @@ impl Best {
         if backend.has_avx2() {
             return Self::Avx2;
         }
+        #[cfg(not(target_arch = "x86_64"))]
+        let _ = backend;
         Self::Portable
     }
 

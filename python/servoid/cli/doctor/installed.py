@@ -1,0 +1,86 @@
+"""Says which libraries servoid names, by extra, and which of them are installed."""
+
+import operator
+import platform
+import re
+from collections.abc import Callable, Iterable, Mapping
+from importlib.metadata import PackageNotFoundError, metadata, version
+
+NEEDED = "needed"
+"""Stands for what is always needed, where others stand by the name of their extra."""
+
+_NAME = re.compile(r"[\w.-]+")
+_EXTRA = re.compile(r"extra == ['\"](?P<extra>[\w-]+)['\"]")
+_PYTHON = re.compile(
+    r"python_(?P<full>full_)?version (?P<sign><=|>=|==|!=|<|>) ['\"](?P<numbers>[\d.]+)['\"]"
+)
+_MACHINE = re.compile(r"platform_machine (?P<sign>==|!=) ['\"](?P<machine>\w+)['\"]")
+_Numbers = tuple[int, ...]
+_SIGNS: dict[str, Callable[[_Numbers, _Numbers], bool]] = {
+    "<=": operator.le,
+    ">=": operator.ge,
+    "==": operator.eq,
+    "!=": operator.ne,
+    "<": operator.lt,
+    ">": operator.gt,
+}
+
+
+def installed_libraries() -> dict[str, dict[str, str | None]] | None:
+    """Return the version of each library, None where it is missing, by extra.
+
+    The answer is None where servoid runs without being installed, so that nothing is known.
+    """
+    try:
+        requirements = metadata("servoid").get_all("Requires-Dist") or ()
+    except PackageNotFoundError:
+        return None
+    named = libraries(requirements, platform.python_version(), platform.machine())
+    return {
+        extra: {name: installed_version(name) for name in names} for extra, names in named.items()
+    }
+
+
+def libraries(
+    requirements: Iterable[str], python: str, machine: str = ""
+) -> Mapping[str, list[str]]:
+    """Return the names of the libraries by extra, without those for other Pythons and machines.
+
+    What is always needed comes first. `requirements` are written as a package's metadata has them;
+    an extra of which nothing is left here has an empty list.
+    """
+    found: dict[str, set[str]] = {NEEDED: set()}
+    for requirement in requirements:
+        what, _, marker = requirement.partition(";")
+        name, extra = _NAME.match(what.strip()), _EXTRA.search(marker)
+        names = found.setdefault(NEEDED if extra is None else extra["extra"], set())
+        if name is not None and _applies(marker, python, machine):
+            names.add(name[0])
+    return {extra: sorted(names) for extra, names in sorted(found.items(), key=_needed_first)}
+
+
+def installed_version(name: str) -> str | None:
+    """Return the version of an installed library, None if it is not there."""
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return None
+
+
+def _needed_first(item: tuple[str, object]) -> tuple[bool, str]:
+    return item[0] != NEEDED, item[0]
+
+
+def _applies(marker: str, python: str, machine: str) -> bool:
+    fits = all(
+        _SIGNS[one["sign"]](_numbers(python, 3 if one["full"] else 2), _numbers(one["numbers"], 3))
+        for one in _PYTHON.finditer(marker)
+    )
+    return fits and all(
+        (one["machine"] == machine) == (one["sign"] == "==") for one in _MACHINE.finditer(marker)
+    )
+
+
+def _numbers(written: str, count: int) -> _Numbers:
+    parts = [int(part) for part in re.findall(r"\d+", written)[:count]]
+    return (*parts, 0, 0)[:3]

@@ -8,6 +8,7 @@ import typer
 from servoid._native import __version__
 from servoid.cli.interrupting import Commands
 from servoid.cli.model.model_command import model
+from servoid.cli.pick.pick_command import pick
 from servoid.cli.plugins import add_commands
 from servoid.cli.servo.servo_command import servo
 from servoid.cli.source.record_command import record, sources
@@ -51,6 +52,7 @@ app.command()(track)
 app.command()(record)
 app.command()(sources)
 app.command()(servo)
+app.command()(pick)
 
 
 @app.command()

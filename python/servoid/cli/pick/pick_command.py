@@ -1,0 +1,76 @@
+"""The options of `servoid pick`."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+_LAST_PORT = 65535
+_WAIT_S = 600.0
+
+
+def _check_timeout(timeout_s: float) -> float:
+    if not 0.0 < timeout_s < float("inf"):
+        raise typer.BadParameter(f"{timeout_s} is no time; give seconds above 0")
+    return timeout_s
+
+
+def pick(
+    source: Annotated[
+        Path,
+        typer.Argument(
+            metavar="SOURCE",
+            help="A capture: a folder with a capture.toml, a COLMAP model, a transforms.json or a "
+            "BOP scene.",
+        ),
+    ],
+    image: Annotated[
+        int,
+        typer.Option(metavar="N", min=0, help="Show the image of this observation, from 0."),
+    ] = 0,
+    camera: Annotated[
+        str | None,
+        typer.Option(metavar="NAME", help="Show an image of this camera (default: the first)."),
+    ] = None,
+    mask: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Write the mask that was found, too: a .png file, white on the object.",
+        ),
+    ] = None,
+    browser: Annotated[
+        bool,
+        typer.Option(
+            "--browser/--no-browser",
+            help="Open the page in the browser, where there is a desktop; its address is always "
+            "said.",
+        ),
+    ] = True,
+    port: Annotated[
+        int,
+        typer.Option(
+            metavar="PORT",
+            min=0,
+            max=_LAST_PORT,
+            help="Listen on this port of 127.0.0.1, such as one that ssh forwards (default: a "
+            "free one).",
+            show_default=False,
+        ),
+    ] = 0,
+    timeout: Annotated[
+        float,
+        typer.Option(metavar="S", callback=_check_timeout, help="Give up after so many seconds."),
+    ] = _WAIT_S,
+) -> None:
+    """Mark the object in the browser, see what is found, and get the words for --target.
+
+    [bold]servoid pick photos[/bold]
+
+    [bold]servoid model photos --out body.json $(servoid pick photos --image 3)[/bold]
+
+    The page is served to this machine alone, at an address that nobody can guess.
+    """
+    from servoid.cli.pick.picking import Order, run_pick
+
+    run_pick(Order(source, image, camera, mask, browser, port, timeout))

@@ -1,0 +1,110 @@
+"""`servoid pick`: from an image of a capture, by a page in the browser, to words for --target."""
+
+import os
+import shlex
+import sys
+import webbrowser
+from dataclasses import dataclass
+from pathlib import Path
+
+import cv2
+import typer
+
+from servoid.capture import CaptureView
+from servoid.cli.wrong_options import OptionError
+from servoid.errors import OutputError, TargetError
+from servoid.exchange import open_any
+from servoid.output import check_file, write_whole
+from servoid.pick import Choice, PickServer, Question
+from servoid.segment import Depth, seek_object
+from servoid.words import counted, digits
+
+
+@dataclass(frozen=True)
+class Order:
+    """What `servoid pick` was asked for."""
+
+    source: Path
+    image: int
+    camera: str | None
+    mask: Path | None
+    browser: bool
+    port: int
+    timeout_s: float
+
+
+def run_pick(order: Order) -> None:
+    """Ask in the browser, print the words for the command line, and write the mask if asked to.
+
+    Raises:
+        TargetError: nobody chose in time.
+
+    """
+    if order.mask is not None:
+        if order.mask.suffix.lower() != ".png":
+            raise OptionError(f"cannot write {order.mask}: the file of a mask ends in .png")
+        check_file(order.mask)
+    with PickServer(_question(order), order.port) as server:
+        typer.echo(f"Mark the object at {server.address}", err=True)
+        if order.browser and _has_desktop():
+            webbrowser.open(server.address)
+        choice = server.wait(order.timeout_s)
+    if choice is None:
+        raise TargetError(
+            f"nobody chose within {digits(order.timeout_s)} s; open the address that is said, or "
+            "give --timeout more seconds"
+        )
+    _tell(choice, order.mask)
+
+
+def _tell(choice: Choice, mask: Path | None) -> None:
+    """Print the words alone to standard output, so that a command can take them."""
+    if choice.found.doubt is not None:
+        typer.echo(
+            f"doubtful: {choice.found.doubt}; model and track refuse it, or use it all the same "
+            "with --trust-targets",
+            err=True,
+        )
+    if mask is not None:
+        done, data = cv2.imencode(".png", choice.found.mask)
+        if not done:
+            raise OutputError(f"cannot write {mask}: the mask cannot be stored as PNG")
+        write_whole(mask, data.tobytes())
+        typer.echo(
+            f"the mask is in {mask}; --target {shlex.quote(f'mask:{mask}@{choice.target.view}')} "
+            "uses it as it is",
+            err=True,
+        )
+    typer.echo(f"--target {shlex.quote(str(choice.target))}")
+
+
+def _question(order: Order) -> Question:
+    """Return the image to mark. All that knows of sources is here."""
+    view = _view(open_any(order.source).all_views(), order)
+    metres = view.recorded_depth()
+    depth = None if metres is None else Depth(metres, view.lens.focal_px[0])
+    image = view.recorded_image()
+    return Question(view.name, image, lambda mark: seek_object(mark, image, depth))
+
+
+def _view(views: list[CaptureView], order: Order) -> CaptureView:
+    names = list(dict.fromkeys(view.camera_name for view in views))
+    if order.camera is not None and order.camera not in names:
+        raise OptionError(
+            f"{order.source} has no camera '{order.camera}'; its cameras are {', '.join(names)}"
+        )
+    own = [view for view in views if view.camera_name == (order.camera or names[0])]
+    for view in own:
+        if view.index == order.image:
+            return view
+    raise OptionError(
+        f"{order.source} has no image {order.image} of camera '{own[0].camera_name}', which has "
+        f"{counted(len(own), 'image')}, {own[0].index} to {own[-1].index}"
+    )
+
+
+def _has_desktop() -> bool:
+    """Say if a browser opens in a window; one in the terminal would take the terminal away."""
+    if sys.platform in ("darwin", "win32"):
+        return True
+    return any(os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY"))

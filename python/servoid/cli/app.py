@@ -41,8 +41,8 @@ def servoid(
 ) -> None:
     """Look at an unknown object, model it as a few ellipsoids, track it, and servo an arm to it.
 
-    Start with a sample: [bold]servoid sample out/sample[/bold], then
-    [bold]servoid model out/sample --out out/body.json --report out/report[/bold].
+    See it work: [bold]servoid demo[/bold]. Try it yourself: [bold]servoid sample
+    out/sample[/bold], then [bold]servoid model out/sample --out out/body.json[/bold].
     """
     del version
 
@@ -125,6 +125,22 @@ def sample(
     else:
         check_still(given)
         run_sample(directory)
+
+
+@app.command()
+def demo(
+    out: Annotated[
+        Path, typer.Option(metavar="DIR", help="The folder for all that is made.")
+    ] = Path("servoid-demo"),
+) -> None:
+    """See it work: model, track and servo to drawn objects, without any file of your own.
+
+    Each command is shown before it runs. What needs a library that is not installed is left out,
+    and the demo says so. It takes one or two minutes.
+    """
+    from servoid.cli.demo import run_demo
+
+    run_demo(out)
 
 
 @app.command()

@@ -1,0 +1,140 @@
+"""`servoid demo`: models, tracks and servos to drawn objects, by commands that anybody can type."""
+
+import shlex
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from importlib.util import find_spec
+from pathlib import Path
+
+import typer
+
+from servoid.cli.interrupting import INTERRUPTED, InterruptedCommand
+from servoid.cli.servo.servo_order import EXTRAS as SERVO_EXTRAS
+from servoid.output import check_folder, make_folder
+from servoid.record import read_trajectory
+from servoid.sim import Scenario
+from servoid.sim.accuracy import median_add_m
+from servoid.sim.samples.scene import MovingScene
+from servoid.sim.samples.surface import outer_mesh
+
+_REPORT_EXTRAS = {"matplotlib": "view"}
+_MM_PER_M = 1e3
+_SCENARIO = Scenario(count=45, size="small", occluder=True)
+
+
+@dataclass(frozen=True)
+class Part:
+    """One part of the demo: a heading, commands, what they need, and what they leave to look at.
+
+    `extras` names the extra that brings each library; without them the part is left out.
+    """
+
+    heading: str
+    commands: tuple[tuple[str, ...], ...]
+    shown: Mapping[str, str]
+    extras: Mapping[str, str]
+
+
+def run_demo(out: Path) -> None:
+    """Run all parts that can run here, and say where to look and what is left out."""
+    check_folder(out, parents=True)
+    make_folder(out, parents=True)
+    begun = time.perf_counter()
+    shown: dict[str, str] = {}
+    left_out: list[str] = []
+    for number, part in enumerate(_parts(out), 1):
+        typer.echo(f"\n{number}. {part.heading}")
+        lacking = _lacking(part.extras)
+        if lacking:
+            typer.echo(f"Left out: {lacking}")
+            left_out.append(lacking)
+            continue
+        _run(part.commands, out)
+        if number == _TRACKED:
+            typer.echo(f"  {_against_truth(out)}")
+        shown |= part.shown
+    typer.echo(f"\nDone in {time.perf_counter() - begun:.0f} s. Look at")
+    for path, words in shown.items():
+        typer.echo(f"  {path}\n      {words}")
+    if left_out:
+        typer.echo(
+            "To see all of it: pip install 'servoid[servo,sim,view]', and again: "
+            f"servoid demo --out {shlex.quote(str(out))}"
+        )
+
+
+_TRACKED = 2
+
+
+def _parts(out: Path) -> tuple[Part, ...]:
+    photos, recording, arm = (str(out / name) for name in ("photos", "recording", "arm"))
+    report, video = str(out / "report"), str(out / "track.mp4")
+    can_report = _lacking(_REPORT_EXTRAS) == ""
+    model = ("model", photos, "--views", "::2", "--out", str(out / "body.json"))
+    return (
+        Part(
+            "A wooden bird, photographed from all around, becomes a body of ellipsoids.",
+            (("sample", photos), (*model, *(("--report", report) if can_report else ()))),
+            {f"{report}/report.html": "the bird's body to turn, over its photographs"}
+            if can_report
+            else {str(out / "body.json"): "the bird's body; its report needs "
+                  "pip install 'servoid[view]'"},
+            {},
+        ),
+        Part(
+            "A toy snail that nobody described is modelled from one stereo pair and tracked.",
+            (
+                ("sample", recording, "--moving", "--size", _SCENARIO.size,
+                 "--count", str(_SCENARIO.count), "--occluder"),
+                ("track", recording, "--out", str(out / "poses.csv"), "--video", video),
+            ),
+            {video: "the snail, with the outline that the tracker knows"},
+            {},
+        ),
+        Part(
+            "An arm with turning eyes meets a bottle in a simulated room, and follows it.",
+            (("servo", "--object", "bottle", "--path", "sine:0.1@8s", "--seconds", "6",
+              "--out", arm),),
+            {
+                f"{arm}/servo.mp4": "the arm, and what its eyes see",
+                f"{arm}/report.html": "how well it followed",
+            },
+            SERVO_EXTRAS,
+        ),
+    )  # fmt: skip
+
+
+def _lacking(extras: Mapping[str, str]) -> str:
+    """Say which libraries are missing and what brings them; nothing if all are there."""
+    missing = [library for library in extras if find_spec(library) is None]
+    if not missing:
+        return ""
+    named = ",".join(dict.fromkeys(extras[library] for library in missing))
+    verb = "is" if len(missing) == 1 else "are"
+    return f"{', '.join(missing)} {verb} not installed; pip install 'servoid[{named}]'"
+
+
+def _run(commands: Sequence[Sequence[str]], out: Path) -> None:
+    """Run commands as if they were typed; each is shown before."""
+    from servoid.cli.app import app  # which names this demo
+
+    for command in commands:
+        typer.echo(f"$ servoid {shlex.join(command)}")
+        try:
+            code = app(args=list(command), prog_name="servoid", standalone_mode=False)
+        except InterruptedCommand:
+            code = INTERRUPTED
+        if code:
+            typer.echo(f"the demo ends here; what was made lies in {out}", err=True)
+            raise typer.Exit(code)
+
+
+def _against_truth(out: Path) -> str:
+    """Compare the track with the motion that the snail was drawn with."""
+    found = [point.world_from_object for point in read_trajectory(out / "poses.csv")]
+    scene = MovingScene(_SCENARIO)
+    true = read_trajectory(out / "recording" / "truth" / "left_from_object.csv")
+    vertices, _ = outer_mesh(scene.toy.parts)
+    error_m = median_add_m(found, [point.world_from_object for point in true], vertices)
+    return f"{'true motion':<12} {_MM_PER_M * error_m:.2f} mm off in the median, on all its surface"

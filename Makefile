@@ -3,7 +3,7 @@ SHELL := bash
 .SHELLFLAGS := -euo pipefail -c
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: lint-rust lint-python help demo samples test test-extended test-all lint bench trust fuzz docs clean prerequisites
+.PHONY: lint-rust lint-python help demo samples test test-extended test-all lint bench trust fuzz docs wheels clean prerequisites
 
 PYTHON ?= python3
 SECONDS ?= 3600
@@ -81,12 +81,15 @@ docs: .venv/.package .venv/.docs ## build the documentation in docs/_build
 	$(BIN)/sphinx-build -W --keep-going -q -b html docs docs/_build
 	@echo "The documentation is in docs/_build/index.html"
 
+wheels: .venv/.wheels | prerequisites ## build the wheels for Linux, x86_64 and aarch64, into dist, and check them
+	$(BIN)/python -m wheels.build
+
 clean: ## remove what these targets made
 	rm -rf .venv docs/_build out/sample out/report out/body.json build dist
 	rm -rf out/run out/moving out/poses.csv out/track.mp4
 	rm -rf .pytest_cache .ruff_cache .mypy_cache .hypothesis
 	rm -f python/servoid/_native*.so
-	find python experiments tests docs examples benches fuzz -type d -name __pycache__ -prune -exec rm -rf {} +
+	find python experiments tests docs examples benches fuzz wheels -type d -name __pycache__ -prune -exec rm -rf {} +
 	rm -rf target fuzz/found
 
 # What is missing is told all at once, not one thing after another.
@@ -119,6 +122,10 @@ prerequisites:
 .venv/.package: .venv/.tools $(RUST_FILES) experiments/pyproject.toml | prerequisites
 	$(BIN)/maturin develop --release --extras batch,view,exchange,servo,sim
 	$(BIN)/python -m pip install -q --no-build-isolation --editable experiments
+	@touch $@
+
+.venv/.wheels: .venv/.tools
+	$(BIN)/python -m pip install -q --group wheels
 	@touch $@
 
 .venv/.docs: .venv/.tools

@@ -30,6 +30,7 @@ def project_files() -> list[Path]:
         ]
     folders = (
         *("crates", "python", "experiments", "tests", "docs", "examples", "benches", "fuzz"),
+        "wheels",
         ".ci",
     )
     inner = [path for folder in folders for path in (ROOT / folder).rglob("*") if path.is_file()]

@@ -1,0 +1,1 @@
+"""Builds the wheels that are handed out, checks them, and tries them where nothing else is."""

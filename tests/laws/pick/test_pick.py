@@ -331,6 +331,27 @@ def test_nobody_who_chooses_in_time_ends_it_with_status_1(
     assert "nobody chose within 0.2 s" in ran.err
 
 
+def test_a_video_is_shown_without_anything_being_known_of_its_camera(
+    servoid_command: Command, hasty: list[str], tmp_path: Path
+) -> None:
+    del hasty
+    film = tmp_path / "film.avi"
+    writer = cv2.VideoWriter(str(film), cv2.VideoWriter.fourcc(*"MJPG"), 10.0, (160, 120))
+    for _ in range(4):
+        writer.write(picture()[..., ::-1])
+    writer.release()
+    ran = servoid_command("pick", film, "--image", 2)
+    assert (ran.code, ran.out) == (0, "--target click:80,60@camera/0002\n")
+    ran = servoid_command("pick", f"side-by-side:{film}", "--camera", "right", "--timeout", 0.1)
+    assert (ran.code, ran.out) == (1, "")  # the click lies beside the half of the right eye
+
+
+def test_a_live_source_is_told_to_be_kept_first(servoid_command: Command) -> None:
+    ran = servoid_command("pick", "rtsp://127.0.0.1:1/nothing", "--no-browser")
+    assert (ran.code, ran.out) == (1, "")
+    assert "servoid record" in ran.err
+
+
 @pytest.mark.parametrize(
     ("options", "code", "words"),
     [

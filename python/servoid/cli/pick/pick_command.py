@@ -17,11 +17,11 @@ def _check_timeout(timeout_s: float) -> float:
 
 def pick(
     source: Annotated[
-        Path,
+        str,
         typer.Argument(
             metavar="SOURCE",
-            help="A capture: a folder with a capture.toml, a COLMAP model, a transforms.json or a "
-            "BOP scene.",
+            help="Whatever is recorded: a capture, a video, images or a bag; nothing needs to be "
+            "known of its cameras.",
         ),
     ],
     image: Annotated[
@@ -66,6 +66,8 @@ def pick(
     """Mark the object in the browser, see what is found, and get the words for --target.
 
     [bold]servoid pick photos[/bold]
+
+    [bold]servoid pick film.mp4 --image 30[/bold]
 
     [bold]servoid model photos --out body.json $(servoid pick photos --image 3)[/bold]
 

@@ -13,7 +13,7 @@ import typer
 from servoid.capture import CaptureView
 from servoid.cli.wrong_options import OptionError
 from servoid.errors import OutputError, TargetError
-from servoid.exchange import open_any
+from servoid.opening import Kind, Known, open_recorded, parse_source
 from servoid.output import check_file, write_whole
 from servoid.pick import Choice, PickServer, Question
 from servoid.segment import Depth, seek_object
@@ -24,7 +24,7 @@ from servoid.words import counted, digits
 class Order:
     """What `servoid pick` was asked for."""
 
-    source: Path
+    source: str
     image: int
     camera: str | None
     mask: Path | None
@@ -80,7 +80,14 @@ def _tell(choice: Choice, mask: Path | None) -> None:
 
 def _question(order: Order) -> Question:
     """Return the image to mark. All that knows of sources is here."""
-    view = _view(open_any(order.source).all_views(), order)
+    word = parse_source(order.source)
+    known = Known()
+    if word.kind in (Kind.VIDEO, Kind.VIDEOS, Kind.IMAGES):
+        # Any lens will do: only the image as it was recorded is shown.
+        known = Known(
+            fov_deg=60.0, baseline_m=0.1 if word.halves or word.kind is Kind.VIDEOS else None
+        )
+    view = _view(open_recorded(word, known).capture.all_views(), order)
     metres = view.recorded_depth()
     depth = None if metres is None else Depth(metres, view.lens.focal_px[0])
     image = view.recorded_image()

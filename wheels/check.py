@@ -41,6 +41,7 @@ def problems(wheel: Path, machine: str) -> list[str]:
         *_tag_problems(wheel.name, machine),
         *content_problems(data, source_files(), folder),
         *record_problems(data, folder),
+        *licence_problems(data, folder),
         *place_problems(data, [str(ROOT), str(Path.home())]),
         *(library_problems(library, machine) if library else ()),
         *_abi_problems(wheel),
@@ -80,6 +81,15 @@ def record_problems(data: dict[str, bytes], folder: str) -> Iterator[str]:
         true = f"sha256={base64.urlsafe_b64encode(digest).rstrip(b'=').decode()}"
         if name != f"{folder}/RECORD" and rows.get(name) != true:
             yield f"RECORD is wrong about {name}"
+
+
+def licence_problems(data: dict[str, bytes], folder: str) -> Iterator[str]:
+    """Say which texts of licences the wheel's own description does not name."""
+    said = data.get(f"{folder}/METADATA", b"").decode().splitlines()
+    for name in sorted(data):
+        path = name.removeprefix(f"{folder}/licenses/")
+        if path != name and f"License-File: {path}" not in said:
+            yield f"METADATA does not name {path}"
 
 
 def place_problems(data: dict[str, bytes], places: Sequence[str]) -> Iterator[str]:

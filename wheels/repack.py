@@ -9,6 +9,8 @@ from pathlib import Path
 
 from wheels.check import LICENCES, ROOT, dist_info
 
+_ALSO = f"\nLicense-File: {Path(LICENCES).name}\nLicense-File: ".encode()
+
 
 def repack(made: Path, out: Path, licences: str) -> Path:
     """Write a wheel anew into a folder, with the licences of its crates; return it."""
@@ -22,6 +24,8 @@ def repack(made: Path, out: Path, licences: str) -> Path:
             data = old.read(info)
             if info.filename.startswith(f"{folder}/sboms/"):
                 data = data.replace(ROOT.as_uri().encode(), b"file://")
+            if info.filename == f"{folder}/METADATA":
+                data = data.replace(b"\nLicense-File: ", _ALSO, 1)
             _add(new, info, data, rows)
         _add(new, _info(f"{folder}/{LICENCES}"), licences.encode(), rows)
         _add_record(new, folder, rows)

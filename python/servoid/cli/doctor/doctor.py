@@ -1,7 +1,7 @@
 """`servoid doctor`: says what servoid runs on, tests it for five seconds, and gives a verdict."""
 
 import textwrap
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import asdict
 
 import msgspec
@@ -44,7 +44,7 @@ def _tested() -> SelfTest:
         return run_self_test()
 
 
-def _print(rows: Iterator[Row] | list[Row]) -> None:
+def _print(rows: Iterable[Row]) -> None:
     for label, value in rows:
         lines = textwrap.wrap(
             value, _WIDTH - _LABEL_WIDTH - 1, break_long_words=False, break_on_hyphens=False

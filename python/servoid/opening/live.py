@@ -94,7 +94,8 @@ def _seen(
     if word.halves:
         width, height = rig.cameras[0].lens.size_px
         whole_px = (2 * width, height)
-        device = HalvesVideo(lambda: opened(word.text, device, whole_px))
+        whole = HalvesVideo(lambda: opened(word.text, device, whole_px))
+        return _mounted(rig.cameras, whole), rig.notes
     return _mounted(rig.cameras, device), rig.notes
 
 

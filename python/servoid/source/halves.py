@@ -6,13 +6,13 @@ from typing import Any
 import numpy as np
 
 from servoid.source.delivery import Delivery
-from servoid.source.grabbing import Video
+from servoid.source.grabbing import Reopened, Video
 
 
 class HalvesVideo:
     """A device that delivers the images of two eyes side by side, the left one's at the left.
 
-    `open_device` opens it, again too where it was lost.
+    `open_device` opens it, again too where it was lost, unless it can do that itself.
     """
 
     def __init__(self, open_device: Callable[[], Video]) -> None:
@@ -40,4 +40,5 @@ class HalvesVideo:
 
     def reopened(self) -> "HalvesVideo":
         """Open the device anew."""
-        return HalvesVideo(self._open_device)
+        again = self._video.reopened if isinstance(self._video, Reopened) else self._open_device
+        return HalvesVideo(again)

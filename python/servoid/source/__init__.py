@@ -1,5 +1,6 @@
 """Sources of observations: cameras that run, and captures that are played."""
 
+from servoid.source.controls import Controls
 from servoid.source.delivery import Delivery, EndedError, LostDeviceError
 from servoid.source.device import Device, opened
 from servoid.source.feed import Feed
@@ -21,6 +22,7 @@ from servoid.source.source import Instant, Source
 
 __all__ = [
     "ASSUMED_HZ",
+    "Controls",
     "Delivery",
     "Device",
     "EndedError",

@@ -5,6 +5,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from servoid.errors import CaptureError
+from servoid.source.controls import Controls
 from servoid.source.grabbing import Reopened, Video
 from servoid.source.mjpeg import open_mjpeg, reason_of
 
@@ -15,33 +16,48 @@ Device = int | str | Video
 
 _ADDRESS = "://"
 _DEVICE_FILE = "/dev/"
+_GENICAM = "genicam:"
 _HTTP = ("http://", "https://")
 _PASSWORD = re.compile(r"//[^/@]*@")  # of an address, which no message shall show
 _PIPELINE = " ! "  # joins the parts of a GStreamer pipeline
 _OPEN_MS, _READ_MS = 5000, 3000  # that OpenCV waits for a stream
 
 
-def reopening(name: str, device: Device, size_px: tuple[int, int]) -> Callable[[], Video] | None:
+def reopening(
+    name: str, device: Device, size_px: tuple[int, int], controls: Controls | None = None
+) -> Callable[[], Video] | None:
     """Return what opens a device anew, None for a file, or a driver's object that cannot."""
     if isinstance(device, Reopened):
         return device.reopened
     comes_back = isinstance(device, int) or (
-        isinstance(device, str) and (_ADDRESS in device or device.startswith(_DEVICE_FILE))
+        isinstance(device, str)
+        and (_ADDRESS in device or device.startswith((_DEVICE_FILE, _GENICAM)))
     )
-    return (lambda: opened(name, device, size_px)) if comes_back else None
+    return (lambda: opened(name, device, size_px, controls)) if comes_back else None
 
 
-def opened(name: str, device: Device, size_px: tuple[int, int] | None = None) -> Video:
-    """Open a device by its number, or a file, an address or a GStreamer pipeline.
+def opened(
+    name: str,
+    device: Device,
+    size_px: tuple[int, int] | None = None,
+    controls: Controls | None = None,
+) -> Video:
+    """Open a device by its number, or a file, an address, a GStreamer pipeline or genicam:NAME.
 
-    `size_px` (width, height) is asked of a camera by number, if given.
+    `size_px` (width, height) is asked of a camera by number, if given, and `controls` of a webcam
+    and of an industrial camera.
 
     Raises:
         CaptureError: it cannot be opened.
+        MissingExtraError: a driver's library is not installed.
 
     """
     if not isinstance(device, (int, str)):
         return device
+    if isinstance(device, str) and device.startswith(_GENICAM):
+        from servoid.source.devices.genicam import GenicamVideo
+
+        return GenicamVideo(device.removeprefix(_GENICAM), controls)
     if isinstance(device, str) and device.lower().startswith(_HTTP):
         try:
             video = open_mjpeg(device)
@@ -52,7 +68,13 @@ def opened(name: str, device: Device, size_px: tuple[int, int] | None = None) ->
             ) from error
         if video is not None:
             return video
-    return _by_opencv(name, device, size_px)
+    video = _by_opencv(name, device, size_px)
+    is_webcam = isinstance(device, int) or device.startswith(_DEVICE_FILE)
+    if controls is None or not is_webcam:
+        return video
+    from servoid.source.devices.uvc import Webcam
+
+    return Webcam(video, controls)
 
 
 def _by_opencv(name: str, device: int | str, size_px: tuple[int, int] | None) -> "cv2.VideoCapture":

@@ -15,8 +15,9 @@ from servoid._native import Camera, Lens, Pose
 from servoid.camera.ideal import Ideal
 from servoid.config.checked import Checked
 from servoid.errors import CaptureError, ServoidError
+from servoid.source.controls import Controls
 from servoid.source.device import Device, opened, reopening
-from servoid.source.grabbing import TRIES, Grabber, Shot
+from servoid.source.grabbing import TRIES, Grabber, Shot, Video
 from servoid.source.instants import tidy_image
 from servoid.source.raw import MountedCamera, RawImage, RawInstant, instant_of
 from servoid.source.source import Instant
@@ -30,13 +31,15 @@ class LiveCamera:
 
     `device` is its number, or a file, an address or a GStreamer pipeline that OpenCV opens, or an
     object with `grab`, `retrieve` and `release` as `cv2.VideoCapture` has them. Cameras with the
-    same object are its eyes, in the order of its images.
+    same object are its eyes, in the order of its images. `controls` are what is asked of a webcam
+    or an industrial camera that is given by its number or name.
     """
 
     name: str
     device: Device
     lens: Lens
     rig_from_camera: Pose
+    controls: Controls | None = None
 
 
 class LiveSettings(Checked, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -107,14 +110,14 @@ class Live:
         with ExitStack() as stack:
             videos = []
             for camera in first:
-                videos.append(opened(camera.name, camera.device, camera.lens.size_px))
+                videos.append(_opened(camera))
                 stack.callback(videos[-1].release)
             self._grabbers = tuple(
                 Grabber(
                     camera.name,
                     video,
                     clock,
-                    reopening(camera.name, camera.device, camera.lens.size_px),
+                    reopening(camera.name, camera.device, camera.lens.size_px, camera.controls),
                     tries=_TRIES_OF_STREAM if isinstance(camera.device, str) else TRIES,
                     silent_s=self._settings.silent_s,
                 )
@@ -241,6 +244,10 @@ class Live:
             if eye.device == place
         ]
         return eyes[0]
+
+
+def _opened(camera: LiveCamera) -> Video:
+    return opened(camera.name, camera.device, camera.lens.size_px, camera.controls)
 
 
 def _devices(cameras: Sequence[LiveCamera]) -> tuple[list[LiveCamera], tuple[_Eye, ...]]:

@@ -6,6 +6,7 @@ from typing import Annotated
 import msgspec
 
 from servoid.capture.capture_file import LensEntry, Version, mounted_lenses, read_versioned
+from servoid.source.controls import Controls
 from servoid.source.live import LiveCamera
 
 
@@ -13,6 +14,7 @@ class _LiveEntry(LensEntry, frozen=True, kw_only=True):
     """Holds one [[camera]] table of a rig's file."""
 
     device: int | Annotated[str, msgspec.Meta(min_length=1)]
+    controls: Controls | None = None
 
 
 class _RigFile(msgspec.Struct, frozen=True, kw_only=True):
@@ -34,6 +36,6 @@ def read_rig(path: str | Path) -> tuple[LiveCamera, ...]:
     file, text = read_versioned(Path(path), _RigFile, "rigs")
     lenses = mounted_lenses(Path(path), file.camera, text)
     return tuple(
-        LiveCamera(entry.name, entry.device, mounted.lens, mounted.rig_from_camera)
+        LiveCamera(entry.name, entry.device, mounted.lens, mounted.rig_from_camera, entry.controls)
         for entry, mounted in zip(file.camera, lenses, strict=True)
     )

@@ -1,0 +1,15 @@
+"""Drivers of cameras that know more than their pixels: industrial ones, and RealSense."""
+
+from servoid.source.devices.found import FoundDevice
+from servoid.source.devices.genicam import GenicamVideo, list_genicam, open_genicam
+from servoid.source.devices.realsense import RealSenseVideo, list_realsense, open_realsense
+
+__all__ = [
+    "FoundDevice",
+    "GenicamVideo",
+    "RealSenseVideo",
+    "list_genicam",
+    "list_realsense",
+    "open_genicam",
+    "open_realsense",
+]

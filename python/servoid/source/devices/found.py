@@ -1,0 +1,18 @@
+"""A device that was found, and how devices are listed in messages."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class FoundDevice:
+    """A device that is there: the name by which it opens, and what it is, in words."""
+
+    name: str
+    said: str
+
+
+def said_found(devices: Iterable[FoundDevice]) -> str:
+    """List devices in one sentence."""
+    listed = "; ".join(f"{one.name} ({one.said})" for one in devices)
+    return f"found: {listed}" if listed else "none was found"

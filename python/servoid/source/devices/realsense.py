@@ -1,0 +1,257 @@
+"""RealSense cameras: their rectified infrared pair, emitter off, and their depth."""
+
+import time
+from collections import deque
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from servoid.config.places import is_file
+from servoid.errors import CaptureError, MissingExtraError
+from servoid.source.controls import Controls
+from servoid.source.delivery import Delivery, EndedError, LostDeviceError
+from servoid.source.devices.found import FoundDevice, said_found
+from servoid.source.devices.pairing import Moment, Pairing
+from servoid.source.devices.realsense_controls import RealSenseControls
+from servoid.source.devices.realsense_streams import Streams, choose_streams
+from servoid.source.live import LiveCamera
+
+_WAIT_MS = 100  # for an image, until the device is asked if it is still there
+_QUEUE = 32  # images that librealsense keeps until one is fetched
+_SILENT_S = 1.0  # without a pair, after which the device must be gone
+_APART = 0.4  # of a period; stamps are equal, unless a computer without metadata makes them up
+EYES = ("left", "right")
+
+
+def load_library() -> Any:
+    """Import pyrealsense2.
+
+    Raises:
+        MissingExtraError: it is not installed.
+
+    """
+    try:
+        return import_module("pyrealsense2")
+    except ImportError as reason:
+        raise MissingExtraError(
+            "RealSense cameras need pyrealsense2, which is not installed; install it with: pip "
+            "install 'servoid[realsense]' (on ARM it has to be built from librealsense's source)"
+        ) from reason
+
+
+def list_realsense() -> tuple[FoundDevice, ...]:
+    """List the RealSense cameras that are plugged in.
+
+    Raises:
+        MissingExtraError: pyrealsense2 is not installed.
+
+    """
+    library = load_library()
+    return tuple(
+        FoundDevice(_info(library, one, "serial_number"), _info(library, one, "name"))
+        for one in library.context().query_devices()
+    )
+
+
+def open_realsense(
+    serial: str = "", controls: Controls | None = None, *, depth: bool = True
+) -> tuple[LiveCamera, LiveCamera]:
+    """Open the infrared pair of a RealSense camera, or of its recording, for `Live`.
+
+    The emitter is off, and the device says how its eyes see and where they sit; with `depth` its
+    depth images come too. Arguments and errors are those of `RealSenseVideo`.
+    """
+    video = RealSenseVideo(serial, controls, depth=depth)
+    left, right = (
+        LiveCamera(name, video, lens, pose)
+        for name, lens, pose in zip(EYES, video.lenses, video.rig_from_eyes, strict=True)
+    )
+    return left, right
+
+
+class RealSenseVideo:
+    """A camera, or a recording that librealsense made of one, as `Video` with two eyes.
+
+    `lenses` and `rig_from_eyes` are those of the left and the right eye, as the device knows them;
+    the rig is the left eye. Depth images are in the left eye's pixels.
+    """
+
+    def __init__(
+        self, serial: str = "", controls: Controls | None = None, *, depth: bool = True
+    ) -> None:
+        """Open a camera by its serial number, or a recording by its path, and let it run.
+
+        Without a serial number it is the only camera that is plugged in.
+
+        Raises:
+            CaptureError: there is no such camera or recording, or it has no infrared pair.
+            MissingExtraError: pyrealsense2 is not installed.
+
+        """
+        self._serial, self._controls, self._depth = serial, controls or Controls(), depth
+        self._library = load_library()
+        self._context = self._library.context()
+        self._is_recording = is_file(Path(serial)) if serial else False
+        self._device = _opened(self._library, self._context, serial, self._is_recording)
+        self._streams: Streams = choose_streams(
+            self._library, self._device, self._controls.rate_hz, depth
+        )
+        self.lenses, self.rig_from_eyes = self._streams.lenses, self._streams.rig_from_eyes
+        wanted = ("depth",) if self._streams.depth is not None else ()
+        self._pairing = Pairing(EYES, wanted, apart_s=_APART / self._streams.rate_hz)
+        self._watch = RealSenseControls(self._library, self._streams.sensor, self._controls)
+        self._notices = *self._watch.notices, *self._streams.notices
+        self._ready: deque[Moment] = deque()
+        self._number: int | None = None
+        self._domain: str | None = None
+        self._queue = self._library.frame_queue(_QUEUE, keep_frames=True)
+        self._is_running = self._has_played = False
+        self._start()
+
+    def grab(self) -> bool:
+        """Wait for the next pair; say if there is one.
+
+        Raises:
+            EndedError: the recording is over.
+            LostDeviceError: the device is gone.
+
+        """
+        while not self._ready:
+            found, frame = self._queue.try_wait_for_frame(_WAIT_MS)
+            if not found:
+                self._check_presence()
+                return False
+            self._take(frame)
+        return True
+
+    def retrieve(self) -> tuple[bool, Delivery | None]:
+        """Return the pair that was grabbed last, with its stamp and depth."""
+        if not self._ready:
+            return False, None
+        moment = self._ready.popleft()
+        depth, _ = moment.images.get("depth", (None, ()))
+        notices = [*self._notices, *self._pairing.alone()]
+        for _, said in moment.images.values():
+            notices += said
+        if self._streams.depth is not None and depth is None:
+            notices.append("its depth image did not come")
+        self._notices = ()
+        self._last_s = time.monotonic()
+        return True, Delivery(
+            images=tuple(moment.images[eye][0] for eye in EYES),
+            stamp_s=moment.stamp_s,
+            depths=() if depth is None else (depth, None),
+            notices=tuple(notices),
+        )
+
+    def release(self) -> None:
+        """Stop the camera and close it."""
+        if self._is_running:
+            self._is_running = False
+            try:
+                self._streams.sensor.stop()
+                self._streams.sensor.close()
+            except RuntimeError:
+                pass  # it is gone, so it has stopped
+
+    def reopened(self) -> "RealSenseVideo":
+        """Open the same camera anew.
+
+        Raises:
+            CaptureError: it is not there.
+
+        """
+        return RealSenseVideo(self._serial, self._controls, depth=self._depth)
+
+    def _start(self) -> None:
+        sensor = self._streams.sensor
+        try:
+            sensor.open([one for one in self._streams.profiles if one is not None])
+            self._is_running = True
+            sensor.start(self._queue)
+        except RuntimeError as reason:
+            self.release()
+            raise CaptureError(
+                f"realsense:{self._serial} cannot be started ({reason}); check that no other "
+                "program holds it"
+            ) from reason
+        self._last_s = time.monotonic()
+
+    def _take(self, frame: Any) -> None:
+        """Put an image beside those of the same moment."""
+        self._has_played = True
+        stream = self._streams.name_of(frame)
+        if stream is None:
+            return
+        notices = (*self._watch.watch(frame), *self._gaps(frame)) if stream == EYES[0] else ()
+        image = np.array(np.asanyarray(frame.get_data()))
+        if stream == "depth":
+            image = _metres(image, self._streams.depth_unit_m)
+        stamp_s = 1e-3 * frame.get_timestamp()
+        self._ready.extend(self._pairing.add(stream, stamp_s, (image, notices)))
+
+    def _gaps(self, frame: Any) -> list[str]:
+        """Tell images that are missing before one of the left eye, and stamps of another clock."""
+        said = []
+        number, last = frame.get_frame_number(), self._number
+        if last is not None and number > last + 1:
+            count = number - last - 1
+            said.append(
+                f"{count} {'image' if count == 1 else 'images'} did not come before this one"
+            )
+        domain = frame.get_frame_timestamp_domain().name.replace("_", " ")
+        if self._domain not in (None, domain):
+            said.append(f"its stamps are of the {domain} now, and were of the {self._domain}")
+        self._number, self._domain = number, domain
+        return said
+
+    def _check_presence(self) -> None:
+        if self._is_recording:
+            stopped = self._library.playback_status.stopped
+            if self._has_played and self._device.as_playback().current_status() == stopped:
+                raise EndedError(f"the recording {self._serial} is over")
+            return
+        silent_s = time.monotonic() - self._last_s
+        if silent_s > _SILENT_S:
+            raise LostDeviceError(f"the camera has been silent for {silent_s:.1f} s")
+
+
+def _opened(library: Any, context: Any, serial: str, is_recording: bool) -> Any:
+    """Return the device of a serial number or a recording."""
+    if is_recording:
+        try:
+            return context.load_device(serial)
+        except RuntimeError as reason:
+            raise CaptureError(
+                f"{serial} is no recording that librealsense can play ({reason})"
+            ) from reason
+    devices = list(context.query_devices())
+    fitting = [one for one in devices if serial in ("", _info(library, one, "serial_number"))]
+    if len(fitting) == 1:
+        return fitting[0]
+    known = said_found(
+        FoundDevice(_info(library, one, "serial_number"), _info(library, one, "name"))
+        for one in devices
+    )
+    if fitting:
+        raise CaptureError(f"several RealSense cameras are plugged in; give one's number; {known}")
+    named = f"of serial number {serial}" if serial else "plugged in"
+    raise CaptureError(
+        f"there is no RealSense camera {named}; {known}; a recording is given by the path of its "
+        "file"
+    )
+
+
+def _info(library: Any, device: Any, what: str) -> str:
+    key = getattr(library.camera_info, what)
+    return device.get_info(key) if device.supports(key) else "?"
+
+
+def _metres(raw: NDArray[np.uint16], unit_m: float) -> NDArray[np.float32]:
+    """Return metres (H, W) float32 of a depth image, NaN where nothing was measured."""
+    depth = raw.astype(np.float32) * np.float32(unit_m)
+    depth[raw == 0] = np.nan
+    return depth

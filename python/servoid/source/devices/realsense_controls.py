@@ -1,0 +1,110 @@
+"""Keeps a RealSense camera's emitter off and its exposure still, and tells where it fails."""
+
+import time
+from typing import Any
+
+from servoid.source.controls import Controls
+
+_SETTLING = 30  # images in which the exposure may adapt, before it is locked
+_CLOSE = 0.02  # of an exposure or a gain, within which it has not changed
+_ASKING_S = 1.0  # between questions to a device whose images do not say if the emitter is on
+_EMITTER = "the emitter is on: its dots would be taken for the object's surface"
+# Of an image's metadata: each is 0 while the emitter is off.
+_EMITTING = ("frame_laser_power_mode", "frame_emitter_mode")
+
+
+class RealSenseControls:
+    """Sets the options of a sensor, and watches over them while it runs.
+
+    `library` is pyrealsense2, `sensor` its sensor. `notices` are what the device refused.
+    """
+
+    def __init__(self, library: Any, sensor: Any, controls: Controls) -> None:
+        self._library, self._sensor, self._controls = library, sensor, controls
+        self._count, self._asked_s = 0, -float("inf")
+        self._usual: dict[str, float] = {}
+        said = [self._set("emitter_enabled", 0.0)]
+        if controls.exposure_s is not None or controls.gain is not None:
+            said.append(self._set("enable_auto_exposure", 0.0))
+            said.append(self._set("exposure", controls.exposure_s, 1e6))
+            said.append(self._set("gain", controls.gain))
+        if controls.focus is not None:
+            said.append("the focus of a RealSense camera is fixed, so focus is not used")
+        self._is_settled = controls.exposure_s is not None or not controls.lock
+        self.notices = tuple(one for one in said if one is not None)
+
+    def watch(self, frame: Any) -> tuple[str, ...]:
+        """Return what is wrong with an image that came, as sentences for people."""
+        self._count += 1
+        said = [_EMITTER] if self._emits(frame) else []
+        if said and self._set("emitter_enabled", 0.0) is not None:
+            said.append("the device refuses to switch the emitter off")
+        values = {name: _known(self._library, frame, name) for name in _MEASURED}
+        known = {name: value for name, value in values.items() if value is not None}
+        if not self._is_settled:
+            return (*said, *self._settle(known))
+        return (*said, *self._changes(known)) if self._controls.lock else tuple(said)
+
+    def _emits(self, frame: Any) -> bool:
+        """Say if the emitter was on in an image, by what it says of itself or by asking."""
+        modes = [_known(self._library, frame, name) for name in _EMITTING]
+        if any(mode is not None for mode in modes):
+            return any(modes)
+        now_s = time.monotonic()
+        if now_s - self._asked_s < _ASKING_S:
+            return False
+        self._asked_s = now_s
+        return bool(self._get("emitter_enabled"))
+
+    def _settle(self, known: dict[str, float]) -> tuple[str, ...]:
+        """Lock the exposure once it has adapted, to the values that it has then."""
+        if self._count < _SETTLING or not self._controls.lock:
+            return ()
+        self._is_settled = True
+        if not self._get("enable_auto_exposure"):
+            return ()
+        said = [
+            self._set("enable_auto_exposure", 0.0),
+            self._set("exposure", known.get("actual_exposure")),
+            self._set("gain", known.get("gain_level")),
+        ]
+        return tuple(one for one in said if one is not None)
+
+    def _changes(self, known: dict[str, float]) -> tuple[str, ...]:
+        """Tell values that changed since the image before, though they are locked."""
+        said = [
+            f"its {_MEASURED[name]} changed from {self._usual[name]:g} to {value:g}, though it is "
+            "locked"
+            for name, value in known.items()
+            if name in self._usual
+            and abs(value - self._usual[name]) > _CLOSE * abs(self._usual[name])
+        ]
+        self._usual = known
+        return tuple(said)
+
+    def _get(self, name: str) -> float | None:
+        option = getattr(self._library.option, name)
+        return self._sensor.get_option(option) if self._sensor.supports(option) else None
+
+    def _set(self, name: str, value: float | None, units: float = 1.0) -> str | None:
+        """Set an option if the sensor has it and it differs; say if it refuses or has none."""
+        if value is None or self._get(name) == value * units:
+            return None
+        shown = f"{name} = {value * units:g}"
+        if self._get(name) is None:
+            return f"the device has no option for {shown}"
+        try:
+            self._sensor.set_option(getattr(self._library.option, name), value * units)
+        except RuntimeError as reason:
+            return f"the device refuses {shown}: {reason}"
+        kept = self._get(name)
+        return None if kept == value * units else f"the device took {name} = {kept} for {shown}"
+
+
+_MEASURED = {"actual_exposure": "exposure, in microseconds,", "gain_level": "gain"}
+
+
+def _known(library: Any, frame: Any, name: str) -> float | None:
+    """Return a value that an image says of itself, or None."""
+    value = getattr(library.frame_metadata_value, name)
+    return float(frame.get_frame_metadata(value)) if frame.supports_frame_metadata(value) else None

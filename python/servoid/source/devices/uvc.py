@@ -1,0 +1,54 @@
+"""Locks what a webcam changes by itself, through OpenCV; these lines never saw a webcam."""
+
+from typing import Any
+
+from servoid.source.controls import Controls
+from servoid.source.delivery import Delivery
+
+_MANUAL, _UNIT_S = 1.0, 1e-4  # of exposure, as the kernel's drivers on Linux count
+_CLOSE = 0.02
+
+
+class Webcam:
+    """A capture of OpenCV whose first image says what the webcam refused."""
+
+    def __init__(self, video: Any, controls: Controls) -> None:
+        self._notices = lock_webcam(video, controls)
+        self.grab, self.release, self._retrieve = video.grab, video.release, video.retrieve
+
+    def retrieve(self) -> tuple[bool, Any]:
+        """Return the image that was grabbed last."""
+        found, image = self._retrieve()
+        notices, self._notices = self._notices, ()
+        return found, Delivery((image,), notices=notices) if found and notices else image
+
+
+def lock_webcam(video: Any, controls: Controls) -> tuple[str, ...]:
+    """Set what is asked for, end what changes by itself, and return what was refused.
+
+    An exposure that is not given goes on adapting: what a webcam holds when it is told to stop is
+    its own default, which may well be black.
+    """
+    import cv2
+
+    asked: list[tuple[str, int, float | None]] = []
+    if controls.lock:
+        asked += [("autofocus", cv2.CAP_PROP_AUTOFOCUS, 0.0)]
+        asked += [("automatic white balance", cv2.CAP_PROP_AUTO_WB, 0.0)]
+    if controls.exposure_s is not None:
+        asked += [("automatic exposure", cv2.CAP_PROP_AUTO_EXPOSURE, _MANUAL)]
+        asked += [("exposure", cv2.CAP_PROP_EXPOSURE, controls.exposure_s / _UNIT_S)]
+    asked += [("gain", cv2.CAP_PROP_GAIN, controls.gain)]
+    asked += [("focus", cv2.CAP_PROP_FOCUS, controls.focus)]
+    asked += [("rate", cv2.CAP_PROP_FPS, controls.rate_hz)]
+    said = [_set(video, name, key, value) for name, key, value in asked if value is not None]
+    return tuple(one for one in said if one is not None)
+
+
+def _set(video: Any, name: str, key: int, value: float) -> str | None:
+    if not video.set(key, value):
+        return f"the camera refuses {name} = {value:g}"
+    kept = video.get(key)
+    if abs(kept - value) > _CLOSE * max(abs(value), 1.0):
+        return f"the camera took {name} = {kept:g} in place of {value:g}"
+    return None

@@ -22,10 +22,13 @@ class Delivery:
     eye has none; a device with nothing but something to tell has no images. `stamp_s` is when they
     were taken, in seconds on the device's own clock, None where it has none. `depths` are in the
     pixels of the eyes, (H, W) float32, metres along z, NaN where unknown; none at all where the
-    device measures none. `notices` are about this delivery, or about what came before it.
+    device measures none. `missing` is how many images the device took since its delivery before and
+    did not deliver, None where it does not number them. `notices` are about this delivery, or about
+    what came before it.
     """
 
     images: tuple[Any, ...] = ()
     stamp_s: float | None = None
     depths: tuple[Any, ...] = ()
+    missing: int | None = None
     notices: tuple[str, ...] = ()

@@ -209,19 +209,21 @@ class Grabber:
         if delivery.stamp_s is not None:
             time_s, fault = self._stamps.time_s(delivery.stamp_s, arrived_s)
         with self._lock:
+            if delivery.missing:
+                self._told.append(_missing(delivery.missing))
             self._told.extend(delivery.notices)
             if fault is not None:
                 self._told.append(fault)
             if not delivery.images:
                 return
-            self._tell_gap(time_s, arrived_s)
+            self._tell_gap(time_s, arrived_s, delivery.missing is not None)
             self._count += 1
             encoded = getattr(delivery, "encoded", None)
             self._shots.append(Shot(time_s, delivery.images, self._count, delivery.depths, encoded))
             self._last_s, self._fault = arrived_s, None
 
-    def _tell_gap(self, time_s: float, arrived_s: float) -> None:
-        """Tell of a silence that is over, and of images that are missing before this one."""
+    def _tell_gap(self, time_s: float, arrived_s: float, is_numbered: bool) -> None:
+        """Tell of a silence that is over, and of images that must be missing before this one."""
         silent_s = arrived_s - self._last_s
         if not self._shots:
             return
@@ -231,12 +233,14 @@ class Grabber:
             self._told.append(f"no image came for {silent_s:.1f} s{reason}")
             return
         usual_s = statistics.median(self._steps_s) if self._steps_s else 0.0
-        if len(self._steps_s) >= _LEAST_STEPS and step_s > _MISSED * usual_s:
-            missing = max(1, round(step_s / usual_s) - 1)
-            self._told.append(
-                f"{missing} {'image is' if missing == 1 else 'images are'} missing before this one"
-            )
+        is_long = len(self._steps_s) >= _LEAST_STEPS and step_s > _MISSED * usual_s
+        if is_long and not is_numbered:
+            self._told.append(_missing(max(1, round(step_s / usual_s) - 1)))
         self._steps_s.append(step_s)
+
+
+def _missing(count: int) -> str:
+    return f"{count} {'image is' if count == 1 else 'images are'} missing before this one"
 
 
 def _said(error: Exception) -> str:

@@ -1,6 +1,7 @@
 """Cuts the images of one device into those of its two eyes."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -28,11 +29,12 @@ class HalvesVideo:
         found, data = self._video.retrieve()
         if not found:
             return False, None
-        stamp_s = data.stamp_s if isinstance(data, Delivery) else None
-        notices = data.notices if isinstance(data, Delivery) else ()
-        pixels: Any = data.images[0] if isinstance(data, Delivery) else data
+        whole = data if isinstance(data, Delivery) else Delivery((data,))
+        if not whole.images:
+            return True, whole
+        pixels: Any = whole.images[0]
         width = np.asarray(pixels).shape[1] // 2
-        return True, Delivery((pixels[:, :width], pixels[:, -width:]), stamp_s, notices=notices)
+        return True, replace(whole, images=(pixels[:, :width], pixels[:, -width:]), depths=())
 
     def release(self) -> None:
         """Close the device."""

@@ -99,7 +99,7 @@ def test_images_are_paired_by_stamp_however_they_come(tmp_path: Path) -> None:
     said = [notice for one in found for notice in one.notices]
     assert any(one.endswith("of left had no partner of the same moment") for one in said)
     assert any(one.endswith("of right had no partner of the same moment") for one in said)
-    assert any(one.endswith("did not come before this one") for one in said)
+    assert sum(one.missing or 0 for one in found) >= 1
 
 
 def test_an_emitter_that_switches_on_is_told_with_each_image_that_it_lights(

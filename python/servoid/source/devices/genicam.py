@@ -149,6 +149,8 @@ class GenicamVideo:
         try:
             if stream is not None:
                 self._call("camera_stop_acquisition", camera)
+        except AravisError:
+            pass  # it is gone, so it has stopped
         finally:
             _close(self._library, camera, stream)
 
@@ -218,18 +220,20 @@ class GenicamVideo:
 
     def _delivery(self, buffer: Any) -> Delivery:
         state = self._call("buffer_get_status", buffer)
-        notices = [*self._notices, *self._missing(self._call("buffer_get_frame_id", buffer))]
-        self._notices = ()
+        missing = self._missing(self._call("buffer_get_frame_id", buffer))
+        notices, self._notices = self._notices, ()
         if state == _WRONG_SIZE:
             raise LostDeviceError(f"an image is left out: {_STATES[state]}")  # but it is there
         if state != 0:
             reason = _STATES.get(state, "the driver does not know its state")
-            return Delivery(notices=(*notices, f"an image is left out: {reason}"))
+            notices = *notices, f"an image is left out: {reason}"
+            return Delivery(missing=missing, notices=notices)
         stamp_ns = self._call("buffer_get_timestamp", buffer)
         return Delivery(
             images=(self._pixels(buffer),),
             stamp_s=1e-9 * stamp_ns if stamp_ns else None,
-            notices=tuple(notices),
+            missing=missing,
+            notices=notices,
         )
 
     def _pixels(self, buffer: Any) -> Any:
@@ -246,17 +250,15 @@ class GenicamVideo:
             across.value,
         )
 
-    def _missing(self, number: int) -> tuple[str, ...]:
-        """Tell the images that are missing before one of a number."""
+    def _missing(self, number: int) -> int:
+        """Return how many images are missing before one of a number."""
         last, self._number = self._number, number
-        if last is None or number == last + 1:
-            return ()
+        if last is None:
+            return 0
         count = number - last - 1
         if count < 0:  # 0 is no number, so 1 follows upon the last one
             count += _LAST_SHORT_NUMBER
-        if not 0 < count < _LAST_SHORT_NUMBER // 2:
-            return ()
-        return (f"{count} {'image' if count == 1 else 'images'} did not come before this one",)
+        return count if 0 < count < _LAST_SHORT_NUMBER // 2 else 0
 
 
 def _opened(library: Aravis, name: str) -> Any:

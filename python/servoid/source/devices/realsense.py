@@ -106,6 +106,7 @@ class RealSenseVideo:
         self._notices = *self._watch.notices, *self._streams.notices
         self._ready: deque[Moment] = deque()
         self._number: int | None = None
+        self._missing = 0
         self._domain: str | None = None
         self._queue = self._library.frame_queue(_QUEUE, keep_frames=True)
         self._is_running = self._has_played = False
@@ -138,12 +139,13 @@ class RealSenseVideo:
             notices += said
         if self._streams.depth is not None and depth is None:
             notices.append("its depth image did not come")
-        self._notices = ()
+        missing, self._missing, self._notices = self._missing, 0, ()
         self._last_s = time.monotonic()
         return True, Delivery(
             images=tuple(moment.images[eye][0] for eye in EYES),
             stamp_s=moment.stamp_s,
             depths=() if depth is None else (depth, None),
+            missing=missing,
             notices=tuple(notices),
         )
 
@@ -186,27 +188,28 @@ class RealSenseVideo:
         stream = self._streams.name_of(frame)
         if stream is None:
             return
-        notices = (*self._watch.watch(frame), *self._gaps(frame)) if stream == EYES[0] else ()
+        is_left = stream == EYES[0]
+        if is_left:
+            self._count_missing(frame.get_frame_number())
+        notices = (*self._watch.watch(frame), *self._other_clock(frame)) if is_left else ()
         image = np.array(np.asanyarray(frame.get_data()))
         if stream == "depth":
             image = _metres(image, self._streams.depth_unit_m)
         stamp_s = 1e-3 * frame.get_timestamp()
         self._ready.extend(self._pairing.add(stream, stamp_s, (image, notices)))
 
-    def _gaps(self, frame: Any) -> list[str]:
-        """Tell images that are missing before one of the left eye, and stamps of another clock."""
-        said = []
-        number, last = frame.get_frame_number(), self._number
-        if last is not None and number > last + 1:
-            count = number - last - 1
-            said.append(
-                f"{count} {'image' if count == 1 else 'images'} did not come before this one"
-            )
-        domain = frame.get_frame_timestamp_domain().name.replace("_", " ")
-        if self._domain not in (None, domain):
-            said.append(f"its stamps are of the {domain} now, and were of the {self._domain}")
-        self._number, self._domain = number, domain
-        return said
+    def _count_missing(self, number: int) -> None:
+        """Count the images that are missing before one of the left eye."""
+        last, self._number = self._number, number
+        if last is not None and number > last:
+            self._missing += number - last - 1
+
+    def _other_clock(self, frame: Any) -> tuple[str, ...]:
+        """Tell that stamps are of another clock than before."""
+        last, self._domain = self._domain, frame.get_frame_timestamp_domain().name
+        if last is None or last == self._domain:
+            return ()
+        return (f"its stamps are of the {self._domain} now, and were of the {last}",)
 
     def _check_presence(self) -> None:
         if self._is_recording:

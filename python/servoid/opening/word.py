@@ -56,6 +56,7 @@ class Kind(Enum):
         return self in _LIVE
 
 
+_HALVED = (Kind.VIDEO, Kind.IMAGES, Kind.CAMERA, Kind.STREAM, Kind.GENICAM)
 _LIVE = (Kind.CAMERA, Kind.STREAM, Kind.REALSENSE, Kind.GENICAM, Kind.SIM, Kind.RIG)
 _SUFFIXES = {
     Kind.BAG: _BAG_SUFFIXES,
@@ -105,7 +106,7 @@ def parse_source(text: str) -> SourceWord:
     """
     if text.startswith(_HALVES):
         inner = parse_source(text.removeprefix(_HALVES))
-        if inner.kind not in (Kind.VIDEO, Kind.IMAGES, Kind.CAMERA, Kind.STREAM) or inner.halves:
+        if inner.kind not in _HALVED or inner.halves:
             raise CaptureError(
                 f"{text}: side-by-side: is for one video, images, a camera or a stream, whose "
                 f"images each hold a left and a right half, and {inner} is a {inner.kind.value}"

@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 from played_sources import lens
 
 from servoid.errors import CaptureError, MissingExtraError
+from servoid.opening import Known, parse_source
+from servoid.opening.live import open_live
 from servoid.source import Controls, Delivery, Instant, Live, read_rig
 from servoid.source.devices import GenicamVideo, list_genicam, open_genicam, pixels
 from servoid.source.devices import aravis as binding
@@ -135,6 +137,19 @@ def test_a_camera_that_was_killed_is_told_and_found_again_when_it_is_back(tmp_pa
     assert passed_s < 1.0
 
 
+@pytest.mark.extended
+def test_a_camera_that_stands_still_for_two_seconds_is_told_and_goes_on(tmp_path: Path) -> None:
+    with gige_camera(tmp_path, textured(5)) as peer, Live([open_genicam(ADDRESS, lens())]) as live:
+        newest(live)
+        peer.pause(2.0)
+        on_s = time.monotonic()
+        live.newest()  # it may have come before
+        found = newest(live)
+        passed_s = time.monotonic() - on_s
+    assert found.images[0] is not None
+    assert passed_s < 1.0
+
+
 def test_images_that_a_computer_could_not_take_are_told_by_their_numbers(tmp_path: Path) -> None:
     with gige_camera(tmp_path, textured(5), rate_hz=100.0):
         video = GenicamVideo(ADDRESS)
@@ -188,6 +203,19 @@ def test_a_camera_of_a_rigs_file_can_be_a_gige_camera(tmp_path: Path) -> None:
     assert image is not None and np.array_equal(
         image[..., 0] if image.ndim == 3 else image, images[0]
     )
+
+
+def test_a_source_can_be_a_gige_camera_whose_images_are_two_eyes_side_by_side(
+    tmp_path: Path,
+) -> None:
+    images = textured(1, (48, 128))
+    word = parse_source(f"side-by-side:genicam:{ADDRESS}")
+    known = Known(fov_deg=60.0, baseline_m=0.1)
+    with gige_camera(tmp_path, images), open_live(word, known).source as source:
+        left, right = newest(source).images
+    assert left is not None and right is not None
+    assert np.array_equal(left[..., 0], images[0, :, :64])
+    assert np.array_equal(right[..., 0], images[0, :, 64:])
 
 
 def test_a_missing_library_is_told_by_the_name_of_its_package(

@@ -11,7 +11,9 @@ from numpy.typing import NDArray
 from realsense_peer import BASELINE_M, FOCAL_PX, SERIAL, Shown, SoftwareCamera, write_recording
 
 from servoid.errors import CaptureError, MissingExtraError
-from servoid.source import Controls, Delivery, EndedError, Instant, Live
+from servoid.opening import parse_source
+from servoid.opening.live import open_live
+from servoid.source import Controls, Delivery, EndedError, Instant
 from servoid.source.devices import (
     RealSenseVideo,
     list_realsense,
@@ -133,7 +135,7 @@ def test_a_recording_is_a_source_that_ends(tmp_path: Path) -> None:
     write_recording(path, made)
     found: list[Instant] = []
     end = time.monotonic() + PATIENCE_S
-    with Live(open_realsense(str(path))) as source:
+    with open_live(parse_source(f"realsense:{path}")).source as source:
         while not source.is_over:
             instant = source.newest()
             found += [] if instant is None else [instant]

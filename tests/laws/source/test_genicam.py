@@ -150,6 +150,36 @@ def test_a_camera_that_stands_still_for_two_seconds_is_told_and_goes_on(tmp_path
     assert passed_s < 1.0
 
 
+def test_images_whose_size_changed_are_left_out_and_told(tmp_path: Path) -> None:
+    with gige_camera(tmp_path, textured(5)) as peer, Live([open_genicam(ADDRESS, lens())]) as live:
+        assert not newest(live).is_dark
+        peer.shrink()
+        end = time.monotonic() + PATIENCE_S
+        found = newest(live)
+        while not found.is_dark and time.monotonic() < end:
+            found = newest(live)
+    assert found.notices[0].startswith(
+        "camera camera: the image is 64x24 pixels, but the lens has 64x48"
+    )
+
+
+def test_an_image_with_lost_packets_is_left_out_and_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with gige_camera(tmp_path, textured(5)):
+        video = GenicamVideo(ADDRESS)
+        call, states = video._call, [0, 3, 0]  # what Aravis says where packets are missing
+
+        def lossy(name: str, *arguments: object) -> object:
+            return states.pop(0) if name == "buffer_get_status" else call(name, *arguments)
+
+        monkeypatch.setattr(video, "_call", lossy)
+        found = delivered(video, 3)
+        video.release()
+    assert [len(one.images) for one in found] == [1, 0, 1]
+    assert found[1].notices == ("an image is left out: packets of it were lost",)
+
+
 def test_images_that_a_computer_could_not_take_are_told_by_their_numbers(tmp_path: Path) -> None:
     with gige_camera(tmp_path, textured(5), rate_hz=100.0):
         video = GenicamVideo(ADDRESS)

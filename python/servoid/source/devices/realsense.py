@@ -2,6 +2,7 @@
 
 import time
 from collections import deque
+from functools import lru_cache
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -37,8 +38,9 @@ def load_library() -> Any:
         return import_module("pyrealsense2")
     except ImportError as reason:
         raise MissingExtraError(
-            "RealSense cameras need pyrealsense2, which is not installed; install it with: pip "
-            "install 'servoid[realsense]' (on ARM it has to be built from librealsense's source)"
+            f"RealSense cameras need pyrealsense2, which cannot be imported ({reason}); install it "
+            "with: pip install 'servoid[realsense]' (on ARM it has to be built from librealsense's "
+            "source)"
         ) from reason
 
 
@@ -52,7 +54,7 @@ def list_realsense() -> tuple[FoundDevice, ...]:
     library = load_library()
     return tuple(
         FoundDevice(_info(library, one, "serial_number"), _info(library, one, "name"))
-        for one in library.context().query_devices()
+        for one in _context(library).query_devices()
     )
 
 
@@ -93,16 +95,17 @@ class RealSenseVideo:
         """
         self._serial, self._controls, self._depth = serial, controls or Controls(), depth
         self._library = load_library()
-        self._context = self._library.context()
         self._is_recording = is_file(Path(serial)) if serial else False
-        self._device = _opened(self._library, self._context, serial, self._is_recording)
+        opened = _played if self._is_recording else _plugged_in
+        self._device = opened(self._library, serial)
         self._streams: Streams = choose_streams(
             self._library, self._device, self._controls.rate_hz, depth
         )
         self.lenses, self.rig_from_eyes = self._streams.lenses, self._streams.rig_from_eyes
         wanted = ("depth",) if self._streams.depth is not None else ()
         self._pairing = Pairing(EYES, wanted, apart_s=_APART / self._streams.rate_hz)
-        self._watch = RealSenseControls(self._library, self._streams.sensor, self._controls)
+        sensor = None if self._is_recording else self._streams.sensor
+        self._watch = RealSenseControls(self._library, sensor, self._controls)
         self._notices = *self._watch.notices, *self._streams.notices
         self._ready: deque[Moment] = deque()
         self._number: int | None = None
@@ -222,16 +225,25 @@ class RealSenseVideo:
             raise LostDeviceError(f"the camera has been silent for {silent_s:.1f} s")
 
 
-def _opened(library: Any, context: Any, serial: str, is_recording: bool) -> Any:
-    """Return the device of a serial number or a recording."""
-    if is_recording:
-        try:
-            return context.load_device(serial)
-        except RuntimeError as reason:
-            raise CaptureError(
-                f"{serial} is no recording that librealsense can play ({reason})"
-            ) from reason
-    devices = list(context.query_devices())
+def _played(library: Any, path: str) -> Any:
+    """Return the device that a recording was made of."""
+    try:
+        return library.context().load_device(path)
+    except RuntimeError as reason:
+        raise CaptureError(
+            f"{path} is no recording that librealsense can play ({reason})"
+        ) from reason
+
+
+@lru_cache(maxsize=1)
+def _context(library: Any) -> Any:
+    """Return what knows the devices that are plugged in; it takes long to make."""
+    return library.context()
+
+
+def _plugged_in(library: Any, serial: str) -> Any:
+    """Return the device of a serial number."""
+    devices = list(_context(library).query_devices())
     fitting = [one for one in devices if serial in ("", _info(library, one, "serial_number"))]
     if len(fitting) == 1:
         return fitting[0]

@@ -16,13 +16,20 @@ _EMITTING = ("frame_laser_power_mode", "frame_emitter_mode")
 class RealSenseControls:
     """Sets the options of a sensor, and watches over them while it runs.
 
-    `library` is pyrealsense2, `sensor` its sensor. `notices` are what the device refused.
+    `library` is pyrealsense2, `sensor` its sensor, None that of a recording, which is as it is.
+    `notices` are what the device refused.
     """
 
-    def __init__(self, library: Any, sensor: Any, controls: Controls) -> None:
+    def __init__(self, library: Any, sensor: Any | None, controls: Controls) -> None:
         self._library, self._sensor, self._controls = library, sensor, controls
         self._count, self._asked_s = 0, -float("inf")
         self._usual: dict[str, float] = {}
+        self._is_settled = controls.exposure_s is not None or not controls.lock
+        self.notices = () if sensor is None else self._begin()
+
+    def _begin(self) -> tuple[str, ...]:
+        """Set what is asked for; return what is refused."""
+        controls = self._controls
         said = [self._set("emitter_enabled", 0.0)]
         if controls.exposure_s is not None or controls.gain is not None:
             said.append(self._set("enable_auto_exposure", 0.0))
@@ -30,13 +37,14 @@ class RealSenseControls:
             said.append(self._set("gain", controls.gain))
         if controls.focus is not None:
             said.append("the focus of a RealSense camera is fixed, so focus is not used")
-        self._is_settled = controls.exposure_s is not None or not controls.lock
-        self.notices = tuple(one for one in said if one is not None)
+        return tuple(one for one in said if one is not None)
 
     def watch(self, frame: Any) -> tuple[str, ...]:
         """Return what is wrong with an image that came, as sentences for people."""
         self._count += 1
         said = [_EMITTER] if self._emits(frame) else []
+        if self._sensor is None:
+            return tuple(said)
         if said and self._set("emitter_enabled", 0.0) is not None:
             said.append("the device refuses to switch the emitter off")
         values = {name: _known(self._library, frame, name) for name in _MEASURED}
@@ -50,6 +58,8 @@ class RealSenseControls:
         modes = [_known(self._library, frame, name) for name in _EMITTING]
         if any(mode is not None for mode in modes):
             return any(modes)
+        if self._sensor is None:
+            return False
         now_s = time.monotonic()
         if now_s - self._asked_s < _ASKING_S:
             return False
@@ -73,8 +83,7 @@ class RealSenseControls:
     def _changes(self, known: dict[str, float]) -> tuple[str, ...]:
         """Tell values that changed since the image before, though they are locked."""
         said = [
-            f"its {_MEASURED[name]} changed from {self._usual[name]:g} to {value:g}, though it is "
-            "locked"
+            f"its {_MEASURED[name]} changed from {self._usual[name]:g} to {value:g}, though locked"
             for name, value in known.items()
             if name in self._usual
             and abs(value - self._usual[name]) > _CLOSE * abs(self._usual[name])
@@ -83,25 +92,26 @@ class RealSenseControls:
         return tuple(said)
 
     def _get(self, name: str) -> float | None:
-        option = getattr(self._library.option, name)
-        return self._sensor.get_option(option) if self._sensor.supports(option) else None
+        option, sensor = getattr(self._library.option, name), self._sensor
+        return None if sensor is None or not sensor.supports(option) else sensor.get_option(option)
 
     def _set(self, name: str, value: float | None, units: float = 1.0) -> str | None:
         """Set an option if the sensor has it and it differs; say if it refuses or has none."""
-        if value is None or self._get(name) == value * units:
+        sensor = self._sensor
+        if sensor is None or value is None or self._get(name) == value * units:
             return None
         shown = f"{name} = {value * units:g}"
         if self._get(name) is None:
             return f"the device has no option for {shown}"
         try:
-            self._sensor.set_option(getattr(self._library.option, name), value * units)
+            sensor.set_option(getattr(self._library.option, name), value * units)
         except RuntimeError as reason:
             return f"the device refuses {shown}: {reason}"
         kept = self._get(name)
         return None if kept == value * units else f"the device took {name} = {kept} for {shown}"
 
 
-_MEASURED = {"actual_exposure": "exposure, in microseconds,", "gain_level": "gain"}
+_MEASURED = {"actual_exposure": "exposure (µs)", "gain_level": "gain"}
 
 
 def _known(library: Any, frame: Any, name: str) -> float | None:

@@ -376,6 +376,39 @@ class Mesh:
         """The volume in cubic metres."""
 
 @final
+class Soup:
+    """Triangles that need not be closed, nor agree on what is outside.
+
+    It is made of corners (V, 3) in metres, and triangles (F, 3) of whole numbers that name them,
+    counted from 0; BodyError is raised if one names a corner that is not there.
+    """
+
+    def __new__(cls, *, vertices: ArrayLike, faces: ArrayLike) -> Self: ...
+    def windings(self, points: ArrayLike) -> NDArray[np.float64]:
+        """Say how often the triangles wind around points (N, 3) in metres, (N,) float64.
+
+        It is 1 inside of a closed surface, 0 outside, and something between where it has holes.
+        """
+
+    def openness(self, faces: ArrayLike) -> float:
+        """Say, from -1 to 1, how much more of the sky the fronts of some triangles (F, 3) see than
+        their backs.
+
+        Raises: BodyError: a triangle names a corner that is not there.
+        """
+
+    def rebuilt(
+        self, cells: int
+    ) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.float64], float] | None:
+        """Rebuild a closed surface where the winding number is a half, on a grid with so many cells
+        along the longest side; None where nothing is wound around.
+
+        Return corners (V, 3) in metres, triangles (F, 3), how far the winding number leaps across
+        the surface at each corner, (V,), about 1 where the surface was given and less where it is
+        guessed, and the side of a cell in metres.
+        """
+
+@final
 class Paint:
     """What a surface looks like.
 

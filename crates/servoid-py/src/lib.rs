@@ -34,6 +34,7 @@ fn native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<camera::View>()?;
     module.add_class::<shape::Body>()?;
     module.add_class::<shape::Mesh>()?;
+    module.add_class::<shape::Soup>()?;
     module.add_class::<estimate::Estimate>()?;
     module.add_class::<one_step::OneStepSettings>()?;
     module.add_class::<one_step::OneStepTracker>()?;

@@ -57,17 +57,83 @@ impl Mesh {
     #[pyo3(signature = (*, vertices, faces))]
     fn new(vertices: &Bound<'_, PyAny>, faces: &Bound<'_, PyAny>) -> PyResult<Self> {
         let vertices = read_rows::<3>(vertices, wanted("vertices", METRES))?;
-        let corner = |i: i64| usize::try_from(i).unwrap_or(usize::MAX);
-        let what = "whole numbers of shape (F, 3) that count vertices from 0";
-        let faces = read_index_rows::<3>(faces, wanted("faces", what))?;
-        let faces = faces.into_iter().map(|face| face.map(corner)).collect();
-        core::Mesh::new(vertices, faces).map(Self).map_err(raise)
+        core::Mesh::new(vertices, read_faces(faces)?).map(Self).map_err(raise)
     }
 
     /// The volume in cubic metres.
     #[getter]
     fn volume(&self) -> f64 {
         self.0.volume()
+    }
+}
+
+/// Triangles that need not be closed, nor agree on what is outside.
+///
+/// It is made of corners (V, 3) in metres, and triangles (F, 3) of whole numbers that name them,
+/// counted from 0; BodyError is raised if one names a corner that is not there.
+#[pyclass(frozen, module = "servoid._native")]
+pub struct Soup(core::Soup);
+
+/// Corners (V, 3), triangles (F, 3), the leaps of the winding number (V,), and a cell's side.
+type Rebuilt<'py> =
+    (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<i64>>, Bound<'py, PyArray1<f64>>, f64);
+
+fn read_faces(faces: &Bound<'_, PyAny>) -> PyResult<Vec<[usize; 3]>> {
+    let corner = |i: i64| usize::try_from(i).unwrap_or(usize::MAX);
+    let what = "whole numbers of shape (F, 3) that count vertices from 0";
+    let faces = read_index_rows::<3>(faces, wanted("faces", what))?;
+    Ok(faces.into_iter().map(|face| face.map(corner)).collect())
+}
+
+#[pymethods]
+impl Soup {
+    #[new]
+    #[pyo3(signature = (*, vertices, faces))]
+    fn new(vertices: &Bound<'_, PyAny>, faces: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let vertices = read_rows::<3>(vertices, wanted("vertices", METRES))?;
+        core::Soup::new(&vertices, &read_faces(faces)?).map(Self).map_err(raise)
+    }
+
+    /// Say how often the triangles wind around points (N, 3) in metres, (N,) float64.
+    ///
+    /// It is 1 inside of a closed surface, 0 outside, and something between where it has holes.
+    fn windings<'py>(
+        &self,
+        py: Python<'py>,
+        points: &Bound<'_, PyAny>,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let points = read_rows::<3>(points, wanted("points", METRES))?;
+        let points: Vec<_> = points.into_iter().map(Into::into).collect();
+        Ok(PyArray1::from_vec(py, py.detach(|| self.0.windings(&points))))
+    }
+
+    /// Say, from -1 to 1, how much more of the sky the fronts of some triangles (F, 3) see than
+    /// their backs.
+    ///
+    /// Raises:
+    ///     BodyError: a triangle names a corner that is not there.
+    fn openness(&self, py: Python<'_>, faces: &Bound<'_, PyAny>) -> PyResult<f64> {
+        let faces = read_faces(faces)?;
+        py.detach(|| self.0.openness(&faces)).map_err(raise)
+    }
+
+    /// Rebuild a closed surface where the winding number is a half, on a grid with so many cells
+    /// along the longest side; None where nothing is wound around.
+    ///
+    /// Return corners (V, 3) in metres, triangles (F, 3), how far the winding number leaps across
+    /// the surface at each corner, (V,), about 1 where the surface was given and less where it is
+    /// guessed, and the side of a cell in metres.
+    fn rebuilt<'py>(&self, py: Python<'py>, cells: usize) -> PyResult<Option<Rebuilt<'py>>> {
+        let Some(found) = py.detach(|| self.0.rebuilt(cells)) else { return Ok(None) };
+        let faces: Vec<i64> = found.faces.iter().flatten().map(|&i| i as i64).collect();
+        let count = found.faces.len();
+        let corners = found.vertices.len();
+        Ok(Some((
+            PyArray1::from_vec(py, found.vertices.concat()).reshape([corners, 3])?,
+            PyArray1::from_vec(py, faces).reshape([count, 3])?,
+            PyArray1::from_vec(py, found.leaps),
+            found.cell,
+        )))
     }
 }
 

@@ -7,8 +7,10 @@ mod mass;
 mod mesh;
 mod outline;
 mod quadric;
+mod rebuilt;
 mod section;
 mod silhouette;
+mod soup;
 
 pub use body::Body;
 pub use ellipsoid::Ellipsoid;
@@ -17,8 +19,10 @@ pub use mass::MassProperties;
 pub use mesh::Mesh;
 pub use outline::{Outline, Projection};
 pub use quadric::{Quadric, QuadricGradient};
+pub use rebuilt::Rebuilt;
 pub use section::{Section, SectionGradient};
 pub use silhouette::silhouette;
+pub use soup::Soup;
 
 use crate::words::were;
 

@@ -5,6 +5,8 @@ import struct
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from servoid.errors import MeshError
 from servoid.exchange.shapes.ply_header import read_ply_header
 
@@ -13,6 +15,7 @@ _GLB_HEAD, _CHUNK_HEAD = 12, 8
 _WIDTHS = {5120: 1, 5121: 1, 5122: 2, 5123: 2, 5125: 4, 5126: 4}
 _PARTS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
 _MOST_ROWS = 100_000_000
+_PIECE = 1 << 24
 _CUT_SHORT = "it is cut short or damaged, copy it again"
 
 
@@ -71,6 +74,22 @@ def _check_off(path: Path, data: bytes) -> None:
             f"{path}: the header promises {vertices} vertices and {faces} faces, at least {need} "
             f"bytes, but the file has {len(data)}; {_CUT_SHORT}"
         )
+    need, given = 3 + 3 * vertices + 4 * faces, _count_numbers(data)
+    if need > given:
+        raise MeshError(
+            f"{path}: the header promises {vertices} vertices and {faces} faces, at least {need} "
+            f"numbers, but the file has {given}; {_CUT_SHORT}"
+        )
+
+
+def _count_numbers(data: bytes) -> int:
+    """Count words, what is in comments, too; a piece at a time, as files may be large."""
+    count, blank_before = 0, True
+    for first in range(0, len(data), _PIECE):
+        blank = np.frombuffer(data, np.uint8, min(_PIECE, len(data) - first), first) <= ord(" ")
+        count += int((blank[:-1] & ~blank[1:]).sum()) + int(blank_before and not blank[0])
+        blank_before = bool(blank[-1])
+    return count
 
 
 def _check_glb(path: Path, data: bytes) -> None:

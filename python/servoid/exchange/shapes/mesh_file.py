@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from servoid.config.limits import SHAPE_FILE
 from servoid.config.reading import read_bytes
 from servoid.errors import MeshError, MissingExtraError, located
+from servoid.exchange.shapes.mesh_closing import close_mesh
 from servoid.exchange.shapes.mesh_counts import check_counts
-from servoid.exchange.shapes.mesh_repair import close_mesh, signed_volume
 from servoid.words import counted, digits
 
 SUFFIXES = (".ply", ".obj", ".stl", ".off", ".glb")
@@ -34,14 +34,15 @@ class MeshFile:
 
 
 def read_mesh(path: Path) -> MeshFile:
-    """Read a mesh, and close it where that takes little; notes say what was changed.
+    """Read a mesh, and close it; notes say what was changed.
 
     Corners at the same place become one vertex, faces without area or that are there twice are
-    dropped, faces are turned outward, and small holes are closed. Lengths are taken for metres.
+    dropped, faces are turned outward, and small holes are closed. What is not closed then is built
+    anew around what its faces wind around. Lengths are taken for metres.
 
     Raises:
         MeshError: the file is missing, damaged or of another format, promises more than it holds,
-            or its mesh cannot be closed or has no volume.
+            or its mesh encloses nothing that could be told.
         MissingExtraError: trimesh is not installed.
 
     """
@@ -59,7 +60,6 @@ def read_mesh(path: Path) -> MeshFile:
     with located(str(path)):
         _check_numbers(vertices, faces)
         vertices, faces, notes = close_mesh(vertices, faces)
-        _check_volume(vertices, faces)
     return MeshFile(vertices, faces, (*notes, *_size_note(vertices)))
 
 
@@ -90,6 +90,12 @@ def _check_numbers(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> N
             f"the file has {counted(len(vertices), 'point')} and no faces; give a mesh with "
             "faces, or a PLY file as a point cloud"
         )
+    low, high = int(faces.min()), int(faces.max())
+    if low < 0 or high >= len(vertices):
+        raise MeshError(
+            f"a face names vertex {low if low < 0 else high}, but there are {len(vertices)}, "
+            "counted from 0; the file is damaged, export it again"
+        )
     if not np.isfinite(vertices).all():
         bad = int((~np.isfinite(vertices)).any(axis=1).sum())
         are = "is" if bad == 1 else "are"
@@ -106,22 +112,6 @@ def _check_numbers(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> N
         raise MeshError(
             f"the mesh is {digits(size)} m large; lengths are metres, at least {_LEAST:.0e}; scale "
             "the mesh"
-        )
-    low, high = int(faces.min()), int(faces.max())
-    if low < 0 or high >= len(vertices):
-        raise MeshError(
-            f"a face names vertex {low if low < 0 else high}, but there are {len(vertices)}, "
-            "counted from 0; the file is damaged, export it again"
-        )
-
-
-def _check_volume(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> None:
-    size = float(np.linalg.norm(np.ptp(vertices, axis=0)))
-    volume = signed_volume(vertices, faces)
-    if volume <= 1e-9 * size**3:
-        raise MeshError(
-            f"the mesh is {size:.3g} m large and encloses a volume of {volume:.2g} m3; a body "
-            "needs a volume, so give the surface thickness"
         )
 
 

@@ -1,4 +1,4 @@
-"""Closes triangle meshes where that takes little, and says what it did."""
+"""The steps that close a triangle mesh where that takes little, and say what they did."""
 
 from collections import defaultdict, deque
 
@@ -13,7 +13,6 @@ Faces = NDArray[np.int64]
 
 _WELD = 1e-7  # of the mesh's diagonal
 _LARGEST_HOLE = 0.15  # across, of the mesh's diagonal
-_REMEDY = "close the mesh in a mesh editor, or give its vertices as a point cloud"
 
 
 def signed_volume(vertices: Vertices, faces: Faces) -> float:
@@ -23,28 +22,26 @@ def signed_volume(vertices: Vertices, faces: Faces) -> float:
     return float(np.einsum("ij,ij->", a, np.cross(b, c))) / 6.0
 
 
-def close_mesh(vertices: Vertices, faces: Faces) -> tuple[Vertices, Faces, tuple[str, ...]]:
-    """Weld, drop, turn and fill until a mesh is closed and looks outward; notes say what was done.
-
-    Raises:
-        MeshError: it stays open, or an edge has more faces than a closed surface can have.
-
-    """
-    notes: list[str] = []
-    vertices, faces = _weld(vertices, faces)
-    faces = _drop(faces, notes)
-    if not len(faces):
-        raise MeshError("no face has three different corners; give a mesh with a surface")
-    turned = _wind(faces)
-    vertices, filled = _fill(vertices, turned, notes)
-    outward = _outward(vertices, filled)
-    count = int((outward[: len(faces)] != faces).any(axis=1).sum())
-    if count:
-        notes.append(f"{count} of {len(faces)} faces looked the wrong way and were turned")
-    return vertices, outward, tuple(notes)
+def labels(count: int, links: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return for each of some things the first of those that links (L, 2) join it to, (count,)."""
+    label = np.arange(count)
+    while True:
+        before = label.copy()
+        low = label[links].min(axis=1)
+        for end in (0, 1):
+            np.minimum.at(label, links[:, end], low)
+        label = label[label]
+        if (label == before).all():
+            return label
 
 
-def _weld(vertices: Vertices, faces: Faces) -> tuple[Vertices, Faces]:
+def parts(vertices: Vertices, faces: Faces) -> NDArray[np.int64]:
+    """Return to which connected part each face belongs, (F,)."""
+    links = np.concatenate([faces[:, :2], faces[:, 1:]])
+    return labels(len(vertices), links)[faces[:, 0]]
+
+
+def weld(vertices: Vertices, faces: Faces) -> tuple[Vertices, Faces]:
     """Make vertices at one place one vertex, and leave out those that no face uses."""
     used, faces = np.unique(faces, return_inverse=True)
     vertices, faces = vertices[used], faces.reshape(-1, 3)
@@ -59,7 +56,7 @@ def _weld(vertices: Vertices, faces: Faces) -> tuple[Vertices, Faces]:
     return vertices[first[order]], rank[place.reshape(-1)][faces].astype(np.int64)
 
 
-def _drop(faces: Faces, notes: list[str]) -> Faces:
+def drop(faces: Faces, notes: list[str]) -> Faces:
     """Drop faces with a corner that is there twice, and all but one of equal faces."""
     corners = np.sort(faces, axis=1)
     whole = (corners[:, 0] != corners[:, 1]) & (corners[:, 1] != corners[:, 2])
@@ -93,14 +90,24 @@ def _edge_counts(
     return edge, users, balance
 
 
-def _wind(faces: Faces) -> Faces:
+def _pairs(edge: NDArray[np.intp], users: NDArray[np.intp]) -> NDArray[np.intp]:
+    """Return the directed edges that two faces share, (P, 2)."""
+    order, ends = np.argsort(edge, kind="stable"), np.cumsum(users)
+    return np.stack([order[ends[users == 2] - 2], order[ends[users == 2] - 1]], axis=1)
+
+
+def patches(faces: Faces) -> NDArray[np.int64]:
+    """Return to which patch each face belongs, (F,): faces that are joined by edges of two."""
+    edge, users, _ = _edge_counts(faces)
+    return labels(len(faces), _pairs(edge, users) % len(faces))
+
+
+def wind(faces: Faces) -> Faces:
     """Turn faces so that neighbours look to the same side; faces that agree stay as they are."""
     edge, users, balance = _edge_counts(faces)
     if not ((users == 2) & (balance != 0)).any():
         return faces
-    pairs = np.argsort(edge, kind="stable")
-    ends = np.cumsum(users)
-    pairs = np.stack([pairs[ends[users == 2] - 2], pairs[ends[users == 2] - 1]], axis=1)
+    pairs = _pairs(edge, users)
     edges = _directed(faces)
     agree = edges[pairs[:, 0], 0] != edges[pairs[:, 1], 0]
     neighbours: dict[int, list[tuple[int, bool]]] = defaultdict(list)
@@ -126,7 +133,7 @@ def _wind(faces: Faces) -> Faces:
     return np.where(turn[:, None], faces[:, ::-1], faces)
 
 
-def _fill(vertices: Vertices, faces: Faces, notes: list[str]) -> tuple[Vertices, Faces]:
+def fill(vertices: Vertices, faces: Faces, notes: list[str]) -> tuple[Vertices, Faces]:
     """Close small holes, each with a fan around its middle."""
     edge, users, balance = _edge_counts(faces)
     if not balance.any():
@@ -137,7 +144,7 @@ def _fill(vertices: Vertices, faces: Faces, notes: list[str]) -> tuple[Vertices,
         raise MeshError(
             f"{counted(len(crowded), 'edge has', 'edges have')} faces that no closed surface has "
             f"there: three or more, or two that look to different sides; one is at "
-            f"{_place(vertices[ends])}; {_REMEDY}"
+            f"{place(vertices[ends])}"
         )
     size = float(np.linalg.norm(np.ptp(vertices, axis=0)))
     loops = _loops(_directed(faces)[(users == 1)[edge]])
@@ -147,8 +154,7 @@ def _fill(vertices: Vertices, faces: Faces, notes: list[str]) -> tuple[Vertices,
         raise MeshError(
             f"the mesh is open: it has {counted(len(loops), 'hole')}, the largest with "
             f"{counted(len(loops[worst]), 'edge')} and {across[worst]:.3g} m across, around "
-            f"{_place(vertices[loops[worst]])}, and only holes up to {_LARGEST_HOLE * size:.3g} m "
-            f"are closed; {_REMEDY}"
+            f"{place(vertices[loops[worst]])}"
         )
     new_vertices, new_faces = [vertices], [faces]
     for index, loop in enumerate(loops):
@@ -164,10 +170,12 @@ def _fill(vertices: Vertices, faces: Faces, notes: list[str]) -> tuple[Vertices,
     return np.concatenate(new_vertices), np.concatenate(new_faces)
 
 
-def _place(vertices: Vertices) -> str:
+def place(vertices: Vertices) -> str:
     """Write where the middle of some vertices is, in the mesh's own coordinates."""
-    middle = ", ".join(digits(x) for x in vertices.mean(axis=0).tolist())
-    return f"({middle})"
+    middle = vertices.mean(axis=0)
+    unit = 1e-6 * max(float(np.abs(vertices).max()), np.finfo(np.float64).tiny)
+    middle[np.abs(middle) < unit] = 0.0  # sums of what is symmetric are hardly ever zero
+    return f"({', '.join(digits(x) for x in middle.tolist())})"
 
 
 def _loops(edges: NDArray[np.int64]) -> list[NDArray[np.int64]]:
@@ -195,19 +203,13 @@ def _loops(edges: NDArray[np.int64]) -> list[NDArray[np.int64]]:
     return loops
 
 
-def _outward(vertices: Vertices, faces: Faces) -> Faces:
+def outward(vertices: Vertices, faces: Faces) -> Faces:
     """Turn each connected part whose faces look inward, unless it is a cavity of another part."""
-    label = np.arange(len(vertices))
-    while True:
-        before = label.copy()
-        np.minimum.at(label, faces, label[faces].min(axis=1)[:, None])
-        label = label[label]
-        if (label == before).all():
-            break
-    part = label[faces[:, 0]]
+    part = parts(vertices, faces)
     names = np.unique(part)
     boxes = [
-        (vertices[label == name].min(axis=0), vertices[label == name].max(axis=0)) for name in names
+        (corners.min(axis=0), corners.max(axis=0))
+        for corners in (vertices[faces[part == name]].reshape(-1, 3) for name in names)
     ]
     faces = faces.copy()
     for index, name in enumerate(names):

@@ -1,0 +1,67 @@
+"""Breaks closed meshes in some twenty ways, and measures what becomes of them.
+
+The meshes are looked for beside the repository; a teapot of open sheets is made here. Printed is
+the worst intersection over union with the closed mesh, over all meshes, how many were refused, and
+the longest time. Needs `servoid[exchange]`.
+
+Run it with: python benches/mesh_repair.py [MESH ...]
+"""
+
+import sys
+import time
+from collections import defaultdict
+from pathlib import Path
+
+import numpy as np
+
+sys.path.append(str(Path(__file__).resolve().parents[1] / "tests" / "fixtures"))
+
+from broken_meshes import BREAKS, Faces, Vertices, capped, joined, overlap, teapot
+
+from servoid.errors import MeshError
+from servoid.exchange.shapes.mesh_closing import close_mesh
+from servoid.exchange.shapes.mesh_file import read_mesh
+
+DATA = Path(__file__).resolve().parents[2] / "shared" / "data"
+DRAGON = DATA / "mono" / "dragon_red" / "truth" / "mesh.obj"
+POINTS = 60_000
+
+Mesh = tuple[Vertices, Faces]
+
+
+def closed(vertices: Vertices, faces: Faces, truth: Mesh) -> tuple[float, float]:
+    """Close a mesh; return its overlap with the true one, NaN if refused, and the seconds."""
+    start = time.perf_counter()
+    try:
+        corners, new, _ = close_mesh(vertices, faces)
+    except MeshError as refusal:
+        print(f"refused: {refusal}", file=sys.stderr)
+        return float("nan"), time.perf_counter() - start
+    return overlap((corners, new), truth, POINTS), time.perf_counter() - start
+
+
+def main() -> None:
+    """Print one line for each way to break a mesh, and one for the teapot."""
+    paths = sorted((DATA / "meshes").glob("*.ply")) + [DRAGON] * DRAGON.is_file()
+    paths = [path for path in paths if len(sys.argv) < 2 or path.stem in sys.argv[1:]]
+    if not paths:
+        print(f"no meshes in {DATA}; only the teapot is closed")
+    found: dict[str, list[tuple[float, float]]] = defaultdict(list)
+    for path in paths:
+        mesh = read_mesh(path)
+        for seed, (name, broken) in enumerate(BREAKS.items()):
+            random = np.random.default_rng(seed)
+            truth = (mesh.vertices, mesh.faces)
+            found[name].append(closed(*broken(random, *truth), truth))
+    sheets = teapot()
+    found["teapot of open sheets"] = [closed(*joined(sheets), joined(list(map(capped, sheets))))]
+    print(f"{'broken':25}  meshes  refused  worst IoU  longest s")
+    for name, rows in found.items():
+        ious, seconds = np.array(rows).T
+        worst = float(np.nanmin(ious)) if np.isfinite(ious).any() else float("nan")
+        refused = int(np.isnan(ious).sum())
+        print(f"{name:25}  {len(rows):6}  {refused:7}  {worst:9.3f}  {seconds.max():9.1f}")
+
+
+if __name__ == "__main__":
+    main()

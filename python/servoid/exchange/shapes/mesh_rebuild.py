@@ -1,0 +1,72 @@
+"""Rebuilds surfaces that cannot be closed face by face, around what their faces wind around."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from servoid._native import Soup
+from servoid.exchange.shapes.mesh_repair import Faces, Vertices, parts, patches, signed_volume
+
+_CELLS = 64  # along the longest side: what is thinner than a cell may be lost
+_GIVEN = 0.5  # leap of the winding number from which on a surface was there
+_SPECK = 1e-3  # of the volume: faces that lie about leave such crumbs
+
+
+@dataclass(frozen=True, eq=False)
+class Rebuilt:
+    """A closed surface that looks outward, and how it came about.
+
+    It was built of cells with sides of `cell` metres; `guessed` is the share of it at which the
+    mesh had no face, and `guessed_at` (N, 3) are the middles of those triangles. `turned` of the
+    mesh's faces looked the wrong way.
+    """
+
+    vertices: Vertices
+    faces: Faces
+    cell: float
+    guessed: float
+    guessed_at: Vertices
+    turned: int
+
+
+def rebuild(vertices: Vertices, faces: Faces) -> Rebuilt | None:
+    """Turn patches outward, and rebuild the surface where the winding number is a half.
+
+    Faces that share an edge must look to the same side. Return None if nothing is enclosed.
+    """
+    turned = _inward(vertices, faces)
+    faces = np.where(turned[:, None], faces[:, ::-1], faces)
+    found = Soup(vertices=vertices, faces=faces).rebuilt(_CELLS)
+    if found is None:
+        return None
+    corners, new, leaps, cell = found
+    new = _without_specks(corners, new)
+    a, b, c = (corners[new[:, corner]] for corner in range(3))
+    areas = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    is_guess = leaps[new].mean(axis=1) < _GIVEN
+    return Rebuilt(
+        vertices=corners,
+        faces=new,
+        cell=cell,
+        guessed=float(areas[is_guess].sum() / areas.sum()),
+        guessed_at=((a + b + c) / 3.0)[is_guess],
+        turned=int(turned.sum()),
+    )
+
+
+def _inward(vertices: Vertices, faces: Faces) -> NDArray[np.bool_]:
+    """Say of each face if its patch sees more of the sky from behind."""
+    soup = Soup(vertices=vertices, faces=faces)
+    order = np.argsort(patch := patches(faces), kind="stable")
+    turned = np.zeros(len(faces), dtype=bool)
+    for own in np.split(order, np.flatnonzero(np.diff(patch[order])) + 1):
+        turned[own] = soup.openness(faces[own]) < 0.0
+    return turned
+
+
+def _without_specks(vertices: Vertices, faces: Faces) -> Faces:
+    part = parts(vertices, faces)
+    names, index = np.unique(part, return_inverse=True)
+    volumes = np.array([signed_volume(vertices, faces[part == name]) for name in names])
+    return faces[(np.abs(volumes) >= _SPECK * np.abs(volumes).max())[index]]

@@ -65,6 +65,9 @@ pub enum Notice {
     /// An image is the one before, bit for bit.
     #[error("camera {0}: the image is the one before, once more")]
     Repeated(usize),
+    /// All images are those before, but the object or the cameras moved.
+    #[error("the images are those before, but what they show must have moved on since")]
+    Outdated,
     /// Time did not go on.
     #[error("time goes back or stands still: {} s, then {} s", Seconds(*before), Seconds(*now))]
     Time {

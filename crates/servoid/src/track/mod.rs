@@ -19,6 +19,7 @@ mod landscape;
 mod matching;
 mod motion;
 mod one_step;
+mod outdated;
 mod refine;
 mod relocalize;
 mod search;

@@ -10,6 +10,7 @@ use super::growth::Evolving;
 use super::hypothesis::Hypothesis;
 use super::jitter::Jitter;
 use super::motion::Motion;
+use super::outdated::Newest;
 use super::refine::Workspace;
 use super::relocalize::Relocalizer;
 use super::search::{Deviation, Search};
@@ -35,6 +36,7 @@ pub struct Tracker {
     pub(super) search: Search,
     pub(super) relocalizer: Relocalizer,
     pub(super) motion: Motion,
+    pub(super) newest: Option<Newest>,
     pub(super) jitter: Jitter,
     pub(super) workspace: Workspace,
     pub(super) fresh: Vec<Feature>,
@@ -81,6 +83,7 @@ impl Tracker {
             search: Search::new(settings.population, evolve::rng(settings.seed, 0))?,
             relocalizer: Relocalizer::new(settings.seed),
             motion: Motion::at_rest(0.0, body.world_from_object()),
+            newest: None,
             workspace: Workspace::default(),
             fresh: Vec::new(),
             status: Status::Searching,
@@ -108,6 +111,9 @@ impl Tracker {
         self.take_adjusted();
         self.has_evolved |= self.take_evolved()?;
         let expected = self.motion.predict(observation.time_s);
+        if self.is_outdated(observation) {
+            self.frame.shut();
+        }
         let mut hypothesis = Hypothesis::nothing(expected, self.target.solid.radius);
         let (mut least, mut evaluations) = (self.least_share(), 0);
         let visible = self.open_windows(observation, &expected, self.margin());
@@ -138,6 +144,7 @@ impl Tracker {
             clock.lap(|timing| &mut timing.search);
         }
         self.settle(observation.time_s, &expected, &hypothesis, least);
+        self.note_newest(observation);
         if self.status == Status::Tracking {
             self.workspace.occlusion.remember();
         } else {

@@ -204,3 +204,45 @@ proptest! {
         }
     }
 }
+
+/// Where an object is that goes 4 mm from image to image.
+fn going(index: usize) -> Pose {
+    let start = start();
+    let way = Vector3::x() * (4e-3 * index as f64);
+    Pose::from_rotation(start.rotation(), start.translation() + way)
+}
+
+#[test]
+fn images_that_freeze_before_a_moving_object_or_camera_are_not_believed_and_new_ones_are() {
+    let stage = Stage::textured();
+    let look = |index: usize| stage.shot(index, &eyes(), Some(&going(index)));
+    let mut tracker =
+        Tracker::new(&stage.cameras(), &stage.body, TrackSettings::default()).unwrap();
+    tracker.start(&look(0).observation(), going(0), &[]).unwrap();
+    for index in 1..10 {
+        tracker.step(&look(index).observation()).unwrap();
+    }
+    let frozen = look(9);
+    let mut last = frozen.observation();
+    let mut on_a_cart = tracker.clone();
+    for index in 10..30 {
+        last.time_s = index as f64 / 30.0;
+        let found = tracker.step(&last).unwrap();
+        let off = (found.world_from_object.translation() - going(index).translation()).norm();
+        assert!(found.status != Status::Tracking || off < 0.02, "{index}: {off}");
+        if index > 14 {
+            assert_eq!(found.notices.last(), Some(&Notice::Outdated));
+        }
+    }
+    for index in 30..40 {
+        tracker.step(&look(index).observation()).unwrap();
+    }
+    let found = tracker.step(&look(40).observation()).unwrap();
+    assert_eq!(found.status, Status::Tracking);
+    assert!((found.world_from_object.translation() - going(40).translation()).norm() < 0.02);
+
+    let aside = Pose::from_rotation(UnitQuaternion::identity(), Vector3::x() * 0.05);
+    last.time_s = 10.0 / 30.0;
+    last.world_from_camera.iter_mut().for_each(|pose| *pose = aside * *pose);
+    assert_ne!(on_a_cart.step(&last).unwrap().status, Status::Tracking);
+}

@@ -80,6 +80,11 @@ impl InputChecks {
         self.usable[camera]
     }
 
+    /// Lets no camera's image be used.
+    pub(crate) fn shut(&mut self) {
+        self.usable.fill(false);
+    }
+
     /// Says whether every camera only repeated itself: nothing new can be learned.
     pub(crate) fn is_stale(&self) -> bool {
         self.stale

@@ -116,6 +116,12 @@ impl Frame {
         (0..self.cameras.len()).any(|camera| self.input_checks.can_use(camera))
     }
 
+    /// Uses no image of this observation: what they show has moved on since they were new.
+    pub(super) fn shut(&mut self) {
+        self.input_checks.shut();
+        self.notices.push(Notice::Outdated);
+    }
+
     /// Says whether every camera only repeated itself: nothing new can be learned.
     pub(super) fn is_stale(&self) -> bool {
         self.input_checks.is_stale()

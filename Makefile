@@ -3,10 +3,12 @@ SHELL := bash
 .SHELLFLAGS := -euo pipefail -c
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: lint-rust lint-python help demo samples test test-extended test-all lint bench trust fuzz docs wheels clean prerequisites
+.PHONY: lint-rust lint-python help demo samples test test-extended test-all lint bench trust fuzz soak docs wheels clean prerequisites
 
 PYTHON ?= python3
 SECONDS ?= 3600
+HOURS ?= 24
+IMAGES ?= 100000
 CARGO ?= cargo
 BIN := .venv/bin
 # What the scripts share, and what has a target of its own.
@@ -51,6 +53,7 @@ test: .venv/.package ## run the laws, and each command once; all that a change n
 
 test-extended: .venv/.package ## run what `make test` leaves out: studies, pages, faults, more seeds
 	$(PYTEST) -m extended
+	SERVOID_FUZZ_SECONDS=60 $(CARGO) test -p servoid --test fuzz
 
 test-all: test test-extended ## run every test, of Rust and of Python
 
@@ -74,8 +77,12 @@ bench: .venv/.package ## measure speed
 trust: .venv/.package ## measure how far the tracker's words can be trusted; takes hours
 	$(BIN)/python benches/trust.py
 
-fuzz: .venv/.package ## throw damaged input at all that reads, for SECONDS (an hour)
+fuzz: .venv/.package ## throw damaged input at all that reads and at the core, for SECONDS (an hour) each
 	$(BIN)/python -m fuzz.run --seconds $(SECONDS)
+	SERVOID_FUZZ_SECONDS=$(SECONDS) $(CARGO) test -p servoid --test fuzz -- --nocapture
+
+soak: .venv/.package ## track and servo while cameras fail at random, for HOURS (24) and IMAGES (100000)
+	$(BIN)/python -m fuzz.soak --hours $(HOURS) --images $(IMAGES)
 
 docs: .venv/.package .venv/.docs ## build the documentation in docs/_build
 	$(BIN)/sphinx-build -W --keep-going -q -b html docs docs/_build

@@ -1,17 +1,19 @@
 """Fuzzes all that reads: `python -m fuzz.run --seconds 3600`, from the repository's folder.
 
-Whatever raises something else than a ServoidError, or takes longer than a few seconds, is written
-to `fuzz/found`; put it into a law, and mend it.
+Whatever raises something else than a ServoidError, takes longer than a few seconds or more than a
+GiB is written to `fuzz/found`; put it into a law, and mend it.
 """
 
 import argparse
 import hashlib
 import random
+import resource
 import sys
 import tempfile
 import time
 import traceback
 import warnings
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,6 +23,9 @@ from fuzz.targets import TARGETS, Target
 from servoid.errors import ServoidError
 
 LONGEST_S = 10.0
+MOST_MIB = 1024.0
+_TOLD_EVERY_S = 60.0
+_MIB = 1 << (20 if sys.platform == "darwin" else 10)  # in the unit of ru_maxrss
 _FOUND = Path(__file__).parent / "found"
 
 
@@ -33,9 +38,26 @@ class Finding:
     words: str
 
 
+class Tally(Counter[str]):
+    """Counts the inputs of each target, and says now and then how far it is."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._start, self._told_s = time.monotonic(), 0.0
+
+    def add(self, name: str) -> None:
+        """Count one input; write a line to standard error where the last one is long ago."""
+        self[name] += 1
+        now = time.monotonic() - self._start
+        if now - self._told_s > _TOLD_EVERY_S:
+            self._told_s = now
+            print(f"{now:.0f} s: {self.total()} inputs", file=sys.stderr, flush=True)
+
+
 def tried(name: str, target: Target, data: bytes) -> Finding | None:
     """Feed a target; return what is wrong with its answer, None if nothing is."""
-    start = time.perf_counter()
+    # Of this process alone: on a machine that is busy anything takes long.
+    start, peak = time.process_time(), _peak_mib()
     with tempfile.TemporaryDirectory() as folder, warnings.catch_warnings():
         warnings.simplefilter("ignore")
         try:
@@ -47,24 +69,38 @@ def tried(name: str, target: Target, data: bytes) -> Finding | None:
             raise
         except BaseException:  # a panic of the core is no Exception
             return Finding(name, data, traceback.format_exc())
-    seconds = time.perf_counter() - start
-    return Finding(name, data, f"it took {seconds:.1f} s") if seconds > LONGEST_S else None
+    seconds = time.process_time() - start
+    if seconds > LONGEST_S:
+        return Finding(name, data, f"it took {seconds:.1f} s")
+    grown = _peak_mib() - peak
+    return Finding(name, data, f"it took {grown:.0f} MiB") if grown > MOST_MIB else None
+
+
+def _peak_mib() -> float:
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / _MIB
 
 
 def findings(
-    names: Sequence[str], seconds: float, seed: int, targets: dict[str, Target] = TARGETS
+    names: Sequence[str],
+    seconds: float,
+    seed: int,
+    targets: dict[str, Target] = TARGETS,
+    tally: Tally | None = None,
 ) -> Iterator[Finding]:
-    """Fuzz targets in turn for so long; first each of their seeds as it is."""
+    """Fuzz targets in turn for so long, and count inputs; first each of their seeds as it is."""
+    tally = Tally() if tally is None else tally
     everything = tuple(data for target in targets.values() for data in target.seeds)
     rng = random.Random(seed)
     for name in names:
         for data in targets[name].seeds:
+            tally.add(name)
             if (found := tried(name, targets[name], data)) is not None:
                 yield found
     end = time.monotonic() + seconds
     while time.monotonic() < end:
         for name in names:
             data = mutate(rng, rng.choice(targets[name].seeds), everything)
+            tally.add(name)
             if (found := tried(name, targets[name], data)) is not None:
                 yield found
 
@@ -76,14 +112,19 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--target", action="append", choices=sorted(TARGETS))
     asked = parser.parse_args()
-    count = 0
-    for found in findings(asked.target or list(TARGETS), asked.seconds, asked.seed):
-        count += 1
-        _FOUND.mkdir(exist_ok=True)
-        place = _FOUND / f"{hashlib.sha256(found.data).hexdigest()[:12]}-{found.target}"
-        place.write_bytes(found.data)
-        print(f"{place}: {found.words}")
-    print(f"{count} found in {asked.seconds:.0f} s with seed {asked.seed}")
+    count, tally = 0, Tally()
+    try:
+        for found in findings(
+            asked.target or list(TARGETS), asked.seconds, asked.seed, tally=tally
+        ):
+            count += 1
+            _FOUND.mkdir(exist_ok=True)
+            place = _FOUND / f"{hashlib.sha256(found.data).hexdigest()[:12]}-{found.target}"
+            place.write_bytes(found.data)
+            print(f"{place}: {found.words}", flush=True)
+    except KeyboardInterrupt:
+        print("interrupted", file=sys.stderr)
+    print(f"{count} found in {tally.total()} inputs with seed {asked.seed}")
     return int(count > 0)
 
 

@@ -111,7 +111,12 @@ impl Soup {
             .collect();
         let places = Shape(lattice.size);
         let is_in = |index: usize| {
-            let block = places.spot(index).map(|i| i / BLOCK);
+            let spot = places.spot(index);
+            // Faces that wind many times around something do so beyond their box, too.
+            if spot.iter().zip(&lattice.size).any(|(&at, &size)| at == 0 || at + 1 == size) {
+                return false;
+            }
+            let block = spot.map(|i| i / BLOCK);
             let corner = |i: usize| {
                 at_corners[corners.index(std::array::from_fn(|axis| block[axis] + (i >> axis & 1)))]
             };

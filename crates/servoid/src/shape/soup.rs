@@ -132,7 +132,8 @@ impl Soup {
         let chosen: Vec<_> = faces.iter().step_by(step).collect();
         let looks: Vec<(f64, f64)> = chosen.par_iter().map(|face| self.balance(face)).collect();
         let (sum, all) = looks.iter().fold((0.0, 0.0), |(s, a), (x, y)| (s + x, a + y));
-        Ok(if all > 0.0 { sum / all } else { 0.0 })
+        // The directions are even, but not as many of them lie before each face as behind it.
+        Ok(if all > 0.0 { (sum / all).clamp(-1.0, 1.0) } else { 0.0 })
     }
 
     /// Weighs by a triangle's area how much more its front sees of the sky; gives the area, too.

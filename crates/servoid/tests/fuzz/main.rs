@@ -1,0 +1,100 @@
+//! Gives the core numbers that no one should, drawn by a seed: nothing may panic, take long, or answer
+//! what cannot be. `cargo test` takes the corpus and some inputs; SERVOID_FUZZ_SECONDS goes on for so
+//! long, from SERVOID_FUZZ_SEED on.
+
+#![allow(
+    clippy::disallowed_methods,
+    clippy::unwrap_used,
+    clippy::print_stderr,
+    reason = "a test that cannot go on has failed, and one of hours says how far it is"
+)]
+
+mod draw;
+mod poses;
+mod scoring;
+mod solids;
+mod tracking;
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::time::{Duration, Instant};
+
+use draw::Draw;
+
+type Target = fn(&mut Draw) -> Result<(), String>;
+
+/// What is fuzzed, and how many inputs of it a round takes: cheap ones more often.
+const TARGETS: [(&str, Target, usize); 4] = [
+    ("poses", poses::any, 200),
+    ("scoring", scoring::any, 40),
+    ("solids", solids::any, 4),
+    ("tracking", tracking::any, 4),
+];
+/// Longest time that an input may take.
+const LONGEST: Duration = Duration::from_secs(20);
+/// What was found once: a target and a seed on each line.
+const CORPUS: &str = include_str!("corpus.txt");
+
+/// Feeds a target; gives what is wrong with its answer, if anything is.
+fn tried(name: &str, target: Target, seed: u64) -> Option<String> {
+    let start = Instant::now();
+    let outcome = catch_unwind(AssertUnwindSafe(|| target(&mut Draw::new(seed))));
+    let wrong = match outcome {
+        Err(_) => Some("it panicked".into()),
+        Ok(Err(words)) => Some(words),
+        Ok(Ok(())) => None,
+    };
+    let late = start.elapsed() > LONGEST;
+    let wrong = wrong.or_else(|| late.then(|| format!("it took {:?}", start.elapsed())));
+    wrong.map(|words| format!("{name} {seed}: {words}"))
+}
+
+/// Goes round all targets as often as asked, or until time is over; gives findings and inputs.
+fn round(seed: u64, rounds: usize, until: Option<Instant>) -> (Vec<String>, usize) {
+    let (mut found, mut count, mut told) = (Vec::new(), 0, Instant::now());
+    for turn in 0.. {
+        if turn >= rounds && until.is_none_or(|end| Instant::now() > end) {
+            break;
+        }
+        for (name, target, often) in TARGETS {
+            for input in 0..often {
+                let own = seed.wrapping_add((turn * often + input) as u64);
+                found.extend(tried(name, target, own).inspect(|words| eprintln!("{words}")));
+                count += 1;
+            }
+        }
+        if until.is_some() && told.elapsed() > Duration::from_secs(60) {
+            told = Instant::now();
+            eprintln!("{count} inputs, {} found", found.len());
+        }
+    }
+    (found, count)
+}
+
+fn number(name: &str) -> Option<u64> {
+    std::env::var(name).ok().and_then(|text| text.parse().ok())
+}
+
+#[test]
+fn what_was_found_once_is_mended() {
+    for line in CORPUS.lines().filter(|line| !line.starts_with('#')) {
+        let (name, seed) = line.split_once(' ').unwrap();
+        let (_, target, _) = TARGETS.iter().find(|one| one.0 == name).unwrap();
+        assert_eq!(tried(name, *target, seed.parse().unwrap()), None);
+    }
+}
+
+#[test]
+fn numbers_that_no_one_should_give_are_refused_or_borne() {
+    let seconds = number("SERVOID_FUZZ_SECONDS");
+    let until = seconds.map(|seconds| Instant::now() + Duration::from_secs(seconds));
+    let (found, count) = round(number("SERVOID_FUZZ_SEED").unwrap_or(0), 5, until);
+    eprintln!("{} found in {count} inputs", found.len());
+    assert!(found.is_empty(), "{found:#?}");
+}
+
+#[test]
+fn a_panic_and_a_wrong_answer_are_found() {
+    assert!(tried("planted", |_| Err("it is wrong".into()), 1).unwrap().contains("is wrong"));
+    assert!(tried("planted", |_| unreachable!("planted"), 1).unwrap().contains("it panicked"));
+    assert_eq!(tried("planted", |_| Ok(()), 1), None);
+}

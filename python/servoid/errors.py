@@ -69,6 +69,10 @@ class CaptureError(ServoidError, ValueError):
     """Is raised for a capture whose files are missing, malformed or at odds with each other."""
 
 
+class ScanError(ServoidError, ValueError):
+    """Is raised for images from which no poses can be found."""
+
+
 class MeshError(ServoidError, ValueError):
     """Is raised for a mesh or a point cloud that cannot be read, closed or used."""
 

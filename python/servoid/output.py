@@ -2,8 +2,10 @@
 
 import os
 import secrets
-from collections.abc import Iterator, Mapping
+import tempfile
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 
 from servoid.errors import OutputError
@@ -74,6 +76,69 @@ def written_beside(path: Path) -> Iterator[Path]:
             raise OutputError(f"cannot write {path}: {_reason(error)}") from error
     finally:
         partial.unlink(missing_ok=True)
+
+
+@dataclass(frozen=True)
+class FolderKind:
+    """A kind of folder that servoid writes whole, and may replace by another of its kind.
+
+    `what` names it, such as `a sample`; its capture.toml begins with `mark`; at its top it holds
+    nothing but `names`.
+    """
+
+    what: str
+    mark: str
+    names: frozenset[str]
+
+
+def write_folder(directory: Path, fill: Callable[[Path], None], kind: FolderKind) -> None:
+    """Let `fill` write into a new folder, then put it in the place of `directory`.
+
+    Raises:
+        OutputError: `directory` holds something else than a folder of this kind or cannot be
+            written; it stays as it was.
+
+    """
+    check_replaceable(directory, kind)
+    target = directory.resolve()
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(prefix=".servoid-", dir=target.parent) as scratch:
+            draft = Path(scratch) / "draft"
+            draft.mkdir()
+            fill(draft)
+            check_replaceable(directory, kind)  # again: to fill it took a while
+            if target.exists():
+                target.rename(Path(scratch) / "earlier")
+            draft.rename(target)
+    except OutputError:
+        raise
+    except OSError as error:
+        raise OutputError(f"cannot write {kind.what} into {directory}: {_reason(error)}") from error
+
+
+def check_replaceable(directory: Path, kind: FolderKind) -> None:
+    """Check that a folder would overwrite nothing but an earlier one of its kind.
+
+    Raises:
+        OutputError: there is something else.
+
+    """
+    if not directory.exists():
+        return
+    if not directory.is_dir():
+        raise OutputError(f"cannot write {kind.what} into {directory}: it is a file; name a folder")
+    names = {path.name for path in directory.iterdir()}
+    if names and not (_is_of(directory, kind) and names <= kind.names):
+        raise OutputError(
+            f"cannot write {kind.what} into {directory}: the folder holds other files; name a "
+            "folder that is empty or does not exist yet"
+        )
+
+
+def _is_of(directory: Path, kind: FolderKind) -> bool:
+    capture = directory / "capture.toml"
+    return capture.is_file() and capture.read_bytes().startswith(kind.mark.encode())
 
 
 def check_file(path: Path) -> None:

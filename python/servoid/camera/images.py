@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from servoid.camera.image_size import JPEG, PNG, size_in_header
+from servoid._native import Camera
+from servoid.camera.image_size import JPEG, PNG, read_image_size, size_in_header
 from servoid.config.limits import IMAGE_FILE
 from servoid.config.reading import read_bytes
 from servoid.errors import ImageError, MaskError
@@ -33,7 +34,8 @@ class Recorded:
 def read_image(path: Path, size_px: tuple[int, int], by: int = 1) -> NDArray[np.uint8]:
     """Read an image of (width, height) pixels as (H, W, 3) uint8 in RGB order, shrunk `by` so much.
 
-    A turn that the file's EXIF data asks for is ignored: the camera's calibration knows none.
+    A turn that the file's EXIF data asks for is made where only the turned image has that size:
+    then the camera was calibrated with turned images.
 
     Raises:
         ImageError: the file is missing, no image or cut short, or it has another size.
@@ -43,6 +45,27 @@ def read_image(path: Path, size_px: tuple[int, int], by: int = 1) -> NDArray[np.
 
     flags = cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION
     pixels = decode(path, flags, size_px, ImageError, by)
+    return np.asarray(cv2.cvtColor(pixels, cv2.COLOR_BGR2RGB), dtype=np.uint8)
+
+
+def read_upright(path: Path) -> NDArray[np.uint8]:
+    """Read an image of any size as (H, W, 3) uint8 in RGB order, as people see it.
+
+    It is turned as its EXIF data asks for, in which cameras note how they were held.
+
+    Raises:
+        ImageError: the file is missing, no image or cut short.
+
+    """
+    import cv2
+
+    size = read_image_size(path)
+    if max(size) > Camera.MAX_SIDE_PX:
+        raise ImageError(
+            f"{path} is {size[0]}x{size[1]} pixels; servoid takes at most {Camera.MAX_SIDE_PX} "
+            "along a side; shrink it"
+        )
+    pixels = decode(path, cv2.IMREAD_COLOR, None, ImageError)
     return np.asarray(cv2.cvtColor(pixels, cv2.COLOR_BGR2RGB), dtype=np.uint8)
 
 
@@ -98,13 +121,14 @@ def shrink(pixels: "cv2.typing.MatLike", by: int) -> "cv2.typing.MatLike":
 def decode(
     path: Path,
     flags: int,
-    size_px: tuple[int, int],
+    size_px: tuple[int, int] | None,
     error: type[ImageError] | type[MaskError],
     by: int = 1,
 ) -> "cv2.typing.MatLike":
     """Decode an image file of (width, height) pixels with OpenCV's `flags`, or raise `error`.
 
-    It is shrunk `by` so much, a power of two.
+    Without `size_px` any size will do. It is shrunk `by` so much, a power of two. Where only the
+    image that EXIF data turns has that size, a turn is not ignored.
     """
     return decode_bytes(read_bytes(path, error, IMAGE_FILE), str(path), flags, size_px, error, by)
 
@@ -113,20 +137,24 @@ def decode_bytes(
     data: bytes,
     place: str,
     flags: int,
-    size_px: tuple[int, int],
+    size_px: tuple[int, int] | None,
     error: type[ImageError] | type[MaskError],
     by: int = 1,
 ) -> "cv2.typing.MatLike":
     """Decode the bytes of an image file as `decode` does; `place` names it in messages."""
     import cv2
 
+    as_stored = cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION
     if not data:
         raise error(f"{place} is empty; replace the file")
     if _is_cut_short(data):
         raise error(f"{place} is cut short: its end is missing; copy the file again")
     size = size_in_header(data)
-    if size is not None:  # before a header that lies can ask for memory
-        check_size(place, size, size_px, error)
+    if size is not None and size_px is not None:  # before a header that lies can ask for memory
+        if size == size_px[::-1] != size_px and flags == as_stored:
+            flags = cv2.IMREAD_COLOR
+        else:
+            check_size(place, size, size_px, error)
     try:
         # A JPEG can be decoded at a half, a quarter or an eighth, which costs much less.
         reduced = min(by, _MOST_REDUCED) if size is not None and data.startswith(JPEG) else 1
@@ -136,9 +164,13 @@ def decode_bytes(
     if pixels is None:
         raise error(f"{place} cannot be decoded: it is no image or it is damaged; replace the file")
     height, width = pixels.shape[:2]
+    if size_px is None:
+        return shrink(pixels, by)
     if reduced == 1:
         check_size(place, (width, height), size_px, error)
         return shrink(pixels, by)
+    if size is not None and (width < height) != (size_px[0] < size_px[1]):  # nothing turned it
+        check_size(place, size, size_px, error)
     # What is left over at the right and below is decoded, too.
     whole = pixels[: size_px[1] // reduced, : size_px[0] // reduced]
     return shrink(whole, by // reduced)

@@ -3,6 +3,7 @@
 import itertools
 import math
 from collections import OrderedDict
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -76,6 +77,7 @@ def read_video_image(
     """Read one image of a video, (H, W, 3) uint8 RGB; in order this costs one decoding of each.
 
     The images of the video have (width, height) pixels; what is returned is shrunk `by` so much.
+    A turn that the header asks for is made where only turned images have that size.
 
     Raises:
         ImageError: the file is missing or no video, ends before the image, or has another size.
@@ -83,9 +85,36 @@ def read_video_image(
     """
     import cv2
 
-    pixels = _stream(path, *_version(path, ImageError)).read(index)
+    stream = _stream(path, *_version(path, ImageError))
+    pixels = stream.read(index)
+    if pixels.shape[:2] == size_px != size_px[::-1]:  # the camera is that of turned images
+        pixels = _turned(pixels, stream.turn_deg)
     check_size(path, (pixels.shape[1], pixels.shape[0]), size_px, ImageError)
     return np.asarray(cv2.cvtColor(shrink(pixels, by), cv2.COLOR_BGR2RGB), dtype=np.uint8)
+
+
+def upright_images(path: Path) -> Iterator[NDArray[np.uint8]]:
+    """Decode a video from its beginning, each image (H, W, 3) uint8 RGB, as people see it.
+
+    Phones write down how they were held; the images are turned as that asks for.
+
+    Raises:
+        CaptureError: the file is missing or no video.
+
+    """
+    import cv2
+
+    check_regular(path, CaptureError)
+    video = _open(path, CaptureError)
+    video.set(cv2.CAP_PROP_ORIENTATION_AUTO, 1)
+    try:
+        while True:
+            found, pixels = video.read()
+            if not found:
+                return
+            yield np.asarray(cv2.cvtColor(pixels, cv2.COLOR_BGR2RGB), dtype=np.uint8)
+    finally:
+        video.release()
 
 
 def _version(path: Path, error: type[CaptureError] | type[ImageError]) -> tuple[int, int]:
@@ -135,6 +164,7 @@ class _Stream:
         self._waiting: list[int] = []
         self._video: cv2.VideoCapture | None = None
         self._next = 0
+        self.turn_deg = 0
         self._most = _KEPT
         self._kept: OrderedDict[int, cv2.typing.MatLike] = OrderedDict()
 
@@ -157,10 +187,13 @@ class _Stream:
                 self._turn.notify_all()
 
     def _decode(self, index: int) -> "cv2.typing.MatLike":
+        import cv2
+
         if index in self._kept:
             return self._kept[index]
         if self._video is None or index < self._next:
             self._video, self._next = _open(self._path, ImageError), 0
+            self.turn_deg = int(self._video.get(cv2.CAP_PROP_ORIENTATION_META))
         while self._next <= index:
             self._step(self._video, keep=index - self._next < _KEPT)
         return self._kept[index]
@@ -181,6 +214,19 @@ class _Stream:
         self._next += 1
         while len(self._kept) > self._most:
             self._kept.popitem(last=False)
+
+
+def _turned(pixels: "cv2.typing.MatLike", turn_deg: int) -> "cv2.typing.MatLike":
+    """Turn an image clockwise, by what a header says: 0, 90, 180 or 270 degrees."""
+    import cv2
+
+    turns = {
+        90: cv2.ROTATE_90_CLOCKWISE,
+        180: cv2.ROTATE_180,
+        270: cv2.ROTATE_90_COUNTERCLOCKWISE,
+    }
+    turn = turns.get(turn_deg)
+    return pixels if turn is None else cv2.rotate(pixels, turn)
 
 
 @lru_cache(maxsize=_OPEN)
@@ -216,6 +262,6 @@ def _open(path: Path, error: type[CaptureError] | type[ImageError]) -> "cv2.Vide
             f"{path} claims images of {width:.0f}x{height:.0f} pixels; servoid takes at most "
             f"{_LARGEST_SIDE_PX} along a side"
         )
-    # Like a turn in an image's EXIF data, one that the file asks for is unknown to calibration.
+    # Like a turn in an image's EXIF data, one that the file asks for may be unknown to calibration.
     video.set(cv2.CAP_PROP_ORIENTATION_AUTO, 0)
     return video

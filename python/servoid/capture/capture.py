@@ -284,7 +284,8 @@ class Capture:
     """A checked capture: each camera has a picture, or None, for each observation.
 
     `rate_hz` is how many observations a second there are if the capture is a recording. `notes` are
-    sentences that a user should read, such as what had to be guessed.
+    sentences that a user should read, such as what had to be guessed. `metric` is false where
+    lengths are not in metres, because nothing told the scale.
     """
 
     path: Path
@@ -293,6 +294,7 @@ class Capture:
     times_s: tuple[float, ...] | None
     rate_hz: float | None = None
     notes: tuple[str, ...] = ()
+    metric: bool = True
 
     def __len__(self) -> int:
         return len(self.world_from_rig)

@@ -58,12 +58,13 @@ class RigEntry(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class CaptureFile(msgspec.Struct, frozen=True, kw_only=True):
-    """Holds a whole capture.toml of version 1."""
+    """Holds a whole capture.toml of version 1; with `metric` false no length is in metres."""
 
     version: Version
     rate_hz: Annotated[float, msgspec.Meta(gt=0)] | None = None
     camera: Annotated[tuple[CameraEntry, ...], msgspec.Meta(min_length=1)]
     rig: RigEntry = RigEntry()
+    metric: bool = True
 
 
 @dataclass(frozen=True)

@@ -42,7 +42,7 @@ def open_capture(path: str | Path) -> Capture:
     for camera in cameras[1:]:
         _check_pairs(toml, cameras[0], camera)
     times_s, poses = _read_motion(toml, file, count)
-    return Capture(toml, cameras, poses, times_s, rate_hz=file.rate_hz)
+    return Capture(toml, cameras, poses, times_s, rate_hz=file.rate_hz, metric=file.metric)
 
 
 def _find_toml(path: Path) -> Path:

@@ -10,6 +10,7 @@ from servoid.cli.interrupting import Commands
 from servoid.cli.model.model_command import model
 from servoid.cli.pick.pick_command import pick
 from servoid.cli.plugins import add_commands
+from servoid.cli.scan.scan_command import scan
 from servoid.cli.servo.servo_command import servo
 from servoid.cli.source.record_command import record, sources
 from servoid.cli.track.track_command import track
@@ -53,6 +54,7 @@ app.command()(record)
 app.command()(sources)
 app.command()(servo)
 app.command()(pick)
+app.command()(scan)
 
 
 @app.command()

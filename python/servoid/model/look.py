@@ -28,6 +28,10 @@ from servoid.segment import HueTarget, Target
 from servoid.segment.hue import hue_window
 
 _ONE_SIDE_DEG = 90.0
+_NO_METRES = (
+    "lengths are not in metres: nothing told the capture's scale (metric = false in its "
+    "capture.toml); give the scan a length, a board or a baseline"
+)
 
 
 def fit_capture(
@@ -59,6 +63,8 @@ def fit_capture(
     request = request or Request()
     marked = mark(capture, targets, observations, trusted=request.trust_targets)
     notes = list(marked.notes)
+    if not capture.metric:
+        notes.append(_NO_METRES)
     known = list(marked.views)
     samples = join_range_samples(range_samples_of_views(known))
     if not len(samples) and _from_one_side([*known, *marked.others]):

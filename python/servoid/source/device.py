@@ -63,8 +63,8 @@ def opened(
             video = open_mjpeg(device)
         except (OSError, ValueError) as error:
             raise CaptureError(
-                f"camera {name}: '{_shown(device)}' does not answer: {reason_of(error)}; check that "
-                "it is there and that this computer reaches it"
+                f"camera {name}: '{_shown(device)}' does not answer: {reason_of(error)}; check "
+                "that it is there and that this computer reaches it"
             ) from error
         if video is not None:
             return video

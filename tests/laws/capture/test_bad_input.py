@@ -351,10 +351,11 @@ def test_settings_that_make_no_sense_are_refused(
     )  # fmt: skip
 
 
-@pytest.mark.parametrize("name", ["none", "images"])
+@pytest.mark.parametrize("name", ["none", "empty"])
 def test_a_capture_that_is_not_there_is_named(
     name: str, drawn_capture: Path, tmp_path: Path, servoid_command: Command
 ) -> None:
+    (drawn_capture / "empty").mkdir()
     check_refused(
         servoid_command, tmp_path, name,
         "model", drawn_capture / name, "--out", tmp_path / "body.json",

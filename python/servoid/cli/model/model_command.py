@@ -24,6 +24,7 @@ from servoid.cli.values import (
 )
 
 _BATCH = "A folder of captures"
+_FILM = "A video, or photographs without poses"
 _defaults = ModelSettings()
 
 
@@ -32,7 +33,8 @@ def model(
         str,
         typer.Argument(
             metavar="SOURCE",
-            help=f"{SOURCE_HELP}; or a mesh (.ply .obj .stl .off .glb) or a point cloud (.ply).",
+            help=f"{SOURCE_HELP}; or a mesh (.ply .obj .stl .off .glb) or a point cloud (.ply). A "
+            "video or images without --fov or --calibration are scanned first.",
         ),
     ],
     out: Annotated[
@@ -158,6 +160,30 @@ def model(
         Path | None,
         typer.Option(metavar="DIR", help="Write a page and pictures that show how good it is."),
     ] = None,
+    length: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="IMAGE:U0,V0,U1,V1=M",
+            help="Both ends of a known length in an image, in two images or more, and its metres.",
+            rich_help_panel=_FILM,
+        ),
+    ] = None,
+    board: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NxM,SQUARE,MARKER,DICTIONARY",
+            help="A printed ChArUco board in the scene, as for servoid scan.",
+            rich_help_panel=_FILM,
+        ),
+    ] = None,
+    apart: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="IMAGE,IMAGE=M",
+            help="How many metres the camera was apart at two images.",
+            rich_help_panel=_FILM,
+        ),
+    ] = None,
     each: Annotated[
         bool,
         typer.Option(
@@ -194,6 +220,8 @@ def model(
 
     [bold]servoid model photos --out body.json --max-ellipsoids 12 --delta 0 --views ::2[/bold]
 
+    [bold]servoid model film.mp4 --out body.json --target click:320,240[/bold]
+
     [bold]servoid model mesh.ply --out body.json --max-ellipsoids 8 --report report[/bold]
 
     [bold]servoid model captures --each --out bodies --workers 4[/bold]
@@ -203,6 +231,7 @@ def model(
     place = None if viewpoint is None else parse_point(viewpoint)
     known = known_cameras(fov, baseline, calibration, rate)
     from servoid.cli.model.modelling import Order, run_model
+    from servoid.cli.scan.filming import Scale
 
     order = Order(
         source=source,
@@ -224,6 +253,7 @@ def model(
         delta=delta,
         seed=seed,
         threads=threads,
+        scale=Scale(tuple(length or ()), board, tuple(apart or ())),
     )
     if each:
         from servoid.cli.model.each import run_each

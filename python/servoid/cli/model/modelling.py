@@ -3,13 +3,14 @@
 import math
 import tempfile
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from servoid._native import ModelSettings, PaperSettings
 from servoid.cli.doubting import settled
 from servoid.cli.model.summary import print_summary
 from servoid.cli.progress import progress_bar
+from servoid.cli.scan.filming import Scale, find_first, needs_scan, print_time, scan_first
 from servoid.cli.values import Method
 from servoid.cli.wrong_options import OptionError, of_options
 from servoid.config.places import is_file
@@ -58,6 +59,7 @@ class Order:
     delta: float | None
     seed: int | None
     threads: int | None
+    scale: Scale = field(default_factory=Scale)
 
 
 def run_model(order: Order) -> None:
@@ -66,13 +68,23 @@ def run_model(order: Order) -> None:
     with of_options():
         targets = [parse_target(text) for text in order.targets]
         _check_settings(order)
+    filmed = needs_scan(order.source, order.known, order.scale)
     write_report = _report_writer() if order.report is not None else None
+    scanned_s, source = 0.0, order.source
+    if filmed:
+        trusted = settled(lambda trust: find_first(source, targets, trusted=trust), order)
+        order = replace(order, trust_targets=trusted)
+        found = scan_first(source, order.out, targets, order.scale, order.threads)
+        order = replace(order, source=str(found.capture))
+        targets, scanned_s = found.targets, found.seconds
     result = settled(lambda trusted: _fit(order, targets, trusted=trusted), order)
     files: list[Path] = []
     if order.report is not None and write_report is not None:
         files = _write_report_whole(write_report, result, order.report)
     result.save(order.out, learn_appearance(result))
-    print_summary(order.source, result, order.out, files)
+    print_summary(source, result, order.out, files)
+    if filmed:
+        print_time(scanned_s, result.seconds)
 
 
 def _check_outputs(out: Path, report: Path | None) -> None:

@@ -1,0 +1,84 @@
+"""Reads what cameras note in the EXIF data of JPEG files: how they were held, and the lens."""
+
+import struct
+from dataclasses import dataclass
+
+_SEGMENT = b"Exif\0\0"
+_APP1, _START_OF_SCAN = 0xE1, 0xDA
+_ORIENTATION, _MORE, _FOCAL_35MM = 0x0112, 0x8769, 0xA405
+_SHORT, _LONG = 3, 4
+_UPRIGHT = 1
+_FILM_WIDTH_MM = 36.0
+
+
+@dataclass(frozen=True)
+class Exif:
+    """What is noted: `orientation` is 1 for an image as it is stored, up to 8 for others.
+
+    `focal_35mm` is the focal length that gives the same picture on film 36 mm wide, in mm.
+    """
+
+    orientation: int = _UPRIGHT
+    focal_35mm: float | None = None
+
+    @property
+    def is_turned(self) -> bool:
+        """Say if the image is to be turned or mirrored before it is shown."""
+        return self.orientation != _UPRIGHT
+
+    def focal_px(self, size_px: tuple[int, int]) -> float | None:
+        """Return the focal length in pixels of images of (width, height); good to some per cent."""
+        if not self.focal_35mm:
+            return None
+        return self.focal_35mm / _FILM_WIDTH_MM * max(size_px)
+
+
+def read_exif(data: bytes) -> Exif:
+    """Return what the EXIF data of a JPEG file's bytes says; of other files nothing is known."""
+    try:
+        block = _find(data)
+        return Exif() if block is None else _parse(block)
+    except struct.error:  # cut short
+        return Exif()
+
+
+def _find(data: bytes) -> bytes | None:
+    """Return the TIFF data in the file's EXIF segment."""
+    at = 2
+    while data[:2] == b"\xff\xd8":
+        lead, marker, length = struct.unpack_from(">BBH", data, at)
+        if lead != 0xFF or marker == _START_OF_SCAN:
+            return None
+        content = data[at + 4 : at + 2 + length]
+        if marker == _APP1 and content.startswith(_SEGMENT):
+            return content[len(_SEGMENT) :]
+        at += 2 + length
+    return None
+
+
+def _parse(block: bytes) -> Exif:
+    order = {b"II": "<", b"MM": ">"}.get(block[:2])
+    if order is None:
+        return Exif()
+    (first,) = struct.unpack_from(order + "I", block, 4)
+    top = _directory(block, order, first)
+    more = _directory(block, order, top[_MORE]) if _MORE in top else {}
+    orientation = top.get(_ORIENTATION, _UPRIGHT)
+    return Exif(
+        orientation=orientation if 1 <= orientation <= 8 else _UPRIGHT,
+        focal_35mm=float(more[_FOCAL_35MM]) if more.get(_FOCAL_35MM) else None,
+    )
+
+
+def _directory(block: bytes, order: str, at: int) -> dict[int, int]:
+    """Return the single whole numbers of a directory by their tags."""
+    (count,) = struct.unpack_from(order + "H", block, at)
+    found: dict[int, int] = {}
+    for index in range(count):
+        place = at + 2 + 12 * index
+        tag, kind, length = struct.unpack_from(order + "HHI", block, place)
+        if length == 1 and kind in (_SHORT, _LONG):
+            (found[tag],) = struct.unpack_from(
+                order + ("H" if kind == _SHORT else "I"), block, place + 8
+            )
+    return found

@@ -1,0 +1,106 @@
+"""The options of `servoid scan`."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from servoid.cli.values import check_threads
+
+_SCALE = "Scale: one of these, or lengths are in no unit"
+_WHAT = "What is looked at"
+
+
+def scan(
+    source: Annotated[
+        str,
+        typer.Argument(
+            metavar="SOURCE",
+            help="A video, a folder of photographs, or a pattern in quotes such as 'photos/*.jpg'.",
+        ),
+    ],
+    out: Annotated[Path, typer.Option(metavar="DIR", help="The capture to write, a folder.")],
+    length: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="IMAGE:U0,V0,U1,V1=M",
+            help="The two ends of a known length in an image, in pixels, and the length in metres; "
+            "to be given for two images from different sides, or more.",
+            rich_help_panel=_SCALE,
+        ),
+    ] = None,
+    board: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NxM,SQUARE,MARKER,DICTIONARY",
+            help="A printed ChArUco board in the scene: how many squares, the sides of square and "
+            "marker in metres, and the dictionary; the last two may be left out.",
+            rich_help_panel=_SCALE,
+        ),
+    ] = None,
+    apart: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="IMAGE,IMAGE=M",
+            help="How many metres the camera was apart at two images.",
+            rich_help_panel=_SCALE,
+        ),
+    ] = None,
+    inside: Annotated[
+        str | None,
+        typer.Option(
+            metavar="FOLDER|TARGET",
+            help="Look only there for features: a folder of masks, named like the images, or "
+            "box:U0,V0,U1,V1, hue:LOW..HIGH or background:FILE in every image.",
+            rich_help_panel=_WHAT,
+        ),
+    ] = None,
+    turntable: Annotated[
+        bool,
+        typer.Option(
+            "--turntable",
+            help="The camera stands and the object turns: leave out what stays in its place.",
+            rich_help_panel=_WHAT,
+        ),
+    ] = False,
+    masks: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DIR",
+            help="Masks of the object, named like the images, to bring into the capture.",
+            rich_help_panel=_WHAT,
+        ),
+    ] = None,
+    threads: Annotated[
+        int | None,
+        typer.Option(
+            callback=check_threads,
+            metavar="N",
+            help="Find and compare features with this many threads (default: all cores).",
+        ),
+    ] = None,
+) -> None:
+    """Find the poses and the calibration of a video or of photographs.
+
+    [bold]servoid scan film.mp4 --out capture[/bold]
+
+    [bold]servoid scan photos --out capture --board 7x5,0.03[/bold]
+
+    [bold]servoid scan photos --out capture --length a:310,205,480,212=0.12
+    --length b:290,220,455,240=0.12[/bold]
+    """
+    from servoid.cli.scan.scanning import ScanOrder, run_scan
+
+    run_scan(
+        ScanOrder(
+            source=source,
+            out=out,
+            lengths=tuple(length or ()),
+            board=board,
+            baselines=tuple(apart or ()),
+            inside=inside,
+            turntable=turntable,
+            masks=masks,
+            threads=threads,
+        )
+    )

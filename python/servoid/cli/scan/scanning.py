@@ -1,0 +1,109 @@
+"""`servoid scan`: from a video or photographs to a capture, a summary and a report."""
+
+import math
+import textwrap
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import typer
+
+from servoid.cli.extras import check_extras
+from servoid.cli.progress import progress_bar
+from servoid.cli.wrong_options import OptionError, of_options
+from servoid.scan import Request, Scan, parse_baseline, parse_board, parse_length, scan
+from servoid.segment import ClickTarget, MaskTarget, Target, parse_target
+from servoid.words import digits
+
+_LABEL_WIDTH = 15
+_VALUE_WIDTH = 80 - len("  ") - _LABEL_WIDTH - len(" ")
+
+
+@dataclass(frozen=True, kw_only=True)
+class ScanOrder:
+    """What `servoid scan` was asked for."""
+
+    source: str
+    out: Path
+    lengths: tuple[str, ...] = ()
+    board: str | None = None
+    baselines: tuple[str, ...] = ()
+    inside: str | None = None
+    turntable: bool = False
+    masks: Path | None = None
+    wanted: tuple[str, ...] = ()
+    threads: int | None = None
+
+
+def run_scan(order: ScanOrder) -> None:
+    """Scan the source, write the capture with its report, and print a summary."""
+    print_scan(scanned(order))
+    typer.echo(
+        f"  {'next':<{_LABEL_WIDTH}} servoid model {order.out} --out body.json --target click:U,V"
+    )
+
+
+def scanned(order: ScanOrder) -> Scan:
+    """Scan the source and write the capture, with a bar."""
+    check_extras("servoid scan", {"pycolmap": "scan", "matplotlib": "view"})
+    from servoid.view.scan.scan_report import scan_page
+
+    request = _request(order)
+    with progress_bar("scanning") as update:
+        asked = Request(**{**request.__dict__, "progress": update})
+        return scan(order.source, order.out, asked, scan_page)
+
+
+def _request(order: ScanOrder) -> Request:
+    with of_options():
+        return Request(
+            lengths=tuple(map(parse_length, order.lengths)),
+            board=None if order.board is None else parse_board(order.board),
+            baselines=tuple(map(parse_baseline, order.baselines)),
+            inside=None if order.inside is None else _inside(order.inside),
+            turntable=order.turntable,
+            masks=order.masks,
+            wanted=order.wanted,
+            threads=order.threads,
+        )
+
+
+def _inside(text: str) -> Path | Target:
+    if Path(text).is_dir():
+        return Path(text)
+    target = parse_target(text)
+    if isinstance(target, (ClickTarget, MaskTarget)) or target.view is not None:
+        raise OptionError(
+            f"--inside {text} means one image; give a folder of masks, or box:U0,V0,U1,V1, "
+            "hue:LOW..HIGH or background:FILE, which are looked for in every image"
+        )
+    return target
+
+
+def print_scan(made: Scan) -> None:
+    """Print what was found, how sure it is, and where it lies."""
+    typer.echo(f"Scanned {made.source}")
+    for label, value in _rows(made):
+        typer.echo(f"  {label:<{_LABEL_WIDTH}} {value}")
+
+
+def _rows(made: Scan) -> Iterator[tuple[str, str]]:
+    solution, scale = made.solution, made.scale
+    found = f"{len(solution.names)} of {made.keys} found a place"
+    yield "images", found if made.keys == made.count else f"{found}, chosen from {made.count}"
+    yield "focal length", f"{solution.focal_px:.1f} px, deviation {solution.focal_std_px:.1f} px"
+    yield "features", f"{len(solution.points)} points, {solution.rms_px:.2f} px off"
+    parallax, around = (math.degrees(one) for one in (solution.parallax_rad, made.around_rad))
+    yield "seen under", f"{parallax:.0f} degrees in the median, {around:.0f} in all"
+    if scale is None:
+        yield "scale", "UNKNOWN: lengths are not in metres"
+    else:
+        yield "scale", f"{scale.words}, deviation {100.0 * scale.deviation:.2g} %"
+    unit = "" if scale is None else " m"
+    yield "distance", f"{digits(round(solution.distance, 4))}{unit} to what is seen, in the median"
+    yield "seconds", ", ".join(f"{value:.1f} {stage}" for stage, value in made.times.items())
+    yield "capture", str(made.path)
+    yield "report", str(made.path / "report.html")
+    for note in (*made.notes, *made.doubts):
+        for index, line in enumerate(textwrap.wrap(note, _VALUE_WIDTH)):
+            yield "" if index else "note", line

@@ -1,0 +1,30 @@
+"""Finds the poses and the calibration of images that come without either."""
+
+from servoid.scan.board import Board, parse_board
+from servoid.scan.footage import Film, Footage, Photographs, is_footage, open_footage
+from servoid.scan.request import Request
+from servoid.scan.result import Scan
+from servoid.scan.scale import Baseline, Length, Scale, parse_baseline, parse_length
+from servoid.scan.scanning import scan
+from servoid.scan.solution import Solution
+from servoid.scan.writing import CAMERA
+
+__all__ = [
+    "CAMERA",
+    "Baseline",
+    "Board",
+    "Film",
+    "Footage",
+    "Length",
+    "Photographs",
+    "Request",
+    "Scale",
+    "Scan",
+    "Solution",
+    "is_footage",
+    "open_footage",
+    "parse_baseline",
+    "parse_board",
+    "parse_length",
+    "scan",
+]

@@ -1,0 +1,135 @@
+"""What a scan looks at: a film or photographs, upright as people see them, each with a name."""
+
+import glob
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from servoid.camera.images import read_upright
+from servoid.camera.video import VIDEO_SUFFIXES, count_video_images, upright_images
+from servoid.errors import ScanError
+
+PHOTO_SUFFIXES = (".jpg", ".jpeg", ".png", ".tif", ".tiff", ".bmp", ".webp")
+_FOLDER = "images"  # where many programs keep the pictures of a project
+
+
+@dataclass(frozen=True)
+class Film:
+    """The images of a video; image 12 has the name `0012`, counted from 0."""
+
+    path: Path
+
+    @property
+    def is_film(self) -> bool:
+        """Say that neighbours show nearly the same."""
+        return True
+
+    @cached_property
+    def names(self) -> Sequence[str]:
+        """Name the images by their numbers."""
+        return tuple(f"{index:04}" for index in range(count_video_images(self.path)))
+
+    def images(self, names: Iterable[str]) -> Iterator[tuple[str, NDArray[np.uint8]]]:
+        """Decode the video once, and give the images that are asked for."""
+        wanted = set(names)
+        for name, image in zip(self.names, upright_images(self.path), strict=False):
+            if name in wanted:
+                yield name, image
+
+    def file_of(self, name: str) -> Path | None:  # noqa: ARG002
+        """Return None: no file holds one image."""
+        return None
+
+
+@dataclass(frozen=True)
+class Photographs:
+    """Photographs, each in a file, sorted by name."""
+
+    path: Path
+    files: tuple[Path, ...]
+
+    @property
+    def is_film(self) -> bool:
+        """Say that each photograph was taken for itself."""
+        return False
+
+    @property
+    def names(self) -> Sequence[str]:
+        """Name the photographs as their files, without the ending."""
+        return tuple(file.stem for file in self.files)
+
+    def images(self, names: Iterable[str]) -> Iterator[tuple[str, NDArray[np.uint8]]]:
+        """Read the photographs that are asked for."""
+        wanted = set(names)
+        for file in self.files:
+            if file.stem in wanted:
+                yield file.stem, read_upright(file)
+
+    def file_of(self, name: str) -> Path | None:
+        """Return the file of a photograph."""
+        return next((file for file in self.files if file.stem == name), None)
+
+
+def open_footage(source: str | Path) -> Film | Photographs:
+    """Open a video, a folder of photographs, or photographs that a pattern such as `*.jpg` names.
+
+    Raises:
+        ScanError: there is nothing of the kind, or two photographs have one name.
+        CaptureError: the video cannot be decoded.
+
+    """
+    path = Path(source)
+    if path.suffix.lower() in VIDEO_SUFFIXES and not path.is_dir():
+        if not path.is_file():
+            raise ScanError(f"there is no {path}; name a video, such as film.mp4")
+        return Film(path)
+    if path.is_dir():
+        files = _photos(path.iterdir()) or _photos((path / _FOLDER).glob("*"))
+        return _photographs(path, files, f"there is no photograph in {path}")
+    found = [Path(name) for name in glob.glob(str(source))]  # noqa: PTH207
+    return _photographs(path, _photos(found), f"there is no photograph {path}")
+
+
+def is_footage(source: str | Path) -> bool:
+    """Say if a path looks like a video or photographs that need a scan, without reading them."""
+    path = Path(source)
+    if path.is_dir():
+        return bool(_photos(path.iterdir()))
+    if path.suffix.lower() in VIDEO_SUFFIXES:
+        return True
+    return glob.has_magic(str(source)) and path.suffix.lower() in PHOTO_SUFFIXES
+
+
+def _photos(paths: Iterable[Path]) -> list[Path]:
+    return sorted(
+        path
+        for path in paths
+        if path.suffix.lower() in PHOTO_SUFFIXES
+        and not path.name.startswith(".")  # which some systems leave beside each image
+        and path.is_file()
+    )
+
+
+def _photographs(path: Path, files: Sequence[Path], missing: str) -> Photographs:
+    if not files:
+        raise ScanError(
+            f"{missing}; name a video ({', '.join(VIDEO_SUFFIXES)}), a folder of photographs, or a "
+            f"pattern such as 'photos/*.jpg' ({', '.join(PHOTO_SUFFIXES)})"
+        )
+    seen: dict[str, Path] = {}
+    for file in files:
+        if file.stem in seen:
+            raise ScanError(
+                f"{seen[file.stem]} and {file} have the same name without their endings, by which "
+                "images are told apart; rename one of them"
+            )
+        seen[file.stem] = file
+    return Photographs(path, tuple(files))
+
+
+Footage = Film | Photographs
+"""Images of one camera, in the order in which they were taken."""

@@ -1,0 +1,196 @@
+"""Finds the camera and its poses by matches between images: incremental structure from motion."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from servoid._native import Lens, Pose
+from servoid.scan.matching import SEED, Matched
+from servoid.scan.running import pycolmap, run
+from servoid.scan.solution import Solution
+
+_LEAST_IMAGES = 3  # of a group that hangs together
+_MOST_GROUPS = 10
+_GROWTH, _REFINEMENTS = 1.3, 2  # how often all is adjusted: so much larger, and so many rounds
+_CENTER_STD = 0.004  # of the diagonal: a principal point known worse stays in the image's middle
+_CORNER = 0.5  # COLMAP's pixels begin at the corner of the first one, ours at its centre
+
+Floats = NDArray[np.float64]
+
+
+def place_images(
+    matched: Matched, progress: Callable[[float], None] | None = None
+) -> Solution | None:
+    """Find poses and intrinsics of the largest group of images that hang together; None: no group.
+
+    It runs on one thread, so that the same matches give the same bits.
+    """
+    found = _map(matched, progress)
+    if not found:
+        return None
+    best, *others = sorted(found, key=lambda one: (-one.num_reg_images(), -one.num_points3D()))
+    covariance, center_is_found = _polish(best, matched.diagonal_px)
+    groups = tuple(_names(one, matched) for one in others)
+    return _solution(best, matched, covariance, center_is_found, groups)
+
+
+def _map(matched: Matched, progress: Callable[[float], None] | None) -> list[Any]:
+    """Run the mapper; return its models."""
+    colmap = pycolmap()
+    options = colmap.IncrementalPipelineOptions()
+    options.num_threads = options.mapper.num_threads = 1
+    options.random_seed = options.mapper.random_seed = options.triangulation.random_seed = SEED
+    options.extract_colors = False
+    # All is adjusted once more at the end, so that less of it suffices on the way.
+    options.ba_global_frames_ratio = options.ba_global_points_ratio = _GROWTH
+    options.ba_global_max_refinements = _REFINEMENTS
+    options.min_model_size = _LEAST_IMAGES
+    options.max_num_models = _MOST_GROUPS
+    done = [0]
+
+    def count() -> None:
+        done[0] += 1
+
+    def work(token: Any) -> dict[int, Any]:
+        colmap.set_random_seed(SEED)
+        return colmap.incremental_mapping(
+            matched.database,
+            matched.database.parent,
+            matched.database.parent,
+            options=options,
+            next_image_callback=count,
+            cancellation_token=token,
+        )
+
+    def tell() -> None:
+        if progress is not None:
+            progress(min(1.0, done[0] / len(matched.names)))
+
+    return list(run(work, tell).values())
+
+
+def _polish(model: Any, diagonal_px: float) -> tuple[Floats, bool]:
+    """Adjust all together, the principal point too where the images tell it.
+
+    Returns the covariance of the intrinsics that were found, focal length first, for features that
+    deviate by one pixel, and whether the principal point is among them.
+    """
+    (camera,) = model.cameras.values()
+    before = np.array(camera.params)
+    covariance = _adjust(model, center=True)
+    if covariance is not None:
+        deviation = _deviation_px(model) * np.sqrt(np.diag(covariance)[1:3].max())
+        if deviation < _CENTER_STD * diagonal_px:
+            return covariance, True
+    camera.params = before
+    covariance = _adjust(model, center=False)
+    return (np.full((1, 1), np.nan) if covariance is None else covariance), False
+
+
+def _adjust(model: Any, *, center: bool) -> Floats | None:
+    """Adjust poses, points and intrinsics; return the covariance of the intrinsics if it exists."""
+    colmap = pycolmap()
+    options = colmap.BundleAdjustmentOptions()
+    options.print_summary = False
+    options.refine_principal_point = center
+    options.ceres.solver_options.num_threads = 1
+    config = colmap.BundleAdjustmentConfig()
+    for number in model.reg_image_ids():
+        config.add_image(number)
+    config.fix_gauge(colmap.BundleAdjustmentGauge.TWO_CAMS_FROM_WORLD)
+    adjuster = colmap.create_default_ceres_bundle_adjuster(options, config, model)
+    run(lambda _: adjuster.solve())
+    model.update_point_3d_errors()
+    found = run(
+        lambda _: colmap.estimate_ba_covariance(colmap.BACovarianceOptions(), model, adjuster)
+    )
+    (camera,) = model.cameras.values()
+    return None if found is None else found.get_other_params_cov(camera.params)
+
+
+def _deviation_px(model: Any) -> float:
+    """Return how far features lie from where their points are projected, along one axis."""
+    squares = sum(point.error**2 * point.track.length() for point in model.points3D.values())
+    return float(np.sqrt(0.5 * squares / max(1, model.compute_num_observations())))
+
+
+def _names(model: Any, matched: Matched) -> tuple[str, ...]:
+    files = {model.image(number).name for number in model.reg_image_ids()}
+    return tuple(
+        name for file, name in zip(matched.files, matched.names, strict=True) if file in files
+    )
+
+
+def _solution(
+    model: Any,
+    matched: Matched,
+    covariance: Floats,
+    center_is_found: bool,
+    groups: tuple[tuple[str, ...], ...],
+) -> Solution:
+    lens = _lens(model)
+    names = _names(model, matched)
+    name_of = dict(zip(matched.files, matched.names, strict=True))
+    images = {name_of[model.image(n).name]: model.image(n) for n in model.reg_image_ids()}
+    row_of = {number: row for row, number in enumerate(sorted(model.point3D_ids()))}
+    points = np.array([model.point3D(number).xyz for number in row_of]).reshape(-1, 3)
+    poses, seen, marks, errors = [], [], [], []
+    for name in names:
+        image = images[name]
+        rigid = image.cam_from_world()
+        x, y, z, w = rigid.rotation.quat
+        camera_from_world = Pose.from_parts(rigid.translation, (w, x, y, z))
+        told = [point for point in image.points2D if point.has_point3D()]
+        rows = np.array([row_of[point.point3D_id] for point in told], np.int64)
+        places = np.array([point.xy for point in told]).reshape(-1, 2) - _CORNER
+        off = lens.project(camera_from_world.transform(points[rows])) - places
+        poses.append(camera_from_world.inverse())
+        seen.append(rows)
+        marks.append(places)
+        errors.append(float(np.sqrt((off**2).sum(axis=1).mean())) if len(rows) else 0.0)
+    found = set(names)
+    return Solution(
+        names=names,
+        lens=lens,
+        world_from_camera=tuple(poses),
+        points=points,
+        widest_rad=_widest(points, np.array([pose.translation for pose in poses]), seen),
+        seen=tuple(seen),
+        marks_px=tuple(marks),
+        error_px=np.array(errors),
+        focal_std_px=_deviation_px(model) * float(np.sqrt(covariance[0, 0])),
+        center_is_found=center_is_found,
+        missing=tuple(name for name in matched.names if name not in found),
+        groups=groups,
+    )
+
+
+def _lens(model: Any) -> Lens:
+    """Return what the model's simple radial camera is as a lens."""
+    (camera,) = model.cameras.values()
+    focal, u, v, k = camera.params
+    return Lens(
+        model="brown_conrady",
+        size_px=(camera.width, camera.height),
+        focal_px=(focal, focal),
+        center_px=(u - _CORNER, v - _CORNER),
+        distortion=(k, 0.0, 0.0, 0.0),
+    )
+
+
+def _widest(points: Floats, places: Floats, seen: list[NDArray[np.int64]]) -> Floats:
+    """Return the largest angle between the lines of sight to each point, (P,) rad."""
+    widest = np.zeros(len(points))
+    sights: list[list[Floats]] = [[] for _ in points]
+    for place, rows in zip(places, seen, strict=True):
+        toward = points[rows] - place
+        toward /= np.linalg.norm(toward, axis=1)[:, None]
+        for row, direction in zip(rows, toward, strict=True):
+            sights[row].append(direction)
+    for row, directions in enumerate(sights):
+        if len(directions) > 1:
+            stack = np.array(directions)
+            widest[row] = np.arccos(np.clip((stack @ stack.T).min(), -1.0, 1.0))
+    return widest

@@ -1,0 +1,190 @@
+"""Tells by matches alone what no reconstruction can use: nothing to see, standing, only turning."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NoReturn
+
+import numpy as np
+from numpy.typing import NDArray
+
+from servoid.errors import ScanError
+from servoid.scan.matching import Matched, Pair
+
+_FEW_FEATURES = 60  # in the median image: a blank wall
+_STILL = 0.003  # of the diagonal: what moves less stays where it is
+_MOVED = (0.008, 0.15)  # of the diagonal: what moves by so much may be one thing that moves
+_STANDS = 0.5  # share of matches that stay where they are, before a camera that stands
+_OTHER, _OTHER_COUNT = 0.02, 8  # share and number of matches that move while the camera stands
+_NEXT = 2  # images apart: neighbours
+_WIDE = 0.03  # of the diagonal: pairs whose image moved less tell nothing of how the camera moved
+_LEAST_MATCHES = 30
+_MOST_PAIRS = 40
+_TURN_PX = 0.003  # of the diagonal: so near to where a turn would bring it a match follows the turn
+_ONLY_TURNS = 0.9  # share of matches that follow turns alone
+_FOCALS = np.geomspace(0.4, 4.0, 13)  # of the diagonal
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Standing:
+    """What a pair of images says of a camera that may stand: shares of its matches."""
+
+    still: float
+    moved: float
+    moved_count: int
+
+
+def check_features(matched: Matched) -> None:
+    """Check that there is something to see in the images.
+
+    Raises:
+        ScanError: most of them have hardly any feature.
+
+    """
+    counts = np.array([len(one) for one in matched.keypoints])
+    if np.median(counts) >= _FEW_FEATURES:
+        return
+    raise ScanError(
+        f"there is too little to see in the images: {np.median(counts):.0f} features in the median "
+        f"one, and at least {_FEW_FEATURES} are needed; a blank wall or a plain table shows none, "
+        "and neither does a blurred or dark image: put printed paper around the object, light it, "
+        "and hold the camera still for each photograph"
+    )
+
+
+def check_standing(matched: Matched) -> None:
+    """Check that the camera does not stand.
+
+    Raises:
+        ScanError: it does; the message says if an object moves before it.
+
+    """
+    told = {
+        pair: _standing(matched, pair, matches)
+        for pair, matches in sorted(matched.alike.items())
+        if len(matches) >= _LEAST_MATCHES
+    }
+    still = float(np.median([one.still for one in told.values()])) if told else 0.0
+    if still < _STANDS:
+        return
+    # What turns looks alike from one image to the next only.
+    near = [one for (first, second), one in told.items() if second - first <= _NEXT]
+    moving = [one for one in near if one.moved >= _OTHER and one.moved_count >= _OTHER_COUNT]
+    if 2 * len(moving) >= max(1, len(near)):
+        share = np.median([one.moved for one in moving])
+        raise ScanError(
+            "the camera stands, and an object moves before a room at rest: "
+            f"{100 * still:.0f} % of what is seen stays at its "
+            f"place in the image, and {100 * share:.0f} % moves, so that the room would be found "
+            "and not the object; use 'servoid track' with --target, which models what moves, or "
+            "scan with --turntable, which leaves out what stays, or with --inside and masks of the "
+            "object"
+        )
+    raise ScanError(
+        "the camera stands still: "
+        f"{100 * still:.0f} % of what is seen stays at its place "
+        "in the image; walk around the object while you film it, or take photographs from "
+        "15 to 50 places around it"
+    )
+
+
+def _standing(matched: Matched, pair: Pair, matches: NDArray[np.int64]) -> Standing:
+    one, other = matched.places(pair, matches)
+    ways = np.linalg.norm(other - one, axis=1) / matched.diagonal_px
+    moved = (ways > _MOVED[0]) & (ways < _MOVED[1])
+    return Standing(float((ways < _STILL).mean()), float(moved.mean()), int(moved.sum()))
+
+
+def check_turning(matched: Matched) -> None:
+    """Check that the camera does more than turn where it is.
+
+    Raises:
+        ScanError: turns alone explain nearly all that is seen.
+
+    """
+    share = turning_share(matched)
+    if share is not None and share > _ONLY_TURNS:
+        raise ScanError(
+            f"the camera only turns: turns on the spot explain {100 * share:.0f} % of how the "
+            "image moves, and show nothing of how far things are; walk sideways around the object "
+            "and keep it in the middle of the image"
+        )
+
+
+def turning_share(matched: Matched) -> float | None:
+    """Return the share of matches that turns of a camera on the spot explain; None: unknown.
+
+    The focal length is the one with which turns explain most.
+    """
+    pairs = _wide_pairs(matched)
+    if not pairs:
+        return None
+    center = (np.array(matched.size_px) - 1.0) / 2.0
+    sides = [
+        tuple((side - center) / matched.diagonal_px for side in matched.places(pair, matches))
+        for pair, matches in pairs
+    ]
+    return max(
+        float(np.median([_following(one, other, focal) for one, other in sides]))
+        for focal in _FOCALS
+    )
+
+
+def _wide_pairs(matched: Matched) -> Sequence[tuple[Pair, NDArray[np.int64]]]:
+    """Return pairs of images between which the image moved most, spread over all."""
+    wide = []
+    for pair, matches in sorted(matched.agreeing.items()):
+        one, other = matched.places(pair, matches)
+        way = np.median(np.linalg.norm(other - one, axis=1)) / matched.diagonal_px
+        if len(matches) >= _LEAST_MATCHES and way > _WIDE:
+            wide.append((pair, matches))
+    step = max(1, len(wide) // _MOST_PAIRS)
+    return wide[::step]
+
+
+def _following(one: Floats, other: Floats, focal: float) -> float:
+    """Return the share of matches (M, 2), in diagonals, that the best turn brings together."""
+    before, after = _rays(one, focal), _rays(other, focal)
+    kept = np.ones(len(one), bool)
+    near = kept
+    for _ in range(3):
+        turn = _turn(before[kept], after[kept])
+        moved = before @ turn.T
+        ahead = np.maximum(moved[:, 2:], 1e-6)
+        off = np.linalg.norm(focal * moved[:, :2] / ahead - other, axis=1)
+        near = off < _TURN_PX
+        kept = off <= np.median(off)
+    return float(near.mean())
+
+
+def _rays(places: Floats, focal: float) -> Floats:
+    rays = np.concatenate([places / focal, np.ones((len(places), 1))], axis=1)
+    return rays / np.linalg.norm(rays, axis=1)[:, None]
+
+
+def _turn(before: Floats, after: Floats) -> Floats:
+    """Return the rotation (3, 3) that brings rays closest to others, by Kabsch's method."""
+    left, _, right = np.linalg.svd(after.T @ before)
+    sign = np.sign(np.linalg.det(left @ right))
+    return left @ np.diag([1.0, 1.0, sign]) @ right
+
+
+def refuse_unplaced(matched: Matched) -> NoReturn:
+    """Say why no poses were found at all.
+
+    Raises:
+        ScanError: always.
+
+    """
+    joined = sum(len(matches) >= _LEAST_MATCHES for matches in matched.agreeing.values())
+    if joined < len(matched.names) - 1:
+        raise ScanError(
+            "the images show too little of the same: only "
+            f"{joined} of {len(matched.names) * (len(matched.names) - 1) // 2} pairs share enough; "
+            "take them nearer to each other, and lay printed paper around a plain object"
+        )
+    raise ScanError(
+        "the images tell no distances: all that they share lies in one plane, or the camera hardly "
+        "moved to the side; walk around an object that stands before something"
+    )

@@ -1,0 +1,134 @@
+"""What a scan returns: the solution, its scale, and what a person should know of both."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from servoid.scan.scale import Scale
+from servoid.scan.solution import Solution
+from servoid.words import counted
+
+_LITTLE_PARALLAX_RAD = math.radians(5.0)
+_MANY_MISSING = 0.2
+_LARGE_ERROR = 0.0015  # of the diagonal
+_ROUGH_FOCAL = 0.01
+_FEW_IMAGES = 8
+_ONE_SIDE_RAD = math.radians(60.0)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Scan:
+    """Where the camera was at each image, in a capture at `path`.
+
+    `count` images were there, of which `keys` were used. Without `scale` the median distance from
+    the cameras to what they see is 1. `times` are seconds by stage, `notes` what a person should
+    read beside `doubts`.
+    """
+
+    source: Path
+    path: Path
+    count: int
+    keys: int
+    solution: Solution
+    scale: Scale | None
+    times: dict[str, float]
+    notes: tuple[str, ...] = ()
+
+    @property
+    def seconds(self) -> float:
+        """Return how long it took."""
+        return sum(self.times.values())
+
+    @cached_property
+    def around_rad(self) -> float:
+        """Return the largest angle between directions from which the scene was seen."""
+        middle = np.median(self.solution.points, axis=0)
+        toward = self.solution.places - middle
+        toward = toward / np.linalg.norm(toward, axis=1)[:, None]
+        return float(np.arccos(np.clip((toward @ toward.T).min(), -1.0, 1.0)))
+
+    @cached_property
+    def doubts(self) -> tuple[str, ...]:
+        """Return sentences on what makes the scan doubtful."""
+        return tuple(self._doubts())
+
+    def _doubts(self) -> Iterator[str]:
+        solution = self.solution
+        if self.scale is None:
+            yield (
+                "the scale is unknown, so lengths are not in metres: the median distance from the "
+                "camera to what it sees counts as 1; give --length in two images, --board or "
+                "--apart"
+            )
+        if len(solution.missing) > _MANY_MISSING * self.keys:
+            yield (
+                f"{len(solution.missing)} of {counted(self.keys, 'image')} found no place: "
+                f"{_some(solution.missing)}; they show too little of what the others show"
+            )
+        if solution.parallax_rad < _LITTLE_PARALLAX_RAD:
+            yield (
+                f"the camera went little to the side: points are seen under "
+                f"{math.degrees(solution.parallax_rad):.1f} degrees, so that distances and the "
+                "focal length are rough; walk further around the object"
+            )
+        if solution.rms_px > _LARGE_ERROR * math.hypot(*solution.lens.size_px):
+            yield (
+                f"features lie {solution.rms_px:.1f} px beside where they should: blur, a rolling "
+                "shutter, a zoom that changed, or something that moved"
+            )
+        if not solution.focal_std_px < _ROUGH_FOCAL * solution.focal_px:
+            yield (
+                f"the focal length is known to {solution.focal_std_px:.0f} of "
+                f"{solution.focal_px:.0f} px only"
+            )
+        if len(solution.names) < _FEW_IMAGES:
+            yield f"only {counted(len(solution.names), 'image')} tell where things are; take more"
+        if self.around_rad < _ONE_SIDE_RAD:
+            yield (
+                "the scene was seen from one side: directions differ by "
+                f"{math.degrees(self.around_rad):.0f} degrees at most; what is behind stays unknown"
+            )
+
+    def numbers(self) -> dict[str, Any]:
+        """Return all figures, for scan.json, in radians, pixels, seconds and the scan's unit."""
+        solution, scale = self.solution, self.scale
+        return {
+            "version": 1,
+            "images": {"all": self.count, "used": self.keys, "found": len(solution.names)},
+            "missing": list(solution.missing),
+            "size_px": list(solution.lens.size_px),
+            "focal_px": solution.focal_px,
+            "focal_std_px": _known(solution.focal_std_px),
+            "center_px": list(solution.lens.center_px),
+            "center_is_found": solution.center_is_found,
+            "distortion": list(solution.lens.distortion[:1]),
+            "rms_px": solution.rms_px,
+            "points": len(solution.points),
+            "parallax_rad": solution.parallax_rad,
+            "around_rad": self.around_rad,
+            "distance": solution.distance,
+            "scale": None
+            if scale is None
+            else {"by": scale.words, "relative_std": _known(scale.deviation)},
+            "by_image": [
+                {"name": name, "error_px": float(error), "points": len(seen)}
+                for name, error, seen in zip(
+                    solution.names, solution.error_px, solution.seen, strict=True
+                )
+            ],
+            "seconds": {stage: round(value, 2) for stage, value in self.times.items()},
+            "notes": [*self.notes, *self.doubts],
+        }
+
+
+def _known(value: float) -> float | None:
+    return float(value) if math.isfinite(value) else None
+
+
+def _some(names: tuple[str, ...]) -> str:
+    return ", ".join(names if len(names) <= 5 else [*names[:4], "..."])

@@ -1,0 +1,49 @@
+"""Runs pycolmap beside the caller: it can be stopped, stays silent, and its seed is fixed."""
+
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import TimeoutError as NotYet
+from types import ModuleType
+from typing import Any, TypeVar
+
+from servoid.errors import MissingExtraError
+
+_LOOK_S = 0.1  # so often the caller is asked if it still wants the result
+MadeT = TypeVar("MadeT")
+
+
+def pycolmap() -> ModuleType:
+    """Return the library that finds poses, silent.
+
+    Raises:
+        MissingExtraError: it is not installed.
+
+    """
+    try:
+        import pycolmap as library
+    except ImportError as error:
+        raise MissingExtraError.of("scans", "pycolmap", "scan") from error
+    library.logging.minloglevel = library.logging.FATAL.value
+    return library
+
+
+def run(work: Callable[[Any], MadeT], while_waiting: Callable[[], None] | None = None) -> MadeT:
+    """Run `work`, which is given a token for pycolmap, in a thread; Ctrl-C stops it and comes out.
+
+    `while_waiting` is called on the caller's thread now and then; what it raises stops the work.
+    """
+    token = pycolmap().CancellationToken()
+    with ThreadPoolExecutor(max_workers=1) as pool:
+        running = pool.submit(work, token)
+        try:
+            while True:
+                try:
+                    return running.result(timeout=_LOOK_S)
+                except NotYet:
+                    if running.done():
+                        raise
+                    if while_waiting is not None:
+                        while_waiting()
+        except BaseException:
+            token.cancel()
+            raise

@@ -1,0 +1,84 @@
+"""What a scan found out: the camera, where it was at each image, and how sure that is."""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from servoid._native import Lens, Pose
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """Where one camera was at each image that was found, in a world of unknown scale.
+
+    `points` are (P, 3) float64 on what was seen, in that world; `widest_rad` (P,) is the largest
+    angle between two lines of sight to each. `marks_px[i]` are (N, 2) float64, where image i sees
+    the points whose indices are `seen[i]` (N,), and `error_px` (V,) is how far from there they are
+    projected, as the root of the mean square in each image. `focal_std_px` is the standard
+    deviation of the focal length by the spread of the features about their projections. `groups`
+    are the names of images that hang together, but not with those that were found.
+    """
+
+    names: tuple[str, ...]
+    lens: Lens
+    world_from_camera: tuple[Pose, ...]
+    points: NDArray[np.float64]
+    widest_rad: NDArray[np.float64]
+    seen: tuple[NDArray[np.int64], ...]
+    marks_px: tuple[NDArray[np.float64], ...]
+    error_px: NDArray[np.float64]
+    focal_std_px: float
+    center_is_found: bool
+    missing: tuple[str, ...]
+    groups: tuple[tuple[str, ...], ...] = ()
+
+    @cached_property
+    def places(self) -> NDArray[np.float64]:
+        """Return where the camera was, (V, 3)."""
+        return np.array([pose.translation for pose in self.world_from_camera])
+
+    @property
+    def focal_px(self) -> float:
+        """Return the focal length, which is one for both directions."""
+        return self.lens.focal_px[0]
+
+    @property
+    def rms_px(self) -> float:
+        """Return how far features lie from where their points are projected, over all images."""
+        counts = np.array([len(one) for one in self.seen], np.float64)
+        return float(np.sqrt((counts * self.error_px**2).sum() / counts.sum()))
+
+    @property
+    def parallax_rad(self) -> float:
+        """Return the median of the largest angles between lines of sight."""
+        return float(np.median(self.widest_rad))
+
+    @cached_property
+    def distance(self) -> float:
+        """Return the median distance of points from the cameras that see them, along z."""
+        return float(
+            np.median(
+                np.concatenate(
+                    [
+                        pose.inverse().transform(self.points[seen])[:, 2]
+                        for pose, seen in zip(self.world_from_camera, self.seen, strict=True)
+                    ]
+                )
+            )
+        )
+
+    def index(self, name: str) -> int | None:
+        """Return the place of an image among those that were found, or None."""
+        return self.names.index(name) if name in self.names else None
+
+    def scaled(self, by: float) -> "Solution":
+        """Return the same with all lengths multiplied, in the first image's frame."""
+        first_from_world = self.world_from_camera[0].inverse()
+        poses = tuple(first_from_world @ pose for pose in self.world_from_camera)
+        scaled = tuple(
+            Pose.from_parts(by * np.asarray(pose.translation), pose.quaternion) for pose in poses
+        )
+        points = by * first_from_world.transform(self.points)
+        return replace(self, world_from_camera=scaled, points=points)

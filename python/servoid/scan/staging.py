@@ -1,0 +1,160 @@
+"""Puts the images of a scan into a folder, all upright and of one size, as a capture holds them."""
+
+import re
+import shutil
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from servoid.camera.exif import Exif, read_exif
+from servoid.camera.image_size import read_image_size
+from servoid.camera.images import read_image
+from servoid.config.limits import IMAGE_FILE
+from servoid.config.reading import read_bytes
+from servoid.errors import ImageError, OutputError, ScanError
+from servoid.scan.footage import Footage
+
+_JPEG_QUALITY = 95
+_SAME_FOCAL = 0.02  # share by which the focal lengths that photographs note may differ
+_BLANK = re.compile(r"\s")  # what may not be in a file's name in a list of pairs
+
+Size = tuple[int, int]
+
+
+@dataclass(frozen=True)
+class Staged:
+    """Images in a folder: their files' names in order, their size, and a focal length they note."""
+
+    folder: Path
+    files: tuple[str, ...]
+    size_px: Size
+    focal_px: float | None
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class _Photo:
+    """A photograph's file, its size as stored, and how it is to be turned."""
+
+    file: Path
+    stored_px: Size
+    exif: Exif
+
+    @property
+    def upright_px(self) -> Size:
+        """Return the size once it is turned."""
+        width, height = self.stored_px
+        return (height, width) if self.exif.orientation > 4 else (width, height)
+
+
+def stage(
+    footage: Footage,
+    names: Iterable[str],
+    folder: Path,
+    progress: Callable[[float], None] | None = None,
+) -> Staged:
+    """Write or copy the images of these names into an empty folder.
+
+    Photographs that need no turn are copied. Where some were held upright and others on their side,
+    all stay as they were stored: a camera has one calibration.
+
+    Raises:
+        ImageError: a file is damaged, or the images differ in size.
+        ScanError: two names are the same but for blanks.
+
+    """
+    chosen = list(names)
+    tell = progress or (lambda _: None)
+    if footage.is_film:
+        return _stage_film(footage, chosen, folder, tell)
+    photos = {name: _look(footage.file_of(name) or footage.path) for name in chosen}
+    upright = len({one.upright_px for one in photos.values()}) == 1
+    sizes = {n: one.upright_px if upright else one.stored_px for n, one in photos.items()}
+    size = _one_size(footage.path, sizes)
+    files = []
+    for done, (name, photo) in enumerate(photos.items(), 1):
+        files.append(_stage_photo(folder, name, photo, size))
+        tell(done / len(photos))
+    notes = (
+        ()
+        if upright
+        else (
+            "some photographs were held upright and some on their side; all are used as the sensor "
+            "recorded them",
+        )
+    )
+    _check_names(files, footage.path)
+    return Staged(folder, tuple(files), size, _noted_focal(photos, size), notes)
+
+
+def _look(file: Path) -> _Photo:
+    return _Photo(file, read_image_size(file), read_exif(read_bytes(file, ImageError, IMAGE_FILE)))
+
+
+def _stage_film(
+    footage: Footage, chosen: list[str], folder: Path, tell: Callable[[float], None]
+) -> Staged:
+    files, size = [], (0, 0)
+    for name, image in footage.images(chosen):
+        files.append(f"{name}.jpg")
+        (folder / files[-1]).write_bytes(encode(image))
+        size = (image.shape[1], image.shape[0])
+        tell(len(files) / len(chosen))
+    return Staged(folder, tuple(files), size, None)
+
+
+def _stage_photo(folder: Path, name: str, photo: _Photo, size: Size) -> str:
+    stem = _BLANK.sub("_", name)
+    if not photo.exif.is_turned:
+        file = f"{stem}{photo.file.suffix.lower()}"
+        shutil.copyfile(photo.file, folder / file)
+        return file
+    file = f"{stem}.jpg"
+    (folder / file).write_bytes(encode(read_image(photo.file, size)))
+    return file
+
+
+def encode(image: NDArray[np.uint8]) -> bytes:
+    """Return an image (H, W, 3) RGB as the bytes of a JPEG file."""
+    import cv2
+
+    options = [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY]
+    done, data = cv2.imencode(".jpg", np.ascontiguousarray(image[:, :, ::-1]), options)
+    if not done:
+        raise OutputError(f"cannot encode an image of shape {image.shape}")
+    return data.tobytes()
+
+
+def _check_names(files: list[str], path: Path) -> None:
+    stems = [Path(file).stem for file in files]
+    for stem in stems:
+        if stems.count(stem) > 1:
+            raise ScanError(
+                f"{path}: two photographs are named '{stem}' once blanks are written as '_'; "
+                "rename one of them"
+            )
+
+
+def _one_size(path: Path, sizes: dict[str, Size]) -> Size:
+    """Return the (width, height) that all images have, or raise ImageError."""
+    kinds = sorted(set(sizes.values()))
+    if len(kinds) == 1:
+        return kinds[0]
+    first = {kind: next(name for name, size in sizes.items() if size == kind) for kind in kinds}
+    told = ", ".join(f"{width}x{height} ({first[width, height]})" for width, height in kinds[:4])
+    raise ImageError(
+        f"{path}: the images differ in size: {told}; a scan needs those of one camera, at one "
+        "zoom; put the others elsewhere"
+    )
+
+
+def _noted_focal(photos: dict[str, _Photo], size: Size) -> float | None:
+    """Return the focal length that all photographs note, if they agree."""
+    noted = [one.exif.focal_px(size) for one in photos.values()]
+    known = [one for one in noted if one is not None]
+    if len(known) < len(noted) or max(known) > (1.0 + _SAME_FOCAL) * min(known):
+        return None
+    return float(np.median(known))

@@ -1,0 +1,87 @@
+"""Writes a scan as a capture: images, camera, poses, and how sure all of it is."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import msgspec
+
+from servoid.capture.capture_file import POSES_HEADER
+from servoid.output import FolderKind
+from servoid.scan.result import Scan
+from servoid.scan.staging import Staged
+
+MARK = "# servoid's own scan"
+IMAGES, MASKS = "images", "masks"
+REPORT, FIGURES = "report.html", "scan.json"
+CAMERA = "camera"
+FOLDER = FolderKind(
+    "a scan", MARK, frozenset({"capture.toml", "poses.csv", IMAGES, MASKS, REPORT, FIGURES})
+)
+
+_CAPTURE = """{mark}: {found} of {keys} images found a place
+version = 1
+{metric}
+[[camera]]
+name = "{camera}"
+images = "{images}/*"
+{masks}size_px = [{width}, {height}]
+model = "brown_conrady"
+focal_px = [{focal:.6f}, {focal:.6f}]        # standard deviation {deviation:.2g}
+center_px = [{u:.4f}, {v:.4f}]
+distortion = [{k:.8g}, 0.0, 0.0, 0.0]
+
+[rig]
+poses = "poses.csv"            # world_from_rig; the world is where the first image was taken
+"""
+_NO_SCALE = "metric = false  # lengths are in units of the median distance to what is seen\n"
+
+
+def write_capture(
+    draft: Path, scan: Scan, staged: Staged, page: Callable[[Scan, Path], bytes] | None
+) -> None:
+    """Write all of a scan into the folder that has its images; those without a place go."""
+    if page is not None:
+        (draft / REPORT).write_bytes(page(scan, draft / IMAGES))
+    found = set(scan.solution.names)
+    for file in staged.files:
+        if Path(file).stem not in found:
+            (draft / IMAGES / file).unlink()
+            (draft / MASKS / f"{Path(file).stem}.png").unlink(missing_ok=True)
+    has_masks = (draft / MASKS).is_dir() and any((draft / MASKS).iterdir())
+    _write(draft / "capture.toml", _capture(scan, has_masks=has_masks))
+    _write(draft / "poses.csv", _poses(scan))
+    figures = msgspec.json.format(msgspec.json.encode(scan.numbers()), indent=2)
+    (draft / FIGURES).write_bytes(figures + b"\n")
+
+
+def _write(path: Path, text: str) -> None:
+    path.write_text(text, encoding="utf-8", newline="\n")
+
+
+def _capture(scan: Scan, *, has_masks: bool) -> str:
+    solution = scan.solution
+    (width, height), (u, v) = solution.lens.size_px, solution.lens.center_px
+    return _CAPTURE.format(
+        mark=MARK,
+        found=len(solution.names),
+        keys=scan.keys,
+        metric=_NO_SCALE if scan.scale is None else "",
+        camera=CAMERA,
+        images=IMAGES,
+        masks=f'masks = "{MASKS}/*.png"\n' if has_masks else "",
+        width=width,
+        height=height,
+        focal=solution.focal_px,
+        deviation=solution.focal_std_px,
+        u=u,
+        v=v,
+        k=solution.lens.distortion[0],
+    )
+
+
+def _poses(scan: Scan) -> str:
+    lines = [",".join(POSES_HEADER)]
+    for index, pose in enumerate(scan.solution.world_from_camera):
+        numbers = (*pose.translation, *pose.quaternion)
+        lines.append(",".join([str(index), *(f"{number:.12g}" for number in numbers)]))
+    return "\n".join(lines) + "\n"

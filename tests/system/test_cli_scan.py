@@ -1,0 +1,57 @@
+"""`servoid scan`, and `servoid model` of a video without poses."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from commands import Command
+from rooms_to_scan import AIM, LENS, Room, around, draw, write_film, write_photos
+
+from servoid.capture import open_capture
+from servoid.pose import Pose
+
+WALK = around(10, 60.0)
+
+
+def test_the_command_says_how_sure_it_is(tmp_path: Path, servoid_command: Command) -> None:
+    few = write_photos(tmp_path / "few", draw(Room(), WALK[:8:2]))
+    done = servoid_command("scan", few, "--out", tmp_path / "out", "--threads", 1)
+    assert done.code == 0, done.err
+    assert "4 of 4 found a place" in done.out
+    assert "UNKNOWN: lengths are not in metres" in done.out
+    page = (tmp_path / "out" / "report.html").read_text()
+    assert "lengths are not in metres" in page and page.count("<figure") == 2 + 4
+    assert not open_capture(tmp_path / "out").metric
+
+
+def test_a_wrong_scale_is_a_wrong_option(tmp_path: Path, servoid_command: Command) -> None:
+    done = servoid_command("scan", tmp_path, "--out", tmp_path / "out", "--length", "x")
+    assert done.code == 2 and "is no length" in done.err
+
+
+@pytest.mark.extended
+def test_a_film_and_a_click_give_a_body(tmp_path: Path, servoid_command: Command) -> None:
+    way = around(60, 90.0)
+    film = write_film(tmp_path / "film.avi", draw(Room(seed=3), way))
+    middle = LENS.project(Pose(way[0]).inverse().transform(np.array([[*AIM[:2], 0.06]])))[0]
+    out = tmp_path / "body.json"
+    u, v = middle
+    box = f"box:{u - 45:.0f},{v - 55:.0f},{u + 45:.0f},{v + 50:.0f}"
+    done = servoid_command("model", film, "--out", out, "--target", box, "--trust-targets")
+    assert done.code == 0, done.err
+    assert "altogether" in done.out and f"capture         {tmp_path / 'body_scan'}" in done.out
+    assert "not in metres" in done.out
+    assert out.is_file()
+
+
+def test_a_film_without_a_target_is_refused_before_it_is_scanned(
+    tmp_path: Path, servoid_command: Command
+) -> None:
+    film = write_film(tmp_path / "film.avi", draw(Room(), WALK[:3]))
+    done = servoid_command("model", film, "--out", tmp_path / "body.json")
+    assert done.code == 2 and "mark it in the first image" in done.err
+    done = servoid_command(
+        *("model", film, "--out", tmp_path / "body.json", "--target", "click:100,100@0009")
+    )
+    assert done.code == 2 and "0000 to 0002" in done.err
+    assert [path.name for path in tmp_path.iterdir()] == ["film.avi"]

@@ -18,6 +18,7 @@ from recordings import Alone, run_servoid
 from served_images import served
 
 from servoid.capture import open_capture
+from servoid.opening import open_recorded, parse_source
 
 RIG_CAMERA = """
 [[camera]]
@@ -70,6 +71,26 @@ def test_what_a_camera_sends_is_recorded_file_by_file(
     assert all(path.read_bytes() in sent for path in (run / "camera").iterdir())
     lines = [line for line in done.out.splitlines() if str(run) not in line and "http" not in line]
     assert max(map(len, lines)) <= 80
+
+
+def test_what_a_camera_sends_is_recorded_in_a_bag(tmp_path: Path, servoid_command: Command) -> None:
+    pytest.importorskip("rosbags", reason="the library that writes bags is not installed")
+    with served(tiny_images(tmp_path / "served")) as address:
+        bag = tmp_path / "run.mcap"
+        done = servoid_command(
+            "record", f"{address}/eye", "--fov", "60", "--count", "4", "--out", bag
+        )
+    assert done.code == 0, done.err
+    capture = open_recorded(parse_source(str(bag))).capture
+    assert len(capture) == 4
+    (picture, *_) = capture.cameras[0].pictures
+    assert picture is not None
+    sent = [
+        cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR)
+        for data in images_of(tmp_path / "served" / "eye")
+    ]
+    seen = picture.read((64, 48))[..., ::-1]
+    assert any((seen == image).all() for image in sent)
 
 
 def test_sources_lists_what_there_is_within_eighty_columns(servoid_command: Command) -> None:

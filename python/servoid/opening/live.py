@@ -3,8 +3,6 @@
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from importlib import import_module
-from typing import Any
 
 import numpy as np
 
@@ -68,9 +66,13 @@ def _cameras(word: SourceWord, known: Known) -> tuple[tuple[LiveCamera, ...], tu
             return open_world(word.name), ()
         if word.kind is Kind.RIG:
             return read_rig(word.place), ()
-        return _driver(word, "realsense").open_realsense(word.name), ()
+        from servoid.source.devices import open_realsense
+
+        return open_realsense(word.name), ()
     if word.kind is Kind.GENICAM:
-        video = _driver(word, "genicam").GenicamVideo(word.name)
+        from servoid.source.devices import GenicamVideo
+
+        video = GenicamVideo(word.name)
         try:
             return _seen(word, known, video, video.size_px)
         except BaseException:
@@ -123,13 +125,3 @@ def _first_size(word: SourceWord, video: Video) -> tuple[int, int]:
             height, width = np.asarray(pixels).shape[:2]
             return width, height
     raise CaptureError(f"{word}: not one image came in {_FIRST_S:.0f} s; check the camera")
-
-
-def _driver(word: SourceWord, name: str) -> Any:
-    module = f"servoid.source.devices.{name}"
-    try:
-        return import_module(module)
-    except ModuleNotFoundError as error:
-        if error.name is None or not module.startswith(error.name):
-            raise
-        raise CaptureError(f"{word}: this version of servoid has no such driver") from error

@@ -1,10 +1,14 @@
 """A drawn stereo recording as the messages of a bag, and as a capture in memory."""
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 from bag_writing import START_NS, Entry, compressed, image, info, tf
 from numpy.typing import NDArray
 
+from servoid.camera import Camera, Lens
+from servoid.capture import Capture, PosedImage, capture_of
 from servoid.pose import Pose
 
 SIZE_PX = (40, 30)
@@ -62,3 +66,49 @@ def only_camera(entries: list[Entry], name: str = "left") -> list[Entry]:
     """Leave out what belongs to the other camera."""
     others = {"left": "right", "right": "left"}[name]
     return [one for one in entries if f"/{others}/" not in one.topic]
+
+
+LENSES = [
+    Lens(model="pinhole", size_px=SIZE_PX, focal_px=(50, 51), center_px=(19.3, 14.7)),
+    Lens(
+        model="brown_conrady",
+        size_px=SIZE_PX,
+        focal_px=(50, 51),
+        center_px=(19.3, 14.7),
+        distortion=(-0.1, 0.02, 0.001, -0.002, 0.003),
+    ),
+    Lens(
+        model="brown_conrady",
+        size_px=SIZE_PX,
+        focal_px=(50, 51),
+        center_px=(19.3, 14.7),
+        distortion=(-0.1, 0.02, 0.001, -0.002, 0.003, 0.01, 0.02, 0.003),
+    ),
+    Lens(
+        model="kannala_brandt",
+        size_px=SIZE_PX,
+        focal_px=(20, 21),
+        center_px=(19.3, 14.7),
+        distortion=(0.01, -0.002, 0.001, 0.0005),
+    ),
+]
+
+
+def drawn_capture(count: int = 5, lens: Lens | Camera = LENSES[0]) -> Capture:
+    """Make a rig of two cameras that moves, at times that no nanosecond holds; one has depth."""
+    rig_from_right = Pose.exp([0.1, 0.001, -0.002, 0.01, 0.02, -0.03])
+    observations = []
+    for index in range(count):
+        pose = world_from_rig(index)
+        depth = np.random.default_rng(index).uniform(0.3, 2.0, (30, 40)).astype(np.float32)
+        depth[:3] = np.nan
+        left = PosedImage(
+            camera=lens, world_from_camera=pose, image=pixels(2 * index), depth_m=depth
+        )
+        right = PosedImage(
+            camera=lens, world_from_camera=pose @ rig_from_right, image=pixels(2 * index + 1)
+        )
+        observations.append([left, right])
+    capture = capture_of(observations, times_s=[index / 30 for index in range(count)], rate_hz=30)
+    names = zip(capture.cameras, ("left", "right"), strict=True)
+    return replace(capture, cameras=tuple(replace(camera, name=name) for camera, name in names))

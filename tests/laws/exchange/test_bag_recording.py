@@ -10,11 +10,11 @@ import pytest
 from bag_writing import reads_with, write_bag
 from hypothesis import given
 from hypothesis import strategies as st
-from scenes_bags import SIZE_PX, pixels, stereo_entries, world_from_rig
+from scenes_bags import LENSES, drawn_capture, pixels, stereo_entries, world_from_rig
 
 from conftest import Drawing
-from servoid.camera import Camera, Lens
-from servoid.capture import Capture, PosedImage, capture_of, open_capture
+from servoid.camera import Lens
+from servoid.capture import Capture, open_capture
 from servoid.errors import MissingExtraError, OutputError
 from servoid.exchange import open_bag
 from servoid.exchange.bags.writing import RawObservation, raw_observations, write_mcap_recording
@@ -22,50 +22,6 @@ from servoid.pose import Pose
 from servoid.pose.parts import joined, parts_of
 
 numbers = st.floats(-3.0, 3.0)
-LENSES = [
-    Lens(model="pinhole", size_px=SIZE_PX, focal_px=(50, 51), center_px=(19.3, 14.7)),
-    Lens(
-        model="brown_conrady",
-        size_px=SIZE_PX,
-        focal_px=(50, 51),
-        center_px=(19.3, 14.7),
-        distortion=(-0.1, 0.02, 0.001, -0.002, 0.003),
-    ),
-    Lens(
-        model="brown_conrady",
-        size_px=SIZE_PX,
-        focal_px=(50, 51),
-        center_px=(19.3, 14.7),
-        distortion=(-0.1, 0.02, 0.001, -0.002, 0.003, 0.01, 0.02, 0.003),
-    ),
-    Lens(
-        model="kannala_brandt",
-        size_px=SIZE_PX,
-        focal_px=(20, 21),
-        center_px=(19.3, 14.7),
-        distortion=(0.01, -0.002, 0.001, 0.0005),
-    ),
-]
-
-
-def drawn_capture(count: int = 5, lens: Lens | Camera = LENSES[0]) -> Capture:
-    """Make a rig of two cameras that moves, at times that no nanosecond holds; one has depth."""
-    rig_from_right = Pose.exp([0.1, 0.001, -0.002, 0.01, 0.02, -0.03])
-    observations = []
-    for index in range(count):
-        pose = world_from_rig(index)
-        depth = np.random.default_rng(index).uniform(0.3, 2.0, (30, 40)).astype(np.float32)
-        depth[:3] = np.nan
-        left = PosedImage(
-            camera=lens, world_from_camera=pose, image=pixels(2 * index), depth_m=depth
-        )
-        right = PosedImage(
-            camera=lens, world_from_camera=pose @ rig_from_right, image=pixels(2 * index + 1)
-        )
-        observations.append([left, right])
-    capture = capture_of(observations, times_s=[index / 30 for index in range(count)], rate_hz=30)
-    names = zip(capture.cameras, ("left", "right"), strict=True)
-    return replace(capture, cameras=tuple(replace(camera, name=name) for camera, name in names))
 
 
 def check_same(found: Capture, expected: Capture) -> None:

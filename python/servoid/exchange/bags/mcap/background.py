@@ -2,28 +2,38 @@
 
 import queue
 import threading
+import time
 from collections.abc import Callable
 from typing import Generic, TypeVar
 
 JobT = TypeVar("JobT")
+
+_LOOK_S = 0.001  # between looks for room
 
 
 class Background(Generic[JobT]):
     """Does jobs one after another, in their order; so many wait at most.
 
     Where `can_wait` is false a job for which there is no room is dropped and counted as `dropped`,
-    of all that were `handed` over; otherwise who hands it over waits for room.
+    of all that were `handed` over; otherwise who hands it over waits for room. One thread hands
+    over.
     """
 
     def __init__(self, work: Callable[[JobT], None], most: int, *, can_wait: bool) -> None:
         self.dropped: int = 0
         self.handed: int = 0
-        self._work, self._can_wait = work, can_wait
-        self._jobs: queue.Queue[JobT | None] = queue.Queue(most)
+        self._work, self._most, self._can_wait = work, most, can_wait
+        # A queue with a bound has a lock, for which a busy machine lets the other thread wait.
+        self._jobs: queue.SimpleQueue[JobT | None] = queue.SimpleQueue()
         self._failure: BaseException | None = None
         self._given_up = False
         self._thread = threading.Thread(target=self._run, name="servoid-recording", daemon=True)
         self._thread.start()
+
+    @property
+    def waiting(self) -> int:
+        """Return how many jobs wait that were not begun."""
+        return self._jobs.qsize()
 
     def put(self, job: JobT) -> bool:
         """Hand over a job; return whether it will be done.
@@ -34,11 +44,13 @@ class Background(Generic[JobT]):
         """
         self._check()
         self.handed += 1
-        try:
-            self._jobs.put(job, block=self._can_wait)
-        except queue.Full:
-            self.dropped += 1
-            return False
+        while self._jobs.qsize() >= self._most:
+            if not self._can_wait:
+                self.dropped += 1
+                return False
+            time.sleep(_LOOK_S)
+            self._check()
+        self._jobs.put(job)
         return True
 
     def close(self) -> None:
@@ -59,10 +71,7 @@ class Background(Generic[JobT]):
         self._thread.join()
 
     def _run(self) -> None:
-        while True:
-            job = self._jobs.get()
-            if job is None:
-                return
+        while (job := self._jobs.get()) is not None:
             if self._failure is None and not self._given_up:
                 try:
                     self._work(job)

@@ -7,17 +7,20 @@ from collections.abc import Callable
 from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import dataclass
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import cv2
 import numpy as np
 
 from fuzz.calls import call_the_core
-from servoid.camera import read_depth, read_image, read_mask
-from servoid.capture import Capture
+from servoid.camera import Camera, read_depth, read_image, read_mask
+from servoid.capture import Capture, PosedImage, capture_of
 from servoid.cli import main
 from servoid.exchange import open_any
+from servoid.exchange.bags.writing import raw_observations, write_mcap_recording
 from servoid.exchange.shapes.cloud_file import read_cloud
 from servoid.exchange.shapes.mesh_file import read_mesh
+from servoid.pose import Pose
 from servoid.record import read_trajectory
 from servoid.segment import parse_target
 from servoid.servo import read_settings
@@ -157,6 +160,17 @@ def _glb() -> bytes:
     return b"glTF" + struct.pack("<II", 2, 12 + len(body)) + body
 
 
+def _mcap() -> bytes:
+    """Record two small images."""
+    camera = Camera.from_fov(SIZE_PX, 60.0)
+    one = PosedImage(camera=camera, world_from_camera=Pose.identity(), image=_PIXELS)
+    capture = capture_of([one, one], times_s=[0.0, 0.1], rate_hz=10.0)
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "run.mcap"
+        write_mcap_recording(path, capture.cameras, raw_observations(capture))
+        return path.read_bytes()
+
+
 _RNG = np.random.default_rng(0)
 _PIXELS = _RNG.integers(0, 256, (SIZE_PX[1], SIZE_PX[0], 3), np.uint8)
 _DEPTH = (500 * np.ones((SIZE_PX[1], SIZE_PX[0]))).astype(np.uint16)
@@ -179,6 +193,7 @@ TARGETS: dict[str, Target] = {
     "scene_gt.json": Target(
         (_seed("scene_gt.json"),), _other_capture("scene_gt.json", "scene_camera.json")
     ),
+    "run.mcap": Target((_mcap(),), _file("run.mcap", lambda path: _read_all(open_any(path)))),
     "cameras.txt": Target((_seed("cameras.txt"),), _other_capture("cameras.txt", "images.txt")),
     "images.txt": Target((_seed("images.txt"),), _other_capture("images.txt", "cameras.txt")),
     "body.json": Target((_seed("body.json"),), _file("body.json", load_body)),

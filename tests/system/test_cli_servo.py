@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import cv2
 import pytest
@@ -15,6 +16,7 @@ pytest.importorskip("mujoco", reason="simulated worlds need mujoco")
 pytest.importorskip("daqp", reason="servoing within all limits needs daqp")
 pytest.importorskip("matplotlib", reason="the plots of a run need matplotlib")
 
+from bag_writing import reads_with
 from servo_trials import log_rows, small_settings
 
 from servoid.cli.servo import servoing
@@ -113,12 +115,31 @@ def test_the_settings_of_a_run_repeat_it_to_the_bit(ran: tuple[Path, Outcome]) -
     folder, _ = ran
     first = folder / "new" / "run"
     assert read_trial_settings(first / "run.toml") == small_settings(SHORT)
-    again = servo_apart(folder, "--config", "new/run/run.toml", "--out", "again", "--no-video")
+    options = ("--config", "new/run/run.toml", "--out", "again", "--no-video", "--mcap")
+    again = servo_apart(folder, *options)
     assert again.code == 0, again.err
     assert not (folder / "again" / "servo.mp4").exists()
     assert "servo.mp4" not in again.out
     for name in ("log.csv", "run.toml", "body.json"):
         assert (folder / "again" / name).read_bytes() == (first / name).read_bytes(), name
+    check_recording(folder / "again")
+
+
+def check_recording(folder: Path) -> None:
+    """Check that the run's joints, images and poses are in its recording."""
+    rows = log_rows(folder / "log.csv")
+    found: dict[str, list[Any]] = {}
+    for one in reads_with("mcap_ros2.reader").read_ros2_messages(str(folder / "run.mcap")):
+        found.setdefault(one.channel.topic, []).append(one.ros_msg)
+    joints = found["/joint_states"]
+    assert len(joints) == len(rows)
+    for told, row in zip(joints, rows, strict=True):
+        expected = [float(row[f"q_{name}"]) for name in told.name]
+        assert list(told.position) == pytest.approx(expected, abs=1e-8)
+    tracked = sum(row["status"] == "tracking" for row in rows)
+    assert len(found["/object/pose"]) == tracked > 0
+    assert len(found["/left/image_raw"]) >= len([row for row in rows if row["status"]])
+    assert len(found["/object/body"]) == 1
 
 
 def test_printed_settings_read_back_and_options_come_on_top(

@@ -29,6 +29,14 @@ def servo(
             rich_help_panel=_OUTPUT,
         ),
     ] = True,
+    mcap: Annotated[
+        bool,
+        typer.Option(
+            "--mcap",
+            help="Write run.mcap with ROS 2 messages: images, joints, poses, the body.",
+            rich_help_panel=_OUTPUT,
+        ),
+    ] = False,
     config: Annotated[
         Path | None,
         typer.Option(
@@ -229,13 +237,14 @@ def servo(
     order = Order(
         out=out,
         video=video,
+        mcap=mcap,
         config=config,
         values=(paper_values() if paper else {}) | given,
     )
     if print_config:
         print_settings(order)
     else:
-        check_extras("servoid servo", EXTRAS)
+        check_extras("servoid servo", EXTRAS | ({"rosbags": "bags"} if mcap else {}))
         from servoid.cli.servo.servoing import run_servo
 
         run_servo(order)

@@ -29,6 +29,7 @@ class Order:
 
     out: Path | None
     video: bool
+    mcap: bool
     config: Path | None
     values: dict[str, Any]
 

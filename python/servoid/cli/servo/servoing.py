@@ -13,6 +13,7 @@ from servoid.cli.progress import progress_bar
 from servoid.cli.servo.servo_order import RECORDED, Order
 from servoid.cli.servo.servo_summary import print_servo_summary
 from servoid.errors import DoubtError, TargetError
+from servoid.exchange.bags.writing import McapRun, ObjectState, RunRig, mcap_run
 from servoid.output import check_folder, write_whole
 from servoid.record import (
     ServoVideo,
@@ -35,6 +36,7 @@ from servoid.view import ServoPictures, draw_servo_plots, write_report, write_se
 
 _OVERVIEW_PX = (960, 720)
 _FILM_HZ = 15.0
+_RECORDING = "run.mcap"
 
 
 def run_servo(order: Order) -> None:
@@ -55,7 +57,7 @@ def run_servo(order: Order) -> None:
                 settings,
                 order.out,
                 path=path,
-                prepared=lambda world: run.prepare(world, stack, order.video),
+                prepared=lambda world: run.prepare(world, stack, order),
                 watch=run.watch,
             )
         except KeyboardInterrupt as interrupt:
@@ -69,25 +71,31 @@ def run_servo(order: Order) -> None:
             raise TargetError(
                 f"{doubt}; {picture} shows the answers, and --trust-target goes on with the first"
             ) from doubt
-    _report(order.out, trial, order.video)
+    _report(order.out, trial, order)
     if stopped:
         typer.echo(f"interrupted after {len(trial.log)} control periods", err=True)
         raise typer.Exit(INTERRUPTED)
 
 
 class _Run:
-    """Watches a run: shows how far it is, and makes its video."""
+    """Watches a run: shows how far it is, and makes its video and its recording."""
 
     def __init__(self, folder: Path, update: Callable[[float, str], None]) -> None:
         self.trial: ServoTrial | None = None
         self._folder, self._update = folder, update
         self._world: World | None = None
         self._video: ServoVideo | None = None
+        self._recording: McapRun | None = None
+        self._is_known = False
 
-    def prepare(self, world: World, stack: ExitStack, wants_video: bool) -> None:
-        """Open the video of a world, if one is wanted."""
+    def prepare(self, world: World, stack: ExitStack, order: Order) -> None:
+        """Open the video and the recording of a world, if they are wanted."""
         self._world = world
-        if wants_video:
+        if order.mcap:
+            rig = RunRig.of_source(world.cameras, world.camera_names)
+            recording = mcap_run(self._folder / _RECORDING, rig, can_wait=True)
+            self._recording = stack.enter_context(recording)
+        if order.video:
             rate = world.settings.cameras.rate_hz
             self._video = stack.enter_context(
                 ServoVideo(
@@ -103,8 +111,24 @@ class _Run:
         """Take in a step."""
         self.trial = step.trial or self.trial
         self._update(step.share, f"{step.stage} {step.time_s:6.2f} s")
+        if self._recording is not None:
+            self._record(step, self._recording)
         if step.instant is not None:
             self._film(step)
+
+    def _record(self, step: TrialStep, recording: McapRun) -> None:
+        """Record joints, images, and what became of the object since servoing began."""
+        if step.row is not None and self.trial is not None:
+            recording.feel(self.trial.log.names, step.row.tick.state)
+        if step.instant is None:
+            return
+        states = []
+        if step.row is not None and self.trial is not None:
+            body = None if self._is_known else self.trial.meeting.body
+            self._is_known = True
+            spent_s = step.row.tick.track_s
+            states = [ObjectState("object", step.estimate, body, seconds=spent_s)]
+        recording.see(step.instant, states)
 
     def _film(self, step: TrialStep) -> None:
         """Add a picture of an observation, of those while servoing so many as a film needs."""
@@ -145,7 +169,7 @@ def _recorded(settings: TrialSettings) -> ObjectPath | None:
     )
 
 
-def _report(folder: Path, trial: ServoTrial, has_video: bool) -> None:
+def _report(folder: Path, trial: ServoTrial, order: Order) -> None:
     """Write all files of a run that has ended, and print its summary."""
     log, settings = trial.log, trial.settings
     text = trial_toml(settings)
@@ -170,7 +194,9 @@ def _report(folder: Path, trial: ServoTrial, has_video: bool) -> None:
         settings=text,
         notes=(*trial.world.notes, *trial.meeting.all_notes),
     )
-    if has_video:
+    if order.mcap:
+        files["recording"] = folder / _RECORDING
+    if order.video:
         files["video"] = folder / "servo.mp4"
     files["report"] = page
     print_servo_summary(trial, metrics, files)

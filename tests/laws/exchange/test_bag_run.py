@@ -148,6 +148,8 @@ def test_eyes_that_turn_by_themselves_and_joints_are_recorded(tmp_path: Path) ->
         "right_optical",
     ]
     assert found["/left/image_raw"][2].encoding == "mono8" and "/right/image_raw" not in found
+    seen = open_bag(path, ["/left/image_raw"])
+    assert seen.world_from_rig == tuple(Pose.exp([0, 0, 0, 0, 0.1 * i, 0]) for i in range(3))
     assert found["/diagnostics"][0].status[0].message == "dark"
 
 

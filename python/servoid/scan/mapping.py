@@ -15,6 +15,9 @@ _LEAST_IMAGES = 3  # of a group that hangs together
 _MOST_GROUPS = 10
 _GROWTH, _REFINEMENTS = 1.3, 2  # how often all is adjusted: so much larger, and so many rounds
 _CENTER_STD = 0.004  # of the diagonal: a principal point known worse stays in the image's middle
+_WORTH_BENDING = 0.005  # share of the squares that a distortion must take away
+# A feature further off than this, in pixels and in diagonals, counts less than by its square.
+_FAR_PX, _FAR = 0.5, 0.0006
 _CORNER = 0.5  # COLMAP's pixels begin at the corner of the first one, ours at its centre
 
 Floats = NDArray[np.float64]
@@ -72,29 +75,43 @@ def _map(matched: Matched, progress: Callable[[float], None] | None) -> list[Any
 
 
 def _polish(model: Any, diagonal_px: float) -> tuple[Floats, bool]:
-    """Adjust all together, the principal point too where the images tell it.
+    """Adjust all together, with as many intrinsics as the images tell.
 
+    A distortion that hardly brings features nearer is none: where the camera went little around,
+    it would only pull the focal length away. So is a principal point that is known badly.
     Returns the covariance of the intrinsics that were found, focal length first, for features that
     deviate by one pixel, and whether the principal point is among them.
     """
     (camera,) = model.cameras.values()
-    before = np.array(camera.params)
-    covariance = _adjust(model, center=True)
+    found = np.array(camera.params)
+    camera.params = [*found[:3], 0.0]
+    _adjust(model, center=False, bent=False)
+    straight, without = np.array(camera.params), _squares(model)
+    _adjust(model, center=False, bent=True)
+    bent = without > (1.0 + _WORTH_BENDING) * _squares(model)
+    before = np.array(camera.params) if bent else straight
+    camera.params = before
+    covariance = _covariance(model, _adjust(model, center=True, bent=bent))
     if covariance is not None:
         deviation = _deviation_px(model) * np.sqrt(np.diag(covariance)[1:3].max())
         if deviation < _CENTER_STD * diagonal_px:
             return covariance, True
     camera.params = before
-    covariance = _adjust(model, center=False)
+    covariance = _covariance(model, _adjust(model, center=False, bent=bent))
     return (np.full((1, 1), np.nan) if covariance is None else covariance), False
 
 
-def _adjust(model: Any, *, center: bool) -> Floats | None:
-    """Adjust poses, points and intrinsics; return the covariance of the intrinsics if it exists."""
+def _adjust(model: Any, *, center: bool, bent: bool) -> Any:
+    """Adjust poses, points, focal length and what else is asked for; return what did it."""
     colmap = pycolmap()
     options = colmap.BundleAdjustmentOptions()
     options.print_summary = False
     options.refine_principal_point = center
+    options.refine_extra_params = bent
+    options.ceres.loss_function_type = colmap.LossFunctionType.CAUCHY
+    (camera,) = model.cameras.values()
+    diagonal_px = float(np.hypot(camera.width, camera.height))
+    options.ceres.loss_function_scale = max(_FAR_PX, _FAR * diagonal_px)
     options.ceres.solver_options.num_threads = 1
     config = colmap.BundleAdjustmentConfig()
     for number in model.reg_image_ids():
@@ -103,17 +120,26 @@ def _adjust(model: Any, *, center: bool) -> Floats | None:
     adjuster = colmap.create_default_ceres_bundle_adjuster(options, config, model)
     run(lambda _: adjuster.solve())
     model.update_point_3d_errors()
-    found = run(
-        lambda _: colmap.estimate_ba_covariance(colmap.BACovarianceOptions(), model, adjuster)
-    )
+    return adjuster
+
+
+def _covariance(model: Any, adjuster: Any) -> Floats | None:
+    """Return the covariance of the intrinsics that were adjusted; None if images do not tell it."""
+    colmap = pycolmap()
+    asked = colmap.BACovarianceOptions()
+    found = run(lambda _: colmap.estimate_ba_covariance(asked, model, adjuster))
     (camera,) = model.cameras.values()
     return None if found is None else found.get_other_params_cov(camera.params)
 
 
+def _squares(model: Any) -> float:
+    """Return the sum of squares by which features lie from where their points are projected."""
+    return float(sum(one.error**2 * one.track.length() for one in model.points3D.values()))
+
+
 def _deviation_px(model: Any) -> float:
     """Return how far features lie from where their points are projected, along one axis."""
-    squares = sum(point.error**2 * point.track.length() for point in model.points3D.values())
-    return float(np.sqrt(0.5 * squares / max(1, model.compute_num_observations())))
+    return float(np.sqrt(0.5 * _squares(model) / max(1, model.compute_num_observations())))
 
 
 def _names(model: Any, matched: Matched) -> tuple[str, ...]:

@@ -19,6 +19,7 @@ from servoid.sim.samples.scene import MovingScene
 from servoid.sim.samples.surface import outer_mesh
 
 _REPORT_EXTRAS = {"matplotlib": "view"}
+_TRACKED = 2  # the number of the part whose truth is known
 _MM_PER_M = 1e3
 _SCENARIO = Scenario(count=45, size="small", occluder=True)
 
@@ -62,9 +63,6 @@ def run_demo(out: Path) -> None:
             "To see all of it: pip install 'servoid[servo,sim,view]', and again: "
             f"servoid demo --out {shlex.quote(str(out))}"
         )
-
-
-_TRACKED = 2
 
 
 def _parts(out: Path) -> tuple[Part, ...]:

@@ -89,10 +89,23 @@ def test_what_is_for_another_python_is_not_asked_for(
     assert libraries(REQUIREMENTS, python) == expected
 
 
-@pytest.mark.parametrize(("machine", "names"), [("x86_64", ["pycolmap"]), ("aarch64", [])])
-def test_what_is_for_another_machine_is_not_asked_for(machine: str, names: list[str]) -> None:
-    marked = ["pycolmap>=4 ; platform_machine == 'x86_64' and extra == 'scan'"]
-    assert libraries(marked, "3.11.0", machine) == {"needed": [], "scan": names}
+@pytest.mark.parametrize(
+    ("machine", "names"), [("x86_64", ["driver"]), ("AMD64", ["driver"]), ("aarch64", [])]
+)
+@pytest.mark.parametrize(
+    "marker",
+    [
+        "(platform_machine == 'AMD64' and extra == 'a') or (platform_machine == 'x86_64' and "
+        "extra == 'a')",
+        "(platform_machine == 'x86_64' or platform_machine == 'AMD64') and extra == 'a'",
+        "platform_machine != 'aarch64' and sys_platform == 'linux' and extra == 'a'",
+    ],
+)
+def test_what_is_for_another_machine_is_not_asked_for(
+    marker: str, machine: str, names: list[str]
+) -> None:
+    found = libraries([f"driver>=4 ; {marker}"], "3.11.0", machine)
+    assert found == {"needed": [], "a": names}
 
 
 def test_a_needed_library_that_is_missing_makes_it_unwell(

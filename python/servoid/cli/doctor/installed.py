@@ -1,5 +1,6 @@
 """Says which libraries servoid names, by extra, and which of them are installed."""
 
+import ast
 import operator
 import platform
 import re
@@ -15,6 +16,7 @@ _PYTHON = re.compile(
     r"python_(?P<full>full_)?version (?P<sign><=|>=|==|!=|<|>) ['\"](?P<numbers>[\d.]+)['\"]"
 )
 _MACHINE = re.compile(r"platform_machine (?P<sign>==|!=) ['\"](?P<machine>\w+)['\"]")
+_OTHER = re.compile(r"\w+ (?:<=|>=|==|!=|<|>|in|not in) ['\"][^'\"]*['\"]")
 _Numbers = tuple[int, ...]
 _SIGNS: dict[str, Callable[[_Numbers, _Numbers], bool]] = {
     "<=": operator.le,
@@ -72,13 +74,26 @@ def _needed_first(item: tuple[str, object]) -> tuple[bool, str]:
 
 
 def _applies(marker: str, python: str, machine: str) -> bool:
-    fits = all(
-        _SIGNS[one["sign"]](_numbers(python, 3 if one["full"] else 2), _numbers(one["numbers"], 3))
-        for one in _PYTHON.finditer(marker)
-    )
-    return fits and all(
-        (one["machine"] == machine) == (one["sign"] == "==") for one in _MACHINE.finditer(marker)
-    )
+    """Say if a marker holds here; what it says of extras and of other systems counts as true."""
+    if not marker.strip():
+        return True
+
+    def of_python(one: re.Match[str]) -> str:
+        here = _numbers(python, 3 if one["full"] else 2)
+        return str(_SIGNS[one["sign"]](here, _numbers(one["numbers"], 3)))
+
+    def of_machine(one: re.Match[str]) -> str:
+        return str((one["machine"] == machine) == (one["sign"] == "=="))
+
+    told = _MACHINE.sub(of_machine, _PYTHON.sub(of_python, marker))
+    return _holds(ast.parse(_OTHER.sub("True", told).strip(), mode="eval").body)
+
+
+def _holds(part: ast.expr) -> bool:
+    if isinstance(part, ast.BoolOp):
+        joined = all if isinstance(part.op, ast.And) else any
+        return joined(map(_holds, part.values))
+    return isinstance(part, ast.Constant) and part.value is True
 
 
 def _numbers(written: str, count: int) -> _Numbers:

@@ -41,10 +41,9 @@ class Streams:
 
     def name_of(self, frame: Any) -> str | None:
         """Return which stream an image is of, None for one that was not asked for."""
-        asked = frame.get_profile()
-        names = ("left", "right", "depth")
-        for name, profile in zip(names, self.profiles, strict=True):
-            if profile is not None and profile.unique_id() == asked.unique_id():
+        came = _kind(frame.get_profile())
+        for name, profile in zip(("left", "right", "depth"), self.profiles, strict=True):
+            if profile is not None and _kind(profile) == came:
                 return name
         return None
 
@@ -69,6 +68,10 @@ def choose_streams(library: Any, device: Any, rate_hz: float | None, depth: bool
             chosen = pairs[_best(pairs, rate_hz)]
             return _described(library, sensor, chosen, depth)
     raise CaptureError("this RealSense camera has no infrared pair with 8 bits a pixel")
+
+
+def _kind(profile: Any) -> tuple[Any, int]:
+    return profile.stream_type(), profile.stream_index()
 
 
 def _name(library: Any, profile: Any) -> str | None:

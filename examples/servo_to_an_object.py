@@ -23,7 +23,7 @@ def main() -> None:
     settings = changed(TrialSettings(), VALUES, "this example")
     with tempfile.TemporaryDirectory() as folder:
         trial = run_servo_trial(settings, folder)
-    body, looks = trial.meeting.body, trial.meeting.looks
+    body, looks = trial.exploration.body, trial.exploration.looks
     print(f"a body of {len(body)} ellipsoids, looked at from {len(looks)} places")
     for name, value in ServoMetrics.of(trial.log, settings.run.settle_s).figures().items():
         print(f"{name}: {value}")

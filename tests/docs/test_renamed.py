@@ -17,6 +17,8 @@ from servoid.renamed import refuse_old_names
         ("servoid.model.Sights", "RangeSamples"),
         ("servoid.model.fit_sights", "fit_range_samples"),
         ("servoid.model.sights_of_cloud", "range_samples_of_cloud"),
+        ("servoid.servo.meet", "explore"),
+        ("servoid.servo.Meeting", "Exploration"),
         ("servoid.track.place_body", "pose_from_masks"),
     ],
 )
@@ -33,6 +35,7 @@ def test_an_old_name_is_refused_with_the_new_one(old: str, new: str) -> None:
 def test_each_new_name_is_there() -> None:
     assert servoid.model.RangeSamples and servoid.model.fit_range_samples
     assert servoid.model.range_samples_of_cloud and servoid.track.pose_from_masks
+    assert servoid.servo.explore and servoid.servo.Exploration
 
 
 def test_a_name_that_never_was_is_no_attribute() -> None:

@@ -38,10 +38,10 @@ def follow(folder: Path, seed: int, values: dict[str, Any] | None = None) -> Ser
 
 def met_figures(trial: ServoTrial) -> Figures:
     """Say how far the model of the object is off."""
-    meeting, camera = trial.meeting, trial.world.cameras[0]
-    mask = meeting.masks[0]
-    assert mask is not None and meeting.masks[1] is None
-    drawn = meeting.body.silhouette(camera, meeting.looks[0].world_from_camera[0])
+    exploration, camera = trial.exploration, trial.world.cameras[0]
+    mask = exploration.masks[0]
+    assert mask is not None and exploration.masks[1] is None
+    drawn = exploration.body.silhouette(camera, exploration.looks[0].world_from_camera[0])
     place = np.linalg.norm(trial.truth.object_from_body.translation)
     return {"body off": 1e3 * float(place), "mask missed": missed(mask, drawn)}
 
@@ -96,7 +96,7 @@ def servo_lagging(seed: int, folder: Path) -> Figures:
 @scene("servo after one look", {**LOST, "position rms": "mm"})
 def servo_one_look(seed: int, folder: Path) -> Figures:
     trial = follow(folder, seed, {"servo.look.count": 1})
-    assert len(trial.meeting.looks) == 1
+    assert len(trial.exploration.looks) == 1
     position = rms(position_errors(trial.log, SETTLED_S))
     return {"position rms": 1e3 * position, "not tracking": lost_images(trial.log)}
 
@@ -138,8 +138,8 @@ def back_again(seed: int, folder: Path, law: str = "qp") -> Figures:
     """Look at the object from three places, and say how far from the first the hand ends."""
     values = BACK | seeded(seed, {"servo.joints.law": law})
     trial = run_servo_trial(changed(TrialSettings(), values, "test"), folder)
-    home, first = trial.meeting.world_from_hand, trial.log.rows[0]
-    assert len(trial.meeting.looks) == 3
+    home, first = trial.exploration.world_from_hand, trial.log.rows[0]
+    assert len(trial.exploration.looks) == 3
     off = np.subtract(first.world_from_hand.translation, home.translation)
     return {"hand off": 1e3 * float(np.abs(off).max())}
 

@@ -80,15 +80,15 @@ def test_stages_come_in_order_and_with_them_what_was_done(
 def test_the_arm_rests_while_a_body_is_modelled(
     followed: ServoTrial, steps: list[TrialStep]
 ) -> None:
-    assert followed.meeting.looks
+    assert followed.exploration.looks
     before = steps[[step.stage for step in steps].index("modelling") - 1]
     assert before.command is not None
     assert not before.command.velocities.any()
 
 
 def test_what_was_looked_at_lies_in_the_folder_as_a_capture(followed: ServoTrial) -> None:
-    capture = open_capture(followed.meeting.capture)
-    assert len(capture.all_views()) == 2 * len(followed.meeting.looks) == 4
+    capture = open_capture(followed.exploration.capture)
+    assert len(capture.all_views()) == 2 * len(followed.exploration.looks) == 4
     assert len(capture.views()) == 1
 
 

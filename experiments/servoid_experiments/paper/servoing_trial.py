@@ -10,7 +10,7 @@ from msgspec import Meta
 from servoid.batch import Experiment
 from servoid.pose import Pose
 from servoid.servo import Controller, Tick, servo
-from servoid.servo.meeting import first_look
+from servoid.servo.exploration import first_look
 from servoid.sim.world import ArmSettings, CameraSettings, ObjectSettings, World, WorldSettings
 from servoid.sim.world.settings import PhysicsSettings
 from servoid_experiments.paper.servoing_followed import Followed, Track, followed

@@ -96,8 +96,8 @@ def _row(case: UnknownCase, trial: ServoTrial) -> UnknownRow:
     ]
     hand_turns = np.degrees(np.linalg.norm(log.hand_errors[log.times >= case.settle_s, 3:], axis=1))
     return UnknownRow(
-        ellipsoids=len(trial.meeting.body),
-        looks=len(trial.meeting.looks),
+        ellipsoids=len(trial.exploration.body),
+        looks=len(trial.exploration.looks),
         followed=followed(
             _track(trial, times, [pair for _, *pair in seen]),
             case.omega,

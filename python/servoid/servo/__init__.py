@@ -1,19 +1,22 @@
 """Servoing: an arm that carries turning eyes is led to an object and kept there."""
 
+from typing import TYPE_CHECKING
+
+from servoid.renamed import refuse_old_names
 from servoid.servo.accuracy import Accuracy, Wish, spun_like
 from servoid.servo.arm import Arm, Clearances, Eyes, Joints, JointState, Solid
 from servoid.servo.belief.remembering import RememberingArm
 from servoid.servo.belief.target import TargetEstimate, TargetFilter
 from servoid.servo.controller import Command, Controller
+from servoid.servo.exploration import Exploration, explore
 from servoid.servo.keeping.limited import limited_s
 from servoid.servo.keeping.safety import ORDINARY, Reason
 from servoid.servo.law.paper_law import PAPER_LAW, as_the_paper
 from servoid.servo.law.reach import reached
 from servoid.servo.log import Seen, ServoLog, ServoRow, off_center
-from servoid.servo.looking import Viewpoint, VisitStep, next_viewpoint, visit
 from servoid.servo.loop import Goal, Tick, brought_to_rest, halt, servo, servo_tracked
-from servoid.servo.meeting import Meeting, meet
 from servoid.servo.metrics import Hold, ServoMetrics, Spread, holds
+from servoid.servo.next_best_view import Viewpoint, VisitStep, next_viewpoint, visit
 from servoid.servo.perception import Perception, TrackedInstant, TrackingInTurn, TrackingThread
 from servoid.servo.settings import (
     GazeMode,
@@ -34,6 +37,7 @@ __all__ = [
     "Clearances",
     "Command",
     "Controller",
+    "Exploration",
     "Eyes",
     "GazeMode",
     "Goal",
@@ -42,7 +46,6 @@ __all__ = [
     "JointState",
     "Joints",
     "LookSettings",
-    "Meeting",
     "Perception",
     "Reason",
     "RememberingArm",
@@ -65,10 +68,10 @@ __all__ = [
     "as_the_paper",
     "body_places",
     "brought_to_rest",
+    "explore",
     "halt",
     "holds",
     "limited_s",
-    "meet",
     "next_viewpoint",
     "off_center",
     "reached",
@@ -80,3 +83,6 @@ __all__ = [
     "spun_like",
     "visit",
 ]
+
+if not TYPE_CHECKING:
+    __getattr__ = refuse_old_names(__name__, {"Meeting": "Exploration", "meet": "explore"})

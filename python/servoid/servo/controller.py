@@ -9,10 +9,10 @@ from servoid.pose import Pose, exact
 from servoid.servo.arm import Arm, Floats, JointState, Shaped
 from servoid.servo.belief.target import Prediction, TargetEstimate, TargetFilter
 from servoid.servo.keeping.bounds import Bounds, Rows, Window
-from servoid.servo.keeping.guard import Guard
 from servoid.servo.keeping.limiter import Limiter
 from servoid.servo.keeping.limits import JointLimits
-from servoid.servo.keeping.safety import LOCATED, Reason, Trust
+from servoid.servo.keeping.safety import LOCATED, Reason, SafetySupervisor
+from servoid.servo.keeping.workspace_limits import WorkspaceLimits
 from servoid.servo.law.desired import goal_error
 from servoid.servo.law.gaze import GazeControl
 from servoid.servo.law.hand import correction, within
@@ -100,11 +100,11 @@ class Controller:
         self._arm = arm
         self._settings = settings = settings or ServoSettings()
         self._target = TargetFilter(settings.target)
-        self._trust = Trust(settings.safety, self._target)
+        self._supervisor = SafetySupervisor(settings.safety, self._target)
         self._limits = JointLimits(arm.joints, settings.joints, arm.period_s)
         fade_s = 0.5 * settings.joints.ramp_s
         reaction_s = settings.joints.reaction_s + arm.period_s + fade_s
-        self._guard = Guard(settings.safety, reaction_s, arm.period_s)
+        self._workspace = WorkspaceLimits(settings.safety, reaction_s, arm.period_s)
         self._limiter = Limiter(arm, settings.hand, fade_s)
         self._reaching = Reaching(arm, settings.joints)
         self._law = _LAWS[settings.joints.law](arm, settings.joints)
@@ -117,7 +117,7 @@ class Controller:
 
     def see(self, instant: Instant | None, estimate: TargetEstimate | None) -> None:
         """Take in a new observation and what the tracker made of it, None if it is unusable."""
-        self._trust.see(instant, estimate)
+        self._supervisor.see(instant, estimate)
 
     def command(self, state: JointState, goal_from_object: Pose | None) -> Command:
         """Return what the joints should do to bring the object where the goal wants it.
@@ -127,12 +127,12 @@ class Controller:
         now = self._look_at(state)
         if now is None:
             return self._stop(state)
-        holding = self._trust.holding()
+        holding = self._supervisor.holding()
         if self._target.time_s is None:
             return self._hold(now, None, holding)
         target = self._target.predict(state.time_s)
-        authority = self._trust.authority()
-        if not holding and authority == 1.0:
+        speed_scale = self._supervisor.speed_scale()
+        if not holding and speed_scale == 1.0:
             self._sure = Prediction.at_rest(state.time_s, target.world_from_object)
         if holding or goal_from_object is None:
             self._goal = None
@@ -140,7 +140,7 @@ class Controller:
             hidden = bool(holding - LOCATED)
             return self._hold(now, (self._sure or target) if hidden else target, holding)
         goal = self._moving_goal(state.time_s, goal_from_object)
-        return self._pursue(now, self._led(target), goal, authority)
+        return self._pursue(now, self._led(target), goal, speed_scale)
 
     def go_to(self, state: JointState, world_from_goal: Pose, fixate: Floats) -> Command:
         """Return what brings the hand to a pose in the world, the eyes on a point (3,) in it."""
@@ -160,19 +160,19 @@ class Controller:
         return self._stop(state) if now is None else self._hold(now, None, frozenset())
 
     def _pursue(
-        self, now: _Now, target: Prediction, goal_from_object: Moving, authority: float
+        self, now: _Now, target: Prediction, goal_from_object: Moving, speed_scale: float
     ) -> Command:
         """Go after a goal beside a target, as the paper's Fig. 5 does."""
         world_from_hand = Moving.from_twist(now.world_from_hand, now.twist)
         world_from_object = Moving.from_twist(target.world_from_object, target.twist)
         hand_from_goal = goal_error(world_from_hand, world_from_object, goal_from_object)
         world_from_goal = world_from_hand @ hand_from_goal
-        wanted = self._hand_twist(now, hand_from_goal, world_from_goal, authority)
-        allowed = self._guard.allowed(world_from_goal.pose, target.place)
+        wanted = self._hand_twist(now, hand_from_goal, world_from_goal, speed_scale)
+        allowed = self._workspace.allowed(world_from_goal.pose, target.place)
         wish = self._law.wish(now.state, now.jacobian, HandWish(wanted, allowed))
-        limited = self._limiter.nearest(wish, self._bounds(now, target, authority))
+        limited = self._limiter.nearest(wish, self._bounds(now, target, speed_scale))
         stuck = self._reaching.reasons(now.state, now.jacobian, wanted, allowed)
-        doubted = self._trust.limiting(target, np.array(world_from_goal.pose.translation))
+        doubted = self._supervisor.limiting(target, np.array(world_from_goal.pose.translation))
         return self._sent(
             now,
             target,
@@ -182,23 +182,27 @@ class Controller:
         )
 
     def _hand_twist(
-        self, now: _Now, hand_from_goal: Moving, world_from_goal: Moving, authority: float
+        self, now: _Now, hand_from_goal: Moving, world_from_goal: Moving, speed_scale: float
     ) -> Floats:
         """Return the hand velocity (6,) that the pose error and the goal's motion ask for."""
         settings = self._settings.hand
         twist = correction(hand_from_goal, now.world_from_hand.matrix(), settings)
         if settings.feed_forward:
             twist = twist + world_from_goal.twist
-        return within(twist, *self._limiter.speeds(authority))
+        return within(twist, *self._limiter.speeds(speed_scale))
 
-    def _bounds(self, now: _Now, target: Prediction, authority: float) -> Bounds:
+    def _bounds(self, now: _Now, target: Prediction, speed_scale: float) -> Bounds:
         """Return all that bounds the hand's joints before a target."""
-        keep = self._guard.keep(now.place, now.last[:3], target.place, target.twist[:3])
-        walls, window = keep.rows(now.jacobian), now.window.part(self._hand)
+        room = self._workspace.velocity_limits(
+            now.place, now.last[:3], target.place, target.twist[:3]
+        )
+        walls, window = room.rows(now.jacobian), now.window.part(self._hand)
         if self._solid is not None:
             places = now.state.positions
-            walls = walls.and_also(self._guard.apart(self._solid, places, now.previous, self._hand))
-        return self._limiter.bounds(now.jacobian, now.last, window, walls, authority)
+            walls = walls.and_also(
+                self._workspace.apart(self._solid, places, now.previous, self._hand)
+            )
+        return self._limiter.bounds(now.jacobian, now.last, window, walls, speed_scale)
 
     def _hold(self, now: _Now, target: Prediction | None, holding: frozenset[Reason]) -> Command:
         """Bring the hand to rest along its way; the eyes stay on what is known of the target."""
@@ -258,7 +262,7 @@ class Controller:
         """Work out what the hand does now; None if the state holds no numbers."""
         if not np.isfinite([state.time_s, *state.positions, *state.velocities]).all():
             return None
-        self._trust.advance(state.time_s, stopped=state.stopped)
+        self._supervisor.advance(state.time_s, stopped=state.stopped)
         velocities = np.asarray(state.velocities, np.float64)
         told = self._previous
         if told is not None and state.time_s - told.time_s > _MISSED_PERIODS * self._arm.period_s:

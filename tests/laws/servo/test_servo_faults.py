@@ -20,7 +20,7 @@ from tiers import tiered
 from servoid.pose import Pose
 from servoid.servo import GazeMode, Reason, ServoSettings
 from servoid.servo.belief.target import TargetFilter
-from servoid.servo.keeping.safety import Trust
+from servoid.servo.keeping.safety import SafetySupervisor
 from servoid.servo.law.moving import change_between, shifted_and_turned
 from servoid.servo.settings import GazeSettings, SafetySettings, TargetSettings
 from servoid.source.source import Instant
@@ -335,7 +335,7 @@ def test_nothing_moves_before_a_target_was_seen() -> None:
 
 
 def test_images_that_stop_are_all_that_is_said_to_be_wrong() -> None:
-    trust = Trust(SafetySettings(), TargetFilter(TargetSettings()))
+    trust = SafetySupervisor(SafetySettings(), TargetFilter(TargetSettings()))
     for index in range(20):
         trust.see(None, FakeEstimate(index / 30, Pose.identity()))
         trust.advance(index / 30)
@@ -370,7 +370,7 @@ def test_every_reason_says_a_sentence() -> None:
 
 def test_a_clock_that_is_set_back_holds_the_hand() -> None:
     target = TargetFilter(TargetSettings())
-    trust = Trust(SafetySettings(), target)
+    trust = SafetySupervisor(SafetySettings(), target)
     for index in range(40):
         time_s = 100.0 + index / 30
         trust.advance(time_s)

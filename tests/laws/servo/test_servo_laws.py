@@ -11,9 +11,9 @@ from servoid.errors import MissingExtraError
 from servoid.pose import Pose
 from servoid.servo import JointState, Reason
 from servoid.servo.keeping.bounds import Rows, Window
-from servoid.servo.keeping.guard import Guard
 from servoid.servo.keeping.limiter import Limited, Limiter
 from servoid.servo.keeping.limits import stoppable_speed
+from servoid.servo.keeping.workspace_limits import WorkspaceLimits
 from servoid.servo.law.gaze import fixation, seen_from_head
 from servoid.servo.law.hand import correction, quaternion_error, shares, within
 from servoid.servo.law.ik import QuadraticJoints
@@ -281,22 +281,26 @@ def test_a_hand_outside_its_workspace_may_only_come_back(arm: SerialArm) -> None
     box = SafetySettings(workspace_lower=(-1, -1, 0), workspace_upper=(1, 1, 1))
     # Its last velocity leads back already, so that no wall asks for more than braking takes.
     back = np.array([-1.0, 0.0, 1.0])
-    guard = Guard(box, 0.03, arm.period_s)
-    keep = guard.keep(np.array([1.1, 0.0, -0.1]), back, np.array([0.0, 5.0, 0.0]), np.zeros(3))
-    assert keep.upper[0] < 0 < keep.lower[2]
+    workspace = WorkspaceLimits(box, 0.03, arm.period_s)
+    limits = workspace.velocity_limits(
+        np.array([1.1, 0.0, -0.1]), back, np.array([0.0, 5.0, 0.0]), np.zeros(3)
+    )
+    assert limits.upper[0] < 0 < limits.lower[2]
     jacobian = arm.jacobian(arm.state().positions)[:, :7]
     out = pseudo_inverse(jacobian) @ np.array([0.5, 0.2, -0.5, 0, 0, 0])
     wished = JointWish(out, hand_weights(jacobian, 0.3))
-    found = limited(arm, wished, walls=keep.rows(jacobian))
+    found = limited(arm, wished, walls=limits.rows(jacobian))
     twist = jacobian @ found.velocities
     assert twist[0] < 0 < twist[2] and twist[1] == pytest.approx(0.2, abs=1e-3)
     assert found.reasons == {Reason.WORKSPACE}
 
 
 def test_no_wall_asks_for_more_than_braking_takes() -> None:
-    guard = Guard(SafetySettings(workspace_upper=(1, 1, 1)), 0.03, 0.01)
+    workspace = WorkspaceLimits(SafetySettings(workspace_upper=(1, 1, 1)), 0.03, 0.01)
     fast = np.array([0.4, 0.0, 0.0])
-    keep = guard.keep(np.array([1.1, 0.0, 0.5]), fast, np.array([1.2, 0.0, 0.5]), np.zeros(3))
+    limits = workspace.velocity_limits(
+        np.array([1.1, 0.0, 0.5]), fast, np.array([1.2, 0.0, 0.5]), np.zeros(3)
+    )
     braking = SafetySettings().braking * 0.01
-    assert keep.upper[0] == pytest.approx(0.4 - braking)
-    assert keep.closing == pytest.approx(0.4 - braking)
+    assert limits.upper[0] == pytest.approx(0.4 - braking)
+    assert limits.closing == pytest.approx(0.4 - braking)

@@ -8,7 +8,7 @@ import pytest
 pytest.importorskip("mujoco", reason="simulated worlds need mujoco")
 
 from servoid.errors import ServoError, TargetError
-from servoid.servo.meeting import Masks, first_look
+from servoid.servo.exploration import Masks, first_look
 from servoid.sim.trial.marking import marker
 from servoid.sim.trial.settings import RunSettings
 from servoid.sim.world import CameraSettings, ObjectSettings, World, WorldSettings

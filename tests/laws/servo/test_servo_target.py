@@ -11,8 +11,8 @@ from tiers import tiered
 from servoid.errors import ServoError
 from servoid.pose import Pose
 from servoid.servo.belief.jumps import Verdict
-from servoid.servo.belief.open_turns import OpenTurns
 from servoid.servo.belief.target import TargetFilter
+from servoid.servo.belief.unobservable_turns import UnobservableTurns
 from servoid.servo.law.moving import change_between, shifted_and_turned
 from servoid.servo.settings import TargetSettings
 
@@ -333,7 +333,7 @@ def test_an_axis_that_is_named_twice_is_one_axis() -> None:
     estimate = seen(WORLD_FROM_OBJECT, 0.0)
     alike = [[0.0, 0.0, 0.0, 0.998, 0.06, 0.0], [0.0, 0.0, 0.0, 1.0, 0.0, 0.0]]
     estimate.unobservable = np.array(alike)
-    assert OpenTurns.of(estimate).axes.shape == (3, 1)
+    assert UnobservableTurns.of(estimate).axes.shape == (3, 1)
 
 
 def test_an_object_whose_turns_are_all_open_is_not_turned() -> None:

@@ -18,8 +18,8 @@ def print_servo_summary(
     trial: ServoTrial, metrics: ServoMetrics, files: Mapping[str, Path]
 ) -> None:
     """Print how well the arm followed, and where the files lie."""
-    world, body = trial.settings.world, trial.meeting.body
-    looks = len(trial.meeting.looks)
+    world, body = trial.settings.world, trial.exploration.body
+    looks = len(trial.exploration.looks)
     typer.echo(f"Servoed {world.arm.name} to {world.object.name}, {world.object.path}")
     place = "1 place" if looks == 1 else f"{looks} places"
     parts = "1 ellipsoid" if len(body) == 1 else f"{len(body)} ellipsoids"
@@ -35,7 +35,7 @@ def print_servo_summary(
     }
     for label, value in rows.items():
         _print(label, value)
-    for note in (*trial.world.notes, *trial.meeting.all_notes):
+    for note in (*trial.world.notes, *trial.exploration.all_notes):
         _print("note", note)
     for kind, path in files.items():
         typer.echo(f"  {kind:<{_LABEL_WIDTH}} {path}")

@@ -138,7 +138,7 @@ class _Run:
         if step.row is not None and step.instant.index % self._every(world):
             return
         overview = world.overview(self._video.overview_px or _OVERVIEW_PX, samples=1)
-        body = None if self.trial is None else self.trial.meeting.body
+        body = None if self.trial is None else self.trial.exploration.body
         line = _line(step, self.trial)
         self._video.add(step.instant, step.estimate, step.command, overview, line, body=body)
 
@@ -180,11 +180,11 @@ def _report(folder: Path, trial: ServoTrial, order: Order) -> None:
     write_servo_times(log, files["times"])
     write_whole(files["settings"], text.encode())
     files["body"] = folder / "body.json"
-    trial.meeting.result.save(files["body"], trial.appearance)
+    trial.exploration.result.save(files["body"], trial.appearance)
     files["figures"] = folder / "summary.json"
     write_whole(files["figures"], msgspec.json.format(msgspec.json.encode(metrics.numbers())))
     model = folder / "model"
-    write_report(trial.meeting.result, model)
+    write_report(trial.exploration.result, model)
     plots = draw_servo_plots(log, folder, settle_s=settings.run.settle_s)
     page = write_servo_report(
         folder,
@@ -192,7 +192,7 @@ def _report(folder: Path, trial: ServoTrial, order: Order) -> None:
         metrics.figures(),
         ServoPictures(trial.world.overview(_OVERVIEW_PX), [*plots, model / "contact_sheet.png"]),
         settings=text,
-        notes=(*trial.world.notes, *trial.meeting.all_notes),
+        notes=(*trial.world.notes, *trial.exploration.all_notes),
     )
     if order.mcap:
         files["recording"] = folder / _RECORDING

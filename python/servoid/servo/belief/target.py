@@ -10,7 +10,7 @@ from servoid.pose import Pose, exact
 from servoid.servo.arm import Floats
 from servoid.servo.belief.jumps import Jumps, Verdict
 from servoid.servo.belief.motion import Going, Manner, Motion, Noise, Seen, Swinging
-from servoid.servo.belief.open_turns import OpenTurns, UnsureEstimate
+from servoid.servo.belief.unobservable_turns import UnobservableTurns, UnsureEstimate
 from servoid.servo.law.moving import change_between, cross_matrix, shifted_and_turned
 from servoid.servo.settings import TargetSettings
 
@@ -140,7 +140,7 @@ class TargetFilter:
         if elapsed <= 0.0:
             return Verdict.OUTDATED
         expected = self._after(known, min(elapsed, self._settings.horizon_s))
-        seen = OpenTurns.of(estimate).left_out(expected, estimate.world_from_object)
+        seen = UnobservableTurns.of(estimate).left_out(expected, estimate.world_from_object)
         verdict = self._jumps.judge(expected, seen, elapsed, estimate)
         if verdict is Verdict.RESTARTED:
             self._start(estimate)
@@ -186,7 +186,7 @@ class TargetFilter:
         return shifted_and_turned(self._pose, known.ahead(elapsed)[0][:, :3].reshape(6))
 
     def _start(self, estimate: TargetEstimate) -> None:
-        seen, turns = estimate.world_from_object, OpenTurns.of(estimate)
+        seen, turns = estimate.world_from_object, UnobservableTurns.of(estimate)
         if self._known is not None:
             # Else the hand would go around a plain bottle that is found again with another spin.
             seen = turns.left_out(self._pose, seen)
@@ -205,7 +205,7 @@ class TargetFilter:
         known.shift.advance(elapsed, noises[0])
         known.turn.advance(elapsed, noises[1])
         self._settle(known)
-        turns = OpenTurns.of(estimate)
+        turns = UnobservableTurns.of(estimate)
         change = change_between(self._pose, turns.left_out(self._pose, estimate.world_from_object))
         odd = known.correct(change, noises, turns, self._settings.oddness)
         known.turn.loosen(_OPEN_WANDER * _OPEN_WANDER * elapsed * turns.spread)
@@ -252,7 +252,7 @@ class _Known:
 
     shift: Motion
     turn: Motion
-    turns: OpenTurns
+    turns: UnobservableTurns
     hidden: Floats
 
     def ahead(self, span: float) -> tuple[Floats, Floats]:
@@ -269,16 +269,16 @@ class _Known:
         return whole
 
     def correct(
-        self, change: Floats, noises: tuple[Noise, Noise], turns: OpenTurns, oddness: float
+        self, change: Floats, noises: tuple[Noise, Noise], turns: UnobservableTurns, oddness: float
     ) -> bool:
         """Take in what was seen, shifted and turned by (6,); say if it is odd."""
         place = Seen.along(np.eye(3), noises[0])
         odd = self.shift.correct(place, change[:3], oddness)
         # About open axes the object is supposed to rest; if nothing said so, the first turn that is
         # told would throw it about, for by then it might be turned and turning in any way.
-        told, axes = turns.told.T, turns.axes.T
-        turned = Seen.along(told, noises[1]).and_resting(axes, _OPEN_SPEED)
-        surprise = np.concatenate([exact.product(told, change[3:]), np.zeros(len(axes))])
+        seen, axes = turns.observable.T, turns.axes.T
+        turned = Seen.along(seen, noises[1]).and_resting(axes, _OPEN_SPEED)
+        surprise = np.concatenate([exact.product(seen, change[3:]), np.zeros(len(axes))])
         return max(odd, self.turn.correct(turned, surprise, oddness)) > oddness
 
 

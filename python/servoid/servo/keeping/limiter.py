@@ -57,16 +57,16 @@ class Limiter:
         self._steps = settings.acceleration_share * accelerations * arm.period_s
 
     def bounds(
-        self, jacobian: Floats, last: Floats, window: Window, walls: Rows, authority: float
+        self, jacobian: Floats, last: Floats, window: Window, walls: Rows, speed_scale: float
     ) -> Bounds:
         """Return what bounds joint speeds (n,) after a tick with the hand's velocity `last` (6,).
 
-        `jacobian` is (6, n), and `authority` the share of its speed that the hand has.
+        `jacobian` is (6, n), and `speed_scale` the share of its speed that the hand has.
         """
         parts = zip(
             jacobian.reshape(2, 3, -1),
             last.reshape(2, 3),
-            self.speeds(authority).tolist(),
+            self.speeds(speed_scale).tolist(),
             self._steps.tolist(),
             strict=True,
         )
@@ -81,9 +81,9 @@ class Limiter:
             balls.append(Ball(matrix, before, step, Reason.HAND_ACCELERATION))
         return Bounds(jacobian, window, walls, tuple(balls))
 
-    def speeds(self, authority: float) -> Floats:
+    def speeds(self, speed_scale: float) -> Floats:
         """Return how fast the hand may be, (2,) in m/s and rad/s, with a share of its speed."""
-        return authority * self._speeds
+        return speed_scale * self._speeds
 
     def braking(self, jacobian: Floats) -> Floats:
         """Return how hard joints (n,) may brake before their stops in rad/s², for the hand's sake.

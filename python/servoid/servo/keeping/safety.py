@@ -59,7 +59,7 @@ LOCATED = frozenset({Reason.PROTECTIVE_STOP, Reason.ADRIFT})
 _TOLERATED_JUMPS = 1
 
 
-class Trust:
+class SafetySupervisor:
     """Says from images and estimates whether the hand may follow the target.
 
     A short gap is bridged by the filter's prediction. After a longer one, when the target jumped,
@@ -128,7 +128,7 @@ class Trust:
         reasons = {Reason.ROUGH: rough, Reason.PARTED: self._parting.is_told}
         return frozenset(reason for reason, holds in reasons.items() if holds)
 
-    def authority(self) -> float:
+    def speed_scale(self) -> float:
         """Return the share of its speed that the hand has, which grows to 1 after a hold."""
         return min(1.0, max(0.0, (self._now_s - self._resumed_s) / self._settings.resume_s))
 

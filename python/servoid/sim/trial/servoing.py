@@ -26,8 +26,8 @@ from servoid.servo import (
     visit,
 )
 from servoid.servo.arm import Floats
+from servoid.servo.exploration import Exploration, Masks, awaited, explore
 from servoid.servo.law.moving import change_between
-from servoid.servo.meeting import Masks, Meeting, awaited, meet
 from servoid.sim.trial.marking import marker
 from servoid.sim.trial.settings import TrialSettings
 from servoid.sim.trial.truth import Truth, wish
@@ -68,7 +68,7 @@ class ServoTrial:
 
     settings: TrialSettings
     world: World
-    meeting: Meeting
+    exploration: Exploration
     tracker: Follower
     log: ServoLog
     truth: Truth
@@ -109,15 +109,15 @@ def run_servo_trial(
         prepared(world)
     tell = watch or (lambda _: None)
     first = world.world_from_hand_at(0.0).inverse() @ world.world_from_object_at(0.0)
-    meeting, goal = _met(world, settings, Path(folder) / _LOOKS, mark, tell)
+    exploration, goal = _met(world, settings, Path(folder) / _LOOKS, mark, tell)
     # What was seen on the way says nothing of how the object moves from now on.
     controller = Controller(world.arm, settings.servo)
-    tracker = _start_tracker(world, meeting, settings, controller)
+    tracker = _start_tracker(world, exploration, settings, controller)
     true = world.world_from_object_at(world.time_s)
-    truth = Truth(world, true.inverse() @ meeting.body.world_from_object)
+    truth = Truth(world, true.inverse() @ exploration.body.world_from_object)
     log = ServoLog.of(world.arm)
-    log.wish = wish(world, meeting.body, goal, first)
-    trial = ServoTrial(settings, world, meeting, tracker, log, truth)
+    log.wish = wish(world, exploration.body, goal, first)
+    trial = ServoTrial(settings, world, exploration, tracker, log, truth)
     _follow(trial, controller, lambda _: goal, tell)
     return trial
 
@@ -128,7 +128,7 @@ def _met(
     folder: Path,
     mark: Callable[[Instant], Masks],
     tell: Watch,
-) -> tuple[Meeting, Pose]:
+) -> tuple[Exploration, Pose]:
     """Meet the object, and bring the hand to where servoing starts; return also what its goal is.
 
     Raises:
@@ -140,7 +140,7 @@ def _met(
         tell(TrialStep(stage, share, world.time_s, instant, command))
 
     controller = _guide(world, settings)
-    meeting = meet(
+    exploration = explore(
         world.arm,
         world.source,
         controller,
@@ -150,10 +150,10 @@ def _met(
         request=model.Request(max_ellipsoids=settings.run.max_ellipsoids, seed=settings.track.seed),
         watch=see,
     )
-    goal = _goal(settings, meeting)
+    goal = _goal(settings, exploration)
     if any(settings.run.start_offset) or any(settings.run.start_turn_deg):
-        _take_place(world, controller, _start(settings, meeting, goal), settings, see)
-    return meeting, goal
+        _take_place(world, controller, _start(settings, exploration, goal), settings, see)
+    return exploration, goal
 
 
 def _guide(world: World, settings: TrialSettings) -> Controller:
@@ -216,18 +216,18 @@ def _tell_status(world: World, estimate: Estimate | None) -> None:
         world.source.tracking = estimate.status == _TRACKING
 
 
-def _goal(settings: TrialSettings, meeting: Meeting) -> Pose:
+def _goal(settings: TrialSettings, exploration: Exploration) -> Pose:
     """Return goal_from_object: the object where it is wanted, turned as the hand first saw it."""
-    hand_from_object = meeting.world_from_hand.inverse() @ meeting.body.world_from_object
+    hand_from_object = exploration.world_from_hand.inverse() @ exploration.body.world_from_object
     return Pose.from_parts(settings.run.goal, hand_from_object.quaternion)
 
 
-def _start(settings: TrialSettings, meeting: Meeting, goal: Pose) -> tuple[Pose, Floats]:
+def _start(settings: TrialSettings, exploration: Exploration, goal: Pose) -> tuple[Pose, Floats]:
     """Return where the hand starts off its goal, and the object's middle to look at."""
     run = settings.run
     turn = Pose.exp([0.0, 0.0, 0.0, *np.radians(run.start_turn_deg)])
     goal_from_start = Pose.from_parts(run.start_offset, turn.quaternion)
-    world_from_body = meeting.body.world_from_object
+    world_from_body = exploration.body.world_from_object
     return world_from_body @ goal.inverse() @ goal_from_start, np.array(world_from_body.translation)
 
 
@@ -268,7 +268,7 @@ def _listed(values: Sequence[float]) -> str:
 
 
 def _start_tracker(
-    world: World, meeting: Meeting, settings: TrialSettings, controller: Controller
+    world: World, exploration: Exploration, settings: TrialSettings, controller: Controller
 ) -> Follower:
     """Make a tracker that knows the object and sees it now, and let the controller know, too.
 
@@ -277,9 +277,9 @@ def _start_tracker(
 
     """
     asked = settings.track
-    tracker = asked.method.maker(world.cameras, meeting.body, asked.options())
+    tracker = asked.method.maker(world.cameras, exploration.body, asked.options())
     # Turns that images leave open stay as they were when the object was modelled.
-    controller.see(None, meeting.teach(tracker))
+    controller.see(None, exploration.teach(tracker))
     needed = settings.servo.safety.resume_after + 1
     found = 0
     for _ in range(needed + _SPARE):

@@ -1,4 +1,4 @@
-"""Turns that images do not tell, such as the spin of a plain bottle: they are left as they were."""
+"""Turns that images do not observe, such as the spin of a bottle: they stay as they were."""
 
 from dataclasses import dataclass
 from typing import Protocol
@@ -38,14 +38,14 @@ class UnsureEstimate(Protocol):
 
 
 @dataclass(frozen=True, eq=False)
-class OpenTurns:
-    """Orthonormal axes in the world, (3, k), about which an object's turn is not told.
+class UnobservableTurns:
+    """Orthonormal axes in the world, (3, k), about which an object's turn is not observable.
 
-    `told` (3, 3 - k) are the axes across them.
+    `observable` (3, 3 - k) are the axes across them.
     """
 
     axes: Floats
-    told: Floats
+    observable: Floats
 
     @property
     def spread(self) -> Floats:
@@ -53,7 +53,7 @@ class OpenTurns:
         return exact.product(self.axes, self.axes.T) if self.axes.size else np.zeros((3, 3))
 
     @classmethod
-    def of(cls, estimate: UnsureEstimate) -> "OpenTurns":
+    def of(cls, estimate: UnsureEstimate) -> "UnobservableTurns":
         """Take the turns that the images leave open."""
         turns = estimate.unobservable[:, 3:]
         turns = turns[exact.lengths(turns) > _MOSTLY_TURN]

@@ -16,7 +16,7 @@ _BLIND = 1e-6  # m: nearer than this to the object there is no direction away
 
 
 @dataclass(frozen=True, eq=False)
-class Keep:
+class VelocityLimits:
     """Bounds (3,) of the hand's velocity in the world, and of its speed towards the object.
 
     `toward` (3,) is the unit direction to the object, whose own velocity is part of `closing`.
@@ -38,8 +38,8 @@ class Keep:
         )
 
 
-class Guard:
-    """Knows the workspace and the least distance, and how to brake before them."""
+class WorkspaceLimits:
+    """Bounds the hand's velocity, so that it brakes before walls, parts and the object."""
 
     def __init__(self, settings: SafetySettings, reaction_s: float, period_s: float) -> None:
         self._settings, self._reaction_s = settings, reaction_s
@@ -60,7 +60,7 @@ class Guard:
     def apart(self, solid: Solid, positions: Floats, previous: Floats, hand: slice) -> Rows:
         """Return what keeps parts of an arm and its room apart, with the joints at (N,) positions.
 
-        `previous` (N,) are the joint speeds that were told last, and `hand` the joints of the hand.
+        `previous` (N,) are the last commanded joint speeds, and `hand` the joints of the hand.
         """
         settings = self._settings
         found = solid.clearances(positions, settings.least_clearance + _WATCHED)
@@ -76,9 +76,9 @@ class Guard:
         reasons = (Reason.COLLISION,) * len(lower)
         return Rows(found.slopes[:, hand], lower, np.full(len(lower), np.inf), reasons)
 
-    def keep(
+    def velocity_limits(
         self, hand: Floats, velocity: Floats, object_in_world: Floats, object_velocity: Floats
-    ) -> Keep:
+    ) -> VelocityLimits:
         """Return what bounds the hand at a place (3,) in the world, before the object (3,).
 
         No bound asks for more than `braking` takes from the hand's last velocity (3,).
@@ -93,7 +93,7 @@ class Guard:
             stoppable_speed(np.abs(room), self._settings.braking, self._reaction_s), room
         )
         closing = float(speeds[6]) + exact.dot(toward, object_velocity)
-        return Keep(
+        return VelocityLimits(
             np.minimum(-speeds[:3], velocity + self._step),
             np.maximum(speeds[3:6], velocity - self._step),
             toward,

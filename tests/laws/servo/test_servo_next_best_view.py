@@ -9,8 +9,8 @@ from servo_loop import PERIOD_S, RATE_HZ, WORLD_FROM_OBJECT
 from servoid.errors import ServoError
 from servoid.pose import Pose
 from servoid.servo import Controller, LookSettings, Viewpoint, next_viewpoint, visit
+from servoid.servo.exploration import first_look
 from servoid.servo.law.moving import change_between
-from servoid.servo.meeting import first_look
 from servoid.servo.surface import Surface
 from servoid.shape import Body
 from servoid.sim.arm_file import read_arm

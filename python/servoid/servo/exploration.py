@@ -15,8 +15,8 @@ from servoid.model import ModelResult
 from servoid.pose import Pose
 from servoid.servo.arm import Arm
 from servoid.servo.controller import Command, Controller
-from servoid.servo.looking import next_viewpoint, visit
 from servoid.servo.loop import brought_to_rest
+from servoid.servo.next_best_view import next_viewpoint, visit
 from servoid.servo.settings import LookSettings
 from servoid.source import Instant, Source, write_looks
 from servoid.track import Estimate, Follower
@@ -28,7 +28,7 @@ _PATIENCE = 2000  # control periods in which an image must come
 
 
 @dataclass(frozen=True, eq=False)
-class Meeting:
+class Exploration:
     """What is known of an object after it was looked at, at rest in the world.
 
     `looks` are the observations, `masks` those of the first, by camera, and `capture` the folder
@@ -67,7 +67,7 @@ class Meeting:
         return modelled
 
 
-def meet(
+def explore(
     arm: Arm,
     source: Source,
     controller: Controller,
@@ -77,7 +77,7 @@ def meet(
     settings: LookSettings,
     request: model.Request,
     watch: Watch | None = None,
-) -> Meeting:
+) -> Exploration:
     """Look at an object that rests, look around it, model it, and bring the hand back.
 
     `mask` says where the object is in the first observation, by camera; one camera is enough. The
@@ -90,28 +90,28 @@ def meet(
         OutputError: the folder cannot be written.
 
     """
-    tour = _Tour(arm, source, controller, settings, watch or (lambda *_: None))
+    progress = _Progress(arm, source, controller, settings, watch or (lambda *_: None))
     home = arm.world_from_hand(arm.state().positions)
     first = first_look(arm, source)
     masks = mask(first)
-    tour.tell("looking", 0.0, first, None)
+    progress.tell("looking", 0.0, first, None)
 
     def modelled(looks: list[Instant], request: model.Request) -> ModelResult:
         write_looks(folder, source.cameras, looks, masks)
         return model.fit_capture(open_capture(folder), request)
 
     result = modelled([first], request)
-    looks = tour.around(result.body, first, home)
+    looks = progress.around(result.body, first, home)
     if len(looks) > 1:
         watched = replace(
-            request, progress=lambda made: tour.tell("modelling", made.share, None, None)
+            request, progress=lambda made: progress.tell("modelling", made.share, None, None)
         )
         result = modelled(looks, watched)
-    return Meeting(tuple(looks), masks, result, folder, home, tour.notes())
+    return Exploration(tuple(looks), masks, result, folder, home, progress.notes())
 
 
 @dataclass
-class _Tour:
+class _Progress:
     """Brings a hand to one place after another; `late` counts those that it did not reach."""
 
     arm: Arm

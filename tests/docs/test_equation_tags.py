@@ -32,7 +32,21 @@ def tags(text: str) -> set[int]:
 def read_rows(text: str) -> list[Row]:
     lines = [line for line in text.splitlines() if line.startswith("|")][2:]
     cells = [[cell.strip() for cell in line.strip("|").split("|")] for line in lines]
-    return [Row(row[0], row[1], row[2].strip("`"), row[5].strip("`")) for row in cells]
+    return [Row(row[0], row[1], row[2].strip("`"), row[5].strip("`")) for row in cells if row[5:]]
+
+
+def test_each_word_of_the_notation_is_in_its_file() -> None:
+    section = (ROOT / "NOTATION.md").read_text(encoding="utf-8").split("## Words\n")[1]
+    lines = [line for line in section.splitlines() if line.startswith("|")][2:]
+    rows = [[cell.strip().strip("`") for cell in line.strip("|").split("|")] for line in lines]
+    words = [word.lower() for word, _, _ in rows]
+    assert words == sorted(set(words))
+    wrong = [
+        word
+        for word, _, file in rows
+        if not re.search(rf"\b{word}\b", (ROOT / file).read_text(encoding="utf-8"))
+    ]
+    assert wrong == []
 
 
 def tagged_files(root: Path) -> Iterator[tuple[str, set[int]]]:

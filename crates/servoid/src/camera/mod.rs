@@ -1,22 +1,22 @@
 //! What cameras say: calibrated cameras and lenses, rigs that move and turn, images and masks.
 
 mod brown_conrady;
-mod camera;
 mod depth;
 mod distortion;
 mod image;
 mod kannala_brandt;
 mod lens;
+mod pinhole;
 mod pyramid;
 mod rig;
 mod roots;
 mod view;
 
-pub use camera::{Camera, CameraError};
 pub use depth::{DepthView, depth_noise};
 pub use distortion::Distortion;
 pub use image::{Channels, ImageError, ImageView, Mask};
 pub use lens::{Lens, NOWHERE_PX};
+pub use pinhole::{Camera, CameraError};
 pub use pyramid::{Plane, Pyramid, Sample};
 pub(crate) use rig::check_image_size;
 pub use rig::{Observation, Rig, RigError};

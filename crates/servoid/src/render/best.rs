@@ -1,8 +1,8 @@
 use wide::f32x8;
 
+use super::draw::{Job, draw};
 #[cfg(target_arch = "x86_64")]
 use super::lanes_x86::Avx2;
-use super::render::{Job, draw};
 use crate::fitness::Backend;
 
 /// The arithmetic that rays are cast with; all give the same bits.

@@ -5,6 +5,7 @@
 
 mod best;
 mod depth;
+mod draw;
 mod lanes;
 #[cfg(target_arch = "x86_64")]
 mod lanes_x86;
@@ -14,7 +15,6 @@ mod normals;
 mod paint;
 mod placed;
 mod rays;
-mod render;
 mod sensor;
 mod shade;
 mod shape;
@@ -24,11 +24,11 @@ mod trace;
 mod vector;
 
 pub use depth::Depth;
+pub use draw::Exposure;
 pub use light::Lighting;
 pub use mesh::Details;
 use normals::corner_normals;
 pub use paint::{Paint, Texture};
-pub use render::Exposure;
 pub use stage::{Scene, Stage};
 
 use crate::words::were;

@@ -59,7 +59,7 @@ def test_a_body_is_tracked_into_a_file_and_a_summary(
     assert outcome.out.startswith("Tracked video: 5 observations, 2 cameras\n")
     assert said["tracked"] == "60.0 % (3 of 5)"
     assert said["not tracked"] == "0.20 to 0.30 s"
-    assert said["of these"].startswith("look 1.00, search 1.00")
+    assert said["of these"].startswith("prepare 1.00, search 1.00")
     assert said["poses"] == "poses.csv"
 
 

@@ -3,7 +3,8 @@
 A Debian with Python and nothing else is laid into a new folder, the wheel and what it needs is
 installed there, and `servoid doctor` and `servoid demo` run in it; a wheel for another machine runs
 under QEMU, without the demo, which would take an hour. The doctor runs once more on a processor
-without AVX, which QEMU plays. All must measure the same errors. It needs root, debootstrap,
+without AVX, which QEMU plays. Processors of one
+kind must measure the same errors. It needs root, debootstrap,
 qemu-user-static, and Debian's packages.
 """
 
@@ -140,15 +141,14 @@ def main() -> None:
     lacking = sorted({told for wheel in asked.wheels for told in missing(machine_of(wheel))})
     if lacking:
         sys.exit("\n".join(lacking))
-    measured: set[Measured] = set()
     for wheel in asked.wheels:
         with tempfile.TemporaryDirectory(prefix="servoid-bare-") as folder:
             try:
-                measured |= try_wheel(wheel, Path(folder))
+                measured = try_wheel(wheel, Path(folder))
             except BareError as error:
                 sys.exit(f"{wheel.name}: {error}")
-    if len(measured) != 1:
-        sys.exit(f"not every processor gives the same numbers: {measured}")
+        if len(measured) != 1:
+            sys.exit(f"{wheel.name}: not every processor gives the same numbers: {measured}")
 
 
 if __name__ == "__main__":

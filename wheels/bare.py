@@ -3,9 +3,8 @@
 A Debian with Python and nothing else is laid into a new folder, the wheel and what it needs is
 installed there, and `servoid doctor` and `servoid demo` run in it; a wheel for another machine runs
 under QEMU, without the demo, which would take an hour. The doctor runs once more on a processor
-without AVX, which QEMU plays. Processors of one
-kind must measure the same errors. It needs root, debootstrap,
-qemu-user-static, and Debian's packages.
+without AVX, which QEMU plays. Processors of one kind must measure the same errors. It needs root,
+debootstrap, qemu-user-static, and Debian's packages.
 """
 
 import argparse

@@ -11,6 +11,9 @@ from servoid.errors import OutputError
 from servoid.output import write_whole
 from servoid_experiments.report import Picture, Section, Table, shown
 
+# The caption below says what is drawn, and is not said twice.
+_SHOWN = "A picture of what the caption says; its numbers are in the tables of this section"
+
 
 def write_study_page(
     folder: str | Path,
@@ -72,7 +75,8 @@ def _picture(picture: Picture) -> str:
         raise OutputError(f"cannot put {picture.file} into the page: {reason}") from error
     caption = html.escape(picture.caption)
     return (
-        f'<figure><img alt="{caption}" src="data:image/png;base64,{data}">\n'
+        f'<figure><div class="wide" role="region" tabindex="0" aria-label="{caption}">'
+        f'<img alt="{_SHOWN}" src="data:image/png;base64,{data}"></div>\n'
         f"<figcaption>{caption}</figcaption></figure>"
     )
 

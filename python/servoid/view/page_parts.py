@@ -52,7 +52,13 @@ def image(data: bytes, words: str, kind: str = "png") -> str:
 
 def picture(data: bytes, caption: str, shown: str = "") -> str:
     """Return a PNG picture below its heading; `shown` says what is seen, for who cannot see it."""
-    return f"<h2>{html.escape(caption)}</h2>\n{image(data, shown or caption)}"
+    return f"<h2>{html.escape(caption)}</h2>\n{wide(image(data, shown or caption), caption)}"
+
+
+def wide(element: str, name: str) -> str:
+    """Let a picture keep a size at which it can be read on small screens, where it is scrolled."""
+    label = html.escape(name)
+    return f'<div class="wide" role="region" tabindex="0" aria-label="{label}">{element}</div>'
 
 
 def write_report_files(directory: Path, contents: Mapping[str, bytes]) -> list[Path]:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from servoid.errors import OutputError
 from servoid.output import write_whole
-from servoid.servo import Hold, ServoLog, holds, limited_s
+from servoid.servo import Hold, Reason, ServoLog, holds, limited_s
 from servoid.view.page_parts import fill, image, notes_list, picture, verdict_list
 
 _NAME = "report.html"
@@ -23,6 +23,8 @@ _SHOWN = {
     "joints.png": "Plots over time: angles and commanded speeds of the joints",
     "gaze.png": "Plots over time: fixation error in pixels and the angles of the eyes",
     "contact_sheet.png": "Images of the looks with the outline of each ellipsoid drawn over them",
+    "body.png": "The body drawn from four sides and, beside it, where the cameras stood",
+    "curve.png": "Lines that rise with the count of ellipsoids: fitness, IoU of the views",
 }
 
 _CAPTIONS = {
@@ -100,6 +102,9 @@ def _verdict(log: ServoLog) -> list[str]:
     ]
     if limits:
         most = max(limits, key=lambda reason: limits[reason])
+        # A goal that is out of reach is why others limit the hand, too.
+        if limits.get(Reason.UNREACHABLE, 0.0) >= 0.5 * limits[most]:
+            most = Reason.UNREACHABLE
         said.append(
             f"What kept it from its goal most, for {limits[most]:.1f} of {lasted:.1f} s: "
             f"{most.value}."

@@ -45,6 +45,12 @@ _CAPTIONS = {
     ),
     "timeline.png": ("What became of each observation", ""),
 }
+_SHOWN = {
+    "growth.png": "Images of a camera beside the body after each change, with its outline",
+    "sides.png": "A map of all directions around the object with the cameras as dots",
+    "turning.png": "Lines of drift against the angle that the object has turned",
+    "timeline.png": "Over time: status, confidence, notices, and milliseconds a step",
+}
 
 Table = tuple[str, Sequence[str], Sequence[Sequence[str]]]
 
@@ -109,7 +115,7 @@ def _title(name: str) -> str:
 
 def _picture(name: str, data: bytes) -> str:
     caption, words = _CAPTIONS[name]
-    shown = picture(data, caption)
+    shown = picture(data, caption, _SHOWN[name])
     return f'{shown}\n<p class="quiet">{html.escape(words)}</p>' if words else shown
 
 

@@ -23,6 +23,7 @@ from servoid.source.live import LiveCamera
 _WAIT_MS = 100  # for an image, until the device is asked if it is still there
 _QUEUE = 32  # images that librealsense keeps until one is fetched
 _SILENT_S = 1.0  # without a pair, after which the device must be gone
+_RESTING_S = 0.05  # after which a player that was told to pause reads no more
 _APART = 0.4  # of a period; stamps are equal, unless a computer without metadata makes them up
 EYES = ("left", "right")
 
@@ -96,8 +97,9 @@ class RealSenseVideo:
         self._serial, self._controls, self._depth = serial, controls or Controls(), depth
         self._library = load_library()
         self._is_recording = is_file(Path(serial)) if serial else False
+        self._context = self._library.context() if self._is_recording else _context(self._library)
         opened = _played if self._is_recording else _plugged_in
-        self._device = opened(self._library, serial)
+        self._device = opened(self._context, self._library, serial)
         self._streams: Streams = choose_streams(
             self._library, self._device, self._controls.rate_hz, depth
         )
@@ -157,6 +159,9 @@ class RealSenseVideo:
         if self._is_running:
             self._is_running = False
             try:
+                if self._is_recording:  # librealsense crashes if it is stopped while it reads
+                    self._device.as_playback().pause()
+                    time.sleep(_RESTING_S)
                 self._streams.sensor.stop()
                 self._streams.sensor.close()
             except RuntimeError:
@@ -225,10 +230,10 @@ class RealSenseVideo:
             raise LostDeviceError(f"the camera has been silent for {silent_s:.1f} s")
 
 
-def _played(library: Any, path: str) -> Any:
+def _played(context: Any, _library: Any, path: str) -> Any:
     """Return the device that a recording was made of."""
     try:
-        return library.context().load_device(path)
+        return context.load_device(path)
     except RuntimeError as reason:
         raise CaptureError(
             f"{path} is no recording that librealsense can play ({reason})"
@@ -241,9 +246,9 @@ def _context(library: Any) -> Any:
     return library.context()
 
 
-def _plugged_in(library: Any, serial: str) -> Any:
+def _plugged_in(context: Any, library: Any, serial: str) -> Any:
     """Return the device of a serial number."""
-    devices = list(_context(library).query_devices())
+    devices = list(context.query_devices())
     fitting = [one for one in devices if serial in ("", _info(library, one, "serial_number"))]
     if len(fitting) == 1:
         return fitting[0]

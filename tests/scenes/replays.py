@@ -13,6 +13,9 @@ from importlib import import_module
 from pathlib import Path
 
 import numpy as np
+
+sys.path.append(str(Path(__file__).parents[1] / "fixtures"))  # when it is run by itself
+
 from drawn import Drawn
 
 from servoid.exchange import open_any

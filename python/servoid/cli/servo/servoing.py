@@ -124,7 +124,7 @@ class _Run:
             return
         states = []
         if step.row is not None and self.trial is not None:
-            body = None if self._is_known else self.trial.meeting.body
+            body = None if self._is_known else self.trial.exploration.body
             self._is_known = True
             spent_s = step.row.tick.track_s
             states = [ObjectState("object", step.estimate, body, seconds=spent_s)]

@@ -289,13 +289,13 @@ def test_figures_of_speed_count_the_steps_and_not_the_start(
 ) -> None:
     fake_core.answers = staticmethod(
         lambda time_s: {
-            "seconds": {"look": 1.0 if time_s == 0.0 else 0.002, "search": 0.001},
+            "seconds": {"prepare": 1.0 if time_s == 0.0 else 0.002, "search": 0.001},
             "evaluations": 9999 if time_s == 0.0 else 200,
             "status": "tracking" if time_s < 0.25 or time_s > 0.45 else "searching",
         }
     )
     [result] = track_capture(open_capture(video), [known()])
-    assert result.stage_seconds == pytest.approx({"look": 0.002, "search": 0.001})
+    assert result.stage_seconds == pytest.approx({"prepare": 0.002, "search": 0.001})
     assert list(result.stage_seconds) == ["prepare", "search"]
     assert result.evaluations == 200
     assert result.tracked_share == pytest.approx(4 / 6)

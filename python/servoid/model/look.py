@@ -28,10 +28,11 @@ from servoid.segment import HueTarget, Target
 from servoid.segment.hue import hue_window
 
 _ONE_SIDE_DEG = 90.0
-_NO_METRES = (
+NO_METRES = (
     "lengths are not in metres: nothing told the capture's scale (metric = false in its "
     "capture.toml); give the scan a length, a board or a baseline"
 )
+"""What is noted of a capture without a scale."""
 
 
 def fit_capture(
@@ -64,7 +65,7 @@ def fit_capture(
     marked = mark(capture, targets, observations, trusted=request.trust_targets)
     notes = list(marked.notes)
     if not capture.metric:
-        notes.append(_NO_METRES)
+        notes.append(NO_METRES)
     known = list(marked.views)
     samples = join_range_samples(range_samples_of_views(known))
     if not len(samples) and _from_one_side([*known, *marked.others]):
@@ -169,7 +170,11 @@ def fit_capture_by_paper(
         native_used=tuple(natives),
         surface=Surface.of(body, natives, NO_RANGE_SAMPLES),
         targets=tuple(map(str, targets)),
-        notes=(*marked.notes, f"hue window {window[0]:.0f} to {window[1]:.0f} degrees"),
+        notes=(
+            *marked.notes,
+            *(() if capture.metric else (NO_METRES,)),
+            f"hue window {window[0]:.0f} to {window[1]:.0f} degrees",
+        ),
         seconds=time.perf_counter() - start,
     )
 

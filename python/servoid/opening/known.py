@@ -15,6 +15,7 @@ from servoid.source import MountedCamera
 from servoid.words import counted, digits
 
 Size = tuple[int, int]
+_RATE = "--rate"
 
 
 class _CameraEntry(LensEntry, frozen=True, kw_only=True):
@@ -35,6 +36,7 @@ class _CalibrationFile(msgspec.Struct, frozen=True, kw_only=True):
     version: Version
     camera: Annotated[tuple[_CameraEntry, ...], msgspec.Meta(min_length=1)]
     rate_hz: Any = None
+    metric: Any = None
     rig: Any = None
 
 
@@ -86,11 +88,15 @@ class Known:
             CaptureError: something is.
 
         """
-        told = {"--fov": self.fov_deg, "--baseline": self.baseline_m}
-        told |= {"--calibration": self.calibration}
-        for option, value in told.items():
-            if value is not None:
+        for option in self.given():
+            if option != _RATE:
                 raise CaptureError(f"{source} says itself how its cameras see; leave {option} out")
+
+    def given(self) -> list[str]:
+        """Name the options that were given."""
+        told = {"--fov": self.fov_deg, "--baseline": self.baseline_m}
+        told |= {"--calibration": self.calibration, _RATE: self.rate_hz}
+        return [option for option, value in told.items() if value is not None]
 
     def rig(self, source: str, names: Sequence[str], sizes_px: Sequence[Size] | None) -> Rig:
         """Return the cameras of a source, whose names and sizes (width, height) are given.

@@ -53,6 +53,8 @@ def open_live(
     known = known or Known()
     if not word.is_live:
         raise CaptureError(f"{word} is recorded, and nothing of it comes by itself")
+    if known.rate_hz is not None:
+        raise CaptureError(f"{word} is live, and its images come as they come; leave --rate out")
     cameras, notes = _cameras(word, known)
     return OpenedLive(Live(cameras, clock=clock, settings=settings), notes)
 

@@ -2,7 +2,7 @@
 
 import statistics
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 
@@ -11,11 +11,14 @@ from numpy.typing import NDArray
 
 from servoid._native import Pose
 from servoid.camera import Picture
+from servoid.camera.exif import read_exif
 from servoid.camera.image_size import read_image_size
 from servoid.camera.images import shrink
 from servoid.camera.video import VideoFacts, describe_video
 from servoid.capture import Capture, CaptureCamera
-from servoid.errors import CaptureError
+from servoid.config.limits import IMAGE_FILE
+from servoid.config.reading import read_bytes
+from servoid.errors import CaptureError, ImageError
 from servoid.exchange.opening import open_any
 from servoid.opening.known import Known
 from servoid.opening.word import Kind, SourceWord
@@ -23,6 +26,8 @@ from servoid.source import ASSUMED_HZ, MountedCamera
 from servoid.words import counted, digits
 
 _LONE, _PAIR = ("camera",), ("left", "right")
+_UPSIDE_DOWN = 180
+_ON_SIDE = (5, 6, 7, 8)  # orientations of EXIF data in which width and height change places
 
 
 @dataclass(frozen=True)
@@ -76,9 +81,14 @@ def open_recorded(
         )
     if word.kind in (Kind.CAPTURE, Kind.BAG):
         known.refuse(word.text)
-        return Opened(
-            open_any(word.place, bop_object=bop_object, images=images, topics=topics, world=world)
+        capture = open_any(
+            word.place, bop_object=bop_object, images=images, topics=topics, world=world
         )
+        if known.rate_hz is not None:
+            if capture.times_s is not None:
+                raise CaptureError(f"{word} knows its times itself; leave --rate out")
+            capture = replace(capture, rate_hz=known.rate_hz)
+        return Opened(capture)
     if bop_object is not None or images is not None:
         raise CaptureError(
             f"{word} is neither a BOP scene nor a COLMAP model, which alone need an object or a "
@@ -97,7 +107,7 @@ def _open_videos(word: SourceWord, known: Known) -> Opened:
         if one.count > count:
             more = counted(one.count - count, "image")
             notes.append(f"{path} has {more} more than the other, which are left out")
-        if one.turn_deg:
+        if one.turn_deg and (known.calibration is not None or one.turn_deg == _UPSIDE_DOWN):
             width, height = one.size_px
             notes.append(
                 f"{path} asks to be turned by {one.turn_deg} degrees when it is shown; it is not, "
@@ -111,7 +121,17 @@ def _open_videos(word: SourceWord, known: Known) -> Opened:
         )
     pictures = [[Picture(path, index) for index in range(count)] for path in word.places]
     times_s = None if known.rate_hz is not None else _times_s(facts[0], count)
-    return _capture(word, known, pictures, [one.size_px for one in facts], times_s, tuple(notes))
+    on_side = [one.turn_deg not in (0, _UPSIDE_DOWN) for one in facts]
+    sizes_px = [
+        _shown(one.size_px, turned, known) for one, turned in zip(facts, on_side, strict=True)
+    ]
+    return _capture(word, known, pictures, sizes_px, times_s, tuple(notes))
+
+
+def _shown(stored_px: tuple[int, int], is_on_side: bool, known: Known) -> tuple[int, int]:
+    """Return the size of upright images; a calibration says itself which size it is of."""
+    width, height = stored_px
+    return (height, width) if is_on_side and known.calibration is None else stored_px
 
 
 def _times_s(facts: VideoFacts, count: int) -> tuple[float, ...] | None:
@@ -124,7 +144,9 @@ def _times_s(facts: VideoFacts, count: int) -> tuple[float, ...] | None:
 
 def _open_images(word: SourceWord, known: Known) -> Opened:
     pictures = [Picture(path) for path in word.places]
-    return _capture(word, known, [pictures], [read_image_size(word.place)], None, ())
+    exif = read_exif(read_bytes(word.place, ImageError, IMAGE_FILE))
+    size_px = _shown(read_image_size(word.place), exif.orientation in _ON_SIDE, known)
+    return _capture(word, known, [pictures], [size_px], None, ())
 
 
 def _capture(

@@ -13,6 +13,7 @@ from servoid.config.places import is_file, is_folder
 from servoid.config.reading import read_text
 from servoid.errors import CaptureError
 from servoid.exchange.opening import is_capture
+from servoid.source.device import shown
 
 _ADDRESS = re.compile(r"(?P<scheme>[a-z][a-z0-9+.]*)://", re.IGNORECASE)
 _SCHEMES = ("http", "https", "rtsp", "rtsps", "rtmp", "udp", "tcp", "srt")
@@ -127,7 +128,7 @@ def _of_device(text: str) -> SourceWord | None:
                 f"{text}: servoid opens no {address['scheme']}:// address; give one that begins "
                 f"with {', '.join(f'{scheme}://' for scheme in _SCHEMES)}, or the path of a file"
             )
-        return SourceWord(text, Kind.STREAM, name=text)
+        return SourceWord(shown(text), Kind.STREAM, name=text)
     if _PIPELINE in text:
         return SourceWord(text, Kind.STREAM, name=text)
     if text.isascii() and text.isdigit():

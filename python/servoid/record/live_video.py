@@ -46,6 +46,7 @@ class _Encoder:
         self._add, self._first_s, self._shown = add, float("nan"), 0
         self._queue: Queue[tuple[Image, int] | None] = Queue(_MOST_WAITING)
         self._last: Image | None = None
+        self._error: BaseException | None = None
         self._thread = Thread(target=self._run, name="video", daemon=True)
         self._thread.start()
 
@@ -70,9 +71,16 @@ class _Encoder:
             self._queue.put((self._last, 1))
         self._queue.put(None)
         self._thread.join()
+        if self._error is not None:
+            raise self._error
 
     def _run(self) -> None:
         while (item := self._queue.get()) is not None:
             image, times = item
-            for _ in range(times):
-                self._add(image)
+            if self._error is not None:
+                continue  # what is left is taken out, so that nobody waits for ever
+            try:
+                for _ in range(times):
+                    self._add(image)
+            except BaseException as error:  # whoever closes hears of it
+                self._error = error

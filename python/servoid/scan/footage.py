@@ -1,6 +1,7 @@
 """What a scan looks at: a film or photographs, upright as people see them, each with a name."""
 
 import glob
+import re
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -14,6 +15,7 @@ from servoid.camera.video import VIDEO_SUFFIXES, count_video_images, upright_ima
 from servoid.errors import ScanError
 
 PHOTO_SUFFIXES = (".jpg", ".jpeg", ".png", ".tif", ".tiff", ".bmp", ".webp")
+_BLANK = re.compile(r"\s")
 _FOLDER = "images"  # where many programs keep the pictures of a project
 
 
@@ -31,7 +33,9 @@ class Film:
     @cached_property
     def names(self) -> Sequence[str]:
         """Name the images by their numbers."""
-        return tuple(f"{index:04}" for index in range(count_video_images(self.path)))
+        count = count_video_images(self.path)
+        digits = max(4, len(str(count - 1)))  # so that names in their order are images in theirs
+        return tuple(f"{index:0{digits}}" for index in range(count))
 
     def images(self, names: Iterable[str]) -> Iterator[tuple[str, NDArray[np.uint8]]]:
         """Decode the video once, and give the images that are asked for."""
@@ -47,7 +51,7 @@ class Film:
 
 @dataclass(frozen=True)
 class Photographs:
-    """Photographs, each in a file, sorted by name."""
+    """Photographs, each in a file, in the order of their names, in which a capture has them."""
 
     path: Path
     files: tuple[Path, ...]
@@ -59,19 +63,20 @@ class Photographs:
 
     @property
     def names(self) -> Sequence[str]:
-        """Name the photographs as their files, without the ending."""
-        return tuple(file.stem for file in self.files)
+        """Name the photographs as their files, without the ending, and with _ for each blank."""
+        return tuple(image_name(file.stem) for file in self.files)
 
     def images(self, names: Iterable[str]) -> Iterator[tuple[str, NDArray[np.uint8]]]:
         """Read the photographs that are asked for."""
         wanted = set(names)
         for file in self.files:
-            if file.stem in wanted:
-                yield file.stem, read_upright(file)
+            name = image_name(file.stem)
+            if name in wanted:
+                yield name, read_upright(file)
 
     def file_of(self, name: str) -> Path | None:
         """Return the file of a photograph."""
-        return next((file for file in self.files if file.stem == name), None)
+        return next((file for file in self.files if image_name(file.stem) == name), None)
 
 
 def open_footage(source: str | Path) -> Film | Photographs:
@@ -104,14 +109,20 @@ def is_footage(source: str | Path) -> bool:
     return glob.has_magic(str(source)) and path.suffix.lower() in PHOTO_SUFFIXES
 
 
+def image_name(text: str) -> str:
+    """Return what an image is called whose file has a name: lists of pairs bear no blank."""
+    return _BLANK.sub("_", text)
+
+
 def _photos(paths: Iterable[Path]) -> list[Path]:
-    return sorted(
+    photos = (
         path
         for path in paths
         if path.suffix.lower() in PHOTO_SUFFIXES
         and not path.name.startswith(".")  # which some systems leave beside each image
         and path.is_file()
     )
+    return sorted(photos, key=lambda path: f"{image_name(path.stem)}.")
 
 
 def _photographs(path: Path, files: Sequence[Path], missing: str) -> Photographs:
@@ -122,12 +133,13 @@ def _photographs(path: Path, files: Sequence[Path], missing: str) -> Photographs
         )
     seen: dict[str, Path] = {}
     for file in files:
-        if file.stem in seen:
+        name = image_name(file.stem)
+        if name in seen:
             raise ScanError(
-                f"{seen[file.stem]} and {file} have the same name without their endings, by which "
-                "images are told apart; rename one of them"
+                f"{seen[name]} and {file} have the same name without their endings, and with _ for "
+                "each blank, by which images are told apart; rename one of them"
             )
-        seen[file.stem] = file
+        seen[name] = file
     return Photographs(path, tuple(files))
 
 

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from servoid.camera import read_mask
 from servoid.camera.images import read_image
 from servoid.errors import MaskError, ScanError, TargetError
+from servoid.scan.footage import image_name
 from servoid.scan.staging import Staged
 from servoid.segment import BoxTarget, Target, find_object
 
@@ -70,10 +71,11 @@ def copy_masks(masks: Path, staged: Staged, folder: Path) -> int:
 
     """
     count = 0
+    named = _named(masks)
     for file in staged.files:
-        path = masks / f"{Path(file).stem}.png"
-        if path.is_file():
-            _write(folder / path.name, read_mask(path, staged.size_px))
+        path = named.get(Path(file).stem)
+        if path is not None:
+            _write(folder / f"{Path(file).stem}.png", read_mask(path, staged.size_px))
             count += 1
     if not count:
         raise ScanError(
@@ -83,12 +85,18 @@ def copy_masks(masks: Path, staged: Staged, folder: Path) -> int:
     return count
 
 
+def _named(masks: Path) -> dict[str, Path]:
+    """Map the names of images to their masks."""
+    return {image_name(path.stem): path for path in sorted(masks.glob("*.png"))}
+
+
 def _mask(inside: Path | Target, staged: Staged, file: str) -> NDArray[np.uint8]:
     width, height = staged.size_px
     if isinstance(inside, Path):
-        path = inside / f"{Path(file).stem}.png"
-        if not path.is_file():
-            raise ScanError(f"--inside: there is no {path}; give each image a mask of its name")
+        path = _named(inside).get(Path(file).stem)
+        if path is None:
+            missing = inside / f"{Path(file).stem}.png"
+            raise ScanError(f"--inside: there is no {missing}; give each image a mask of its name")
         return _wider(read_mask(path, staged.size_px))
     mask = np.zeros((height, width), np.uint8)
     if isinstance(inside, BoxTarget):

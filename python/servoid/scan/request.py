@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from servoid.scan.board import Board
+from servoid.scan.footage import image_name
 from servoid.scan.scale import Baseline, Length
 from servoid.segment import Target
 
@@ -16,7 +17,7 @@ Progress = Callable[[float, str], None]
 class Request:
     """How images are to be scanned.
 
-    `lengths`, `baselines` and `board` tell the scale; of several kinds the first of this order is
+    `lengths`, `board` and `baselines` tell the scale; of several kinds the first of this order is
     used. `wanted` names images of a film that are key images in any case. `masks` is a folder of
     object masks, named like the images, which go into the capture. `inside` says where features
     are sought: a folder of masks, or a target, which is looked for in each image; of a box it is
@@ -39,4 +40,4 @@ class Request:
         """Return the names of images that must be among the key images."""
         marked = [one.name for one in self.lengths]
         ends = [name for one in self.baselines for name in (one.first, one.second)]
-        return (*self.wanted, *marked, *ends)
+        return tuple(image_name(name) for name in (*self.wanted, *marked, *ends))

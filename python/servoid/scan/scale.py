@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid.errors import ScanError
+from servoid.scan.footage import image_name
 from servoid.scan.solution import Solution
 from servoid.words import digits, number_of
 
@@ -142,7 +143,7 @@ def index_of(solution: Solution, name: str) -> int:
         ScanError: none has.
 
     """
-    index = solution.index(name)
+    index = solution.index(image_name(name))
     if index is None:
         some = ", ".join([*solution.names[:3], "...", solution.names[-1]])
         raise ScanError(

@@ -1,6 +1,5 @@
 """Puts the images of a scan into a folder, all upright and of one size, as a capture holds them."""
 
-import re
 import shutil
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -14,12 +13,11 @@ from servoid.camera.image_size import read_image_size
 from servoid.camera.images import read_image
 from servoid.config.limits import IMAGE_FILE
 from servoid.config.reading import read_bytes
-from servoid.errors import ImageError, OutputError, ScanError
+from servoid.errors import ImageError, OutputError
 from servoid.scan.footage import Footage
 
 _JPEG_QUALITY = 95
 _SAME_FOCAL = 0.02  # share by which the focal lengths that photographs note may differ
-_BLANK = re.compile(r"\s")  # what may not be in a file's name in a list of pairs
 
 Size = tuple[int, int]
 
@@ -63,7 +61,6 @@ def stage(
 
     Raises:
         ImageError: a file is damaged, or the images differ in size.
-        ScanError: two names are the same but for blanks.
 
     """
     chosen = list(names)
@@ -86,7 +83,6 @@ def stage(
             "recorded them",
         )
     )
-    _check_names(files, footage.path)
     return Staged(folder, tuple(files), size, _noted_focal(photos, size), notes)
 
 
@@ -107,13 +103,13 @@ def _stage_film(
 
 
 def _stage_photo(folder: Path, name: str, photo: _Photo, size: Size) -> str:
-    stem = _BLANK.sub("_", name)
+    image = read_image(photo.file, size)  # which is refused here if it is damaged
     if not photo.exif.is_turned:
-        file = f"{stem}{photo.file.suffix.lower()}"
+        file = f"{name}{photo.file.suffix.lower()}"
         shutil.copyfile(photo.file, folder / file)
         return file
-    file = f"{stem}.jpg"
-    (folder / file).write_bytes(encode(read_image(photo.file, size)))
+    file = f"{name}.jpg"
+    (folder / file).write_bytes(encode(image))
     return file
 
 
@@ -126,16 +122,6 @@ def encode(image: NDArray[np.uint8]) -> bytes:
     if not done:
         raise OutputError(f"cannot encode an image of shape {image.shape}")
     return data.tobytes()
-
-
-def _check_names(files: list[str], path: Path) -> None:
-    stems = [Path(file).stem for file in files]
-    for stem in stems:
-        if stems.count(stem) > 1:
-            raise ScanError(
-                f"{path}: two photographs are named '{stem}' once blanks are written as '_'; "
-                "rename one of them"
-            )
 
 
 def _one_size(path: Path, sizes: dict[str, Size]) -> Size:

@@ -63,7 +63,7 @@ def opened(
             video = open_mjpeg(device)
         except (OSError, ValueError) as error:
             raise CaptureError(
-                f"camera {name}: '{_shown(device)}' does not answer: {reason_of(error)}; check "
+                f"camera {name}: '{shown(device)}' does not answer: {reason_of(error)}; check "
                 "that it is there and that this computer reaches it"
             ) from error
         if video is not None:
@@ -89,7 +89,7 @@ def _by_opencv(name: str, device: int | str, size_px: tuple[int, int] | None) ->
         video = cv2.VideoCapture(device, cv2.CAP_ANY)
     if not video.isOpened():
         raise CaptureError(
-            f"camera {name}: OpenCV cannot open '{_shown(device)}'; check that it is there and "
+            f"camera {name}: OpenCV cannot open '{shown(device)}'; check that it is there and "
             "that no other program uses it; for a pipeline OpenCV must be built with GStreamer; or "
             "give an object with grab, retrieve and release as the device"
         )
@@ -102,5 +102,11 @@ def _by_opencv(name: str, device: int | str, size_px: tuple[int, int] | None) ->
     return video
 
 
-def _shown(device: int | str) -> str:
+def is_stream(device: Device) -> bool:
+    """Say if a device is a connection, which does not mend itself once it is broken."""
+    return isinstance(device, str) and (_ADDRESS in device or _PIPELINE in device)
+
+
+def shown(device: int | str) -> str:
+    """Return what messages call a device: an address has no password there."""
     return _PASSWORD.sub("//***@", str(device))

@@ -14,6 +14,7 @@ from servoid.source.source import Instant
 
 _POLL_S = 0.001
 _FIRST_S = 3.0  # in which all cameras should have begun
+_MOST_WHY = 4  # notices that say why not one image came
 _TOLD_S = 0.25  # so often it is told that nothing comes
 
 Keep = Callable[[RawInstant], None]
@@ -69,18 +70,18 @@ class Feed:
 
         """
         begun_s = time.monotonic()
+        notices: list[str] = []
         while self._first is None:
             raw = self._next()
             if raw is None:
-                silence = self._source.silence()
-                raise CaptureError(
-                    f"{self._name}: not one image came{f': {silence}' if silence else ''}"
-                )
+                why = self._source.silence() or "; ".join(notices[-_MOST_WHY:])
+                raise CaptureError(f"{self._name}: not one image came{f': {why}' if why else ''}")
+            notices = list(dict.fromkeys([*notices, *raw.notices]))
             # Cameras do not begin at once, and the first observation must tell most.
             is_whole = all(image is not None for image in raw.images)
             if is_whole or (not raw.is_dark and time.monotonic() > begun_s + _FIRST_S):
-                self._first = raw
-                self._handed_out(raw)
+                self._first = replace(raw, notices=tuple(notices))
+                self._handed_out(self._first)
         raw = replace(self._first, index=0)
         capture = capture_of_raw(Path(self._name), self._source.rig, raw)
         cameras_of(capture)  # a lens that sees nothing is told here

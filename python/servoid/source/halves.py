@@ -1,7 +1,6 @@
 """Cuts the images of one device into those of its two eyes."""
 
 from collections.abc import Callable
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -34,7 +33,15 @@ class HalvesVideo:
             return True, whole
         pixels: Any = whole.images[0]
         width = np.asarray(pixels).shape[1] // 2
-        return True, replace(whole, images=(pixels[:, :width], pixels[:, -width:]), depths=())
+        return (
+            True,
+            Delivery(  # and not what else a kind of delivery may know, such as a JPEG file
+                images=(pixels[:, :width], pixels[:, -width:]),
+                stamp_s=whole.stamp_s,
+                missing=whole.missing,
+                notices=whole.notices,
+            ),
+        )
 
     def release(self) -> None:
         """Close the device."""

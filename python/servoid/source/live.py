@@ -16,7 +16,7 @@ from servoid.camera.ideal import Ideal
 from servoid.config.checked import Checked
 from servoid.errors import CaptureError, ServoidError
 from servoid.source.controls import Controls
-from servoid.source.device import Device, opened, reopening
+from servoid.source.device import Device, is_stream, opened, reopening
 from servoid.source.grabbing import TRIES, Grabber, Shot, Video
 from servoid.source.instants import tidy_image
 from servoid.source.raw import MountedCamera, RawImage, RawInstant, instant_of
@@ -118,7 +118,7 @@ class Live:
                     video,
                     clock,
                     reopening(camera.name, camera.device, camera.lens.size_px, camera.controls),
-                    tries=_TRIES_OF_STREAM if isinstance(camera.device, str) else TRIES,
+                    tries=_TRIES_OF_STREAM if is_stream(camera.device) else TRIES,
                     silent_s=self._settings.silent_s,
                 )
                 for camera, video in zip(first, videos, strict=True)

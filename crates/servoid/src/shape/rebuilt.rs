@@ -2,8 +2,8 @@
 
 use std::collections::HashMap;
 
+use crate::parallel::*;
 use nalgebra::Vector3;
-use rayon::prelude::*;
 
 use super::Soup;
 

@@ -1,7 +1,7 @@
 //! Triangles that need not be closed, nor agree on what is outside, and what they wind around.
 
+use crate::parallel::*;
 use nalgebra::{Matrix3, Vector3};
-use rayon::prelude::*;
 
 use super::ShapeError;
 use crate::pose::even_direction;

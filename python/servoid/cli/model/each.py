@@ -52,6 +52,10 @@ def _check(order: Order) -> None:
         "--images": order.images,
         "--bop-object": order.bop_object,
         "--threads": order.threads,
+        "--topic": order.topics or None,
+        "--world": order.world,
+        **dict.fromkeys(order.known.given(), True),
+        **dict.fromkeys(order.scale.given(), True),
     }
     for option in (option for option, value in given.items() if value is not None):
         raise OptionError(f"{option} means nothing for a folder of captures; leave it out")

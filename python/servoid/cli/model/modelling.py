@@ -160,10 +160,11 @@ def _fit(order: Order, targets: list[Target], *, trusted: bool) -> ModelResult:
             made = fit_capture(
                 opened.capture, request, targets=targets, distance_m=order.distance, **chosen
             )
-            return replace(made, notes=(*opened.capture.notes, *made.notes, *opened.notes))
-        if order.distance is not None:
+        elif order.distance is not None:
             raise OptionError("--distance means nothing to the paper's method; leave it out")
-        return fit_capture_by_paper(opened.capture, request, targets=targets, **chosen)
+        else:
+            made = fit_capture_by_paper(opened.capture, request, targets=targets, **chosen)
+        return replace(made, notes=(*opened.capture.notes, *made.notes, *opened.notes))
 
 
 def _fit_shape(order: Order, path: Path, request: Request, targets: list[Target]) -> ModelResult:

@@ -14,6 +14,7 @@ from servoid.exchange import is_capture
 from servoid.opening import Known, parse_source
 from servoid.opening.word import Kind
 from servoid.scan import CAMERA, Footage, is_footage, open_footage
+from servoid.scan.footage import image_name
 from servoid.segment import HueTarget, Target, seek_object, undoubted
 
 
@@ -142,7 +143,7 @@ def _name(target: Target, footage: Footage) -> str | None:
     """Return the image that a target means; None: a hue window means all."""
     if target.view is None:
         return None if isinstance(target, HueTarget) else footage.names[0]
-    name = target.view.rpartition("/")[2]
+    name = image_name(target.view.rpartition("/")[2])
     if name not in footage.names:
         first, last = footage.names[0], footage.names[-1]
         raise OptionError(

@@ -19,6 +19,7 @@ from servoid.source import Feed, RawInstant
 from servoid.track import Request, Subject, TrackStep, cameras_of, follow, follow_live
 
 _VIDEO_HZ = 10.0  # of a capture that knows no times
+_FIRST_S = 10.0  # in which the first image must come
 
 Draw = Callable[[TrackStep], None]
 
@@ -75,7 +76,7 @@ class LiveFootage:
         began_s = time.monotonic()
         self.told: Callable[[str | None], None] = lambda _: None
         self.began = datetime.now(timezone.utc)
-        self._duration_s, self._first_s = duration_s, 0.0
+        self._duration_s, self._first_s, self._opened_s = duration_s, 0.0, began_s
         with ExitStack() as stack:
             opened = open_live(word, known, clock=lambda: time.monotonic() - began_s)
             self._source = stack.enter_context(opened.source)
@@ -91,7 +92,9 @@ class LiveFootage:
                 told=lambda why: self.told(why),
             )
             self.notes: tuple[str, ...] = opened.notes
-            self.capture: Capture = self._feed.first()[0]
+            self._opened_s = time.monotonic()
+            self.capture, first = self._feed.first()
+            self.first_notices = first.notices
             self._first_s = time.monotonic()
             stack.pop_all()
 
@@ -160,7 +163,9 @@ class LiveFootage:
     def _is_over(self) -> bool:
         if self._source.is_over:
             return True
-        if self._duration_s is None or not self._first_s:
+        if not self._first_s:
+            return time.monotonic() - self._opened_s > _FIRST_S
+        if self._duration_s is None:
             return False
         return time.monotonic() - self._first_s >= self._duration_s
 

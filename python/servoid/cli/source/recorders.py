@@ -10,7 +10,6 @@ from types import ModuleType
 from servoid.capture import Capture
 from servoid.cli.wrong_options import OptionError
 from servoid.errors import CaptureError
-from servoid.output import check_file
 from servoid.pose import Pose
 from servoid.record import QueuedRecording, check_recording, record_folder
 from servoid.source import MountedCamera, RawInstant
@@ -31,8 +30,7 @@ def check_recorder(out: Path) -> None:
 
     """
     if is_mcap(out):
-        _writing()
-        check_file(out)
+        _writing().check_mcap(out)
     elif out.suffix and not out.is_dir():
         raise OptionError(
             f"cannot record {out}: a recording is a folder, or a file that ends in {_MCAP}"

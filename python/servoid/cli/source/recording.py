@@ -62,7 +62,11 @@ def _convert(order: Order, word: SourceWord) -> None:
             opened.capture, order.out, lambda done: update(done / whole, f"{done} of {whole}")
         )
     typer.echo(f"Wrote {word}: {counted(count, 'observation')}")
-    _print([*(("assumed", note) for note in opened.notes), ("recording", str(order.out))])
+    notes = [("note", note) for note in opened.capture.notes]
+    if not opened.capture.metric:
+        notes.append(("note", "no length is in metres, which a recording as MCAP does not say"))
+    notes += [("assumed", note) for note in opened.notes]
+    _print([*notes, ("recording", str(order.out))])
 
 
 def _record(order: Order, word: SourceWord) -> None:
@@ -73,6 +77,7 @@ def _record(order: Order, word: SourceWord) -> None:
     with footage, progress_bar("recording") as update:
         footage.told = lambda why: update(footage.passed_share, why or "")
         first_s = last_s = footage.first_time_s
+        notices.update(footage.first_notices)
         try:
             observations = footage.raw()
             while order.count is None or footage.handed_out < order.count:

@@ -7,6 +7,7 @@ from pathlib import Path
 import typer
 
 from servoid.cli.source.footage import Footage, LiveFootage
+from servoid.model.look import NO_METRES
 from servoid.source import ASSUMED_HZ
 from servoid.track import Gap, TrackResult
 from servoid.words import counted
@@ -50,6 +51,8 @@ def print_track_summary(
         _print(_live_rows(footage, count))
     elif capture.times_s is None and capture.rate_hz is None:
         _print(_wrapped("note", _TIMELESS))
+    if not capture.metric:
+        _print(_wrapped("note", NO_METRES))
     for note in (*capture.notes, *lacking):
         _print(_wrapped("note", note))
     for note in footage.notes:

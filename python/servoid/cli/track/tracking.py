@@ -81,6 +81,7 @@ def run_track(order: Order) -> None:
     subjects = read_subjects(order.bodies, order.targets, order.starts)
     _check_outputs(order, subjects)
     word = parse_source(order.source)
+    order = replace(order, source=word.text)  # which shows no password
     _check_source(order, word)
     with open_footage(
         word,
@@ -122,8 +123,11 @@ def _track(order: Order, subjects: list[Subject], footage: Footage) -> None:
         beside = (("video", order.video), ("recording", order.mcap))
         files.extend((kind, path) for kind, path in beside if path is not None)
     if order.record is not None and isinstance(footage, LiveFootage):
-        footage.finish_recording()
-        files.append(("recording", order.record))
+        try:
+            footage.finish_recording()
+            files.append(("recording", order.record))
+        except OutputError as error:  # poses are worth as much without it
+            stopped = error
     print_track_summary(order.source, footage, results, files, lacking)
     if isinstance(stopped, KeyboardInterrupt):
         typer.echo(_ending(stopped, len(collector)), err=True)
@@ -156,6 +160,11 @@ def _check_options(order: Order) -> None:
             check_mcap_suffix(order.mcap)
     if order.save_body is not None and order.save_body.suffix != ".json":
         raise OptionError(f"cannot write {order.save_body}: the file of a body ends in .json")
+    if order.mcap is not None and order.record == order.mcap:
+        raise OptionError(
+            f"{order.mcap} would hold the run and what was recorded for it; give --record "
+            "another file than --mcap"
+        )
     if order.smooth is not None and order.smooth.resolve() == order.out.resolve():
         raise OptionError(
             f"{order.out} would hold the poses as they were known and as they were corrected "
@@ -175,8 +184,8 @@ def _check_source(order: Order, word: SourceWord) -> None:
         given |= {"--topic": bool(order.topics), "--world": order.world is not None}
         for option in (option for option, is_given in given.items() if is_given):
             raise OptionError(
-                f"{word} is live, where the newest observation is tracked each time, and {option} "
-                "means nothing; leave it out"
+                f"{word} is live, and the newest observation of its cameras is tracked each time; "
+                f"leave {option} out"
             )
         return
     for option, value in (("--duration", order.duration), ("--record", order.record)):

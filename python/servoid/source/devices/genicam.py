@@ -125,7 +125,8 @@ class GenicamVideo:
         now_s = time.monotonic()
         if not buffer:
             self._check_presence(now_s - self._last_s)
-            return False
+            self._data = Delivery()  # it is there, and has nothing to show: it may await a trigger
+            return True
         self._last_s = now_s
         try:
             self._data = self._delivery(buffer)

@@ -26,11 +26,11 @@ pub fn any(draw: &mut Draw) -> Result<(), String> {
     }
     let point = Vector3::from([(); 3].map(|()| spread * draw.within(-1.0, 1.0)));
     let (around, most) = (soup.winding(&point), faces.len() as f64);
-    if !(around.abs() <= most) {
+    if around.is_nan() || around.abs() > most {
         return Err(format!("{most} triangles wind {around} times around {point:?}"));
     }
     let open = soup.openness(&faces).map_err(|e| e.to_string())?;
-    if !(open.abs() <= 1.0 + 1e-9) {
+    if open.is_nan() || open.abs() > 1.0 + 1e-9 {
         return Err(format!("fronts see {open} more than backs"));
     }
     let Some(built) = soup.rebuilt(draw.pick(&[0, 2, 8, 12])) else { return Ok(()) };

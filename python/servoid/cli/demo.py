@@ -1,6 +1,7 @@
 """`servoid demo`: models, tracks and servos to drawn objects, by commands that anybody can type."""
 
 import shlex
+import textwrap
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -21,6 +22,7 @@ from servoid.sim.samples.surface import outer_mesh
 _REPORT_EXTRAS = {"matplotlib": "view"}
 _TRACKED = 2  # the number of the part whose truth is known
 _MM_PER_M = 1e3
+_WIDTH = 79  # columns
 _SCENARIO = Scenario(count=45, size="small", occluder=True)
 
 
@@ -48,7 +50,7 @@ def run_demo(out: Path) -> None:
         typer.echo(f"\n{number}. {part.heading}")
         lacking = _lacking(part.extras)
         if lacking:
-            typer.echo(f"Left out: {lacking}")
+            typer.echo(textwrap.fill(f"Left out: {lacking}", _WIDTH))
             left_out.append(lacking)
             continue
         _run(part.commands, out)
@@ -60,8 +62,8 @@ def run_demo(out: Path) -> None:
         typer.echo(f"  {path}\n      {words}")
     if left_out:
         typer.echo(
-            "To see all of it: pip install 'servoid[servo,sim,view]', and again: "
-            f"servoid demo --out {shlex.quote(str(out))}"
+            "To see all of it: pip install 'servoid[servo,sim,view]', and again:\n"
+            f"  servoid demo --out {shlex.quote(str(out))}"
         )
 
 
@@ -81,7 +83,7 @@ def _parts(out: Path) -> tuple[Part, ...]:
             {},
         ),
         Part(
-            "A toy snail that nobody described is modelled from one stereo pair and tracked.",
+            "A toy snail is modelled from one stereo pair, and tracked.",
             (
                 ("sample", recording, "--moving", "--size", _SCENARIO.size,
                  "--count", str(_SCENARIO.count), "--occluder"),

@@ -125,8 +125,7 @@ class GenicamVideo:
         now_s = time.monotonic()
         if not buffer:
             self._check_presence(now_s - self._last_s)
-            self._data = Delivery()  # it is there, and has nothing to show: it may await a trigger
-            return True
+            return False
         self._last_s = now_s
         try:
             self._data = self._delivery(buffer)

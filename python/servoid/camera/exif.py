@@ -7,7 +7,7 @@ _SEGMENT = b"Exif\0\0"
 _APP1, _START_OF_SCAN = 0xE1, 0xDA
 _ORIENTATION, _MORE, _FOCAL_35MM = 0x0112, 0x8769, 0xA405
 _SHORT, _LONG = 3, 4
-_UPRIGHT = 1
+_UPRIGHT, _LAST_UPSIDE = 1, 4
 _FILM_WIDTH_MM = 36.0
 
 
@@ -25,6 +25,11 @@ class Exif:
     def is_turned(self) -> bool:
         """Say if the image is to be turned or mirrored before it is shown."""
         return self.orientation != _UPRIGHT
+
+    @property
+    def is_on_side(self) -> bool:
+        """Say if width and height change places when it is turned."""
+        return self.orientation > _LAST_UPSIDE
 
     def focal_px(self, size_px: tuple[int, int]) -> float | None:
         """Return the focal length in pixels of images of (width, height); good to some per cent."""

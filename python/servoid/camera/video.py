@@ -40,7 +40,7 @@ class VideoFacts:
 
     `times_s` are the seconds from its beginning at which the images are shown, None where the file
     has no times that rise; `rate_hz` is what its header says, None if nothing. `turn_deg` is by how
-    much the header asks to turn the images before they are shown, which no reader here does.
+    much the header asks to turn the images, clockwise, before they are shown.
     """
 
     count: int

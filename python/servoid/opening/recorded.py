@@ -27,7 +27,6 @@ from servoid.words import counted, digits
 
 _LONE, _PAIR = ("camera",), ("left", "right")
 _UPSIDE_DOWN = 180
-_ON_SIDE = (5, 6, 7, 8)  # orientations of EXIF data in which width and height change places
 
 
 @dataclass(frozen=True)
@@ -145,7 +144,7 @@ def _times_s(facts: VideoFacts, count: int) -> tuple[float, ...] | None:
 def _open_images(word: SourceWord, known: Known) -> Opened:
     pictures = [Picture(path) for path in word.places]
     exif = read_exif(read_bytes(word.place, ImageError, IMAGE_FILE))
-    size_px = _shown(read_image_size(word.place), exif.orientation in _ON_SIDE, known)
+    size_px = _shown(read_image_size(word.place), exif.is_on_side, known)
     return _capture(word, known, [pictures], [size_px], None, ())
 
 

@@ -45,7 +45,7 @@ class _Photo:
     def upright_px(self) -> Size:
         """Return the size once it is turned."""
         width, height = self.stored_px
-        return (height, width) if self.exif.orientation > 4 else (width, height)
+        return (height, width) if self.exif.is_on_side else (width, height)
 
 
 def stage(

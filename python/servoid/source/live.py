@@ -12,6 +12,7 @@ from msgspec import Meta
 from numpy.typing import NDArray
 
 from servoid._native import Camera, Lens, Pose
+from servoid.camera.depth import to_metres
 from servoid.camera.ideal import Ideal
 from servoid.config.checked import Checked
 from servoid.errors import CaptureError, ServoidError
@@ -286,16 +287,8 @@ def _raw_image(lens: Lens, shot: Shot, eye: int) -> tuple[RawImage | None, str |
     if pixels.ndim == 2:  # as a grey image is read from a file
         pixels = np.repeat(pixels[:, :, None], 3, axis=2)
     depth = shot.depths[eye] if eye < len(shot.depths) else None
-    return RawImage(pixels, shot.time_s, shot.number, _known(depth), shot.encoded), notice
-
-
-def _known(depth: NDArray[Any] | None) -> NDArray[np.float32] | None:
-    """Return a depth image as one is read from a file: NaN where nothing was measured."""
-    if depth is None:
-        return None
-    depth = np.array(depth, np.float32)
-    depth[~(np.isfinite(depth) & (depth > 0.0))] = np.nan
-    return depth
+    depth_m = None if depth is None else to_metres(np.asarray(depth), 1.0)
+    return RawImage(pixels, shot.time_s, shot.number, depth_m, shot.encoded), notice
 
 
 def _red_first(pixels: NDArray[Any]) -> NDArray[Any]:

@@ -287,6 +287,42 @@ def test_a_bag_that_says_too_little_is_refused_in_words(
     assert words in str(caught.value)
 
 
+@pytest.mark.parametrize(
+    ("said", "instead"),
+    [
+        (b"float64[12] p", b"float64[12] q"),
+        (b"float64[9] k", b"float64[3] k"),
+        (b"float64[] d", b"float64[] c"),
+        (b"RegionOfInterest roi", b"RegionOfInterest rio"),
+        (b"TransformStamped[] transforms", b"TransformStamped[] transformed"),
+        (b"Vector3 translation", b"Vector3 transaction"),
+        (b"string encoding", b"uint32 encoding"),
+        (b"uint32 step", b"uint32 stop"),
+        (b"string format", b"string forman"),
+    ],
+)
+def test_a_bag_whose_own_types_have_other_fields_is_refused_in_words(
+    tmp_path: Path, said: bytes, instead: bytes
+) -> None:
+    for is_jpeg in (False, True):
+        path = write_bag(tmp_path / f"{is_jpeg}.mcap", stereo_entries(2, is_jpeg=is_jpeg))
+        whole = path.read_bytes()
+        if said not in whole:
+            continue
+        path.write_bytes(whole.replace(said, instead.ljust(len(said))[: len(said)]))
+        with pytest.raises(ServoidError, match="is cut short, damaged or no bag"):
+            _read_all(open_bag(path))
+        return
+    pytest.fail(f"no bag says '{said.decode()}'")
+
+
+def _read_all(capture: Capture) -> None:
+    for camera in capture.cameras:
+        for picture in camera.pictures:
+            assert picture is not None
+            picture.read(SIZE_PX)
+
+
 def test_what_is_no_bag_is_told(tmp_path: Path) -> None:
     assert not is_bag(tmp_path)
     for name in ("a.mcap", "a.bag", "a.db3"):

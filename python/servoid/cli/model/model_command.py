@@ -6,12 +6,15 @@ from typing import Annotated
 import typer
 
 from servoid._native import ModelSettings
+from servoid.cli.scan.options import Apart, Board, Length
 from servoid.cli.source.options import (
     SOURCE_HELP,
     Baseline,
     Calibration,
     Fov,
     Rate,
+    Topic,
+    World,
     known_cameras,
 )
 from servoid.cli.values import (
@@ -24,7 +27,6 @@ from servoid.cli.values import (
 )
 
 _BATCH = "A folder of captures"
-_FILM = "A video, or photographs without poses"
 _defaults = ModelSettings()
 
 
@@ -125,21 +127,8 @@ def model(
     images: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Where a COLMAP model's images are.")
     ] = None,
-    topic: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="TOPIC",
-            help="Of a bag: the images of a camera, or depth that is registered to them (default: "
-            "the likely ones, which are said). May be given several times.",
-        ),
-    ] = None,
-    world: Annotated[
-        str | None,
-        typer.Option(
-            metavar="FRAME",
-            help="Of a bag: the frame of TF in which poses are told (default: the top one).",
-        ),
-    ] = None,
+    topic: Topic = None,
+    world: World = None,
     seed: Annotated[
         int | None,
         typer.Option(
@@ -160,30 +149,9 @@ def model(
         Path | None,
         typer.Option(metavar="DIR", help="Write a page and pictures that show how good it is."),
     ] = None,
-    length: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="IMAGE:U0,V0,U1,V1=M",
-            help="Both ends of a known length in an image, in two images or more, and its metres.",
-            rich_help_panel=_FILM,
-        ),
-    ] = None,
-    board: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NxM,SQUARE,MARKER,DICTIONARY",
-            help="A printed ChArUco board in the scene, as for servoid scan.",
-            rich_help_panel=_FILM,
-        ),
-    ] = None,
-    apart: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="IMAGE,IMAGE=M",
-            help="How many metres the camera was apart at two images.",
-            rich_help_panel=_FILM,
-        ),
-    ] = None,
+    length: Length = None,
+    board: Board = None,
+    apart: Apart = None,
     each: Annotated[
         bool,
         typer.Option(

@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from servoid.cli.scan.options import Apart, Board, Length
 from servoid.cli.values import check_threads
 
 _SCALE = "Scale: one of these, or lengths are in no unit"
@@ -20,32 +21,9 @@ def scan(
         ),
     ],
     out: Annotated[Path, typer.Option(metavar="DIR", help="The capture to write, a folder.")],
-    length: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="IMAGE:U0,V0,U1,V1=M",
-            help="The two ends of a known length in an image, in pixels, and the length in metres; "
-            "to be given for two images from different sides, or more.",
-            rich_help_panel=_SCALE,
-        ),
-    ] = None,
-    board: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NxM,SQUARE,MARKER,DICTIONARY",
-            help="A printed ChArUco board in the scene: how many squares, the sides of square and "
-            "marker in metres, and the dictionary; the last two may be left out.",
-            rich_help_panel=_SCALE,
-        ),
-    ] = None,
-    apart: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="IMAGE,IMAGE=M",
-            help="How many metres the camera was apart at two images.",
-            rich_help_panel=_SCALE,
-        ),
-    ] = None,
+    length: Length = None,
+    board: Board = None,
+    apart: Apart = None,
     inside: Annotated[
         str | None,
         typer.Option(

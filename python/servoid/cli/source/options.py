@@ -21,6 +21,7 @@ LIVE_HELP = (
     "genicam:NAME, sim:WORLD, or a rig.toml"
 )
 LIVE = "Of a live SOURCE"
+_BAG = "Of a bag"
 _CAMERAS = "How the cameras see, where SOURCE does not say it"
 
 
@@ -66,6 +67,25 @@ Rate = Annotated[
         metavar="HZ",
         help="How many images there are a second, where nothing says their times (default 30).",
         rich_help_panel=_CAMERAS,
+    ),
+]
+Topic = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--topic",
+        metavar="TOPIC",
+        help="Of a bag: the images of a camera, or depth that is registered to them (default: "
+        "the likely ones, which are said). May be given several times.",
+        rich_help_panel=_BAG,
+    ),
+]
+World = Annotated[
+    str | None,
+    typer.Option(
+        "--world",
+        metavar="FRAME",
+        help="Of a bag: the frame of TF in which poses are told (default: the top one).",
+        rich_help_panel=_BAG,
     ),
 ]
 Duration = Annotated[

@@ -15,6 +15,8 @@ from servoid.cli.source.options import (
     Duration,
     Fov,
     Rate,
+    Topic,
+    World,
     known_cameras,
 )
 from servoid.cli.values import Method, check_count, check_seed, parse_slice
@@ -157,23 +159,8 @@ def track(
             rich_help_panel=_IMAGES,
         ),
     ] = ":",
-    topic: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="TOPIC",
-            help="Of a bag: the images of a camera, or depth that is registered to them (default: "
-            "the likely ones, which are said). May be given several times.",
-            rich_help_panel=_IMAGES,
-        ),
-    ] = None,
-    world: Annotated[
-        str | None,
-        typer.Option(
-            metavar="FRAME",
-            help="Of a bag: the frame of TF in which poses are told (default: the top one).",
-            rich_help_panel=_IMAGES,
-        ),
-    ] = None,
+    topic: Topic = None,
+    world: World = None,
     every: Annotated[
         int,
         typer.Option(

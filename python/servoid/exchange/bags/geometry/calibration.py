@@ -51,7 +51,9 @@ class Info:
     @classmethod
     def of(cls, message: Any, frame: str) -> "Info":
         """Read a decoded message."""
-        d, k, r, p = (getattr(message, name, getattr(message, name.upper(), ())) for name in "dkrp")
+        d, k, r, p = (
+            getattr(message, name if hasattr(message, name) else name.upper()) for name in "dkrp"
+        )
         region = message.roi
         return cls(
             frame=frame,

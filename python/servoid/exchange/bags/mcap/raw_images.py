@@ -40,10 +40,7 @@ class RawImage:
             return "/compressed", COMPRESSED, made
         if isinstance(self.data, np.ndarray):
             return "", IMAGE, messages.image(stamp_ns, frame, self.data, self.encoding)
-        if hasattr(self.data, "encoding"):
-            return "", IMAGE, messages.image_like(stamp_ns, frame, self.data)
-        made = messages.compressed(stamp_ns, frame, bytes(self.data.data), self.data.format)
-        return "/compressed", COMPRESSED, made
+        return "", IMAGE, messages.image_like(stamp_ns, frame, self.data)
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,7 +88,7 @@ def raw_image(camera: CaptureCamera, picture: Picture | None) -> RawImage | None
         return None
     try:
         if isinstance(picture, BagPicture):
-            return RawImage(open_files(picture.path).decode(picture.message()))
+            return open_files(picture.path).decode(picture.message(), _as_recorded)
         if type(picture) is Picture and picture.index is None:
             data = read_bytes(picture.path, ImageError, IMAGE_FILE)
             form = next((form for start, form in _FORMS.items() if data.startswith(start)), None)
@@ -100,6 +97,12 @@ def raw_image(camera: CaptureCamera, picture: Picture | None) -> RawImage | None
         return RawImage(picture.read(camera.lens.size_px), "rgb8")
     except (CaptureError, ImageError):
         return None
+
+
+def _as_recorded(image: Any) -> RawImage:
+    if hasattr(image, "encoding"):
+        return RawImage(image)
+    return RawImage(bytes(image.data), image.format)
 
 
 def _depth(camera: CaptureCamera, index: int) -> NDArray[np.float32] | None:

@@ -97,15 +97,16 @@ def _describe(bag: Bag, topic: str) -> ImageTopic | None:
     first = bag.first(topic)
     if first is None:
         return None
-    image = bag.decode(first)
-    size = size_of(image, topic)
+    size, is_of_depth = bag.decode(
+        first, lambda image: (size_of(image, topic), is_depth(image, topic))
+    )
     if size is None or min(size) < 1:
         return None
     is_compressed = bag.kinds[topic] == COMPRESSED
     return ImageTopic(
         topic=topic,
         base=_TRANSPORT.sub("", topic) if is_compressed else topic,
-        is_depth=is_depth(image, topic),
+        is_depth=is_of_depth,
         size_px=size,
         frame=read_header(bag, first).frame,
         info_topic=_info_topic(bag, _TRANSPORT.sub("", topic) if is_compressed else topic),

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field
 from itertools import pairwise
+from typing import Any
 
 from servoid.errors import CaptureError
 from servoid.exchange.bags.geometry.calibration import Info
@@ -54,11 +55,15 @@ def scan(bag: Bag, chosen: Chosen) -> Content:
         elif message.at.topic in infos:
             reading.info(message)
         elif message.at.topic == TIME_TOPIC:
-            reading.content.times_s[message.at.log_ns] = float(bag.decode(message).data)
+            reading.content.times_s[message.at.log_ns] = bag.decode(message, _seconds)
         else:
             is_static = message.at.topic.endswith(STATIC_TOPIC)
-            reading.content.transforms.add(bag.decode(message), is_static=is_static)
+            reading.transforms(message, is_static=is_static)
     return reading.close()
+
+
+def _seconds(told: Any) -> float:
+    return float(told.data)
 
 
 class _Reading:
@@ -85,7 +90,7 @@ class _Reading:
         if told == self._first_infos[topic]:
             return
         frame = read_header(self._bag, message).frame
-        info = Info.of(self._bag.decode(message), frame)
+        info = self._bag.decode(message, lambda told: Info.of(told, frame))
         if not info.is_calibrated:
             return
         known = self.content.infos.setdefault(topic, info)
@@ -95,6 +100,10 @@ class _Reading:
                 "zoom and focus, or cut the bag where it changes"
             )
         self._first_infos[topic] = told
+
+    def transforms(self, message: Message, *, is_static: bool) -> None:
+        add = self.content.transforms.add
+        self._bag.decode(message, lambda told: add(told, is_static=is_static))
 
     def close(self) -> Content:
         """Bring all in order and return it."""

@@ -29,11 +29,11 @@ class BagPicture(Picture):
         """
         place = name_of(self.path, self.at)
         try:
-            message = self.message()
-            image = open_files(self.path).decode(message)
+            return open_files(self.path).decode(
+                self.message(), lambda image: colors_of(image, size_px, place, by)
+            )
         except CaptureError as error:
             raise ImageError(str(error)) from error
-        return colors_of(image, size_px, place, by)
 
     def message(self) -> Message:
         """Return the image as it was recorded.
@@ -64,7 +64,9 @@ class BagDepth:
         place = name_of(self.path, self.at)
         try:
             bag = open_files(self.path)
-            values, scale_m = depth_of(bag.decode(bag.read(self.at)), self.at.topic, size_px, place)
+            values, scale_m = bag.decode(
+                bag.read(self.at), lambda image: depth_of(image, self.at.topic, size_px, place)
+            )
         except CaptureError as error:
             raise ImageError(str(error)) from error
         return to_metres(values, scale_m, by)

@@ -3,17 +3,19 @@
 import struct
 import threading
 from collections import OrderedDict
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from servoid.config.limits import IMAGE_FILE
 from servoid.config.places import is_file, is_folder
 from servoid.config.reading import check_regular
 from servoid.errors import CaptureError, MissingExtraError, ServoidError
+
+ReadT = TypeVar("ReadT")
 
 SUFFIXES = (".mcap", ".bag", ".db3")
 _METADATA = "metadata.yaml"
@@ -140,15 +142,17 @@ class Bag:
         with self._lock:
             return self._cursors.setdefault(at.topic, _Cursor(self, at.topic)).read(at)
 
-    def decode(self, message: Message) -> Any:
-        """Return what a message says, with its fields as attributes.
+    def decode(self, message: Message, read: Callable[[Any], ReadT]) -> ReadT:
+        """Return what `read` finds in a message, whose fields are attributes.
+
+        A bag brings the definitions of its types along: fields may be missing, or of other kinds.
 
         Raises:
-            CaptureError: its bytes are not what its type says.
+            CaptureError: its bytes are not what its type says, or `read` does not find its fields.
 
         """
         with self._damage():
-            return self._reader.deserialize(message.data, message.kind)
+            return read(self._reader.deserialize(message.data, message.kind))
 
     def in_ros2(self, message: Message) -> bytes:
         """Return the bytes of a message as ROS 2 has them.

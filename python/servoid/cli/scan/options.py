@@ -1,0 +1,37 @@
+"""The options that tell the scale of images without poses, the same for all commands."""
+
+from typing import Annotated
+
+import typer
+
+_SCALE = "Scale of images without poses: one of these, or lengths are in no unit"
+
+Length = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--length",
+        metavar="IMAGE:U0,V0,U1,V1=M",
+        help="The two ends of a known length in an image, in pixels, and the length in metres; "
+        "to be given for two images from different sides, or more.",
+        rich_help_panel=_SCALE,
+    ),
+]
+Board = Annotated[
+    str | None,
+    typer.Option(
+        "--board",
+        metavar="NxM,SQUARE,MARKER,DICTIONARY",
+        help="A printed ChArUco board in the scene: how many squares, the sides of square and "
+        "marker in metres, and the dictionary; the last two may be left out.",
+        rich_help_panel=_SCALE,
+    ),
+]
+Apart = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--apart",
+        metavar="IMAGE,IMAGE=M",
+        help="How many metres the camera was apart at two images.",
+        rich_help_panel=_SCALE,
+    ),
+]

@@ -12,7 +12,8 @@ use crate::pose::Pose;
 use crate::relay::relay;
 use crate::shape::{Body, Mesh};
 use crate::taking::{
-    Picture, Wanted, hashed_by_seed, read_rows, remade, short, taken_in_words, valued, written,
+    Picture, Wanted, hashed_by_seed, read_rows, remade, replace, short, taken_in_words, valued,
+    written,
 };
 
 /// How modelling proceeds; every default is written in the core.
@@ -52,14 +53,13 @@ impl ModelSettings {
     ) -> PyResult<Self> {
         let default = core::Settings::default();
         let default = if quick { default.quick() } else { default };
-        let settings = core::Settings {
-            max_ellipsoids: max_ellipsoids.unwrap_or(default.max_ellipsoids),
-            delta: delta.unwrap_or(default.delta),
-            held_out: held_out.unwrap_or(default.held_out),
-            seed: seed.unwrap_or(default.seed),
-            threads: threads.unwrap_or(default.threads),
-            ..default
-        };
+        let settings = default.with(|it| {
+            replace(&mut it.max_ellipsoids, max_ellipsoids);
+            replace(&mut it.delta, delta);
+            replace(&mut it.held_out, held_out);
+            replace(&mut it.seed, seed);
+            replace(&mut it.threads, threads);
+        });
         settings.checked().map(Self).map_err(raise)
     }
 
@@ -101,14 +101,13 @@ impl ModelSettings {
         slf: &Bound<'py, Self>,
     ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
         let settings = &slf.get().0;
-        let usual = core::Settings {
-            max_ellipsoids: settings.max_ellipsoids,
-            delta: settings.delta,
-            held_out: settings.held_out,
-            seed: settings.seed,
-            threads: settings.threads,
-            ..core::Settings::default()
-        };
+        let usual = core::Settings::default().with(|it| {
+            it.max_ellipsoids = settings.max_ellipsoids;
+            it.delta = settings.delta;
+            it.held_out = settings.held_out;
+            it.seed = settings.seed;
+            it.threads = settings.threads;
+        });
         let mut values = valued(slf, &MODEL_NAMES)?;
         values.push(("quick", PyBool::new(slf.py(), *settings != usual).to_owned().into_any()));
         remade(slf, &values)
@@ -191,12 +190,11 @@ impl Given {
         depth_weight: Option<f64>,
     ) -> PyResult<Self> {
         let samples = read_samples(points, directions)?;
-        let default = core::Weights::default();
-        let weights = core::Weights {
-            silhouettes: silhouette_weight.unwrap_or(default.silhouettes),
-            volume: volume_weight.unwrap_or(default.volume),
-            depth: depth_weight.unwrap_or(default.depth),
-        };
+        let weights = core::Weights::default().with(|it| {
+            replace(&mut it.silhouettes, silhouette_weight);
+            replace(&mut it.volume, volume_weight);
+            replace(&mut it.depth, depth_weight);
+        });
         Ok(Self {
             views: views.unwrap_or_default().into_iter().map(|view| view.0.unbind()).collect(),
             mesh: mesh.map(|mesh| mesh.0),
@@ -219,12 +217,12 @@ pub fn fit_body(
 ) -> PyResult<Vec<Step>> {
     let views = given.views.iter().map(|view| view.get().core()).collect::<PyResult<Vec<_>>>()?;
     let fit = |report: core::Progress<'_>| {
-        let given = core::Given {
-            views: &views,
-            mesh: given.mesh.as_ref(),
-            samples: &given.samples,
-            weights: given.weights,
-        };
+        let given = core::Given::default().with(|it| {
+            it.views = &views;
+            it.mesh = given.mesh.as_ref();
+            it.samples = &given.samples;
+            it.weights = given.weights;
+        });
         core::progressive(&given, &settings.0, report)
     };
     Ok(relay(py, progress.as_ref(), fit)?.into_iter().map(Step).collect())

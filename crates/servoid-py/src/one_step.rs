@@ -1,6 +1,5 @@
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
-use servoid::evolve::GaSettings;
 use servoid::fitness::Margin;
 use servoid::track as core;
 
@@ -10,7 +9,7 @@ use crate::estimate::Estimate;
 use crate::pose::Pose;
 use crate::shape::Body;
 use crate::taking::{
-    Listed, Wanted, hashed_by_seed, read_numbers, remade, taken_in_words, valued, written,
+    Listed, Wanted, hashed_by_seed, read_numbers, remade, replace, taken_in_words, valued, written,
 };
 use crate::track::{Masks, Pictures, mask, observation, read, read_masks};
 
@@ -73,17 +72,17 @@ impl OneStepSettings {
             Some(false) => core::Genes::Place,
             None => default.genes,
         };
-        let search = GaSettings {
-            population: population.unwrap_or(default.search.population),
-            elites: elites.unwrap_or(default.search.elites),
-            mutation_rate: mutation_rate.unwrap_or(default.search.mutation_rate),
-            mutation_width: mutation_width.unwrap_or(default.search.mutation_width),
-            least_width: least_width.unwrap_or(default.search.least_width),
-            ..default.search
-        };
-        let reach = reach.unwrap_or(default.reach);
-        let (turn, seed) = (turn.unwrap_or(default.turn), seed.unwrap_or(default.seed));
-        let settings = core::OneStepSettings { seed, genes, judge, reach, turn, search, ..default };
+        let settings = default.with(|it| {
+            (it.genes, it.judge) = (genes, judge);
+            replace(&mut it.seed, seed);
+            replace(&mut it.reach, reach);
+            replace(&mut it.turn, turn);
+            replace(&mut it.search.population, population);
+            replace(&mut it.search.elites, elites);
+            replace(&mut it.search.mutation_rate, mutation_rate);
+            replace(&mut it.search.mutation_width, mutation_width);
+            replace(&mut it.search.least_width, least_width);
+        });
         settings.checked().map(Self).map_err(raise)
     }
 
@@ -110,7 +109,7 @@ impl OneStepSettings {
     fn points(&self) -> Option<usize> {
         match self.0.judge {
             core::Judge::Points { count, .. } => Some(count),
-            core::Judge::Region => None,
+            _ => None,
         }
     }
 
@@ -195,7 +194,7 @@ fn judge(
             count: points.unwrap_or(count),
             alpha: alpha.map_or(margin, Margin::Share),
         }),
-        (_, core::Judge::Region) => Ok(core::Judge::Region),
+        (_, other) => Ok(other),
     }
 }
 

@@ -1,7 +1,6 @@
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
-use servoid::evolve::GaSettings;
 use servoid::fitness::Margin;
 use servoid::model as core;
 
@@ -11,7 +10,7 @@ use crate::model::{Step, borrow};
 use crate::pose::read_poses;
 use crate::relay::relay;
 use crate::shape::Body;
-use crate::taking::{hashed_by_seed, remade, taken_in_words, valued, written};
+use crate::taking::{hashed_by_seed, remade, replace, taken_in_words, valued, written};
 
 /// How the paper's own method proceeds; every default is written in the core.
 ///
@@ -58,8 +57,6 @@ impl PaperSettings {
         population: Option<usize>,
         generations: Option<usize>,
     ) -> PyResult<Self> {
-        let default = core::PaperSettings::default();
-        let population = population.unwrap_or(default.search.population);
         let margin = match (alpha, alpha_m) {
             (Some(_), Some(_)) => {
                 let message = "alpha is a share and alpha_m a length of the same margin: give one";
@@ -67,16 +64,16 @@ impl PaperSettings {
             }
             (share, metres) => share.map(Margin::Share).or(metres.map(Margin::Metres)),
         };
-        let settings = core::PaperSettings {
-            max_ellipsoids: max_ellipsoids.unwrap_or(default.max_ellipsoids),
-            delta: delta.unwrap_or(default.delta),
-            seed: seed.unwrap_or(default.seed),
-            threads: threads.unwrap_or(default.threads),
-            points: points.unwrap_or(default.points),
-            alpha: margin.unwrap_or(default.alpha),
-            generations: generations.unwrap_or(default.generations),
-            search: GaSettings { population, ..default.search },
-        };
+        let settings = core::PaperSettings::default().with(|it| {
+            replace(&mut it.max_ellipsoids, max_ellipsoids);
+            replace(&mut it.delta, delta);
+            replace(&mut it.seed, seed);
+            replace(&mut it.threads, threads);
+            replace(&mut it.points, points);
+            replace(&mut it.alpha, margin);
+            replace(&mut it.generations, generations);
+            replace(&mut it.search.population, population);
+        });
         settings.checked().map(Self).map_err(raise)
     }
 

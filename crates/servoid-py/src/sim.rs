@@ -6,6 +6,7 @@ use servoid::{pose, render as core};
 
 use crate::errors::{named, raise};
 use crate::lens::Lens;
+use crate::taking::replace;
 
 /// What a surface looks like.
 ///
@@ -69,14 +70,13 @@ impl Lighting {
         bounce: Option<[f64; 3]>,
         exposure: Option<f64>,
     ) -> PyResult<Self> {
-        let usual = core::Lighting::default();
-        let lighting = core::Lighting {
-            toward: toward.unwrap_or(usual.toward),
-            key: key.unwrap_or(usual.key),
-            sky: sky.unwrap_or(usual.sky),
-            bounce: bounce.unwrap_or(usual.bounce),
-            exposure: exposure.unwrap_or(usual.exposure),
-        };
+        let lighting = core::Lighting::default().with(|it| {
+            replace(&mut it.toward, toward);
+            replace(&mut it.key, key);
+            replace(&mut it.sky, sky);
+            replace(&mut it.bounce, bounce);
+            replace(&mut it.exposure, exposure);
+        });
         lighting.check().map_err(raise)?;
         Ok(Self(lighting))
     }
@@ -142,7 +142,11 @@ impl Stage {
             table::<_, 3>(&faces, "faces")?.into_iter().map(|face| face.map(corner)).collect();
         let places = texture_coordinates.map(|t| table::<_, 2>(&t, "texture_coordinates"));
         let colors = colors.map(|c| table::<_, 3>(&c, "colors")).transpose()?;
-        let details = core::Details { texture_coordinates: places.transpose()?, colors };
+        let places = places.transpose()?;
+        let details = core::Details::default().with(|it| {
+            it.texture_coordinates = places;
+            it.colors = colors;
+        });
         self.0.add_mesh(&vertices, &faces, &details, paint.0).map_err(raise)
     }
 
@@ -172,14 +176,13 @@ impl Stage {
         seed: Option<u64>,
         threads: Option<usize>,
     ) -> PyResult<Bound<'py, PyArray3<u8>>> {
-        let usual = core::Exposure::default();
-        let exposure = core::Exposure {
+        let exposure = core::Exposure::default().with(|it| {
             // A negative number becomes zero, which the core refuses in words.
-            samples: samples.map_or(usual.samples, |n| usize::try_from(n).unwrap_or(0)),
-            noise: noise.unwrap_or(usual.noise),
-            seed: seed.unwrap_or(usual.seed),
-            threads: threads.unwrap_or(usual.threads),
-        };
+            replace(&mut it.samples, samples.map(|n| usize::try_from(n).unwrap_or(0)));
+            replace(&mut it.noise, noise);
+            replace(&mut it.seed, seed);
+            replace(&mut it.threads, threads);
+        });
         let world_from_lens = poses(&world_from_lens, "world_from_lens")?;
         let world_from_thing = pose_sets(&world_from_thing)?;
         let scene = core::Scene {

@@ -24,6 +24,13 @@ impl Wanted {
     }
 }
 
+/// Writes what was given over a default; None leaves it.
+pub fn replace<T>(default: &mut T, given: Option<T>) {
+    if let Some(given) = given {
+        *default = given;
+    }
+}
+
 /// Says in a few words what Python gave.
 pub fn told(given: &Bound<'_, PyAny>) -> String {
     let kind = given.get_type().name().map_or_else(|_| "an object".into(), |name| name.to_string());

@@ -13,7 +13,8 @@ use crate::estimate::Estimate;
 use crate::pose::{Pose, read_poses, rows};
 use crate::shape::Body;
 use crate::taking::{
-    GivenMask, Listed, Picture, hashed_by_seed, remade, taken_in_words, told, valued, written,
+    GivenMask, Listed, Picture, hashed_by_seed, remade, replace, taken_in_words, told, valued,
+    written,
 };
 
 /// Images as Python gives them, None where a camera delivered nothing.
@@ -69,19 +70,17 @@ impl TrackSettings {
         adjust: Option<bool>,
         depth_from_motion: Option<bool>,
     ) -> PyResult<Self> {
-        let default = core::TrackSettings::default();
-        let settings = core::TrackSettings {
-            seed: seed.unwrap_or(default.seed),
-            population: population.unwrap_or(default.population),
-            generations: generations.unwrap_or(default.generations),
-            budget_s: budget_s.or(default.budget_s),
-            surface: surface.unwrap_or(default.surface),
-            region: region.unwrap_or(default.region),
-            local_colors: local_colors.unwrap_or(default.local_colors),
-            adjust: adjust.unwrap_or(default.adjust),
-            depth_from_motion: depth_from_motion.unwrap_or(default.depth_from_motion),
-            ..default
-        };
+        let settings = core::TrackSettings::default().with(|it| {
+            replace(&mut it.seed, seed);
+            replace(&mut it.population, population);
+            replace(&mut it.generations, generations);
+            replace(&mut it.budget_s, budget_s.map(Some));
+            replace(&mut it.surface, surface);
+            replace(&mut it.region, region);
+            replace(&mut it.local_colors, local_colors);
+            replace(&mut it.adjust, adjust);
+            replace(&mut it.depth_from_motion, depth_from_motion);
+        });
         settings.checked().map(Self).map_err(raise)
     }
 

@@ -1,6 +1,7 @@
 #![doc = include_str!("../README.md")]
 
 pub mod camera;
+mod changing;
 pub mod evolve;
 pub mod fitness;
 pub mod model;

@@ -2,6 +2,7 @@ use super::CameraError;
 
 /// How the picture of a lens departs from that of a pinhole.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub enum Distortion {
     /// Straight lines stay straight.
     None,

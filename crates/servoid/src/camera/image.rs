@@ -56,6 +56,7 @@ pub enum ImageError {
 
 /// How many bytes a pixel has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Channels {
     /// One byte: brightness.
     Grey,

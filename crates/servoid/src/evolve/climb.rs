@@ -1,5 +1,6 @@
 /// When a climb ends.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct ClimbSettings {
     /// Most steps.
     pub steps: usize,
@@ -7,6 +8,14 @@ pub struct ClimbSettings {
     pub first_step: f64,
     /// Least gain a step, as an average over a few steps.
     pub least_gain: f64,
+}
+
+impl ClimbSettings {
+    /// Returns settings of three numbers, in the order in which they stand here.
+    #[must_use]
+    pub const fn new(steps: usize, first_step: f64, least_gain: f64) -> Self {
+        Self { steps, first_step, least_gain }
+    }
 }
 
 /// What a climb reached.

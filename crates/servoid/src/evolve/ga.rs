@@ -1,9 +1,11 @@
 use rand::RngExt;
 
 use super::{Rng, operators};
+use crate::changing::changeable;
 
 /// How a population breeds.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct GaSettings {
     /// Individuals a generation.
     pub population: usize,
@@ -20,6 +22,8 @@ pub struct GaSettings {
     /// Standard deviation below which success never narrows a mutation, as the same share.
     pub least_width: f64,
 }
+
+changeable!(GaSettings);
 
 impl Default for GaSettings {
     fn default() -> Self {

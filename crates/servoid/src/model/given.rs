@@ -1,10 +1,12 @@
 use super::ModelError;
 use crate::camera::View;
+use crate::changing::changeable;
 use crate::fitness::RangeSample;
 use crate::shape::Mesh;
 
 /// What modelling starts from; at least one part must say something.
 #[derive(Debug, Clone, Copy, Default)]
+#[non_exhaustive]
 pub struct Given<'a> {
     /// Pictures that say where the object is.
     pub views: &'a [View<'a>],
@@ -18,6 +20,7 @@ pub struct Given<'a> {
 
 /// How often each kind of evidence counts: with weight 2 it speaks as if it had been seen twice.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Weights {
     /// Silhouettes, of views or of a mesh.
     pub silhouettes: f64,
@@ -26,6 +29,8 @@ pub struct Weights {
     /// Seen points of the surface.
     pub depth: f64,
 }
+
+changeable!(Given<'_>, Weights);
 
 impl Weights {
     /// Checks that each is a number of at least 0.

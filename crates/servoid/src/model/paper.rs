@@ -5,6 +5,7 @@ use super::scene::{common_point, mean_radius};
 use super::settings::{check_common, check_count, workers};
 use super::{ModelError, Progress, Step};
 use crate::camera::View;
+use crate::changing::changeable;
 use crate::evolve::{Ga, GaSettings, rng};
 use crate::fitness::{Margin, Points, PointsView};
 use crate::pose::{Pose, even_turn};
@@ -12,6 +13,7 @@ use crate::shape::{Body, Ellipsoid};
 
 /// How the paper's own method proceeds. The paper gives none of these numbers.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct PaperSettings {
     /// Most ellipsoids.
     pub max_ellipsoids: usize,
@@ -30,6 +32,8 @@ pub struct PaperSettings {
     /// How the population breeds.
     pub search: GaSettings,
 }
+
+changeable!(PaperSettings);
 
 impl Default for PaperSettings {
     fn default() -> Self {

@@ -1,10 +1,12 @@
 use super::ModelError;
+use crate::changing::changeable;
 use crate::evolve::GaSettings;
 use crate::parallel::{Pool, pool};
 use crate::shape::Body;
 
 /// How modelling proceeds.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Settings {
     /// Most ellipsoids.
     pub max_ellipsoids: usize,
@@ -39,6 +41,8 @@ pub struct Settings {
 
 /// Up to this count independent lines of growth cost little.
 const FEW: usize = 10;
+
+changeable!(Settings);
 
 impl Default for Settings {
     fn default() -> Self {

@@ -15,11 +15,13 @@ use super::surface::{Seen, seen};
 use super::trace::{nearest, shaded};
 use super::vector::{Vector, splat};
 use super::{RenderError, within};
+use crate::changing::changeable;
 use crate::fitness::Backend;
 use crate::model::Settings;
 
 /// How an image is taken.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Exposure {
     /// Rays of a pixel, along each side: as many, squared, in all. Ray after ray takes the moments
     /// in turn.
@@ -31,6 +33,8 @@ pub struct Exposure {
     /// Threads, 0 for all cores.
     pub threads: usize,
 }
+
+changeable!(Exposure);
 
 impl Default for Exposure {
     fn default() -> Self {

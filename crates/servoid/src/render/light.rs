@@ -2,11 +2,13 @@ use std::sync::LazyLock;
 
 use super::lanes::{COUNT, Single};
 use super::{RenderError, color, within};
+use crate::changing::changeable;
 
 /// A lamp so far away that its rays are parallel, and light from above and below.
 ///
 /// Strengths are linear red, green and blue; 1 on a white surface that faces the lamp is white.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Lighting {
     /// Direction from a thing towards the lamp, in the world, whose z points up.
     pub toward: [f64; 3],
@@ -19,6 +21,8 @@ pub struct Lighting {
     /// Factor on everything.
     pub exposure: f64,
 }
+
+changeable!(Lighting);
 
 impl Default for Lighting {
     fn default() -> Self {

@@ -8,6 +8,7 @@ use super::light::linear;
 use super::shape::nudged;
 use super::vector::{Vector, splat_single};
 use super::{RenderError, corner_normals};
+use crate::changing::changeable;
 
 /// Most boxes that wait while others are looked into: as many as the tree is deep.
 const DEPTH: usize = 128;
@@ -34,12 +35,15 @@ pub(super) struct Corners {
 
 /// What may be given at each corner besides its place.
 #[derive(Debug, Clone, Default)]
+#[non_exhaustive]
 pub struct Details {
     /// Place in the texture: (0, 0) is its first pixel's corner, (1, 1) its last one's.
     pub texture_coordinates: Option<Vec<[f64; 2]>>,
     /// Colour as sRGB.
     pub colors: Option<Vec<[u8; 3]>>,
 }
+
+changeable!(Details);
 
 /// A surface of triangles that is seen from both sides.
 #[derive(Debug, Clone)]

@@ -1,8 +1,10 @@
 use super::TrackError;
+use crate::changing::changeable;
 use crate::model::Settings;
 
 /// How tracking proceeds.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct TrackSettings {
     /// Seed of every search.
     pub seed: u64,
@@ -34,6 +36,8 @@ pub struct TrackSettings {
     /// How the body evolves: most ellipsoids and what one more must earn.
     pub growth: Settings,
 }
+
+changeable!(TrackSettings);
 
 impl Default for TrackSettings {
     fn default() -> Self {

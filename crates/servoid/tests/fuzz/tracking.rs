@@ -44,23 +44,29 @@ pub fn any(draw: &mut Draw) -> Result<(), String> {
 /// Settings of which one is now and then out of its range.
 fn settings(draw: &mut Draw) -> TrackSettings {
     let share = draw.number();
-    let fair = TrackSettings {
-        population: draw.pick(&[8, 8, 16, 7, 4097]),
-        generations: draw.pick(&[1, 1, 2, 0]),
-        budget_s: draw.pick(&[None, None, Some(1e-3), Some(share), Some(f64::NAN)]),
-        points: draw.pick(&[1, 20, 80, 0]),
-        surface: draw.chance(0.8),
-        region: draw.chance(0.8),
-        local_colors: draw.chance(0.5),
-        adjust: draw.chance(0.2),
-        depth_from_motion: draw.chance(0.3),
-        ..TrackSettings::default()
-    };
+    let fair = TrackSettings::default().with(|it| {
+        it.population = draw.pick(&[8, 8, 16, 7, 4097]);
+        it.generations = draw.pick(&[1, 1, 2, 0]);
+        it.budget_s = draw.pick(&[None, None, Some(1e-3), Some(share), Some(f64::NAN)]);
+        it.points = draw.pick(&[1, 20, 80, 0]);
+        it.surface = draw.chance(0.8);
+        it.region = draw.chance(0.8);
+        it.local_colors = draw.chance(0.5);
+        it.adjust = draw.chance(0.2);
+        it.depth_from_motion = draw.chance(0.3);
+    });
     if draw.chance(0.8) {
         return fair;
     }
-    let growth = Settings { delta: draw.number(), lines: draw.below(3), ..Settings::default() };
-    TrackSettings { trusted: draw.number(), held: draw.number(), growth, ..fair }
+    let growth = Settings::default().with(|it| {
+        it.delta = draw.number();
+        it.lines = draw.below(3);
+    });
+    fair.with(|it| {
+        it.trusted = draw.number();
+        it.held = draw.number();
+        it.growth = growth;
+    })
 }
 
 fn body(draw: &mut Draw) -> Result<Body, servoid::shape::ShapeError> {

@@ -59,7 +59,7 @@ impl Seen {
     /// Lets ellipsoids evolve, and gives the mean overlap before and after.
     pub fn evolve(&self, from: &[Ellipsoid], settings: Settings) -> (Vec<Ellipsoid>, f64, f64) {
         let views = self.views();
-        let given = Given { views: &views, ..Given::default() };
+        let given = Given::default().with(|it| it.views = &views);
         let grown = evolved(&given, from, &settings).unwrap();
         let overlap = |ellipsoids: &[Ellipsoid]| {
             let body = Body::new(Pose::identity(), ellipsoids.to_vec()).unwrap();
@@ -80,7 +80,7 @@ pub fn disturbed(ellipsoids: &[Ellipsoid], by: f64) -> Vec<Ellipsoid> {
 }
 
 pub fn at_most(count: usize) -> Settings {
-    Settings { max_ellipsoids: count, ..Settings::default() }
+    Settings::default().with(|it| it.max_ellipsoids = count)
 }
 
 #[test]

@@ -14,7 +14,7 @@ use servoid::shape::{Body, Ellipsoid, Mesh, silhouette};
 const SIZE: [usize; 2] = [160, 120];
 
 fn given<'a>(views: &'a [View<'a>]) -> Given<'a> {
-    Given { views, ..Given::default() }
+    Given::default().with(|it| it.views = views)
 }
 
 pub fn solid(center: [f64; 3], radii: [f64; 3]) -> Ellipsoid {
@@ -74,7 +74,10 @@ impl Scene {
 }
 
 pub fn exactly(count: usize) -> Settings {
-    Settings { max_ellipsoids: count, delta: 0.0, ..Settings::default() }
+    Settings::default().with(|it| {
+        it.max_ellipsoids = count;
+        it.delta = 0.0;
+    })
 }
 
 #[test]
@@ -95,11 +98,11 @@ fn modelling_stops_when_another_ellipsoid_gains_less_than_delta() {
 #[test]
 fn the_same_seed_gives_the_same_bits_on_any_thread_count() {
     let scene = Scene::new(&pair());
-    let on = |threads| scene.model(Settings { threads, ..exactly(3) });
+    let on = |threads| scene.model(exactly(3).with(|it| it.threads = threads));
     let one = on(1);
     assert_eq!(one, on(2));
     assert_eq!(one, on(3));
-    assert_ne!(one, scene.model(Settings { seed: 1, ..exactly(3) }));
+    assert_ne!(one, scene.model(exactly(3).with(|it| it.seed = 1)));
 }
 
 #[test]
@@ -172,21 +175,25 @@ fn settings_out_of_range_are_refused_by_name() {
     assert!(refused(exactly(0)).starts_with("max_ellipsoids must be 1 to 64"));
     assert!(refused(exactly(65)).contains("but it is 65"));
     for delta in [-0.1, 1.0, f64::NAN] {
-        assert!(refused(Settings { delta, ..exactly(2) }).starts_with("delta must be"));
+        assert!(refused(exactly(2).with(|it| it.delta = delta)).starts_with("delta must be"));
     }
 }
 
 #[test]
 fn weights_out_of_range_are_refused_by_name() {
     let scene = Scene::new(&pair());
+    let views = scene.views();
     for bad in [-1.0, f64::NAN, f64::INFINITY] {
         let wrong = [
-            ("silhouette_weight", Weights { silhouettes: bad, ..Weights::default() }),
-            ("volume_weight", Weights { volume: bad, ..Weights::default() }),
-            ("depth_weight", Weights { depth: bad, ..Weights::default() }),
+            ("silhouette_weight", Weights::default().with(|it| it.silhouettes = bad)),
+            ("volume_weight", Weights::default().with(|it| it.volume = bad)),
+            ("depth_weight", Weights::default().with(|it| it.depth = bad)),
         ];
         for (expected, weights) in wrong {
-            let given = Given { views: &scene.views(), weights, ..Given::default() };
+            let given = Given::default().with(|it| {
+                it.views = &views;
+                it.weights = weights;
+            });
             let refused = progressive(&given, &exactly(1), &mut |_, _, _| true).unwrap_err();
             assert!(matches!(refused, ModelError::Setting { name, .. } if name == expected));
         }
@@ -266,7 +273,7 @@ pub fn dumbbell() -> Mesh {
 }
 
 pub fn model_mesh(mesh: &Mesh, settings: &Settings) -> Vec<Step> {
-    let given = Given { mesh: Some(mesh), ..Given::default() };
+    let given = Given::default().with(|it| it.mesh = Some(mesh));
     progressive(&given, settings, &mut |_, _, _| true).unwrap()
 }
 
@@ -277,7 +284,7 @@ fn a_mesh_of_two_balls_is_two_ellipsoids() {
 
 #[test]
 fn a_mesh_is_fitted_better_by_each_ellipsoid_with_the_same_bits_on_any_thread_count() {
-    let on = |threads| model_mesh(&dumbbell(), &Settings { threads, ..exactly(3) });
+    let on = |threads| model_mesh(&dumbbell(), &exactly(3).with(|it| it.threads = threads));
     let steps = on(1);
     assert_eq!(steps.iter().map(|s| s.body.ellipsoids().len()).collect::<Vec<_>>(), [1, 2, 3]);
     assert!(steps.windows(2).all(|pair| pair[1].fitness >= pair[0].fitness));
@@ -303,10 +310,22 @@ fn what_has_no_weight_is_not_held_out_to_choose_by() {
     let scene = Scene::new(&[solid([0.0; 3], [0.05; 3])]);
     let (all_views, all_samples) = (scene.views(), samples(0.05));
     let fit = |views: usize, samples: usize, silhouettes: f64, depth: f64, held_out: bool| {
-        let weights = Weights { silhouettes, depth, ..Weights::default() };
+        let weights = Weights::default().with(|it| {
+            it.silhouettes = silhouettes;
+            it.depth = depth;
+        });
         let (views, samples) = (&all_views[..views], &all_samples[..samples]);
-        let given = Given { views, samples, weights, ..Given::default() };
-        let settings = Settings { held_out, max_ellipsoids: 2, ..Settings::default() }.quick();
+        let given = Given::default().with(|it| {
+            it.views = views;
+            it.samples = samples;
+            it.weights = weights;
+        });
+        let settings = Settings::default()
+            .with(|it| {
+                it.held_out = held_out;
+                it.max_ellipsoids = 2;
+            })
+            .quick();
         progressive(&given, &settings, &mut |_, _, _| true)
     };
     let all = all_views.len();

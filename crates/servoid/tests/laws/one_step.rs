@@ -3,7 +3,6 @@
 use crate::scenes::holds;
 use nalgebra::{UnitQuaternion, Vector3};
 use servoid::camera::{Camera, Channels, ImageView, Mask, Observation};
-use servoid::evolve::GaSettings;
 use servoid::fitness::Margin;
 use servoid::pose::Pose;
 use servoid::shape::{Body, Ellipsoid, silhouette};
@@ -95,7 +94,7 @@ pub fn followed(body: &Body, poses: &[Pose], settings: OneStepSettings) -> Vec<E
 }
 
 fn place() -> OneStepSettings {
-    OneStepSettings { genes: Genes::Place, ..OneStepSettings::default() }
+    OneStepSettings::default().with(|it| it.genes = Genes::Place)
 }
 
 fn pose() -> OneStepSettings {
@@ -109,7 +108,7 @@ pub fn swing(index: usize) -> Pose {
 
 #[test]
 fn on_a_still_image_the_best_score_never_falls() {
-    for settings in [place(), pose(), OneStepSettings { judge: Judge::Region, ..pose() }] {
+    for settings in [place(), pose(), pose().with(|it| it.judge = Judge::Region)] {
         let mut tracker = started(&duck(), at(0.0, 0.0, 0.0), settings);
         let images = drawn(&duck(), Some(at(0.006, -0.004, 0.01)), 1);
         let mut before = f64::NEG_INFINITY;
@@ -124,8 +123,8 @@ fn on_a_still_image_the_best_score_never_falls() {
 
 #[test]
 fn an_image_is_one_generation() {
-    let search = GaSettings { population: 37, ..place().search };
-    let settings = OneStepSettings { search, ..place() };
+    let search = place().search.with(|it| it.population = 37);
+    let settings = place().with(|it| it.search = search);
     let poses: Vec<_> = (0..5).map(swing).collect();
     let counts: Vec<_> =
         followed(&egg(), &poses, settings).iter().map(|estimate| estimate.evaluations).collect();
@@ -174,7 +173,7 @@ fn the_same_seed_gives_the_same_bits_on_any_thread_count() {
     let poses: Vec<_> = (0..12).map(swing).collect();
     let with = |threads: usize, seed: u64| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        let settings = OneStepSettings { seed, ..pose() };
+        let settings = pose().with(|it| it.seed = seed);
         let estimates = pool.install(|| followed(&duck(), &poses, settings));
         let numbers = |e: &Estimate| (e.world_from_object, e.covariance, e.confidence);
         estimates.iter().map(numbers).collect::<Vec<_>>()
@@ -285,14 +284,14 @@ fn what_cannot_be_tracked_is_an_error_that_says_so() {
     let new = |settings| OneStep::new(&cameras, &egg(), settings).err();
     let points = |count, alpha| Judge::Points { count, alpha: Margin::Share(alpha) };
     for settings in [
-        OneStepSettings { reach: 0.0, ..pose() },
-        OneStepSettings { turn: f64::NAN, ..pose() },
-        OneStepSettings { tracking_from: 1.5, ..pose() },
-        OneStepSettings { missing_below: 0.6, ..pose() },
-        OneStepSettings { lost_after: 0, ..pose() },
-        OneStepSettings { judge: points(0, 0.3), ..pose() },
-        OneStepSettings { judge: points(100, -1.0), ..pose() },
-        OneStepSettings { search: GaSettings { population: 1, ..pose().search }, ..pose() },
+        pose().with(|it| it.reach = 0.0),
+        pose().with(|it| it.turn = f64::NAN),
+        pose().with(|it| it.tracking_from = 1.5),
+        pose().with(|it| it.missing_below = 0.6),
+        pose().with(|it| it.lost_after = 0),
+        pose().with(|it| it.judge = points(0, 0.3)),
+        pose().with(|it| it.judge = points(100, -1.0)),
+        pose().with(|it| it.search = pose().search.with(|it| it.population = 1)),
     ] {
         assert!(new(settings).is_some(), "{settings:?}");
     }

@@ -242,22 +242,28 @@ fn model(images: &[Vec<u8>; 2], settings: PaperSettings) -> Result<Vec<Step>, Mo
 }
 
 fn settings() -> PaperSettings {
-    PaperSettings { generations: 30, points: 100, ..PaperSettings::default() }
+    PaperSettings::default().with(|it| {
+        it.generations = 30;
+        it.points = 100;
+    })
 }
 
 #[test]
 fn the_same_seed_gives_the_same_bits_on_any_thread_count() {
     let images = drawn(&[target()]);
-    let on = |threads| model(&images, PaperSettings { threads, ..settings() }).unwrap();
+    let on = |threads| model(&images, settings().with(|it| it.threads = threads)).unwrap();
     assert_eq!(on(1), on(3));
-    assert_ne!(on(1), model(&images, PaperSettings { seed: 1, ..settings() }).unwrap());
+    assert_ne!(on(1), model(&images, settings().with(|it| it.seed = 1)).unwrap());
 }
 
 #[test]
 fn later_centres_lie_on_the_first_surface_and_each_gain_reaches_delta() {
     let images = drawn(&[target()]);
     let delta = 0.02;
-    let count = PaperSettings { max_ellipsoids: 4, delta, ..settings() };
+    let count = settings().with(|it| {
+        it.max_ellipsoids = 4;
+        it.delta = delta;
+    });
     let steps = model(&images, count).unwrap();
     assert!((1..=4).contains(&steps.len()));
     let last = steps.last().unwrap().body.in_world();
@@ -297,18 +303,18 @@ fn settings_out_of_their_ranges_are_refused() {
     let images = drawn(&[target()]);
     let fine = settings();
     for settings in [
-        PaperSettings { max_ellipsoids: 0, ..fine },
-        PaperSettings { max_ellipsoids: Body::MAX_ELLIPSOIDS + 1, ..fine },
-        PaperSettings { delta: f64::NAN, ..fine },
-        PaperSettings { delta: -0.1, ..fine },
-        PaperSettings { generations: 0, ..fine },
+        fine.with(|it| it.max_ellipsoids = 0),
+        fine.with(|it| it.max_ellipsoids = Body::MAX_ELLIPSOIDS + 1),
+        fine.with(|it| it.delta = f64::NAN),
+        fine.with(|it| it.delta = -0.1),
+        fine.with(|it| it.generations = 0),
     ] {
         let refused = model(&images, settings);
         assert!(matches!(refused, Err(ModelError::Setting { .. })), "{settings:?}");
     }
-    let thin = model(&images, PaperSettings { alpha: Margin::Metres(0.0), ..fine });
+    let thin = model(&images, fine.with(|it| it.alpha = Margin::Metres(0.0)));
     assert_eq!(thin, Err(ModelError::Points(PointsError::Alpha(0.0))));
-    let none = model(&images, PaperSettings { points: 0, ..fine });
+    let none = model(&images, fine.with(|it| it.points = 0));
     assert!(matches!(none, Err(ModelError::Points(PointsError::Count { .. }))));
 }
 
@@ -317,8 +323,18 @@ fn with_a_margin_in_metres_a_splinter_wins_and_with_a_share_what_fills_the_targe
     let images = drawn(&[target()]);
     for seed in 0..3 {
         let longest = |alpha| {
-            let base = PaperSettings { max_ellipsoids: 1, generations: 100, ..settings() };
-            let steps = model(&images, PaperSettings { alpha, seed, ..base }).unwrap();
+            let base = settings().with(|it| {
+                it.max_ellipsoids = 1;
+                it.generations = 100;
+            });
+            let steps = model(
+                &images,
+                base.with(|it| {
+                    it.alpha = alpha;
+                    it.seed = seed;
+                }),
+            )
+            .unwrap();
             steps[0].body.ellipsoids()[0].radii().max() / target().radii().max()
         };
         let (share, metres) = (longest(Margin::Share(0.3)), longest(Margin::Metres(0.003)));
@@ -345,10 +361,12 @@ fn many_poses_score_what_each_scores_on_any_number_of_threads() {
             Pose::from_rotation(pose.rotation(), pose.translation() + off)
         })
         .collect();
-    let settings =
-        PaperSettings { points: COUNT, alpha: Margin::Share(ALPHA), ..Default::default() };
+    let settings = PaperSettings::default().with(|it| {
+        it.points = COUNT;
+        it.alpha = Margin::Share(ALPHA);
+    });
     let scores = |threads| {
-        paper_scores(&views, &body, &poses, &PaperSettings { threads, ..settings }).unwrap()
+        paper_scores(&views, &body, &poses, &settings.with(|it| it.threads = threads)).unwrap()
     };
     let one_by_one: Vec<_> =
         poses.iter().map(|pose| points(&images).fitness(&body.at(*pose).in_world())).collect();

@@ -70,7 +70,10 @@ fn the_same_image_comes_from_any_number_of_threads() {
         lighting: &Lighting::default(),
     };
     let draw = |threads| {
-        let exposure = Exposure { threads, noise: 2.0, ..Exposure::default() };
+        let exposure = Exposure::default().with(|it| {
+            it.threads = threads;
+            it.noise = 2.0;
+        });
         stage.render(&scene, &exposure).unwrap()
     };
     let first = draw(1);

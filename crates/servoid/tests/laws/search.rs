@@ -74,7 +74,7 @@ proptest! {
     fn the_best_live_on_in_order_and_of_equals_the_first(
         scores in prop::collection::vec((-3..4_i32).prop_map(f64::from), 30),
     ) {
-        let settings = GaSettings { population: 30, elites: 7, ..GaSettings::default() };
+        let settings = GaSettings::default().with(|it| { it.population = 30; it.elites = 7; });
         let (ga, genes) = told(settings, &scores);
         let mut order: Vec<usize> = (0..30).collect();
         order.sort_by(|a, b| scores[*b].total_cmp(&scores[*a]));
@@ -110,13 +110,13 @@ fn populations_that_cannot_breed_are_refused() {
     let made = |settings| Ga::new(&RANGES, settings, rng(0, 0)).map(|_| ());
     let normal = GaSettings::default();
     for settings in [
-        GaSettings { population: 1, ..normal },
-        GaSettings { elites: normal.population, ..normal },
-        GaSettings { rivals: 0, ..normal },
-        GaSettings { mutation_rate: f64::NAN, ..normal },
-        GaSettings { mutation_width: -0.1, ..normal },
-        GaSettings { least_width: 0.6, ..normal },
-        GaSettings { blend_reach: 5.0, ..normal },
+        normal.with(|it| it.population = 1),
+        normal.with(|it| it.elites = normal.population),
+        normal.with(|it| it.rivals = 0),
+        normal.with(|it| it.mutation_rate = f64::NAN),
+        normal.with(|it| it.mutation_width = -0.1),
+        normal.with(|it| it.least_width = 0.6),
+        normal.with(|it| it.blend_reach = 5.0),
     ] {
         assert!(matches!(made(settings), Err(GaError::Setting { .. })), "{settings:?}");
     }
@@ -129,7 +129,7 @@ fn populations_that_cannot_breed_are_refused() {
     assert_eq!(ga.tell(&[0.0; 3]), Err(GaError::Scores { expected, given: 3 }));
 }
 
-const CLIMB: ClimbSettings = ClimbSettings { steps: 200, first_step: 0.1, least_gain: 0.0 };
+const CLIMB: ClimbSettings = ClimbSettings::new(200, 0.1, 0.0);
 
 proptest! {
     #[test]
@@ -174,7 +174,7 @@ fn a_climb_without_a_usable_slope_stays_where_it_is() {
 /// Gives how far a population spreads on a plateau, where no child is better, so that the mutations
 /// narrow as far as they may.
 pub fn spread(seed: u64, least_width: f64) -> f64 {
-    let settings = GaSettings { least_width, ..GaSettings::default() };
+    let settings = GaSettings::default().with(|it| it.least_width = least_width);
     let mut ga = Ga::new(&[(-1.0, 1.0)], settings, rng(seed, 0)).unwrap();
     for _ in 0..200 {
         let scores: Vec<_> = ga.ask().iter().map(|one| -one.genes[0].abs().max(0.01)).collect();

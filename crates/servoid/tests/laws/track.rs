@@ -5,7 +5,6 @@ use crate::shapes::drawn::{Shot, Stage, eyes};
 use nalgebra::{UnitQuaternion, Vector3};
 use servoid::camera::{Channels, ImageView};
 use servoid::fitness::Backend;
-use servoid::model::Settings;
 use servoid::pose::Pose;
 use servoid::track::{Estimate, Notice, Status, TrackError, TrackSettings, Tracker};
 
@@ -25,7 +24,7 @@ pub fn moving(index: usize) -> Pose {
 
 /// Gives a stage and settings with a seed.
 pub fn seeded(seed: u64, stage: Stage) -> (Stage, TrackSettings) {
-    (Stage { seed, ..stage }, TrackSettings { seed, ..TrackSettings::default() })
+    (Stage { seed, ..stage }, TrackSettings::default().with(|it| it.seed = seed))
 }
 
 pub fn started(stage: &Stage, settings: TrackSettings, shot: &Shot, pose: Pose) -> Tracker {
@@ -159,8 +158,11 @@ fn a_grey_camera_beside_one_with_colours_will_do() {
 
 #[test]
 fn a_budget_that_is_over_at_once_leaves_one_generation_and_few_points_will_do() {
-    let few = TrackSettings { points: 3, ..TrackSettings::default() };
-    let light = TrackSettings { generations: 1000, budget_s: Some(1e-9), ..few };
+    let few = TrackSettings::default().with(|it| it.points = 3);
+    let light = few.with(|it| {
+        it.generations = 1000;
+        it.budget_s = Some(1e-9);
+    });
     let [one, other] = [few, light].map(|settings| {
         let mut said = followed(&Stage::textured(), settings, 8);
         said.iter_mut().for_each(|one| one.timing = Default::default());
@@ -185,22 +187,34 @@ fn what_cannot_be_tracked_is_refused() {
     let made = |settings| Tracker::new(&stage.cameras(), &stage.body, settings).map(|_| ());
     let usual = TrackSettings::default();
     for (settings, what) in [
-        (TrackSettings { population: 7, ..usual }, "population"),
-        (TrackSettings { generations: 0, ..usual }, "generations"),
-        (TrackSettings { budget_s: Some(0.0), ..usual }, "budget_s"),
-        (TrackSettings { budget_s: Some(f64::NAN), ..usual }, "budget_s"),
-        (TrackSettings { surface: false, region: false, ..usual }, "surface and region"),
-        (TrackSettings { points: 0, ..usual }, "points"),
-        (TrackSettings { trusted: 1.1, ..usual }, "trusted"),
-        (TrackSettings { trusted: f64::NAN, ..usual }, "trusted"),
-        (TrackSettings { held: 0.0, ..usual }, "held"),
-        (TrackSettings { trusted: 0.3, held: 0.4, ..usual }, "held"),
+        (usual.with(|it| it.population = 7), "population"),
+        (usual.with(|it| it.generations = 0), "generations"),
+        (usual.with(|it| it.budget_s = Some(0.0)), "budget_s"),
+        (usual.with(|it| it.budget_s = Some(f64::NAN)), "budget_s"),
+        (
+            usual.with(|it| {
+                it.surface = false;
+                it.region = false;
+            }),
+            "surface and region",
+        ),
+        (usual.with(|it| it.points = 0), "points"),
+        (usual.with(|it| it.trusted = 1.1), "trusted"),
+        (usual.with(|it| it.trusted = f64::NAN), "trusted"),
+        (usual.with(|it| it.held = 0.0), "held"),
+        (
+            usual.with(|it| {
+                it.trusted = 0.3;
+                it.held = 0.4;
+            }),
+            "held",
+        ),
     ] {
         let refused = made(settings);
         assert!(matches!(refused, Err(TrackError::Setting { name, .. }) if name == what));
     }
-    let growth = Settings { max_ellipsoids: 0, ..usual.growth };
-    assert!(matches!(made(TrackSettings { growth, ..usual }), Err(TrackError::Model(_))));
+    let growth = usual.growth.with(|it| it.max_ellipsoids = 0);
+    assert!(matches!(made(usual.with(|it| it.growth = growth)), Err(TrackError::Model(_))));
     let none = Tracker::new(&[], &stage.body, usual);
     assert!(matches!(none, Err(TrackError::NoCamera)));
     let shot = stage.shot(0, &eyes(), Some(&start()));

@@ -122,10 +122,7 @@ proptest! {
         seed in prop_oneof![Just(0), Just(u64::MAX)],
     ) {
         let ((surface, region), (trusted, held)) = (kinds, least);
-        let settings = TrackSettings {
-            population, generations, points, budget_s, surface, region, trusted, held, seed,
-            ..TrackSettings::default()
-        };
+        let settings = TrackSettings::default().with(|it| { it.population = population; it.generations = generations; it.points = points; it.budget_s = budget_s; it.surface = surface; it.region = region; it.trusted = trusted; it.held = held; it.seed = seed; });
         let camera = Camera::new([64, 48], [80.0; 2], [32.0, 24.0]).unwrap();
         let mut tracker = Tracker::new(&[camera], &ball(0.05), settings).unwrap();
         let there = (Pose::identity(), at([0.0, 0.0, 0.3]));
@@ -191,37 +188,35 @@ fn seeking_anywhere_costs_no_more_in_images_of_odd_shapes() {
 
 #[test]
 fn a_search_without_bounds_is_refused_before_it_takes_memory() {
-    let breeds = |population| GaSettings { population, ..GaSettings::default() };
+    let breeds = |population| GaSettings::default().with(|it| it.population = population);
     let camera = Camera::new([64, 48], [80.0; 2], [32.0, 24.0]).unwrap();
     let search = breeds(usize::MAX);
-    let settings = OneStepSettings { search, ..OneStepSettings::default() };
+    let settings = OneStepSettings::default().with(|it| it.search = search);
     let refused = OneStep::new(&[camera], &ball(0.05), settings).map(|_| ());
     let is_population =
         |error: &GaError| matches!(error, GaError::Setting { name, .. } if *name == "population");
     assert!(matches!(&refused, Err(OneStepError::Search(e)) if is_population(e)), "{refused:?}");
     let usual = Settings::default();
     for (growth, what) in [
-        (Settings { islands: usize::MAX, ..usual }, "islands"),
-        (Settings { lines: usize::MAX, ..usual }, "lines"),
-        (Settings { splits: usize::MAX, ..usual }, "splits"),
-        (Settings { generations: usize::MAX, ..usual }, "generations"),
-        (Settings { reseeds: usize::MAX, ..usual }, "reseeds"),
-        (Settings { singles: usize::MAX, ..usual }, "singles"),
-        (Settings { pairs: usize::MAX, ..usual }, "pairs"),
-        (Settings { overshoot: usize::MAX, ..usual }, "overshoot"),
-        (Settings { threads: usize::MAX, ..usual }, "threads"),
+        (usual.with(|it| it.islands = usize::MAX), "islands"),
+        (usual.with(|it| it.lines = usize::MAX), "lines"),
+        (usual.with(|it| it.splits = usize::MAX), "splits"),
+        (usual.with(|it| it.generations = usize::MAX), "generations"),
+        (usual.with(|it| it.reseeds = usize::MAX), "reseeds"),
+        (usual.with(|it| it.singles = usize::MAX), "singles"),
+        (usual.with(|it| it.pairs = usize::MAX), "pairs"),
+        (usual.with(|it| it.overshoot = usize::MAX), "overshoot"),
+        (usual.with(|it| it.threads = usize::MAX), "threads"),
     ] {
-        let settings = TrackSettings { growth, ..TrackSettings::default() };
+        let settings = TrackSettings::default().with(|it| it.growth = growth);
         let refused = Tracker::new(&[camera], &ball(0.05), settings).map(|_| ());
         let Err(TrackError::Model(ModelError::Setting { name, .. })) = refused else {
             panic!("{what}: {refused:?}");
         };
         assert_eq!(name, what);
     }
-    let settings = TrackSettings {
-        growth: Settings { search: breeds(usize::MAX), ..usual },
-        ..TrackSettings::default()
-    };
+    let settings = TrackSettings::default()
+        .with(|it| it.growth = usual.with(|it| it.search = breeds(usize::MAX)));
     let refused = Tracker::new(&[camera], &ball(0.05), settings).map(|_| ());
     assert!(matches!(refused, Err(TrackError::Model(ModelError::Search(_)))), "{refused:?}");
 }

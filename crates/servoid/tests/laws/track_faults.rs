@@ -29,7 +29,7 @@ pub fn settled_of(seed: u64) -> Tracker {
     static SETTLED: OnceLock<Tracker> = OnceLock::new();
     let settle = || {
         let stage = Stage::textured();
-        let settings = TrackSettings { seed, ..TrackSettings::default() };
+        let settings = TrackSettings::default().with(|it| it.seed = seed);
         let mut tracker = Tracker::new(&stage.cameras(), &stage.body, settings).unwrap();
         tracker.start(&shot_of(seed, 0).observation(), start(), &[]).unwrap();
         for index in 1..6 {

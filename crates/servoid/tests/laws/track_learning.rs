@@ -42,7 +42,7 @@ pub fn followed_while(
     does: impl Fn(&Estimate) -> bool,
 ) -> (Tracker, f64) {
     let shot = |index: usize| stage.shot(index, &eyes(), Some(&turning(index)));
-    let settings = TrackSettings { seed: stage.seed, ..TrackSettings::default() };
+    let settings = TrackSettings::default().with(|it| it.seed = stage.seed);
     let mut tracker = Tracker::new(&stage.cameras(), body, settings).unwrap();
     let pictures: Vec<_> = eyes().iter().map(|eye| stage.mask(eye, &turning(0))).collect();
     let masks = crate::shapes::drawn::masks(&pictures);
@@ -196,7 +196,7 @@ pub fn look_of_all_eyes(stage: &Stage) -> Appearance {
     };
     let marked = |(_, there): &(usize, Pose)| eyes().map(|eye| stage.mask(&eye, there));
     let pictures: Vec<_> = sides.iter().flat_map(marked).collect();
-    let settings = TrackSettings { seed: stage.seed, ..TrackSettings::default() };
+    let settings = TrackSettings::default().with(|it| it.seed = stage.seed);
     let mut tracker = Tracker::new(&[stage.camera; 8], &stage.body, settings).unwrap();
     tracker.start(&all, Pose::identity(), &crate::shapes::drawn::masks(&pictures)).unwrap();
     tracker.appearance()

@@ -1,4 +1,5 @@
 use crate::camera::{ImageError, RigError};
+use crate::changing::changeable;
 use crate::evolve::{GaError, GaSettings};
 use crate::fitness::{Margin, PointsError};
 
@@ -13,6 +14,7 @@ pub enum Genes {
 
 /// What judges an individual.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub enum Judge {
     /// The paper's points: on each surface, and on an envelope around it.
     Points {
@@ -27,6 +29,7 @@ pub enum Judge {
 
 /// How the 1-step genetic algorithm tracks. The paper gives none of these numbers.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct OneStepSettings {
     /// Seed of the search.
     pub seed: u64,
@@ -47,6 +50,8 @@ pub struct OneStepSettings {
     /// How the population breeds.
     pub search: GaSettings,
 }
+
+changeable!(OneStepSettings);
 
 impl Default for OneStepSettings {
     fn default() -> Self {

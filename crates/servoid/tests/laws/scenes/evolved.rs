@@ -22,7 +22,7 @@ pub const SCENES: &[Scene] = &[
 ];
 
 fn settings(seed: u64, count: usize) -> Settings {
-    Settings { seed, ..at_most(count) }
+    at_most(count).with(|it| it.seed = seed)
 }
 
 /// Three bodies whose parts were moved a little, more, and a lot.

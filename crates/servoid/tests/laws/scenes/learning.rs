@@ -49,7 +49,7 @@ fn seeded(seed: u64, channels: Channels) -> Stage {
 }
 
 fn settings(seed: u64) -> TrackSettings {
-    TrackSettings { seed, ..TrackSettings::default() }
+    TrackSettings::default().with(|it| it.seed = seed)
 }
 
 /// A body that is too small is followed, evolves, and is followed on.

@@ -32,7 +32,7 @@ pub const SCENES: &[Scene] = &[
 ];
 
 fn settings(seed: u64, count: usize) -> Settings {
-    Settings { seed, ..exactly(count) }
+    exactly(count).with(|it| it.seed = seed)
 }
 
 fn one_ellipsoid(seed: u64) -> Figures {
@@ -69,12 +69,16 @@ fn with_a_count(seed: u64) -> Figures {
 }
 
 fn that_stops(seed: u64) -> Figures {
-    let steps = Seen::new(&pair()).model(Settings { delta: 0.05, ..settings(seed, 6) });
+    let steps = Seen::new(&pair()).model(settings(seed, 6).with(|it| it.delta = 0.05));
     vec![("miscounted", f64::from(u8::from(steps.len() != 2)))]
 }
 
 fn held_out(seed: u64) -> Figures {
-    let settings = Settings { seed, held_out: true, max_ellipsoids: 6, ..Settings::default() };
+    let settings = Settings::default().with(|it| {
+        it.seed = seed;
+        it.held_out = true;
+        it.max_ellipsoids = 6;
+    });
     let count = Seen::new(&pair()).model(settings).len();
     vec![("miscounted", f64::from(u8::from(!(2..=3).contains(&count))))]
 }
@@ -92,7 +96,10 @@ fn a_mesh(seed: u64) -> Figures {
 }
 
 fn unmarked(seed: u64) -> Figures {
-    let ious =
-        painted_rough(&Settings { seed, max_ellipsoids: 2, delta: 0.0, ..Settings::default() });
+    let ious = painted_rough(&Settings::default().with(|it| {
+        it.seed = seed;
+        it.max_ellipsoids = 2;
+        it.delta = 0.0;
+    }));
     vec![("missed", 1.0 - ious.into_iter().fold(1.0, f64::min))]
 }

@@ -32,7 +32,11 @@ pub const SCENES: &[Scene] = &[
 ];
 
 fn settings(seed: u64, genes: Genes, judge: Judge) -> OneStepSettings {
-    OneStepSettings { seed, genes, judge, ..OneStepSettings::default() }
+    OneStepSettings::default().with(|it| {
+        it.seed = seed;
+        it.genes = genes;
+        it.judge = judge;
+    })
 }
 
 fn points() -> Judge {
@@ -88,7 +92,7 @@ fn duck_by_region(seed: u64) -> Figures {
 /// The egg goes, is sought, is lost, and comes back nearby.
 fn gone(seed: u64) -> Figures {
     let here = at(0.0, 0.0, 0.0);
-    let settings = OneStepSettings { lost_after: 5, ..settings(seed, Genes::Place, points()) };
+    let settings = settings(seed, Genes::Place, points()).with(|it| it.lost_after = 5);
     let mut tracker = started(&egg(), here, settings);
     let draw = |pose: Option<Pose>, index: u32| drawn_of(seed, &egg(), pose, index);
     let known = tracker.step(&observed(&draw(Some(here), 1), 0.1)).unwrap();

@@ -84,7 +84,7 @@ fn grey(seed: u64) -> Figures {
 
 fn by_points(seed: u64) -> Figures {
     let (stage, settings) = seeded(seed, Stage::textured());
-    usual(&stage, TrackSettings { region: false, ..settings }, 10).figures()
+    usual(&stage, settings.with(|it| it.region = false), 10).figures()
 }
 
 /// Outlines are all that there is of a plain object.
@@ -95,7 +95,7 @@ fn plain(seed: u64) -> Figures {
 
 fn plain_by_colours(seed: u64) -> Figures {
     let (stage, settings) = seeded(seed, Stage { pattern: 0.0, ..Stage::textured() });
-    usual(&stage, TrackSettings { surface: false, ..settings }, 10).plain_figures()
+    usual(&stage, settings.with(|it| it.surface = false), 10).plain_figures()
 }
 
 /// An object at rest, and eyes that turn after a place that goes around.

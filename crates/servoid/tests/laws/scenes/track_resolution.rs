@@ -59,7 +59,7 @@ fn followed(shots: &[Shot], seed: u64) -> Vec<Estimate> {
     let stage = sharp(seed);
     let shrink = stage.camera.size_px()[0] / shots[0].size[0];
     let camera = stage.camera.crop([0; 2], shots[0].size, shrink).unwrap();
-    let settings = TrackSettings { seed, ..TrackSettings::default() };
+    let settings = TrackSettings::default().with(|it| it.seed = seed);
     let stage = Stage { camera, ..stage };
     let mut tracker = started(&stage, settings, &shots[0], moving(0));
     shots[1..].iter().map(|shot| tracker.step(&shot.observation()).unwrap()).collect()

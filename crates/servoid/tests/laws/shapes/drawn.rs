@@ -143,7 +143,7 @@ impl Stage {
                 let bytes = [0, 1, 2].map(|i| (color[i] + grain.next()).clamp(0.0, 255.0) as u8);
                 match self.channels {
                     Channels::Rgb => pixels.extend(bytes),
-                    Channels::Grey => pixels.push(bytes[1]),
+                    _ => pixels.push(bytes[1]),
                 }
             }
         }

@@ -66,14 +66,14 @@ impl OneStepSettings {
         least_width: Option<f64>,
     ) -> PyResult<Self> {
         let default = core::OneStepSettings::default();
-        let judge = judge(default.judge, region, points, alpha)?;
+        let objective = objective(default.objective, region, points, alpha)?;
         let genes = match turns {
             Some(true) => core::Genes::Pose,
             Some(false) => core::Genes::Place,
             None => default.genes,
         };
         let settings = default.with(|it| {
-            (it.genes, it.judge) = (genes, judge);
+            (it.genes, it.objective) = (genes, objective);
             replace(&mut it.seed, seed);
             replace(&mut it.reach, reach);
             replace(&mut it.turn, turn);
@@ -101,14 +101,14 @@ impl OneStepSettings {
     /// Whether whole areas are scored, and not the paper's points.
     #[getter]
     fn region(&self) -> bool {
-        self.0.judge == core::Judge::Region
+        self.0.objective == core::Objective::Region
     }
 
     /// Points on each surface, and on each envelope; None if whole areas are scored.
     #[getter]
     fn points(&self) -> Option<usize> {
-        match self.0.judge {
-            core::Judge::Points { count, .. } => Some(count),
+        match self.0.objective {
+            core::Objective::Points { count, .. } => Some(count),
             _ => None,
         }
     }
@@ -117,8 +117,8 @@ impl OneStepSettings {
     /// are scored.
     #[getter]
     fn alpha(&self) -> Option<f64> {
-        match self.0.judge {
-            core::Judge::Points { alpha: Margin::Share(share), .. } => Some(share),
+        match self.0.objective {
+            core::Objective::Points { alpha: Margin::Share(share), .. } => Some(share),
             _ => None,
         }
     }
@@ -176,12 +176,12 @@ impl OneStepSettings {
     }
 }
 
-fn judge(
-    default: core::Judge,
+fn objective(
+    default: core::Objective,
     region: Option<bool>,
     points: Option<usize>,
     alpha: Option<f64>,
-) -> PyResult<core::Judge> {
+) -> PyResult<core::Objective> {
     let given = points.is_some() || alpha.is_some();
     match (region, default) {
         (Some(true), _) if given => {
@@ -189,8 +189,8 @@ fn judge(
                            give one or the other";
             Err(named("TrackError", message.into()))
         }
-        (Some(true), _) => Ok(core::Judge::Region),
-        (_, core::Judge::Points { count, alpha: margin }) => Ok(core::Judge::Points {
+        (Some(true), _) => Ok(core::Objective::Region),
+        (_, core::Objective::Points { count, alpha: margin }) => Ok(core::Objective::Points {
             count: points.unwrap_or(count),
             alpha: alpha.map_or(margin, Margin::Share),
         }),

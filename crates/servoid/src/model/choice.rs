@@ -66,9 +66,9 @@ impl<'a> Parts<'a> {
             mesh: None,
             weights: given.weights,
         };
-        let judge = Scene::in_frame(&held, scene.world_from_scene, scene.unit)?.finest;
+        let objective = Scene::in_frame(&held, scene.world_from_scene, scene.unit)?.finest;
         let worth = |count: usize| {
-            judge.total.score(&ladder.at(count).quadrics) - settings.delta * count as f64
+            objective.total.score(&ladder.at(count).quadrics) - settings.delta * count as f64
         };
         let counts = 1..=ladder.count().min(settings.max_ellipsoids);
         let best = counts.rev().max_by(|&a, &b| worth(a).total_cmp(&worth(b)));

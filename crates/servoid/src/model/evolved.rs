@@ -15,7 +15,7 @@ const WORTHLESS: f64 = 5e-4;
 /// The frame does not move.
 ///
 /// # Errors
-/// If a setting or a weight is out of its range, or nothing is left to judge by.
+/// If a setting or a weight is out of its range, or no evidence is left.
 pub fn evolved(
     given: &Given<'_>,
     ellipsoids: &[Ellipsoid],

@@ -32,7 +32,7 @@ const MARGIN: f64 = 0.3;
 /// A camera's rotation and translation from the scene.
 pub(super) type CameraFromScene = (Matrix3<f64>, Vector3<f64>);
 
-/// Cuts views to the object, shrinks them and makes them judges of bodies.
+/// Cuts views to the object, shrinks them and makes a score of bodies of them.
 pub(super) fn overlap(
     views: &[(&View<'_>, &CameraFromScene)],
     extent_px: usize,
@@ -45,7 +45,7 @@ pub(super) fn overlap(
 }
 
 /// Shrinks the masks of a scene that is the world until the object's longer side spans about
-/// `extent_px` pixels in each, and makes them a judge of bodies.
+/// `extent_px` pixels in each, and makes a score of bodies of them.
 pub(crate) fn shrunk_overlap(views: &[View<'_>], extent_px: usize) -> Result<Overlap, ModelError> {
     let camera = |view: &View<'_>| {
         let camera_from_world = view.world_from_camera().inverse();

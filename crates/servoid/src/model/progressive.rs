@@ -67,8 +67,8 @@ pub fn progressive(
             scene
         };
         // Where there is more than outlines, F alone says which body is better.
-        let judges = if solid { &[] } else { views.as_slice() };
-        let steps = ladder.steps(&scene, judges)?;
+        let compared = if solid { &[] } else { views.as_slice() };
+        let steps = ladder.steps(&scene, compared)?;
         watch.finish(&steps)?;
         Ok(steps)
     })

@@ -7,9 +7,9 @@ use crate::shape::{Quadric, QuadricGradient};
 /// Numbers that an ellipsoid has while it is refined.
 const NUMBERS: usize = 12;
 
-/// What judges bodies on one level: the evidence, and what an ellipsoid costs in F.
+/// What is maximised on one level: the evidence, less what the ellipsoids cost in F.
 #[derive(Default)]
-pub(super) struct Judge {
+pub(super) struct Objective {
     pub total: Total,
     /// Of a unit of spread.
     pub spread_cost: f64,
@@ -22,7 +22,7 @@ pub(super) struct Judge {
 /// What a centre costs in F that is twice as far from the middle of what was seen as that reaches.
 const REACH_COST: f64 = 0.03;
 
-impl Judge {
+impl Objective {
     /// Gives what an ellipsoid costs.
     fn cost(&self, quadric: &Quadric) -> f64 {
         let beyond = self.reach.map_or(0.0, |reach| reach.beyond(quadric).0);
@@ -49,12 +49,12 @@ pub(super) struct Fit {
 
 impl Fit {
     /// Hides a small ellipsoid inside the largest: one more that changes nothing.
-    pub fn echo(&self, judge: &Judge) -> Self {
+    pub fn echo(&self, objective: &Objective) -> Self {
         let mut out = self.clone();
         let largest = self.quadrics.iter().max_by(|a, b| a.bulk().total_cmp(&b.bulk()));
         if let Some(largest) = largest {
             let small = Quadric { center: largest.center, factor: largest.factor * 0.5 };
-            out.worth -= judge.cost(&small);
+            out.worth -= objective.cost(&small);
             out.quadrics.push(small);
         }
         out
@@ -75,32 +75,39 @@ impl Fit {
 }
 
 /// Moves and shapes all ellipsoids together, uphill.
-pub(super) fn refine(judge: &Judge, start: &[Quadric], steps: usize) -> Fit {
-    let (quadrics, worth) = climb_by(&judge.total, judge, start, steps);
-    Fit { fitness: judge.total.score(&quadrics), worth, quadrics }
+pub(super) fn refine(objective: &Objective, start: &[Quadric], steps: usize) -> Fit {
+    let (quadrics, worth) = climb_by(&objective.total, objective, start, steps);
+    Fit { fitness: objective.total.score(&quadrics), worth, quadrics }
 }
 
 /// Does so by the kind of evidence that counts most alone.
-pub(super) fn refine_by_lead(judge: &Judge, start: &[Quadric], steps: usize) -> Vec<Quadric> {
-    judge.total.lead().map_or_else(|| start.to_vec(), |lead| climb_by(lead, judge, start, steps).0)
+pub(super) fn refine_by_lead(
+    objective: &Objective,
+    start: &[Quadric],
+    steps: usize,
+) -> Vec<Quadric> {
+    objective
+        .total
+        .lead()
+        .map_or_else(|| start.to_vec(), |lead| climb_by(lead, objective, start, steps).0)
 }
 
 fn climb_by(
     evidence: &dyn Differentiable,
-    judge: &Judge,
+    objective: &Objective,
     start: &[Quadric],
     steps: usize,
 ) -> (Vec<Quadric>, f64) {
-    let settings = ClimbSettings { steps, first_step: 0.02, least_gain: judge.least_gain };
+    let settings = ClimbSettings { steps, first_step: 0.02, least_gain: objective.least_gain };
     let mut slopes = vec![QuadricGradient::default(); start.len()];
     let found = climb(&pack(start), &settings, |at, uphill| {
         let quadrics = unpack(at);
         let mut worth = evidence.score_and_gradient(&quadrics, &mut slopes);
-        worth -= quadrics.iter().map(|quadric| judge.cost(quadric)).sum::<f64>();
+        worth -= quadrics.iter().map(|quadric| objective.cost(quadric)).sum::<f64>();
         for ((numbers, quadric), slope) in
             uphill.chunks_exact_mut(NUMBERS).zip(&quadrics).zip(&slopes)
         {
-            let Some(cost) = judge.cost_gradient(quadric) else { return f64::NEG_INFINITY };
+            let Some(cost) = objective.cost_gradient(quadric) else { return f64::NEG_INFINITY };
             write(numbers, &(slope.center - cost.center), &(slope.factor - cost.factor));
         }
         worth

@@ -3,7 +3,7 @@ use nalgebra::Vector3;
 
 use super::levels::{CameraFromScene, block_means};
 use super::progressive::grow;
-use super::refine::Judge;
+use super::refine::Objective;
 use super::scene::{
     SPREAD_COST, Scene, camera_from_scene, common_point, line_of_sight, mean_radius,
 };
@@ -142,14 +142,19 @@ impl Frame {
         });
         let parts: Vec<_> = by_hand.chain(by_color).collect();
         let parts = parts.into_iter().collect::<Result<Vec<_>, _>>()?;
-        let judge = || {
+        let objective = || {
             let mut total = Total::default();
             total.push(1.0, Likelihood::new(parts.clone()));
-            Judge { total, spread_cost: 10.0 * SPREAD_COST, least_gain: 1e-5, reach: None }
+            Objective { total, spread_cost: 10.0 * SPREAD_COST, least_gain: 1e-5, reach: None }
         };
         let Self { world_from_scene, unit } = *self;
-        let scene =
-            Scene { world_from_scene, unit, coarse: judge(), middle: judge(), finest: judge() };
+        let scene = Scene {
+            world_from_scene,
+            unit,
+            coarse: objective(),
+            middle: objective(),
+            finest: objective(),
+        };
         let mut quiet = |_: usize, _: f64, _: f64| true;
         let watch = Watch::new(settings, &mut quiet);
         let ladder = grow(&scene, settings, 0, &watch)?;

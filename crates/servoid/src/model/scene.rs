@@ -1,7 +1,7 @@
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 
 use super::levels::{COARSE, CameraFromScene, FINEST, MIDDLE, Resolution, overlap};
-use super::refine::Judge;
+use super::refine::Objective;
 use super::{Given, ModelError};
 use crate::camera::View;
 use crate::fitness::{RangeSample, RangeSamples, Reach, Total, Volume};
@@ -16,11 +16,11 @@ pub(super) struct Scene {
     pub world_from_scene: Pose,
     pub unit: f64,
     /// On which searches run.
-    pub coarse: Judge,
+    pub coarse: Objective,
     /// On which their finalists are compared.
-    pub middle: Judge,
+    pub middle: Objective,
     /// Everything, for the last touch.
-    pub finest: Judge,
+    pub finest: Objective,
 }
 
 /// Below this share of the unit a radius is no solid.
@@ -48,7 +48,8 @@ impl Scene {
         unit: f64,
     ) -> Result<Self, ModelError> {
         let prepared = Prepared::new(given, &world_from_scene, unit);
-        let [coarse, middle, finest] = [COARSE, MIDDLE, FINEST].map(|level| prepared.judge(level));
+        let [coarse, middle, finest] =
+            [COARSE, MIDDLE, FINEST].map(|level| prepared.objective(level));
         let (coarse, middle, finest) = (coarse?, middle?, finest?);
         if coarse.total.is_empty() {
             return Err(ModelError::Nothing);
@@ -166,7 +167,7 @@ impl<'a> Prepared<'a> {
         Self { given, cameras, order, mesh, fine, samples, reach }
     }
 
-    fn judge(&self, resolution: Resolution) -> Result<Judge, ModelError> {
+    fn objective(&self, resolution: Resolution) -> Result<Objective, ModelError> {
         let weights = self.given.weights;
         let mut total = Total::default();
         if !self.cameras.is_empty() {
@@ -191,7 +192,7 @@ impl<'a> Prepared<'a> {
         let reach = if settled { None } else { self.reach };
         // A volume has so many rows that its slope is smooth, and a climb soon near its end.
         let least_gain = if whole { 5e-6 } else { 1e-6 };
-        Ok(Judge { total, spread_cost, reach, least_gain })
+        Ok(Objective { total, spread_cost, reach, least_gain })
     }
 }
 

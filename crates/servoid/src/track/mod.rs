@@ -35,7 +35,7 @@ mod verify;
 pub use appearance::Appearance;
 pub use confidence::Evidence;
 pub use estimate::{Estimate, Notice, Status, Timing};
-pub use one_step::{Genes, Judge, OneStep, OneStepError, OneStepSettings};
+pub use one_step::{Genes, Objective, OneStep, OneStepError, OneStepSettings};
 pub use relocalize::{MaskFit, pose_from_masks};
 pub use search::ScoreTerms;
 pub use settings::TrackSettings;

@@ -7,7 +7,7 @@ use servoid::fitness::Margin;
 use servoid::pose::Pose;
 use servoid::shape::{Body, Ellipsoid, silhouette};
 use servoid::track::{
-    Estimate, Genes, Judge, Notice, OneStep, OneStepError, OneStepSettings, Status,
+    Estimate, Genes, Notice, Objective, OneStep, OneStepError, OneStepSettings, Status,
 };
 
 const SIZE: [usize; 2] = [320, 240];
@@ -108,7 +108,7 @@ pub fn swing(index: usize) -> Pose {
 
 #[test]
 fn on_a_still_image_the_best_score_never_falls() {
-    for settings in [place(), pose(), pose().with(|it| it.judge = Judge::Region)] {
+    for settings in [place(), pose(), pose().with(|it| it.objective = Objective::Region)] {
         let mut tracker = started(&duck(), at(0.0, 0.0, 0.0), settings);
         let images = drawn(&duck(), Some(at(0.006, -0.004, 0.01)), 1);
         let mut before = f64::NEG_INFINITY;
@@ -282,15 +282,15 @@ fn the_spin_of_a_body_of_revolution_is_left_open_and_that_of_a_duck_is_not() {
 fn what_cannot_be_tracked_is_an_error_that_says_so() {
     let cameras = [camera(), camera()];
     let new = |settings| OneStep::new(&cameras, &egg(), settings).err();
-    let points = |count, alpha| Judge::Points { count, alpha: Margin::Share(alpha) };
+    let points = |count, alpha| Objective::Points { count, alpha: Margin::Share(alpha) };
     for settings in [
         pose().with(|it| it.reach = 0.0),
         pose().with(|it| it.turn = f64::NAN),
         pose().with(|it| it.tracking_from = 1.5),
         pose().with(|it| it.missing_below = 0.6),
         pose().with(|it| it.lost_after = 0),
-        pose().with(|it| it.judge = points(0, 0.3)),
-        pose().with(|it| it.judge = points(100, -1.0)),
+        pose().with(|it| it.objective = points(0, 0.3)),
+        pose().with(|it| it.objective = points(100, -1.0)),
         pose().with(|it| it.search = pose().search.with(|it| it.population = 1)),
     ] {
         assert!(new(settings).is_some(), "{settings:?}");

@@ -2,7 +2,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 
 use super::colors::Colors;
 use super::spread::Reach;
-use super::{Judge, OneStepError, OneStepSettings, UsableImage};
+use super::{Objective, OneStepError, OneStepSettings, UsableImage};
 use crate::camera::{Channels, ImageView};
 use crate::evolve::{Ga, rng};
 use crate::fitness::{Fitness, Points, PointsView, Region, RegionView, ScoreMap};
@@ -118,12 +118,12 @@ pub(super) struct Maps<'a> {
 
 impl<'a> Maps<'a> {
     /// Looks at every pixel once.
-    pub fn new(usable: &'a [UsableImage<'a>], colors: &Colors, judge: Judge) -> Self {
+    pub fn new(usable: &'a [UsableImage<'a>], colors: &Colors, objective: Objective) -> Self {
         let (mut matches, mut region) = (vec![], vec![]);
         for one in usable {
-            match judge {
-                Judge::Points { .. } => matches.push(colors.matches(&one.image)),
-                Judge::Region => region.push(RegionView {
+            match objective {
+                Objective::Points { .. } => matches.push(colors.matches(&one.image)),
+                Objective::Region => region.push(RegionView {
                     map: ScoreMap::from_colors(&one.image, &colors.model, 1),
                     projection: Projection::new(&one.camera, &one.world_from_camera),
                     weight: 1.0 / usable.len() as f64,
@@ -138,7 +138,7 @@ impl<'a> Maps<'a> {
         self,
         body: &Body,
         poses: &[Pose],
-        judge: Judge,
+        objective: Objective,
     ) -> Result<Vec<f64>, OneStepError> {
         let ellipsoids = body.ellipsoids();
         let at = |pose: &Pose| {
@@ -146,9 +146,9 @@ impl<'a> Maps<'a> {
             ellipsoids.iter().map(move |ellipsoid| ellipsoid.transformed(&pose, 1.0).quadric())
         };
         let quadrics: Vec<Quadric> = poses.iter().flat_map(at).collect();
-        let (count, alpha) = match judge {
-            Judge::Points { count, alpha } => (count, alpha),
-            Judge::Region => {
+        let (count, alpha) = match objective {
+            Objective::Points { count, alpha } => (count, alpha),
+            Objective::Region => {
                 return Ok(Region::new(self.region).scores(&quadrics, ellipsoids.len()));
             }
         };

@@ -5,7 +5,7 @@ mod life;
 mod settings;
 mod spread;
 
-pub use settings::{Genes, Judge, OneStepError, OneStepSettings};
+pub use settings::{Genes, Objective, OneStepError, OneStepSettings};
 
 use std::time::Instant;
 
@@ -23,7 +23,7 @@ use crate::shape::Body;
 /// Tracks a body as the paper does (Sec. 3.2, "1-step GA"): the population lives across images,
 /// breeds one generation an image, and its best individual is the answer at once.
 ///
-/// The elites live on, but are scored again in each image, which may judge them otherwise. The
+/// The elites live on, but are scored again in each image, which may score them otherwise. The
 /// search is centred on the last answer; motion is not predicted. While the images do not show the
 /// object where it is sought, the answer stays where it was and the population is drawn anew about
 /// it for each image.
@@ -74,7 +74,7 @@ impl OneStep {
         if cameras.is_empty() {
             return Err(RigError::NoCamera.into());
         }
-        if let Judge::Points { count, alpha } = settings.judge {
+        if let Objective::Points { count, alpha } = settings.objective {
             Points::check(count, alpha)?;
         }
         let size = size(body);
@@ -213,10 +213,10 @@ impl OneStep {
         usable: &[UsableImage<'_>],
     ) -> Result<Generation, OneStepError> {
         let begun = Instant::now();
-        let maps = Maps::new(usable, &started.colors, self.settings.judge);
+        let maps = Maps::new(usable, &started.colors, self.settings.objective);
         let prepare = begun.elapsed();
         let poses = started.life.poses();
-        let scores = maps.scores(&self.body, &poses, self.settings.judge)?;
+        let scores = maps.scores(&self.body, &poses, self.settings.objective)?;
         started.life.breed(&scores)?;
         let mut order: Vec<_> = (0..poses.len()).collect();
         order.sort_by(|&a, &b| scores[b].total_cmp(&scores[a]));

@@ -12,10 +12,10 @@ pub enum Genes {
     Pose,
 }
 
-/// What judges an individual.
+/// What is maximised: the score of an individual.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
-pub enum Judge {
+pub enum Objective {
     /// The paper's points: on each surface, and on an envelope around it.
     Points {
         /// m: points on each surface, and on each envelope.
@@ -35,8 +35,8 @@ pub struct OneStepSettings {
     pub seed: u64,
     /// What is sought.
     pub genes: Genes,
-    /// What judges it.
-    pub judge: Judge,
+    /// What is maximised.
+    pub objective: Objective,
     /// How far from the last place the next one is sought, along each axis, in object sizes.
     pub reach: f64,
     /// How far the next orientation is sought from the last, about each axis, in radians.
@@ -58,7 +58,7 @@ impl Default for OneStepSettings {
         Self {
             seed: 0,
             genes: Genes::Pose,
-            judge: Judge::Points { count: 200, alpha: Margin::Share(0.3) },
+            objective: Objective::Points { count: 200, alpha: Margin::Share(0.3) },
             reach: 0.4,
             turn: 0.2,
             tracking_from: 0.5,

@@ -3,7 +3,7 @@
 use nalgebra::{UnitQuaternion, Vector3};
 use servoid::pose::{Pose, Twist};
 use servoid::shape::Body;
-use servoid::track::{Genes, Judge, OneStepSettings, Status};
+use servoid::track::{Genes, Objective, OneStepSettings, Status};
 
 use super::Sense::{AtLeast, AtMost};
 use super::{Figures, Measure, NOT_TRACKING, OFF, Scene, TURNED, apart};
@@ -31,22 +31,22 @@ pub const SCENES: &[Scene] = &[
     },
 ];
 
-fn settings(seed: u64, genes: Genes, judge: Judge) -> OneStepSettings {
+fn settings(seed: u64, genes: Genes, objective: Objective) -> OneStepSettings {
     OneStepSettings::default().with(|it| {
         it.seed = seed;
         it.genes = genes;
-        it.judge = judge;
+        it.objective = objective;
     })
 }
 
-fn points() -> Judge {
-    OneStepSettings::default().judge
+fn points() -> Objective {
+    OneStepSettings::default().objective
 }
 
 /// Follows the egg on the paper's motion; the mean errors.
-fn egg_of(seed: u64, judge: Judge) -> Figures {
+fn egg_of(seed: u64, objective: Objective) -> Figures {
     let poses: Vec<_> = (0..150).map(swing).collect();
-    let estimates = followed(&egg(), &poses, settings(seed, Genes::Place, judge));
+    let estimates = followed(&egg(), &poses, settings(seed, Genes::Place, objective));
     let (mut lost, mut across, mut along) = (0.0, 0.0, 0.0);
     for (estimate, truth) in estimates.iter().zip(&poses[1..]) {
         lost += f64::from(u8::from(estimate.status != Status::Tracking));
@@ -63,18 +63,18 @@ fn egg_by_points(seed: u64) -> Figures {
 }
 
 fn egg_by_region(seed: u64) -> Figures {
-    egg_of(seed, Judge::Region)
+    egg_of(seed, Objective::Region)
 }
 
 /// Follows the duck while it turns by 57 degrees; the mean errors of the last 39 images.
-fn duck_of(seed: u64, judge: Judge) -> Figures {
+fn duck_of(seed: u64, objective: Objective) -> Figures {
     let turning = |index: usize| {
         let angle = 0.01 * index as f64;
         let turn = UnitQuaternion::from_scaled_axis(Vector3::new(0.3, 0.0, 1.0) * angle);
         at(0.0005 * index as f64, 0.0, 0.0) * Pose::from_rotation(turn, Vector3::zeros())
     };
     let poses: Vec<_> = (0..100).map(turning).collect();
-    let estimates = followed(&duck(), &poses, settings(seed, Genes::Pose, judge));
+    let estimates = followed(&duck(), &poses, settings(seed, Genes::Pose, objective));
     let last: Vec<_> = estimates.iter().zip(&poses[1..]).skip(60).collect();
     let errors = last.iter().map(|(found, truth)| apart(truth, &found.world_from_object));
     let sum = errors.fold((0.0, 0.0), |sum, one| (sum.0 + one.0, sum.1 + one.1));
@@ -86,7 +86,7 @@ fn duck_by_points(seed: u64) -> Figures {
 }
 
 fn duck_by_region(seed: u64) -> Figures {
-    duck_of(seed, Judge::Region)
+    duck_of(seed, Objective::Region)
 }
 
 /// The egg goes, is sought, is lost, and comes back nearby.

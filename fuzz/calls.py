@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from servoid._native import (
     Body,
     Camera,
-    Given,
+    ModelInput,
     Lens,
     ModelSettings,
     Pose,
@@ -111,7 +111,7 @@ def _modelling(rng: random.Random) -> None:
     settings = ModelSettings(
         max_ellipsoids=rng.choice((0, 1, 2, 65)), delta=abs(_number(rng)), quick=True, threads=1
     )
-    steps = fit_body(Given(views=views), settings, lambda *_: None)
+    steps = fit_body(ModelInput(views=views), settings, lambda *_: None)
     silhouette_ious(steps[-1].body, views)
 
 

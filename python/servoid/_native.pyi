@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from typing_extensions import Self
 
-__all__ = ["Body", "Camera", "Estimate", "Given", "Lens", "Mesh", "ModelSettings"]
+__all__ = ["Body", "Camera", "Estimate", "ModelInput", "Lens", "Mesh", "ModelSettings"]
 __all__ += ["OneStepSettings", "OneStepTracker", "PaperSettings", "Pose", "Step", "TrackSettings"]
 __all__ += ["taken_depth", "taken_image", "taken_mask"]
 __all__ += ["Tracker", "View", "__version__", "backend", "backends", "ellipsoid_colors"]
@@ -512,7 +512,7 @@ class Stage:
         """
 
 @final
-class Given:
+class ModelInput:
     """What modelling starts from: views, a closed mesh, and seen points of the surface.
 
     Joins views; a mesh; seen points (N, 3) in metres with the directions (N, 3) in which they were
@@ -955,7 +955,7 @@ class Tracker:
         """
 
 def fit_body(
-    given: Given, settings: ModelSettings, progress: _Progress | None = None
+    given: ModelInput, settings: ModelSettings, progress: _Progress | None = None
 ) -> list[Step]:
     """
     Models what is given; gives one step for each count of ellipsoids. `progress` is called with the

@@ -47,7 +47,7 @@ fn native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<sim::Paint>()?;
     module.add_class::<sim::Lighting>()?;
     module.add_class::<sim::Stage>()?;
-    module.add_class::<model::Given>()?;
+    module.add_class::<model::ModelInput>()?;
     module.add_class::<model::ModelSettings>()?;
     module.add_class::<model::Step>()?;
     module.add_function(wrap_pyfunction!(model::fit_body, module)?)?;

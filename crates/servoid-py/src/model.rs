@@ -168,7 +168,7 @@ impl Step {
 /// were seen, float64, as long as the eye is away or short where only the side is known; and
 /// how often each kind counts, None being the core's default. Raises BodyError.
 #[pyclass(frozen, module = "servoid._native")]
-pub struct Given {
+pub struct ModelInput {
     views: Vec<Py<View>>,
     mesh: Option<servoid::shape::Mesh>,
     samples: Vec<RangeSample>,
@@ -176,7 +176,7 @@ pub struct Given {
 }
 
 #[pymethods]
-impl Given {
+impl ModelInput {
     #[new]
     #[allow(clippy::too_many_arguments, reason = "each is a keyword of its own in Python")]
     #[pyo3(signature = (*, views=None, mesh=None, points=None, directions=None, silhouette_weight=None, volume_weight=None, depth_weight=None))]
@@ -211,13 +211,13 @@ impl Given {
 #[pyo3(signature = (given, settings, progress=None))]
 pub fn fit_body(
     py: Python<'_>,
-    given: &Given,
+    given: &ModelInput,
     settings: ModelSettings,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Vec<Step>> {
     let views = given.views.iter().map(|view| view.get().core()).collect::<PyResult<Vec<_>>>()?;
     let fit = |report: core::Progress<'_>| {
-        let given = core::Given::default().with(|it| {
+        let given = core::ModelInput::default().with(|it| {
             it.views = &views;
             it.mesh = given.mesh.as_ref();
             it.samples = &given.samples;

@@ -5,7 +5,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from servoid._native import Camera, Given, ModelSettings, View, fit_body, silhouette_ious
+from servoid._native import Camera, ModelInput, ModelSettings, View, fit_body, silhouette_ious
 from servoid.batch import Experiment
 from servoid_experiments.modelling.around import around
 from servoid_experiments.modelling.cases import ModelCase, ModelRow
@@ -36,7 +36,7 @@ def run_model_case(case: ModelCase) -> ModelRow:
         views.append(View(camera=camera, world_from_camera=spoilt, mask=mask))
     settings = ModelSettings(max_ellipsoids=case.ellipsoids, delta=0.0, seed=case.seed, threads=1)
     start = time.process_time()  # which other work on the machine does not lengthen
-    body = fit_body(Given(views=views), settings)[-1].body
+    body = fit_body(ModelInput(views=views), settings)[-1].body
     seconds = time.process_time() - start
     ious = silhouette_ious(body, _judges(case.object, case.size_px))
     return ModelRow(

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from servoid._native import (
     Body,
-    Given,
+    ModelInput,
     ModelSettings,
     PaperSettings,
     Pose,
@@ -136,7 +136,7 @@ def _model(case: TwoCase, views: Sequence[View], samples: RangeSamples) -> Body:
             generations=trial.generations,
         )
         return fit_paper(views, settings)[-1].body
-    given = Given(views=views, points=samples.points, directions=samples.directions)
+    given = ModelInput(views=views, points=samples.points, directions=samples.directions)
     settings = ModelSettings(max_ellipsoids=trial.ellipsoids, delta=0.0, seed=case.seed, threads=1)
     return fit_body(given, settings)[-1].body
 

@@ -5,7 +5,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from servoid._native import Body, Camera, Given, ModelSettings, View, fit_body
+from servoid._native import Body, Camera, ModelInput, ModelSettings, View, fit_body
 from servoid.batch import Experiment
 from servoid.pose import Pose
 from servoid.servo import spun_like
@@ -95,7 +95,7 @@ def known_of(name: str, ellipsoids: int) -> Known:
         for pose in around(VIEWS, 0.3, _ELEVATIONS_DEG, _AWAY, step=2.0 * np.pi / VIEWS)
     ]
     settings = ModelSettings(max_ellipsoids=ellipsoids, delta=0.0, quick=True, threads=1)
-    body = fit_body(Given(views=views), settings)[-1].body
+    body = fit_body(ModelInput(views=views), settings)[-1].body
     random = np.random.default_rng(0)
     voxels = design.voxels.middles
     points = design.vertices[random.choice(len(design.vertices), _POINTS)]

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from servoid._native import (
     Body,
-    Given,
+    ModelInput,
     Mesh,
     ModelSettings,
     View,
@@ -66,9 +66,9 @@ class Request:
         views: Sequence[View] = (),
         mesh: Mesh | None = None,
         range_samples: RangeSamples = NO_RANGE_SAMPLES,
-    ) -> Given:
+    ) -> ModelInput:
         """Join evidence with how often each kind of it counts."""
-        return Given(
+        return ModelInput(
             views=views,
             mesh=mesh,
             points=range_samples.points,
@@ -214,7 +214,7 @@ def _sides(vertices: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _fit_shape(
-    given: Given, samples: RangeSamples, request: Request, notes: Sequence[str]
+    given: ModelInput, samples: RangeSamples, request: Request, notes: Sequence[str]
 ) -> ModelResult:
     start = time.perf_counter()
     settings = request.settings()

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from servoid._native import Body, Given, ModelSettings, View, fit_body, rough_body
+from servoid._native import Body, ModelInput, ModelSettings, View, fit_body, rough_body
 from servoid.capture import CaptureView
 from servoid.errors import TargetError
 from servoid.model.elsewhere import elsewhere
@@ -174,6 +174,6 @@ def _grown(picture: _Picture, body: Body, samples: RangeSamples, turn: int) -> M
 def _body(
     views: Sequence[View], samples: RangeSamples, count: int, seed: int | None, threads: int | None
 ) -> Body:
-    given = Given(views=views, points=samples.points, directions=samples.directions)
+    given = ModelInput(views=views, points=samples.points, directions=samples.directions)
     settings = ModelSettings(max_ellipsoids=count, seed=seed, threads=threads, quick=True)
     return fit_body(given, settings)[-1].body

@@ -1,6 +1,6 @@
 use super::ladder::Ladder;
 use super::scene::Scene;
-use super::{Given, ModelError, Settings};
+use super::{ModelError, ModelInput, Settings};
 use crate::camera::View;
 use crate::fitness::{Fitness, RangeSample};
 
@@ -22,7 +22,7 @@ pub(super) struct Parts<'a> {
 impl<'a> Parts<'a> {
     /// Holds a part of the views and of the seen points out; `None` where there are too few of those
     /// that count. What has no weight is all held in: it could not choose.
-    pub fn of(given: &Given<'a>) -> Option<Self> {
+    pub fn of(given: &ModelInput<'a>) -> Option<Self> {
         if given.mesh.is_some() {
             return None;
         }
@@ -39,11 +39,11 @@ impl<'a> Parts<'a> {
     }
 
     /// Gives the part to model from.
-    pub fn kept<'b>(&'b self, given: &Given<'a>) -> Given<'b>
+    pub fn kept<'b>(&'b self, given: &ModelInput<'a>) -> ModelInput<'b>
     where
         'a: 'b,
     {
-        Given {
+        ModelInput {
             views: &self.views[0],
             samples: &self.samples[0],
             mesh: None,
@@ -55,12 +55,12 @@ impl<'a> Parts<'a> {
     /// ellipsoid must earn δ.
     pub fn choose(
         &self,
-        given: &Given<'a>,
+        given: &ModelInput<'a>,
         ladder: &Ladder,
         scene: &Scene,
         settings: &Settings,
     ) -> Result<usize, ModelError> {
-        let held = Given {
+        let held = ModelInput {
             views: &self.views[1],
             samples: &self.samples[1],
             mesh: None,

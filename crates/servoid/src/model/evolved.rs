@@ -1,7 +1,7 @@
 use super::grow::add_one;
 use super::refine::{Fit, refine};
 use super::scene::Scene;
-use super::{Given, ModelError, Settings};
+use super::{ModelError, ModelInput, Settings};
 use crate::pose::Pose;
 use crate::shape::{Ellipsoid, Quadric};
 
@@ -17,7 +17,7 @@ const WORTHLESS: f64 = 5e-4;
 /// # Errors
 /// If a setting or a weight is out of its range, or no evidence is left.
 pub fn evolved(
-    given: &Given<'_>,
+    given: &ModelInput<'_>,
     ellipsoids: &[Ellipsoid],
     settings: &Settings,
 ) -> Result<Vec<Ellipsoid>, ModelError> {

@@ -3,8 +3,8 @@
 mod choice;
 mod color;
 mod evolved;
-mod given;
 mod grow;
+mod input;
 mod ladder;
 mod levels;
 mod paper;
@@ -20,7 +20,7 @@ mod watch;
 
 pub use color::ellipsoid_colors;
 pub use evolved::evolved;
-pub use given::{Given, Weights};
+pub use input::{ModelInput, Weights};
 pub(crate) use levels::shrunk_overlap;
 pub use paper::{PaperSettings, paper, paper_scores};
 pub use portraits::{Portrait, half_ball_direction};

@@ -7,7 +7,7 @@ use super::portraits::{Portrait, portraits};
 use super::scene::Scene;
 use super::settings::workers;
 use super::watch::Watch;
-use super::{Given, ModelError, Settings};
+use super::{ModelError, ModelInput, Settings};
 use crate::shape::Body;
 
 /// What modelling reached with one count of ellipsoids.
@@ -33,7 +33,7 @@ pub type Progress<'a> = &'a mut (dyn FnMut(usize, f64, f64) -> bool + Send);
 /// If what was given says too little, its views see no common point, none of it has a weight, or a
 /// weight or a setting is out of its range.
 pub fn progressive(
-    given: &Given<'_>,
+    given: &ModelInput<'_>,
     settings: &Settings,
     progress: Progress<'_>,
 ) -> Result<Vec<Step>, ModelError> {
@@ -49,7 +49,7 @@ pub fn progressive(
         let drawn = given.mesh.map_or_else(|| Ok(Vec::new()), portraits)?;
         let drawn = drawn.iter().map(Portrait::view).collect::<Result<Vec<_>, _>>()?;
         let views = [given.views, &drawn].concat();
-        let given = Given { views: &views, ..*given };
+        let given = ModelInput { views: &views, ..*given };
         let parts = if settings.held_out { Parts::of(&given) } else { None };
         let settings = Settings { held_out: parts.is_some(), ..settings };
         let scene = Scene::new(&parts.as_ref().map_or(given, |parts| parts.kept(&given)))?;

@@ -2,7 +2,7 @@ use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 
 use super::levels::{COARSE, CameraFromScene, FINEST, MIDDLE, Resolution, overlap};
 use super::refine::Objective;
-use super::{Given, ModelError};
+use super::{ModelError, ModelInput};
 use crate::camera::View;
 use crate::fitness::{RangeSample, RangeSamples, Reach, Total, Volume};
 use crate::pose::Pose;
@@ -36,14 +36,14 @@ const VOXELS_ACROSS: f64 = 3.0;
 const MOST_COARSE_VOXELS: usize = 48;
 
 impl Scene {
-    pub fn new(given: &Given<'_>) -> Result<Self, ModelError> {
+    pub fn new(given: &ModelInput<'_>) -> Result<Self, ModelError> {
         let (world_from_scene, unit) = frame_and_unit(given)?;
         Self::in_frame(given, world_from_scene, unit)
     }
 
     /// Prepares what was given in a frame and a unit that were chosen before.
     pub fn in_frame(
-        given: &Given<'_>,
+        given: &ModelInput<'_>,
         world_from_scene: Pose,
         unit: f64,
     ) -> Result<Self, ModelError> {
@@ -72,7 +72,7 @@ impl Scene {
 }
 
 /// Chooses the frame and the unit.
-fn frame_and_unit(given: &Given<'_>) -> Result<(Pose, f64), ModelError> {
+fn frame_and_unit(given: &ModelInput<'_>) -> Result<(Pose, f64), ModelError> {
     if let Some(mesh) = given.mesh {
         return Ok((mesh.principal_frame(), mesh.extent()));
     }
@@ -136,7 +136,7 @@ fn direction((rotation, translation): &CameraFromScene) -> Vector3<f64> {
 
 /// What was given, carried to the scene's frame and unit.
 struct Prepared<'a> {
-    given: &'a Given<'a>,
+    given: &'a ModelInput<'a>,
     cameras: Vec<CameraFromScene>,
     /// Views from the most different directions first.
     order: Vec<usize>,
@@ -148,7 +148,7 @@ struct Prepared<'a> {
 }
 
 impl<'a> Prepared<'a> {
-    fn new(given: &'a Given<'a>, world_from_scene: &Pose, unit: f64) -> Self {
+    fn new(given: &'a ModelInput<'a>, world_from_scene: &Pose, unit: f64) -> Self {
         let scene_from_world = world_from_scene.inverse();
         let camera =
             |view: &View<'_>| camera_from_scene(&view.world_from_camera(), world_from_scene, unit);

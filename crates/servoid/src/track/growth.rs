@@ -10,7 +10,7 @@ use super::target::solid::Solid;
 use super::tracker::Tracker;
 use crate::camera::Observation;
 use crate::fitness::RangeSample;
-use crate::model::{self, Given, ModelError, Portrait};
+use crate::model::{self, ModelError, ModelInput, Portrait};
 use crate::parallel::pool;
 use crate::pose::Pose;
 use crate::shape::{Body, Ellipsoid};
@@ -150,7 +150,7 @@ impl Growth {
         if views.len() < 2 {
             return Ok(Evolved { ellipsoids: None, marks });
         }
-        let given = Given { views: &views, samples: &self.samples, ..Given::default() };
+        let given = ModelInput { views: &views, samples: &self.samples, ..ModelInput::default() };
         let ellipsoids = model::evolved(&given, self.body.ellipsoids(), &self.settings)?;
         Ok(Evolved { ellipsoids: Some(ellipsoids), marks })
     }

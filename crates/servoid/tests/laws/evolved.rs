@@ -4,7 +4,7 @@ use crate::scenes::holds;
 use nalgebra::{Rotation3, UnitQuaternion, Vector3};
 use servoid::camera::{Camera, Channels, ImageView, Mask, View};
 use servoid::model::{
-    Given, ModelError, Portrait, Settings, evolved, half_ball_direction, silhouette_ious,
+    ModelError, ModelInput, Portrait, Settings, evolved, half_ball_direction, silhouette_ious,
 };
 use servoid::pose::{Pose, Twist};
 use servoid::shape::{Body, Ellipsoid, silhouette};
@@ -59,7 +59,7 @@ impl Seen {
     /// Lets ellipsoids evolve, and gives the mean overlap before and after.
     pub fn evolve(&self, from: &[Ellipsoid], settings: Settings) -> (Vec<Ellipsoid>, f64, f64) {
         let views = self.views();
-        let given = Given::default().with(|it| it.views = &views);
+        let given = ModelInput::default().with(|it| it.views = &views);
         let grown = evolved(&given, from, &settings).unwrap();
         let overlap = |ellipsoids: &[Ellipsoid]| {
             let body = Body::new(Pose::identity(), ellipsoids.to_vec()).unwrap();
@@ -122,7 +122,7 @@ fn the_same_views_give_the_same_bits_on_any_number_of_threads() {
 
 #[test]
 fn nothing_seen_lets_nothing_evolve() {
-    let refused = evolved(&Given::default(), &pair(), &at_most(2));
+    let refused = evolved(&ModelInput::default(), &pair(), &at_most(2));
     assert_eq!(refused, Err(ModelError::Nothing));
 }
 

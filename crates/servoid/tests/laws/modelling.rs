@@ -5,16 +5,16 @@ use nalgebra::{Rotation3, UnitQuaternion, Vector3, Vector6};
 use servoid::camera::{Camera, Channels, ImageView, Mask, View};
 use servoid::fitness::RangeSample;
 use servoid::model::{
-    Given, ModelError, Settings, Step, Unmarked, Weights, ellipsoid_colors, progressive, rough,
-    seen, silhouette_ious,
+    ModelError, ModelInput, Settings, Step, Unmarked, Weights, ellipsoid_colors, progressive,
+    rough, seen, silhouette_ious,
 };
 use servoid::pose::{Pose, even_direction};
 use servoid::shape::{Body, Ellipsoid, Mesh, silhouette};
 
 const SIZE: [usize; 2] = [160, 120];
 
-fn given<'a>(views: &'a [View<'a>]) -> Given<'a> {
-    Given::default().with(|it| it.views = views)
+fn given<'a>(views: &'a [View<'a>]) -> ModelInput<'a> {
+    ModelInput::default().with(|it| it.views = views)
 }
 
 pub fn solid(center: [f64; 3], radii: [f64; 3]) -> Ellipsoid {
@@ -190,7 +190,7 @@ fn weights_out_of_range_are_refused_by_name() {
             ("depth_weight", Weights::default().with(|it| it.depth = bad)),
         ];
         for (expected, weights) in wrong {
-            let given = Given::default().with(|it| {
+            let given = ModelInput::default().with(|it| {
                 it.views = &views;
                 it.weights = weights;
             });
@@ -273,7 +273,7 @@ pub fn dumbbell() -> Mesh {
 }
 
 pub fn model_mesh(mesh: &Mesh, settings: &Settings) -> Vec<Step> {
-    let given = Given::default().with(|it| it.mesh = Some(mesh));
+    let given = ModelInput::default().with(|it| it.mesh = Some(mesh));
     progressive(&given, settings, &mut |_, _, _| true).unwrap()
 }
 
@@ -315,7 +315,7 @@ fn what_has_no_weight_is_not_held_out_to_choose_by() {
             it.depth = depth;
         });
         let (views, samples) = (&all_views[..views], &all_samples[..samples]);
-        let given = Given::default().with(|it| {
+        let given = ModelInput::default().with(|it| {
             it.views = views;
             it.samples = samples;
             it.weights = weights;

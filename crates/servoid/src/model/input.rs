@@ -7,7 +7,7 @@ use crate::shape::Mesh;
 /// What modelling starts from; at least one part must say something.
 #[derive(Debug, Clone, Copy, Default)]
 #[non_exhaustive]
-pub struct Given<'a> {
+pub struct ModelInput<'a> {
     /// Pictures that say where the object is.
     pub views: &'a [View<'a>],
     /// The object's surface, whole and closed.
@@ -30,7 +30,7 @@ pub struct Weights {
     pub depth: f64,
 }
 
-changeable!(Given<'_>, Weights);
+changeable!(ModelInput<'_>, Weights);
 
 impl Weights {
     /// Checks that each is a number of at least 0.

@@ -8,7 +8,6 @@ mod input;
 mod ladder;
 mod levels;
 mod paper;
-mod portraits;
 mod progressive;
 mod refine;
 mod rough;
@@ -16,6 +15,7 @@ mod scene;
 mod seed;
 mod seen;
 mod settings;
+mod synthetic_views;
 mod watch;
 
 pub use color::ellipsoid_colors;
@@ -23,13 +23,13 @@ pub use evolved::evolved;
 pub use input::{ModelInput, Weights};
 pub(crate) use levels::shrunk_overlap;
 pub use paper::{PaperSettings, paper, paper_scores};
-pub use portraits::{Portrait, half_ball_direction};
 pub use progressive::{Progress, Step, progressive};
 pub use rough::{Unmarked, rough};
 pub use scene::silhouette_ious;
 pub use seen::{Seen, seen};
 pub use settings::Settings;
 pub(crate) use settings::workers;
+pub use synthetic_views::{SyntheticView, half_ball_direction};
 
 use crate::words::{Digits, were};
 

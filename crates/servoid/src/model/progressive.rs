@@ -3,9 +3,9 @@ use crate::parallel::*;
 use super::choice::Parts;
 use super::grow::{add_one, descend, reseed};
 use super::ladder::Ladder;
-use super::portraits::{Portrait, portraits};
 use super::scene::Scene;
 use super::settings::workers;
+use super::synthetic_views::{SyntheticView, synthetic_views};
 use super::watch::Watch;
 use super::{ModelError, ModelInput, Settings};
 use crate::shape::Body;
@@ -46,8 +46,8 @@ pub fn progressive(
         None => settings,
     };
     workers(settings.threads)?.install(|| {
-        let drawn = given.mesh.map_or_else(|| Ok(Vec::new()), portraits)?;
-        let drawn = drawn.iter().map(Portrait::view).collect::<Result<Vec<_>, _>>()?;
+        let drawn = given.mesh.map_or_else(|| Ok(Vec::new()), synthetic_views)?;
+        let drawn = drawn.iter().map(SyntheticView::view).collect::<Result<Vec<_>, _>>()?;
         let views = [given.views, &drawn].concat();
         let given = ModelInput { views: &views, ..*given };
         let parts = if settings.held_out { Parts::of(&given) } else { None };

@@ -10,7 +10,7 @@ use super::target::solid::Solid;
 use super::tracker::Tracker;
 use crate::camera::Observation;
 use crate::fitness::RangeSample;
-use crate::model::{self, ModelError, ModelInput, Portrait};
+use crate::model::{self, ModelError, ModelInput, SyntheticView};
 use crate::parallel::pool;
 use crate::pose::Pose;
 use crate::shape::{Body, Ellipsoid};
@@ -142,10 +142,10 @@ impl Growth {
     fn evolved(mut self) -> Result<Evolved, ModelError> {
         let marks = self.sides.mark(&self.solid, &self.colors);
         // Of the sides that were not seen, what is believed so far stays.
-        let believed = Portrait::of_body(&self.body, self.sides.unseen())?;
+        let believed = SyntheticView::of_body(&self.body, self.sides.unseen())?;
         let mut views = self.sides.views();
-        for portrait in &believed {
-            views.push(portrait.view()?);
+        for synthetic in &believed {
+            views.push(synthetic.view()?);
         }
         if views.len() < 2 {
             return Ok(Evolved { ellipsoids: None, marks });

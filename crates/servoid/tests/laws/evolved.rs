@@ -1,10 +1,10 @@
-//! Laws of a body that evolves in its own frame, and of portraits of what is believed.
+//! Laws of a body that evolves in its own frame, and of synthetic_views of what is believed.
 
 use crate::scenes::holds;
 use nalgebra::{Rotation3, UnitQuaternion, Vector3};
 use servoid::camera::{Camera, Channels, ImageView, Mask, View};
 use servoid::model::{
-    ModelError, ModelInput, Portrait, Settings, evolved, half_ball_direction, silhouette_ious,
+    ModelError, ModelInput, Settings, SyntheticView, evolved, half_ball_direction, silhouette_ious,
 };
 use servoid::pose::{Pose, Twist};
 use servoid::shape::{Body, Ellipsoid, silhouette};
@@ -130,8 +130,8 @@ fn nothing_seen_lets_nothing_evolve() {
 fn portraits_show_the_whole_body_in_its_own_frame_from_where_they_are_asked_for() {
     let body = Body::new(Pose::exp(&Twist::new(5.0, 1.0, 2.0, 0.5, 0.2, 0.1)), pair()).unwrap();
     let directions: Vec<_> = (0..5).map(|i| half_ball_direction(i, 5)).collect();
-    let portraits = Portrait::of_body(&body, directions.iter().copied()).unwrap();
-    let views: Vec<_> = portraits.iter().map(|portrait| portrait.view().unwrap()).collect();
+    let synthetic_views = SyntheticView::of_body(&body, directions.iter().copied()).unwrap();
+    let views: Vec<_> = synthetic_views.iter().map(|synthetic| synthetic.view().unwrap()).collect();
     for (view, direction) in views.iter().zip(&directions) {
         let away = view.world_from_camera().translation();
         assert!(away.angle(direction) < 1e-9);
@@ -144,7 +144,7 @@ fn portraits_show_the_whole_body_in_its_own_frame_from_where_they_are_asked_for(
         assert!(iou > 0.98, "{iou}");
     }
     // Where the body is in the world says nothing about how it looks.
-    let same = Portrait::of_body(&here, directions.into_iter()).unwrap();
+    let same = SyntheticView::of_body(&here, directions.into_iter()).unwrap();
     for (one, other) in same.iter().zip(&views) {
         assert_eq!(one.view().unwrap().mask().image().bytes(), other.mask().image().bytes());
     }

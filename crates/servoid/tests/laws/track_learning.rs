@@ -7,7 +7,7 @@ use crate::shapes::drawn::{Stage, eyes};
 use nalgebra::{UnitQuaternion, Vector3};
 use proptest::prelude::*;
 use servoid::camera::Observation;
-use servoid::model::{Portrait, half_ball_direction, silhouette_ious};
+use servoid::model::{SyntheticView, half_ball_direction, silhouette_ious};
 use servoid::pose::Pose;
 use servoid::shape::{Body, Ellipsoid};
 use servoid::track::{Appearance, Estimate, Status, TrackError, TrackSettings, Tracker};
@@ -71,8 +71,8 @@ fn settled() -> Tracker {
 pub fn overlap(ellipsoids: &[Ellipsoid], stage: &Stage) -> f64 {
     let truth = stage.body.at(Pose::identity());
     let around = (0..12).map(|side| half_ball_direction(side, 12));
-    let portraits = Portrait::of_body(&truth, around).unwrap();
-    let views: Vec<_> = portraits.iter().map(|portrait| portrait.view().unwrap()).collect();
+    let synthetic_views = SyntheticView::of_body(&truth, around).unwrap();
+    let views: Vec<_> = synthetic_views.iter().map(|synthetic| synthetic.view().unwrap()).collect();
     let body = Body::new(Pose::identity(), ellipsoids.to_vec()).unwrap();
     let ious = silhouette_ious(&body, &views);
     ious.iter().sum::<f64>() / ious.len() as f64

@@ -15,13 +15,13 @@ const DISTANCE: f64 = 6.0;
 
 /// A silhouette that was drawn, not taken.
 #[derive(Debug, Clone)]
-pub struct Portrait {
+pub struct SyntheticView {
     camera: Camera,
     world_from_camera: Pose,
     pixels: Vec<u8>,
 }
 
-impl Portrait {
+impl SyntheticView {
     /// Draws a silhouette of a ball's content from a direction.
     fn draw(
         (middle, radius): (&Vector3<f64>, f64),
@@ -67,13 +67,13 @@ impl Portrait {
 
 /// Draws silhouettes of a mesh, from places that lie evenly on a half ball about it: from opposite
 /// sides a silhouette is nearly the same.
-pub(super) fn portraits(mesh: &Mesh) -> Result<Vec<Portrait>, ModelError> {
+pub(super) fn synthetic_views(mesh: &Mesh) -> Result<Vec<SyntheticView>, ModelError> {
     let world_from_mesh = mesh.principal_frame();
     let middle = world_from_mesh.translation();
     let radius = mesh.vertices().iter().map(|v| (v - middle).norm()).fold(0.0, f64::max);
     let draw = |index: usize| {
         let away = world_from_mesh.rotation() * half_ball_direction(index, COUNT);
-        Portrait::draw((&middle, radius), &away, |camera, pose| {
+        SyntheticView::draw((&middle, radius), &away, |camera, pose| {
             mesh.silhouette(&Projection::new(camera, pose), camera.size_px())
         })
     };

@@ -1,4 +1,4 @@
-use super::ladder::Ladder;
+use super::best_by_count::BestByCount;
 use super::scene::Scene;
 use super::{ModelError, ModelInput, Settings};
 use crate::camera::View;
@@ -56,7 +56,7 @@ impl<'a> Parts<'a> {
     pub fn choose(
         &self,
         given: &ModelInput<'a>,
-        ladder: &Ladder,
+        by_count: &BestByCount,
         scene: &Scene,
         settings: &Settings,
     ) -> Result<usize, ModelError> {
@@ -68,9 +68,9 @@ impl<'a> Parts<'a> {
         };
         let objective = Scene::in_frame(&held, scene.world_from_scene, scene.unit)?.finest;
         let worth = |count: usize| {
-            objective.total.score(&ladder.at(count).quadrics) - settings.delta * count as f64
+            objective.total.score(&by_count.at(count).quadrics) - settings.delta * count as f64
         };
-        let counts = 1..=ladder.count().min(settings.max_ellipsoids);
+        let counts = 1..=by_count.max_count().min(settings.max_ellipsoids);
         let best = counts.rev().max_by(|&a, &b| worth(a).total_cmp(&worth(b)));
         Ok(best.unwrap_or(1))
     }

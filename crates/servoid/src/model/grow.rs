@@ -1,6 +1,6 @@
 use crate::parallel::*;
 
-use super::ladder::Ladder;
+use super::best_by_count::BestByCount;
 use super::refine::{Fit, refine, refine_by_lead};
 use super::scene::Scene;
 use super::seed::search;
@@ -142,18 +142,18 @@ fn removals(scene: &Scene, standing: &Fit, settings: &Settings) -> Vec<Vec<usize
     singles.chain(pairs.into_iter().map(|(_, pair)| pair.to_vec())).collect()
 }
 
-/// Takes ellipsoids away one by one and offers what is left of each count to the ladder; where
-/// the ladder has no such count yet, only in passing.
-pub(super) fn descend(scene: &Scene, from: Fit, ladder: &mut Ladder) {
+/// Takes ellipsoids away one by one and offers what is left of each count as its best body; where
+/// there is none of a count yet, only in passing.
+pub(super) fn descend(scene: &Scene, from: Fit, by_count: &mut BestByCount) {
     let mut standing = from;
     while standing.quadrics.len() > 2 {
         let count = standing.quadrics.len() - 1;
-        if count > ladder.count() {
+        if count > by_count.max_count() {
             let gone = by_loss(scene, &standing)[0];
             standing = refine(&scene.coarse, &standing.without(&[gone]), PASSING_STEPS);
         } else {
-            ladder.offer(drop_one(scene, &standing));
-            standing = ladder.at(count).clone();
+            by_count.offer(drop_one(scene, &standing));
+            standing = by_count.at(count).clone();
         }
     }
 }

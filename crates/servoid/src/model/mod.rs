@@ -1,11 +1,11 @@
 //! Observations become a body: the progressive flow of the paper's Fig. 1, and what makes it fast.
 
+mod best_by_count;
 mod choice;
 mod color;
 mod evolved;
 mod grow;
 mod input;
-mod ladder;
 mod levels;
 mod paper;
 mod progressive;

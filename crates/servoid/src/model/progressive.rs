@@ -1,8 +1,8 @@
 use crate::parallel::*;
 
+use super::best_by_count::BestByCount;
 use super::choice::Parts;
 use super::grow::{add_one, descend, reseed};
-use super::ladder::Ladder;
 use super::scene::Scene;
 use super::settings::workers;
 use super::synthetic_views::{SyntheticView, synthetic_views};
@@ -58,17 +58,17 @@ pub fn progressive(
             .into_par_iter()
             .map(|line| grow(&scene, &settings, line, &watch))
             .collect();
-        let lines: Vec<Ladder> = lines.into_iter().collect::<Result<_, _>>()?;
-        let mut ladder = cross(&scene, &settings, &lines, &watch)?;
+        let lines: Vec<BestByCount> = lines.into_iter().collect::<Result<_, _>>()?;
+        let mut by_count = cross(&scene, &settings, &lines, &watch)?;
         let scene = if let Some(parts) = &parts {
-            ladder.truncate(parts.choose(&given, &ladder, &scene, &settings)?);
+            by_count.truncate(parts.choose(&given, &by_count, &scene, &settings)?);
             Scene::in_frame(&given, scene.world_from_scene, scene.unit)?
         } else {
             scene
         };
         // Where there is more than outlines, F alone says which body is better.
         let compared = if solid { &[] } else { views.as_slice() };
-        let steps = ladder.steps(&scene, compared)?;
+        let steps = by_count.steps(&scene, compared)?;
         watch.finish(&steps)?;
         Ok(steps)
     })
@@ -83,22 +83,22 @@ pub(super) fn grow(
     settings: &Settings,
     line: usize,
     watch: &Watch<'_>,
-) -> Result<Ladder, ModelError> {
-    let mut ladder = Ladder::default();
+) -> Result<BestByCount, ModelError> {
+    let mut by_count = BestByCount::default();
     let mut top = settings.max_ellipsoids;
     let mut count = 0;
     while count < (top + settings.overshoot).min(Body::MAX_ELLIPSOIDS) {
         count += 1;
-        let grown = add_one(scene, ladder.at(count - 1), settings, line)?;
-        ladder.offer(reseed(scene, grown, settings, line)?);
-        if !settings.held_out && count <= top && ladder.stops_at(count, settings) {
+        let grown = add_one(scene, by_count.at(count - 1), settings, line)?;
+        by_count.offer(reseed(scene, grown, settings, line)?);
+        if !settings.held_out && count <= top && by_count.stops_at(count, settings) {
             top = count;
         }
-        watch.report(&ladder, count.min(top))?;
+        watch.report(&by_count, count.min(top))?;
     }
-    descend(scene, ladder.at(count).clone(), &mut ladder);
-    watch.report(&ladder, top)?;
-    Ok(ladder)
+    descend(scene, by_count.at(count).clone(), &mut by_count);
+    watch.report(&by_count, top)?;
+    Ok(by_count)
 }
 
 /// Joins the largest bodies of each two lines and takes ellipsoids away from the whole, so that
@@ -106,25 +106,26 @@ pub(super) fn grow(
 fn cross(
     scene: &Scene,
     settings: &Settings,
-    lines: &[Ladder],
+    lines: &[BestByCount],
     watch: &Watch<'_>,
-) -> Result<Ladder, ModelError> {
-    let mut best = Ladder::default();
+) -> Result<BestByCount, ModelError> {
+    let mut best = BestByCount::default();
     lines.iter().for_each(|line| best.merge(line));
     let pairs: Vec<_> =
         (0..lines.len()).flat_map(|one| (0..one).map(move |two| (one, two))).collect();
     let child = |&(one, two): &(usize, usize)| {
         // Two parents together are at most one full body.
-        let parent = |line: &Ladder| line.at(line.count().min(Body::MAX_ELLIPSOIDS / 2)).clone();
+        let parent =
+            |line: &BestByCount| line.at(line.max_count().min(Body::MAX_ELLIPSOIDS / 2)).clone();
         let both = parent(&lines[one]).join(&parent(&lines[two]));
-        let mut ladder = best.clone();
-        descend(scene, both, &mut ladder);
-        watch.report(&ladder, settings.max_ellipsoids)?;
-        Ok(ladder)
+        let mut by_count = best.clone();
+        descend(scene, both, &mut by_count);
+        watch.report(&by_count, settings.max_ellipsoids)?;
+        Ok(by_count)
     };
-    let children: Vec<Result<Ladder, ModelError>> = pairs.par_iter().map(child).collect();
-    for ladder in children {
-        best.merge(&ladder?);
+    let children: Vec<Result<BestByCount, ModelError>> = pairs.par_iter().map(child).collect();
+    for by_count in children {
+        best.merge(&by_count?);
     }
     if !settings.held_out {
         best.cut(settings);

@@ -157,8 +157,8 @@ impl Frame {
         };
         let mut quiet = |_: usize, _: f64, _: f64| true;
         let watch = Watch::new(settings, &mut quiet);
-        let ladder = grow(&scene, settings, 0, &watch)?;
-        scene.body(&ladder.at(settings.max_ellipsoids).quadrics)
+        let by_count = grow(&scene, settings, 0, &watch)?;
+        scene.body(&by_count.at(settings.max_ellipsoids).quadrics)
     }
 }
 

@@ -1,6 +1,6 @@
 use std::sync::{Mutex, PoisonError};
 
-use super::ladder::Ladder;
+use super::best_by_count::BestByCount;
 use super::progressive::{Progress, Step};
 use super::{ModelError, Settings};
 
@@ -29,12 +29,12 @@ impl<'a> Watch<'a> {
     }
 
     /// Counts one fit; tells the greatest body so far.
-    pub fn report(&self, ladder: &Ladder, count: usize) -> Result<(), ModelError> {
+    pub fn report(&self, by_count: &BestByCount, count: usize) -> Result<(), ModelError> {
         let mut seen = self.seen.lock().unwrap_or_else(PoisonError::into_inner);
         seen.done += 1;
-        let better = (count, ladder.fitness(count)) > (seen.count, seen.fitness);
+        let better = (count, by_count.fitness(count)) > (seen.count, seen.fitness);
         if better {
-            (seen.count, seen.fitness) = (count, ladder.fitness(count));
+            (seen.count, seen.fitness) = (count, by_count.fitness(count));
         }
         let share = (seen.done as f64 / (self.fits + 1) as f64).min(1.0);
         let (count, fitness) = (seen.count, seen.fitness);

@@ -7,18 +7,19 @@ use super::scene::{Scene, silhouette_ious};
 use super::{ModelError, Settings};
 use crate::camera::View;
 
-/// The best body of each count of ellipsoids; on the lowest rung there is none.
+/// The best body of each count of ellipsoids; the first has one.
 #[derive(Clone, Default)]
-pub(super) struct Ladder {
-    rungs: Vec<Fit>,
-    ground: Fit,
+pub(super) struct BestByCount {
+    fits: Vec<Fit>,
+    /// The body without ellipsoids.
+    empty: Fit,
 }
 
-impl Ladder {
+impl BestByCount {
     /// Gives the best body of a count; beyond the last, the last.
     pub fn at(&self, count: usize) -> &Fit {
-        let rung = self.rungs.get(count.min(self.rungs.len()).wrapping_sub(1));
-        if count == 0 { &self.ground } else { rung.unwrap_or(&self.ground) }
+        let best = self.fits.get(count.min(self.fits.len()).wrapping_sub(1));
+        if count == 0 { &self.empty } else { best.unwrap_or(&self.empty) }
     }
 
     pub fn fitness(&self, count: usize) -> f64 {
@@ -26,30 +27,30 @@ impl Ladder {
     }
 
     /// Gives the greatest count.
-    pub fn count(&self) -> usize {
-        self.rungs.len()
+    pub fn max_count(&self) -> usize {
+        self.fits.len()
     }
 
     /// Gives the best body of the greatest count.
     pub fn top(&self) -> &Fit {
-        self.at(self.rungs.len())
+        self.at(self.fits.len())
     }
 
     /// Keeps a body if it is the best of its count.
     pub fn offer(&mut self, fit: Fit) {
         let count = fit.quadrics.len();
-        if count == self.rungs.len() + 1 {
-            self.rungs.push(fit);
-        } else if let Some(rung) = self.rungs.get_mut(count.wrapping_sub(1))
-            && fit.worth > rung.worth
+        if count == self.fits.len() + 1 {
+            self.fits.push(fit);
+        } else if let Some(best) = self.fits.get_mut(count.wrapping_sub(1))
+            && fit.worth > best.worth
         {
-            *rung = fit;
+            *best = fit;
         }
     }
 
     /// Keeps the better body of each count.
     pub fn merge(&mut self, other: &Self) {
-        other.rungs.iter().for_each(|fit| self.offer(fit.clone()));
+        other.fits.iter().for_each(|fit| self.offer(fit.clone()));
     }
 
     /// Says whether an ellipsoid too many has been added: ΔF = F_p - F_(p-1) < δ.
@@ -60,23 +61,22 @@ impl Ladder {
 
     /// Ends at the greatest count that is worth its last ellipsoid.
     pub fn cut(&mut self, settings: &Settings) {
-        let last = (2..=self.rungs.len()).find(|&count| self.stops_at(count, settings));
-        let last = last.map_or(self.rungs.len(), |count| count - 1);
-        self.rungs.truncate(last);
+        let last = (2..=self.fits.len()).find(|&count| self.stops_at(count, settings));
+        let last = last.map_or(self.fits.len(), |count| count - 1);
+        self.fits.truncate(last);
     }
 
     /// Ends at a count.
     pub fn truncate(&mut self, count: usize) {
-        self.rungs.truncate(count);
+        self.fits.truncate(count);
     }
 
     /// Carries the bodies to the world. Where counting pixels contradicts the finest level and a
     /// body is worse than that before it, it is replaced by the one before and an echo in it.
     pub fn steps(&self, scene: &Scene, views: &[View<'_>]) -> Result<Vec<Step>, ModelError> {
-        let mut steps = Vec::with_capacity(self.rungs.len());
-        let (mut standing, mut reached) = (self.ground.clone(), 0.0);
-        let refined: Vec<_> =
-            self.rungs.par_iter().map(|rung| refine_finest(scene, rung)).collect();
+        let mut steps = Vec::with_capacity(self.fits.len());
+        let (mut standing, mut reached) = (self.empty.clone(), 0.0);
+        let refined: Vec<_> = self.fits.par_iter().map(|fit| refine_finest(scene, fit)).collect();
         for mut fit in refined {
             let mut body = scene.body(&fit.quadrics)?;
             let mut overlap = mean(&silhouette_ious(&body, views));

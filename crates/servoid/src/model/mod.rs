@@ -1,10 +1,10 @@
 //! Observations become a body: the progressive flow of the paper's Fig. 1, and what makes it fast.
 
 mod best_by_count;
-mod choice;
 mod color;
 mod evolved;
 mod grow;
+mod hold_out;
 mod input;
 mod levels;
 mod paper;

@@ -1,8 +1,8 @@
 use crate::parallel::*;
 
 use super::best_by_count::BestByCount;
-use super::choice::Parts;
 use super::grow::{add_one, descend, reseed};
+use super::hold_out::HoldOut;
 use super::scene::Scene;
 use super::settings::workers;
 use super::synthetic_views::{SyntheticView, synthetic_views};
@@ -50,9 +50,10 @@ pub fn progressive(
         let drawn = drawn.iter().map(SyntheticView::view).collect::<Result<Vec<_>, _>>()?;
         let views = [given.views, &drawn].concat();
         let given = ModelInput { views: &views, ..*given };
-        let parts = if settings.held_out { Parts::of(&given) } else { None };
-        let settings = Settings { held_out: parts.is_some(), ..settings };
-        let scene = Scene::new(&parts.as_ref().map_or(given, |parts| parts.kept(&given)))?;
+        let hold_out = if settings.held_out { HoldOut::of(&given) } else { None };
+        let settings = Settings { held_out: hold_out.is_some(), ..settings };
+        let scene =
+            Scene::new(&hold_out.as_ref().map_or(given, |hold_out| hold_out.training(&given)))?;
         let watch = Watch::new(&settings, progress);
         let lines: Vec<_> = (0..settings.lines)
             .into_par_iter()
@@ -60,8 +61,8 @@ pub fn progressive(
             .collect();
         let lines: Vec<BestByCount> = lines.into_iter().collect::<Result<_, _>>()?;
         let mut by_count = cross(&scene, &settings, &lines, &watch)?;
-        let scene = if let Some(parts) = &parts {
-            by_count.truncate(parts.choose(&given, &by_count, &scene, &settings)?);
+        let scene = if let Some(hold_out) = &hold_out {
+            by_count.truncate(hold_out.choose(&given, &by_count, &scene, &settings)?);
             Scene::in_frame(&given, scene.world_from_scene, scene.unit)?
         } else {
             scene
@@ -102,7 +103,7 @@ pub(super) fn grow(
 }
 
 /// Joins the largest bodies of each two lines and takes ellipsoids away from the whole, so that
-/// the best parts of both remain; keeps the best body of each count.
+/// the best hold_out of both remain; keeps the best body of each count.
 fn cross(
     scene: &Scene,
     settings: &Settings,

@@ -13,15 +13,15 @@ const STRIPES: usize = 16;
 /// Fewer seen points than this are all needed.
 const LEAST_SAMPLES: usize = 200;
 
-/// Evidence in two parts: to model from, and to choose the count of ellipsoids by.
-pub(super) struct Parts<'a> {
+/// Evidence in two parts: to model from, and to select the count of ellipsoids by.
+pub(super) struct HoldOut<'a> {
     views: [Vec<View<'a>>; 2],
     samples: [Vec<RangeSample>; 2],
 }
 
-impl<'a> Parts<'a> {
+impl<'a> HoldOut<'a> {
     /// Holds a part of the views and of the seen points out; `None` where there are too few of those
-    /// that count. What has no weight is all held in: it could not choose.
+    /// that count. Evidence without weight stays in the first part: it could not select.
     pub fn of(given: &ModelInput<'a>) -> Option<Self> {
         if given.mesh.is_some() {
             return None;
@@ -39,7 +39,7 @@ impl<'a> Parts<'a> {
     }
 
     /// Gives the part to model from.
-    pub fn kept<'b>(&'b self, given: &ModelInput<'a>) -> ModelInput<'b>
+    pub fn training<'b>(&'b self, given: &ModelInput<'a>) -> ModelInput<'b>
     where
         'a: 'b,
     {
@@ -51,7 +51,7 @@ impl<'a> Parts<'a> {
         }
     }
 
-    /// Chooses the count: the one whose body agrees best with what was held out, where each
+    /// Selects the count: the one whose body agrees best with what was held out, where each
     /// ellipsoid must earn δ.
     pub fn choose(
         &self,

@@ -8,6 +8,7 @@ mod hold_out;
 mod input;
 mod levels;
 mod paper;
+mod progress;
 mod progressive;
 mod refine;
 mod rough;
@@ -16,7 +17,6 @@ mod seed;
 mod seen;
 mod settings;
 mod synthetic_views;
-mod watch;
 
 pub use color::ellipsoid_colors;
 pub use evolved::evolved;

@@ -3,10 +3,10 @@ use crate::parallel::*;
 use super::best_by_count::BestByCount;
 use super::grow::{add_one, descend, reseed};
 use super::hold_out::HoldOut;
+use super::progress::ProgressReporter;
 use super::scene::Scene;
 use super::settings::workers;
 use super::synthetic_views::{SyntheticView, synthetic_views};
-use super::watch::Watch;
 use super::{ModelError, ModelInput, Settings};
 use crate::shape::Body;
 
@@ -54,13 +54,13 @@ pub fn progressive(
         let settings = Settings { held_out: hold_out.is_some(), ..settings };
         let scene =
             Scene::new(&hold_out.as_ref().map_or(given, |hold_out| hold_out.training(&given)))?;
-        let watch = Watch::new(&settings, progress);
+        let reporter = ProgressReporter::new(&settings, progress);
         let lines: Vec<_> = (0..settings.lines)
             .into_par_iter()
-            .map(|line| grow(&scene, &settings, line, &watch))
+            .map(|line| grow(&scene, &settings, line, &reporter))
             .collect();
         let lines: Vec<BestByCount> = lines.into_iter().collect::<Result<_, _>>()?;
-        let mut by_count = cross(&scene, &settings, &lines, &watch)?;
+        let mut by_count = cross(&scene, &settings, &lines, &reporter)?;
         let scene = if let Some(hold_out) = &hold_out {
             by_count.truncate(hold_out.choose(&given, &by_count, &scene, &settings)?);
             Scene::in_frame(&given, scene.world_from_scene, scene.unit)?
@@ -70,7 +70,7 @@ pub fn progressive(
         // Where there is more than outlines, F alone says which body is better.
         let compared = if solid { &[] } else { views.as_slice() };
         let steps = by_count.steps(&scene, compared)?;
-        watch.finish(&steps)?;
+        reporter.finish(&steps)?;
         Ok(steps)
     })
 }
@@ -83,7 +83,7 @@ pub(super) fn grow(
     scene: &Scene,
     settings: &Settings,
     line: usize,
-    watch: &Watch<'_>,
+    reporter: &ProgressReporter<'_>,
 ) -> Result<BestByCount, ModelError> {
     let mut by_count = BestByCount::default();
     let mut top = settings.max_ellipsoids;
@@ -95,10 +95,10 @@ pub(super) fn grow(
         if !settings.held_out && count <= top && by_count.stops_at(count, settings) {
             top = count;
         }
-        watch.report(&by_count, count.min(top))?;
+        reporter.report(&by_count, count.min(top))?;
     }
     descend(scene, by_count.at(count).clone(), &mut by_count);
-    watch.report(&by_count, top)?;
+    reporter.report(&by_count, top)?;
     Ok(by_count)
 }
 
@@ -108,7 +108,7 @@ fn cross(
     scene: &Scene,
     settings: &Settings,
     lines: &[BestByCount],
-    watch: &Watch<'_>,
+    reporter: &ProgressReporter<'_>,
 ) -> Result<BestByCount, ModelError> {
     let mut best = BestByCount::default();
     lines.iter().for_each(|line| best.merge(line));
@@ -121,7 +121,7 @@ fn cross(
         let both = parent(&lines[one]).join(&parent(&lines[two]));
         let mut by_count = best.clone();
         descend(scene, both, &mut by_count);
-        watch.report(&by_count, settings.max_ellipsoids)?;
+        reporter.report(&by_count, settings.max_ellipsoids)?;
         Ok(by_count)
     };
     let children: Vec<Result<BestByCount, ModelError>> = pairs.par_iter().map(child).collect();

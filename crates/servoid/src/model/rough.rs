@@ -2,13 +2,13 @@ use crate::parallel::*;
 use nalgebra::Vector3;
 
 use super::levels::{CameraFromScene, block_means};
+use super::progress::ProgressReporter;
 use super::progressive::grow;
 use super::refine::Objective;
 use super::scene::{
     SPREAD_COST, Scene, camera_from_scene, common_point, line_of_sight, mean_radius,
 };
 use super::settings::workers;
-use super::watch::Watch;
 use super::{ModelError, Settings};
 use crate::camera::{Camera, Channels, ImageView, Mask, View, check_image_size};
 use crate::fitness::{ColorModel, Likelihood, LikelihoodView, RangeSample, Total};
@@ -156,8 +156,8 @@ impl Frame {
             finest: objective(),
         };
         let mut quiet = |_: usize, _: f64, _: f64| true;
-        let watch = Watch::new(settings, &mut quiet);
-        let by_count = grow(&scene, settings, 0, &watch)?;
+        let reporter = ProgressReporter::new(settings, &mut quiet);
+        let by_count = grow(&scene, settings, 0, &reporter)?;
         scene.body(&by_count.at(settings.max_ellipsoids).quadrics)
     }
 }

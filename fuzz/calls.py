@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from servoid._native import (
     Body,
     Camera,
-    ModelInput,
     Lens,
+    ModelInput,
     ModelSettings,
     Pose,
     Tracker,

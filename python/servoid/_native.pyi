@@ -7,13 +7,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from typing_extensions import Self
 
-__all__ = ["Body", "Camera", "Estimate", "ModelInput", "Lens", "Mesh", "ModelSettings"]
+__all__ = ["Body", "Camera", "Estimate", "Lens", "Mesh", "ModelInput", "ModelSettings"]
 __all__ += ["OneStepSettings", "OneStepTracker", "PaperSettings", "Pose", "Step", "TrackSettings"]
 __all__ += ["taken_depth", "taken_image", "taken_mask"]
 __all__ += ["Tracker", "View", "__version__", "backend", "backends", "ellipsoid_colors"]
 __all__ += ["fit_body", "fit_paper", "force_backend"]
 __all__ += ["Lighting", "Paint", "Soup", "Stage", "paper_scores", "pose_from_masks"]
-__all__ += ["rough_body", "seen_surface", "silhouette_ious"]
+__all__ += ["initial_body", "seen_surface", "silhouette_ious"]
 __all__ += ["exact_arccos", "exact_arcsin", "exact_arctan", "exact_arctan2"]
 __all__ += ["exact_cos", "exact_eigh", "exact_exp", "exact_expm1"]
 __all__ += ["exact_log", "exact_norm", "exact_power", "exact_product"]
@@ -979,7 +979,7 @@ def paper_scores(
     float64. Of the settings only points, alpha and threads count. Raises ModelError, PoseError.
     """
 
-def rough_body(
+def initial_body(
     views: Sequence[View],
     images: Sequence[NDArray[np.uint8]],
     pictures: Sequence[tuple[Camera, Pose, NDArray[np.uint8]]],

@@ -51,7 +51,7 @@ fn native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<model::ModelSettings>()?;
     module.add_class::<model::Step>()?;
     module.add_function(wrap_pyfunction!(model::fit_body, module)?)?;
-    module.add_function(wrap_pyfunction!(model::rough_body, module)?)?;
+    module.add_function(wrap_pyfunction!(model::initial_body, module)?)?;
     module.add_function(wrap_pyfunction!(model::seen_surface, module)?)?;
     module.add_class::<paper::PaperSettings>()?;
     module.add_function(wrap_pyfunction!(paper::fit_paper, module)?)?;

@@ -234,7 +234,7 @@ pub fn fit_body(
 #[pyfunction]
 #[allow(clippy::too_many_arguments, reason = "each is a keyword of its own in Python")]
 #[pyo3(signature = (views, images, pictures, settings, points=None, directions=None))]
-pub fn rough_body(
+pub fn initial_body(
     py: Python<'_>,
     views: Vec<GivenView<'_>>,
     images: Vec<Picture<'_>>,
@@ -250,14 +250,14 @@ pub fn rough_body(
         marked.map(|(view, image)| Ok((view, image.view()?))).collect::<PyResult<_>>()?;
     let others = pictures.iter().map(|picture| Pixels::new(&picture.2.0));
     let others = others.collect::<PyResult<Vec<_>>>()?;
-    let unmarked = pictures.iter().zip(&others).map(|((camera, pose, _), image)| {
+    let unmasked = pictures.iter().zip(&others).map(|((camera, pose, _), image)| {
         let image = image.view()?;
-        let unmarked = core::Unmarked { camera: camera.0, world_from_camera: pose.0, image };
-        unmarked.checked().map_err(raise)
+        let unmasked = core::UnmaskedImage { camera: camera.0, world_from_camera: pose.0, image };
+        unmasked.checked().map_err(raise)
     });
-    let unmarked: Vec<_> = unmarked.collect::<PyResult<_>>()?;
+    let unmasked: Vec<_> = unmasked.collect::<PyResult<_>>()?;
     let samples = read_samples(points, directions)?;
-    let found = py.detach(|| core::rough(&marked, &unmarked, &samples, &settings.0));
+    let found = py.detach(|| core::initial_body(&marked, &unmasked, &samples, &settings.0));
     found.map(Body).map_err(raise)
 }
 

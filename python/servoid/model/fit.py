@@ -9,8 +9,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from servoid._native import (
     Body,
-    ModelInput,
     Mesh,
+    ModelInput,
     ModelSettings,
     View,
     ellipsoid_colors,

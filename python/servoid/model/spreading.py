@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from servoid._native import Body, ModelInput, ModelSettings, View, fit_body, rough_body
+from servoid._native import Body, ModelInput, ModelSettings, View, fit_body, initial_body
 from servoid.capture import CaptureView
 from servoid.errors import TargetError
 from servoid.model.elsewhere import elsewhere
@@ -53,7 +53,7 @@ def spread_masks(
     images = in_parallel(CaptureView.image, others)
     tell(0.1)
     natives = [view.view() for view in marked]
-    body = rough_body(
+    body = initial_body(
         natives,
         [view.image() for view in marked],
         [(v.camera, v.world_from_camera, i) for v, i in zip(others, images, strict=True)],

@@ -5,8 +5,8 @@ use nalgebra::{Rotation3, UnitQuaternion, Vector3, Vector6};
 use servoid::camera::{Camera, Channels, ImageView, Mask, View};
 use servoid::fitness::RangeSample;
 use servoid::model::{
-    ModelError, ModelInput, Settings, Step, Unmarked, Weights, ellipsoid_colors, progressive,
-    rough, seen, silhouette_ious,
+    ModelError, ModelInput, Settings, Step, UnmaskedImage, Weights, ellipsoid_colors, initial_body,
+    progressive, seen, silhouette_ious,
 };
 use servoid::pose::{Pose, even_direction};
 use servoid::shape::{Body, Ellipsoid, Mesh, silhouette};
@@ -387,14 +387,14 @@ pub fn painted_rough(settings: &Settings) -> Vec<f64> {
     let image = |i: usize| {
         ImageView::new(&pictures[i], views[i].camera().size_px(), Channels::Rgb).unwrap()
     };
-    let unmarked: Vec<Unmarked<'_>> = (1..views.len())
-        .map(|i| Unmarked {
+    let unmasked: Vec<UnmaskedImage<'_>> = (1..views.len())
+        .map(|i| UnmaskedImage {
             camera: *views[i].camera(),
             world_from_camera: views[i].world_from_camera(),
             image: image(i),
         })
         .collect();
-    let body = rough(&[(views[0], image(0))], &unmarked, &[], settings).unwrap();
+    let body = initial_body(&[(views[0], image(0))], &unmasked, &[], settings).unwrap();
     silhouette_ious(&body, &views)
 }
 

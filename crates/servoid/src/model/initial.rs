@@ -17,7 +17,7 @@ use crate::shape::{Body, Projection, silhouette};
 
 /// A picture that does not say where the object is.
 #[derive(Debug, Clone, Copy)]
-pub struct Unmarked<'a> {
+pub struct UnmaskedImage<'a> {
     /// The camera.
     pub camera: Camera,
     /// Its pose.
@@ -26,7 +26,7 @@ pub struct Unmarked<'a> {
     pub image: ImageView<'a>,
 }
 
-impl Unmarked<'_> {
+impl UnmaskedImage<'_> {
     /// Passes the picture on if its image has the camera's size.
     ///
     /// # Errors
@@ -55,15 +55,15 @@ const MOST_VIEWS: usize = 24;
 /// # Errors
 /// If no picture says where the object is, the place of the object is open, or an image has not its
 /// camera's size.
-pub fn rough(
+pub fn initial_body(
     marked: &[(View<'_>, ImageView<'_>)],
-    unmarked: &[Unmarked<'_>],
+    unmasked: &[UnmaskedImage<'_>],
     samples: &[RangeSample],
     settings: &Settings,
 ) -> Result<Body, ModelError> {
     let settings = settings.checked()?.quick();
-    let step = unmarked.len().div_ceil(MOST_VIEWS).max(1);
-    let some: Vec<Unmarked<'_>> = unmarked.iter().step_by(step).copied().collect();
+    let step = unmasked.len().div_ceil(MOST_VIEWS).max(1);
+    let some: Vec<UnmaskedImage<'_>> = unmasked.iter().step_by(step).copied().collect();
     workers(settings.threads)?.install(|| {
         let frame = Frame::new(marked, &some, samples)?;
         let one = Settings { max_ellipsoids: 1, ..settings };
@@ -76,12 +76,12 @@ pub fn rough(
 /// Learns colours where the object is marked and, with a body, where that is seen.
 fn colors(
     marked: &[(View<'_>, ImageView<'_>)],
-    unmarked: &[Unmarked<'_>],
+    unmasked: &[UnmaskedImage<'_>],
     body: Option<&Body>,
 ) -> Result<ColorModel, ModelError> {
-    let drawn: Vec<(Vec<u8>, &Unmarked<'_>)> = body.map_or_else(Vec::new, |body| {
-        let draw = |one: &Unmarked<'_>| silhouette(body, &one.camera, &one.world_from_camera);
-        unmarked.par_iter().map(|one| (draw(one), one)).collect()
+    let drawn: Vec<(Vec<u8>, &UnmaskedImage<'_>)> = body.map_or_else(Vec::new, |body| {
+        let draw = |one: &UnmaskedImage<'_>| silhouette(body, &one.camera, &one.world_from_camera);
+        unmasked.par_iter().map(|one| (draw(one), one)).collect()
     });
     let seen: Vec<(ImageView<'_>, Mask<'_>)> = drawn
         .iter()
@@ -93,12 +93,12 @@ fn colors(
 }
 
 /// Looks at a silhouette as a mask; one that leaves the image, or fills it, teaches nothing.
-fn drawn_mask<'a>(pixels: &'a [u8], one: &Unmarked<'_>) -> Option<Mask<'a>> {
+fn drawn_mask<'a>(pixels: &'a [u8], one: &UnmaskedImage<'_>) -> Option<Mask<'a>> {
     let image = ImageView::new(pixels, one.camera.size_px(), Channels::Grey).ok()?;
     Mask::new(image).ok()
 }
 
-/// The frame and the unit in which a rough body is sought.
+/// The frame and the unit in which an initial body is sought.
 struct Frame {
     world_from_scene: Pose,
     unit: f64,
@@ -107,7 +107,7 @@ struct Frame {
 impl Frame {
     fn new(
         marked: &[(View<'_>, ImageView<'_>)],
-        unmarked: &[Unmarked<'_>],
+        unmasked: &[UnmaskedImage<'_>],
         samples: &[RangeSample],
     ) -> Result<Self, ModelError> {
         for (index, (view, image)) in marked.iter().enumerate() {
@@ -115,7 +115,7 @@ impl Frame {
         }
         let views: Vec<View<'_>> = marked.iter().map(|(view, _)| *view).collect();
         let first = views.first().ok_or(ModelError::TooFewViews(0))?;
-        let origin = place(&views, unmarked, samples)?;
+        let origin = place(&views, unmasked, samples)?;
         let unit = mean_radius(&views, &origin);
         let rotation = first.world_from_camera().rotation();
         Ok(Self { world_from_scene: Pose::from_rotation(rotation, origin), unit })
@@ -124,7 +124,7 @@ impl Frame {
     fn fit(
         &self,
         marked: &[(View<'_>, ImageView<'_>)],
-        unmarked: &[Unmarked<'_>],
+        unmasked: &[UnmaskedImage<'_>],
         colors: &ColorModel,
         settings: &Settings,
     ) -> Result<Body, ModelError> {
@@ -135,7 +135,7 @@ impl Frame {
                 if image.row(v)[u] == 0 { -MASK_SCORE } else { MASK_SCORE }
             })
         });
-        let by_color = unmarked.par_iter().map(|one| {
+        let by_color = unmasked.par_iter().map(|one| {
             shrunk(&one.camera, &from_scene(&one.world_from_camera), |u, v| {
                 colors.score(one.image.rgb(u, v)).clamp(-COLOR_SCORE, COLOR_SCORE)
             })
@@ -165,7 +165,7 @@ impl Frame {
 /// Guesses where the object is.
 fn place(
     views: &[View<'_>],
-    unmarked: &[Unmarked<'_>],
+    unmasked: &[UnmaskedImage<'_>],
     samples: &[RangeSample],
 ) -> Result<Vector3<f64>, ModelError> {
     if !samples.is_empty() {
@@ -177,7 +177,7 @@ fn place(
     let view = views.first().ok_or(ModelError::TooFewViews(0))?;
     let (pose, sight) = (view.world_from_camera(), line_of_sight(view));
     let (mut across, mut along) = (0.0, 0.0);
-    for other in unmarked {
+    for other in unmasked {
         let axis = other.world_from_camera.rotation() * Vector3::z();
         let apart = other.world_from_camera.translation() - pose.translation();
         let (side, back) = (sight - axis * axis.dot(&sight), apart - axis * axis.dot(&apart));
@@ -186,7 +186,7 @@ fn place(
     }
     let depth = along / across;
     // The mean squared sine of the angles between the lines of sight.
-    let open = !(across / unmarked.len().max(1) as f64 > 1e-6 && depth > 0.0);
+    let open = !(across / unmasked.len().max(1) as f64 > 1e-6 && depth > 0.0);
     if open { Err(ModelError::NoBaseline) } else { Ok(pose.translation() + sight * depth) }
 }
 

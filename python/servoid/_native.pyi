@@ -13,7 +13,7 @@ __all__ += ["taken_depth", "taken_image", "taken_mask"]
 __all__ += ["Tracker", "View", "__version__", "backend", "backends", "ellipsoid_colors"]
 __all__ += ["fit_body", "fit_paper", "force_backend"]
 __all__ += ["Lighting", "Paint", "Soup", "Stage", "paper_scores", "pose_from_masks"]
-__all__ += ["initial_body", "seen_surface", "silhouette_ious"]
+__all__ += ["initial_body", "silhouette_ious", "surface_coverage"]
 __all__ += ["exact_arccos", "exact_arcsin", "exact_arctan", "exact_arctan2"]
 __all__ += ["exact_cos", "exact_eigh", "exact_exp", "exact_expm1"]
 __all__ += ["exact_log", "exact_norm", "exact_power", "exact_product"]
@@ -993,7 +993,7 @@ def initial_body(
     ModelError.
     """
 
-def seen_surface(
+def surface_coverage(
     body: Body,
     views: Sequence[View],
     points: ArrayLike | None = None,

@@ -177,11 +177,11 @@ def alone_figures(result: ModelResult) -> Figures:
     pose = Pair().world_from_left
     place = (np.array(result.body.world_from_object.translation) - pose[:3, 3]) @ pose[:3, :3]
     volume, _, _ = result.body.mass_properties()
-    assert result.surface is not None
+    assert result.coverage is not None
     return {
         "place off": 1e3 * float(np.abs(place - PLACE).max()),
         "volume off": abs(volume / (4.0 / 3.0 * np.pi * float(np.prod(RADII))) - 1.0),
-        "share": result.surface.share,
+        "share": result.coverage.share,
     }
 
 

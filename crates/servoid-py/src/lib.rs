@@ -52,7 +52,7 @@ fn native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<model::Step>()?;
     module.add_function(wrap_pyfunction!(model::fit_body, module)?)?;
     module.add_function(wrap_pyfunction!(model::initial_body, module)?)?;
-    module.add_function(wrap_pyfunction!(model::seen_surface, module)?)?;
+    module.add_function(wrap_pyfunction!(model::surface_coverage, module)?)?;
     module.add_class::<paper::PaperSettings>()?;
     module.add_function(wrap_pyfunction!(paper::fit_paper, module)?)?;
     module.add_function(wrap_pyfunction!(paper::paper_scores, module)?)?;

@@ -269,7 +269,7 @@ type SeenSurface<'py> = (Bound<'py, PyArray1<f64>>, f64, Option<[f64; 3]>);
 /// show, None if there is none or it lies all around.
 #[pyfunction]
 #[pyo3(signature = (body, views, points=None, directions=None))]
-pub fn seen_surface<'py>(
+pub fn surface_coverage<'py>(
     py: Python<'py>,
     body: Body,
     views: Vec<GivenView<'py>>,
@@ -278,7 +278,7 @@ pub fn seen_surface<'py>(
 ) -> PyResult<SeenSurface<'py>> {
     let views = borrow(&views)?;
     let samples = read_samples(points, directions)?;
-    let found = py.detach(|| core::seen(&body.0, &views, &samples));
+    let found = py.detach(|| core::coverage(&body.0, &views, &samples));
     Ok((PyArray1::from_vec(py, found.by_ellipsoid), found.share, found.unseen_toward))
 }
 

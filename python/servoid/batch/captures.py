@@ -92,7 +92,7 @@ def model_capture(case: CaptureCase) -> CaptureRow:
         fitness=result.fitness,
         iou_used=_mean(result.iou_used),
         iou_unused=_mean(result.iou_unused),
-        surface_seen=None if result.surface is None else result.surface.share,
+        surface_seen=None if result.coverage is None else result.coverage.share,
         seconds=result.seconds,
         notes=list(result.all_notes),
         body=body,

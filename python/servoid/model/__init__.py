@@ -7,11 +7,12 @@ from servoid.model.fit import Request, fit, fit_mesh, fit_range_samples
 from servoid.model.look import fit_capture, fit_capture_by_paper, mark_everywhere
 from servoid.model.paper import fit_paper_views
 from servoid.model.range_samples import RangeSamples, range_samples_of_cloud
-from servoid.model.result import IouByCount, ModelResult, Surface
+from servoid.model.result import Coverage, IouByCount, ModelResult
 from servoid.model.running import Progress
 from servoid.renamed import refuse_old_names
 
 __all__ = [
+    "Coverage",
     "IouByCount",
     "ModelResult",
     "ModelSettings",
@@ -20,7 +21,6 @@ __all__ = [
     "RangeSamples",
     "Request",
     "Step",
-    "Surface",
     "fit",
     "fit_capture",
     "fit_capture_by_paper",
@@ -36,6 +36,7 @@ if not TYPE_CHECKING:
         __name__,
         {
             "Sights": "RangeSamples",
+            "Surface": "Coverage",
             "fit_sights": "fit_range_samples",
             "sights_of_cloud": "range_samples_of_cloud",
         },

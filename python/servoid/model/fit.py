@@ -21,7 +21,7 @@ from servoid.capture import CaptureView, shrunk, views_of
 from servoid.errors import MaskError, MeshError, ModelError
 from servoid.model.misfit import swapped_note, touches_all_borders
 from servoid.model.range_samples import NO_RANGE_SAMPLES, RangeSamples
-from servoid.model.result import ModelResult, Surface
+from servoid.model.result import Coverage, ModelResult
 from servoid.model.running import Progress, in_parallel, run_core
 from servoid.pose import exact
 from servoid.words import digits
@@ -158,7 +158,7 @@ def fit_views(
         native_used=tuple(native_used),
         native_unused=tuple(native_unused),
         range_samples=samples,
-        surface=Surface.of(body, native_used, samples),
+        coverage=Coverage.of(body, native_used, samples),
         notes=() if swapped is None else (swapped,),
     )
 
@@ -227,7 +227,7 @@ def _fit_shape(
         settings=settings,
         seconds=time.perf_counter() - start,
         range_samples=samples,
-        surface=Surface.of(body, [], samples) if len(samples) else None,
+        coverage=Coverage.of(body, [], samples) if len(samples) else None,
         notes=tuple(notes),
     )
 

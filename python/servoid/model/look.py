@@ -20,7 +20,7 @@ from servoid.model.range_samples import (
     range_samples_of_pair,
     range_samples_of_views,
 )
-from servoid.model.result import ModelResult, Surface
+from servoid.model.result import Coverage, ModelResult
 from servoid.model.running import Progress, in_parallel
 from servoid.model.spreading import spread_masks
 from servoid.pose import exact
@@ -168,7 +168,7 @@ def fit_capture_by_paper(
         used_views=tuple(used),
         iou_used=silhouette_ious(body, natives),
         native_used=tuple(natives),
-        surface=Surface.of(body, natives, NO_RANGE_SAMPLES),
+        coverage=Coverage.of(body, natives, NO_RANGE_SAMPLES),
         targets=tuple(map(str, targets)),
         notes=(
             *marked.notes,

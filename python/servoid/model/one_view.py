@@ -16,7 +16,7 @@ from servoid.model.range_samples import (
     join_range_samples,
     range_samples_of_depth,
 )
-from servoid.model.result import ModelResult, Surface
+from servoid.model.result import Coverage, ModelResult
 
 
 def fit_one_view(view: CaptureView, distance_m: float, request: Request) -> ModelResult:
@@ -38,9 +38,9 @@ def fit_one_view(view: CaptureView, distance_m: float, request: Request) -> Mode
         "as its outline is wide"
     )
     # What was supposed is not what was seen.
-    surface = Surface.of(result.body, result.native_used, NO_RANGE_SAMPLES)
+    coverage = Coverage.of(result.body, result.native_used, NO_RANGE_SAMPLES)
     return replace(
-        result, range_samples=NO_RANGE_SAMPLES, surface=surface, notes=(*result.notes, note)
+        result, range_samples=NO_RANGE_SAMPLES, coverage=coverage, notes=(*result.notes, note)
     )
 
 

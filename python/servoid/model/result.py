@@ -15,8 +15,8 @@ from servoid._native import (
     Step,
     View,
     __version__,
-    seen_surface,
     silhouette_ious,
+    surface_coverage,
 )
 from servoid.capture import CaptureView
 from servoid.model.misfit import misfit_notes
@@ -41,7 +41,7 @@ class IouByCount:
 
 
 @dataclass(frozen=True, eq=False)
-class Surface:
+class Coverage:
     """How much of a body's surface was seen, 0 to 1.
 
     `by_ellipsoid` is (K,) float64; `unseen_toward` is a unit vector in the object's frame to the
@@ -53,9 +53,9 @@ class Surface:
     unseen_toward: tuple[float, float, float] | None
 
     @classmethod
-    def of(cls, body: Body, views: Sequence[View], samples: RangeSamples) -> "Surface":
+    def of(cls, body: Body, views: Sequence[View], samples: RangeSamples) -> "Coverage":
         """Find out what views and seen points show of a body."""
-        shares, share, toward = seen_surface(
+        shares, share, toward = surface_coverage(
             body, views, points=samples.points, directions=samples.directions
         )
         return cls(shares, share, None if toward is None else (toward[0], toward[1], toward[2]))
@@ -100,7 +100,7 @@ class ModelResult:
     native_used: tuple[View, ...] = ()
     native_unused: tuple[View, ...] = ()
     range_samples: RangeSamples = NO_RANGE_SAMPLES
-    surface: Surface | None = None
+    coverage: Coverage | None = None
     targets: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
 
@@ -121,7 +121,7 @@ class ModelResult:
     @property
     def all_notes(self) -> tuple[str, ...]:
         """Return all that a user should read, what fits badly and what was not seen included."""
-        unseen = None if self.surface is None else self.surface.note()
+        unseen = None if self.coverage is None else self.coverage.note()
         used, unused = (
             misfit_notes(kind, [view.name for view in views], ious)
             for kind, views, ious in (
@@ -153,11 +153,11 @@ class ModelResult:
             seen_points=len(self.range_samples),
         )
         seen = None
-        if self.surface is not None:
+        if self.coverage is not None:
             seen = SeenEntry(
-                share=self.surface.share,
-                unseen_toward=self.surface.unseen_toward,
-                by_ellipsoid=tuple(self.surface.by_ellipsoid.tolist()),
+                share=self.coverage.share,
+                unseen_toward=self.coverage.unseen_toward,
+                by_ellipsoid=tuple(self.coverage.by_ellipsoid.tolist()),
             )
         save_body(
             path,

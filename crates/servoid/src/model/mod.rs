@@ -2,6 +2,7 @@
 
 mod best_by_count;
 mod color;
+mod coverage;
 mod evolved;
 mod grow;
 mod hold_out;
@@ -14,11 +15,11 @@ mod progressive;
 mod refine;
 mod scene;
 mod seed;
-mod seen;
 mod settings;
 mod synthetic_views;
 
 pub use color::ellipsoid_colors;
+pub use coverage::{Coverage, coverage};
 pub use evolved::evolved;
 pub use initial::{UnmaskedImage, initial_body};
 pub use input::{ModelInput, Weights};
@@ -26,7 +27,6 @@ pub(crate) use levels::shrunk_overlap;
 pub use paper::{PaperSettings, paper, paper_scores};
 pub use progressive::{Progress, Step, progressive};
 pub use scene::silhouette_ious;
-pub use seen::{Seen, seen};
 pub use settings::Settings;
 pub(crate) use settings::workers;
 pub use synthetic_views::{SyntheticView, half_ball_direction};

@@ -7,6 +7,7 @@
 )]
 
 mod contour;
+mod coverage;
 mod evidence;
 mod evolved;
 mod from_masks;

@@ -32,8 +32,8 @@ def _rows(result: ModelResult, out: Path, pictures: Sequence[Path]) -> Iterator[
         yield "", _ious("unused", result.unused_views, result.iou_unused)
     if len(result.range_samples):
         yield "seen points", f"{len(result.range_samples)}"
-    if result.surface is not None:
-        yield "surface seen", f"{100.0 * result.surface.share:.0f} %"
+    if result.coverage is not None:
+        yield "surface seen", f"{100.0 * result.coverage.share:.0f} %"
     yield "seconds", f"{result.seconds:.2f}"
     yield "body", str(out)
     for index, picture in enumerate(pictures):

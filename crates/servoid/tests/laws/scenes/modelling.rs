@@ -4,7 +4,9 @@ use servoid::model::{Settings, silhouette_ious};
 
 use super::Sense::AtMost;
 use super::{Figures, MISCOUNTED, MISSED, Scene};
-use crate::modelling::{Scene as Seen, dumbbell, exactly, model_mesh, painted_rough, pair, solid};
+use crate::modelling::{
+    Scene as Seen, dumbbell, exactly, model_mesh, painted_initial, pair, solid,
+};
 
 pub const SCENES: &[Scene] = &[
     Scene {
@@ -96,7 +98,7 @@ fn a_mesh(seed: u64) -> Figures {
 }
 
 fn unmarked(seed: u64) -> Figures {
-    let ious = painted_rough(&Settings::default().with(|it| {
+    let ious = painted_initial(&Settings::default().with(|it| {
         it.seed = seed;
         it.max_ellipsoids = 2;
         it.delta = 0.0;

@@ -6,9 +6,9 @@ use crate::fitness::RangeSample;
 use crate::pose::even_direction;
 use crate::shape::{Body, Ellipsoid};
 
-/// How much of a body's surface was seen.
+/// Which share of a body's surface was seen.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Seen {
+pub struct Coverage {
     /// Share of each ellipsoid's exposed surface; 1 for one that other ellipsoids hide wholly.
     pub by_ellipsoid: Vec<f64>,
     /// Share of the whole surface.
@@ -38,7 +38,7 @@ struct Place {
 /// A place is seen by a camera in front of it if its projection lies in the image and no other part
 /// of the body is in between.
 #[must_use]
-pub fn seen(body: &Body, views: &[View<'_>], samples: &[RangeSample]) -> Seen {
+pub fn coverage(body: &Body, views: &[View<'_>], samples: &[RangeSample]) -> Coverage {
     let ellipsoids = body.in_world();
     let radius = |e: &Ellipsoid| (e.center() - body.world_from_object().translation()).norm();
     let size = ellipsoids.iter().map(|e| radius(e) + e.radii().max()).fold(0.0, f64::max);
@@ -63,7 +63,7 @@ pub fn seen(body: &Body, views: &[View<'_>], samples: &[RangeSample]) -> Seen {
         (0..ellipsoids.len()).into_par_iter().map(of_one).collect();
     let hidden = parts.iter().flatten().filter(|(_, is_seen)| !is_seen).map(|(place, _)| place);
     let object_from_world = body.world_from_object().inverse();
-    Seen {
+    Coverage {
         by_ellipsoid: parts.iter().map(share).collect(),
         share: share(parts.iter().flatten()),
         unseen_toward: side_of(hidden).map(|v| (object_from_world.rotation() * v).into()),

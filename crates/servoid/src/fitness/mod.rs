@@ -1,5 +1,6 @@
 //! What a hypothesis is worth: bodies in, scores out.
 
+mod anisotropy;
 mod backend;
 mod boundary;
 mod color;
@@ -16,11 +17,11 @@ mod range_samples;
 mod reach;
 mod region;
 mod rows;
-mod spread;
 mod surface;
 mod sweep;
 mod volume;
 
+pub use anisotropy::{anisotropy, anisotropy_gradient};
 pub use backend::{Backend, BackendError};
 pub use color::ColorModel;
 pub use contour::{ContourPoint, Offset, boundary, contour};
@@ -33,7 +34,6 @@ pub use range_samples::{RangeSample, RangeSampleError, RangeSamples};
 pub use reach::Reach;
 pub use region::{Region, RegionView};
 pub use rows::Sums;
-pub use spread::{spread, spread_gradient};
 pub use surface::{Agreement, Patch, SurfacePoint};
 pub use volume::Volume;
 

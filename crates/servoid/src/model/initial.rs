@@ -6,7 +6,7 @@ use super::progress::ProgressReporter;
 use super::progressive::grow;
 use super::refine::Objective;
 use super::scene::{
-    SPREAD_COST, Scene, camera_from_scene, common_point, line_of_sight, mean_radius,
+    ANISOTROPY_COST, Scene, camera_from_scene, common_point, line_of_sight, mean_radius,
 };
 use super::settings::workers;
 use super::{ModelError, Settings};
@@ -145,7 +145,12 @@ impl Frame {
         let objective = || {
             let mut total = Total::default();
             total.push(1.0, Likelihood::new(parts.clone()));
-            Objective { total, spread_cost: 10.0 * SPREAD_COST, least_gain: 1e-5, reach: None }
+            Objective {
+                total,
+                anisotropy_cost: 10.0 * ANISOTROPY_COST,
+                least_gain: 1e-5,
+                reach: None,
+            }
         };
         let Self { world_from_scene, unit } = *self;
         let scene = Scene {

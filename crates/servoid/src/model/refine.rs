@@ -1,7 +1,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use crate::evolve::{ClimbSettings, climb};
-use crate::fitness::{Differentiable, Fitness, Reach, Total, spread, spread_gradient};
+use crate::fitness::{Differentiable, Fitness, Reach, Total, anisotropy, anisotropy_gradient};
 use crate::shape::{Quadric, QuadricGradient};
 
 /// Numbers that an ellipsoid has while it is refined.
@@ -11,8 +11,8 @@ const NUMBERS: usize = 12;
 #[derive(Default)]
 pub(super) struct Objective {
     pub total: Total,
-    /// Of a unit of spread.
-    pub spread_cost: f64,
+    /// Of a unit of anisotropy.
+    pub anisotropy_cost: f64,
     /// What was seen, where ellipsoids far from it cost as well.
     pub reach: Option<Reach>,
     /// Least gain for which a climb goes on.
@@ -26,13 +26,13 @@ impl Objective {
     /// Gives what an ellipsoid costs.
     fn cost(&self, quadric: &Quadric) -> f64 {
         let beyond = self.reach.map_or(0.0, |reach| reach.beyond(quadric).0);
-        self.spread_cost * spread(quadric) + REACH_COST * beyond
+        self.anisotropy_cost * anisotropy(quadric) + REACH_COST * beyond
     }
 
     /// Gives how that changes; `None` for an ellipsoid without volume.
     fn cost_gradient(&self, quadric: &Quadric) -> Option<QuadricGradient> {
         let beyond = self.reach.map_or_else(Vector3::zeros, |reach| reach.beyond(quadric).1);
-        let factor = spread_gradient(quadric)?.factor * self.spread_cost;
+        let factor = anisotropy_gradient(quadric)?.factor * self.anisotropy_cost;
         Some(QuadricGradient { center: beyond * REACH_COST, factor })
     }
 }

@@ -116,9 +116,9 @@ fn about_samples(samples: &[RangeSample]) -> (Pose, f64) {
     (Pose::principal(centroid, &spread, lean), radius)
 }
 
-/// What a unit of spread costs in F: so little that it only decides where the views do not; more
+/// What a unit of anisotropy costs in F: so little that it only decides where the views do not; more
 /// where all views look from one side, which leaves the thickness open.
-pub(super) const SPREAD_COST: f64 = 3e-4;
+pub(super) const ANISOTROPY_COST: f64 = 3e-4;
 const ONE_LOOK_COST: f64 = 3e-3;
 /// Cosine of the angle between views beyond which they look from more than one side.
 const ONE_SIDE: f64 = 0.7;
@@ -188,11 +188,11 @@ impl<'a> Prepared<'a> {
         }
         let whole = self.mesh.is_some();
         let settled = whole || wide(&self.cameras);
-        let spread_cost = if settled { SPREAD_COST } else { ONE_LOOK_COST };
+        let anisotropy_cost = if settled { ANISOTROPY_COST } else { ONE_LOOK_COST };
         let reach = if settled { None } else { self.reach };
         // A volume has so many rows that its slope is smooth, and a climb soon near its end.
         let least_gain = if whole { 5e-6 } else { 1e-6 };
-        Ok(Objective { total, spread_cost, reach, least_gain })
+        Ok(Objective { total, anisotropy_cost, reach, least_gain })
     }
 }
 

@@ -149,7 +149,7 @@ impl Frame {
                 total,
                 anisotropy_cost: 10.0 * ANISOTROPY_COST,
                 least_gain: 1e-5,
-                reach: None,
+                extent: None,
             }
         };
         let Self { world_from_scene, unit } = *self;

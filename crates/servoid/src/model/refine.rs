@@ -1,7 +1,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use crate::evolve::{ClimbSettings, climb};
-use crate::fitness::{Differentiable, Fitness, Reach, Total, anisotropy, anisotropy_gradient};
+use crate::fitness::{Differentiable, Extent, Fitness, Total, anisotropy, anisotropy_gradient};
 use crate::shape::{Quadric, QuadricGradient};
 
 /// Numbers that an ellipsoid has while it is refined.
@@ -14,26 +14,26 @@ pub(super) struct Objective {
     /// Of a unit of anisotropy.
     pub anisotropy_cost: f64,
     /// What was seen, where ellipsoids far from it cost as well.
-    pub reach: Option<Reach>,
+    pub extent: Option<Extent>,
     /// Least gain for which a climb goes on.
     pub least_gain: f64,
 }
 
 /// What a centre costs in F that is twice as far from the middle of what was seen as that reaches.
-const REACH_COST: f64 = 0.03;
+const EXTENT_COST: f64 = 0.03;
 
 impl Objective {
     /// Gives what an ellipsoid costs.
     fn cost(&self, quadric: &Quadric) -> f64 {
-        let beyond = self.reach.map_or(0.0, |reach| reach.beyond(quadric).0);
-        self.anisotropy_cost * anisotropy(quadric) + REACH_COST * beyond
+        let beyond = self.extent.map_or(0.0, |extent| extent.beyond(quadric).0);
+        self.anisotropy_cost * anisotropy(quadric) + EXTENT_COST * beyond
     }
 
     /// Gives how that changes; `None` for an ellipsoid without volume.
     fn cost_gradient(&self, quadric: &Quadric) -> Option<QuadricGradient> {
-        let beyond = self.reach.map_or_else(Vector3::zeros, |reach| reach.beyond(quadric).1);
+        let beyond = self.extent.map_or_else(Vector3::zeros, |extent| extent.beyond(quadric).1);
         let factor = anisotropy_gradient(quadric)?.factor * self.anisotropy_cost;
-        Some(QuadricGradient { center: beyond * REACH_COST, factor })
+        Some(QuadricGradient { center: beyond * EXTENT_COST, factor })
     }
 }
 

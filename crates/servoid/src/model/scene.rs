@@ -4,7 +4,7 @@ use super::levels::{COARSE, CameraFromScene, FINEST, MIDDLE, Resolution, overlap
 use super::refine::Objective;
 use super::{ModelError, ModelInput};
 use crate::camera::View;
-use crate::fitness::{RangeSample, RangeSamples, Reach, Total, Volume};
+use crate::fitness::{Extent, RangeSample, RangeSamples, Total, Volume};
 use crate::pose::Pose;
 use crate::shape::{Body, Ellipsoid, Mesh, Quadric, silhouette};
 
@@ -144,7 +144,7 @@ struct Prepared<'a> {
     /// Voxels along the longest side that a thin solid needs.
     fine: usize,
     samples: Vec<RangeSample>,
-    reach: Option<Reach>,
+    extent: Option<Extent>,
 }
 
 impl<'a> Prepared<'a> {
@@ -163,8 +163,8 @@ impl<'a> Prepared<'a> {
         };
         let samples: Vec<RangeSample> = given.samples.iter().map(sample).collect();
         let points: Vec<_> = samples.iter().map(|sample| sample.point).collect();
-        let (fine, reach) = (fine.ceil() as usize, Reach::of(&points));
-        Self { given, cameras, order, mesh, fine, samples, reach }
+        let (fine, extent) = (fine.ceil() as usize, Extent::of(&points));
+        Self { given, cameras, order, mesh, fine, samples, extent }
     }
 
     fn objective(&self, resolution: Resolution) -> Result<Objective, ModelError> {
@@ -189,10 +189,10 @@ impl<'a> Prepared<'a> {
         let whole = self.mesh.is_some();
         let settled = whole || wide(&self.cameras);
         let anisotropy_cost = if settled { ANISOTROPY_COST } else { ONE_LOOK_COST };
-        let reach = if settled { None } else { self.reach };
+        let extent = if settled { None } else { self.extent };
         // A volume has so many rows that its slope is smooth, and a climb soon near its end.
         let least_gain = if whole { 5e-6 } else { 1e-6 };
-        Ok(Objective { total, anisotropy_cost, reach, least_gain })
+        Ok(Objective { total, anisotropy_cost, extent, least_gain })
     }
 }
 

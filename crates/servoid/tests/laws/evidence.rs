@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 use proptest::prelude::*;
 use servoid::fitness::{
-    Differentiable, Evidence, Fitness, RangeSample, RangeSamples, Reach, Total, Volume,
+    Differentiable, Evidence, Extent, Fitness, RangeSample, RangeSamples, Total, Volume,
 };
 use servoid::shape::{Ellipsoid, Grid, Mesh, Quadric, QuadricGradient, Section};
 
@@ -298,19 +298,19 @@ fn an_ellipsoid_among_the_seen_points_costs_nothing_and_one_beyond_them_is_drawn
     let grid = |i: u32| f64::from(i % 7) - 3.0;
     let points: Vec<Vector3<f64>> =
         (0..343).map(|i| Vector3::new(grid(i), grid(i / 7), 0.1 * grid(i / 49))).collect();
-    let reach = Reach::of(&points).unwrap();
-    assert!(reach.middle.norm() < 1e-12 && (3.0..4.5).contains(&reach.radius), "{reach:?}");
+    let extent = Extent::of(&points).unwrap();
+    assert!(extent.middle.norm() < 1e-12 && (3.0..4.5).contains(&extent.radius), "{extent:?}");
     for place in [[2.0, -1.0, 0.2], [0.0, 0.0, 2.5]] {
-        assert_eq!(reach.beyond(&ball(place, 0.3)), (0.0, Vector3::zeros()));
+        assert_eq!(extent.beyond(&ball(place, 0.3)), (0.0, Vector3::zeros()));
     }
     for place in [Vector3::new(0.5, 2.0, 9.0), Vector3::new(-7.0, 0.0, 1.0)] {
-        let (cost, slope) = reach.beyond(&ball(place.into(), 0.3));
+        let (cost, slope) = extent.beyond(&ball(place.into(), 0.3));
         assert!(cost > 0.3 && slope.normalize().dot(&place.normalize()) > 1.0 - 1e-12);
         for (axis, step) in [Vector3::x(), Vector3::y(), Vector3::z()].into_iter().enumerate() {
-            let at = |by: f64| reach.beyond(&ball((place + step * by).into(), 0.3)).0;
+            let at = |by: f64| extent.beyond(&ball((place + step * by).into(), 0.3)).0;
             assert!((slope[axis] - (at(1e-5) - at(-1e-5)) / 2e-5).abs() < 1e-8);
         }
     }
-    assert_eq!(Reach::of(&[]), None);
-    assert_eq!(Reach::of(&[Vector3::x(); 9]), None);
+    assert_eq!(Extent::of(&[]), None);
+    assert_eq!(Extent::of(&[Vector3::x(); 9]), None);
 }

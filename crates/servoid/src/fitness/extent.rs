@@ -4,7 +4,7 @@ use crate::shape::Quadric;
 
 /// A ball about what was seen of an object: it tells how far an ellipsoid strays from that.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Reach {
+pub struct Extent {
     /// Middle of the seen points.
     pub middle: Vector3<f64>,
     /// How far they reach from it.
@@ -14,7 +14,7 @@ pub struct Reach {
 /// Share of the seen points that the ball holds; the others may be wrong.
 const HELD: f64 = 0.95;
 
-impl Reach {
+impl Extent {
     /// Gives the ball of seen points; `None` if there are none or all are one.
     #[must_use]
     pub fn of(points: &[Vector3<f64>]) -> Option<Self> {

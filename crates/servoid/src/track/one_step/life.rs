@@ -1,7 +1,7 @@
 use nalgebra::{UnitQuaternion, Vector3};
 
 use super::colors::Colors;
-use super::spread::Reach;
+use super::population::SearchRange;
 use super::{Objective, OneStepError, OneStepSettings, UsableImage};
 use crate::camera::{Channels, ImageView};
 use crate::evolve::{Ga, rng};
@@ -25,9 +25,9 @@ impl Life {
         anchor: Pose,
         world_from_axes: UnitQuaternion<f64>,
         settings: &OneStepSettings,
-        reach: &Reach,
+        range: &SearchRange,
     ) -> Result<Self, OneStepError> {
-        let ga = draw(settings, reach, 0)?;
+        let ga = draw(settings, range, 0)?;
         Ok(Self { anchor, world_from_axes, ga, draws: 1 })
     }
 
@@ -35,9 +35,9 @@ impl Life {
     pub fn scatter(
         &mut self,
         settings: &OneStepSettings,
-        reach: &Reach,
+        range: &SearchRange,
     ) -> Result<(), OneStepError> {
-        self.ga = draw(settings, reach, self.draws)?;
+        self.ga = draw(settings, range, self.draws)?;
         self.draws += 1;
         Ok(())
     }
@@ -85,8 +85,8 @@ impl Life {
     }
 }
 
-fn draw(settings: &OneStepSettings, reach: &Reach, branch: u64) -> Result<Ga, OneStepError> {
-    let ranges = reach.ranges(settings.genes);
+fn draw(settings: &OneStepSettings, range: &SearchRange, branch: u64) -> Result<Ga, OneStepError> {
+    let ranges = range.ranges(settings.genes);
     let mut ga = Ga::new(&ranges, settings.search, rng(settings.seed, branch))?;
     // The first is the anchor itself.
     ga.move_each(|index, genes| {

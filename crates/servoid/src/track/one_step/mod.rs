@@ -2,8 +2,8 @@
 
 mod colors;
 mod life;
+mod population;
 mod settings;
-mod spread;
 
 pub use settings::{Genes, Objective, OneStepError, OneStepSettings};
 
@@ -12,7 +12,7 @@ use std::time::Instant;
 use colors::Colors;
 use life::{Life, Maps};
 use nalgebra::{Matrix6, UnitQuaternion, Vector3};
-use spread::{Reach, Spread};
+use population::{PopulationMoments, SearchRange};
 
 use super::{Estimate, Notice, Status, Timing};
 use crate::camera::{Camera, ImageView, Mask, Observation, RigError};
@@ -31,7 +31,7 @@ pub struct OneStep {
     cameras: Vec<Camera>,
     body: Body,
     settings: OneStepSettings,
-    reach: Reach,
+    range: SearchRange,
     started: Option<Started>,
 }
 
@@ -39,7 +39,7 @@ pub struct OneStep {
 struct Started {
     colors: Colors,
     life: Life,
-    spread: Spread,
+    moments: PopulationMoments,
     time_s: f64,
     missed: usize,
 }
@@ -79,11 +79,11 @@ impl OneStep {
         }
         let size = size(body);
         let turn = if settings.genes == Genes::Pose { settings.turn } else { 0.0 };
-        let reach = Reach { place: settings.reach * size, turn, size };
+        let range = SearchRange { place: settings.reach * size, turn, size };
         // Says now what is wrong with the search's settings.
-        Life::new(Pose::identity(), UnitQuaternion::identity(), &settings, &reach)?;
+        Life::new(Pose::identity(), UnitQuaternion::identity(), &settings, &range)?;
         let (cameras, body) = (cameras.to_vec(), body.clone());
-        Ok(Self { cameras, body, settings, reach, started: None })
+        Ok(Self { cameras, body, settings, range, started: None })
     }
 
     /// Starts with the object at a known pose: learns its colours from the masks, one a camera or
@@ -108,10 +108,10 @@ impl OneStep {
         let colors = Colors::learn(&usable, &body, masks)?;
         let update = begun.elapsed();
         let axes = observation.world_from_camera[0].rotation();
-        let life = Life::new(world_from_object, axes, &self.settings, &self.reach)?;
+        let life = Life::new(world_from_object, axes, &self.settings, &self.range)?;
         let time_s = observation.time_s;
-        let spread = Spread::new(self.reach);
-        let mut started = Started { colors, life, spread, time_s, missed: 0 };
+        let moments = PopulationMoments::new(self.range);
+        let mut started = Started { colors, life, moments, time_s, missed: 0 };
         let mut generation = self.generation(&mut started, &usable)?;
         generation.best = world_from_object;
         generation.timing.update = update;
@@ -164,7 +164,7 @@ impl OneStep {
         }
         started.time_s = now;
         let generation = if usable.is_empty() {
-            let (best, covariance) = (started.life.anchor, started.spread.anywhere());
+            let (best, covariance) = (started.life.anchor, started.moments.anywhere());
             Generation { best, covariance, evaluations: 0, timing: Timing::default() }
         } else {
             self.generation(started, &usable)?
@@ -221,7 +221,7 @@ impl OneStep {
         let mut order: Vec<_> = (0..poses.len()).collect();
         order.sort_by(|&a, &b| scores[b].total_cmp(&scores[a]));
         let ranked: Vec<_> = order.into_iter().map(|index| poses[index]).collect();
-        let covariance = started.spread.update(&ranked);
+        let covariance = started.moments.update(&ranked);
         let timing = Timing { prepare, search: begun.elapsed() - prepare, ..Timing::default() };
         Ok(Generation { best: ranked[0], covariance, evaluations: poses.len(), timing })
     }
@@ -244,11 +244,11 @@ impl OneStep {
         if shown {
             started.life.anchor_at(best);
         } else {
-            covariance = started.spread.anywhere();
+            covariance = started.moments.anywhere();
         }
         // Images that are missing say nothing against the population.
         if !shown && !usable.is_empty() {
-            started.life.scatter(&self.settings, &self.reach)?;
+            started.life.scatter(&self.settings, &self.range)?;
         }
         let status = match shown {
             false if started.missed >= lost_after => Status::Lost,
@@ -259,7 +259,7 @@ impl OneStep {
             time_s: started.time_s,
             world_from_object: started.life.anchor,
             covariance,
-            unobservable: started.spread.unobservable(),
+            unobservable: started.moments.unobservable(),
             confidence,
             evidence: None,
             status,

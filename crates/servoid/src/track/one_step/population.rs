@@ -3,9 +3,9 @@ use nalgebra::{Matrix6, SymmetricEigen, Vector6};
 use super::Genes;
 use crate::pose::{Pose, Twist};
 
-/// How far the population may reach, and so what its spread is measured in.
+/// How far the object is sought from where it was, and so what moments are measured in.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Reach {
+pub(super) struct SearchRange {
     /// Along each axis, in metres.
     pub place: f64,
     /// About each axis, in radians; 0 where the orientation is held.
@@ -16,10 +16,10 @@ pub(super) struct Reach {
 
 /// How far the population is spread, and along which motions selection does not narrow it.
 ///
-/// Second moments (linear, angular) as shares of the reach: a motion that no image tells apart is
+/// Second moments (linear, angular) as shares of the range: a motion that no image tells apart is
 /// as frequent among the better as among all, however far the population has drifted along it.
-pub(super) struct Spread {
-    reach: Reach,
+pub(super) struct PopulationMoments {
+    range: SearchRange,
     all: Matrix6<f64>,
     better: Matrix6<f64>,
 }
@@ -29,7 +29,7 @@ const MEMORY: f64 = 0.9;
 /// Ratio of the better's variance to that of all from which the images leave a motion open.
 const OPEN: f64 = 0.75;
 
-impl Reach {
+impl SearchRange {
     pub fn ranges(&self, genes: Genes) -> Vec<(f64, f64)> {
         let (place, turn) = ((-self.place, self.place), (-self.turn, self.turn));
         match genes {
@@ -44,10 +44,10 @@ impl Reach {
     }
 }
 
-impl Spread {
+impl PopulationMoments {
     /// Knows nothing yet.
-    pub fn new(reach: Reach) -> Self {
-        Self { reach, all: Matrix6::zeros(), better: Matrix6::zeros() }
+    pub fn new(range: SearchRange) -> Self {
+        Self { range, all: Matrix6::zeros(), better: Matrix6::zeros() }
     }
 
     /// Takes a generation, the best first, and gives the covariance of its better half about the
@@ -64,13 +64,13 @@ impl Spread {
         let (_, of_all) = moments(&motions, &vec![1.0; motions.len()]);
         self.better = self.better * MEMORY + about_mean * (1.0 - MEMORY);
         self.all = self.all * MEMORY + of_all * (1.0 - MEMORY);
-        let scale = Matrix6::from_diagonal(&self.reach.scales());
+        let scale = Matrix6::from_diagonal(&self.range.scales());
         scale * about_best * scale
     }
 
-    /// Gives the covariance of an object that may be anywhere within reach.
+    /// Gives the covariance of an object that may be anywhere in the range.
     pub fn anywhere(&self) -> Matrix6<f64> {
-        let scales = self.reach.scales();
+        let scales = self.range.scales();
         Matrix6::from_diagonal(&scales.component_mul(&scales)) / 3.0
     }
 
@@ -90,16 +90,16 @@ impl Spread {
         let open = order.into_iter().filter(|&axis| eigen.eigenvalues[axis] > OPEN);
         let motion = |axis: usize| {
             let shares = factor * eigen.eigenvectors.column(axis);
-            let mut motion = shares.component_mul(&self.reach.scales());
-            motion.fixed_rows_mut::<3>(0).unscale_mut(self.reach.size);
+            let mut motion = shares.component_mul(&self.range.scales());
+            motion.fixed_rows_mut::<3>(0).unscale_mut(self.range.size);
             motion.normalize()
         };
         open.map(motion).collect()
     }
 
-    /// Gives the motions from the best to each, as shares of the reach.
+    /// Gives the motions from the best to each, as shares of the range.
     fn motions(&self, ranked: &[Pose]) -> Vec<Twist> {
-        let scales = self.reach.scales();
+        let scales = self.range.scales();
         let share = |by: f64, scale: f64| if scale > 0.0 { by / scale } else { 0.0 };
         let from_best = ranked.first().map(Pose::inverse);
         let motion = |pose: &Pose| {

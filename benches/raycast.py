@@ -1,7 +1,7 @@
-"""Time the ray-caster: a textured room with ten things and a mesh, images of 640x480.
+"""Time the ray-caster: a textured room with ten visuals and a mesh, images of 640x480.
 
 Prints the milliseconds of an image, the least and the median of several, for each number of
-threads, samples and moments, and the same with more things, more triangles and a bent lens.
+threads, samples and moments, and the same with more visuals, more triangles and a bent lens.
 """
 
 import argparse
@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from servoid._native import Lens, Lighting, Paint, Stage
+from servoid._native import Lens, Lighting, Paint, Scene
 
 IMAGES = 30
 SIZE_PX = (640, 480)
@@ -57,36 +57,36 @@ def vase(triangles: int) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     return np.ascontiguousarray(corners.reshape(-1, 3)), np.concatenate([one, two]).astype(np.int64)
 
 
-def stage_of(row: Row) -> tuple[Stage, NDArray[np.float64]]:
-    """Return the things and their poses, (1, T, 7)."""
+def scene_of(row: Row) -> tuple[Scene, NDArray[np.float64]]:
+    """Return the visuals and their poses, (1, T, 7)."""
     rng = np.random.default_rng(3)
     pattern = rng.integers(0, 256, (256, 256, 3), dtype=np.uint8)
-    stage, poses = Stage(), []
+    scene, poses = Scene(), []
     paint = Paint(texture=pattern, gloss=0.3)
     half = float(np.sqrt(0.5))
-    stage.add_plane((2.0, 2.0), Paint(texture=pattern, repeat=(6.0, 6.0)))
+    scene.add_plane((2.0, 2.0), Paint(texture=pattern, repeat=(6.0, 6.0)))
     poses.append(pose(0.0, 0.0, 0.0))
-    stage.add_plane((2.0, 1.5), Paint(texture=pattern, repeat=(4.0, 3.0)))
+    scene.add_plane((2.0, 1.5), Paint(texture=pattern, repeat=(4.0, 3.0)))
     poses.append([half, half, 0.0, 0.0, 0.0, 1.2, 1.0])
     vertices, faces = vase(row.triangles)
     for copy in range(row.copies):
         shift = 0.35 * np.array([copy % 4, copy // 4]) - (0.0 if row.copies == 1 else 0.5)
         adds = [
-            lambda: stage.add_ellipsoid((0.08, 0.05, 0.06), paint),
-            lambda: stage.add_ellipsoid((0.04, 0.04, 0.09), Paint(color=(0.8, 0.2, 0.1))),
-            lambda: stage.add_capsule(0.03, 0.06, Paint(color=(0.1, 0.3, 0.8), gloss=0.4)),
-            lambda: stage.add_cylinder(0.04, 0.07, paint),
-            lambda: stage.add_box((0.05, 0.06, 0.04), paint),
-            lambda: stage.add_box((0.03, 0.03, 0.1), Paint(color=(0.2, 0.7, 0.3))),
-            lambda: stage.add_capsule(0.02, 0.1, Paint(color=(0.6, 0.6, 0.2))),
-            lambda: stage.add_ellipsoid((0.05, 0.05, 0.05), Paint(gloss=0.8)),
-            lambda: stage.add_mesh(vertices, faces, Paint(color=(0.7, 0.5, 0.3), gloss=0.2)),
+            lambda: scene.add_ellipsoid((0.08, 0.05, 0.06), paint),
+            lambda: scene.add_ellipsoid((0.04, 0.04, 0.09), Paint(color=(0.8, 0.2, 0.1))),
+            lambda: scene.add_capsule(0.03, 0.06, Paint(color=(0.1, 0.3, 0.8), gloss=0.4)),
+            lambda: scene.add_cylinder(0.04, 0.07, paint),
+            lambda: scene.add_box((0.05, 0.06, 0.04), paint),
+            lambda: scene.add_box((0.03, 0.03, 0.1), Paint(color=(0.2, 0.7, 0.3))),
+            lambda: scene.add_capsule(0.02, 0.1, Paint(color=(0.6, 0.6, 0.2))),
+            lambda: scene.add_ellipsoid((0.05, 0.05, 0.05), Paint(gloss=0.8)),
+            lambda: scene.add_mesh(vertices, faces, Paint(color=(0.7, 0.5, 0.3), gloss=0.2)),
         ]
         for index, add in enumerate(adds):
             add()
             x, y = 0.16 * (index % 3) - 0.16 + shift[0], 0.18 * (index // 3) - 0.18 + shift[1]
             poses.append(pose(x, y, 0.1))
-    return stage, np.array([poses])
+    return scene, np.array([poses])
 
 
 def lens_of(model: str) -> Lens:
@@ -96,24 +96,24 @@ def lens_of(model: str) -> Lens:
 
 
 def lens_pose() -> list[float]:
-    """Return the pose of a lens 0.75 m away that looks down at the things."""
+    """Return the pose of a lens 0.75 m away that looks down at the visuals."""
     turn = np.radians(180.0 - 55.0) / 2.0
     return [float(np.cos(turn)), -float(np.sin(turn)), 0.0, 0.0, 0.0, -0.62, 0.55]
 
 
 def measure(row: Row) -> list[float]:
     """Return the milliseconds of several images."""
-    stage, things = stage_of(row)
+    scene, visuals = scene_of(row)
     world_from_lens = np.tile(lens_pose(), (row.moments, 1))
     world_from_lens[:, 4] += 0.001 * np.arange(row.moments)
-    world_from_thing = np.tile(things, (row.moments, 1, 1))
+    world_from_visual = np.tile(visuals, (row.moments, 1, 1))
     lens, lighting, times = lens_of(row.model), Lighting(), []
     for _ in range(IMAGES):
         begun = time.perf_counter()
-        stage.render(
+        scene.render(
             lens=lens,
             world_from_lens=world_from_lens,
-            world_from_thing=world_from_thing,
+            world_from_visual=world_from_visual,
             lighting=lighting,
             samples=row.samples,
             noise=2.0,
@@ -133,8 +133,8 @@ def rows() -> list[Row]:
         Row("all cores", samples=2, threads=cores),
         Row("four moments", samples=2, moments=4),
         Row("nine rays a pixel", samples=3),
-        Row("four times the things", samples=2, copies=4),
-        Row("16 times the things", samples=2, copies=16),
+        Row("four times the visuals", samples=2, copies=4),
+        Row("16 times the visuals", samples=2, copies=16),
         Row("100,000 triangles", samples=2, triangles=100_000),
         Row("a bent lens", samples=2, model="brown_conrady"),
     ]
@@ -154,11 +154,11 @@ def main() -> None:
     if path:
         import cv2
 
-        stage, things = stage_of(Row("picture"))
-        image = stage.render(
+        scene, visuals = scene_of(Row("picture"))
+        image = scene.render(
             lens=lens_of("pinhole"),
             world_from_lens=np.array([lens_pose()]),
-            world_from_thing=things,
+            world_from_visual=visuals,
             lighting=Lighting(),
             samples=3,
         )

@@ -26,7 +26,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "fixtures
 from rooms_to_scan import off_after_similarity
 
 from servoid import scan
-from servoid._native import Lens, Paint, Stage
+from servoid._native import Lens, Paint, Scene
 from servoid.capture import open_capture
 from servoid.model import Request, fit_capture
 from servoid.pose import Pose
@@ -179,14 +179,14 @@ def true_mesh() -> trimesh.Trimesh:
 def true_mask(index: int) -> NDArray[np.uint8]:
     """Draw the true silhouette of the bottle in an image."""
     mesh = true_mesh()
-    stage = Stage()
+    stage = Scene()
     vertices, faces = np.array(mesh.vertices, np.float64), np.array(mesh.faces, np.int64)
     stage.add_mesh(vertices, faces, Paint(color=(1.0, 1.0, 1.0)))
     pose = left_from_object(index)
     _, things = stage.depth(
         lens=lens(),
         world_from_lens=np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]),
-        world_from_thing=np.array([[*pose.quaternion, *pose.translation]]),
+        world_from_visual=np.array([[*pose.quaternion, *pose.translation]]),
     )
     return np.where(things >= 0, 255, 0).astype(np.uint8)
 

@@ -12,7 +12,7 @@ __all__ += ["OneStepSettings", "OneStepTracker", "PaperSettings", "Pose", "Step"
 __all__ += ["taken_depth", "taken_image", "taken_mask"]
 __all__ += ["Tracker", "View", "__version__", "backend", "backends", "ellipsoid_colors"]
 __all__ += ["fit_body", "fit_paper", "force_backend"]
-__all__ += ["Lighting", "Paint", "Soup", "Stage", "paper_scores", "pose_from_masks"]
+__all__ += ["Lighting", "Paint", "Scene", "Soup", "paper_scores", "pose_from_masks"]
 __all__ += ["initial_body", "silhouette_ious", "surface_coverage"]
 __all__ += ["exact_arccos", "exact_arcsin", "exact_arctan", "exact_arctan2"]
 __all__ += ["exact_cos", "exact_eigh", "exact_exp", "exact_expm1"]
@@ -444,10 +444,10 @@ class Lighting:
     ) -> Self: ...
 
 @final
-class Stage:
-    """Things of simple shapes, drawn by casting rays.
+class Scene:
+    """Visuals, which are shapes with paint, drawn by casting rays.
 
-    Makes an empty stage.
+    Makes an empty scene.
     """
 
     def __new__(cls) -> Self: ...
@@ -481,13 +481,13 @@ class Stage:
         """
     @property
     def count(self) -> int:
-        """How many things there are."""
+        """How many visuals there are."""
     def render(
         self,
         *,
         lens: Lens,
         world_from_lens: NDArray[np.float64],
-        world_from_thing: NDArray[np.float64],
+        world_from_visual: NDArray[np.float64],
         lighting: Lighting,
         samples: int | None = None,
         noise: float | None = None,
@@ -495,7 +495,7 @@ class Stage:
         threads: int | None = None,
     ) -> NDArray[np.uint8]:
         """
-        Draws an image, (H, W, 3) uint8 sRGB: poses of the lens, (M, 7), and of all things, (M, T,
+        Draws an image, (H, W, 3) uint8 sRGB: poses of the lens, (M, 7), and of all visuals, (M, T,
         7), float64 as (w, x, y, z, tx, ty, tz), at the moments that the samples x samples rays of a
         pixel take in turn; noise in grey levels. Raises SimError.
         """
@@ -504,11 +504,11 @@ class Stage:
         *,
         lens: Lens,
         world_from_lens: NDArray[np.float64],
-        world_from_thing: NDArray[np.float64],
+        world_from_visual: NDArray[np.float64],
     ) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
         """Gives depth along the lens's z through each pixel's centre, (H, W) float32 in metres, NaN
-        where nothing is, and the numbers of the things, (H, W) int32, -1 where nothing is: for one
-        pose of the lens, (7,), and of all things, (T, 7), float64. Raises SimError.
+        where nothing is, and the numbers of the visuals, (H, W) int32, -1 where nothing is: for one
+        pose of the lens, (7,), and of all visuals, (T, 7), float64. Raises SimError.
         """
 
 @final

@@ -17,7 +17,7 @@ from servoid.exchange.shapes.mesh_file import read_mesh
 from servoid.pose import Pose
 from servoid.record import Waypoint, write_trajectory
 from servoid.sim.samples.surface import obj_text
-from servoid.sim.world.scene.things import OBJECT, Finish, MeshShape, Thing
+from servoid.sim.world.scene.visuals import OBJECT, Finish, MeshShape, Visual
 from servoid_experiments.modelling import design_of
 from servoid_experiments.tracking.cases import Eyes, Scene
 from servoid_experiments.tracking.footage import RATE_HZ, SetUp
@@ -86,12 +86,12 @@ def mesh_of(name: str) -> Mesh:
     return np.ascontiguousarray((mesh.vertices - 0.5 * (low + high)) * scale), mesh.faces
 
 
-def parts_of(name: str) -> tuple[Thing, ...] | None:
+def parts_of(name: str) -> tuple[Visual, ...] | None:
     """Return what a toy is drawn as; nothing for the world's own objects, which it draws itself."""
     if not name.startswith(_TOY):
         return None
     finish = Finish(color=TOYS[name.removeprefix(_TOY)].color, gloss=GLOSS)
-    return (Thing(MeshShape(*mesh_of(name)), finish, OBJECT),)
+    return (Visual(MeshShape(*mesh_of(name)), finish, OBJECT),)
 
 
 @dataclass(frozen=True)

@@ -46,7 +46,7 @@ fn native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(from_masks::pose_from_masks, module)?)?;
     module.add_class::<sim::Paint>()?;
     module.add_class::<sim::Lighting>()?;
-    module.add_class::<sim::Stage>()?;
+    module.add_class::<sim::Scene>()?;
     module.add_class::<model::ModelInput>()?;
     module.add_class::<model::ModelSettings>()?;
     module.add_class::<model::Step>()?;

@@ -82,20 +82,20 @@ impl Lighting {
     }
 }
 
-/// Things of simple shapes, drawn by casting rays.
+/// Visuals, which are shapes with paint, drawn by casting rays.
 ///
-/// Makes an empty stage.
+/// Makes an empty scene.
 #[pyclass(module = "servoid._native")]
-pub struct Stage(core::Stage);
+pub struct Scene(core::Scene);
 
-/// Depth (H, W) and numbers of things (H, W).
+/// Depth (H, W) and numbers of visuals (H, W).
 type DepthParts<'py> = (Bound<'py, PyArray2<f32>>, Bound<'py, PyArray2<i32>>);
 
 #[pymethods]
-impl Stage {
+impl Scene {
     #[new]
     fn new() -> Self {
-        Self(core::Stage::new())
+        Self(core::Scene::new())
     }
 
     /// Adds an ellipsoid by its radii in metres and returns its number; raises SimError.
@@ -150,17 +150,17 @@ impl Stage {
         self.0.add_mesh(&vertices, &faces, &details, paint.0).map_err(raise)
     }
 
-    /// How many things there are.
+    /// How many visuals there are.
     #[getter]
     fn count(&self) -> usize {
         self.0.count()
     }
 
-    /// Draws an image, (H, W, 3) uint8 sRGB: poses of the lens, (M, 7), and of all things,
+    /// Draws an image, (H, W, 3) uint8 sRGB: poses of the lens, (M, 7), and of all visuals,
     /// (M, T, 7), float64 as (w, x, y, z, tx, ty, tz), at the moments that the samples x samples
     /// rays of a pixel take in turn; noise in grey levels. Raises SimError.
     #[pyo3(signature = (
-        *, lens, world_from_lens, world_from_thing, lighting, samples = None, noise = None,
+        *, lens, world_from_lens, world_from_visual, lighting, samples = None, noise = None,
         seed = None, threads = None
     ))]
     #[expect(clippy::too_many_arguments, reason = "named settings of one image")]
@@ -169,7 +169,7 @@ impl Stage {
         py: Python<'py>,
         lens: Lens,
         world_from_lens: PyReadonlyArrayDyn<'_, f64>,
-        world_from_thing: PyReadonlyArrayDyn<'_, f64>,
+        world_from_visual: PyReadonlyArrayDyn<'_, f64>,
         lighting: Lighting,
         samples: Option<i64>,
         noise: Option<f64>,
@@ -184,39 +184,39 @@ impl Stage {
             replace(&mut it.threads, threads);
         });
         let world_from_lens = poses(&world_from_lens, "world_from_lens")?;
-        let world_from_thing = pose_sets(&world_from_thing)?;
-        let scene = core::Scene {
+        let world_from_visual = pose_sets(&world_from_visual)?;
+        let placement = core::Placement {
             lens: lens.core(),
             world_from_lens: &world_from_lens,
-            world_from_thing: &world_from_thing,
+            world_from_visual: &world_from_visual,
             lighting: &lighting.0,
         };
-        let image = py.detach(|| self.0.render(&scene, &exposure)).map_err(raise)?;
+        let image = py.detach(|| self.0.render(&placement, &exposure)).map_err(raise)?;
         let [width, height] = lens.core().camera().size_px();
         PyArray1::from_vec(py, image).reshape([height, width, 3])
     }
 
     /// Gives depth along the lens's z through each pixel's centre, (H, W) float32 in metres, NaN
-    /// where nothing is, and the numbers of the things, (H, W) int32, -1 where nothing is: for one
-    /// pose of the lens, (7,), and of all things, (T, 7), float64. Raises SimError.
-    #[pyo3(signature = (*, lens, world_from_lens, world_from_thing))]
+    /// where nothing is, and the numbers of the visuals, (H, W) int32, -1 where nothing is: for one
+    /// pose of the lens, (7,), and of all visuals, (T, 7), float64. Raises SimError.
+    #[pyo3(signature = (*, lens, world_from_lens, world_from_visual))]
     fn depth<'py>(
         &self,
         py: Python<'py>,
         lens: Lens,
         world_from_lens: PyReadonlyArrayDyn<'_, f64>,
-        world_from_thing: PyReadonlyArrayDyn<'_, f64>,
+        world_from_visual: PyReadonlyArrayDyn<'_, f64>,
     ) -> PyResult<DepthParts<'py>> {
         if world_from_lens.shape() != [7] {
             return Err(wrong_shape("world_from_lens", "(7,)", world_from_lens.shape()));
         }
         let numbers: Vec<f64> = world_from_lens.as_array().iter().copied().collect();
         let pose = read_pose(&numbers)?;
-        let things = poses(&world_from_thing, "world_from_thing")?;
-        let found = py.detach(|| self.0.depth(lens.core(), &pose, &things)).map_err(raise)?;
+        let visuals = poses(&world_from_visual, "world_from_visual")?;
+        let found = py.detach(|| self.0.depth(lens.core(), &pose, &visuals)).map_err(raise)?;
         let [width, height] = lens.core().camera().size_px();
         let depth = PyArray1::from_vec(py, found.depth).reshape([height, width])?;
-        Ok((depth, PyArray1::from_vec(py, found.thing).reshape([height, width])?))
+        Ok((depth, PyArray1::from_vec(py, found.visual).reshape([height, width])?))
     }
 }
 
@@ -251,12 +251,12 @@ fn poses(array: &PyReadonlyArrayDyn<'_, f64>, what: &str) -> PyResult<Vec<pose::
 }
 
 fn pose_sets(array: &PyReadonlyArrayDyn<'_, f64>) -> PyResult<Vec<Vec<pose::Pose>>> {
-    let &[moments, things, 7] = array.shape() else {
-        return Err(wrong_shape("world_from_thing", "(M, T, 7)", array.shape()));
+    let &[moments, visuals, 7] = array.shape() else {
+        return Err(wrong_shape("world_from_visual", "(M, T, 7)", array.shape()));
     };
     let numbers: Vec<f64> = array.as_array().iter().copied().collect();
     let set = |moment: usize| {
-        let part = &numbers[7 * things * moment..7 * things * (moment + 1)];
+        let part = &numbers[7 * visuals * moment..7 * visuals * (moment + 1)];
         part.chunks_exact(7).map(read_pose).collect()
     };
     (0..moments).map(set).collect()

@@ -6,7 +6,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from servoid._native import Body, Camera, Lens, Paint, Stage
+from servoid._native import Body, Camera, Lens, Paint, Scene
 from servoid.errors import SimError
 from servoid.pose import Pose
 from servoid.sim.samples import bird
@@ -33,7 +33,7 @@ class Design:
     vertices: Floats
     faces: NDArray[np.int64]
     voxels: Voxels
-    stage: Stage
+    stage: Scene
 
     def mask(self, camera: Camera, object_from_camera: Pose) -> NDArray[np.uint8]:
         """Return where a camera sees the object: (H, W) uint8, 255 inside."""
@@ -46,7 +46,7 @@ class Design:
         _, numbers = self.stage.depth(
             lens=lens,
             world_from_lens=row_of(object_from_camera),
-            world_from_thing=np.array([STILL]),
+            world_from_visual=np.array([STILL]),
         )
         return np.where(numbers >= 0, np.uint8(255), np.uint8(0))
 
@@ -67,7 +67,7 @@ def design_of(name: str) -> Design:
     if name not in DESIGNS:
         raise SimError(f"unknown object '{name}'; choose one of {', '.join(DESIGNS)}")
     vertices, faces = _bird() if name == _BIRD else _shipped(name)
-    stage = Stage()
+    stage = Scene()
     stage.add_mesh(vertices, faces, Paint())
     return Design(vertices, faces, voxels_of(vertices, faces, VOXELS), stage)
 
@@ -77,7 +77,7 @@ def _shipped(name: str) -> tuple[Floats, NDArray[np.int64]]:
     faces: list[NDArray[np.int64]] = []
     for thing in make_object(name):
         mesh = as_mesh(thing.shape)
-        object_from_thing = pose_of(unit_row(thing.carrier_from_thing))
+        object_from_thing = pose_of(unit_row(thing.carrier_from_visual))
         faces.append(mesh.faces + sum(map(len, vertices)))
         vertices.append(object_from_thing.transform(np.ascontiguousarray(mesh.vertices)))
     return np.concatenate(vertices), np.concatenate(faces)

@@ -15,12 +15,12 @@ from servoid._native import Body, Camera, Lens, Pose
 from servoid.servo.law.gaze import fixation
 from servoid.sim.arm_file import read_arm
 from servoid.sim.world import CameraSettings, LightSettings
+from servoid.sim.world.cameras.renderer import Raycaster, Shot
 from servoid.sim.world.cameras.shutter import make_lens
-from servoid.sim.world.cameras.stages import Raycaster, Shot
 from servoid.sim.world.events.motions import compose, pose_of, row_of, unit_row
 from servoid.sim.world.objects import make_object
 from servoid.sim.world.scene.room import make_room
-from servoid.sim.world.scene.things import OBJECT, Ellipsoid, Thing
+from servoid.sim.world.scene.visuals import OBJECT, Ellipsoid, Visual
 
 Image = NDArray[np.uint8]
 Triple = tuple[float, float, float]
@@ -98,18 +98,18 @@ def see(settings: PairSettings, moment: Moment) -> EyePair:
 
     """
     lens = _lens(settings)
-    things, drawer = _stage(moment.object_name, settings.background, settings.clutter)
+    visuals, renderer = _stage(moment.object_name, settings.background, settings.clutter)
     world_from_object = moment.world_from_hand @ moment.hand_from_object
-    rows = _rows(things, world_from_object)
+    rows = _rows(visuals, world_from_object)
     middle = np.array(moment.hand_from_object.translation)
     eyes = world_from_eyes(moment.world_from_hand, middle, moment.eyes)
-    own = [index for index, thing in enumerate(things) if thing.carrier == OBJECT]
+    own = [index for index, visual in enumerate(visuals) if visual.carrier == OBJECT]
     images, masks, depths = [], [], []
     for number, eye in enumerate(eyes):
         shot = Shot(
             lens=lens,
             world_from_lens=row_of(eye)[None],
-            world_from_things=rows[None],
+            world_from_visuals=rows[None],
             toward=moment.toward,
             level=moment.level,
             samples=settings.samples,
@@ -117,8 +117,8 @@ def see(settings: PairSettings, moment: Moment) -> EyePair:
             seed=2 * moment.seed + number,
             threads=1,
         )
-        images.append(drawer.image(shot))
-        depth, numbers = drawer.depth(lens, row_of(eye), rows)
+        images.append(renderer.image(shot))
+        depth, numbers = renderer.depth(lens, row_of(eye), rows)
         depths.append(depth)
         masks.append(np.where(np.isin(numbers, own), np.uint8(255), np.uint8(0)))
     camera = Camera(size_px=lens.size_px, focal_px=lens.focal_px, center_px=lens.center_px)
@@ -153,9 +153,9 @@ def world_from_eyes(
 
 def true_body(object_name: str, world_from_object: Pose) -> Body:
     """Return an object that is made of ellipsoids as a body, in the object's own frame."""
-    parts = [thing for thing in make_object(object_name) if isinstance(thing.shape, Ellipsoid)]
-    places = np.array([unit_row(thing.carrier_from_thing) for thing in parts])
-    radii = [thing.shape.radii for thing in parts if isinstance(thing.shape, Ellipsoid)]
+    parts = [visual for visual in make_object(object_name) if isinstance(visual.shape, Ellipsoid)]
+    places = np.array([unit_row(visual.carrier_from_visual) for visual in parts])
+    radii = [visual.shape.radii for visual in parts if isinstance(visual.shape, Ellipsoid)]
     return Body(
         world_from_object=world_from_object,
         centers=np.ascontiguousarray(places[:, 4:]),
@@ -165,15 +165,15 @@ def true_body(object_name: str, world_from_object: Pose) -> Body:
 
 
 @lru_cache(maxsize=4)
-def _stage(name: str, background: str, clutter: int) -> tuple[tuple[Thing, ...], Raycaster]:
-    things = (*make_object(name), *make_room(background, clutter))
-    return things, Raycaster(things)
+def _stage(name: str, background: str, clutter: int) -> tuple[tuple[Visual, ...], Raycaster]:
+    visuals = (*make_object(name), *make_room(background, clutter))
+    return visuals, Raycaster(visuals)
 
 
-def _rows(things: Sequence[Thing], world_from_object: Pose) -> NDArray[np.float64]:
-    carried = np.array([unit_row(thing.carrier_from_thing) for thing in things])
+def _rows(visuals: Sequence[Visual], world_from_object: Pose) -> NDArray[np.float64]:
+    carried = np.array([unit_row(visual.carrier_from_visual) for visual in visuals])
     still = row_of(Pose.identity())
-    carriers = [row_of(world_from_object) if t.carrier == OBJECT else still for t in things]
+    carriers = [row_of(world_from_object) if t.carrier == OBJECT else still for t in visuals]
     return compose(np.array(carriers), carried)
 
 

@@ -22,7 +22,7 @@ from servoid.servo import GazeMode, ServoSettings, as_the_paper
 from servoid.servo.settings import GazeSettings, HandSettings, JointSettings
 from servoid.sim.world import World
 from servoid.sim.world.objects import make_object
-from servoid.sim.world.scene.things import Ellipsoid
+from servoid.sim.world.scene.visuals import Ellipsoid
 from servoid.track.follower import Follower, Images
 from servoid_experiments.paper.servoing_reading import Frame, Reading, hand_of, in_world, placed
 from servoid_experiments.paper.servoing_settings import Constants, Search, Triple
@@ -120,8 +120,8 @@ def body_of(name: str, radii: Triple | None) -> Body:
     for thing in make_object(name, radii):
         assert isinstance(thing.shape, Ellipsoid), f"{name} is not made of ellipsoids"
         sizes.append(thing.shape.radii)
-        turns.append(thing.carrier_from_thing[:4])
-        centers.append(thing.carrier_from_thing[4:])
+        turns.append(thing.carrier_from_visual[:4])
+        centers.append(thing.carrier_from_visual[4:])
     return Body(
         world_from_object=Pose.identity(),
         centers=np.array(centers, float),

@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 
 from servoid._native import Camera, Lens
 from servoid.pose import Pose, looking
+from servoid.sim.world.cameras.renderer import Image, Raycaster, Shot
 from servoid.sim.world.cameras.shutter import make_lens
-from servoid.sim.world.cameras.stages import Image, Raycaster, Shot
 from servoid.sim.world.events.motions import STILL, Floats, compose, pose_of, row_of, unit_row
 from servoid.sim.world.objects import make_object
 from servoid.sim.world.scene.room import make_room
-from servoid.sim.world.scene.things import BOARD, OBJECT, Box, Finish, Thing
+from servoid.sim.world.scene.visuals import BOARD, OBJECT, Box, Finish, Visual
 from servoid.sim.world.settings import BEFORE_HAND, CameraSettings, LightSettings
 from servoid_experiments.tracking.cases import Eyes, Scene
 from servoid_experiments.tracking.way import rest_from_objects
@@ -90,7 +90,7 @@ def last_quarter(images: int) -> int:
 class SetUp:
     """The things of a scene, and where they are in each image."""
 
-    def __init__(self, scene: Scene, own: tuple[Thing, ...] | None = None) -> None:
+    def __init__(self, scene: Scene, own: tuple[Visual, ...] | None = None) -> None:
         """Set up a scene; `own` are the parts of its object, if it is none of the world's.
 
         Raises:
@@ -109,8 +109,8 @@ class SetUp:
         self.world_from_objects = tuple(_rest() @ one for one in ways)
         self._own = make_object(scene.object) if own is None else own
         seen = _seen_room(scene.seed, self._lens, self.eyes)
-        self._things = (*self._own, Thing(_BOARD, _CARD, BOARD), *seen)
-        self._carried = np.array([unit_row(one.carrier_from_thing) for one in self._things])
+        self._things = (*self._own, Visual(_BOARD, _CARD, BOARD), *seen)
+        self._carried = np.array([unit_row(one.carrier_from_visual) for one in self._things])
         self._drawer = Raycaster(self._things)
         self._alone = Raycaster(self._own)
 
@@ -122,7 +122,7 @@ class SetUp:
                 Shot(
                     lens=self._lens,
                     world_from_lens=row_of(eye)[None],
-                    world_from_things=self._places(index)[None],
+                    world_from_visuals=self._places(index)[None],
                     toward=LightSettings().toward,
                     level=scene.light if halfway else 1.0,
                     samples=1,
@@ -171,10 +171,10 @@ class SetUp:
         return row_of(_head() @ Pose.from_parts(place, STILL[:4]))
 
 
-def _seen_room(seed: int, lens: Lens, eyes: tuple[Pose, ...]) -> tuple[Thing, ...]:
+def _seen_room(seed: int, lens: Lens, eyes: tuple[Pose, ...]) -> tuple[Visual, ...]:
     """Return what the eyes see of a room: all else costs time and shows nowhere."""
     things, drawer = _room(seed)
-    places = np.array([unit_row(one.carrier_from_thing) for one in things])
+    places = np.array([unit_row(one.carrier_from_visual) for one in things])
     seen = {
         int(one) for eye in eyes for one in np.unique(drawer.depth(lens, row_of(eye), places)[1])
     }
@@ -182,7 +182,7 @@ def _seen_room(seed: int, lens: Lens, eyes: tuple[Pose, ...]) -> tuple[Thing, ..
 
 
 @lru_cache(maxsize=_ROOMS)
-def _room(seed: int) -> tuple[tuple[Thing, ...], Raycaster]:
+def _room(seed: int) -> tuple[tuple[Visual, ...], Raycaster]:
     things = make_room("cluttered", seed)
     return things, Raycaster(things)
 

@@ -16,12 +16,12 @@ from servoid._native import Lens, Pose
 from servoid.capture import Capture, PosedImage, capture_of
 from servoid.model import Request, fit_capture
 from servoid.sim.accuracy import median_add_m
-from servoid.sim.world.cameras.stages import Raycaster, Shot
+from servoid.sim.world.cameras.renderer import Raycaster, Shot
 from servoid.sim.world.events.motions import Floats, compose, row_of
 from servoid.sim.world.objects import make_object
 from servoid.sim.world.objects.prints import grain
-from servoid.sim.world.scene.things import Finish, Plane, Thing
 from servoid.sim.world.scene.true_object import true_object
+from servoid.sim.world.scene.visuals import Finish, Plane, Visual
 from servoid.track import Subject, track_capture
 
 _SIZE_PX = (640, 480)
@@ -121,15 +121,15 @@ def _left_from_object(index: int) -> Pose:
 def _draw(observations: int) -> Capture:
     """Return a recording in memory, with a mask in the first left image."""
     bottle = make_object("bottle")
-    drawer = Raycaster([*bottle, _wall()])
+    renderer = Raycaster([*bottle, _wall()])
     places = (Pose.identity(), Pose.exp([_BASELINE_M, 0.0, 0.0, 0.0, 0.0, 0.0]))
     seen = [
         [
             PosedImage(
                 camera=_LENS,
                 world_from_camera=place,
-                image=drawer.image(_shot(index, place, bottle, eye)),
-                mask=_mask(drawer, place, bottle) if index == eye == 0 else None,
+                image=renderer.image(_shot(index, place, bottle, eye)),
+                mask=_mask(renderer, place, bottle) if index == eye == 0 else None,
             )
             for eye, place in enumerate(places)
         ]
@@ -139,12 +139,12 @@ def _draw(observations: int) -> Capture:
     return capture_of(seen, times_s=times_s, rate_hz=_RATE_HZ)
 
 
-def _shot(index: int, place: Pose, bottle: Sequence[Thing], eye: int) -> Shot:
+def _shot(index: int, place: Pose, bottle: Sequence[Visual], eye: int) -> Shot:
     """Return how one image is taken: a moment without blur, 2 x 2 rays a pixel."""
     return Shot(
         lens=_LENS,
         world_from_lens=row_of(place)[None],
-        world_from_things=_placed(bottle, index)[None],
+        world_from_visuals=_placed(bottle, index)[None],
         toward=_LAMP,
         level=1.0,
         samples=2,
@@ -153,19 +153,19 @@ def _shot(index: int, place: Pose, bottle: Sequence[Thing], eye: int) -> Shot:
     )
 
 
-def _mask(drawer: Raycaster, place: Pose, bottle: Sequence[Thing]) -> NDArray[np.uint8]:
+def _mask(renderer: Raycaster, place: Pose, bottle: Sequence[Visual]) -> NDArray[np.uint8]:
     """Return where the first image shows the bottle, (H, W), 255 on it."""
-    _, numbers = drawer.depth(_LENS, row_of(place), _placed(bottle, 0))
+    _, numbers = renderer.depth(_LENS, row_of(place), _placed(bottle, 0))
     return np.where((numbers >= 0) & (numbers < len(bottle)), np.uint8(255), np.uint8(0))
 
 
-def _wall() -> Thing:
+def _wall() -> Visual:
     wood = grain((512, 384), (0.66, 0.50, 0.34), 0.22, 6.0, seed=41)
-    return Thing(Plane((1.2, 0.9)), Finish(texture=wood))
+    return Visual(Plane((1.2, 0.9)), Finish(texture=wood))
 
 
-def _placed(bottle: Sequence[Thing], index: int) -> Floats:
+def _placed(bottle: Sequence[Visual], index: int) -> Floats:
     """Return the poses of the bottle's parts and of the wall in one observation, (T, 7)."""
     carrier = row_of(_left_from_object(index))
-    parts = [compose(carrier, np.asarray(one.carrier_from_thing)) for one in bottle]
+    parts = [compose(carrier, np.asarray(one.carrier_from_visual)) for one in bottle]
     return np.stack([*parts, np.asarray(_WALL_POSE)])

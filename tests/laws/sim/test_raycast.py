@@ -7,8 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
-from stages import (
+from ray_scenes import (
     BEHIND_LENS,
     FLAT,
     HERE,
@@ -26,9 +25,10 @@ from stages import (
     rays_of,
     sphere_mesh,
 )
+from scipy.spatial.transform import Rotation
 from tiers import tiered
 
-from servoid._native import Lens, Lighting, Stage
+from servoid._native import Lens, Lighting, Scene
 from servoid.camera import Camera
 from servoid.pose import Pose
 from servoid.shape import Body
@@ -53,11 +53,11 @@ def inside_box(p: Floats) -> Floats:
     return (np.array([0.07, 0.04, 0.05]) - np.abs(p)).min(axis=-1)
 
 
-SOLIDS: dict[str, tuple[Callable[[Stage], int], Callable[[Floats], Floats]]] = {
-    "ellipsoid": (lambda stage: stage.add_ellipsoid(RADII, WHITE), inside_ellipsoid),
-    "capsule": (lambda stage: stage.add_capsule(0.05, 0.07, WHITE), inside_capsule),
-    "cylinder": (lambda stage: stage.add_cylinder(0.05, 0.07, WHITE), inside_cylinder),
-    "box": (lambda stage: stage.add_box((0.07, 0.04, 0.05), WHITE), inside_box),
+SOLIDS: dict[str, tuple[Callable[[Scene], int], Callable[[Floats], Floats]]] = {
+    "ellipsoid": (lambda scene: scene.add_ellipsoid(RADII, WHITE), inside_ellipsoid),
+    "capsule": (lambda scene: scene.add_capsule(0.05, 0.07, WHITE), inside_capsule),
+    "cylinder": (lambda scene: scene.add_cylinder(0.05, 0.07, WHITE), inside_cylinder),
+    "box": (lambda scene: scene.add_box((0.07, 0.04, 0.05), WHITE), inside_box),
 }
 
 
@@ -87,9 +87,9 @@ def walked(inside: Callable[[Floats], Floats], pose: Floats, rays: Floats) -> Fl
 @pytest.mark.parametrize("name", SOLIDS)
 def test_depth_is_where_a_walk_along_the_ray_comes_inside(name: str, lens: Lens) -> None:
     add, inside = SOLIDS[name]
-    stage = Stage()
-    add(stage)
-    depth, numbers = depth_of(stage, SKEW, lens)
+    scene = Scene()
+    add(scene)
+    depth, numbers = depth_of(scene, SKEW, lens)
     rays = rays_of(lens)
     expected = (walked(inside, SKEW, rays) * rays[:, 2]).reshape(depth.shape)
     both = ~np.isnan(expected) & ~np.isnan(depth)
@@ -101,9 +101,9 @@ def test_depth_is_where_a_walk_along_the_ray_comes_inside(name: str, lens: Lens)
 
 
 def test_depth_of_a_rectangle_is_that_of_its_plane_inside_its_edges() -> None:
-    stage = Stage()
-    stage.add_plane((0.12, 0.05), WHITE)
-    depth, _ = depth_of(stage, SKEW)
+    scene = Scene()
+    scene.add_plane((0.12, 0.05), WHITE)
+    depth, _ = depth_of(scene, SKEW)
     rays = rays_of(PINHOLE)
     turn = Rotation.from_quat(SKEW[[1, 2, 3, 0]])
     normal = turn.apply([0.0, 0.0, 1.0])
@@ -118,9 +118,9 @@ def test_depth_of_a_mesh_is_that_of_all_its_triangles() -> None:
     rng = np.random.default_rng(5)
     corners = rng.uniform(-0.12, 0.12, (60, 3))
     faces = np.array([rng.choice(60, 3, replace=False) for _ in range(80)])
-    stage = Stage()
-    stage.add_mesh(corners, faces, WHITE)
-    depth, _ = depth_of(stage, SKEW)
+    scene = Scene()
+    scene.add_mesh(corners, faces, WHITE)
+    depth, _ = depth_of(scene, SKEW)
     rays = rays_of(PINHOLE)
     placed = Rotation.from_quat(SKEW[[1, 2, 3, 0]]).apply(corners) + SKEW[4:]
     best = np.full(len(rays), np.inf)
@@ -138,7 +138,7 @@ def test_depth_of_a_mesh_is_that_of_all_its_triangles() -> None:
 
 def test_a_mesh_of_a_ball_looks_like_the_ball() -> None:
     corners, faces = sphere_mesh(60)
-    ball, mesh = Stage(), Stage()
+    ball, mesh = Scene(), Scene()
     ball.add_ellipsoid(RADII, WHITE)
     mesh.add_mesh(corners * RADII, faces, WHITE)
     (one, _), (two, _) = depth_of(ball, SKEW), depth_of(mesh, SKEW)
@@ -163,8 +163,8 @@ def test_an_ellipsoid_covers_the_pixels_of_its_silhouette(
     radii: tuple[float, float, float],
 ) -> None:
     pose = posed(turn, place)
-    stage = Stage()
-    stage.add_ellipsoid(radii, WHITE)
+    scene = Scene()
+    scene.add_ellipsoid(radii, WHITE)
     body = Body(
         world_from_object=Pose.from_parts(list(pose[4:]), list(pose[:4])),
         centers=np.zeros((1, 3)),
@@ -172,15 +172,15 @@ def test_an_ellipsoid_covers_the_pixels_of_its_silhouette(
         rotations=np.array([[1.0, 0.0, 0.0, 0.0]]),
     )
     silhouette = body.silhouette(Camera(**FLAT), Pose.identity()) > 0
-    _, numbers = depth_of(stage, pose)
+    _, numbers = depth_of(scene, pose)
     assert (silhouette != (numbers == 0)).sum() <= 1
 
 
 @pytest.mark.parametrize("lens", LENSES, ids=("pinhole", "bent", "fisheye"))
 def test_what_a_pixel_shows_projects_to_it(lens: Lens) -> None:
-    stage = Stage()
-    stage.add_ellipsoid((0.3, 0.2, 0.1), WHITE)
-    depth, _ = depth_of(stage, posed((20.0, 30.0, 0.0), (0.0, 0.0, 0.5)), lens)
+    scene = Scene()
+    scene.add_ellipsoid((0.3, 0.2, 0.1), WHITE)
+    depth, _ = depth_of(scene, posed((20.0, 30.0, 0.0), (0.0, 0.0, 0.5)), lens)
     v, u = np.nonzero(np.isfinite(depth))
     rays = rays_of(lens).reshape(*depth.shape, 3)[v, u]
     points = rays * (depth[v, u] / rays[:, 2])[:, None]
@@ -189,19 +189,19 @@ def test_what_a_pixel_shows_projects_to_it(lens: Lens) -> None:
 
 
 def test_what_stands_in_front_hides() -> None:
-    stage = Stage()
-    stage.add_box((0.05, 0.05, 0.05), WHITE)
-    stage.add_ellipsoid((0.05, 0.05, 0.05), WHITE)
+    scene = Scene()
+    scene.add_box((0.05, 0.05, 0.05), WHITE)
+    scene.add_ellipsoid((0.05, 0.05, 0.05), WHITE)
     near, far = (*HERE[:4], 0.0, 0.0, 0.4), (*HERE[:4], 0.0, 0.0, 0.8)
     middle = SIZE_PX[1] // 2, SIZE_PX[0] // 2
-    assert depth_of(stage, [near, far])[1][middle] == 0
-    assert depth_of(stage, [far, near])[1][middle] == 1
-    assert depth_of(stage, [(*HERE[:4], 0.3, 0.0, 0.4), far])[1][middle] == 1
-    assert depth_of(stage, [near, far])[1][0, 0] == -1
+    assert depth_of(scene, [near, far])[1][middle] == 0
+    assert depth_of(scene, [far, near])[1][middle] == 1
+    assert depth_of(scene, [(*HERE[:4], 0.3, 0.0, 0.4), far])[1][middle] == 1
+    assert depth_of(scene, [near, far])[1][0, 0] == -1
 
 
 def test_the_world_can_move_with_everything_in_it() -> None:
-    stage, things = cluttered()
+    scene, visuals = cluttered()
     world = Pose.from_parts([0.3, -0.2, 0.1], list(posed((0.0, 0.0, 50.0), (0, 0, 0))[:4]))
 
     def moved(pose: Floats) -> Floats:
@@ -210,10 +210,10 @@ def test_the_world_can_move_with_everything_in_it() -> None:
 
     toward = np.array(BEHIND_LENS)
     turned = Rotation.from_euler("z", 50.0, degrees=True).apply(toward)
-    here = image_of(stage, things, lighting=Lighting(toward=toward))
+    here = image_of(scene, visuals, lighting=Lighting(toward=toward))
     there = image_of(
-        stage,
-        np.array([moved(pose) for pose in things]),
+        scene,
+        np.array([moved(pose) for pose in visuals]),
         world_from_lens=np.array([moved(np.array(HERE))]),
         lighting=Lighting(toward=turned),
     )

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
-from stages import (
+from ray_scenes import (
     BEHIND_LENS,
     HERE,
     LENSES,
@@ -21,15 +20,16 @@ from stages import (
     linear,
     posed,
 )
+from scipy.spatial.transform import Rotation
 
-from servoid._native import Lens, Lighting, Paint, Stage
+from servoid._native import Lens, Lighting, Paint, Scene
 
 
 @pytest.mark.parametrize("lens", LENSES, ids=("pinhole", "bent", "fisheye"))
 def test_the_same_image_comes_from_any_number_of_threads(lens: Lens) -> None:
-    stage, things = cluttered()
+    scene, visuals = cluttered()
     images = [
-        image_of(stage, things, lens, samples=2, noise=3.0, seed=4, threads=threads)
+        image_of(scene, visuals, lens, samples=2, noise=3.0, seed=4, threads=threads)
         for threads in (1, 2, 3, 0)
     ]
     for image in images[1:]:
@@ -37,11 +37,11 @@ def test_the_same_image_comes_from_any_number_of_threads(lens: Lens) -> None:
 
 
 def test_noise_has_the_deviation_that_was_asked_for_and_no_mean() -> None:
-    stage, things = grey_wall()
-    still = image_of(stage, things)
+    scene, visuals = grey_wall()
+    still = image_of(scene, visuals)
     assert still.std(axis=(0, 1)).max() == 0.0
     for sigma in (1.0, 6.0):
-        noise = image_of(stage, things, noise=sigma, seed=1) - still
+        noise = image_of(scene, visuals, noise=sigma, seed=1) - still
         offset = noise.mean(axis=(0, 1))
         # The still image is rounded too.
         assert np.abs(offset).max() < 0.5 + 4.0 * sigma / np.sqrt(noise[..., 0].size)
@@ -56,24 +56,24 @@ def test_noise_has_the_deviation_that_was_asked_for_and_no_mean() -> None:
 
 
 def test_noise_is_another_with_another_seed_and_the_same_with_the_same() -> None:
-    stage, things = grey_wall()
-    one, two, other = (image_of(stage, things, noise=4.0, seed=seed) for seed in (1, 1, 2))
+    scene, visuals = grey_wall()
+    one, two, other = (image_of(scene, visuals, noise=4.0, seed=seed) for seed in (1, 1, 2))
     np.testing.assert_array_equal(one, two)
-    still = image_of(stage, things)
+    still = image_of(scene, visuals)
     shared = np.corrcoef((one - still).ravel(), (other - still).ravel())[0, 1]
     assert abs(shared) < 0.02
 
 
 def test_two_moments_give_the_mean_of_two_still_images() -> None:
-    stage, _ = grey_wall()
-    stage.add_box((0.1, 0.1, 0.1), Paint(color=(0.1, 0.6, 0.2)))
+    scene, _ = grey_wall()
+    scene.add_box((0.1, 0.1, 0.1), Paint(color=(0.1, 0.6, 0.2)))
     wall = [*HERE[:4], 0.0, 0.0, 1.0]
     before, after = ([wall, [*HERE[:4], x, 0.0, 0.6]] for x in (-0.04, 0.04))
-    stills = [linear(image_of(stage, things, samples=2)) for things in (before, after)]
-    both = stage.render(
+    stills = [linear(image_of(scene, visuals, samples=2)) for visuals in (before, after)]
+    both = scene.render(
         lens=PINHOLE,
         world_from_lens=np.array([HERE, HERE]),
-        world_from_thing=np.array([before, after]),
+        world_from_visual=np.array([before, after]),
         lighting=Lighting(toward=BEHIND_LENS),
         samples=2,
     )
@@ -92,14 +92,14 @@ def test_two_moments_give_the_mean_of_two_still_images() -> None:
 
 
 def test_a_moving_lens_blurs_what_stands_still() -> None:
-    stage, things = cluttered()
+    scene, visuals = cluttered()
     moving = np.tile(HERE, (4, 1))
     moving[:, 4] = [0.0, 0.004, 0.008, 0.012]
-    sharp = image_of(stage, things, samples=2)
-    blurred = stage.render(
+    sharp = image_of(scene, visuals, samples=2)
+    blurred = scene.render(
         lens=PINHOLE,
         world_from_lens=moving,
-        world_from_thing=np.tile(things, (4, 1, 1)),
+        world_from_visual=np.tile(visuals, (4, 1, 1)),
         lighting=Lighting(toward=BEHIND_LENS),
         samples=2,
     ).astype(np.float64)
@@ -110,27 +110,27 @@ def test_a_moving_lens_blurs_what_stands_still() -> None:
 
 
 def test_a_brighter_lamp_makes_a_brighter_image() -> None:
-    stage, things = cluttered()
+    scene, visuals = cluttered()
     dim, bright = (
-        image_of(stage, things, lighting=Lighting(toward=BEHIND_LENS, key=(x, x, x)))
+        image_of(scene, visuals, lighting=Lighting(toward=BEHIND_LENS, key=(x, x, x)))
         for x in (0.2, 0.5)
     )
     assert (bright >= dim).all()
     assert bright.mean() > dim.mean() + 3.0
-    exposed = image_of(stage, things, lighting=Lighting(toward=BEHIND_LENS, exposure=2.0))
-    assert exposed.mean() > image_of(stage, things).mean() + 10.0
-    np.testing.assert_array_equal(image_of(stage, things, lighting=Lighting(exposure=0.0)), 0.0)
+    exposed = image_of(scene, visuals, lighting=Lighting(toward=BEHIND_LENS, exposure=2.0))
+    assert exposed.mean() > image_of(scene, visuals).mean() + 10.0
+    np.testing.assert_array_equal(image_of(scene, visuals, lighting=Lighting(exposure=0.0)), 0.0)
 
 
 def test_a_facing_surface_has_the_colour_of_lamp_times_paint() -> None:
     """Lambert's law: the cosine of the angle between normal and lamp."""
-    stage = Stage()
-    stage.add_plane((9.0, 9.0), Paint(color=(0.9, 0.5, 0.2)))
+    scene = Scene()
+    scene.add_plane((9.0, 9.0), Paint(color=(0.9, 0.5, 0.2)))
     dark = {"sky": (0.0, 0.0, 0.0), "bounce": (0.0, 0.0, 0.0), "key": (0.8, 0.7, 1.0)}
     for angle in (0.0, 30.0, 60.0):
         toward = (np.sin(np.radians(angle)), 0.0, -np.cos(np.radians(angle)))
         image = image_of(
-            stage, [*HERE[:4], 0.0, 0.0, 1.0], lighting=Lighting(toward=toward, **dark)
+            scene, [*HERE[:4], 0.0, 0.0, 1.0], lighting=Lighting(toward=toward, **dark)
         )
         expected = np.array([0.72, 0.35, 0.2]) * np.cos(np.radians(angle))
         np.testing.assert_allclose(linear(image), np.broadcast_to(expected, image.shape), atol=5e-3)
@@ -142,20 +142,20 @@ def looking_down(height: float) -> Floats:
 
 
 def test_shade_falls_where_the_lamp_is_hidden() -> None:
-    stage = Stage()
-    stage.add_plane((1.0, 1.0), WHITE)
-    stage.add_box((0.05, 0.05, 0.05), WHITE)
+    scene = Scene()
+    scene.add_plane((1.0, 1.0), WHITE)
+    scene.add_box((0.05, 0.05, 0.05), WHITE)
     poses = np.array([[HERE, (*HERE[:4], 0.0, 0.0, 0.2)]])
     # The lamp stands at 45 degrees over +x, so that the shade falls by the height towards -x.
-    image = stage.render(
+    image = scene.render(
         lens=PINHOLE,
         world_from_lens=looking_down(1.0),
-        world_from_thing=poses,
+        world_from_visual=poses,
         lighting=Lighting(toward=(1.0, 0.0, 1.0)),
         samples=1,
     )[..., 1].astype(float)
-    depth, numbers = stage.depth(
-        lens=PINHOLE, world_from_lens=looking_down(1.0)[0], world_from_thing=poses[0]
+    depth, numbers = scene.depth(
+        lens=PINHOLE, world_from_lens=looking_down(1.0)[0], world_from_visual=poses[0]
     )
     u, v = np.meshgrid(np.arange(SIZE_PX[0]), np.arange(SIZE_PX[1]))
     x, y = (u - 81.0) / 150.0 * depth, -(v - 58.5) / 152.0 * depth
@@ -168,18 +168,18 @@ def test_shade_falls_where_the_lamp_is_hidden() -> None:
     assert image[shade].max() < image[lit].min() - 40.0
 
 
-def test_a_thing_does_not_shade_its_own_lit_side() -> None:
+def test_a_visual_does_not_shade_its_own_lit_side() -> None:
     for add in (
-        lambda stage: stage.add_ellipsoid(RADII, WHITE),
-        lambda stage: stage.add_capsule(0.05, 0.07, WHITE),
-        lambda stage: stage.add_cylinder(0.05, 0.07, WHITE),
-        lambda stage: stage.add_box((0.07, 0.04, 0.05), WHITE),
+        lambda scene: scene.add_ellipsoid(RADII, WHITE),
+        lambda scene: scene.add_capsule(0.05, 0.07, WHITE),
+        lambda scene: scene.add_cylinder(0.05, 0.07, WHITE),
+        lambda scene: scene.add_box((0.07, 0.04, 0.05), WHITE),
     ):
-        stage = Stage()
-        add(stage)
+        scene = Scene()
+        add(scene)
         bare = Lighting(toward=(0.0, 0.0, -1.0), sky=(0, 0, 0), bounce=(0, 0, 0), key=(1, 1, 1))
-        image = image_of(stage, SKEW, lighting=bare)
-        _, numbers = depth_of(stage, SKEW)
+        image = image_of(scene, SKEW, lighting=bare)
+        _, numbers = depth_of(scene, SKEW)
         inner = (numbers == 0) & (np.roll(numbers, 1, 0) == 0) & (np.roll(numbers, -1, 0) == 0)
         inner &= (np.roll(numbers, 1, 1) == 0) & (np.roll(numbers, -1, 1) == 0)
         assert image[inner].min() > 20.0
@@ -190,9 +190,9 @@ def test_a_glossy_ball_has_a_highlight_half_way_to_the_lamp() -> None:
     bare = Lighting(toward=lamp, sky=(0, 0, 0), bounce=(0, 0, 0), key=(0.5, 0.5, 0.5))
     balls = []
     for gloss in (0.0, 0.8):
-        stage = Stage()
-        stage.add_ellipsoid((0.1, 0.1, 0.1), Paint(color=(0.2, 0.2, 0.2), gloss=gloss))
-        balls.append(image_of(stage, [*HERE[:4], 0.0, 0.0, 0.6], lighting=bare)[..., 0])
+        scene = Scene()
+        scene.add_ellipsoid((0.1, 0.1, 0.1), Paint(color=(0.2, 0.2, 0.2), gloss=gloss))
+        balls.append(image_of(scene, [*HERE[:4], 0.0, 0.0, 0.6], lighting=bare)[..., 0])
     v, u = np.unravel_index(np.argmax(linear(balls[1]) - linear(balls[0])), balls[0].shape)
     ray = PINHOLE.rays(np.array([[u, v]], dtype=np.float64))[0]
     t = ray[2] * 0.6 - np.sqrt((ray[2] * 0.6) ** 2 - (0.36 - 0.01))
@@ -202,9 +202,9 @@ def test_a_glossy_ball_has_a_highlight_half_way_to_the_lamp() -> None:
 
 
 def test_the_background_is_lighter_above() -> None:
-    stage = Stage()
+    scene = Scene()
     level = posed((-90.0, 0.0, 0.0), (0.0, 0.0, 0.0))[None]
-    image = image_of(stage, np.zeros((0, 7)), world_from_lens=level).mean(axis=(1, 2))
+    image = image_of(scene, np.zeros((0, 7)), world_from_lens=level).mean(axis=(1, 2))
     assert (np.diff(image) <= 0.0).all()
     assert image[0] > image[-1] + 5.0
 
@@ -231,9 +231,9 @@ def test_a_texture_lies_upright_on_a_plane_and_repeats() -> None:
     # The plane's x points to the right and its y up in the image.
     pose = posed((180.0, 0.0, 0.0), (0.0, 0.0, 0.5))
     for repeat, parts in (((1.0, 1.0), 1), ((2.0, 2.0), 2)):
-        stage = Stage()
-        stage.add_plane((0.1, 0.1), Paint(color=(1, 1, 1), texture=quarters(), repeat=repeat))
-        image = image_of(stage, pose, lighting=FULL)
+        scene = Scene()
+        scene.add_plane((0.1, 0.1), Paint(color=(1, 1, 1), texture=quarters(), repeat=repeat))
+        image = image_of(scene, pose, lighting=FULL)
         texture = np.tile(quarters(), (parts, parts, 1))
         for x in (-0.08, -0.03, 0.03, 0.08):
             for y in (-0.08, -0.03, 0.03, 0.08):
@@ -243,12 +243,12 @@ def test_a_texture_lies_upright_on_a_plane_and_repeats() -> None:
 
 
 def test_a_texture_goes_round_an_ellipsoid_and_from_its_top_down() -> None:
-    stage = Stage()
-    stage.add_ellipsoid((0.1, 0.1, 0.1), Paint(color=(1, 1, 1), texture=quarters()))
+    scene = Scene()
+    scene.add_ellipsoid((0.1, 0.1, 0.1), Paint(color=(1, 1, 1), texture=quarters()))
     # The ball's z points up, its x away from the lens, its y to the left.
     pose = np.array([0.5, 0.5, -0.5, 0.5, 0.0, 0.0, 0.6])
     turn = Rotation.from_quat(pose[[1, 2, 3, 0]])
-    image = image_of(stage, pose, lighting=FULL)
+    image = image_of(scene, pose, lighting=FULL)
     for y in (-1, 1):
         for z in (-1, 1):
             local = np.array([-0.7, 0.5 * y, 0.5 * z]) / np.linalg.norm([0.7, 0.5, 0.5])
@@ -264,26 +264,26 @@ def test_a_mesh_shows_its_texture_and_its_colours() -> None:
     faces = np.array([[0, 1, 2], [0, 2, 3]])
     places = np.array([[0.0, 0.0], [1, 0], [1, 1], [0, 1]])
     pose = [*HERE[:4], 0.0, 0.0, 0.5]
-    stage = Stage()
-    stage.add_mesh(corners, faces, Paint(color=(1, 1, 1), texture=quarters()), places)
-    image = image_of(stage, pose, lighting=FULL)
+    scene = Scene()
+    scene.add_mesh(corners, faces, Paint(color=(1, 1, 1), texture=quarters()), places)
+    image = image_of(scene, pose, lighting=FULL)
     for x in (-0.05, 0.05):
         for y in (-0.05, 0.05):
             row, column = ((np.array([y, x]) / 0.2 + 0.5) * 32).astype(int)
             np.testing.assert_allclose(
                 color_at(image, np.array([x, y, 0.5])), quarters()[row, column], atol=1.0
             )
-    stage = Stage()
+    scene = Scene()
     colors = np.array([[10, 200, 90]] * 4, dtype=np.uint8)
-    stage.add_mesh(corners, faces, WHITE, colors=colors)
-    seen = color_at(image_of(stage, pose, lighting=FULL), np.array([0.01, 0.02, 0.5]))
+    scene.add_mesh(corners, faces, WHITE, colors=colors)
+    seen = color_at(image_of(scene, pose, lighting=FULL), np.array([0.01, 0.02, 0.5]))
     np.testing.assert_allclose(seen, [10, 200, 90], atol=1.0)
 
 
 def test_more_samples_make_edges_smooth_and_leave_the_rest() -> None:
-    stage = Stage()
-    stage.add_ellipsoid((0.08, 0.08, 0.08), WHITE)
+    scene = Scene()
+    scene.add_ellipsoid((0.08, 0.08, 0.08), WHITE)
     pose = [*HERE[:4], 0.0, 0.0, 0.5]
     lamp = Lighting(toward=BEHIND_LENS, sky=(0.0, 0.0, 0.0))
-    one, four, exact = (image_of(stage, pose, lighting=lamp, samples=n)[..., 0] for n in (1, 4, 8))
+    one, four, exact = (image_of(scene, pose, lighting=lamp, samples=n)[..., 0] for n in (1, 4, 8))
     assert np.abs(four - exact).mean() < 0.4 * np.abs(one - exact).mean()

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from stages import (
+from ray_scenes import (
     HERE,
     PINHOLE,
     RADII,
@@ -11,29 +11,29 @@ from stages import (
     Floats,
 )
 
-from servoid._native import Lighting, Paint, Stage
+from servoid._native import Lighting, Paint, Scene
 from servoid.errors import PoseError, ServoidError, SimError
 
 
-def one_thing() -> Stage:
-    stage = Stage()
-    stage.add_ellipsoid(RADII, WHITE)
-    return stage
+def one_visual() -> Scene:
+    scene = Scene()
+    scene.add_ellipsoid(RADII, WHITE)
+    return scene
 
 
 @pytest.mark.parametrize("bad", [0.0, -1.0, float("nan"), float("inf"), 1e9])
 def test_a_size_that_is_no_length_is_refused(bad: float) -> None:
-    stage = Stage()
+    scene = Scene()
     for call in (
-        lambda: stage.add_ellipsoid((0.1, bad, 0.1), WHITE),
-        lambda: stage.add_capsule(bad, 0.1, WHITE),
-        lambda: stage.add_cylinder(0.1, bad, WHITE),
-        lambda: stage.add_box((0.1, 0.1, bad), WHITE),
-        lambda: stage.add_plane((bad, 0.1), WHITE),
+        lambda: scene.add_ellipsoid((0.1, bad, 0.1), WHITE),
+        lambda: scene.add_capsule(bad, 0.1, WHITE),
+        lambda: scene.add_cylinder(0.1, bad, WHITE),
+        lambda: scene.add_box((0.1, 0.1, bad), WHITE),
+        lambda: scene.add_plane((bad, 0.1), WHITE),
     ):
         with pytest.raises(SimError, match="must be a number of metres from"):
             call()
-    assert stage.count == 0
+    assert scene.count == 0
 
 
 CORNERS = np.array([[0.0, 0, 0], [0.1, 0, 0], [0, 0.1, 0]])
@@ -58,7 +58,7 @@ def test_a_mesh_that_cannot_be_is_refused(
     vertices: Floats, faces: NDArray[np.int64], more: dict[str, NDArray[np.uint8]], words: str
 ) -> None:
     with pytest.raises(ServoidError, match=words):
-        Stage().add_mesh(vertices, faces, WHITE, **more)
+        Scene().add_mesh(vertices, faces, WHITE, **more)
 
 
 @pytest.mark.parametrize(
@@ -102,13 +102,17 @@ def test_a_light_that_cannot_be_is_refused(changes: dict[str, object], words: st
         ({"noise": -1.0}, SimError, "noise is -1"),
         ({"noise": float("nan")}, SimError, "noise is NaN"),
         ({"world_from_lens": np.array(HERE)}, SimError, r"must have shape \(N, 7\)"),
-        ({"world_from_lens": np.tile(HERE, (2, 1))}, SimError, "2 poses and the things have 1"),
+        ({"world_from_lens": np.tile(HERE, (2, 1))}, SimError, "2 poses and the visuals have 1"),
         ({"world_from_lens": np.full((1, 7), np.nan)}, PoseError, "NaN"),
-        ({"world_from_thing": np.array([HERE])}, SimError, r"shape \(M, T, 7\)"),
-        ({"world_from_thing": np.array([[HERE, HERE]])}, SimError, "2 poses of things, but the st"),
-        ({"world_from_thing": np.full((1, 1, 7), np.nan)}, PoseError, "NaN"),
-        ({"world_from_thing": np.zeros((1, 1, 7))}, PoseError, "length 1"),
-        ({"world_from_thing": np.array([[[*HERE[:4], 0, 0, 1e6]]])}, SimError, "thing 0 stands"),
+        ({"world_from_visual": np.array([HERE])}, SimError, r"shape \(M, T, 7\)"),
+        (
+            {"world_from_visual": np.array([[HERE, HERE]])},
+            SimError,
+            "2 poses of visuals, but th",
+        ),
+        ({"world_from_visual": np.full((1, 1, 7), np.nan)}, PoseError, "NaN"),
+        ({"world_from_visual": np.zeros((1, 1, 7))}, PoseError, "length 1"),
+        ({"world_from_visual": np.array([[[*HERE[:4], 0, 0, 1e6]]])}, SimError, "visual 0 stands"),
     ],
 )
 def test_an_image_that_cannot_be_is_refused(
@@ -117,19 +121,19 @@ def test_an_image_that_cannot_be_is_refused(
     known = {
         "lens": PINHOLE,
         "world_from_lens": np.array([HERE]),
-        "world_from_thing": np.array([[HERE]]),
+        "world_from_visual": np.array([[HERE]]),
         "lighting": Lighting(),
     }
     with pytest.raises(error, match=words):
-        one_thing().render(**{**known, **changes})
+        one_visual().render(**{**known, **changes})
 
 
 def test_more_moments_than_rays_are_refused() -> None:
     with pytest.raises(SimError, match="5 moments were given, but a pixel has only 4 rays"):
-        one_thing().render(
+        one_visual().render(
             lens=PINHOLE,
             world_from_lens=np.tile(HERE, (5, 1)),
-            world_from_thing=np.tile(HERE, (5, 1, 1)),
+            world_from_visual=np.tile(HERE, (5, 1, 1)),
             lighting=Lighting(),
             samples=2,
         )
@@ -137,10 +141,10 @@ def test_more_moments_than_rays_are_refused() -> None:
 
 def test_depth_refuses_poses_of_the_wrong_shape() -> None:
     with pytest.raises(SimError, match=r"world_from_lens must have shape \(7,\)"):
-        one_thing().depth(
-            lens=PINHOLE, world_from_lens=np.array([HERE]), world_from_thing=np.array([HERE])
+        one_visual().depth(
+            lens=PINHOLE, world_from_lens=np.array([HERE]), world_from_visual=np.array([HERE])
         )
-    with pytest.raises(SimError, match="0 poses of things"):
-        one_thing().depth(
-            lens=PINHOLE, world_from_lens=np.array(HERE), world_from_thing=np.zeros((0, 7))
+    with pytest.raises(SimError, match="0 poses of visuals"):
+        one_visual().depth(
+            lens=PINHOLE, world_from_lens=np.array(HERE), world_from_visual=np.zeros((0, 7))
         )

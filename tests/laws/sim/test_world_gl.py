@@ -10,10 +10,10 @@ from servoid.errors import SimError
 from servoid.pose import looking
 from servoid.sim.world import CameraSettings, ObjectSettings, World, WorldSettings
 from servoid.sim.world.cameras.gl_context import make_context
-from servoid.sim.world.cameras.gl_stage import OpenGl
-from servoid.sim.world.cameras.stages import Raycaster, Shot
+from servoid.sim.world.cameras.gl_renderer import OpenGl
+from servoid.sim.world.cameras.renderer import Raycaster, Shot
 from servoid.sim.world.events.motions import row_of
-from servoid.sim.world.scene.things import Box, Capsule, Cylinder, Ellipsoid, Finish, Plane, Thing
+from servoid.sim.world.scene.visuals import Box, Capsule, Cylinder, Ellipsoid, Finish, Plane, Visual
 
 pytestmark = pytest.mark.extended
 
@@ -61,21 +61,21 @@ def test_both_renderers_show_the_same_world(name: str, background: str) -> None:
 @pytest.mark.usefixtures("open_gl")
 def test_both_renderers_agree_on_depths_and_on_what_is_seen() -> None:
     red = Finish(color=(0.8, 0.2, 0.2))
-    things = [
-        Thing(Plane((2.0, 2.0)), red),
-        Thing(Ellipsoid((0.1, 0.2, 0.15)), red, carrier_from_thing=(1, 0, 0, 0, 0, 0, 0.3)),
-        Thing(Capsule(0.05, 0.1), red, carrier_from_thing=(1, 0, 0, 0, 0.3, 0.1, 0.3)),
-        Thing(Cylinder(0.05, 0.1), red, carrier_from_thing=(0.6, 0.8, 0, 0, -0.3, 0, 0.3)),
-        Thing(Box((0.05, 0.1, 0.15)), red, carrier_from_thing=(0.6, 0, 0.8, 0, 0, -0.4, 0.3)),
+    visuals = [
+        Visual(Plane((2.0, 2.0)), red),
+        Visual(Ellipsoid((0.1, 0.2, 0.15)), red, carrier_from_visual=(1, 0, 0, 0, 0, 0, 0.3)),
+        Visual(Capsule(0.05, 0.1), red, carrier_from_visual=(1, 0, 0, 0, 0.3, 0.1, 0.3)),
+        Visual(Cylinder(0.05, 0.1), red, carrier_from_visual=(0.6, 0.8, 0, 0, -0.3, 0, 0.3)),
+        Visual(Box((0.05, 0.1, 0.15)), red, carrier_from_visual=(0.6, 0, 0.8, 0, 0, -0.4, 0.3)),
     ]
-    rows = np.array([thing.carrier_from_thing for thing in things], float)
+    rows = np.array([visual.carrier_from_visual for visual in visuals], float)
     # An axis off the middle and unlike focal lengths: the frustum is as crooked as the lens.
     lens = Lens(
         model="pinhole", size_px=(200, 150), focal_px=(220.0, 200.0), center_px=(90.0, 84.0)
     )
     pose = row_of(looking((0.5, -1.2, 1.1), (0.0, 0.0, 0.2)))
-    depth, ids = Raycaster(things).depth(lens, pose, rows)
-    other_depth, other_ids = OpenGl(things).depth(lens, pose, rows)
+    depth, ids = Raycaster(visuals).depth(lens, pose, rows)
+    other_depth, other_ids = OpenGl(visuals).depth(lens, pose, rows)
     assert set(np.unique(ids)) >= set(range(5))
     same = ids == other_ids
     assert (~same).mean() < 0.01
@@ -96,7 +96,7 @@ def test_a_bent_lens_is_refused_by_open_gl() -> None:
     )
     pose = row_of(looking((0.5, -1.2, 1.1), (0.0, 0.0, 0.2)))
     rows = np.array([[1.0, 0, 0, 0, 0, 0, 0]])
-    stage = OpenGl([Thing(Box((0.1, 0.1, 0.1)), Finish())])
+    stage = OpenGl([Visual(Box((0.1, 0.1, 0.1)), Finish())])
     shot = Shot(lens, pose[None], rows[None], (0.0, 0.0, 1.0), 1.0, samples=1)
     with pytest.raises(SimError, match="pinhole cameras only"):
         stage.image(shot)

@@ -9,7 +9,7 @@ from servoid.sim.world.events.paths import KINDS
 from servoid.sim.world.objects import OBJECTS, SPIN_AXES, make_object, spin_axis
 from servoid.sim.world.scene.meshes import as_mesh
 from servoid.sim.world.scene.room import BACKGROUNDS
-from servoid.sim.world.scene.things import (
+from servoid.sim.world.scene.visuals import (
     OBJECT,
     Box,
     Capsule,
@@ -17,14 +17,14 @@ from servoid.sim.world.scene.things import (
     Ellipsoid,
     MeshShape,
     Plane,
-    Thing,
+    Visual,
 )
 
 
 def parts(name: str) -> list[trimesh.Trimesh]:
     found = []
-    for thing in make_object(name):
-        mesh = as_mesh(thing.shape)
+    for visual in make_object(name):
+        mesh = as_mesh(visual.shape)
         solid = trimesh.Trimesh(mesh.vertices, mesh.faces, process=True, merge_tex=True)
         solid.merge_vertices(merge_tex=True, merge_norm=True)
         solid.update_faces(solid.nondegenerate_faces())
@@ -41,7 +41,7 @@ def test_every_part_of_an_object_is_a_closed_surface_that_faces_out(name: str) -
 
 @pytest.mark.parametrize("name", OBJECTS)
 def test_an_object_lies_around_its_origin_and_can_be_held(name: str) -> None:
-    corners = np.array([thing.bounds for thing in parts(name)])
+    corners = np.array([visual.bounds for visual in parts(name)])
     size = corners[:, 1].max(axis=0) - corners[:, 0].min(axis=0)
     assert 0.08 < size.max() < 0.25
     if name != "two_ellipsoids":
@@ -61,9 +61,9 @@ def test_an_object_is_the_same_each_time(name: str) -> None:
 
 @pytest.mark.parametrize("name", ["ellipsoid", "plain_bottle", "plain_mug", "two_ellipsoids"])
 def test_a_plain_object_has_one_colour(name: str) -> None:
-    things = make_object(name)
-    assert {thing.finish.color for thing in things} == {things[0].finish.color}
-    assert [thing.finish.texture for thing in things if thing.finish.texture is not None] == []
+    visuals = make_object(name)
+    assert {visual.finish.color for visual in visuals} == {visuals[0].finish.color}
+    assert [visual.finish.texture for visual in visuals if visual.finish.texture is not None] == []
 
 
 @pytest.mark.parametrize(("printed", "plain"), [("bottle", "plain_bottle"), ("mug", "plain_mug")])
@@ -73,14 +73,14 @@ def test_a_plain_object_has_the_shape_of_the_printed_one(printed: str, plain: st
 
 
 def test_the_papers_ellipsoid_is_90_mm_long_and_45_mm_thick() -> None:
-    (thing,) = make_object("ellipsoid")
-    assert isinstance(thing.shape, Ellipsoid)
-    assert sorted(2000 * radius for radius in thing.shape.radii) == [45.0, 45.0, 90.0]
+    (visual,) = make_object("ellipsoid")
+    assert isinstance(visual.shape, Ellipsoid)
+    assert sorted(2000 * radius for radius in visual.shape.radii) == [45.0, 45.0, 90.0]
 
 
 def test_an_ellipsoid_may_have_other_radii() -> None:
-    (thing,) = make_object("ellipsoid", (0.03, 0.03, 0.06))
-    assert thing.shape == Ellipsoid((0.03, 0.03, 0.06))
+    (visual,) = make_object("ellipsoid", (0.03, 0.03, 0.06))
+    assert visual.shape == Ellipsoid((0.03, 0.03, 0.06))
     assert spin_axis("ellipsoid", (0.03, 0.03, 0.06)) == (0.0, 0.0, 1.0)
     assert spin_axis("ellipsoid", (0.06, 0.03, 0.03)) == (1.0, 0.0, 0.0)
     assert spin_axis("ellipsoid", (0.03, 0.06, 0.03)) == (0.0, 1.0, 0.0)
@@ -127,17 +127,17 @@ def test_an_unknown_object_is_refused_with_the_known_ones() -> None:
 
 @pytest.mark.parametrize("name", OBJECTS)
 def test_only_objects_that_look_the_same_all_around_have_a_spin_axis(name: str) -> None:
-    round_about_y = all(is_round_about_y(thing) for thing in make_object(name))
+    round_about_y = all(is_round_about_y(visual) for visual in make_object(name))
     assert SPIN_AXES.get(name) == ((0.0, 1.0, 0.0) if round_about_y else None)
 
 
-def is_round_about_y(thing: Thing) -> bool:
-    """Say if a thing has one colour, and a surface of nothing but rings about y."""
-    if thing.finish.texture is not None:
+def is_round_about_y(visual: Visual) -> bool:
+    """Say if a visual has one colour, and a surface of nothing but rings about y."""
+    if visual.finish.texture is not None:
         return False
-    if isinstance(thing.shape, Ellipsoid):
-        return thing.shape.radii[0] == thing.shape.radii[2]
-    vertices = as_mesh(thing.shape).vertices
+    if isinstance(visual.shape, Ellipsoid):
+        return visual.shape.radii[0] == visual.shape.radii[2]
+    vertices = as_mesh(visual.shape).vertices
     rings = np.stack([np.hypot(vertices[:, 0], vertices[:, 2]), vertices[:, 1]], axis=1)
     found, counts = np.unique(np.round(rings, 6), axis=0, return_counts=True)
     return bool(np.all((counts >= 40) | (found[:, 0] == 0.0)))

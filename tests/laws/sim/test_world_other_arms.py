@@ -13,7 +13,7 @@ from servoid.servo import Arm
 from servoid.sim.arm_file import read_arm
 from servoid.sim.world import ArmSettings, CameraSettings, ObjectSettings, World, WorldSettings
 from servoid.sim.world.arms.file_arm import build_file_arm
-from servoid.sim.world.scene.things import Thing
+from servoid.sim.world.scene.visuals import Visual
 
 MJCF = """
 <mujoco model="six">
@@ -252,12 +252,12 @@ def test_a_urdf_without_masses_and_solid_shapes_is_seen_and_driven(tmp_path: Pat
     assert len(shapes(path)) == 1 + len(shapes(written(tmp_path, "bare.urdf", bare)))
 
 
-def shapes(path: str) -> list[Thing]:
+def shapes(path: str) -> list[Visual]:
     """List what can be seen of a file's arm."""
     file = read_arm()
     settings = ArmSettings(name=path, mount="wrist")
     robot = build_file_arm(settings, file.eyes, file.joints.lag_s)
-    return list(robot.things)
+    return list(robot.visuals)
 
 
 def test_a_mesh_that_is_missing_is_named(tmp_path: Path) -> None:

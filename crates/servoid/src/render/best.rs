@@ -43,7 +43,7 @@ unsafe fn draw_avx2(job: &Job<'_>, band: usize, rows: &mut [u8]) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Details, Exposure, Lighting, Paint, Scene, Stage, Texture};
+    use super::super::{Details, Exposure, Lighting, Paint, Placement, Scene, Texture};
     use super::*;
     use crate::camera::{Distortion, Lens};
     use crate::pose::Pose;
@@ -53,20 +53,20 @@ mod tests {
         Pose::from_parts([x, y, 0.6], [c, 0.6 * s, 0.8 * s, 0.0]).unwrap()
     }
 
-    /// One thing of each kind.
-    fn stage() -> (Stage, Vec<Pose>) {
+    /// One visual of each kind.
+    fn scene() -> (Scene, Vec<Pose>) {
         let bytes: Vec<u8> = (0..3 * 16 * 8).map(|i| (i * 37 % 256) as u8).collect();
         let painted = Paint::default().with_texture(Texture::new(&bytes, [16, 8]).unwrap());
         let painted = painted.with_gloss(0.4).unwrap();
-        let mut stage = Stage::new();
-        stage.add_ellipsoid([0.08, 0.05, 0.04], painted.clone()).unwrap();
-        stage.add_capsule(0.03, 0.05, painted.clone()).unwrap();
-        stage.add_cylinder(0.04, 0.05, painted.clone()).unwrap();
-        stage.add_box([0.04, 0.05, 0.03], painted.clone()).unwrap();
-        stage.add_plane([0.4, 0.4], painted).unwrap();
+        let mut scene = Scene::new();
+        scene.add_ellipsoid([0.08, 0.05, 0.04], painted.clone()).unwrap();
+        scene.add_capsule(0.03, 0.05, painted.clone()).unwrap();
+        scene.add_cylinder(0.04, 0.05, painted.clone()).unwrap();
+        scene.add_box([0.04, 0.05, 0.03], painted.clone()).unwrap();
+        scene.add_plane([0.4, 0.4], painted).unwrap();
         let corners = [[0.1, 0.0, 0.0], [0.0, 0.1, 0.0], [0.0, 0.0, 0.1], [-0.1, -0.1, -0.1]];
         let faces = [[0, 1, 2], [0, 3, 1], [1, 3, 2], [2, 3, 0]];
-        stage.add_mesh(&corners, &faces, &Details::default(), Paint::default()).unwrap();
+        scene.add_mesh(&corners, &faces, &Details::default(), Paint::default()).unwrap();
         let poses = [
             pose(-0.12, -0.1, 0.4),
             pose(0.1, -0.1, 1.0),
@@ -75,27 +75,27 @@ mod tests {
             pose(0.0, 0.0, 0.2),
             pose(0.0, 0.0, 0.9),
         ];
-        (stage, poses.into())
+        (scene, poses.into())
     }
 
     #[test]
     fn every_arithmetic_gives_the_same_bits() {
-        let (stage, poses) = stage();
+        let (scene, poses) = scene();
         let lighting = Lighting { toward: [0.3, -0.5, -0.8], ..Lighting::default() };
         let exposure = Exposure { noise: 3.0, ..Exposure::default() };
         for distortion in [Distortion::None, Distortion::KannalaBrandt([0.02, 0.0, 0.0, 0.0])] {
             let lens = Lens::new([93, 61], [80.0, 81.0], [45.0, 31.0], distortion).unwrap();
-            let scene = Scene {
+            let placement = Placement {
                 lens: &lens,
                 world_from_lens: &[
                     Pose::identity(),
                     pose(0.01, 0.0, 0.0) * pose(0.0, 0.0, 0.0).inverse(),
                 ],
-                world_from_thing: &[poses.clone(), poses.clone()],
+                world_from_visual: &[poses.clone(), poses.clone()],
                 lighting: &lighting,
             };
-            let best = stage.render(&scene, &exposure).unwrap();
-            let portable = stage.render_by(&scene, &exposure, Best::Portable).unwrap();
+            let best = scene.render(&placement, &exposure).unwrap();
+            let portable = scene.render_by(&placement, &exposure, Best::Portable).unwrap();
             assert!(best.iter().any(|&byte| byte > 100));
             assert_eq!(best, portable);
         }

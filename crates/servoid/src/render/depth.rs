@@ -6,7 +6,7 @@ use super::lanes::{COUNT, Lanes};
 use super::light::Lighting;
 use super::placed::Moment;
 use super::rays::{Rays, TILE_PX};
-use super::stage::{Scene, Stage};
+use super::scene::{Placement, Scene};
 use super::trace::nearest;
 use crate::camera::Lens;
 use crate::pose::Pose;
@@ -16,48 +16,48 @@ use crate::pose::Pose;
 pub struct Depth {
     /// Metres along the lens's z; NaN where nothing is.
     pub depth: Vec<f32>,
-    /// Numbers of the things; -1 where nothing is.
-    pub thing: Vec<i32>,
+    /// Numbers of the visuals; -1 where nothing is.
+    pub visual: Vec<i32>,
 }
 
-impl Stage {
+impl Scene {
     /// Gives what lies behind each pixel's centre.
     ///
     /// # Errors
-    /// If there is not one pose for each thing, or one of them is too far away.
+    /// If there is not one pose for each visual, or one of them is too far away.
     pub fn depth(
         &self,
         lens: &Lens,
         world_from_lens: &Pose,
-        world_from_thing: &[Pose],
+        world_from_visual: &[Pose],
     ) -> Result<Depth, RenderError> {
-        let scene = Scene {
+        let placement = Placement {
             lens,
             world_from_lens: std::slice::from_ref(world_from_lens),
-            world_from_thing: &[world_from_thing.to_vec()],
+            world_from_visual: &[world_from_visual.to_vec()],
             lighting: &Lighting::default(),
         };
-        scene.check(self)?;
-        let moment = Moment::<f64>::new(self, &scene, 0);
+        placement.check(self)?;
+        let moment = Moment::<f64>::new(self, &placement, 0);
         let rays = Rays::of(lens, 1, &self.kept.exact);
         let [width, height] = lens.camera().size_px();
         let mut out =
-            Depth { depth: vec![f32::NAN; width * height], thing: vec![-1; width * height] };
+            Depth { depth: vec![f32::NAN; width * height], visual: vec![-1; width * height] };
         let size = width * TILE_PX[1];
-        let bands = out.depth.par_chunks_mut(size).zip(out.thing.par_chunks_mut(size));
-        bands.enumerate().for_each(|(band, (depth, thing))| {
-            measure(self, &moment, &rays, (band, width), (depth, thing));
+        let bands = out.depth.par_chunks_mut(size).zip(out.visual.par_chunks_mut(size));
+        bands.enumerate().for_each(|(band, (depth, visual))| {
+            measure(self, &moment, &rays, (band, width), (depth, visual));
         });
         Ok(out)
     }
 }
 
 fn measure(
-    stage: &Stage,
+    scene: &Scene,
     moment: &Moment<f64>,
     rays: &Rays<f64>,
     (band, width): (usize, usize),
-    (depth, thing): (&mut [f32], &mut [i32]),
+    (depth, visual): (&mut [f32], &mut [i32]),
 ) {
     let mut some = Vec::new();
     for tile in 0..rays.tiles()[0] {
@@ -70,11 +70,11 @@ fn measure(
             let end = width.min((tile + 1) * TILE_PX[0]);
             for u in (tile * TILE_PX[0]..end).step_by(COUNT) {
                 let ray = rays.eight::<f64x8>(0, u, band * TILE_PX[1] + row);
-                let hit = nearest(&stage.things, moment, &some, ray);
-                let (z, number) = ((ray.z * hit.t).write(), hit.thing.write());
+                let hit = nearest(&scene.visuals, moment, &some, ray);
+                let (z, number) = ((ray.z * hit.t).write(), hit.visual.write());
                 for lane in (0..COUNT.min(width - u)).filter(|&lane| number[lane] >= 0.0) {
                     depth[row * width + u + lane] = z[lane] as f32;
-                    thing[row * width + u + lane] = number[lane] as i32;
+                    visual[row * width + u + lane] = number[lane] as i32;
                 }
             }
         }

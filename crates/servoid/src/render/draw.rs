@@ -8,9 +8,9 @@ use super::light::Grey;
 use super::mesh::Hit;
 use super::placed::{Beam, Moment};
 use super::rays::{Rays, TILE_PX};
+use super::scene::{Placement, Scene};
 use super::sensor::Noise;
 use super::shade::Lamp;
-use super::stage::{Scene, Stage};
 use super::surface::{Seen, seen};
 use super::trace::{nearest, shaded};
 use super::vector::{Vector, splat};
@@ -58,7 +58,7 @@ impl Exposure {
 
 /// All that a band of tiles needs.
 pub(super) struct Job<'a> {
-    stage: &'a Stage,
+    scene: &'a Scene,
     moments: Vec<Moment<f32>>,
     rays: &'a Rays<f32>,
     lamp: Lamp,
@@ -66,33 +66,37 @@ pub(super) struct Job<'a> {
     size_px: [usize; 2],
 }
 
-impl Stage {
+impl Scene {
     /// Draws an image: sRGB bytes, row by row.
     ///
     /// # Errors
-    /// If poses do not fit the things or each other, or a setting is out of range.
-    pub fn render(&self, scene: &Scene<'_>, exposure: &Exposure) -> Result<Vec<u8>, RenderError> {
-        self.render_by(scene, exposure, Best::of(Backend::used()))
+    /// If poses do not fit the visuals or each other, or a setting is out of range.
+    pub fn render(
+        &self,
+        placement: &Placement<'_>,
+        exposure: &Exposure,
+    ) -> Result<Vec<u8>, RenderError> {
+        self.render_by(placement, exposure, Best::of(Backend::used()))
     }
 
     pub(super) fn render_by(
         &self,
-        scene: &Scene<'_>,
+        placement: &Placement<'_>,
         exposure: &Exposure,
         best: Best,
     ) -> Result<Vec<u8>, RenderError> {
-        scene.check(self)?;
-        exposure.check(scene.world_from_lens.len())?;
+        placement.check(self)?;
+        exposure.check(placement.world_from_lens.len())?;
         with_threads(exposure.threads, || {
-            let rays = Rays::of(scene.lens, exposure.samples, &self.kept.rays);
-            let moment = |index| Moment::new(self, scene, index);
+            let rays = Rays::of(placement.lens, exposure.samples, &self.kept.rays);
+            let moment = |index| Moment::new(self, placement, index);
             let job = Job {
-                stage: self,
-                moments: (0..scene.world_from_lens.len()).map(moment).collect(),
+                scene: self,
+                moments: (0..placement.world_from_lens.len()).map(moment).collect(),
                 rays: &rays,
-                lamp: Lamp::new(scene.lighting),
+                lamp: Lamp::new(placement.lighting),
                 noise: Noise::new(exposure.noise, exposure.seed),
-                size_px: scene.lens.camera().size_px(),
+                size_px: placement.lens.camera().size_px(),
             };
             let [width, height] = job.size_px;
             let mut image = vec![0_u8; 3 * width * height];
@@ -133,7 +137,7 @@ struct Packet<L> {
 /// What is put together for one ray in each pixel of a tile.
 struct Work<L> {
     packets: Vec<Packet<L>>,
-    /// Things that may stand before the lamp.
+    /// Visuals that may stand before the lamp.
     between: Vec<usize>,
 }
 
@@ -178,7 +182,7 @@ fn expose<L: Single>(
     sums: &mut [Vector<L>; PACKETS],
 ) {
     let moment = &job.moments[sample % job.moments.len()];
-    let things = &job.stage.things;
+    let visuals = &job.scene.visuals;
     let mut reach = Reach::<L>::new();
     work.packets.clear();
     for (index, sum) in sums.iter_mut().enumerate() {
@@ -188,8 +192,8 @@ fn expose<L: Single>(
         }
         let ray = job.rays.eight::<L>(sample, u, v);
         let zero = L::of(0.0);
-        let hit = nearest(things, moment, some, ray);
-        let met = zero.at_most(hit.thing);
+        let hit = nearest(visuals, moment, some, ray);
+        let met = zero.at_most(hit.visual);
         let bits = met.bits();
         if bits != 0xff {
             // A ray that the lens does not have is no number, and sees nothing.
@@ -200,7 +204,7 @@ fn expose<L: Single>(
             *sum = *sum + Vector::select(met, black, open);
         }
         if bits != 0 {
-            let seen = seen(things, moment, ray, &hit);
+            let seen = seen(visuals, moment, ray, &hit);
             let facing = seen.normal.dot(splat(moment.toward));
             let facing = met.select(facing.max(zero), zero);
             reach.add(moment, &ray, (hit.t, facing));
@@ -227,14 +231,14 @@ fn light<L: Single>(
 ) -> Vector<L> {
     let zero = L::of(0.0);
     let Packet { ray, hit, seen, facing, .. } = packet;
-    let met = zero.at_most(hit.thing);
+    let met = zero.at_most(hit.visual);
     let t = met.select(hit.t, zero);
     let open = zero.less(*facing);
     let mut dark = zero.less(zero);
     if open.bits() != 0 && !between.is_empty() {
         // A little off the surface, so that it does not shade itself by rounding.
         let place = *ray * t + seen.normal * (t * L::of(LIFT));
-        dark = shaded(&job.stage.things, moment, between, (place, open));
+        dark = shaded(&job.scene.visuals, moment, between, (place, open));
     }
     let light = job.lamp.shine(moment, (*ray, seen), (*facing, dark));
     Vector::select(met, light, Vector { x: zero, y: zero, z: zero })

@@ -12,7 +12,7 @@ use wide::{f32x8, f64x8};
 /// How many rays go together.
 pub(super) const COUNT: usize = 8;
 
-/// A number as a stage stores it.
+/// A number as a scene stores it.
 pub(super) trait Scalar: Copy + Send + Sync + 'static {
     fn of(value: f64) -> Self;
     fn to_f64(self) -> f64;

@@ -10,7 +10,7 @@ use crate::changing::changeable;
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Lighting {
-    /// Direction from a thing towards the lamp, in the world, whose z points up.
+    /// Direction from a visual towards the lamp, in the world, whose z points up.
     pub toward: [f64; 3],
     /// Strength of the lamp.
     pub key: [f64; 3],

@@ -58,7 +58,7 @@ pub(super) struct Mesh {
 #[derive(Clone, Copy)]
 pub(super) struct Hit<L> {
     pub t: L,
-    pub thing: L,
+    pub visual: L,
     pub triangle: L,
     /// Shares of the second and the third corner.
     pub shares: [L; 2],
@@ -137,7 +137,7 @@ impl Mesh {
         &self,
         from: Vector<L>,
         along: Vector<L>,
-        (near, thing): (L, L),
+        (near, visual): (L, L),
         hit: &mut Hit<L>,
     ) {
         let one = L::of(1.0);
@@ -154,7 +154,7 @@ impl Mesh {
             let first = node.first as usize;
             if node.count > 0 {
                 for triangle in first..first + node.count as usize {
-                    self.touch(triangle, (from, along), (near, thing), hit);
+                    self.touch(triangle, (from, along), (near, visual), hit);
                 }
             } else {
                 let (left, left_at) = self.enters(first, from, by, hit.t);
@@ -209,7 +209,7 @@ impl Mesh {
         &self,
         triangle: usize,
         (from, along): (Vector<L>, Vector<L>),
-        (near, thing): (L, L),
+        (near, visual): (L, L),
         hit: &mut Hit<L>,
     ) {
         let [a, b, c] = self.triangles[triangle];
@@ -231,7 +231,7 @@ impl Mesh {
             return;
         }
         hit.t = inside.select(t, hit.t);
-        hit.thing = inside.select(thing, hit.thing);
+        hit.visual = inside.select(visual, hit.visual);
         hit.triangle = inside.select(L::of(triangle as f64), hit.triangle);
         hit.shares = [inside.select(u, hit.shares[0]), inside.select(v, hit.shares[1])];
     }

@@ -1,6 +1,6 @@
 //! A small ray-caster: what cameras see of simple shapes and meshes under one far lamp.
 //!
-//! A [`Stage`] holds things; where they are is said anew for each image, at one moment or at
+//! A [`Scene`] holds visuals; where they are is said anew for each image, at one moment or at
 //! several moments of one exposure. Images are the same, bit for bit, on any number of threads.
 
 mod best;
@@ -15,10 +15,10 @@ mod normals;
 mod paint;
 mod placed;
 mod rays;
+mod scene;
 mod sensor;
 mod shade;
 mod shape;
-mod stage;
 mod surface;
 mod trace;
 mod vector;
@@ -29,7 +29,7 @@ pub use light::Lighting;
 pub use mesh::Details;
 use normals::corner_normals;
 pub use paint::{Paint, Texture};
-pub use stage::{Scene, Stage};
+pub use scene::{Placement, Scene};
 
 use crate::words::were;
 
@@ -43,7 +43,7 @@ pub const MIN_LENGTH: f64 = 1e-6;
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum RenderError {
-    /// A size is no length that a thing can have.
+    /// A size is no length that a visual can have.
     #[error(
         "{what} is {value}, but a size must be a number of metres from {MIN_LENGTH} to {MAX_LENGTH}"
     )]
@@ -61,7 +61,7 @@ pub enum RenderError {
         /// The most.
         max: usize,
     },
-    /// A corner is not where things can be.
+    /// A corner is not where visuals can be.
     #[error(
         "vertex {index} of the mesh is {corner:?}, but its coordinates must be finite and within \
          {MAX_LENGTH} m of zero"
@@ -147,9 +147,9 @@ pub enum RenderError {
     /// The direction towards the lamp is none.
     #[error("toward is {0:?}, but it must be a direction: three finite numbers, not all zero")]
     Toward([f64; 3]),
-    /// There are not as many poses as things.
+    /// There are not as many poses as visuals.
     #[error(
-        "moment {moment} has {given} poses of things, but the stage holds {things} things; give \
+        "moment {moment} has {given} poses of visuals, but the scene holds {visuals} visuals; give \
          one pose for each, in the order in which they were added"
     )]
     Poses {
@@ -157,19 +157,19 @@ pub enum RenderError {
         moment: usize,
         /// Poses that were given.
         given: usize,
-        /// Things on the stage.
-        things: usize,
+        /// Visuals of the scene.
+        visuals: usize,
     },
-    /// The lens and the things are not given at the same moments.
+    /// The lens and the visuals are not given at the same moments.
     #[error(
-        "the lens has {lens} poses and the things have {things} sets of poses, but both must be \
+        "the lens has {lens} poses and the visuals have {visuals} sets of poses, but both must be \
          given at the same moments, at least one"
     )]
     Moments {
         /// Poses of the lens.
         lens: usize,
-        /// Sets of poses of the things.
-        things: usize,
+        /// Sets of poses of the visuals.
+        visuals: usize,
     },
     /// More moments than rays in a pixel.
     #[error(

@@ -1,15 +1,15 @@
-//! Where things are before a lens at one moment, and which of them a bundle of rays can meet.
+//! Where visuals are before a lens at one moment, and which of them a bundle of rays can meet.
 
 use nalgebra::{Matrix3, Vector3};
 
 use super::lanes::Scalar;
-use super::stage::{Scene, Stage, Thing};
+use super::scene::{Placement, Scene, Visual};
 use super::vector::stored;
 use crate::pose::Pose;
 
 /// One moment, seen from the lens.
 pub(super) struct Moment<S> {
-    pub things: Vec<Placed<S>>,
+    pub visuals: Vec<Placed<S>>,
     /// Up in the world, in the lens's frame.
     pub up: [S; 3],
     /// Towards the lamp, in the lens's frame.
@@ -18,20 +18,20 @@ pub(super) struct Moment<S> {
     pub across: [[S; 3]; 2],
 }
 
-/// One thing, seen from the lens.
+/// One visual, seen from the lens.
 pub(super) struct Placed<S> {
     /// Rows of the rotation.
-    pub thing_from_lens: [[S; 3]; 3],
-    /// Where the lens is, in the thing's frame.
-    pub lens_in_thing: [S; 3],
-    /// Towards the lamp, in the thing's frame.
+    pub visual_from_lens: [[S; 3]; 3],
+    /// Where the lens is, in the visual's frame.
+    pub lens_in_visual: [S; 3],
+    /// Towards the lamp, in the visual's frame.
     pub toward: [S; 3],
     /// What the shape reads.
     pub sizes: [S; 3],
     ball: Ball,
 }
 
-/// A ball around a thing.
+/// A ball around a visual.
 struct Ball {
     direction: Vector3<f64>,
     radius: f64,
@@ -61,21 +61,21 @@ pub(super) struct Beam {
 }
 
 impl<S: Scalar> Moment<S> {
-    pub fn new(stage: &Stage, scene: &Scene<'_>, index: usize) -> Self {
-        let lens_from_world = scene.world_from_lens[index].inverse();
+    pub fn new(scene: &Scene, placement: &Placement<'_>, index: usize) -> Self {
+        let lens_from_world = placement.world_from_lens[index].inverse();
         let turn = lens_from_world.rotation_matrix();
-        let toward = (turn * Vector3::from(scene.lighting.toward)).normalize();
+        let toward = (turn * Vector3::from(placement.lighting.toward)).normalize();
         let across = across(&toward);
-        let things = stage
-            .things
+        let visuals = scene
+            .visuals
             .iter()
-            .zip(&scene.world_from_thing[index])
-            .map(|(thing, &world_from_thing)| {
-                placed(&(lens_from_world * world_from_thing), thing, (&toward, &across))
+            .zip(&placement.world_from_visual[index])
+            .map(|(visual, &world_from_visual)| {
+                placed(&(lens_from_world * world_from_visual), visual, (&toward, &across))
             })
             .collect();
         Self {
-            things,
+            visuals,
             up: stored((turn * Vector3::z()).into()),
             toward: stored(toward.into()),
             across: across.map(|v| stored(v.into())),
@@ -86,35 +86,35 @@ impl<S: Scalar> Moment<S> {
     pub fn in_cone(&self, cone: &Cone, into: &mut Vec<usize>) {
         into.clear();
         let may = |placed: &Placed<S>| placed.ball.meets_cone(cone);
-        into.extend(self.things.iter().enumerate().filter(|(_, t)| may(t)).map(|(i, _)| i));
+        into.extend(self.visuals.iter().enumerate().filter(|(_, t)| may(t)).map(|(i, _)| i));
     }
 
     /// Lists what may stand between a beam and the lamp.
     pub fn in_beam(&self, beam: &Beam, into: &mut Vec<usize>) {
         into.clear();
         let may = |placed: &Placed<S>| placed.ball.meets_beam(beam);
-        into.extend(self.things.iter().enumerate().filter(|(_, t)| may(t)).map(|(i, _)| i));
+        into.extend(self.visuals.iter().enumerate().filter(|(_, t)| may(t)).map(|(i, _)| i));
     }
 }
 
 fn placed<S: Scalar>(
-    lens_from_thing: &Pose,
-    thing: &Thing,
+    lens_from_visual: &Pose,
+    visual: &Visual,
     (toward, across): (&Vector3<f64>, &[Vector3<f64>; 2]),
 ) -> Placed<S> {
-    let thing_from_lens = lens_from_thing.inverse();
-    let turn: Matrix3<f64> = thing_from_lens.rotation_matrix();
-    let (center, radius) = thing.ball;
-    let center = lens_from_thing.transform(&Vector3::from(center));
+    let visual_from_lens = lens_from_visual.inverse();
+    let turn: Matrix3<f64> = visual_from_lens.rotation_matrix();
+    let (center, radius) = visual.ball;
+    let center = lens_from_visual.transform(&Vector3::from(center));
     // A little more, for what rounding moves.
     let radius = radius * (1.0 + 1e-6) + 1e-6;
     let distance = center.norm();
     let sine = radius / distance;
     Placed {
-        thing_from_lens: std::array::from_fn(|row| stored(turn.row(row).transpose().into())),
-        lens_in_thing: stored(thing_from_lens.translation().into()),
+        visual_from_lens: std::array::from_fn(|row| stored(turn.row(row).transpose().into())),
+        lens_in_visual: stored(visual_from_lens.translation().into()),
         toward: stored((turn * toward).into()),
-        sizes: stored(thing.shape.sizes()),
+        sizes: stored(visual.shape.sizes()),
         ball: Ball {
             direction: center / distance,
             radius,

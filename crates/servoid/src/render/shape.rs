@@ -4,7 +4,7 @@ use super::lanes::Lanes;
 use super::mesh::Mesh;
 use super::vector::{Vector, splat};
 
-/// What a thing is, in metres.
+/// What a visual is, in metres.
 #[derive(Debug, Clone)]
 pub(super) enum Shape {
     Ellipsoid { radii: [f64; 3] },

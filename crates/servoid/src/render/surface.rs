@@ -3,18 +3,18 @@
 use super::lanes::{COUNT, Lanes, Single};
 use super::mesh::{Hit, Mesh};
 use super::paint::Paint;
+use super::scene::Visual;
 use super::shape::Shape;
-use super::stage::Thing;
 use super::vector::Vector;
 
-/// Normals in the thing's frame, places in the texture, and colours that corners carry.
+/// Normals in the visual's frame, places in the texture, and colours that corners carry.
 pub(super) struct Surface<L> {
     pub normal: Vector<L>,
     pub place: [L; 2],
     pub tint: Option<Vector<L>>,
 }
 
-/// Describes a thing's surface at places in its own frame, for the rays in `lanes`.
+/// Describes a visual's surface at places in its own frame, for the rays in `lanes`.
 #[inline(always)]
 pub(super) fn surface<L: Single>(
     shape: &Shape,
@@ -171,7 +171,7 @@ fn mix<const K: usize>(
     }
 }
 
-/// Describes what eight rays see: the thing's number picks the surface for each of them.
+/// Describes what eight rays see: the visual's number picks the surface for each of them.
 pub(super) struct Seen<L> {
     /// In the lens's frame, towards the lens.
     pub normal: Vector<L>,
@@ -179,10 +179,10 @@ pub(super) struct Seen<L> {
     pub gloss: L,
 }
 
-/// Puts the surfaces of all things that eight rays meet together.
+/// Puts the surfaces of all visuals that eight rays meet together.
 #[inline(always)]
 pub(super) fn seen<L: Single>(
-    things: &[Thing],
+    visuals: &[Visual],
     moment: &super::placed::Moment<f32>,
     ray: Vector<L>,
     hit: &Hit<L>,
@@ -190,22 +190,22 @@ pub(super) fn seen<L: Single>(
     let zero = L::of(0.0);
     let nothing = Vector { x: zero, y: zero, z: zero };
     let mut out = Seen { normal: nothing, albedo: nothing, gloss: zero };
-    let numbers = hit.thing.write();
-    let mut open = zero.at_most(hit.thing).bits();
+    let numbers = hit.visual.write();
+    let mut open = zero.at_most(hit.visual).bits();
     while open != 0 {
         let number = numbers[open.trailing_zeros() as usize];
-        let same = hit.thing.at_most(L::splat(number)).both(L::splat(number).at_most(hit.thing));
+        let same = hit.visual.at_most(L::splat(number)).both(L::splat(number).at_most(hit.visual));
         let lanes = same.bits();
         open &= !lanes;
-        let (thing, placed) = (&things[number as usize], &moment.things[number as usize]);
-        let at = (ray * hit.t).turned(&placed.thing_from_lens)
-            + super::vector::splat(placed.lens_in_thing);
-        let surface = surface(&thing.shape, at, hit, lanes);
-        let albedo = albedo(&thing.paint, &surface, lanes);
-        let normal = surface.normal.turned_back(&placed.thing_from_lens);
+        let (visual, placed) = (&visuals[number as usize], &moment.visuals[number as usize]);
+        let at = (ray * hit.t).turned(&placed.visual_from_lens)
+            + super::vector::splat(placed.lens_in_visual);
+        let surface = surface(&visual.shape, at, hit, lanes);
+        let albedo = albedo(&visual.paint, &surface, lanes);
+        let normal = surface.normal.turned_back(&placed.visual_from_lens);
         out.normal = Vector::select(same, normal, out.normal);
         out.albedo = Vector::select(same, albedo, out.albedo);
-        out.gloss = same.select(L::splat(thing.paint.gloss), out.gloss);
+        out.gloss = same.select(L::splat(visual.paint.gloss), out.gloss);
     }
     let away = zero.less(out.normal.dot(ray));
     out.normal = Vector::select(away, -out.normal, out.normal);

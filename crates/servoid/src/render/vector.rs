@@ -22,7 +22,7 @@ pub(super) fn splat_single<L: Lanes>(v: [f32; 3]) -> Vector<L> {
     Vector { x: L::splat_single(v[0]), y: L::splat_single(v[1]), z: L::splat_single(v[2]) }
 }
 
-/// Gives three numbers as a stage stores them.
+/// Gives three numbers as a scene stores them.
 pub(super) fn stored<S: Scalar>(v: [f64; 3]) -> [S; 3] {
     v.map(S::of)
 }

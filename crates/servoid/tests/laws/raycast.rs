@@ -4,7 +4,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 use proptest::prelude::*;
 use servoid::camera::{Distortion, Lens};
 use servoid::pose::Pose;
-use servoid::render::{Details, Exposure, Lighting, Paint, RenderError, Scene, Stage};
+use servoid::render::{Details, Exposure, Lighting, Paint, Placement, RenderError, Scene};
 
 const SIZE_PX: [usize; 2] = [61, 47];
 
@@ -36,19 +36,19 @@ proptest! {
         radii in prop::array::uniform3(0.02..0.2),
     ) {
         let (lens, pose) = (lens(), posed(turn, [x, y, z]));
-        let mut stage = Stage::new();
-        stage.add_ellipsoid(radii, Paint::default()).unwrap();
-        let found = stage.depth(&lens, &Pose::identity(), &[pose]).unwrap();
+        let mut scene = Scene::new();
+        scene.add_ellipsoid(radii, Paint::default()).unwrap();
+        let found = scene.depth(&lens, &Pose::identity(), &[pose]).unwrap();
         for v in 0..SIZE_PX[1] {
             for u in 0..SIZE_PX[0] {
                 let ray = lens.ray([u as f64, v as f64]).unwrap();
                 let at = v * SIZE_PX[0] + u;
                 match root(&pose, radii, &ray) {
-                    Some(t) if found.thing[at] == 0 => {
+                    Some(t) if found.visual[at] == 0 => {
                         prop_assert!((f64::from(found.depth[at]) - t * ray.z).abs() < 1e-5);
                     }
                     Some(_) => prop_assert!(false, "nothing at {u}, {v}"),
-                    None => prop_assert_eq!(found.thing[at], -1),
+                    None => prop_assert_eq!(found.visual[at], -1),
                 }
             }
         }
@@ -58,15 +58,15 @@ proptest! {
 #[test]
 fn the_same_image_comes_from_any_number_of_threads() {
     let lens = lens();
-    let mut stage = Stage::new();
-    stage.add_box([0.1, 0.05, 0.07], Paint::default()).unwrap();
-    stage.add_capsule(0.04, 0.1, Paint::default().with_gloss(0.6).unwrap()).unwrap();
+    let mut scene = Scene::new();
+    scene.add_box([0.1, 0.05, 0.07], Paint::default()).unwrap();
+    scene.add_capsule(0.04, 0.1, Paint::default().with_gloss(0.6).unwrap()).unwrap();
     let poses =
         vec![posed([0.4, 0.3, 0.0], [0.0, 0.0, 0.6]), posed([1.0, 0.0, 0.2], [0.1, 0.0, 0.5])];
-    let scene = Scene {
+    let placement = Placement {
         lens: &lens,
         world_from_lens: &[Pose::identity()],
-        world_from_thing: &[poses],
+        world_from_visual: &[poses],
         lighting: &Lighting::default(),
     };
     let draw = |threads| {
@@ -74,7 +74,7 @@ fn the_same_image_comes_from_any_number_of_threads() {
             it.threads = threads;
             it.noise = 2.0;
         });
-        stage.render(&scene, &exposure).unwrap()
+        scene.render(&placement, &exposure).unwrap()
     };
     let first = draw(1);
     for threads in [2, 3, 0] {
@@ -86,13 +86,13 @@ fn the_same_image_comes_from_any_number_of_threads() {
 fn a_mesh_hides_what_is_behind_each_of_its_triangles() {
     let lens = lens();
     let corners = [[-0.2, -0.2, 0.0], [0.2, -0.2, 0.0], [0.2, 0.2, 0.0], [-0.2, 0.2, 0.0]];
-    let mut stage = Stage::new();
+    let mut scene = Scene::new();
     let faces = [[0, 1, 2], [2, 3, 0]];
-    stage.add_mesh(&corners, &faces, &Details::default(), Paint::default()).unwrap();
-    stage.add_ellipsoid([0.1; 3], Paint::default()).unwrap();
+    scene.add_mesh(&corners, &faces, &Details::default(), Paint::default()).unwrap();
+    scene.add_ellipsoid([0.1; 3], Paint::default()).unwrap();
     let near = posed([0.0; 3], [0.0, 0.0, 0.5]);
     let far = posed([0.0; 3], [0.0, 0.0, 0.8]);
-    let numbers = |poses: [Pose; 2]| stage.depth(&lens, &Pose::identity(), &poses).unwrap().thing;
+    let numbers = |poses: [Pose; 2]| scene.depth(&lens, &Pose::identity(), &poses).unwrap().visual;
     assert!(!numbers([near, far]).contains(&1));
     assert!(numbers([far, near]).contains(&1));
     // No ray slips through the edge between the two triangles.
@@ -101,13 +101,13 @@ fn a_mesh_hides_what_is_behind_each_of_its_triangles() {
 
 #[test]
 fn what_cannot_be_drawn_is_refused() {
-    let mut stage = Stage::new();
-    let size = stage.add_ellipsoid([0.1, f64::NAN, 0.1], Paint::default());
+    let mut scene = Scene::new();
+    let size = scene.add_ellipsoid([0.1, f64::NAN, 0.1], Paint::default());
     assert!(matches!(size, Err(RenderError::Size { what: "radii", .. })));
     let corners = [[0.0; 3], [0.1, 0.0, 0.0], [0.0, 0.1, 0.0]];
-    let face = stage.add_mesh(&corners, &[[0, 1, 3]], &Details::default(), Paint::default());
+    let face = scene.add_mesh(&corners, &[[0, 1, 3]], &Details::default(), Paint::default());
     assert!(matches!(face, Err(RenderError::Face { index: 0, corners: 3, .. })));
-    let poses = stage.depth(&lens(), &Pose::identity(), &[Pose::identity()]);
-    assert!(matches!(poses, Err(RenderError::Poses { given: 1, things: 0, .. })));
-    assert_eq!(stage.count(), 0);
+    let poses = scene.depth(&lens(), &Pose::identity(), &[Pose::identity()]);
+    assert!(matches!(poses, Err(RenderError::Poses { given: 1, visuals: 0, .. })));
+    assert_eq!(scene.count(), 0);
 }

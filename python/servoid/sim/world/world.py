@@ -14,10 +14,10 @@ from servoid.sim.world.arms.encoders import Encoders
 from servoid.sim.world.arms.kinematics import Kinematics
 from servoid.sim.world.arms.protective_stop import ProtectiveStop, borne_torques
 from servoid.sim.world.arms.sim_arm import SimArm
-from servoid.sim.world.cameras.drawers import DRAWERS
 from servoid.sim.world.cameras.overview import overview_from
+from servoid.sim.world.cameras.renderer import Renderer, Shot
+from servoid.sim.world.cameras.renderers import RENDERERS
 from servoid.sim.world.cameras.shutter import NAMES, Exposure, Scene, Shutter, true_cameras
-from servoid.sim.world.cameras.stages import Drawer, Shot
 from servoid.sim.world.events.course import Course
 from servoid.sim.world.events.faults import Occlude
 from servoid.sim.world.events.motions import STILL, Floats, pose_of, row_of, unit_row
@@ -29,8 +29,8 @@ from servoid.sim.world.scene.layout import Layout
 from servoid.sim.world.scene.meshes import as_mesh
 from servoid.sim.world.scene.room import make_room
 from servoid.sim.world.scene.solids import Solids, add_solids
-from servoid.sim.world.scene.things import BOARD, OBJECT, Box, Finish, Thing
 from servoid.sim.world.scene.true_object import TrueObject, true_object
+from servoid.sim.world.scene.visuals import BOARD, OBJECT, Box, Finish, Visual
 from servoid.sim.world.settings import WorldSettings
 
 _OVERVIEW_FOCAL = 1.05  # in widths of the picture
@@ -61,13 +61,13 @@ class World:
         settings = self.settings
         steps = round(settings.physics.period_s / settings.physics.step_s)
         path = path or parse_path(settings.object.path)
-        things = [*make_object(settings.object.name, settings.object.radii), *_board(settings)]
+        visuals = [*make_object(settings.object.name, settings.object.radii), *_board(settings)]
         room = make_room(settings.background, settings.seed)
-        things += room
+        visuals += room
         robot = build_robot(settings)
         add_solids(robot.spec, room)
         self.notes = robot.notes
-        things += robot.things
+        visuals += robot.visuals
         model = compile_robot(robot, settings.physics.step_s)
         kinematics = Kinematics(robot, model)
         lab = Lab(settings.in_effect, settings.seed)
@@ -75,13 +75,13 @@ class World:
         hand_from_object = pose_of(settings.object.hand_from_object)
         self._course = Course(settings, kinematics.world_from_hand(start) @ hand_from_object, path)
         solids = Solids(model, kinematics, start)
-        plant, known = build_plant(robot, model, lab, solids, things)
+        plant, known = build_plant(robot, model, lab, solids, visuals)
         borne = borne_torques(robot, model, start, settings.arm.stop_torque)
         protection = ProtectiveStop(borne, settings.physics.step_s)
         self._drives = Drives(robot, model, kinematics, start, plant, protection, known=known)
-        self._layout = Layout(things, model, kinematics, self._course)
-        self._things = tuple(things)
-        self._drawer = _drawer(settings, self._things)
+        self._layout = Layout(visuals, model, kinematics, self._course)
+        self._visuals = tuple(visuals)
+        self._renderer = _renderer(settings, self._visuals)
         self._kinematics = kinematics
         encoders = Encoders(self._drives, lab, steps, robot.hand_count)
         calibration = Calibration(robot, kinematics, lab, true_cameras(settings.cameras))
@@ -90,7 +90,7 @@ class World:
             kinematics=kinematics,
             layout=self._layout,
             course=self._course,
-            drawer=self._drawer,
+            renderer=self._renderer,
             lab=lab,
             encoders=encoders,
             calibration=calibration,
@@ -179,11 +179,11 @@ class World:
 
         """
         exposure = self._newest()
-        things = self._layout.world_from_things(exposure.positions_at_time, exposure.time_s)
-        numbers = [index for index, one in enumerate(self._things) if one.carrier == OBJECT]
+        visuals = self._layout.world_from_visuals(exposure.positions_at_time, exposure.time_s)
+        numbers = [index for index, one in enumerate(self._visuals) if one.carrier == OBJECT]
         masks = []
         for camera, pose in self.true_views():
-            _, ids = self._drawer.depth(_pinhole(camera), row_of(pose), things)
+            _, ids = self._renderer.depth(_pinhole(camera), row_of(pose), visuals)
             masks.append(np.where(np.isin(ids, numbers), np.uint8(255), np.uint8(0)))
         return tuple(masks)
 
@@ -203,12 +203,12 @@ class World:
             center_px=(0.5 * (width - 1), 0.5 * (height - 1)),
         )
         pose = overview_from(self._course.world_from_object_at(0.0).translation)
-        things = self._layout.world_from_things(self._drives.positions, self.time_s)
-        return self._drawer.image(
+        visuals = self._layout.world_from_visuals(self._drives.positions, self.time_s)
+        return self._renderer.image(
             Shot(
                 lens=lens,
                 world_from_lens=row_of(pose)[None],
-                world_from_things=things[None],
+                world_from_visuals=visuals[None],
                 toward=self.settings.light.toward,
                 level=self._course.level_at(self.time_s),
                 samples=samples,
@@ -222,10 +222,10 @@ class World:
         Parts of the object overlap where they meet.
         """
         vertices, faces, count = [], [], 0
-        for thing in self._things:
-            if thing.carrier == OBJECT:
-                mesh = as_mesh(thing.shape)
-                place = pose_of(unit_row(thing.carrier_from_thing))
+        for visual in self._visuals:
+            if visual.carrier == OBJECT:
+                mesh = as_mesh(visual.shape)
+                place = pose_of(unit_row(visual.carrier_from_visual))
                 vertices.append(place.transform(np.ascontiguousarray(mesh.vertices)))
                 faces.append(mesh.faces + count)
                 count += len(mesh.vertices)
@@ -233,7 +233,7 @@ class World:
 
     def true_object(self) -> TrueObject:
         """Return what is true of the object's shape, for figures: nothing that servos knows it."""
-        return true_object([one for one in self._things if one.carrier == OBJECT])
+        return true_object([one for one in self._visuals if one.carrier == OBJECT])
 
     def _newest(self) -> Exposure:
         exposure = self.source.handed_out
@@ -251,21 +251,21 @@ def _advance(
     source.expose()
 
 
-def _board(settings: WorldSettings) -> list[Thing]:
+def _board(settings: WorldSettings) -> list[Visual]:
     """Return the board of an occlusion, if there is one; it slides along its x."""
     boards = [fault for fault in settings.faults if isinstance(fault, Occlude)]
     if not boards:
         return []
     width, height = boards[0].half_size
-    return [Thing(Box((width, height, 0.004)), _BOARD, BOARD, STILL)]
+    return [Visual(Box((width, height, 0.004)), _BOARD, BOARD, STILL)]
 
 
-def _drawer(settings: WorldSettings, things: tuple[Thing, ...]) -> Drawer:
-    if settings.renderer not in DRAWERS:
+def _renderer(settings: WorldSettings, visuals: tuple[Visual, ...]) -> Renderer:
+    if settings.renderer not in RENDERERS:
         raise SimError(
-            f"unknown renderer '{settings.renderer}'; choose one of {', '.join(DRAWERS)}"
+            f"unknown renderer '{settings.renderer}'; choose one of {', '.join(RENDERERS)}"
         )
-    return DRAWERS[settings.renderer](things)
+    return RENDERERS[settings.renderer](visuals)
 
 
 def _pinhole(camera: Camera) -> Lens:

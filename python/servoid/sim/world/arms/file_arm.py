@@ -9,8 +9,8 @@ from servoid.config.limits import ARM_FILE
 from servoid.config.reading import read_bytes
 from servoid.errors import SimError
 from servoid.sim.arm_file import EyeLimits
-from servoid.sim.world.arms.file_looks import file_things
-from servoid.sim.world.arms.head import add_head, head_things
+from servoid.sim.world.arms.file_looks import file_visuals
+from servoid.sim.world.arms.head import add_head, head_visuals
 from servoid.sim.world.arms.robot import HAND, Drive, Robot
 from servoid.sim.world.arms.urdf import Urdf, read_urdf
 from servoid.sim.world.events.motions import compose, unit_row
@@ -52,17 +52,17 @@ def build_file_arm(settings: ArmSettings, eyes: EyeLimits, lag_s: float) -> Robo
     home = _home(model, [joint.name for joint in joints])
     drives = tuple(_drive(model.joint(joint.name), settings, speeds, lag_s) for joint in joints)
     _strip(spec, {joint.name for joint in joints})
-    looks = file_things(_compiled(spec, settings.name))
+    looks = file_visuals(_compiled(spec, settings.name))
     row = compose(place, unit_row(settings.mount_from_hand))
     hand = mount.add_body(name=HAND, pos=row[4:].tolist(), quat=row[:4].tolist())
     hand.explicitinertial = True
     hand.mass, hand.inertia = 0.5, [1e-3] * 3
     turning = add_head(hand, eyes, settings.turning_eyes)
-    head = head_things(eyes.half_baseline, _REACH)
+    head = head_visuals(eyes.half_baseline, _REACH)
     add_solids(spec, head)
     return Robot(
         spec=spec,
-        things=(*looks, *head),
+        visuals=(*looks, *head),
         drives=drives + turning,
         hand_count=len(drives),
         half_baseline=eyes.half_baseline,

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from servoid.sim.world.scene.engine import load_mujoco
-from servoid.sim.world.scene.things import (
+from servoid.sim.world.scene.visuals import (
     ROOM,
     Box,
     Capsule,
@@ -14,30 +14,30 @@ from servoid.sim.world.scene.things import (
     Finish,
     MeshShape,
     Shape,
-    Thing,
+    Visual,
 )
 
 _SHOWN_GROUPS = 3  # MuJoCo shows the groups 0, 1 and 2
 
 
-def file_things(model: Any) -> tuple[Thing, ...]:
-    """Return the visible geoms of a `mujoco.MjModel` as things, without their textures."""
-    things = []
+def file_visuals(model: Any) -> tuple[Visual, ...]:
+    """Return the visible geoms of a `mujoco.MjModel` as visuals, without their textures."""
+    visuals = []
     for index in range(model.ngeom):
         red, green, blue, opacity = _color(model, index)
         shape = _shape(model, index)
         if shape is None or opacity == 0.0 or model.geom_group[index] >= _SHOWN_GROUPS:
             continue
         body = model.body(int(model.geom_bodyid[index]))
-        things.append(
-            Thing(
+        visuals.append(
+            Visual(
                 shape,
                 Finish(color=(red, green, blue), gloss=0.2),
                 ROOM if body.id == 0 else body.name,
                 np.concatenate([model.geom_quat[index], model.geom_pos[index]]),
             )
         )
-    return tuple(things)
+    return tuple(visuals)
 
 
 def _color(model: Any, index: int) -> tuple[float, float, float, float]:

@@ -5,7 +5,7 @@ from typing import Any
 
 from servoid.sim.arm_file import EyeLimits
 from servoid.sim.world.arms.robot import EYES, HAND, TILT, Drive
-from servoid.sim.world.scene.things import Box, Capsule, Cylinder, Ellipsoid, Finish, Thing
+from servoid.sim.world.scene.visuals import Box, Capsule, Cylinder, Ellipsoid, Finish, Visual
 
 _BALL = 0.030  # radius of an eye's housing in m, which ends just behind the camera's centre
 _BEHIND = _BALL + 0.004
@@ -42,23 +42,23 @@ def add_head(hand: Any, limits: EyeLimits, turning: bool) -> tuple[Drive, ...]:
     )
 
 
-def head_things(half_baseline: float, reach: float) -> tuple[Thing, ...]:
+def head_visuals(half_baseline: float, reach: float) -> tuple[Visual, ...]:
     """Return what can be seen of a head; `reach` is how far behind it, in m, the mount begins."""
     bar = half_baseline - _BALL
     post = max(0.5 * (reach - 0.06), 0.01)
-    things = [
-        Thing(Cylinder(0.030, post), _SHELL, HAND, (1.0, 0.0, 0.0, 0.0, 0.0, 0.0, -0.06 - post)),
-        Thing(Box((0.045, 0.028, 0.018)), _TRIM, HAND, (1.0, 0.0, 0.0, 0.0, 0.0, 0.0, -0.058)),
-        Thing(Capsule(0.011, bar), _DARK, TILT, (*_ACROSS, 0.0, 0.0, -_BEHIND)),
+    visuals = [
+        Visual(Cylinder(0.030, post), _SHELL, HAND, (1.0, 0.0, 0.0, 0.0, 0.0, 0.0, -0.06 - post)),
+        Visual(Box((0.045, 0.028, 0.018)), _TRIM, HAND, (1.0, 0.0, 0.0, 0.0, 0.0, 0.0, -0.058)),
+        Visual(Capsule(0.011, bar), _DARK, TILT, (*_ACROSS, 0.0, 0.0, -_BEHIND)),
     ]
     for eye in EYES:
         along = (1.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-        things += [
-            Thing(Ellipsoid((_BALL, _BALL, _BALL)), _SHELL, eye, (*along, -_BEHIND)),
-            Thing(Cylinder(0.017, 0.004), _DARK, eye, (*along, -0.0075)),
-            Thing(Cylinder(0.021, 0.003), _TRIM, eye, (*along, -0.011)),
+        visuals += [
+            Visual(Ellipsoid((_BALL, _BALL, _BALL)), _SHELL, eye, (*along, -_BEHIND)),
+            Visual(Cylinder(0.017, 0.004), _DARK, eye, (*along, -0.0075)),
+            Visual(Cylinder(0.021, 0.003), _TRIM, eye, (*along, -0.011)),
         ]
-    return tuple(things)
+    return tuple(visuals)
 
 
 def _weigh(body: Any, mass: float, radius: float) -> None:

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from servoid.pose import Pose
-from servoid.sim.world.scene.things import Thing
+from servoid.sim.world.scene.visuals import Visual
 
 HAND, TILT = "servoid hand", "servoid tilt"  # names that an arm of a file will not have
 EYES = ("servoid left eye", "servoid right eye")
@@ -33,7 +33,7 @@ class Robot:
     """
 
     spec: Any
-    things: tuple[Thing, ...]
+    visuals: tuple[Visual, ...]
     drives: tuple[Drive, ...]
     hand_count: int
     half_baseline: float

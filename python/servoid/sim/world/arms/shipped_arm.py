@@ -7,12 +7,12 @@ import numpy as np
 
 from servoid.pose import exact
 from servoid.sim.arm_file import ArmFile
-from servoid.sim.world.arms.head import add_head, head_things
+from servoid.sim.world.arms.head import add_head, head_visuals
 from servoid.sim.world.arms.robot import HAND, Drive, Robot
 from servoid.sim.world.events.motions import Floats, pose_of
 from servoid.sim.world.scene.engine import load_mujoco
 from servoid.sim.world.scene.solids import add_solids
-from servoid.sim.world.scene.things import ROOM, Capsule, Cylinder, Finish, Thing
+from servoid.sim.world.scene.visuals import ROOM, Capsule, Cylinder, Finish, Visual
 
 _SHELL = Finish(color=(0.88, 0.88, 0.86), gloss=0.3)
 _DRUM = Finish(color=(0.22, 0.27, 0.34), gloss=0.4)
@@ -41,11 +41,11 @@ def build_shipped_arm(arm: ArmFile, turning_eyes: bool) -> Robot:
     hand.inertia = [0.4 * arm.hand.mass * 0.08 * 0.08] * 3
     eyes = add_head(hand, arm.eyes, turning_eyes)
     drives = tuple(_drive(arm, index) for index in range(len(arm.joints.names)))
-    things = (*_links(arm, offsets), *head_things(arm.eyes.half_baseline, float(mount[6])))
-    add_solids(spec, things)
+    visuals = (*_links(arm, offsets), *head_visuals(arm.eyes.half_baseline, float(mount[6])))
+    add_solids(spec, visuals)
     return Robot(
         spec=spec,
-        things=things,
+        visuals=visuals,
         drives=drives + eyes,
         hand_count=len(drives),
         half_baseline=arm.eyes.half_baseline,
@@ -106,14 +106,14 @@ def _span(arm: ArmFile, index: int) -> tuple[Floats, Floats]:
     return np.array([0.0, 0.0, -share * exact.norm(offsets[index])]), zero
 
 
-def _links(arm: ArmFile, offsets: list[Floats]) -> list[Thing]:
+def _links(arm: ArmFile, offsets: list[Floats]) -> list[Visual]:
     """Return what can be seen of the arm: a foot, a capsule a link and a drum a bend."""
     height = float(offsets[0][2])
     foot = 0.5 * (height - _DRUM_RADIUS[0])
     upright = (1.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    things = [
-        Thing(Cylinder(0.16, 0.015), _DRUM, ROOM, (*upright, 0.015)),
-        Thing(Cylinder(0.105, foot), _SHELL, ROOM, (*upright, foot)),
+    visuals = [
+        Visual(Cylinder(0.16, 0.015), _DRUM, ROOM, (*upright, 0.015)),
+        Visual(Cylinder(0.105, foot), _SHELL, ROOM, (*upright, foot)),
     ]
     for index, name in enumerate(arm.joints.names):
         carrier, radius = f"{name} link", _RADIUS[index]
@@ -122,15 +122,15 @@ def _links(arm: ArmFile, offsets: list[Floats]) -> list[Thing]:
         middle = 0.5 * (start + end)
         turn = _ALONG_Y if abs(end - start)[1] > 1e-9 else (1.0, 0.0, 0.0, 0.0)
         if index == 0:
-            things.append(Thing(Cylinder(radius, 0.07), _TRIM, carrier, (*upright, -0.085)))
+            visuals.append(Visual(Cylinder(radius, 0.07), _TRIM, carrier, (*upright, -0.085)))
         elif index == len(arm.joints.names) - 1:
-            things.append(Thing(Cylinder(radius, half), _TRIM, carrier, (*turn, *middle)))
+            visuals.append(Visual(Cylinder(radius, half), _TRIM, carrier, (*turn, *middle)))
         elif half > 0.0:
-            things.append(Thing(Capsule(radius, half), _SHELL, carrier, (*turn, *middle)))
+            visuals.append(Visual(Capsule(radius, half), _SHELL, carrier, (*turn, *middle)))
         if _DRUM_RADIUS[index] > 0.0 and index > 0:
             drum = Cylinder(_DRUM_RADIUS[index], 1.25 * _DRUM_RADIUS[index])
-            things.append(Thing(drum, _DRUM, carrier, (*upright, 0.0)))
-    return things
+            visuals.append(Visual(drum, _DRUM, carrier, (*upright, 0.0)))
+    return visuals
 
 
 _ALONG_Y = (math.sqrt(0.5), math.sqrt(0.5), 0.0, 0.0)

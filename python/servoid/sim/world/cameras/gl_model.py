@@ -1,4 +1,4 @@
-"""Makes things known to MuJoCo's renderer: each is a body of its own that can be put anywhere."""
+"""Makes visuals known to MuJoCo's renderer: each is a body of its own that can be put anywhere."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -9,7 +9,7 @@ from servoid.pose import exact
 from servoid.sim.world.events.motions import Floats
 from servoid.sim.world.scene.engine import load_mujoco
 from servoid.sim.world.scene.meshes import as_mesh
-from servoid.sim.world.scene.things import (
+from servoid.sim.world.scene.visuals import (
     Box,
     Capsule,
     Cylinder,
@@ -18,12 +18,12 @@ from servoid.sim.world.scene.things import (
     MeshShape,
     Plane,
     Shape,
-    Thing,
+    Visual,
 )
 
 
-def build_model(things: Sequence[Thing]) -> Any:
-    """Return a `mujoco.MjModel` in which thing number i is mocap body and geom number i."""
+def build_model(visuals: Sequence[Visual]) -> Any:
+    """Return a `mujoco.MjModel` in which visual number i is mocap body and geom number i."""
     mujoco = load_mujoco()
     spec = mujoco.MjSpec()
     spec.visual.quality.shadowsize = 0
@@ -31,11 +31,11 @@ def build_model(things: Sequence[Thing]) -> Any:
     spec.visual.headlight.active = 0
     spec.visual.rgba.haze = [0.0] * 4
     spec.worldbody.add_light(type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL, castshadow=False)
-    for index, thing in enumerate(things):
-        body = spec.worldbody.add_body(name=f"thing {index}", mocap=True)
+    for index, visual in enumerate(visuals):
+        body = spec.worldbody.add_body(name=f"visual {index}", mocap=True)
         geom = body.add_geom(contype=0, conaffinity=0, mass=0.0)
-        _shape(spec, geom, thing.shape, index, textured=thing.finish.texture is not None)
-        geom.material = _material(spec, thing.finish, index)
+        _shape(spec, geom, visual.shape, index, textured=visual.finish.texture is not None)
+        geom.material = _material(spec, visual.finish, index)
     return spec.compile()
 
 

@@ -4,7 +4,7 @@ import numpy as np
 
 from servoid._native import Lens
 from servoid.pose import exact
-from servoid.sim.world.cameras.stages import Drawer, Image, Shot
+from servoid.sim.world.cameras.renderer import Image, Renderer, Shot
 
 _ACROSS_PX = 24  # of the small image that is metered
 _STRONGEST = 8.0  # by which exposure is raised or lowered at most
@@ -28,10 +28,10 @@ class Metering:
         """Return the lens of the small image that is metered."""
         return self._lens
 
-    def meter(self, drawer: Drawer, shot: Shot) -> float:
+    def meter(self, renderer: Renderer, shot: Shot) -> float:
         """Return the gain of this exposure, which `shot` draws, and choose that of the next."""
         gain = self.gain
-        light = brightness(drawer.image(shot))
+        light = brightness(renderer.image(shot))
         if self._wanted is None:
             self._wanted = light
         factor = 1.0 + self._share * (self._wanted / light - 1.0)

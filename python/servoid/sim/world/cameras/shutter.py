@@ -14,8 +14,8 @@ from servoid.sim.world.arms.drives import Drives
 from servoid.sim.world.arms.encoders import Encoders
 from servoid.sim.world.arms.kinematics import Kinematics
 from servoid.sim.world.cameras.metering import Metering
+from servoid.sim.world.cameras.renderer import Image, Renderer, Shot
 from servoid.sim.world.cameras.rows import bands, lens_of
-from servoid.sim.world.cameras.stages import Drawer, Image, Shot
 from servoid.sim.world.events.course import Course
 from servoid.sim.world.events.faults import DropImages, FreezeCamera, concerns, is_on
 from servoid.sim.world.events.motions import Floats, row_of
@@ -60,7 +60,7 @@ class Scene:
     kinematics: Kinematics
     layout: Layout
     course: Course
-    drawer: Drawer
+    renderer: Renderer
     lab: Lab
     encoders: Encoders
     calibration: Calibration
@@ -167,7 +167,7 @@ class Shutter:
         if kept is not None and self._is(FreezeCamera, exposure, camera):
             return kept.copy()
         drawn = [
-            self._scene.drawer.image(self._shot(exposure, camera, number))
+            self._scene.renderer.image(self._shot(exposure, camera, number))
             for number in range(len(self._bands))
         ]
         image = self._ideal.image(drawn[0] if len(drawn) == 1 else np.concatenate(drawn))
@@ -180,12 +180,12 @@ class Shutter:
         positions, moments = exposure.positions[number], exposure.moments_s[number]
         eyes = [scene.kinematics.world_from_eyes(row)[camera] for row in positions]
         pairs = list(zip(positions, moments, strict=True))
-        things = [scene.layout.world_from_things(row, moment) for row, moment in pairs]
+        visuals = [scene.layout.world_from_visuals(row, moment) for row, moment in pairs]
         seed = settings.seed * _NOISE_STRIDE + len(NAMES) * exposure.index + camera
         return Shot(
             lens=lens_of(self._lens, self._bands[number]),
             world_from_lens=np.array([row_of(eye) for eye in eyes]),
-            world_from_things=np.array(things),
+            world_from_visuals=np.array(visuals),
             toward=settings.light.toward,
             level=exposure.gains[camera] * scene.course.level_at(exposure.time_s),
             samples=settings.cameras.samples,
@@ -213,15 +213,15 @@ class Shutter:
             return exposure.gains
         scene, settings = self._scene, self._settings
         eyes = scene.kinematics.world_from_eyes(exposure.positions_at_time)
-        things = scene.layout.world_from_things(exposure.positions_at_time, exposure.time_s)
+        visuals = scene.layout.world_from_visuals(exposure.positions_at_time, exposure.time_s)
         level = scene.course.level_at(exposure.time_s)
         return tuple(
             meter.meter(
-                scene.drawer,
+                scene.renderer,
                 Shot(
                     lens=meter.lens,
                     world_from_lens=row_of(eye)[None],
-                    world_from_things=things[None],
+                    world_from_visuals=visuals[None],
                     toward=settings.light.toward,
                     level=meter.gain * level,
                     samples=1,

@@ -6,11 +6,11 @@ from servoid.errors import SimError
 from servoid.sim.world.objects.drill import drill
 from servoid.sim.world.objects.shapes import ellipsoid, painted_ellipsoid, two_ellipsoids
 from servoid.sim.world.objects.vessels import bottle, mug, plain_bottle, plain_mug
-from servoid.sim.world.scene.things import Thing
+from servoid.sim.world.scene.visuals import Visual
 
 Triple = tuple[float, float, float]
 
-OBJECTS: dict[str, Callable[[], tuple[Thing, ...]]] = {
+OBJECTS: dict[str, Callable[[], tuple[Visual, ...]]] = {
     "bottle": bottle,
     "drill": drill,
     "ellipsoid": ellipsoid,
@@ -26,7 +26,7 @@ _ELLIPSOID = "ellipsoid"
 _AXES: tuple[Triple, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
-def make_object(name: str, radii: Triple | None = None) -> tuple[Thing, ...]:
+def make_object(name: str, radii: Triple | None = None) -> tuple[Visual, ...]:
     """Return the parts of an object, the same each time.
 
     `radii` in metres are those of the object named ellipsoid, if not the paper's.

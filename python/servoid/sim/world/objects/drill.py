@@ -6,7 +6,7 @@ from servoid.pose import exact
 from servoid.sim.world.objects.loft import Section, loft, top_first
 from servoid.sim.world.objects.prints import Sheet, grain
 from servoid.sim.world.objects.vessels import upright
-from servoid.sim.world.scene.things import OBJECT, Finish, MeshShape, Texture, Thing
+from servoid.sim.world.scene.visuals import OBJECT, Finish, MeshShape, Texture, Visual
 
 _YELLOW, _BLACK, _STEEL = (0.95, 0.72, 0.12), (0.11, 0.12, 0.13), (0.55, 0.56, 0.58)
 _RED, _WHITE = (0.78, 0.14, 0.12), (0.95, 0.95, 0.93)
@@ -14,7 +14,7 @@ _ALONG_X = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])
 _TOP = 0.058  # height of the housing's axis over the object's centre
 
 
-def drill() -> tuple[Thing, ...]:
+def drill() -> tuple[Visual, ...]:
     """Return a drill of 195 mm that points along the object's x."""
     parts: list[tuple[MeshShape, Finish]] = [
         (_housing(), Finish(texture=_housing_print(), gloss=0.25)),
@@ -23,7 +23,7 @@ def drill() -> tuple[Thing, ...]:
         (_grip(), Finish(texture=_grip_rubber(), gloss=0.1)),
         (_battery(), Finish(texture=_battery_print(), gloss=0.2)),
     ]
-    return tuple(Thing(upright(mesh), finish, OBJECT) for mesh, finish in parts)
+    return tuple(Visual(upright(mesh), finish, OBJECT) for mesh, finish in parts)
 
 
 def _along_x(profile: list[tuple[float, float]], corner: float = 2.0) -> MeshShape:

@@ -7,7 +7,7 @@ import numpy as np
 
 from servoid.pose import exact
 from servoid.sim.world.events.motions import Floats
-from servoid.sim.world.scene.things import MeshShape
+from servoid.sim.world.scene.visuals import MeshShape
 
 _AROUND = 64
 _FINE = 32  # steps that are measured for each step around

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from servoid.sim.world.scene.things import Color, Texture
+from servoid.sim.world.scene.visuals import Color, Texture
 
 _FINE = 3  # prints are drawn so many times finer, then reduced
 _INK = (0.05, 0.05, 0.05)

@@ -4,31 +4,31 @@ import math
 
 from servoid.pose import exact
 from servoid.sim.world.objects.prints import Sheet
-from servoid.sim.world.scene.things import OBJECT, Ellipsoid, Finish, Thing
+from servoid.sim.world.scene.visuals import OBJECT, Ellipsoid, Finish, Visual
 
 # Major axis 90 mm, minor 45 mm; which one stands upright the paper does not say.
 _PAPER = (0.0225, 0.045, 0.0225)
 _HUE = (0.86, 0.16, 0.11)
 
 
-def ellipsoid(radii: tuple[float, float, float] = _PAPER) -> tuple[Thing, ...]:
+def ellipsoid(radii: tuple[float, float, float] = _PAPER) -> tuple[Visual, ...]:
     """Return the paper's ellipsoid of one hue, its long axis upright, or one with other radii."""
-    return (Thing(Ellipsoid(radii), Finish(color=_HUE, gloss=0.15), OBJECT),)
+    return (Visual(Ellipsoid(radii), Finish(color=_HUE, gloss=0.15), OBJECT),)
 
 
-def two_ellipsoids() -> tuple[Thing, ...]:
+def two_ellipsoids() -> tuple[Visual, ...]:
     """Return the paper's second object: a lying ellipsoid on a standing one."""
     half = math.radians(15.0)
     upper = (exact.cos(half), 0.0, 0.0, exact.sin(half), 0.006, -0.034, 0.0)
     lower = (1.0, 0.0, 0.0, 0.0, 0.0, 0.026, 0.0)
     finish = Finish(color=_HUE, gloss=0.15)
     return (
-        Thing(Ellipsoid((0.060, 0.032, 0.034)), finish, OBJECT, upper),
-        Thing(Ellipsoid((0.026, 0.052, 0.026)), finish, OBJECT, lower),
+        Visual(Ellipsoid((0.060, 0.032, 0.034)), finish, OBJECT, upper),
+        Visual(Ellipsoid((0.026, 0.052, 0.026)), finish, OBJECT, lower),
     )
 
 
-def painted_ellipsoid() -> tuple[Thing, ...]:
+def painted_ellipsoid() -> tuple[Visual, ...]:
     """Return an egg of 160 mm with stripes, spots and words, so that its turns can be seen."""
     sheet = Sheet((512, 256), (0.95, 0.88, 0.72), seed=3)
     for index in range(12):
@@ -42,4 +42,4 @@ def painted_ellipsoid() -> tuple[Thing, ...]:
     # The texture's poles lie on the shape's z, which stands upright here.
     upright = (math.sqrt(0.5), math.sqrt(0.5), 0.0, 0.0, 0.0, 0.0, 0.0)
     finish = Finish(texture=sheet.finish(), gloss=0.1)
-    return (Thing(Ellipsoid((0.050, 0.055, 0.080)), finish, OBJECT, upright),)
+    return (Visual(Ellipsoid((0.050, 0.055, 0.080)), finish, OBJECT, upright),)

@@ -10,7 +10,7 @@ from servoid.pose import exact
 from servoid.sim.world.events.motions import rotate
 from servoid.sim.world.objects.loft import lathe, tube
 from servoid.sim.world.objects.prints import Sheet
-from servoid.sim.world.scene.things import OBJECT, Finish, MeshShape, Texture, Thing
+from servoid.sim.world.scene.visuals import OBJECT, Finish, MeshShape, Texture, Visual
 
 _TEAL, _CREAM, _CORAL = (0.07, 0.40, 0.44), (0.96, 0.92, 0.82), (0.88, 0.32, 0.22)
 _INK, _OCHRE, _NAVY = (0.10, 0.12, 0.16), (0.92, 0.68, 0.18), (0.13, 0.20, 0.40)
@@ -31,23 +31,23 @@ _MUG = (
 )  # fmt: skip
 
 
-def bottle() -> tuple[Thing, ...]:
+def bottle() -> tuple[Visual, ...]:
     """Return a bottle of 220 mm with a printed label."""
     return _bottle(Finish(texture=_bottle_label(), gloss=0.35), Finish(color=_CORAL, gloss=0.3))
 
 
-def plain_bottle() -> tuple[Thing, ...]:
+def plain_bottle() -> tuple[Visual, ...]:
     """Return the bottle without a label, all of one colour."""
     finish = Finish(color=_TEAL, gloss=0.25)
     return _bottle(finish, finish)
 
 
-def mug() -> tuple[Thing, ...]:
+def mug() -> tuple[Visual, ...]:
     """Return a mug of 108 mm with a handle and a print around it."""
     return _mug(Finish(texture=_mug_print(), gloss=0.35), Finish(color=_CORAL, gloss=0.35))
 
 
-def plain_mug() -> tuple[Thing, ...]:
+def plain_mug() -> tuple[Visual, ...]:
     """Return the mug without a print, all of one colour."""
     finish = Finish(color=_OCHRE, gloss=0.25)
     return _mug(finish, finish)
@@ -58,20 +58,20 @@ def upright(mesh: MeshShape) -> MeshShape:
     return replace(mesh, vertices=rotate(np.array(_UPRIGHT), mesh.vertices))
 
 
-def _bottle(glass: Finish, cap: Finish) -> tuple[Thing, ...]:
+def _bottle(glass: Finish, cap: Finish) -> tuple[Visual, ...]:
     return (
-        Thing(upright(lathe(_BOTTLE)), glass, OBJECT),
-        Thing(upright(lathe(_CAP, around=40)), cap, OBJECT),
+        Visual(upright(lathe(_BOTTLE)), glass, OBJECT),
+        Visual(upright(lathe(_CAP, around=40)), cap, OBJECT),
     )
 
 
-def _mug(clay: Finish, handle: Finish) -> tuple[Thing, ...]:
+def _mug(clay: Finish, handle: Finish) -> tuple[Visual, ...]:
     angles = np.linspace(-0.5 * np.pi, 0.5 * np.pi, 25)
     out, up = 0.0392 + 0.030 * exact.cos(angles), 0.030 * exact.sin(angles)
     bow = np.stack([out, np.zeros(25), up], axis=1)
     return (
-        Thing(upright(lathe(_MUG)), clay, OBJECT),
-        Thing(upright(tube(bow, 0.0062)), handle, OBJECT),
+        Visual(upright(lathe(_MUG)), clay, OBJECT),
+        Visual(upright(tube(bow, 0.0062)), handle, OBJECT),
     )
 
 

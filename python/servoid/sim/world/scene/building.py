@@ -18,7 +18,7 @@ from servoid.sim.world.lab import Lab
 from servoid.sim.world.scene.contacts import name_geoms, touching_model
 from servoid.sim.world.scene.engine import load_mujoco
 from servoid.sim.world.scene.solids import Solids
-from servoid.sim.world.scene.things import OBJECT, Thing
+from servoid.sim.world.scene.visuals import OBJECT, Visual
 from servoid.sim.world.settings import ArmSettings, WorldSettings
 
 
@@ -60,14 +60,16 @@ def compile_robot(robot: Robot, step_s: float) -> Any:
 
 
 def build_plant(
-    robot: Robot, model: Any, lab: Lab, solids: Solids, things: Sequence[Thing]
+    robot: Robot, model: Any, lab: Lab, solids: Solids, visuals: Sequence[Visual]
 ) -> tuple[Any, bool]:
     """Return the `mujoco.MjModel` of the robot as it truly is, and if it moves as `model` does.
 
-    It touches itself, the room and what there is of the object among `things`.
+    It touches itself, the room and what there is of the object among `visuals`.
     """
     settings = lab.settings
-    plant = touching_model(robot.spec, model, solids, [it for it in things if it.carrier == OBJECT])
+    plant = touching_model(
+        robot.spec, model, solids, [it for it in visuals if it.carrier == OBJECT]
+    )
     for drive in robot.drives:  # against which nothing but a push from outside drives a joint
         joint = plant.joint(drive.joint)
         plant.jnt_limited[joint.id], plant.jnt_range[joint.id] = 1, (drive.lower, drive.upper)

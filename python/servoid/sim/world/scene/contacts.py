@@ -10,7 +10,7 @@ from servoid.sim.world.events.motions import unit_row
 from servoid.sim.world.scene.engine import load_mujoco
 from servoid.sim.world.scene.meshes import as_mesh
 from servoid.sim.world.scene.solids import Solids, shape_of
-from servoid.sim.world.scene.things import MeshShape, Thing
+from servoid.sim.world.scene.visuals import MeshShape, Visual
 
 TOUCHED = "servoid object"  # a body that is carried along its path, whatever pushes it
 _FAR = [0.0, 0.0, -50.0]  # until it is placed
@@ -22,7 +22,7 @@ def name_geoms(spec: Any) -> None:
         geom.name = geom.name or f"servoid geom {index}"
 
 
-def touching_model(spec: Any, model: Any, solids: Solids, parts: Sequence[Thing]) -> Any:
+def touching_model(spec: Any, model: Any, solids: Solids, parts: Sequence[Visual]) -> Any:
     """Return a `mujoco.MjModel` like `model`, whose geoms have names, with contacts.
 
     What can touch are the parts of an arm whose distances `solids` watches, and the object's parts
@@ -52,13 +52,13 @@ def greatest_force(model: Any, data: Any) -> float:
     return greatest
 
 
-def _add_object(spec: Any, parts: Iterable[Thing]) -> list[str]:
+def _add_object(spec: Any, parts: Iterable[Visual]) -> list[str]:
     """Add the body of an object that is moved from outside; return the names of its geoms."""
     body = spec.worldbody.add_body(name=TOUCHED, mocap=True, pos=_FAR)
     names = []
     for index, part in enumerate(parts):
         name = f"{TOUCHED} {index}"
-        row = unit_row(tuple(part.carrier_from_thing))
+        row = unit_row(tuple(part.carrier_from_visual))
         place = {"pos": row[4:].tolist(), "quat": row[:4].tolist()}
         shape = shape_of(part)
         if shape is None:

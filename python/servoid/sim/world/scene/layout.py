@@ -1,4 +1,4 @@
-"""Where all things of a world are at one moment."""
+"""Where all visuals of a world are at one moment."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -9,33 +9,33 @@ from servoid.pose import exact
 from servoid.sim.world.arms.kinematics import Kinematics
 from servoid.sim.world.events.course import Course
 from servoid.sim.world.events.motions import STILL, Floats, compose, row_of
-from servoid.sim.world.scene.things import BOARD, OBJECT, ROOM, Thing
+from servoid.sim.world.scene.visuals import BOARD, OBJECT, ROOM, Visual
 
 
 class Layout:
-    """Places things by the joint angles and the time."""
+    """Places visuals by the joint angles and the time."""
 
     def __init__(
         self,
-        things: Sequence[Thing],
+        visuals: Sequence[Visual],
         model: Any,
         kinematics: Kinematics,
         course: Course,
     ) -> None:
         self._kinematics, self._course = kinematics, course
-        self._carried = np.array([thing.carrier_from_thing for thing in things], float)
+        self._carried = np.array([visual.carrier_from_visual for visual in visuals], float)
         self._carried[:, :4] /= exact.lengths(self._carried[:, :4])[:, None]
         bodies = model.nbody
         own = {ROOM: bodies, OBJECT: bodies + 1, BOARD: bodies + 2}
         self._carriers = np.array(
             [
-                own[thing.carrier] if thing.carrier in own else model.body(thing.carrier).id
-                for thing in things
+                own[visual.carrier] if visual.carrier in own else model.body(visual.carrier).id
+                for visual in visuals
             ]
         )
 
-    def world_from_things(self, positions: Floats, time_s: float) -> Floats:
-        """Return the poses (T, 7) of all things with the joints at these angles (N,)."""
+    def world_from_visuals(self, positions: Floats, time_s: float) -> Floats:
+        """Return the poses (T, 7) of all visuals with the joints at these angles (N,)."""
         carriers = np.concatenate(
             [
                 self._kinematics.bodies(positions),

@@ -5,7 +5,7 @@ import numpy as np
 from servoid.errors import SimError
 from servoid.pose import exact
 from servoid.sim.world.objects.loft import lathe
-from servoid.sim.world.scene.things import Box, Capsule, Cylinder, Ellipsoid, MeshShape, Shape
+from servoid.sim.world.scene.visuals import Box, Capsule, Cylinder, Ellipsoid, MeshShape, Shape
 
 _RINGS = 33
 

@@ -12,7 +12,7 @@ from servoid.errors import SimError
 from servoid.pose import exact
 from servoid.sim.world.events.motions import Floats
 from servoid.sim.world.objects.prints import Sheet, grain
-from servoid.sim.world.scene.things import (
+from servoid.sim.world.scene.visuals import (
     Box,
     Capsule,
     Color,
@@ -21,7 +21,7 @@ from servoid.sim.world.scene.things import (
     Finish,
     Plane,
     Texture,
-    Thing,
+    Visual,
 )
 
 _BACK, _FRONT, _SIDE, _HEIGHT = -2.7, 3.4, 2.3, 2.4  # where walls and ceiling are, in m
@@ -51,7 +51,7 @@ _WORDS = (
 _PACKAGES = 6  # prints that the things share
 
 
-def make_room(background: str, seed: int) -> tuple[Thing, ...]:
+def make_room(background: str, seed: int) -> tuple[Visual, ...]:
     """Return what stands around; another seed stands other things about.
 
     Raises:
@@ -63,13 +63,13 @@ def make_room(background: str, seed: int) -> tuple[Thing, ...]:
     return BACKGROUNDS[background](seed)
 
 
-def _plain(seed: int) -> tuple[Thing, ...]:
+def _plain(seed: int) -> tuple[Visual, ...]:
     del seed  # nothing is left to chance
     wall = Finish(color=(0.62, 0.63, 0.65))
     return _walls(Finish(color=(0.50, 0.50, 0.51)), wall)
 
 
-def _cluttered(seed: int) -> tuple[Thing, ...]:
+def _cluttered(seed: int) -> tuple[Visual, ...]:
     random = np.random.default_rng([seed, 7])
     floor = Finish(texture=_planks(), repeat=(5.0, 5.0), gloss=0.08)
     paper = Finish(texture=_wallpaper(), repeat=(9.0, 4.0))
@@ -84,35 +84,35 @@ def _cluttered(seed: int) -> tuple[Thing, ...]:
     )
 
 
-BACKGROUNDS: dict[str, Callable[[int], tuple[Thing, ...]]] = {
+BACKGROUNDS: dict[str, Callable[[int], tuple[Visual, ...]]] = {
     "cluttered": _cluttered,
     "plain": _plain,
 }
 
 
-def _walls(floor: Finish, wall: Finish) -> tuple[Thing, ...]:
+def _walls(floor: Finish, wall: Finish) -> tuple[Visual, ...]:
     middle, half = 0.5 * (_BACK + _FRONT), 0.5 * (_FRONT - _BACK)
     up = 0.5 * _HEIGHT
     side = Plane((half, up))
     end = Plane((_SIDE, up))
     return (
-        Thing(Plane((half, _SIDE)), floor, carrier_from_thing=_placed((middle, 0.0, 0.0))),
-        Thing(end, wall, carrier_from_thing=_facing((_BACK, 0.0, up), 0.0)),
-        Thing(end, wall, carrier_from_thing=_facing((_FRONT, 0.0, up), 180.0)),
-        Thing(side, wall, carrier_from_thing=_facing((middle, -_SIDE, up), 90.0)),
-        Thing(side, wall, carrier_from_thing=_facing((middle, _SIDE, up), -90.0)),
+        Visual(Plane((half, _SIDE)), floor, carrier_from_visual=_placed((middle, 0.0, 0.0))),
+        Visual(end, wall, carrier_from_visual=_facing((_BACK, 0.0, up), 0.0)),
+        Visual(end, wall, carrier_from_visual=_facing((_FRONT, 0.0, up), 180.0)),
+        Visual(side, wall, carrier_from_visual=_facing((middle, -_SIDE, up), 90.0)),
+        Visual(side, wall, carrier_from_visual=_facing((middle, _SIDE, up), -90.0)),
     )
 
 
-def _posters(random: np.random.Generator) -> list[Thing]:
+def _posters(random: np.random.Generator) -> list[Visual]:
     """Hang posters on the wall that the arm looks at, and some beside."""
-    things = []
+    visuals = []
     for index in range(9):
         half = (random.uniform(0.20, 0.27), random.uniform(0.22, 0.32))
         y = -1.9 + 0.47 * index + random.uniform(-0.04, 0.04)
         place = (_BACK + 0.004 + 0.002 * index, y, 0.95 + random.uniform(-0.2, 0.35))
         finish = Finish(texture=_poster(int(random.integers(1 << 30))))
-        things.append(Thing(Plane(half), finish, carrier_from_thing=_facing(place, 0.0)))
+        visuals.append(Visual(Plane(half), finish, carrier_from_visual=_facing(place, 0.0)))
     for index in range(8):
         side = -1.0 if index % 2 else 1.0
         place = (
@@ -122,47 +122,49 @@ def _posters(random: np.random.Generator) -> list[Thing]:
         )
         half = (random.uniform(0.14, 0.2), random.uniform(0.18, 0.28))
         finish = Finish(texture=_poster(int(random.integers(1 << 30))))
-        things.append(Thing(Plane(half), finish, carrier_from_thing=_facing(place, -90.0 * side)))
-    return things
+        visuals.append(
+            Visual(Plane(half), finish, carrier_from_visual=_facing(place, -90.0 * side))
+        )
+    return visuals
 
 
-def _furniture(wood: Finish) -> list[Thing]:
+def _furniture(wood: Finish) -> list[Visual]:
     """Put a low bench under the object, and a shelf against the wall behind."""
     metal = Finish(color=(0.25, 0.27, 0.30), gloss=0.3)
-    things = [
-        Thing(Box((0.62, 1.25, 0.018)), wood, carrier_from_thing=_placed((-1.85, 0.0, _BENCH))),
-        Thing(Box((0.16, 1.9, 0.015)), wood, carrier_from_thing=_placed((-2.52, 0.0, 0.62))),
+    visuals = [
+        Visual(Box((0.62, 1.25, 0.018)), wood, carrier_from_visual=_placed((-1.85, 0.0, _BENCH))),
+        Visual(Box((0.16, 1.9, 0.015)), wood, carrier_from_visual=_placed((-2.52, 0.0, 0.62))),
     ]
     for x, y in ((-2.40, -1.18), (-1.30, -1.18), (-2.40, 1.18), (-1.30, 1.18)):
         leg = Box((0.025, 0.025, 0.5 * _BENCH - 0.009))
         place = _placed((x, y, 0.5 * _BENCH - 0.009))
-        things.append(Thing(leg, metal, carrier_from_thing=place))
+        visuals.append(Visual(leg, metal, carrier_from_visual=place))
     for y in (-1.85, -0.7, 0.7, 1.85):
         post = Box((0.15, 0.012, 0.31))
-        things.append(Thing(post, metal, carrier_from_thing=_placed((-2.52, y, 0.31))))
-    return things
+        visuals.append(Visual(post, metal, carrier_from_visual=_placed((-2.52, y, 0.31))))
+    return visuals
 
 
-def _standing(random: np.random.Generator, prints: list[Texture]) -> list[Thing]:
+def _standing(random: np.random.Generator, prints: list[Texture]) -> list[Visual]:
     """Stand things on the bench, low ones near the object, and on the shelf."""
-    things = []
+    visuals = []
     for x, tall in ((-1.42, 0.05), (-1.75, 0.08), (-2.12, 0.16)):
         for place in np.arange(-1.08, 1.09, 0.27):
             y = float(place + random.uniform(-0.05, 0.05))
             spot = (x + float(random.uniform(-0.05, 0.05)), y, _BENCH + 0.018)
-            things.append(_item(random, prints, spot, tall))
+            visuals.append(_item(random, prints, spot, tall))
     for place in np.arange(-1.7, 1.71, 0.34):
         y = float(place + random.uniform(-0.05, 0.05))
-        things.append(_item(random, prints, (-2.48, y, 0.635), 0.14))
-    return things
+        visuals.append(_item(random, prints, (-2.48, y, 0.635), 0.14))
+    return visuals
 
 
-def _about(random: np.random.Generator, prints: list[Texture]) -> list[Thing]:
+def _about(random: np.random.Generator, prints: list[Texture]) -> list[Visual]:
     """Stand boxes along the walls."""
-    things = []
+    visuals = []
     for x, y in ((-1.9, 1.75), (-0.9, 1.8), (0.4, 1.85), (-2.0, -1.8), (-0.6, -1.85), (0.9, -1.7)):
-        things.append(_item(random, prints, (x, y, 0.0), 0.24))
-    return things
+        visuals.append(_item(random, prints, (x, y, 0.0), 0.24))
+    return visuals
 
 
 def _item(
@@ -170,7 +172,7 @@ def _item(
     prints: list[Texture],
     foot: tuple[float, float, float],
     tall: float,
-) -> Thing:
+) -> Visual:
     """Return something that stands on a place; `tall` is about half its height."""
     half = tall * float(random.uniform(0.75, 1.2))
     wide = float(random.uniform(0.05, 0.085)) * (1.0 + 1.2 * tall)
@@ -183,16 +185,18 @@ def _item(
     if kind == 0:
         ball = min(half, 0.09)
         shape = Ellipsoid((ball, ball, ball * 0.9))
-        return Thing(shape, finish, carrier_from_thing=_placed((x, y, z + 0.9 * ball), yaw))
+        return Visual(shape, finish, carrier_from_visual=_placed((x, y, z + 0.9 * ball), yaw))
     if kind == 1:
         place = _placed((x, y, z + half), yaw)
-        return Thing(Cylinder(0.75 * wide, half), finish, carrier_from_thing=place)
+        return Visual(Cylinder(0.75 * wide, half), finish, carrier_from_visual=place)
     if kind == 2:
         radius = min(0.6 * wide, 0.8 * half)
         place = _placed((x, y, z + half), yaw)
-        return Thing(Capsule(radius, half - radius), finish, carrier_from_thing=place)
+        return Visual(Capsule(radius, half - radius), finish, carrier_from_visual=place)
     deep = float(random.uniform(0.6, 1.0)) * wide
-    return Thing(Box((deep, wide, half)), finish, carrier_from_thing=_placed((x, y, z + half), yaw))
+    return Visual(
+        Box((deep, wide, half)), finish, carrier_from_visual=_placed((x, y, z + half), yaw)
+    )
 
 
 def _package(seed: int) -> Texture:

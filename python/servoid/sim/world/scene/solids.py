@@ -11,28 +11,28 @@ from servoid.servo.arm import Clearances
 from servoid.sim.world.arms.kinematics import Kinematics
 from servoid.sim.world.events.motions import Floats, unit_row
 from servoid.sim.world.scene.engine import load_mujoco
-from servoid.sim.world.scene.things import ROOM, Box, Capsule, Cylinder, Ellipsoid, Plane, Thing
+from servoid.sim.world.scene.visuals import ROOM, Box, Capsule, Cylinder, Ellipsoid, Plane, Visual
 
 _THIN = 0.005  # m: what is as thin as this lies on something else
 _NEIGHBOURS = 0.03  # m: parts as near as this at the start are joined to each other, or mean to be
 
 
-def add_solids(spec: Any, things: Iterable[Thing]) -> None:
-    """Add to a `mujoco.MjSpec` what can be hit of things that its bodies, or the room, carry."""
-    for thing in things:
-        carrier = spec.worldbody if thing.carrier == ROOM else spec.body(thing.carrier)
-        shape = shape_of(thing)
+def add_solids(spec: Any, visuals: Iterable[Visual]) -> None:
+    """Add to a `mujoco.MjSpec` what can be hit of visuals that its bodies, or the room, carry."""
+    for visual in visuals:
+        carrier = spec.worldbody if visual.carrier == ROOM else spec.body(visual.carrier)
+        shape = shape_of(visual)
         if carrier is None or shape is None:
             continue
         kind, size = shape
-        row = unit_row(tuple(thing.carrier_from_thing))
+        row = unit_row(tuple(visual.carrier_from_visual))
         carrier.add_geom(type=kind, size=size, pos=row[4:].tolist(), quat=row[:4].tolist())
 
 
-def shape_of(thing: Thing) -> tuple[Any, list[float]] | None:
+def shape_of(visual: Visual) -> tuple[Any, list[float]] | None:
     """Return the kind and size of a geom, None for what is not solid or too intricate."""
     kinds = load_mujoco().mjtGeom
-    match thing.shape:
+    match visual.shape:
         case Ellipsoid(radii):
             return kinds.mjGEOM_ELLIPSOID, list(radii)
         case Capsule(radius, half):

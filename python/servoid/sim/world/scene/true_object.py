@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from servoid.sim.world.events.motions import Floats, pose_of, unit_row
 from servoid.sim.world.scene.meshes import as_mesh
-from servoid.sim.world.scene.things import Thing
+from servoid.sim.world.scene.visuals import Visual
 
 _LINES = 64  # along each side of the object
 _POINTS = 1500
@@ -33,9 +33,9 @@ class TrueObject:
     normals: Floats
 
 
-def true_object(things: Sequence[Thing]) -> TrueObject:
+def true_object(visuals: Sequence[Visual]) -> TrueObject:
     """Measure an object that consists of solids."""
-    parts = [_part(one) for one in things]
+    parts = [_part(one) for one in visuals]
     points, normals = _surface(parts)
     return TrueObject(volume_middle(parts), points, normals)
 
@@ -69,9 +69,9 @@ def inside(points: Floats, part: Part) -> NDArray[np.bool_]:
     return found
 
 
-def _part(thing: Thing) -> Part:
-    mesh = as_mesh(thing.shape)
-    place = pose_of(unit_row(thing.carrier_from_thing))
+def _part(visual: Visual) -> Part:
+    mesh = as_mesh(visual.shape)
+    place = pose_of(unit_row(visual.carrier_from_visual))
     return place.transform(np.ascontiguousarray(mesh.vertices)), np.asarray(mesh.faces, np.int64)
 
 

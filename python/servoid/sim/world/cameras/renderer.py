@@ -7,9 +7,9 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from servoid._native import Lens, Lighting, Paint, Stage
+from servoid._native import Lens, Lighting, Paint, Scene
 from servoid.sim.world.events.motions import Floats
-from servoid.sim.world.scene.things import (
+from servoid.sim.world.scene.visuals import (
     Box,
     Capsule,
     Cylinder,
@@ -17,7 +17,7 @@ from servoid.sim.world.scene.things import (
     Finish,
     MeshShape,
     Plane,
-    Thing,
+    Visual,
 )
 
 _WELL_EXPOSED = 1.3  # of the ray-caster's light, where the level is 1
@@ -30,13 +30,13 @@ Depth = tuple[NDArray[np.float32], NDArray[np.int32]]
 class Shot:
     """How an image is taken, at M moments of one exposure.
 
-    `world_from_lens` is (M, 7) and `world_from_things` (M, T, 7); `toward` points at the lamp and
+    `world_from_lens` is (M, 7) and `world_from_visuals` (M, T, 7); `toward` points at the lamp and
     `level` says how bright it is; `noise` is in grey levels.
     """
 
     lens: Lens
     world_from_lens: Floats
-    world_from_things: Floats
+    world_from_visuals: Floats
     toward: tuple[float, float, float]
     level: float
     samples: int
@@ -45,17 +45,17 @@ class Shot:
     threads: int = 0
 
 
-class Drawer(Protocol):
-    """Draws the things that it was made with."""
+class Renderer(Protocol):
+    """Draws the visuals that it was made with."""
 
     def image(self, shot: Shot) -> Image:
         """Return an image (H, W, 3) uint8 RGB."""
         ...
 
-    def depth(self, lens: Lens, world_from_lens: Floats, world_from_things: Floats) -> Depth:
-        """Return depths along z (H, W) in metres, NaN for none, and things' numbers, -1 for none.
+    def depth(self, lens: Lens, world_from_lens: Floats, world_from_visuals: Floats) -> Depth:
+        """Return depths along z (H, W) in metres, NaN for none, and visuals' numbers, -1 for none.
 
-        `world_from_lens` is (7,), `world_from_things` (T, 7).
+        `world_from_lens` is (7,), `world_from_visuals` (T, 7).
         """
         ...
 
@@ -63,17 +63,17 @@ class Drawer(Protocol):
 class Raycaster:
     """Draws with servoid's own ray-caster: the same on every machine, on any number of threads."""
 
-    def __init__(self, things: Sequence[Thing]) -> None:
-        self._stage = Stage()
-        for thing in things:
-            _add(self._stage, thing)
+    def __init__(self, visuals: Sequence[Visual]) -> None:
+        self._scene = Scene()
+        for visual in visuals:
+            _add(self._scene, visual)
 
     def image(self, shot: Shot) -> Image:
         """Return an image (H, W, 3) uint8 RGB."""
-        return self._stage.render(
+        return self._scene.render(
             lens=shot.lens,
             world_from_lens=shot.world_from_lens,
-            world_from_thing=shot.world_from_things,
+            world_from_visual=shot.world_from_visuals,
             lighting=Lighting(toward=shot.toward, exposure=_WELL_EXPOSED * shot.level),
             samples=shot.samples,
             noise=shot.noise,
@@ -81,28 +81,28 @@ class Raycaster:
             threads=shot.threads,
         )
 
-    def depth(self, lens: Lens, world_from_lens: Floats, world_from_things: Floats) -> Depth:
-        """Return depths (H, W) in metres, NaN for none, and things' numbers, -1 for none."""
-        return self._stage.depth(
-            lens=lens, world_from_lens=world_from_lens, world_from_thing=world_from_things
+    def depth(self, lens: Lens, world_from_lens: Floats, world_from_visuals: Floats) -> Depth:
+        """Return depths (H, W) in metres, NaN for none, and visuals' numbers, -1 for none."""
+        return self._scene.depth(
+            lens=lens, world_from_lens=world_from_lens, world_from_visual=world_from_visuals
         )
 
 
-def _add(stage: Stage, thing: Thing) -> int:
-    paint = _paint(thing.finish)
-    match thing.shape:
+def _add(scene: Scene, visual: Visual) -> int:
+    paint = _paint(visual.finish)
+    match visual.shape:
         case Ellipsoid(radii):
-            return stage.add_ellipsoid(radii, paint)
+            return scene.add_ellipsoid(radii, paint)
         case Capsule(radius, half_length):
-            return stage.add_capsule(radius, half_length, paint)
+            return scene.add_capsule(radius, half_length, paint)
         case Cylinder(radius, half_length):
-            return stage.add_cylinder(radius, half_length, paint)
+            return scene.add_cylinder(radius, half_length, paint)
         case Box(half_size):
-            return stage.add_box(half_size, paint)
+            return scene.add_box(half_size, paint)
         case Plane(half_size):
-            return stage.add_plane(half_size, paint)
+            return scene.add_plane(half_size, paint)
         case MeshShape(vertices, faces, coordinates):
-            return stage.add_mesh(
+            return scene.add_mesh(
                 np.ascontiguousarray(vertices),
                 np.ascontiguousarray(faces),
                 paint,

@@ -84,13 +84,13 @@ Shape = Ellipsoid | Capsule | Cylinder | Box | Plane | MeshShape
 
 
 @dataclass(frozen=True, eq=False)
-class Thing:
-    """A shape with a finish; `carrier_from_thing` is (w, x, y, z, tx, ty, tz)."""
+class Visual:
+    """A shape with a finish; `carrier_from_visual` is (w, x, y, z, tx, ty, tz)."""
 
     shape: Shape
     finish: Finish
     carrier: str = ROOM
-    carrier_from_thing: Sequence[float] | Floats = STILL
+    carrier_from_visual: Sequence[float] | Floats = STILL
 
 
 def _linear(part: float) -> float:

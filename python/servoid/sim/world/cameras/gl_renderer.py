@@ -14,10 +14,10 @@ from servoid.errors import SimError
 from servoid.pose import exact
 from servoid.sim.world.cameras.gl_context import make_context
 from servoid.sim.world.cameras.gl_model import build_model
-from servoid.sim.world.cameras.stages import Depth, Image, Shot
+from servoid.sim.world.cameras.renderer import Depth, Image, Shot
 from servoid.sim.world.events.motions import Floats, rotate
 from servoid.sim.world.scene.engine import load_mujoco
-from servoid.sim.world.scene.things import Thing
+from servoid.sim.world.scene.visuals import Visual
 
 _NEAR, _FAR = 0.01, 50.0  # m
 _KEY, _AMBIENT = 0.62, 0.48  # of the lamp and from everywhere, where the level is 1
@@ -27,8 +27,8 @@ _MAX_SIDE_PX = 8192
 class OpenGl:
     """Draws with MuJoCo's OpenGL renderer; textures and light differ a little from ours."""
 
-    def __init__(self, things: Sequence[Thing]) -> None:
-        """Make the things known to the graphics.
+    def __init__(self, visuals: Sequence[Visual]) -> None:
+        """Make the visuals known to the graphics.
 
         Raises:
             MissingExtraError: MuJoCo is not installed.
@@ -37,9 +37,9 @@ class OpenGl:
         """
         self._mujoco = load_mujoco()
         self._context = make_context()
-        self._model = build_model(things)
+        self._model = build_model(visuals)
         self._data = self._mujoco.MjData(self._model)
-        self._scene = self._mujoco.MjvScene(self._model, len(things) + 10)
+        self._scene = self._mujoco.MjvScene(self._model, len(visuals) + 10)
         self._context.make_current()
         self._graphics = self._mujoco.MjrContext(self._model, _number("mjFONTSCALE_100"))
         self._mujoco.mjr_setBuffer(_number("mjFB_OFFSCREEN"), self._graphics)
@@ -53,8 +53,10 @@ class OpenGl:
         width, height = shot.lens.size_px
         size_px = (width * shot.samples, height * shot.samples)
         total = np.zeros((height, width, 3))
-        for lens_row, thing_rows in zip(shot.world_from_lens, shot.world_from_things, strict=True):
-            self._arrange(shot.lens, lens_row, thing_rows)
+        for lens_row, visual_rows in zip(
+            shot.world_from_lens, shot.world_from_visuals, strict=True
+        ):
+            self._arrange(shot.lens, lens_row, visual_rows)
             self._light(shot)
             pixels = np.empty((size_px[1], size_px[0], 3), np.uint8)
             self._render(size_px, pixels, None, numbered=False)
@@ -64,10 +66,10 @@ class OpenGl:
         noisy = total + shot.noise * random.standard_normal(total.shape)
         return np.clip(np.rint(noisy), 0.0, 255.0).astype(np.uint8)
 
-    def depth(self, lens: Lens, world_from_lens: Floats, world_from_things: Floats) -> Depth:
-        """Return depths (H, W) in metres, NaN for none, and things' numbers, -1 for none."""
+    def depth(self, lens: Lens, world_from_lens: Floats, world_from_visuals: Floats) -> Depth:
+        """Return depths (H, W) in metres, NaN for none, and visuals' numbers, -1 for none."""
         width, height = lens.size_px
-        self._arrange(lens, world_from_lens, world_from_things)
+        self._arrange(lens, world_from_lens, world_from_visuals)
         colors = np.empty((height, width, 3), np.uint8)
         shares = np.empty((height, width), np.float32)
         self._render(lens.size_px, colors, shares, numbered=True)
@@ -75,25 +77,25 @@ class OpenGl:
         # Shares are 1 at the near plane and 0 at the far one, even in 1 / depth.
         nearness = shares.astype(np.float64) * (1.0 / _NEAR - 1.0 / _FAR) + 1.0 / _FAR
         depths = np.where(ids >= 0, 1.0 / nearness, np.nan).astype(np.float32)
-        return depths, self._things(ids)
+        return depths, self._visuals(ids)
 
-    def _things(self, ids: NDArray[np.int32]) -> NDArray[np.int32]:
-        """Return things' numbers for the numbers that OpenGL drew."""
+    def _visuals(self, ids: NDArray[np.int32]) -> NDArray[np.int32]:
+        """Return visuals' numbers for the numbers that OpenGL drew."""
         known = np.full(self._scene.ngeom + 1, -1, np.int32)
         for geom in self._scene.geoms[: self._scene.ngeom]:
             if geom.segid >= 0:
                 known[geom.segid] = geom.objid
         return known[ids]
 
-    def _arrange(self, lens: Lens, lens_row: Floats, thing_rows: Floats) -> None:
-        """Put things and camera in their places."""
+    def _arrange(self, lens: Lens, lens_row: Floats, visual_rows: Floats) -> None:
+        """Put visuals and camera in their places."""
         if any(lens.distortion):
             raise SimError(
                 "MuJoCo's renderer draws pinhole cameras only; leave cameras.distortion empty, or "
                 "choose the renderer raycast"
             )
-        self._data.mocap_quat[:] = thing_rows[:, :4]
-        self._data.mocap_pos[:] = thing_rows[:, 4:]
+        self._data.mocap_quat[:] = visual_rows[:, :4]
+        self._data.mocap_pos[:] = visual_rows[:, 4:]
         self._mujoco.mj_kinematics(self._model, self._data)
         self._mujoco.mj_camlight(self._model, self._data)
         self._mujoco.mjv_updateScene(
@@ -123,7 +125,7 @@ class OpenGl:
         depths: NDArray[np.float32] | None,
         numbered: bool,
     ) -> None:
-        """Draw into arrays, the first row on top; `numbered`: things' numbers for colours."""
+        """Draw into arrays, the first row on top; `numbered`: visuals' numbers for colours."""
         self._context.make_current()
         if max(size_px) > _MAX_SIDE_PX:
             raise SimError(

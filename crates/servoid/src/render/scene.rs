@@ -8,10 +8,10 @@ use super::{Lighting, MAX_LENGTH, MIN_LENGTH, RenderError};
 use crate::camera::Lens;
 use crate::pose::Pose;
 
-/// Things of simple shapes, drawn by casting rays.
+/// Visuals, which are shapes with paint, drawn by casting rays.
 #[derive(Debug, Default)]
-pub struct Stage {
-    pub(super) things: Vec<Thing>,
+pub struct Scene {
+    pub(super) visuals: Vec<Visual>,
     pub(super) kept: Kept,
 }
 
@@ -23,37 +23,37 @@ pub(super) struct Kept {
 }
 
 #[derive(Debug)]
-pub(super) struct Thing {
+pub(super) struct Visual {
     pub shape: Shape,
     pub paint: Paint,
     /// Centre and radius of a ball around it, in its own frame.
     pub ball: ([f64; 3], f64),
 }
 
-/// Where a lens and the things of a stage are during one exposure.
+/// Where a lens and the visuals of a scene are during one exposure.
 #[derive(Debug, Clone, Copy)]
-pub struct Scene<'a> {
+pub struct Placement<'a> {
     /// The lens.
     pub lens: &'a Lens,
     /// Poses of the lens, one for each moment.
     pub world_from_lens: &'a [Pose],
-    /// Poses of all things at each moment.
-    pub world_from_thing: &'a [Vec<Pose>],
+    /// Poses of all visuals at each moment.
+    pub world_from_visual: &'a [Vec<Pose>],
     /// The light.
     pub lighting: &'a Lighting,
 }
 
-impl Stage {
-    /// Makes an empty stage.
+impl Scene {
+    /// Makes an empty scene.
     #[must_use]
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Gives how many things there are.
+    /// Gives how many visuals there are.
     #[must_use]
     pub fn count(&self) -> usize {
-        self.things.len()
+        self.visuals.len()
     }
 
     /// Adds an ellipsoid by its radii; gives its number. A texture goes round z once, and from +z
@@ -127,30 +127,30 @@ impl Stage {
 
     fn add(&mut self, shape: Shape, paint: Paint) -> usize {
         let ball = shape.ball();
-        self.things.push(Thing { shape, paint, ball });
-        self.things.len() - 1
+        self.visuals.push(Visual { shape, paint, ball });
+        self.visuals.len() - 1
     }
 }
 
-impl Scene<'_> {
-    pub(super) fn check(&self, stage: &Stage) -> Result<(), RenderError> {
+impl Placement<'_> {
+    pub(super) fn check(&self, scene: &Scene) -> Result<(), RenderError> {
         self.lighting.check()?;
-        let (lens, things) = (self.world_from_lens.len(), self.world_from_thing.len());
-        if lens != things || lens == 0 {
-            return Err(RenderError::Moments { lens, things });
+        let (lens, visuals) = (self.world_from_lens.len(), self.world_from_visual.len());
+        if lens != visuals || lens == 0 {
+            return Err(RenderError::Moments { lens, visuals });
         }
-        for (moment, poses) in self.world_from_thing.iter().enumerate() {
-            let (given, things) = (poses.len(), stage.things.len());
-            if given != things {
-                return Err(RenderError::Poses { moment, given, things });
+        for (moment, poses) in self.world_from_visual.iter().enumerate() {
+            let (given, visuals) = (poses.len(), scene.visuals.len());
+            if given != visuals {
+                return Err(RenderError::Poses { moment, given, visuals });
             }
         }
         let lenses = self.world_from_lens.iter().map(|pose| (None, pose));
-        let things = self.world_from_thing.iter().flat_map(|poses| poses.iter().enumerate());
-        for (number, pose) in lenses.chain(things.map(|(i, pose)| (Some(i), pose))) {
+        let visuals = self.world_from_visual.iter().flat_map(|poses| poses.iter().enumerate());
+        for (number, pose) in lenses.chain(visuals.map(|(i, pose)| (Some(i), pose))) {
             let distance = pose.translation().norm();
             if distance > MAX_LENGTH {
-                let what = number.map_or("the lens".into(), |i| format!("thing {i}"));
+                let what = number.map_or("the lens".into(), |i| format!("visual {i}"));
                 return Err(RenderError::Far { what, distance });
             }
         }

@@ -15,8 +15,8 @@ from servoid._native import Body, Camera, Lens, Pose
 from servoid.servo.law.gaze import fixation
 from servoid.sim.arm_file import read_arm
 from servoid.sim.world import CameraSettings, LightSettings
+from servoid.sim.world.cameras.camera_simulator import make_lens
 from servoid.sim.world.cameras.renderer import Raycaster, Shot
-from servoid.sim.world.cameras.shutter import make_lens
 from servoid.sim.world.events.motions import compose, pose_of, row_of, unit_row
 from servoid.sim.world.objects import make_object
 from servoid.sim.world.scene.room import make_room

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from servoid._native import Camera, Lens
 from servoid.pose import Pose, looking
+from servoid.sim.world.cameras.camera_simulator import make_lens
 from servoid.sim.world.cameras.renderer import Image, Raycaster, Shot
-from servoid.sim.world.cameras.shutter import make_lens
 from servoid.sim.world.events.motions import STILL, Floats, compose, pose_of, row_of, unit_row
 from servoid.sim.world.objects import make_object
 from servoid.sim.world.scene.room import make_room

@@ -14,10 +14,16 @@ from servoid.sim.world.arms.encoders import Encoders
 from servoid.sim.world.arms.kinematics import Kinematics
 from servoid.sim.world.arms.protective_stop import ProtectiveStop, borne_torques
 from servoid.sim.world.arms.sim_arm import SimArm
+from servoid.sim.world.cameras.camera_simulator import (
+    NAMES,
+    CameraSimulator,
+    Exposure,
+    WorldParts,
+    true_cameras,
+)
 from servoid.sim.world.cameras.overview import overview_from
 from servoid.sim.world.cameras.renderer import Renderer, Shot
 from servoid.sim.world.cameras.renderers import RENDERERS
-from servoid.sim.world.cameras.shutter import NAMES, Exposure, Scene, Shutter, true_cameras
 from servoid.sim.world.events.course import Course
 from servoid.sim.world.events.faults import Occlude
 from servoid.sim.world.events.motions import STILL, Floats, pose_of, row_of, unit_row
@@ -46,7 +52,7 @@ class World:
     """
 
     arm: SimArm
-    source: Shutter
+    source: CameraSimulator
     notes: tuple[str, ...]  # for people, of what its arm lacks
 
     def __init__(self, settings: WorldSettings | None = None, *, path: Path | None = None) -> None:
@@ -85,7 +91,7 @@ class World:
         self._kinematics = kinematics
         encoders = Encoders(self._drives, lab, steps, robot.hand_count)
         calibration = Calibration(robot, kinematics, lab, true_cameras(settings.cameras))
-        scene = Scene(
+        parts = WorldParts(
             drives=self._drives,
             kinematics=kinematics,
             layout=self._layout,
@@ -95,7 +101,7 @@ class World:
             encoders=encoders,
             calibration=calibration,
         )
-        self.source = Shutter(settings, scene)
+        self.source = CameraSimulator(settings, parts)
         period_s = settings.physics.period_s
         # The arm does not know the world, which knows it: no circle keeps a world that is over.
         advance = partial(_advance, self._drives, self._course, self.source, steps)
@@ -243,7 +249,7 @@ class World:
 
 
 def _advance(
-    drives: Drives, course: Course, source: Shutter, steps: int, velocities: Floats
+    drives: Drives, course: Course, source: CameraSimulator, steps: int, velocities: Floats
 ) -> None:
     """Let one control period of so many steps pass."""
     for _ in range(steps):

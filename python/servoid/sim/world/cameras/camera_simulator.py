@@ -53,8 +53,8 @@ class Exposure:
 
 
 @dataclass(frozen=True)
-class Scene:
-    """What the shutter looks at, and what is known of where it looks from."""
+class WorldParts:
+    """What the cameras look at, and what is known of where they look from."""
 
     drives: Drives
     kinematics: Kinematics
@@ -66,15 +66,19 @@ class Scene:
     calibration: Calibration
 
 
-class Shutter:
+class CameraSimulator:
     """Implements `servoid.source.Source`; an image is drawn only when it is handed out.
 
     A tracker takes its time, in which images go by: they are handed out that much later, by
     whether it is `tracking` or searches, and while it is busy with one, others are missed.
     """
 
-    def __init__(self, settings: WorldSettings, scene: Scene) -> None:
-        self._settings, self._scene, self._lab = settings, scene, scene.lab.settings
+    def __init__(self, settings: WorldSettings, parts: WorldParts) -> None:
+        self._settings, self._parts, self._lab = (
+            settings,
+            parts,
+            parts.lab.settings,
+        )
         self._lens = make_lens(settings.cameras)
         self._ideal = undistortion(self._lens)  # whose coefficients are right
         self._bands = bands(settings.cameras.size_px[1], self._lab.readout_s)
@@ -90,7 +94,7 @@ class Shutter:
     @property
     def cameras(self) -> tuple[Camera, ...]:
         """Return what the pinhole cameras are believed to be whose images are delivered."""
-        return self._scene.calibration.cameras
+        return self._parts.calibration.cameras
 
     @property
     def true_cameras(self) -> tuple[Camera, ...]:
@@ -103,13 +107,13 @@ class Shutter:
         while True:
             start = self._next / cameras.rate_hz
             end = start + cameras.exposure_s + readout_s
-            if end > self._scene.drives.time_s + _CLOSE_S:
+            if end > self._parts.drives.time_s + _CLOSE_S:
                 return
             shares = (np.arange(cameras.moments) + 0.5) / cameras.moments
             begun = start + readout_s * np.array([[band.share] for band in self._bands])
             moments = begun + shares * cameras.exposure_s
             middle = start + 0.5 * (cameras.exposure_s + readout_s)
-            at = self._scene.drives.positions_at
+            at = self._parts.drives.positions_at
             exposure = Exposure(
                 index=self._next,
                 time_s=middle,
@@ -125,7 +129,7 @@ class Shutter:
 
     def newest(self) -> Instant | None:
         """Return the newest observation that has arrived and was not returned yet, else None."""
-        now = self._scene.drives.time_s
+        now = self._parts.drives.time_s
         begun = now - (self._lab.track_s if self.tracking else self._lab.search_s)
         if begun < self._free_s - _CLOSE_S:
             return None
@@ -141,7 +145,7 @@ class Shutter:
 
     def _instant(self, found: Exposure) -> Instant:
         """Return an observation as software gets it, with the errors of the laboratory."""
-        scene = self._scene
+        parts = self._parts
         lost = [self._drops(found, camera) for camera in range(len(NAMES))]
         images = [
             None if lost[camera] else self._image(found, camera) for camera in range(len(NAMES))
@@ -149,8 +153,8 @@ class Shutter:
         return Instant(
             index=found.index,
             time_s=found.stamp_s,
-            world_from_camera=scene.calibration.world_from_eyes(
-                scene.encoders.positions_at(found.stamp_s)
+            world_from_camera=parts.calibration.world_from_eyes(
+                parts.encoders.positions_at(found.stamp_s)
             ),
             images=tuple(images),
             notices=tuple(
@@ -167,7 +171,7 @@ class Shutter:
         if kept is not None and self._is(FreezeCamera, exposure, camera):
             return kept.copy()
         drawn = [
-            self._scene.renderer.image(self._shot(exposure, camera, number))
+            self._parts.renderer.image(self._shot(exposure, camera, number))
             for number in range(len(self._bands))
         ]
         image = self._ideal.image(drawn[0] if len(drawn) == 1 else np.concatenate(drawn))
@@ -176,18 +180,18 @@ class Shutter:
 
     def _shot(self, exposure: Exposure, camera: int, number: int) -> Shot:
         """Return how a band of an image is drawn."""
-        scene, settings = self._scene, self._settings
+        parts, settings = self._parts, self._settings
         positions, moments = exposure.positions[number], exposure.moments_s[number]
-        eyes = [scene.kinematics.world_from_eyes(row)[camera] for row in positions]
+        eyes = [parts.kinematics.world_from_eyes(row)[camera] for row in positions]
         pairs = list(zip(positions, moments, strict=True))
-        visuals = [scene.layout.world_from_visuals(row, moment) for row, moment in pairs]
+        visuals = [parts.layout.world_from_visuals(row, moment) for row, moment in pairs]
         seed = settings.seed * _NOISE_STRIDE + len(NAMES) * exposure.index + camera
         return Shot(
             lens=lens_of(self._lens, self._bands[number]),
             world_from_lens=np.array([row_of(eye) for eye in eyes]),
             world_from_visuals=np.array(visuals),
             toward=settings.light.toward,
-            level=exposure.gains[camera] * scene.course.level_at(exposure.time_s),
+            level=exposure.gains[camera] * parts.course.level_at(exposure.time_s),
             samples=settings.cameras.samples,
             noise=settings.cameras.noise,
             seed=(seed + number * _BAND_STRIDE) % _SEEDS,
@@ -196,7 +200,7 @@ class Shutter:
 
     def _stamp(self, time_s: float) -> float:
         """Return the time stamp of the next exposure, which is later than the last one."""
-        stamp_s = time_s + self._scene.lab.stamp_error(self._next)
+        stamp_s = time_s + self._parts.lab.stamp_error(self._next)
         self._stamped_s = max(stamp_s, self._stamped_s + _LATER_S)
         return self._stamped_s
 
@@ -211,13 +215,13 @@ class Shutter:
         """Return by how much each camera raises this exposure."""
         if not self._meters:
             return exposure.gains
-        scene, settings = self._scene, self._settings
-        eyes = scene.kinematics.world_from_eyes(exposure.positions_at_time)
-        visuals = scene.layout.world_from_visuals(exposure.positions_at_time, exposure.time_s)
-        level = scene.course.level_at(exposure.time_s)
+        parts, settings = self._parts, self._settings
+        eyes = parts.kinematics.world_from_eyes(exposure.positions_at_time)
+        visuals = parts.layout.world_from_visuals(exposure.positions_at_time, exposure.time_s)
+        level = parts.course.level_at(exposure.time_s)
         return tuple(
             meter.meter(
-                scene.renderer,
+                parts.renderer,
                 Shot(
                     lens=meter.lens,
                     world_from_lens=row_of(eye)[None],
@@ -238,7 +242,7 @@ class Shutter:
         self, kind: type[DropImages] | type[FreezeCamera], exposure: Exposure, camera: int
     ) -> bool:
         """Say if a fault of this kind concerns an exposure of a camera."""
-        started = self._scene.course.path_starts_s
+        started = self._parts.course.path_starts_s
         return started is not None and any(
             isinstance(fault, kind)
             and concerns(fault, camera)

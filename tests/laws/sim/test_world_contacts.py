@@ -51,7 +51,7 @@ def downwards(world: World, speed: float) -> np.ndarray:
 
 
 def within_stops(world: World) -> bool:
-    joints, positions = world.arm.joints, world._drives.positions
+    joints, positions = world.arm.joints, world._servos.positions
     return bool(np.all((positions >= joints.lower) & (positions <= joints.upper)))
 
 
@@ -67,10 +67,10 @@ def test_an_arm_that_is_driven_into_the_floor_stops_within_its_joints_limits(
     assert 0.0 < force < MOST_N
     assert within_stops(world)
     # It is still told to go on, and does nothing.
-    assert np.abs(world._drives.velocities).max() < REST
-    before = world._drives.positions
+    assert np.abs(world._servos.velocities).max() < REST
+    before = world._servos.positions
     driven(world, told, 1.0)
-    assert np.abs(world._drives.positions - before).max() < REST
+    assert np.abs(world._servos.positions - before).max() < REST
     assert world.contact_force < 0.1 * MOST_N  # it has yielded
 
 
@@ -102,7 +102,7 @@ def test_an_object_that_is_moved_into_the_hand_stops_the_arm_which_yields(ideal:
     assert world.arm.state().stopped
     assert 0.0 < force < MOST_N
     assert within_stops(world)
-    assert np.abs(world._drives.velocities).max() < REST
+    assert np.abs(world._servos.velocities).max() < REST
 
 
 def test_an_object_that_passes_over_the_hand_touches_nothing() -> None:
@@ -121,7 +121,7 @@ def test_the_errors_of_a_laboratory_stop_no_arm(seed: int) -> None:
         if driven(world, told, 0.2) > 0.0:
             break  # it hit something
         # Its drives go on to learn what their model misses.
-        assert not world._drives.protection.pushed
+        assert not world._servos.protection.pushed
         assert not world.arm.state().stopped
 
 

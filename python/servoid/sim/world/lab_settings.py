@@ -68,7 +68,7 @@ class LabSettings(SimSettings, frozen=True, kw_only=True, forbid_unknown_fields=
         Meta(ge=0.0, le=60.0, description="time constant of exposure control; 0: it is fixed, s"),
     ] = 1.0
     masses: Annotated[
-        Share, Meta(description="mass of each link against what its drives count with")
+        Share, Meta(description="mass of each link against what its servos count with")
     ] = 0.05
     friction: Annotated[
         float,

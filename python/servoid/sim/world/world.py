@@ -9,8 +9,8 @@ from servoid._native import Camera, Lens
 from servoid.errors import SimError
 from servoid.pose import Pose
 from servoid.sim.world.arms.calibration import Calibration
-from servoid.sim.world.arms.drives import Drives
 from servoid.sim.world.arms.encoders import Encoders
+from servoid.sim.world.arms.joint_servos import JointServos
 from servoid.sim.world.arms.kinematics import Kinematics
 from servoid.sim.world.arms.protective_stop import ProtectiveStop, borne_torques
 from servoid.sim.world.arms.sim_arm import SimArm
@@ -84,15 +84,15 @@ class World:
         plant, known = build_plant(robot, model, lab, solids, visuals)
         borne = borne_torques(robot, model, start, settings.arm.stop_torque)
         protection = ProtectiveStop(borne, settings.physics.step_s)
-        self._drives = Drives(robot, model, kinematics, start, plant, protection, known=known)
+        self._servos = JointServos(robot, model, kinematics, start, plant, protection, known=known)
         self._layout = Layout(visuals, model, kinematics, self._course)
         self._visuals = tuple(visuals)
         self._renderer = _renderer(settings, self._visuals)
         self._kinematics = kinematics
-        encoders = Encoders(self._drives, lab, steps, robot.hand_count)
+        encoders = Encoders(self._servos, lab, steps, robot.hand_count)
         calibration = Calibration(robot, kinematics, lab, true_cameras(settings.cameras))
         parts = WorldParts(
-            drives=self._drives,
+            servos=self._servos,
             kinematics=kinematics,
             layout=self._layout,
             course=self._course,
@@ -104,13 +104,13 @@ class World:
         self.source = CameraSimulator(settings, parts)
         period_s = settings.physics.period_s
         # The arm does not know the world, which knows it: no circle keeps a world that is over.
-        advance = partial(_advance, self._drives, self._course, self.source, steps)
+        advance = partial(_advance, self._servos, self._course, self.source, steps)
         self.arm = SimArm(kinematics, calibration, encoders, period_s, advance, solids, protection)
 
     @property
     def time_s(self) -> float:
         """Return the time since the world began, in seconds."""
-        return self._drives.time_s
+        return self._servos.time_s
 
     @property
     def cameras(self) -> tuple[Camera, ...]:
@@ -130,7 +130,7 @@ class World:
     @property
     def contact_force(self) -> float:
         """Return the greatest force in N with which the arm touches something now, 0 if nothing."""
-        return self._drives.contact_force
+        return self._servos.contact_force
 
     def start_path(self) -> None:
         """Let the object's path begin now; until then it rests.
@@ -151,8 +151,8 @@ class World:
 
     def world_from_hand_at(self, time_s: float) -> Pose:
         """Return where the hand truly was at a control period's time within the last second."""
-        step = round(time_s / self._drives.step_s)
-        return self._kinematics.world_from_hand(self._drives.positions_of(step))
+        step = round(time_s / self._servos.step_s)
+        return self._kinematics.world_from_hand(self._servos.positions_of(step))
 
     def true_views(self) -> tuple[tuple[Camera, Pose], ...]:
         """Return the cameras and where they were in the newest observation, both as in truth.
@@ -209,7 +209,7 @@ class World:
             center_px=(0.5 * (width - 1), 0.5 * (height - 1)),
         )
         pose = overview_from(self._course.world_from_object_at(0.0).translation)
-        visuals = self._layout.world_from_visuals(self._drives.positions, self.time_s)
+        visuals = self._layout.world_from_visuals(self._servos.positions, self.time_s)
         return self._renderer.image(
             Shot(
                 lens=lens,
@@ -249,11 +249,11 @@ class World:
 
 
 def _advance(
-    drives: Drives, course: Course, source: CameraSimulator, steps: int, velocities: Floats
+    servos: JointServos, course: Course, source: CameraSimulator, steps: int, velocities: Floats
 ) -> None:
     """Let one control period of so many steps pass."""
     for _ in range(steps):
-        drives.step(velocities, row_of(course.world_from_object_at(drives.time_s)))
+        servos.step(velocities, row_of(course.world_from_object_at(servos.time_s)))
     source.expose()
 
 

@@ -1,7 +1,7 @@
 """The sensors of an arm's joints: what its software knows of where they are."""
 
 from servoid.servo import JointState
-from servoid.sim.world.arms.drives import Drives
+from servoid.sim.world.arms.joint_servos import JointServos
 from servoid.sim.world.events.motions import Floats
 from servoid.sim.world.lab import Lab
 
@@ -12,19 +12,19 @@ class Encoders:
     `steps` physics steps are a control period, `hand_count` joints move the hand.
     """
 
-    def __init__(self, drives: Drives, lab: Lab, steps: int, hand_count: int) -> None:
-        self._drives, self._lab, self._steps = drives, lab, steps
-        self._count = len(drives.positions)
+    def __init__(self, servos: JointServos, lab: Lab, steps: int, hand_count: int) -> None:
+        self._servos, self._lab, self._steps = servos, lab, steps
+        self._count = len(servos.positions)
         self._zeros = lab.zeros(self._count, hand_count)
 
     def state(self) -> JointState:
         """Return what the joints do now, as far as they are known."""
-        drives, step = self._drives, self._drives.steps
+        servos, step = self._servos, self._servos.steps
         return JointState(
-            drives.time_s,
-            self._read(drives.positions, step),
-            drives.velocities + self._lab.speed_noise(self._count, step),
-            drives.protection.stopped,
+            servos.time_s,
+            self._read(servos.positions, step),
+            servos.velocities + self._lab.speed_noise(self._count, step),
+            servos.protection.stopped,
         )
 
     def positions_at(self, time_s: float) -> Floats:
@@ -32,15 +32,15 @@ class Encoders:
 
         What is read once a control period is taken to have gone evenly from reading to reading.
         """
-        drives = self._drives
+        servos = self._servos
         if not self._lab.settings.read_once:
-            return drives.positions_at(time_s) + self._zeros
-        place = time_s / (self._steps * drives.step_s)
-        newest = drives.steps // self._steps
+            return servos.positions_at(time_s) + self._zeros
+        place = time_s / (self._steps * servos.step_s)
+        newest = servos.steps // self._steps
         before = min(max(int(place), 0), max(newest - 1, 0))
         share = min(max(place - before, 0.0), 1.0)
         earlier, later = (
-            self._read(drives.positions_of(step), step)
+            self._read(servos.positions_of(step), step)
             for step in (before * self._steps, min(before + 1, newest) * self._steps)
         )
         return (1.0 - share) * earlier + share * later

@@ -11,7 +11,7 @@ from servoid.errors import SimError
 from servoid.sim.arm_file import EyeLimits
 from servoid.sim.world.arms.file_looks import file_visuals
 from servoid.sim.world.arms.head import add_head, head_visuals
-from servoid.sim.world.arms.robot import HAND, Drive, Robot
+from servoid.sim.world.arms.robot import HAND, JointServo, Robot
 from servoid.sim.world.arms.urdf import Urdf, read_urdf
 from servoid.sim.world.events.motions import compose, unit_row
 from servoid.sim.world.scene.engine import load_mujoco
@@ -50,7 +50,7 @@ def build_file_arm(settings: ArmSettings, eyes: EyeLimits, lag_s: float) -> Robo
     mount, place = _mount(spec, model, settings)
     joints = _chain(spec, mount, settings.name)
     home = _home(model, [joint.name for joint in joints])
-    drives = tuple(_drive(model.joint(joint.name), settings, speeds, lag_s) for joint in joints)
+    servos = tuple(_servo(model.joint(joint.name), settings, speeds, lag_s) for joint in joints)
     _strip(spec, {joint.name for joint in joints})
     looks = file_visuals(_compiled(spec, settings.name))
     row = compose(place, unit_row(settings.mount_from_hand))
@@ -63,8 +63,8 @@ def build_file_arm(settings: ArmSettings, eyes: EyeLimits, lag_s: float) -> Robo
     return Robot(
         spec=spec,
         visuals=(*looks, *head),
-        drives=drives + turning,
-        hand_count=len(drives),
+        servos=servos + turning,
+        hand_count=len(servos),
         half_baseline=eyes.half_baseline,
         angles=home,
         notes=() if urdf is None else _notes(settings.name, urdf, joints),
@@ -190,10 +190,10 @@ def _home(model: Any, joints: list[str]) -> tuple[float, ...]:
     return tuple(float(angles[model.joint(name).qposadr[0]]) for name in joints)
 
 
-def _drive(joint: Any, settings: ArmSettings, speeds: dict[str, float], lag_s: float) -> Drive:
+def _servo(joint: Any, settings: ArmSettings, speeds: dict[str, float], lag_s: float) -> JointServo:
     lower, upper = joint.range if joint.limited else (-_ENDLESS, _ENDLESS)
     bounded = bool(joint.actfrclimited[0]) if hasattr(joint, "actfrclimited") else False
-    return Drive(
+    return JointServo(
         joint=joint.name,
         lower=float(lower),
         upper=float(upper),
@@ -205,7 +205,7 @@ def _drive(joint: Any, settings: ArmSettings, speeds: dict[str, float], lag_s: f
 
 
 def _strip(spec: Any, driven: set[str]) -> None:
-    """Take out what would move or hold the arm beside the drives."""
+    """Take out what would move or hold the arm beside the servos."""
     for kind in ("keys", "sensors", "actuators", "equalities", "tendons", "excludes"):
         for one in list(getattr(spec, kind)):
             spec.delete(one)

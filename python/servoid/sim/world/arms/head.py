@@ -4,7 +4,7 @@ import math
 from typing import Any
 
 from servoid.sim.arm_file import EyeLimits
-from servoid.sim.world.arms.robot import EYES, HAND, TILT, Drive
+from servoid.sim.world.arms.robot import EYES, HAND, TILT, JointServo
 from servoid.sim.world.scene.visuals import Box, Capsule, Cylinder, Ellipsoid, Finish, Visual
 
 _BALL = 0.030  # radius of an eye's housing in m, which ends just behind the camera's centre
@@ -15,8 +15,8 @@ _DARK = Finish(color=(0.10, 0.11, 0.13), gloss=0.5)
 _TRIM = Finish(color=(0.05, 0.42, 0.47), gloss=0.3)
 
 
-def add_head(hand: Any, limits: EyeLimits, turning: bool) -> tuple[Drive, ...]:
-    """Add eyes to the body of a hand (`mujoco.MjsBody`), and return the drives that turn them."""
+def add_head(hand: Any, limits: EyeLimits, turning: bool) -> tuple[JointServo, ...]:
+    """Add eyes to the body of a hand (`mujoco.MjsBody`), and return the servos that turn them."""
     tilt = hand.add_body(name=TILT)
     _weigh(tilt, 0.2, 0.05)
     if turning:
@@ -29,7 +29,7 @@ def add_head(hand: Any, limits: EyeLimits, turning: bool) -> tuple[Drive, ...]:
     if not turning:
         return ()
     return tuple(
-        Drive(
+        JointServo(
             joint=name,
             lower=math.radians(limits.lower_deg[index]),
             upper=math.radians(limits.upper_deg[index]),

@@ -18,24 +18,24 @@ _ENOUGH = 6
 
 
 class Kinematics:
-    """Answers for joint angles (N,) in radians, in the order of the robot's drives."""
+    """Answers for joint angles (N,) in radians, in the order of the robot's servos."""
 
     def __init__(self, robot: Robot, model: Any) -> None:
         self._mujoco = load_mujoco()
         self._model = model
         self._data = self._mujoco.MjData(model)
-        joints = [model.joint(drive.joint) for drive in robot.drives]
+        joints = [model.joint(servo.joint) for servo in robot.servos]
         self.places: NDArray[np.int64] = np.array([joint.qposadr[0] for joint in joints])
         self.speeds: NDArray[np.int64] = np.array([joint.dofadr[0] for joint in joints])
         self._hand = model.body(HAND).id
         self._eyes = [model.body(name).id for name in EYES]
         self.joints: Joints = Joints(
-            names=tuple(drive.joint for drive in robot.drives),
+            names=tuple(servo.joint for servo in robot.servos),
             hand_count=robot.hand_count,
-            lower=np.array([drive.lower for drive in robot.drives]),
-            upper=np.array([drive.upper for drive in robot.drives]),
-            speed=np.array([drive.speed for drive in robot.drives]),
-            acceleration=np.array([drive.acceleration for drive in robot.drives]),
+            lower=np.array([servo.lower for servo in robot.servos]),
+            upper=np.array([servo.upper for servo in robot.servos]),
+            speed=np.array([servo.speed for servo in robot.servos]),
+            acceleration=np.array([servo.acceleration for servo in robot.servos]),
         )
         # Six joints are enough to get anywhere; a seventh would be left open.
         self._free = slice(1 if robot.hand_count > _ENOUGH else 0, robot.hand_count)

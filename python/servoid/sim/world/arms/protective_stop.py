@@ -11,7 +11,7 @@ from servoid.sim.world.scene.engine import load_mujoco
 
 _SMOOTHED_S = 0.004  # of the torques, so that a single step's rounding stops nothing
 _GRAVITY = 9.81
-_TRUSTED = 0.5  # share of the torque that stops, below which drives go on to learn what they miss
+_TRUSTED = 0.5  # share of the torque that stops, below which servos go on to learn what they miss
 
 
 class ProtectiveStop:
@@ -34,7 +34,7 @@ class ProtectiveStop:
 
     @property
     def pushed(self) -> bool:
-        """Say if something may push the arm, so that its drives must not learn from it."""
+        """Say if something may push the arm, so that its servos must not learn from it."""
         return bool(np.any(np.abs(self._unexplained) > _TRUSTED * self._most))
 
     def reset(self) -> None:
@@ -51,14 +51,14 @@ def borne_torques(robot: Robot, model: Any, start: Floats, share: float) -> Floa
     """
     mujoco = load_mujoco()
     data = mujoco.MjData(model)
-    joints = [model.joint(drive.joint) for drive in robot.drives]
+    joints = [model.joint(servo.joint) for servo in robot.servos]
     data.qpos[[joint.qposadr[0] for joint in joints]] = start
     mujoco.mj_forward(model, data)
     found = []
-    for drive, joint in zip(robot.drives, joints, strict=True):
+    for servo, joint in zip(robot.servos, joints, strict=True):
         body = int(model.jnt_bodyid[joint.id])
         lever = exact.norm(data.subtree_com[body] - data.xanchor[joint.id])
         needed = _GRAVITY * float(model.body_subtreemass[body]) * lever
-        needed += drive.acceleration * float(model.dof_M0[joint.dofadr[0]])
-        found.append(drive.torque if np.isfinite(drive.torque) else needed)
+        needed += servo.acceleration * float(model.dof_M0[joint.dofadr[0]])
+        found.append(servo.torque if np.isfinite(servo.torque) else needed)
     return share * np.array(found)

@@ -1,4 +1,4 @@
-"""An arm as it is handed to the physics: its bodies, its drives and what can be seen of it."""
+"""An arm as it is handed to the physics: its bodies, its servos and what can be seen of it."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -11,7 +11,7 @@ EYES = ("servoid left eye", "servoid right eye")
 
 
 @dataclass(frozen=True)
-class Drive:
+class JointServo:
     """A joint with a speed servo: its limits in rad, rad/s, rad/s² and N m, and its lag."""
 
     joint: str
@@ -27,14 +27,14 @@ class Drive:
 class Robot:
     """A robot that is ready to be compiled.
 
-    `spec` is a `mujoco.MjSpec` that holds bodies named `HAND` and `EYES`; `drives` move the hand,
+    `spec` is a `mujoco.MjSpec` that holds bodies named `HAND` and `EYES`; `servos` move the hand,
     the first `hand_count` of them, and the eyes. It starts with `angles` or, where they are None,
     with the hand at `world_from_hand`. `notes` are for people.
     """
 
     spec: Any
     visuals: tuple[Visual, ...]
-    drives: tuple[Drive, ...]
+    servos: tuple[JointServo, ...]
     hand_count: int
     half_baseline: float
     angles: tuple[float, ...] | None = None
@@ -44,4 +44,4 @@ class Robot:
     @property
     def turns_eyes(self) -> bool:
         """Say if the eyes turn."""
-        return len(self.drives) > self.hand_count
+        return len(self.servos) > self.hand_count

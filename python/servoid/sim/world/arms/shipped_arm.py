@@ -1,4 +1,4 @@
-"""Builds a shipped arm out of its file: bodies by Denavit-Hartenberg parameters, drives, looks."""
+"""Builds a shipped arm out of its file: bodies by Denavit-Hartenberg parameters, servos, looks."""
 
 import math
 from typing import Any
@@ -8,7 +8,7 @@ import numpy as np
 from servoid.pose import exact
 from servoid.sim.arm_file import ArmFile
 from servoid.sim.world.arms.head import add_head, head_visuals
-from servoid.sim.world.arms.robot import HAND, Drive, Robot
+from servoid.sim.world.arms.robot import HAND, JointServo, Robot
 from servoid.sim.world.events.motions import Floats, pose_of
 from servoid.sim.world.scene.engine import load_mujoco
 from servoid.sim.world.scene.solids import add_solids
@@ -40,14 +40,14 @@ def build_shipped_arm(arm: ArmFile, turning_eyes: bool) -> Robot:
     hand.mass = arm.hand.mass
     hand.inertia = [0.4 * arm.hand.mass * 0.08 * 0.08] * 3
     eyes = add_head(hand, arm.eyes, turning_eyes)
-    drives = tuple(_drive(arm, index) for index in range(len(arm.joints.names)))
+    servos = tuple(_servo(arm, index) for index in range(len(arm.joints.names)))
     visuals = (*_links(arm, offsets), *head_visuals(arm.eyes.half_baseline, float(mount[6])))
     add_solids(spec, visuals)
     return Robot(
         spec=spec,
         visuals=visuals,
-        drives=drives + eyes,
-        hand_count=len(drives),
+        servos=servos + eyes,
+        hand_count=len(servos),
         half_baseline=arm.eyes.half_baseline,
         world_from_hand=pose_of(arm.start.world_from_hand),
     )
@@ -64,9 +64,9 @@ def _offsets(arm: ArmFile) -> list[Floats]:
     return offsets
 
 
-def _drive(arm: ArmFile, index: int) -> Drive:
+def _servo(arm: ArmFile, index: int) -> JointServo:
     joints = arm.joints
-    return Drive(
+    return JointServo(
         joint=joints.names[index],
         lower=math.radians(joints.lower_deg[index]),
         upper=math.radians(joints.upper_deg[index]),

@@ -10,8 +10,8 @@ from servoid._native import Camera, Lens
 from servoid.camera import undistortion
 from servoid.pose import exact
 from servoid.sim.world.arms.calibration import Calibration
-from servoid.sim.world.arms.drives import Drives
 from servoid.sim.world.arms.encoders import Encoders
+from servoid.sim.world.arms.joint_servos import JointServos
 from servoid.sim.world.arms.kinematics import Kinematics
 from servoid.sim.world.cameras.metering import Metering
 from servoid.sim.world.cameras.renderer import Image, Renderer, Shot
@@ -56,7 +56,7 @@ class Exposure:
 class WorldParts:
     """What the cameras look at, and what is known of where they look from."""
 
-    drives: Drives
+    servos: JointServos
     kinematics: Kinematics
     layout: Layout
     course: Course
@@ -107,13 +107,13 @@ class CameraSimulator:
         while True:
             start = self._next / cameras.rate_hz
             end = start + cameras.exposure_s + readout_s
-            if end > self._parts.drives.time_s + _CLOSE_S:
+            if end > self._parts.servos.time_s + _CLOSE_S:
                 return
             shares = (np.arange(cameras.moments) + 0.5) / cameras.moments
             begun = start + readout_s * np.array([[band.share] for band in self._bands])
             moments = begun + shares * cameras.exposure_s
             middle = start + 0.5 * (cameras.exposure_s + readout_s)
-            at = self._parts.drives.positions_at
+            at = self._parts.servos.positions_at
             exposure = Exposure(
                 index=self._next,
                 time_s=middle,
@@ -129,7 +129,7 @@ class CameraSimulator:
 
     def newest(self) -> Instant | None:
         """Return the newest observation that has arrived and was not returned yet, else None."""
-        now = self._parts.drives.time_s
+        now = self._parts.servos.time_s
         begun = now - (self._lab.track_s if self.tracking else self._lab.search_s)
         if begun < self._free_s - _CLOSE_S:
             return None

@@ -47,12 +47,12 @@ def _changed(file: ArmFile, arm: ArmSettings) -> ArmFile:
 
 
 def compile_robot(robot: Robot, step_s: float) -> Any:
-    """Return a `mujoco.MjModel` of the robot as its drives know it: it touches nothing."""
+    """Return a `mujoco.MjModel` of the robot as its servos know it: it touches nothing."""
     name_geoms(robot.spec)
     robot.spec.option.timestep = step_s
     robot.spec.option.disableflags |= int(load_mujoco().mjtDisableBit.mjDSBL_CONTACT)
     model = robot.spec.compile()
-    # What brakes the joints is part of their drives' lag already.
+    # What brakes the joints is part of their servos' lag already.
     model.dof_damping[:] = 0.0
     model.dof_frictionloss[:] = 0.0
     model.jnt_stiffness[:] = 0.0
@@ -70,17 +70,17 @@ def build_plant(
     plant = touching_model(
         robot.spec, model, solids, [it for it in visuals if it.carrier == OBJECT]
     )
-    for drive in robot.drives:  # against which nothing but a push from outside drives a joint
-        joint = plant.joint(drive.joint)
-        plant.jnt_limited[joint.id], plant.jnt_range[joint.id] = 1, (drive.lower, drive.upper)
+    for servo in robot.servos:  # against which nothing but a push from outside drives a joint
+        joint = plant.joint(servo.joint)
+        plant.jnt_limited[joint.id], plant.jnt_range[joint.id] = 1, (servo.lower, servo.upper)
     if settings.masses == 0.0 and settings.friction == 0.0:
         return plant, True
     shares = lab.mass_shares(plant.nbody)
     plant.body_mass[:] *= shares
     plant.body_inertia[:] *= shares[:, None]
-    for drive in robot.drives:
-        place = plant.joint(drive.joint).dofadr[0]
-        needed = drive.acceleration * model.dof_M0[place]
+    for servo in robot.servos:
+        place = plant.joint(servo.joint).dofadr[0]
+        needed = servo.acceleration * model.dof_M0[place]
         plant.dof_frictionloss[place] = settings.friction * needed
     mujoco = load_mujoco()
     mujoco.mj_setConst(plant, mujoco.MjData(plant))
@@ -98,18 +98,18 @@ def start_angles(robot: Robot, kinematics: Kinematics, settings: WorldSettings) 
     world_from_hand = robot.world_from_hand
     if settings.arm.world_from_hand is not None:
         given, world_from_hand = None, pose_of(unit_row(settings.arm.world_from_hand))
-    if given is not None and len(given) not in (robot.hand_count, len(robot.drives)):
+    if given is not None and len(given) not in (robot.hand_count, len(robot.servos)):
         raise SimError(
             f"arm.start has {len(given)} angles; give {robot.hand_count} for the hand, or "
-            f"{len(robot.drives)} with those of the eyes"
+            f"{len(robot.servos)} with those of the eyes"
         )
-    start = np.zeros(len(robot.drives))
+    start = np.zeros(len(robot.servos))
     if given is not None:
         _check_limits(robot, given)
         start[: len(given)] = given
     elif world_from_hand is not None:
         start = kinematics.reach(world_from_hand)
-    chosen = given is not None and len(given) == len(robot.drives)
+    chosen = given is not None and len(given) == len(robot.servos)
     if robot.turns_eyes and settings.arm.eyes_on_object and not chosen:
         place = np.array(settings.object.hand_from_object[4:])
         start[robot.hand_count :] = fixation(robot.half_baseline, place, np.zeros(3)).angles
@@ -117,9 +117,9 @@ def start_angles(robot: Robot, kinematics: Kinematics, settings: WorldSettings) 
 
 
 def _check_limits(robot: Robot, angles: tuple[float, ...]) -> None:
-    for drive, angle in zip(robot.drives, angles, strict=False):
-        if not drive.lower <= angle <= drive.upper:
+    for servo, angle in zip(robot.servos, angles, strict=False):
+        if not servo.lower <= angle <= servo.upper:
             raise SimError(
-                f"joint {drive.joint} would start at {angle:g} rad, but it turns from "
-                f"{drive.lower:g} to {drive.upper:g} rad; change arm.start"
+                f"joint {servo.joint} would start at {angle:g} rad, but it turns from "
+                f"{servo.lower:g} to {servo.upper:g} rad; change arm.start"
             )

@@ -17,12 +17,12 @@ from servoid.sim.world.scene.engine import load_mujoco
 _REMEMBERED_S = 1.0  # more than the longest exposure and control period take together
 
 
-class Drives:
+class JointServos:
     """Turns joints at commanded speeds, as the servos of a real arm do.
 
     Each joint's speed follows the command with a first-order lag, within its acceleration, speed
     and torque, and it brakes before its limits. Gravity is balanced by a `model` of the arm; where
-    the arm itself, the `plant`, moves in another way, the drives bring back what the speeds miss.
+    the arm itself, the `plant`, moves in another way, the servos bring back what the speeds miss.
     What pushes the arm from outside stops it.
     """
 
@@ -37,19 +37,19 @@ class Drives:
         *,
         known: bool,
     ) -> None:
-        """Take an arm as the drives know it and as it is; `known` says that both move alike."""
+        """Take an arm as the servos know it and as it is; `known` says that both move alike."""
         self._mujoco = load_mujoco()
         self._model, self._plant, self.protection = model, plant, protection
         self._data = self._mujoco.MjData(self._plant)
         self._places, self._speeds = kinematics.places, kinematics.speeds
         step = model.opt.timestep
-        self._lag = np.array([drive.lag_s for drive in robot.drives])
+        self._lag = np.array([servo.lag_s for servo in robot.servos])
         self._gain = -exact.expm1(-step / self._lag) / step  # exact for a command that lasts a step
-        self._acceleration = np.array([drive.acceleration for drive in robot.drives])
-        self._speed = np.array([drive.speed for drive in robot.drives])
-        self._torque = np.array([drive.torque for drive in robot.drives])
-        self._lower = np.array([drive.lower for drive in robot.drives])
-        self._upper = np.array([drive.upper for drive in robot.drives])
+        self._acceleration = np.array([servo.acceleration for servo in robot.servos])
+        self._speed = np.array([servo.speed for servo in robot.servos])
+        self._torque = np.array([servo.torque for servo in robot.servos])
+        self._lower = np.array([servo.lower for servo in robot.servos])
+        self._upper = np.array([servo.upper for servo in robot.servos])
         self._data.qpos[self._places] = start
         self._corrections = None if known else self._settled(start)
         self._steps = 0
@@ -133,7 +133,7 @@ class Drives:
         return (outside + needed - self._data.qfrc_applied)[self._speeds]
 
     def _computed(self, wanted: Floats) -> Floats:
-        """Return the torques that bring about accelerations, as the drives' model has it."""
+        """Return the torques that bring about accelerations, as the servos' model has it."""
         data = self._data
         if self._corrections is not None:
             data = self._corrections.known
@@ -144,7 +144,7 @@ class Drives:
         return needed + (data.qfrc_bias - data.qfrc_passive)
 
     def _settled(self, start: Floats) -> "_Corrections":
-        """Return what balances the arm at rest: its drives have held it for a while."""
+        """Return what balances the arm at rest: its servos have held it for a while."""
         known = self._mujoco.MjData(self._model)
         known.qpos[self._places] = start
         for model, data in ((self._model, known), (self._plant, self._data)):
@@ -194,7 +194,7 @@ class Drives:
 
 @dataclass
 class _Corrections:
-    """What drives do against an arm that is not as their model has it.
+    """What servos do against an arm that is not as their model has it.
 
     `known` (`mujoco.MjData`) is of the model; `speeds` (N,) are those that the joints should have,
     and `held` (N,) the accelerations that hold against what is wrong all the time.

@@ -24,10 +24,10 @@ from servoid.sim.world.cameras.camera_simulator import (
 from servoid.sim.world.cameras.overview import overview_from
 from servoid.sim.world.cameras.renderer import Renderer, Shot
 from servoid.sim.world.cameras.renderers import RENDERERS
-from servoid.sim.world.events.course import Course
 from servoid.sim.world.events.faults import Occlude
 from servoid.sim.world.events.motions import STILL, Floats, pose_of, row_of, unit_row
 from servoid.sim.world.events.paths import Path, parse_path
+from servoid.sim.world.events.timeline import Timeline
 from servoid.sim.world.lab import Lab
 from servoid.sim.world.objects import make_object, spin_axis
 from servoid.sim.world.scene.building import build_plant, build_robot, compile_robot, start_angles
@@ -79,13 +79,15 @@ class World:
         lab = Lab(settings.in_effect, settings.seed)
         start = start_angles(robot, kinematics, settings)
         hand_from_object = pose_of(settings.object.hand_from_object)
-        self._course = Course(settings, kinematics.world_from_hand(start) @ hand_from_object, path)
+        self._timeline = Timeline(
+            settings, kinematics.world_from_hand(start) @ hand_from_object, path
+        )
         solids = Solids(model, kinematics, start)
         plant, known = build_plant(robot, model, lab, solids, visuals)
         borne = borne_torques(robot, model, start, settings.arm.stop_torque)
         protection = ProtectiveStop(borne, settings.physics.step_s)
         self._servos = JointServos(robot, model, kinematics, start, plant, protection, known=known)
-        self._layout = Layout(visuals, model, kinematics, self._course)
+        self._layout = Layout(visuals, model, kinematics, self._timeline)
         self._visuals = tuple(visuals)
         self._renderer = _renderer(settings, self._visuals)
         self._kinematics = kinematics
@@ -95,7 +97,7 @@ class World:
             servos=self._servos,
             kinematics=kinematics,
             layout=self._layout,
-            course=self._course,
+            timeline=self._timeline,
             renderer=self._renderer,
             lab=lab,
             encoders=encoders,
@@ -104,7 +106,7 @@ class World:
         self.source = CameraSimulator(settings, parts)
         period_s = settings.physics.period_s
         # The arm does not know the world, which knows it: no circle keeps a world that is over.
-        advance = partial(_advance, self._servos, self._course, self.source, steps)
+        advance = partial(_advance, self._servos, self._timeline, self.source, steps)
         self.arm = SimArm(kinematics, calibration, encoders, period_s, advance, solids, protection)
 
     @property
@@ -139,15 +141,15 @@ class World:
             SimError: it has begun already.
 
         """
-        if self._course.path_starts_s is not None:
+        if self._timeline.path_starts_s is not None:
             raise SimError(
-                f"the object's path began at {self._course.path_starts_s:g} s; it begins once"
+                f"the object's path began at {self._timeline.path_starts_s:g} s; it begins once"
             )
-        self._course.path_starts_s = self.time_s
+        self._timeline.path_starts_s = self.time_s
 
     def world_from_object_at(self, time_s: float) -> Pose:
         """Return where the object truly is at a time."""
-        return self._course.world_from_object_at(time_s)
+        return self._timeline.world_from_object_at(time_s)
 
     def world_from_hand_at(self, time_s: float) -> Pose:
         """Return where the hand truly was at a control period's time within the last second."""
@@ -175,7 +177,7 @@ class World:
 
     def twist_at(self, time_s: float) -> Floats:
         """Return the object's true twist (6,) in the world: of its origin in m/s, and in rad/s."""
-        return self._course.twist_at(time_s)
+        return self._timeline.twist_at(time_s)
 
     def masks(self) -> tuple[NDArray[np.uint8], ...]:
         """Return the object's true masks, (H, W) with 255 inside, in the newest observation.
@@ -208,7 +210,7 @@ class World:
             focal_px=(focal, focal),
             center_px=(0.5 * (width - 1), 0.5 * (height - 1)),
         )
-        pose = overview_from(self._course.world_from_object_at(0.0).translation)
+        pose = overview_from(self._timeline.world_from_object_at(0.0).translation)
         visuals = self._layout.world_from_visuals(self._servos.positions, self.time_s)
         return self._renderer.image(
             Shot(
@@ -216,7 +218,7 @@ class World:
                 world_from_lens=row_of(pose)[None],
                 world_from_visuals=visuals[None],
                 toward=self.settings.light.toward,
-                level=self._course.level_at(self.time_s),
+                level=self._timeline.level_at(self.time_s),
                 samples=samples,
                 threads=self.settings.threads,
             )
@@ -249,11 +251,11 @@ class World:
 
 
 def _advance(
-    servos: JointServos, course: Course, source: CameraSimulator, steps: int, velocities: Floats
+    servos: JointServos, timeline: Timeline, source: CameraSimulator, steps: int, velocities: Floats
 ) -> None:
     """Let one control period of so many steps pass."""
     for _ in range(steps):
-        servos.step(velocities, row_of(course.world_from_object_at(servos.time_s)))
+        servos.step(velocities, row_of(timeline.world_from_object_at(servos.time_s)))
     source.expose()
 
 

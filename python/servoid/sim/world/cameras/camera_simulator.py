@@ -16,9 +16,9 @@ from servoid.sim.world.arms.kinematics import Kinematics
 from servoid.sim.world.cameras.metering import Metering
 from servoid.sim.world.cameras.renderer import Image, Renderer, Shot
 from servoid.sim.world.cameras.rows import bands, lens_of
-from servoid.sim.world.events.course import Course
 from servoid.sim.world.events.faults import DropImages, FreezeCamera, concerns, is_on
 from servoid.sim.world.events.motions import Floats, row_of
+from servoid.sim.world.events.timeline import Timeline
 from servoid.sim.world.lab import Lab
 from servoid.sim.world.scene.layout import Layout
 from servoid.sim.world.settings import CameraSettings, WorldSettings
@@ -59,7 +59,7 @@ class WorldParts:
     servos: JointServos
     kinematics: Kinematics
     layout: Layout
-    course: Course
+    timeline: Timeline
     renderer: Renderer
     lab: Lab
     encoders: Encoders
@@ -191,7 +191,7 @@ class CameraSimulator:
             world_from_lens=np.array([row_of(eye) for eye in eyes]),
             world_from_visuals=np.array(visuals),
             toward=settings.light.toward,
-            level=exposure.gains[camera] * parts.course.level_at(exposure.time_s),
+            level=exposure.gains[camera] * parts.timeline.level_at(exposure.time_s),
             samples=settings.cameras.samples,
             noise=settings.cameras.noise,
             seed=(seed + number * _BAND_STRIDE) % _SEEDS,
@@ -218,7 +218,7 @@ class CameraSimulator:
         parts, settings = self._parts, self._settings
         eyes = parts.kinematics.world_from_eyes(exposure.positions_at_time)
         visuals = parts.layout.world_from_visuals(exposure.positions_at_time, exposure.time_s)
-        level = parts.course.level_at(exposure.time_s)
+        level = parts.timeline.level_at(exposure.time_s)
         return tuple(
             meter.meter(
                 parts.renderer,
@@ -242,7 +242,7 @@ class CameraSimulator:
         self, kind: type[DropImages] | type[FreezeCamera], exposure: Exposure, camera: int
     ) -> bool:
         """Say if a fault of this kind concerns an exposure of a camera."""
-        started = self._parts.course.path_starts_s
+        started = self._parts.timeline.path_starts_s
         return started is not None and any(
             isinstance(fault, kind)
             and concerns(fault, camera)

@@ -7,8 +7,8 @@ import numpy as np
 
 from servoid.pose import exact
 from servoid.sim.world.arms.kinematics import Kinematics
-from servoid.sim.world.events.course import Course
 from servoid.sim.world.events.motions import STILL, Floats, compose, row_of
+from servoid.sim.world.events.timeline import Timeline
 from servoid.sim.world.scene.visuals import BOARD, OBJECT, ROOM, Visual
 
 
@@ -20,9 +20,9 @@ class Layout:
         visuals: Sequence[Visual],
         model: Any,
         kinematics: Kinematics,
-        course: Course,
+        timeline: Timeline,
     ) -> None:
-        self._kinematics, self._course = kinematics, course
+        self._kinematics, self._timeline = kinematics, timeline
         self._carried = np.array([visual.carrier_from_visual for visual in visuals], float)
         self._carried[:, :4] /= exact.lengths(self._carried[:, :4])[:, None]
         bodies = model.nbody
@@ -40,8 +40,8 @@ class Layout:
             [
                 self._kinematics.bodies(positions),
                 np.array([STILL]),
-                row_of(self._course.world_from_object_at(time_s))[None],
-                self._course.board_at(time_s)[None],
+                row_of(self._timeline.world_from_object_at(time_s))[None],
+                self._timeline.board_at(time_s)[None],
             ]
         )
         return compose(carriers[self._carriers], self._carried)

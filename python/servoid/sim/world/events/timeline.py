@@ -15,7 +15,7 @@ _ASIDE = 1.2  # metres that it comes from
 _AWAY = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0, -50.0])  # where nobody sees it
 
 
-class Course:
+class Timeline:
     """Answers for any time since the world began; the object rests until its path begins."""
 
     def __init__(self, settings: WorldSettings, world_from_start: Pose, path: Path) -> None:

@@ -11,6 +11,7 @@ from servoid.capture import Capture, CaptureView
 from servoid.errors import CameraError, ModelError, TargetError
 from servoid.model.fit import Request, divide, fit_views
 from servoid.model.marking import Marked, mark
+from servoid.model.mask_propagation import propagate_masks
 from servoid.model.one_view import fit_one_view
 from servoid.model.paper import fit_paper_views
 from servoid.model.range_samples import (
@@ -22,7 +23,6 @@ from servoid.model.range_samples import (
 )
 from servoid.model.result import Coverage, ModelResult
 from servoid.model.running import Progress, in_parallel
-from servoid.model.spreading import spread_masks
 from servoid.pose import exact
 from servoid.segment import HueTarget, Target
 from servoid.segment.hue import hue_window
@@ -227,7 +227,7 @@ def _with_spread(
             tell(Progress(0, 0.0, share, "finding the object in the other views"))
 
     try:
-        found = spread_masks(
+        found = propagate_masks(
             marked.views,
             marked.others,
             samples,

@@ -6,7 +6,7 @@ import numpy as np
 from drawn_pairs import BASELINE, Pair
 
 from servoid.capture import CaptureView, open_capture
-from servoid.model.elsewhere import elsewhere
+from servoid.model.depth_gating import gate_by_depth
 from servoid.model.range_samples import NO_RANGE_SAMPLES, RangeSamples, range_samples_of_pair
 
 
@@ -22,7 +22,7 @@ def asked(
     region = np.full(right.image().shape[:2], 255, np.uint8)
     region[:, :60] = 0
     known = range_samples_of_pair(left, right) if samples is None else samples
-    found = elsewhere(right, right.image(), left if twin else None, known, region)
+    found = gate_by_depth(right, right.image(), left if twin else None, known, region)
     assert not found[region == 0].any()
     return found
 

@@ -19,7 +19,7 @@ _DEPTHS = 24  # at which they are
 Mask = NDArray[np.uint8]
 
 
-def elsewhere(
+def gate_by_depth(
     view: CaptureView,
     image: NDArray[np.uint8],
     twin: CaptureView | None,

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from servoid._native import Body, ModelInput, ModelSettings, View, fit_body, initial_body
 from servoid.capture import CaptureView
 from servoid.errors import TargetError
-from servoid.model.elsewhere import elsewhere
+from servoid.model.depth_gating import gate_by_depth
 from servoid.model.range_samples import RangeSamples
 from servoid.model.running import in_parallel
 from servoid.segment import grow_mask
@@ -26,7 +26,7 @@ _LEAST_OVERLAP = 0.5  # of a mask with the body that it was grown from
 Mask = NDArray[np.uint8]
 
 
-def spread_masks(
+def propagate_masks(
     marked: Sequence[CaptureView],
     others: Sequence[CaptureView],
     samples: RangeSamples,
@@ -93,14 +93,14 @@ def _pictures(
     images: Sequence[NDArray[np.uint8]],
     samples: RangeSamples,
 ) -> list[_Picture]:
-    """Ask once what is elsewhere, as far around a first body as later ones reach."""
+    """Ask once what lies at another depth, as far around a first body as later ones reach."""
     twins = {view.index: view for view in marked}
 
     def picture(pair: tuple[CaptureView, NDArray[np.uint8]]) -> _Picture:
         view, image = pair
         region = _around(body.silhouette(view.camera, view.world_from_camera), sum(_BEYOND))
         twin = twins.get(view.index)
-        return _Picture(view, image, elsewhere(view, image, twin, samples, region))
+        return _Picture(view, image, gate_by_depth(view, image, twin, samples, region))
 
     return in_parallel(picture, zip(others, images, strict=True))
 

@@ -87,6 +87,15 @@ def test_points_that_are_not_finite_are_dropped_and_counted(
     assert np.isfinite(np.asarray(cloud.normals)).all()
 
 
+@pytest.mark.filterwarnings("error")
+def test_a_signalling_nan_is_dropped_like_any_other_and_without_a_warning(tmp_path: Path) -> None:
+    rows = table()
+    rows["z"].view(np.uint32)[7] = 0x7FA00000
+    cloud = read_cloud(write(tmp_path / "a.ply", rows))
+    assert cloud.notes == ("1 of 50 points was not finite and dropped",)
+    assert len(cloud.points) == 49
+
+
 def test_a_cloud_that_is_mostly_not_finite_is_refused(tmp_path: Path) -> None:
     rows = table()
     rows["x"][:26] = np.nan

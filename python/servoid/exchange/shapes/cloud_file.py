@@ -154,7 +154,8 @@ def _read_text(path: Path, body: bytes, skip: int, vertex: PlyElement) -> NDArra
 
 
 def _columns(rows: dict[str, NDArray[np.generic]], names: tuple[str, ...]) -> NDArray[np.float64]:
-    return np.stack([rows[name].astype(np.float64) for name in names], axis=1)
+    with np.errstate(invalid="ignore"):  # a signalling NaN warns, and is not finite like any other
+        return np.stack([rows[name].astype(np.float64) for name in names], axis=1)
 
 
 def _read_normals(rows: dict[str, NDArray[np.generic]]) -> NDArray[np.float64] | None:

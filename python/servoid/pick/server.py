@@ -45,7 +45,7 @@ class PickServer:
         self._done = threading.Event()
         self._choice: Choice | None = None
         self._failure: BaseException | None = None
-        self.asking = Asking(question)
+        self.asking: Asking = Asking(question)
         try:
             self._http = _Http(self, port)
         except OSError as error:
@@ -53,7 +53,7 @@ class PickServer:
                 f"cannot listen on port {port} of {HOST}: {(error.strerror or str(error)).lower()}"
                 "; choose another one, or leave it out"
             ) from error
-        self.guard = Guard(self._http.server_port, _ROUTES)
+        self.guard: Guard = Guard(self._http.server_port, _ROUTES)
         self._thread = threading.Thread(
             target=self._http.serve_forever, args=(0.05,), name="pick", daemon=True
         )

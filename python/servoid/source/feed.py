@@ -47,7 +47,7 @@ class Feed:
         self._ideals = tuple(Ideal(camera.lens) for camera in source.rig)
         self._count, self._last_index = 0, -1
         self._first: RawInstant | None = None
-        self.missed = 0
+        self.missed: int = 0
 
     def __iter__(self) -> Iterator[Instant]:
         """Hand out the observations after the first."""

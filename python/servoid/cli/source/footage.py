@@ -75,7 +75,7 @@ class LiveFootage:
         """
         began_s = time.monotonic()
         self.told: Callable[[str | None], None] = lambda _: None
-        self.began = datetime.now(timezone.utc)
+        self.began: datetime = datetime.now(timezone.utc)
         self._duration_s, self._first_s, self._opened_s = duration_s, 0.0, began_s
         with ExitStack() as stack:
             opened = open_live(word, known, clock=lambda: time.monotonic() - began_s)
@@ -93,8 +93,9 @@ class LiveFootage:
             )
             self.notes: tuple[str, ...] = opened.notes
             self._opened_s = time.monotonic()
+            self.capture: Capture
             self.capture, first = self._feed.first()
-            self.first_notices = first.notices
+            self.first_notices: tuple[str, ...] = first.notices
             self._first_s = time.monotonic()
             stack.pop_all()
 

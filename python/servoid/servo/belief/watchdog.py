@@ -163,7 +163,7 @@ class Drifting:
         self._time_s: float | None = None
         self._quick = self._slow = np.zeros(3)
         self._calm_s, self._spread = -np.inf, 0.0
-        self.holds = False
+        self.holds: bool = False
 
 
 def _towards(smoothed: Floats, value: Floats, times: float) -> Floats:

@@ -104,7 +104,7 @@ class GenicamVideo:
             self._notices: tuple[str, ...] = apply_controls(
                 self._library, self._camera, self._controls
             )
-            self.size_px = self._integer("Width"), self._integer("Height")
+            self.size_px: tuple[int, int] = self._integer("Width"), self._integer("Height")
             self._check_format()
             self._start()
         except AravisError as reason:

@@ -10,8 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from servoid.camera import Lens
 from servoid.config.places import is_file
 from servoid.errors import CaptureError, MissingExtraError
+from servoid.pose import Pose
 from servoid.source.controls import Controls
 from servoid.source.delivery import Delivery, EndedError, LostDeviceError
 from servoid.source.devices.found import FoundDevice, said_found
@@ -103,7 +105,8 @@ class RealSenseVideo:
         self._streams: Streams = choose_streams(
             self._library, self._device, self._controls.rate_hz, depth
         )
-        self.lenses, self.rig_from_eyes = self._streams.lenses, self._streams.rig_from_eyes
+        self.lenses: tuple[Lens, Lens] = self._streams.lenses
+        self.rig_from_eyes: tuple[Pose, Pose] = self._streams.rig_from_eyes
         wanted = ("depth",) if self._streams.depth is not None else ()
         self._pairing = Pairing(EYES, wanted, apart_s=_APART / self._streams.rate_hz)
         sensor = None if self._is_recording else self._streams.sensor

@@ -25,7 +25,7 @@ class RealSenseControls:
         self._count, self._asked_s = 0, -float("inf")
         self._usual: dict[str, float] = {}
         self._is_settled = controls.exposure_s is not None or not controls.lock
-        self.notices = () if sensor is None else self._begin()
+        self.notices: tuple[str, ...] = () if sensor is None else self._begin()
 
     def _begin(self) -> tuple[str, ...]:
         """Set what is asked for; return what is refused."""

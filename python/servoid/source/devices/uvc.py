@@ -1,5 +1,6 @@
 """Locks what a webcam changes by itself, through OpenCV; these lines never saw a webcam."""
 
+from collections.abc import Callable
 from typing import Any
 
 from servoid.source.controls import Controls
@@ -14,7 +15,9 @@ class Webcam:
 
     def __init__(self, video: Any, controls: Controls) -> None:
         self._notices = lock_webcam(video, controls)
-        self.grab, self.release, self._retrieve = video.grab, video.release, video.retrieve
+        self.grab: Callable[[], bool] = video.grab
+        self.release: Callable[[], None] = video.release
+        self._retrieve = video.retrieve
 
     def retrieve(self) -> tuple[bool, Any]:
         """Return the image that was grabbed last."""

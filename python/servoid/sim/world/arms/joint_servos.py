@@ -39,7 +39,8 @@ class JointServos:
     ) -> None:
         """Take an arm as the servos know it and as it is; `known` says that both move alike."""
         self._mujoco = load_mujoco()
-        self._model, self._plant, self.protection = model, plant, protection
+        self._model, self._plant = model, plant
+        self.protection: ProtectiveStop = protection
         self._data = self._mujoco.MjData(self._plant)
         self._places, self._speeds = kinematics.places, kinematics.speeds
         step = model.opt.timestep

@@ -25,7 +25,7 @@ class ProtectiveStop:
         """Take the torques (N,) in N m that joints bear, and how often they are measured."""
         self._most, self._share = most, -exact.expm1(-step_s / _SMOOTHED_S)
         self._unexplained = np.zeros(len(most))
-        self.stopped = False
+        self.stopped: bool = False
 
     def see(self, torques: Floats) -> None:
         """Take in the torques (N,) in N m that the model does not explain, one step later."""

@@ -62,7 +62,7 @@ class Solids:
         self._flat = np.array(model.geom_type) == self._mujoco.mjtGeom.mjGEOM_PLANE
         self._pairs = np.array(list(self._possible()), np.int64).reshape(-1, 2)
         moved = self._ranks()[model.geom_bodyid] > 0
-        self.of_arm = [one for one in self._solid() if moved[one]]
+        self.of_arm: list[int] = [one for one in self._solid() if moved[one]]
         self._place(start)
         near = [
             self._distance(one, other, _NEIGHBOURS)[0] < _NEIGHBOURS for one, other in self._pairs

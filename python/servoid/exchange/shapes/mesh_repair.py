@@ -13,6 +13,7 @@ Faces = NDArray[np.int64]
 
 _WELD = 1e-7  # of the mesh's diagonal
 _LARGEST_HOLE = 0.15  # across, of the mesh's diagonal
+_LEAST_AROUND = 4  # faces, of which a part can enclose another
 
 
 def signed_volume(vertices: Vertices, faces: Faces) -> float:
@@ -205,19 +206,16 @@ def _loops(edges: NDArray[np.int64]) -> list[NDArray[np.int64]]:
 
 def outward(vertices: Vertices, faces: Faces) -> Faces:
     """Turn each connected part whose faces look inward, unless it is a cavity of another part."""
-    part = parts(vertices, faces)
-    names = np.unique(part)
-    boxes = [
-        (corners.min(axis=0), corners.max(axis=0))
-        for corners in (vertices[faces[part == name]].reshape(-1, 3) for name in names)
-    ]
-    faces = faces.copy()
-    for index, name in enumerate(names):
-        chosen = part == name
-        low, high = boxes[index]
-        inside = any(
-            (other_low < low).all() and (other_high > high).all() for other_low, other_high in boxes
-        )
-        if not inside and signed_volume(vertices, faces[chosen]) < 0.0:
-            faces[chosen] = faces[chosen][:, ::-1]
-    return faces
+    _, part, sizes = np.unique(parts(vertices, faces), return_inverse=True, return_counts=True)
+    corners = vertices[faces]
+    low, high = (np.full((len(sizes), 3), end) for end in (np.inf, -np.inf))
+    np.minimum.at(low, part, corners.min(axis=1))
+    np.maximum.at(high, part, corners.max(axis=1))
+    # Around the middle, lest a far origin cost digits.
+    a, b, c = (corners - vertices.mean(axis=0)).transpose(1, 0, 2)
+    inward = np.bincount(part, np.einsum("ij,ij->i", a, np.cross(b, c))) < 0.0
+    around_low, around_high = low[sizes >= _LEAST_AROUND], high[sizes >= _LEAST_AROUND]
+    for one in np.flatnonzero(inward):
+        inside = ((around_low < low[one]) & (around_high > high[one])).all(axis=1)
+        inward[one] = not inside.any()
+    return np.where(inward[part][:, None], faces[:, ::-1], faces)

@@ -1,0 +1,104 @@
+"""Every verb ends with 2 for its options, 1 for what they name, and 70 for a bug of servoid."""
+
+from collections.abc import Callable
+from functools import wraps
+from pathlib import Path
+from typing import Any
+
+import pytest
+import typer
+
+from conftest import Command, everything_in
+from servoid.cli.app import app
+
+OUT = ("--out", "out.json")
+# Of each verb options that no files can make right.
+OPTIONS: dict[str, tuple[str, ...]] = {
+    "demo": ("--colour", "red"),
+    "doctor": ("--jsn",),
+    "export": ("body.json", "--out", "b.obj", "--density", "-1"),
+    "model": ("photos", *OUT, "--views", "abc"),
+    "pick": ("film.mp4", "--port", "99999999"),
+    "record": ("0", "--out", "r", "--duration", "-1"),
+    "sample": ("drawn", "--count", "0"),
+    "scan": ("film.mp4", "--out", "s", "--fov", "400"),
+    "servo": ("--seconds", "-1"),
+    "sources": ("--all",),
+    "study": ("nothing", "--out", "s"),
+    "track": ("photos", "--budget-ms", "nan"),
+}
+# Of each verb what names a file that is missing or in the way; the others take none.
+INPUTS: dict[str, tuple[str, ...]] = {
+    "demo": ("--out", "file"),
+    "export": ("nowhere.json", "--out", "b.obj"),
+    "model": ("nowhere", *OUT),
+    "pick": ("nowhere",),
+    "record": ("nowhere", "--out", "r"),
+    "sample": ("file",),
+    "scan": ("nowhere", "--out", "s"),
+    "servo": ("--config", "nowhere.toml", "--out", "s"),
+    "study": ("model", "--out", "file"),
+    "track": ("nowhere",),
+}
+VERBS = sorted(OPTIONS)
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    (tmp_path / "file").touch()
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def test_every_verb_is_tried() -> None:
+    assert set(VERBS) == set(typer.main.get_command(app).commands)  # type: ignore[attr-defined]
+    assert set(VERBS) - set(INPUTS) == {"doctor", "sources"}
+
+
+@pytest.mark.parametrize("verb", VERBS)
+def test_wrong_options_end_with_2(verb: str, folder: Path, servoid_command: Command) -> None:
+    before = everything_in(folder)
+    outcome = servoid_command(verb, *OPTIONS[verb])
+    assert (outcome.code, outcome.out) == (2, "")
+    assert outcome.err.strip()
+    assert everything_in(folder) == before
+
+
+@pytest.mark.parametrize("verb", INPUTS)
+def test_what_is_missing_or_in_the_way_ends_with_1(
+    verb: str, folder: Path, servoid_command: Command
+) -> None:
+    before = everything_in(folder)
+    outcome = servoid_command(verb, *INPUTS[verb])
+    assert (outcome.code, outcome.out) == (1, "")
+    assert outcome.err.startswith("error: ") and outcome.err.count("\n") == 1
+    assert any(word in outcome.err for word in INPUTS[verb])
+    assert everything_in(folder) == before
+
+
+def stumbling(callback: Callable[..., Any]) -> Callable[..., Any]:
+    """Return a command with the same options that fails as no command should."""
+
+    @wraps(callback)
+    def stumble(*_: object, **__: object) -> None:
+        raise ZeroDivisionError("two\nlines")
+
+    return stumble
+
+
+@pytest.mark.parametrize("verb", VERBS)
+@pytest.mark.usefixtures("folder")
+def test_a_bug_ends_with_70(
+    verb: str, servoid_command: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    [command] = [
+        one
+        for one in app.registered_commands
+        if one.callback is not None and (one.name or one.callback.__name__) == verb
+    ]
+    assert command.callback is not None
+    monkeypatch.setattr(command, "callback", stumbling(command.callback))
+    outcome = servoid_command(verb, *INPUTS.get(verb, ()))
+    assert (outcome.code, outcome.out) == (70, "")
+    assert "this is a bug in servoid, please report it: ZeroDivisionError: two lines" in outcome.err
+    assert outcome.err.count("\n") == 1

@@ -1,5 +1,10 @@
 //! Images that are those before, when what they show must be elsewhere by now.
 
+use std::collections::VecDeque;
+
+use nalgebra::{UnitQuaternion, Vector3};
+
+use super::estimate::Status;
 use super::frame::input_checks::FARTHEST_S;
 use super::motion::Motion;
 use super::tracker::Tracker;
@@ -7,39 +12,119 @@ use crate::camera::Observation;
 use crate::pose::Pose;
 
 /// What was known when images were new: how the object moved, and where the first camera was.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub(super) struct Newest {
     time_s: f64,
     motion: Motion,
     world_from_camera: Pose,
+    way: Way,
 }
 
 /// How far what images show may have moved since, in radii of the object: half of what makes a pose wrong.
 const MOVED: f64 = 0.1;
+/// Time over which a motion must have been steady to be believed for longer than `FARTHEST_S`, in seconds.
+const STEADY_S: f64 = 1.0;
+/// Parts of that time, which are compared.
+const PARTS: usize = 4;
+/// Standard deviations by which the parts may differ.
+const SURE: f64 = 2.0;
+/// Slowest motion that is told from errors that last, in radii a second.
+const SLOWEST: f64 = 0.04;
+/// Farthest that a turn is foreseen, in radians: beyond, it would come around again.
+const FARTHEST_TURN: f64 = 1.0;
 
 impl Tracker {
     /// Remembers what is known of an observation whose images are new.
     pub(super) fn note_newest(&mut self, observation: &Observation<'_>) {
-        if !self.frame.is_stale() {
-            self.newest = Some(Newest {
-                time_s: observation.time_s,
-                motion: self.motion,
-                world_from_camera: observation.world_from_camera[0],
-            });
+        if self.frame.is_stale() {
+            return;
         }
+        let mut way = self.newest.take().map(|before| before.way).unwrap_or_default();
+        if self.status == Status::Tracking {
+            way.go_on(observation.time_s, self.motion.last());
+        } else {
+            way = Way::default();
+        }
+        self.newest = Some(Newest {
+            time_s: observation.time_s,
+            motion: self.motion,
+            world_from_camera: observation.world_from_camera[0],
+            way,
+        });
     }
 
     /// Says whether all images are those before although the object, as it moved, or the first camera
     /// must have moved on since they were new: they do not tell where it is now.
     pub(super) fn is_outdated(&self, observation: &Observation<'_>) -> bool {
-        let Some(newest) = self.newest.filter(|_| self.frame.is_stale()) else { return false };
-        // Motion is foreseen no farther than that, and an object that went so far does not come back.
-        let until_s = observation.time_s.min(newest.time_s + 0.99 * FARTHEST_S);
-        let before = newest.world_from_camera.inverse() * newest.motion.last();
-        let now = observation.world_from_camera[0].inverse() * newest.motion.predict(until_s);
+        let Some(newest) = self.newest.as_ref().filter(|_| self.frame.is_stale()) else {
+            return false;
+        };
         let radius = self.target.solid.radius;
-        let across = (now.translation() - before.translation()).norm();
-        let turned = before.rotation().angle_to(&now.rotation());
-        across + turned * radius > MOVED * radius
+        let before = newest.world_from_camera.inverse() * newest.motion.last();
+        // A speed is foreseen no farther than that, and an object that went so far does not come back.
+        let until_s = observation.time_s.min(newest.time_s + 0.99 * FARTHEST_S);
+        let soon = newest.motion.predict(until_s);
+        let later = newest.way.later(observation.time_s - newest.time_s, radius);
+        [Some(soon), later].into_iter().flatten().any(|world_from_object| {
+            let now = observation.world_from_camera[0].inverse() * world_from_object;
+            let across = (now.translation() - before.translation()).norm();
+            let turned = before.rotation().angle_to(&now.rotation());
+            across + turned * radius > MOVED * radius
+        })
     }
+}
+
+/// Where the object was seen in the last second of new images, the newest last.
+#[derive(Debug, Clone, Default)]
+struct Way(VecDeque<(f64, Pose)>);
+
+impl Way {
+    /// Adds where the object is; where time does not go on, or jumps, all before is forgotten.
+    fn go_on(&mut self, time_s: f64, world_from_object: Pose) {
+        let goes_on = |last_s: f64| time_s > last_s && time_s - last_s < FARTHEST_S;
+        if self.0.back().is_some_and(|(last_s, _)| !goes_on(*last_s)) {
+            self.0.clear();
+        }
+        self.0.push_back((time_s, world_from_object));
+        while self.0.len() > PARTS + 1 && time_s - self.0[1].0 >= STEADY_S {
+            self.0.pop_front();
+        }
+    }
+
+    /// Says where the object is so many seconds after it was seen last, if it moved as steadily before
+    /// that it certainly goes on; `None` where it rested, or moved this way and that.
+    fn later(&self, seconds: f64, radius: f64) -> Option<Pose> {
+        let (Some((first_s, _)), Some((last_s, last))) = (self.0.front(), self.0.back()) else {
+            return None;
+        };
+        if seconds <= 0.0 || last_s - first_s < 0.5 * STEADY_S || self.0.len() <= PARTS {
+            return None;
+        }
+        let places = (0..=PARTS).map(|part| self.0[part * (self.0.len() - 1) / PARTS]);
+        let places: Vec<(f64, Pose)> = places.collect();
+        let speeds = |change: fn(&Pose, &Pose) -> Vector3<f64>| -> Vec<Vector3<f64>> {
+            let pairs = places.windows(2);
+            pairs.map(|two| change(&two[0].1, &two[1].1) / (two[1].0 - two[0].0)).collect()
+        };
+        let velocity = steady(&speeds(|from, to| to.translation() - from.translation()));
+        let turning =
+            steady(&speeds(|from, to| (to.rotation() * from.rotation().inverse()).scaled_axis()));
+        let speed = velocity.norm() + turning.norm() * radius;
+        (speed > SLOWEST * radius).then(|| {
+            let turn = (turning * seconds).cap_magnitude(FARTHEST_TURN);
+            let turn = UnitQuaternion::from_scaled_axis(turn);
+            Pose::from_rotation(turn * last.rotation(), last.translation() + velocity * seconds)
+        })
+    }
+}
+
+/// Gives the part of speeds that is certain: their mean, less by as much as chance can make of it, and no
+/// more than the last.
+fn steady(speeds: &[Vector3<f64>]) -> Vector3<f64> {
+    let mean = speeds.iter().sum::<Vector3<f64>>() / speeds.len() as f64;
+    let Some(along) = mean.try_normalize(0.0) else { return mean };
+    let off = speeds.iter().map(|speed| (speed - mean).norm_squared()).sum::<f64>();
+    let sd = (off / (speeds.len() - 1) as f64).sqrt();
+    let last = speeds.last().map_or(0.0, |speed| speed.dot(&along));
+    along * (mean.norm() - SURE * sd).min(last).max(0.0)
 }

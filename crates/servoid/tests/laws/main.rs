@@ -30,6 +30,7 @@ mod surface;
 mod track;
 mod track_extremes;
 mod track_faults;
+mod track_frozen;
 mod track_learning;
 mod track_units;
 mod volume;

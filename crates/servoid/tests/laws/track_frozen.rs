@@ -1,0 +1,93 @@
+//! Laws of images that freeze: they are believed as long as what they show cannot be elsewhere.
+
+use nalgebra::{UnitQuaternion, Vector3};
+use servoid::pose::Pose;
+use servoid::track::{Estimate, Notice, Status, TrackSettings, Tracker};
+
+use crate::shapes::drawn::{Shot, Stage, eyes};
+use crate::track_faults::start;
+
+/// The bounding radius of the drawn object, about, in metres.
+const RADIUS: f64 = 0.08;
+const RATE_HZ: f64 = 10.0;
+
+/// Where an object is that went so far across and turned so far.
+fn moved(across: f64, turn: f64) -> Pose {
+    let start = start();
+    let turn = UnitQuaternion::from_scaled_axis(Vector3::z() * turn);
+    let way = Vector3::new(across, 0.4 * across, 0.0);
+    Pose::from_rotation(turn * start.rotation(), start.translation() + way)
+}
+
+fn shot(grain: usize, count: usize, pose: &Pose) -> Shot {
+    let time_s = count as f64 / RATE_HZ;
+    Shot { time_s, ..Stage::textured().shot(grain, &eyes(), Some(pose)) }
+}
+
+/// Follows an object through new images, then for so many seconds sees the last of them; gives what the
+/// tracker says of those, with the seconds since it was new.
+fn frozen(poses: &[Pose], grain: GrainOf, seconds: f64) -> Vec<(f64, Estimate)> {
+    let stage = Stage::textured();
+    let settings = TrackSettings::default();
+    let mut tracker = Tracker::new(&stage.cameras(), &stage.body, settings).unwrap();
+    tracker.start(&shot(grain(0), 0, &poses[0]).observation(), poses[0], &[]).unwrap();
+    let mut last = shot(grain(0), 0, &poses[0]);
+    for (count, pose) in poses.iter().enumerate().skip(1) {
+        last = shot(grain(count), count, pose);
+        tracker.step(&last.observation()).unwrap();
+    }
+    let (new_s, steps) = (last.time_s, (seconds * RATE_HZ) as usize);
+    let again = (1..=steps).map(|step| {
+        last.time_s = new_s + step as f64 / RATE_HZ;
+        (last.time_s - new_s, tracker.step(&last.observation()).unwrap())
+    });
+    again.collect()
+}
+
+/// Says which grain an image has, by its number.
+type GrainOf = fn(usize) -> usize;
+
+fn is_told(found: &Estimate) -> bool {
+    found.notices.contains(&Notice::Outdated)
+}
+
+/// How far an object went, in radii, that goes evenly for a second, then slows down for two, and rests.
+fn slowed_down(count: usize) -> f64 {
+    let seconds = count as f64 / RATE_HZ;
+    let slowing = (0.5 * (seconds - 1.0)).clamp(0.0, 1.0);
+    0.3 * (seconds.min(1.0) + 2.0 * slowing - slowing * slowing)
+}
+
+#[test]
+fn images_that_freeze_before_what_moves_slowly_are_told_before_they_are_wrong() {
+    const SPEED: f64 = 0.15; // radii, and radians, a second
+    for (across, turn) in [(SPEED * RADIUS, 0.0), (0.0, SPEED)] {
+        let place = |seconds: f64| moved(across * seconds, turn * seconds);
+        let poses: Vec<Pose> = (0..25).map(|count| place(count as f64 / RATE_HZ)).collect();
+        let said = frozen(&poses, |count| count, 10.0);
+        for (seconds, found) in &said {
+            let true_pose = place(24.0 / RATE_HZ + seconds);
+            let off = (found.world_from_object.translation() - true_pose.translation()).norm();
+            let turned = found.world_from_object.rotation().angle_to(&true_pose.rotation());
+            let wrong = off > 0.02 || turned > 15_f64.to_radians();
+            assert!(!(wrong && found.status == Status::Tracking), "{seconds} s: {off} m, {turned}");
+            assert!(*seconds < 2.0 || is_told(found), "{across} {turn}: {seconds} s");
+        }
+    }
+}
+
+#[test]
+fn what_rests_is_believed_however_long_its_images_stay_the_same() {
+    let rests: Vec<Pose> = (0..25).map(|_| start()).collect();
+    let stops: Vec<Pose> = (0..40).map(|count| moved(RADIUS * slowed_down(count), 0.0)).collect();
+    // With a grain of their own in all images, with one that stays, and where it came to rest.
+    let cases: [(&[Pose], GrainOf); 4] =
+        [(&rests, |count| count), (&rests, |_| 0), (&stops, |count| count), (&stops, |_| 0)];
+    for (case, (poses, grain)) in cases.into_iter().enumerate() {
+        let said = frozen(poses, grain, 60.0);
+        let told = said.iter().find(|(_, found)| is_told(found));
+        assert!(told.is_none(), "case {case}: told after {} s", told.unwrap().0);
+        let (_, last) = said.last().unwrap();
+        assert_eq!(last.status, Status::Tracking, "case {case}");
+    }
+}

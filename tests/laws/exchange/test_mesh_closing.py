@@ -1,7 +1,5 @@
 """Broken meshes are closed as they were meant, or refused with the place of the fault."""
 
-from itertools import product
-
 import numpy as np
 import pytest
 from broken_meshes import BREAKS, Faces, Vertices, capped, joined, overlap, teapot
@@ -20,7 +18,15 @@ LEAST = 0.98
 LEAST_GUESSED = 0.96
 GUESSED = ("no bottom", "walls inside")
 MESHES = REAL_PHOTOS.parent / "meshes"
-NAMES = ("banana", "bunny", "duck", "mug", "mustard", "spot")
+# Each mesh, and each way that builds anew, twice; benches/mesh_repair.py breaks each in every way.
+REAL = [
+    ("banana", "cracks everywhere"),
+    ("bunny", "no bottom"),
+    ("duck", "fins"),
+    ("mug", "no bottom"),
+    ("mustard", "cracks everywhere"),
+    ("spot", "fins"),
+]
 
 
 def pebble() -> tuple[Vertices, Faces]:
@@ -42,9 +48,7 @@ def test_what_was_broken_is_closed_as_it_was(name: str) -> None:
 
 
 @pytest.mark.extended
-@pytest.mark.parametrize(
-    ("mesh", "name"), [*product(NAMES, ["no bottom", "cracks everywhere", "fins"])]
-)
+@pytest.mark.parametrize(("mesh", "name"), REAL)
 def test_what_was_broken_of_real_meshes_is_closed_as_it_was(mesh: str, name: str) -> None:
     if not MESHES.is_dir():
         pytest.skip("the meshes lie beside the repository, and not here")

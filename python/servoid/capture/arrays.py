@@ -15,6 +15,7 @@ from servoid.camera.picture import Picture
 from servoid.capture.capture import Capture, CaptureCamera, CaptureView
 from servoid.config.limits import MOST_CAMERAS
 from servoid.errors import CameraError, CaptureError, ImageError, MaskError, PoseError, ServoidError
+from servoid.words import counted
 
 _APART = 1e-5  # metres and radians by which cameras of one rig may seem to move: float32 rounds
 _PLACE = Path("arrays")  # stands for a file where messages name one
@@ -109,7 +110,8 @@ def capture_of(
         raise CaptureError("there is no image, or an observation without one; give at least one")
     if times_s is not None and len(times_s) != len(instants):
         raise CaptureError(
-            f"there are {len(instants)} observations, but {len(times_s)} times; give one for each"
+            f"{counted(len(instants), 'observation has', 'observations have')} "
+            f"{counted(len(times_s), 'time')}; give one for each"
         )
     places = tuple(images[0].world_from_camera for images in instants)
     cameras: list[_Gathered] = []
@@ -148,7 +150,8 @@ def views_of(
     """
     if images is not None and len(images) != len(views):
         raise ImageError(
-            f"there are {len(views)} views, but {len(images)} images; give one for each"
+            f"{counted(len(views), 'view has', 'views have')} {counted(len(images), 'image')}; "
+            "give one for each"
         )
     shared: dict[Camera, Ideal] = {}
     made = []

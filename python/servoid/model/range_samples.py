@@ -11,6 +11,7 @@ from servoid.capture import CaptureView
 from servoid.errors import MeshError
 from servoid.pose import Pose, exact
 from servoid.stereo import stereo_depth
+from servoid.words import counted
 
 _MOST_POINTS = 6000
 _LARGEST_ERROR = 0.008  # of a measured depth, as a share of it
@@ -128,7 +129,8 @@ def range_samples_of_cloud(
         )
     outward = _rows("normals", normals)
     if outward.shape != places.shape:
-        raise MeshError(f"{len(places)} points have {len(outward)} normals; give one for each")
+        points = counted(len(places), "point has", "points have")
+        raise MeshError(f"{points} {counted(len(outward), 'normal')}; give one for each")
     known = exact.lengths(outward) > 0.0
     return join_range_samples([RangeSamples(places[known], -_HAIR * outward[known])])
 

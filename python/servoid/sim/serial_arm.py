@@ -9,6 +9,7 @@ from servoid.pose import Pose, exact
 from servoid.servo.arm import Eyes, Floats, Joints, JointState
 from servoid.servo.law.reach import reached
 from servoid.sim.arm_file import ArmFile
+from servoid.words import counted
 
 _ODD = slice(0, None, 2)
 
@@ -188,11 +189,14 @@ def _joints(arm: ArmFile) -> Joints:
     }
     for key, values in limits.items():
         if len(values) != len(names):
-            raise SimError(f"{len(names)} joints are named, but {key}_deg has {len(values)} values")
+            raise SimError(
+                f"{counted(len(names), 'joint is', 'joints are')} named, but {key}_deg has "
+                f"{counted(len(values), 'value')}"
+            )
     if len(arm.chain.twists_deg) != len(arm.joints.names):
         raise SimError(
-            f"{len(arm.joints.names)} joints are named, "
-            f"but twists_deg has {len(arm.chain.twists_deg)} values"
+            f"{counted(len(arm.joints.names), 'joint is', 'joints are')} named, but twists_deg has "
+            f"{counted(len(arm.chain.twists_deg), 'value')}"
         )
     if len(arm.eyes.names) != 3:
         raise SimError(f"a tilt and two pans are needed, but eyes are named {arm.eyes.names}")
@@ -211,7 +215,7 @@ def _link_parts(arm: ArmFile) -> tuple[Floats, Floats, Floats]:
     twists = np.radians(arm.chain.twists_deg)
     along = np.zeros(len(twists))
     if len(along[_ODD]) != len(arm.lengths):
-        raise SimError(f"{len(along[_ODD])} lengths are needed, but there are {len(arm.lengths)}")
+        raise SimError(f"{len(arm.lengths)} of {counted(len(along[_ODD]), 'length')} were given")
     along[_ODD] = arm.lengths
     fixed, cosine, sine = (np.zeros((len(twists), 4, 4)) for _ in range(3))
     cos, sin = exact.cos(twists), exact.sin(twists)

@@ -78,7 +78,7 @@ def test_views_without_images_make_a_grey_body(seen: list[CaptureView]) -> None:
 
 def test_views_and_images_that_do_not_fit_are_refused_in_words(seen: list[CaptureView]) -> None:
     images = [one.image() for one in seen]
-    with pytest.raises(ImageError, match="6 views, but 5 images"):
+    with pytest.raises(ImageError, match="6 views have 5 images"):
         fit(native(seen), images=images[:-1])
     with pytest.raises(ImageError, match=r"\(255 \* image\)"):
         fit(native(seen), images=[image / 255.0 for image in images])
@@ -139,7 +139,7 @@ def test_cameras_of_one_instant_are_a_rig_and_a_lens_is_straightened(
 def test_what_makes_no_capture_is_refused(seen: list[CaptureView]) -> None:
     with pytest.raises(ServoidError, match="no image"):
         capture_of([])
-    with pytest.raises(ServoidError, match="2 observations, but 1 times"):
+    with pytest.raises(ServoidError, match="2 observations have 1 time;"):
         capture_of([posed(one) for one in seen[:2]], times_s=[0.0])
     with pytest.raises(ServoidError, match="must be a Pose, but it is a ndarray"):
         PosedImage(camera=seen[0].camera, world_from_camera=np.eye(4), image=seen[0].image())  # type: ignore[arg-type]
@@ -154,7 +154,7 @@ def test_clouds_and_meshes_may_be_lists() -> None:
     for wrong in (corners[0], "abc", [["a", "b", "c"]]):
         with pytest.raises(MeshError, match="rows of three numbers"):
             range_samples_of_cloud(wrong, None, (0, 0, 9))  # type: ignore[arg-type]
-    with pytest.raises(MeshError, match="8 points have 1 normals"):
+    with pytest.raises(MeshError, match="8 points have 1 normal;"):
         range_samples_of_cloud(corners, [[0, 0, 1]], None)
     with pytest.raises(BodyError, match="whole numbers of shape"):
         fit_mesh(corners, np.array(faces) * 1.5)

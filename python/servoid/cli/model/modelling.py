@@ -31,7 +31,7 @@ from servoid.opening import Known, open_recorded, parse_source
 from servoid.output import check_file, check_folder, make_folder
 from servoid.segment import Target, parse_target
 from servoid.track import learn_appearance
-from servoid.words import digits
+from servoid.words import counted, digits
 
 WriteReport = Callable[..., list[Path]]
 
@@ -129,7 +129,7 @@ def _fit(order: Order, targets: list[Target], *, trusted: bool) -> ModelResult:
 
         def show(progress: Progress) -> None:
             if progress.count:
-                note = f"{progress.count} ellipsoids, F = {progress.fitness:.4f}"
+                note = f"{counted(progress.count, 'ellipsoid')}, F = {progress.fitness:.4f}"
             else:
                 note = progress.stage
             update(progress.share, note)

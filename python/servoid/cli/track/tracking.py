@@ -38,6 +38,7 @@ from servoid.track import (
     TrackStep,
 )
 from servoid.track import Method as TrackMethod
+from servoid.words import counted
 
 _MS_PER_S = 1e3
 
@@ -225,8 +226,8 @@ def _reports(order: Order, subjects: list[Subject], capture: Capture) -> Reports
 def _ending(stopped: BaseException | None, count: int) -> str:
     """Say what ended the tracking before its time; nothing if nothing did."""
     if isinstance(stopped, KeyboardInterrupt):
-        return f"interrupted after {count} observations"
-    return "" if stopped is None else f"ended after {count} observations: {stopped}"
+        return f"interrupted after {counted(count, 'observation')}"
+    return "" if stopped is None else f"ended after {counted(count, 'observation')}: {stopped}"
 
 
 def _follow(

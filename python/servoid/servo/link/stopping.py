@@ -6,6 +6,7 @@ import numpy as np
 
 from servoid.servo.arm import Floats, Joints
 from servoid.servo.link.settings import LinkSettings
+from servoid.words import counted
 
 _ROUNDED = 1.0 + 1e-6
 _SHORTEST_S = 1e-3  # between two knots, so that slopes are not made of rounding errors
@@ -76,7 +77,8 @@ class StoppingTrajectory:
         """
         times, speeds = self.times_s, self.speeds
         if times.ndim != 1 or len(times) < 2 or speeds.shape != (len(times), len(joints.names)):
-            return f"{len(joints.names)} speeds at each of two times or more are needed"
+            needed = counted(len(joints.names), "speed")
+            return f"{needed} at each of two times or more are needed"
         if not (np.isfinite(times).all() and np.isfinite(speeds).all()):
             return "it holds numbers that are not finite"
         if times[0] != 0.0 or not np.all(np.diff(times) > 0.0):

@@ -10,6 +10,7 @@ import numpy as np
 from servoid.errors import SimError
 from servoid.pose import Pose, exact
 from servoid.sim.world.events.motions import Floats
+from servoid.words import counted
 
 _AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 _STEP_S = 1e-4  # of the finite differences behind a twist
@@ -124,7 +125,7 @@ class Recorded:
         if len(times_s) != len(poses) or len(poses) < 2:
             raise SimError(
                 f"a recorded path needs two poses or more, each with its time; given were "
-                f"{len(poses)} poses and {len(times_s)} times"
+                f"{counted(len(poses), 'pose')} and {counted(len(times_s), 'time')}"
             )
         self._times = np.asarray(times_s, float) - times_s[0]
         if not (np.diff(self._times) > 0.0).all():

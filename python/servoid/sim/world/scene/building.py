@@ -20,6 +20,7 @@ from servoid.sim.world.scene.engine import load_mujoco
 from servoid.sim.world.scene.solids import Solids
 from servoid.sim.world.scene.visuals import OBJECT, Visual
 from servoid.sim.world.settings import ArmSettings, WorldSettings
+from servoid.words import counted
 
 
 def build_robot(settings: WorldSettings) -> Robot:
@@ -100,8 +101,8 @@ def start_angles(robot: Robot, kinematics: Kinematics, settings: WorldSettings) 
         given, world_from_hand = None, pose_of(unit_row(settings.arm.world_from_hand))
     if given is not None and len(given) not in (robot.hand_count, len(robot.servos)):
         raise SimError(
-            f"arm.start has {len(given)} angles; give {robot.hand_count} for the hand, or "
-            f"{len(robot.servos)} with those of the eyes"
+            f"arm.start has {counted(len(given), 'angle')}; give {robot.hand_count} for the hand, "
+            f"or {len(robot.servos)} with those of the eyes"
         )
     start = np.zeros(len(robot.servos))
     if given is not None:

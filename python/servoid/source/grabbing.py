@@ -18,6 +18,7 @@ _CLOSING_S = 2.0  # in which a driver must return from its last image
 _STEPS = 31  # between images, whose median is the usual one
 _LEAST_STEPS = 10
 _MISSED = 1.6  # times the usual step, from which on an image between is missing
+_AWAITS = "the camera awaits a trigger, or tells no rate"
 _MOST_TOLD = 16  # notices that wait for an observation
 
 
@@ -54,6 +55,16 @@ class Reopened(Protocol):
         ...
 
 
+@runtime_checkable
+class Triggered(Protocol):
+    """A video that knows if its camera awaits a trigger, and if so is silent for good reason."""
+
+    @property
+    def may_be_silent(self) -> bool:
+        """Say if images may stay away as long as they like; the driver itself tells a loss."""
+        ...
+
+
 @dataclass(frozen=True, eq=False)
 class Shot:
     """What a device delivered, and when it was taken or, without a stamp, had come, in seconds.
@@ -74,7 +85,7 @@ class Grabber:
     """Fetches images as they come, and keeps the last ones; a failure is tried again.
 
     A device that is lost, or fails for `tries` times in a row, is opened anew by `reopen` if that
-    is given.
+    is given. One that awaits a trigger does not fail while it is silent.
     """
 
     def __init__(
@@ -155,7 +166,7 @@ class Grabber:
             if fault is None:
                 failures = 0
                 continue
-            failures += 1
+            failures = 0 if fault == _AWAITS else failures + 1
             self._say(fault)
             if self._reopen is not None and (is_lost or failures >= self._tries):
                 self._give_up(self._device, fault)
@@ -189,7 +200,8 @@ class Grabber:
         """Take one shot; return why there is none, or None, and whether the device is lost."""
         try:
             if not device.grab():
-                return "the camera delivers none", False
+                is_waiting = isinstance(device, Triggered) and device.may_be_silent
+                return _AWAITS if is_waiting else "the camera delivers none", False
             arrived_s = self._clock()
             found, data = device.retrieve()
         except EndedError as error:

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from servoid.source.delivery import Delivery
-from servoid.source.grabbing import Reopened, Video
+from servoid.source.grabbing import Reopened, Triggered, Video
 
 
 class HalvesVideo:
@@ -46,6 +46,11 @@ class HalvesVideo:
     def release(self) -> None:
         """Close the device."""
         self._video.release()
+
+    @property
+    def may_be_silent(self) -> bool:
+        """Say if the device awaits a trigger."""
+        return isinstance(self._video, Triggered) and self._video.may_be_silent
 
     def reopened(self) -> "HalvesVideo":
         """Open the device anew."""

@@ -7,7 +7,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from gige_peer import ADDRESS, CONTINUOUS, GAIN_AUTO, PATIENCE_S, SERIAL, gige_camera
+from gige_peer import (
+    ADDRESS,
+    CONTINUOUS,
+    GAIN_AUTO,
+    PATIENCE_S,
+    SERIAL,
+    TRIGGERED,
+    gige_camera,
+)
 from numpy.typing import NDArray
 from played_sources import lens
 
@@ -18,6 +26,7 @@ from servoid.source import Controls, Delivery, Instant, Live, read_rig
 from servoid.source.devices import GenicamVideo, list_genicam, open_genicam, pixels
 from servoid.source.devices import aravis as binding
 from servoid.source.devices.pixels import FORMATS
+from servoid.source.grabbing import Grabber
 
 
 def textured(count: int, shape: tuple[int, ...] = (48, 64), seed: int = 0) -> NDArray[np.uint8]:
@@ -156,6 +165,35 @@ def test_a_camera_that_stands_still_for_two_seconds_goes_on_within_a_second(
             assert newest(live).images[0] is not None
             passed_s.append(time.monotonic() - on_s)
     assert min(passed_s) < 1.0
+
+
+@pytest.mark.extended
+def test_a_camera_that_awaits_a_trigger_is_neither_lost_nor_opened_anew(tmp_path: Path) -> None:
+    opened = []
+
+    def again() -> GenicamVideo:
+        opened.append(time.monotonic())
+        return GenicamVideo(ADDRESS)
+
+    with gige_camera(tmp_path, textured(5), "Mono8", 30.0, *TRIGGERED) as peer:
+        video = GenicamVideo(ADDRESS)
+        assert video.may_be_silent
+        grabber = Grabber("eye", video, time.monotonic, again, tries=2)
+        try:
+            time.sleep(1.5)  # it was asked in between if it is there
+            assert "awaits a trigger" in grabber.silence(time.monotonic())[1]
+            assert not grabber.shots()
+            end = time.monotonic() + PATIENCE_S
+            while not grabber.shots() and time.monotonic() < end:
+                peer.trigger()
+                time.sleep(0.05)
+            assert grabber.shots() and not opened
+            peer.kill()
+            while not opened and time.monotonic() < end:
+                time.sleep(0.05)
+            assert opened
+        finally:
+            grabber.close()
 
 
 def test_images_whose_size_changed_are_left_out_and_told(tmp_path: Path) -> None:

@@ -280,3 +280,33 @@ def test_a_rig_at_rest_is_where_its_calibration_says() -> None:
     left, right = one.world_from_camera
     assert (left.inverse() @ right).translation == pytest.approx((0.1, 0.0, 0.0))
     assert isinstance(left, Pose)
+
+
+class Silent:
+    """A camera that delivers nothing."""
+
+    def __init__(self, *, may_be_silent: bool) -> None:
+        self.may_be_silent = may_be_silent
+
+    def grab(self) -> bool:
+        return False
+
+    def retrieve(self) -> tuple[bool, None]:
+        return False, None
+
+    def release(self) -> None:
+        pass
+
+
+@pytest.mark.parametrize("triggered", [True, False])
+def test_silence_is_a_failure_unless_a_trigger_is_awaited(triggered: bool) -> None:
+    opened = Event()
+
+    def again() -> Silent:
+        opened.set()
+        return Silent(may_be_silent=True)
+
+    first = Silent(may_be_silent=triggered)
+    grabber = grabbing.Grabber("eye", first, time.monotonic, again, tries=2)
+    assert opened.wait(0.3 if triggered else 5.0) is not triggered
+    grabber.close()

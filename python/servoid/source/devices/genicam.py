@@ -20,6 +20,7 @@ _BUFFERS = 8  # images that the driver may fill before one is fetched
 _WAIT_S = 0.1  # for an image, until the camera is asked if it is still there
 _SILENT_S = 0.7  # without an image that should have come, after which a camera is opened anew
 _SILENT_PERIODS = 5.0
+_ASK_S = 1.0  # between two questions to a camera that awaits a trigger
 _NEAR_TRIES = 50  # of which all but one ask for a lost camera where it was, which is quick
 _LAST_SHORT_NUMBER = 65535  # after which GigE Vision counts images from 1 again
 _STATES = {
@@ -138,6 +139,11 @@ class GenicamVideo:
         data, self._data = self._data, None
         return data is not None, data
 
+    @property
+    def may_be_silent(self) -> bool:
+        """Say if the camera awaits a trigger, or does not tell when images should come."""
+        return self._patience_s is None
+
     def release(self) -> None:
         """Stop the camera and close it; one that is lost is closed in the background."""
         camera, stream, self._camera = self._camera, self._stream, None
@@ -197,6 +203,7 @@ class GenicamVideo:
             )
         self._call("camera_start_acquisition", self._camera)
         self._patience_s, self._last_s = self._patience(), time.monotonic()
+        self._asked_s = self._last_s
 
     def _patience(self) -> float | None:
         """Return after how many silent seconds the camera must be gone; None if it is triggered."""
@@ -213,6 +220,16 @@ class GenicamVideo:
             raise self._lost("the camera was restarted, or another program took it")
         if self._patience_s is not None and silent_s > self._patience_s:
             raise self._lost(f"the camera has been silent for {silent_s:.1f} s")
+        if self._patience_s is None and time.monotonic() - self._asked_s > _ASK_S:
+            self._ask()
+
+    def _ask(self) -> None:
+        """Check that a camera that may be silent answers at all."""
+        self._asked_s = time.monotonic()
+        try:
+            self._integer("Width")
+        except AravisError as reason:
+            raise self._lost(f"the camera does not answer ({reason})") from reason
 
     def _lost(self, reason: str) -> LostDeviceError:
         self._is_lost = True

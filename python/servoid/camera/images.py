@@ -31,11 +31,13 @@ class Recorded:
     by: int = 1
 
 
-def read_image(path: Path, size_px: tuple[int, int], by: int = 1) -> NDArray[np.uint8]:
+def read_image(
+    path: Path, size_px: tuple[int, int], by: int = 1, *, upright: bool = False
+) -> NDArray[np.uint8]:
     """Read an image of (width, height) pixels as (H, W, 3) uint8 in RGB order, shrunk `by` so much.
 
-    A turn that the file's EXIF data asks for is made where only the turned image has that size:
-    then the camera was calibrated with turned images.
+    A turn that the file's EXIF data asks for is made if the image shall be `upright`, or where only
+    the turned image has that size: then the camera was calibrated with turned images.
 
     Raises:
         ImageError: the file is missing, no image or cut short, or it has another size.
@@ -43,7 +45,8 @@ def read_image(path: Path, size_px: tuple[int, int], by: int = 1) -> NDArray[np.
     """
     import cv2  # costs as much as the rest of the package, and help texts do not need it
 
-    flags = cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION
+    as_stored = cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION
+    flags = cv2.IMREAD_COLOR if upright else as_stored
     pixels = decode(path, flags, size_px, ImageError, by)
     return np.asarray(cv2.cvtColor(pixels, cv2.COLOR_BGR2RGB), dtype=np.uint8)
 
@@ -151,7 +154,8 @@ def decode_bytes(
         raise error(f"{place} is cut short: its end is missing; copy the file again")
     size = size_in_header(data)
     if size is not None and size_px is not None:  # before a header that lies can ask for memory
-        if size == size_px[::-1] != size_px and flags == as_stored:
+        is_turnable = flags in (as_stored, cv2.IMREAD_COLOR)
+        if size == size_px[::-1] != size_px and is_turnable:
             flags = cv2.IMREAD_COLOR
         else:
             check_size(place, size, size_px, error)

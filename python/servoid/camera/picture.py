@@ -14,12 +14,14 @@ from servoid.camera.video import read_video_image
 class Picture:
     """One image on disk; `index` counts from 0 inside a video and is None for an image file.
 
-    `label` names the image where the name of its file does not tell it from others.
+    `label` names the image where the name of its file does not tell it from others. With `upright`
+    it is turned as its file asks for, else only where it has its camera's size in no other way.
     """
 
     path: Path
     index: int | None = None
     label: str | None = None
+    upright: bool = False
 
     @property
     def stem(self) -> str:
@@ -46,5 +48,5 @@ class Picture:
 
         """
         if self.index is None:
-            return read_image(self.path, size_px, by)
-        return read_video_image(self.path, self.index, size_px, by)
+            return read_image(self.path, size_px, by, upright=self.upright)
+        return read_video_image(self.path, self.index, size_px, by, upright=self.upright)

@@ -72,12 +72,13 @@ def describe_video(path: Path) -> "VideoFacts":
 
 
 def read_video_image(
-    path: Path, index: int, size_px: tuple[int, int], by: int = 1
+    path: Path, index: int, size_px: tuple[int, int], by: int = 1, *, upright: bool = False
 ) -> NDArray[np.uint8]:
     """Read one image of a video, (H, W, 3) uint8 RGB; in order this costs one decoding of each.
 
     The images of the video have (width, height) pixels; what is returned is shrunk `by` so much.
-    A turn that the header asks for is made where only turned images have that size.
+    A turn that the header asks for is made if the image shall be `upright`, or where only turned
+    images have that size.
 
     Raises:
         ImageError: the file is missing or no video, ends before the image, or has another size.
@@ -87,7 +88,8 @@ def read_video_image(
 
     stream = _stream(path, *_version(path, ImageError))
     pixels = stream.read(index)
-    if pixels.shape[:2] == size_px != size_px[::-1]:  # the camera is that of turned images
+    # Where the size is that of turned images, the camera was calibrated with such.
+    if upright or pixels.shape[:2] == size_px != size_px[::-1]:
         pixels = _turned(pixels, stream.turn_deg)
     check_size(path, (pixels.shape[1], pixels.shape[0]), size_px, ImageError)
     return np.asarray(cv2.cvtColor(shrink(pixels, by), cv2.COLOR_BGR2RGB), dtype=np.uint8)

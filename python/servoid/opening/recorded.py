@@ -26,7 +26,7 @@ from servoid.source import ASSUMED_HZ, MountedCamera
 from servoid.words import counted, digits
 
 _LONE, _PAIR = ("camera",), ("left", "right")
-_UPSIDE_DOWN = 180
+_HALF_TURN = 180
 
 
 @dataclass(frozen=True)
@@ -106,7 +106,7 @@ def _open_videos(word: SourceWord, known: Known) -> Opened:
         if one.count > count:
             more = counted(one.count - count, "image")
             notes.append(f"{path} has {more} more than the other, which are left out")
-        if one.turn_deg and (known.calibration is not None or one.turn_deg == _UPSIDE_DOWN):
+        if one.turn_deg and known.calibration is not None:
             width, height = one.size_px
             notes.append(
                 f"{path} asks to be turned by {one.turn_deg} degrees when it is shown; it is not, "
@@ -118,9 +118,12 @@ def _open_videos(word: SourceWord, known: Known) -> Opened:
             f"{word}: the videos have {' and '.join(digits(rate) for rate in rates)} images a "
             "second; images that were not taken at the same times are no pairs"
         )
-    pictures = [[Picture(path, index) for index in range(count)] for path in word.places]
+    upright = known.calibration is None
+    pictures = [
+        [Picture(path, index, upright=upright) for index in range(count)] for path in word.places
+    ]
     times_s = None if known.rate_hz is not None else _times_s(facts[0], count)
-    on_side = [one.turn_deg not in (0, _UPSIDE_DOWN) for one in facts]
+    on_side = [one.turn_deg not in (0, _HALF_TURN) for one in facts]
     sizes_px = [
         _shown(one.size_px, turned, known) for one, turned in zip(facts, on_side, strict=True)
     ]
@@ -142,7 +145,7 @@ def _times_s(facts: VideoFacts, count: int) -> tuple[float, ...] | None:
 
 
 def _open_images(word: SourceWord, known: Known) -> Opened:
-    pictures = [Picture(path) for path in word.places]
+    pictures = [Picture(path, upright=known.calibration is None) for path in word.places]
     exif = read_exif(read_bytes(word.place, ImageError, IMAGE_FILE))
     size_px = _shown(read_image_size(word.place), exif.is_on_side, known)
     return _capture(word, known, [pictures], [size_px], None, ())
@@ -163,7 +166,13 @@ def _capture(
         (whole,) = pictures
         pictures = [
             [
-                HalfPicture(one.path, one.index, is_right=is_right, whole_px=whole_px)
+                HalfPicture(
+                    one.path,
+                    one.index,
+                    upright=one.upright,
+                    is_right=is_right,
+                    whole_px=whole_px,
+                )
                 for one in whole
             ]
             for is_right in (False, True)

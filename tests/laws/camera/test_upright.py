@@ -8,15 +8,18 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from servoid.camera import read_image
+from servoid.camera import Picture, read_image
 from servoid.camera.exif import read_exif
 from servoid.camera.images import read_upright
 from servoid.camera.video import read_video_image, upright_images
 from servoid.errors import ImageError
+from servoid.exchange.bags.mcap.raw_images import raw_image
+from servoid.opening import Known, open_recorded, parse_source
 
 STORED = (48, 32)  # width and height of what the sensor recorded
 UPRIGHT = (32, 48)
 TURN_RIGHT = 6  # EXIF: turn by 90 degrees to the right
+UPSIDE_DOWN = 3
 FOCAL_35MM = 28
 
 
@@ -49,8 +52,8 @@ def write_photo(path: Path, orientation: int, order: str = "<") -> Path:
     return path
 
 
-def write_turned_film(path: Path) -> Path:
-    """Write a video whose header asks for a turn by 90 degrees to the right."""
+def write_turned_film(path: Path, *, upside_down: bool = False) -> Path:
+    """Write a video whose header asks for a turn by 90 degrees to the right, or by 180."""
     writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"mp4v"), 25.0, STORED)
     for _ in range(3):
         writer.write(np.ascontiguousarray(scene()[:, :, ::-1]))
@@ -58,7 +61,10 @@ def write_turned_film(path: Path) -> Path:
     data = bytearray(path.read_bytes())
     at = data.index(b"tkhd") + 4 + 40  # version and flags, and what stands before the matrix
     one = 1 << 16
-    data[at : at + 36] = struct.pack(">9i", 0, one, 0, -one, 0, 0, STORED[1] * one, 0, 1 << 30)
+    matrix = (0, one, 0, -one, 0, 0, STORED[1] * one, 0, 1 << 30)
+    if upside_down:
+        matrix = (-one, 0, 0, 0, -one, 0, STORED[0] * one, STORED[1] * one, 1 << 30)
+    data[at : at + 36] = struct.pack(">9i", *matrix)
     path.write_bytes(bytes(data))
     return path
 
@@ -110,3 +116,48 @@ def test_a_video_is_turned_where_only_so_it_has_the_cameras_size(tmp_path: Path)
     assert_like(upright[0], np.rot90(scene(), -1))
     assert_like(read_video_image(film, 1, UPRIGHT), upright[1])
     assert_like(read_video_image(film, 1, STORED), scene())
+
+
+def first_image(source: Path, known: Known) -> NDArray[np.uint8]:
+    """Return the first image of a source as `track`, `model` and `pick` see it."""
+    (camera,) = open_recorded(parse_source(str(source)), known).capture.cameras
+    picture = camera.pictures[0]
+    assert picture is not None
+    return picture.read(camera.lens.size_px)
+
+
+@pytest.mark.parametrize("orientation", range(1, 9))
+def test_a_source_of_photographs_shows_them_as_a_scan_does(
+    tmp_path: Path, orientation: int
+) -> None:
+    photo = write_photo(tmp_path / "a.jpg", orientation)
+    assert_like(first_image(tmp_path, Known(fov_deg=60.0)), read_upright(photo))
+
+
+@pytest.mark.parametrize("upside_down", [False, True])
+def test_a_source_of_a_video_shows_it_as_a_scan_does(tmp_path: Path, upside_down: bool) -> None:
+    film = write_turned_film(tmp_path / "film.mp4", upside_down=upside_down)
+    assert_like(first_image(film, Known(fov_deg=60.0)), next(upright_images(film)))
+    assert_like(next(upright_images(film)), np.rot90(scene(), 2 if upside_down else -1))
+
+
+def test_a_calibration_is_of_images_as_they_are_stored(tmp_path: Path) -> None:
+    film = write_turned_film(tmp_path / "film.mp4", upside_down=True)
+    calibration = tmp_path / "rig.toml"
+    calibration.write_text(
+        f'version = 1\n[[camera]]\nname = "eye"\nsize_px = {list(STORED)}\nfov_deg = 60.0\n'
+    )
+    known = Known(calibration=calibration)
+    assert_like(first_image(film, known), scene())
+    (note,) = open_recorded(parse_source(str(film)), known).notes
+    assert "asks to be turned by 180 degrees when it is shown; it is not" in note
+
+
+def test_a_recording_of_upside_down_photographs_is_upright(tmp_path: Path) -> None:
+    photo = write_photo(tmp_path / "a.jpg", UPSIDE_DOWN)
+    (camera,) = open_recorded(parse_source(str(tmp_path)), Known(fov_deg=60.0)).capture.cameras
+    upright = raw_image(camera, camera.pictures[0])
+    stored = raw_image(camera, Picture(photo))
+    assert upright is not None and stored is not None
+    assert_like(upright.data, np.rot90(scene(), 2))
+    assert stored.data == photo.read_bytes()

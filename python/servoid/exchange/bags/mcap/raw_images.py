@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid.camera import Picture
+from servoid.camera.exif import read_exif
 from servoid.camera.image_size import JPEG, PNG
 from servoid.capture import Capture, CaptureCamera, Observation
 from servoid.config.limits import IMAGE_FILE
@@ -92,7 +93,8 @@ def raw_image(camera: CaptureCamera, picture: Picture | None) -> RawImage | None
         if type(picture) is Picture and picture.index is None:
             data = read_bytes(picture.path, ImageError, IMAGE_FILE)
             form = next((form for start, form in _FORMS.items() if data.startswith(start)), None)
-            if form is not None:
+            is_turned = picture.upright and read_exif(data).is_turned
+            if form is not None and not is_turned:
                 return RawImage(data, form)
         return RawImage(picture.read(camera.lens.size_px), "rgb8")
     except (CaptureError, ImageError):

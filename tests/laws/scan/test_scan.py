@@ -107,7 +107,7 @@ def test_a_printed_board_gives_metres(tmp_path: Path) -> None:
     made = scan(folder, tmp_path / "out", Request(board=board))
     assert made.scale is not None and made.scale.words.startswith("by ")
     _, scale = off_after_similarity(made.solution.places, TRUE_PLACES)
-    assert abs(scale - 1.0) < 0.015
+    assert abs(scale - 1.0) < 0.005
 
 
 @pytest.mark.extended

@@ -1,5 +1,6 @@
 """Whatever a SOURCE names: what is recorded opens as a capture, what is live as a source."""
 
+from servoid.opening.filmed import Filmed, open_filmed
 from servoid.opening.known import Known, Rig
 from servoid.opening.live import OpenedLive, open_live
 from servoid.opening.recorded import Opened, open_recorded
@@ -7,12 +8,14 @@ from servoid.opening.word import FORMS, Kind, SourceWord, parse_source
 
 __all__ = [
     "FORMS",
+    "Filmed",
     "Kind",
     "Known",
     "Opened",
     "OpenedLive",
     "Rig",
     "SourceWord",
+    "open_filmed",
     "open_live",
     "open_recorded",
     "parse_source",

@@ -1,7 +1,16 @@
 """Finds the poses and the calibration of images that come without either."""
 
 from servoid.scan.board import Board, parse_board
-from servoid.scan.footage import Film, Footage, Photographs, is_footage, open_footage
+from servoid.scan.footage import (
+    Film,
+    Footage,
+    Photographs,
+    Recorded,
+    holds_photographs,
+    is_footage,
+    open_footage,
+)
+from servoid.scan.pair import Partner
 from servoid.scan.request import Request
 from servoid.scan.result import Scan
 from servoid.scan.scale import Baseline, Length, Scale, parse_baseline, parse_length
@@ -16,11 +25,14 @@ __all__ = [
     "Film",
     "Footage",
     "Length",
+    "Partner",
     "Photographs",
+    "Recorded",
     "Request",
     "Scale",
     "Scan",
     "Solution",
+    "holds_photographs",
     "is_footage",
     "open_footage",
     "parse_baseline",

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid.camera.images import read_upright
+from servoid.camera.picture import Picture
 from servoid.camera.video import VIDEO_SUFFIXES, count_video_images, upright_images
 from servoid.errors import ScanError
 
@@ -79,6 +80,48 @@ class Photographs:
         return next((file for file in self.files if image_name(file.stem) == name), None)
 
 
+@dataclass(frozen=True)
+class Recorded:
+    """The images of one camera of a recording, such as of a bag; image 12 has the name `0012`.
+
+    `pictures` are None where there is no image; they have (width, height) pixels.
+    """
+
+    path: Path
+    pictures: tuple[Picture | None, ...]
+    size_px: tuple[int, int]
+
+    @property
+    def is_film(self) -> bool:
+        """Say that neighbours show nearly the same."""
+        return True
+
+    @cached_property
+    def names(self) -> Sequence[str]:
+        """Name the images by their numbers."""
+        return tuple(self._by_name)
+
+    @cached_property
+    def _by_name(self) -> dict[str, Picture]:
+        digits = max(4, len(str(len(self.pictures) - 1)))
+        return {
+            f"{index:0{digits}}": picture
+            for index, picture in enumerate(self.pictures)
+            if picture is not None
+        }
+
+    def images(self, names: Iterable[str]) -> Iterator[tuple[str, NDArray[np.uint8]]]:
+        """Read the images that are asked for."""
+        wanted = set(names)
+        for name, picture in self._by_name.items():
+            if name in wanted:
+                yield name, picture.read(self.size_px)
+
+    def file_of(self, name: str) -> Path | None:  # noqa: ARG002
+        """Return None: an image may need a turn, or be a part of a file."""
+        return None
+
+
 def open_footage(source: str | Path) -> Film | Photographs:
     """Open a video, a folder of photographs, or photographs that a pattern such as `*.jpg` names.
 
@@ -107,6 +150,11 @@ def is_footage(source: str | Path) -> bool:
     if path.suffix.lower() in VIDEO_SUFFIXES:
         return True
     return glob.has_magic(str(source)) and path.suffix.lower() in PHOTO_SUFFIXES
+
+
+def holds_photographs(path: Path) -> bool:
+    """Say if there are photographs in a folder, or in its folder `images`."""
+    return path.is_dir() and bool(_photos(path.iterdir()) or _photos((path / _FOLDER).glob("*")))
 
 
 def image_name(text: str) -> str:
@@ -143,5 +191,5 @@ def _photographs(path: Path, files: Sequence[Path], missing: str) -> Photographs
     return Photographs(path, tuple(files))
 
 
-Footage = Film | Photographs
+Footage = Film | Photographs | Recorded
 """Images of one camera, in the order in which they were taken."""

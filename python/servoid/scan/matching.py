@@ -91,6 +91,20 @@ def match(
     return _read(files, database)
 
 
+def match_pairs(
+    folder: Path,
+    files: Sequence[str],
+    database: Path,
+    pairs: Sequence[Pair],
+    *,
+    threads: int | None = None,
+) -> Matched:
+    """Find features in images of a film and match these pairs of them; otherwise as `match`."""
+    _extract(folder, files, database, None, (_MOST_IN_FILM, threads), lambda _: None)
+    _compare(files, pairs, database, False, threads, lambda _: None)
+    return _read(files, database)
+
+
 def _threads(threads: int | None) -> int:
     return -1 if threads is None else threads
 

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from servoid._native import Lens
 from servoid.scan.scale import Scale
 from servoid.scan.solution import Solution
 from servoid.words import counted
@@ -18,6 +19,7 @@ _MANY_MISSING = 0.2
 _LARGE_ERROR = 0.0015  # of the diagonal
 _ROUGH_FOCAL = 0.01
 _FEW_IMAGES = 8
+_CLOSE_FOCAL, _SURE = 0.03, 5.0  # share, and deviations, that a told focal length may be off
 _ONE_SIDE_RAD = math.radians(60.0)
 
 
@@ -38,6 +40,7 @@ class Scan:
     scale: Scale | None
     times: dict[str, float]
     notes: tuple[str, ...] = ()
+    told_lens: Lens | None = None
 
     @property
     def seconds(self) -> float:
@@ -86,12 +89,30 @@ class Scan:
                 f"the focal length is known to {solution.focal_std_px:.0f} of "
                 f"{solution.focal_px:.0f} px only"
             )
+        yield from self._told_otherwise()
         if len(solution.names) < _FEW_IMAGES:
             yield f"only {counted(len(solution.names), 'image')} tell where things are; take more"
         if self.around_rad < _ONE_SIDE_RAD:
             yield (
                 "the scene was seen from one side: directions differ by "
                 f"{math.degrees(self.around_rad):.0f} degrees at most; what is behind stays unknown"
+            )
+
+    def _told_otherwise(self) -> Iterator[str]:
+        """Say if the focal length that was told is not the one that the images tell."""
+        if self.told_lens is None:
+            return
+        solution = self.solution
+        told_px = float(np.mean(self.told_lens.focal_px))
+        if solution.parallax_rad < _LITTLE_PARALLAX_RAD:
+            return  # then the images hardly tell one
+        sure_px = max(_SURE * solution.focal_std_px, _CLOSE_FOCAL * solution.focal_px)
+        if abs(told_px - solution.focal_px) > sure_px:
+            fov_deg = 2.0 * math.atan(0.5 * solution.lens.size_px[0] / solution.focal_px)
+            yield (
+                f"the images fit a focal length of about {solution.focal_px:.0f} px better than "
+                f"the {told_px:.0f} px that were told: {math.degrees(fov_deg):.1f} degrees from "
+                "left to right; the scan has what it found"
             )
 
     def numbers(self) -> dict[str, Any]:

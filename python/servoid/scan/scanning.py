@@ -21,6 +21,7 @@ from servoid.scan.inside import copy_masks, write_inside, write_moving
 from servoid.scan.keys import choose_keys
 from servoid.scan.mapping import place_images
 from servoid.scan.matching import match
+from servoid.scan.pair import scale_of_partner
 from servoid.scan.request import Request
 from servoid.scan.result import Scan
 from servoid.scan.running import pycolmap
@@ -31,8 +32,9 @@ from servoid.scan.writing import FOLDER, IMAGES, MASKS, write_capture
 
 _LEAST_IMAGES = 3
 _MASKING = 0.05  # share of the work on features
-# Shares of the whole work: choosing key images, features and matches, poses.
-_SHARES = {"key images": 0.1, "features": 0.65, "poses": 0.25}
+# Shares of the whole work: choosing key images, features and matches, poses, and the second eye,
+# which only few have.
+_SHARES = {"key images": 0.1, "features": 0.6, "poses": 0.22, "second eye": 0.08}
 
 Page = Callable[[Scan, Path], bytes]
 
@@ -83,8 +85,8 @@ class _Work:
             staged = stage(self.footage, keys, draft / IMAGES, lambda s: tell(0.6 + 0.4 * s))
         with tempfile.TemporaryDirectory(prefix="servoid-scan-") as scratch:
             solution = self._solve(staged, Path(scratch))
-        check_found(solution, len(keys))
-        scale = self._scale(solution, staged)
+            check_found(solution, len(keys))
+            scale = self._scale(solution, staged, Path(scratch))
         solution = solution.scaled(1.0 / solution.distance if scale is None else scale.metres)
         masks = self.request.masks
         if masks is not None:
@@ -98,7 +100,8 @@ class _Work:
             solution=solution,
             scale=scale,
             times=self.times,
-            notes=staged.notes,
+            notes=(*self.request.notes, *staged.notes),
+            told_lens=self.request.told_lens,
         )
         write_capture(draft, made, staged, self.page)
         return made
@@ -141,12 +144,18 @@ class _Work:
             write_moving(staged, folder)
         return folder
 
-    def _scale(self, solution: Solution, staged: Staged) -> Scale | None:
+    def _scale(self, solution: Solution, staged: Staged, scratch: Path) -> Scale | None:
         request = self.request
         found = scale_of_lengths(solution, request.lengths)
         if found is None and request.board is not None:
             found = scale_of_board(solution, request.board, lambda: _images(staged))
-        return found or scale_of_baselines(solution, request.baselines)
+        found = found or scale_of_baselines(solution, request.baselines)
+        if found is None and request.partner is not None:
+            with self._stage("second eye"):
+                found = scale_of_partner(
+                    solution, request.partner, staged.folder, scratch, request.threads
+                )
+        return found
 
     @contextmanager
     def _stage(self, name: str) -> Iterator[Callable[[float], None]]:

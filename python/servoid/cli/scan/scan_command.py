@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from servoid.cli.scan.options import Apart, Board, Length
+from servoid.cli.source.options import Baseline, Calibration, Fov, Topic, known_cameras
 from servoid.cli.values import check_threads
 
 _SCALE = "Scale: one of these, or lengths are in no unit"
@@ -17,13 +18,19 @@ def scan(
         str,
         typer.Argument(
             metavar="SOURCE",
-            help="A video, a folder of photographs, or a pattern in quotes such as 'photos/*.jpg'.",
+            help="A video, a folder of photographs, a pattern in quotes such as 'photos/*.jpg', "
+            "LEFT.mp4+RIGHT.mp4 or side-by-side:VIDEO of a stereo pair, a bag, or a recording.",
+            show_default=False,
         ),
     ],
     out: Annotated[Path, typer.Option(metavar="DIR", help="The capture to write, a folder.")],
     length: Length = None,
     board: Board = None,
     apart: Apart = None,
+    baseline: Baseline = None,
+    fov: Fov = None,
+    calibration: Calibration = None,
+    topic: Topic = None,
     inside: Annotated[
         str | None,
         typer.Option(
@@ -58,7 +65,7 @@ def scan(
         ),
     ] = None,
 ) -> None:
-    """Find the poses and the calibration of a video or of photographs.
+    """Find the poses and the calibration of a video, of photographs, or of a recording.
 
     [bold]servoid scan film.mp4 --out capture[/bold]
 
@@ -66,7 +73,10 @@ def scan(
 
     [bold]servoid scan photos --out capture --length a:310,205,480,212=0.12
     --length b:290,220,455,240=0.12[/bold]
+
+    [bold]servoid scan left.mp4+right.mp4 --out capture --baseline 0.06[/bold]
     """
+    known = known_cameras(fov, baseline, calibration, None)
     from servoid.cli.scan.scanning import ScanOrder, run_scan
 
     run_scan(
@@ -80,5 +90,7 @@ def scan(
             turntable=turntable,
             masks=masks,
             threads=threads,
+            known=known,
+            topics=tuple(topic or ()),
         )
     )

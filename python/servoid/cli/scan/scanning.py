@@ -1,9 +1,9 @@
-"""`servoid scan`: from a video or photographs to a capture, a summary and a report."""
+"""`servoid scan`: from recorded images to a capture, a summary and a report."""
 
 import math
 import textwrap
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import typer
@@ -11,6 +11,7 @@ import typer
 from servoid.cli.extras import check_extras
 from servoid.cli.progress import progress_bar
 from servoid.cli.wrong_options import OptionError, of_options
+from servoid.opening import Known, open_filmed, parse_source
 from servoid.scan import Request, Scan, parse_baseline, parse_board, parse_length, scan
 from servoid.segment import ClickTarget, MaskTarget, Target, parse_target
 from servoid.words import digits
@@ -33,6 +34,8 @@ class ScanOrder:
     masks: Path | None = None
     wanted: tuple[str, ...] = ()
     threads: int | None = None
+    known: Known = field(default_factory=Known)
+    topics: tuple[str, ...] = ()
 
 
 def run_scan(order: ScanOrder) -> None:
@@ -49,9 +52,16 @@ def scanned(order: ScanOrder) -> Scan:
     from servoid.view.scan.scan_report import scan_page
 
     request = _request(order)
+    filmed = open_filmed(parse_source(order.source), order.known, topics=order.topics)
     with progress_bar("scanning") as update:
-        asked = Request(**{**request.__dict__, "progress": update})
-        return scan(order.source, order.out, asked, scan_page)
+        asked = replace(
+            request,
+            partner=filmed.partner,
+            told_lens=filmed.lens,
+            notes=filmed.notes,
+            progress=update,
+        )
+        return scan(filmed.footage, order.out, asked, scan_page)
 
 
 def _request(order: ScanOrder) -> Request:

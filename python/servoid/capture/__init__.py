@@ -2,6 +2,7 @@
 
 from servoid._native import View
 from servoid.capture.arrays import ArrayPicture, PosedImage, capture_of, views_of
+from servoid.capture.calibration_doubt import doubt_calibration
 from servoid.capture.capture import Capture, CaptureCamera, CaptureView, Observation
 from servoid.capture.opening import open_capture
 from servoid.capture.shrinking import shrunk
@@ -15,6 +16,7 @@ __all__ = [
     "PosedImage",
     "View",
     "capture_of",
+    "doubt_calibration",
     "open_capture",
     "shrunk",
     "views_of",

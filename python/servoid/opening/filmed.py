@@ -79,8 +79,7 @@ def _of_pair(word: SourceWord, known: Known) -> Filmed:
             "--baseline or --calibration does, and gives metres"
         )
         return Filmed(made.footage, lens=lens, notes=(note,))
-    # What a person tells of the angle of view is too rough for the second eye.
-    return replace(made, lens=lens, partner=made.partner and replace(made.partner, lens=None))
+    return replace(made, lens=lens)
 
 
 def _of_rig(word: SourceWord, capture: Capture) -> Filmed:
@@ -101,7 +100,7 @@ def _of_rig(word: SourceWord, capture: Capture) -> Filmed:
     metres = float(np.linalg.norm(apart.translation))
     if not metres > 0.0 or not capture.metric:
         return Filmed(first, lens=cameras[0].lens, notes=told)
-    partner = Partner(_footage(word, cameras[1]), metres, cameras[1].lens)
+    partner = Partner(_footage(word, cameras[1]), metres)
     return Filmed(first, partner, cameras[0].lens, told)
 
 

@@ -32,12 +32,12 @@ Floats = NDArray[np.float64]
 class Partner:
     """The second eye of a pair, `metres` from the first one; its images have the names of those.
 
-    Where `lens` is None it is taken to be the first one's, but for the focal length.
+    Its lens is taken to be the first one's, but for the focal length. What a calibration says of it
+    is not used: errors of the lens that the scan found are in both eyes, and cancel.
     """
 
     footage: Footage
     metres: float
-    lens: Lens | None = None
 
 
 def scale_of_partner(
@@ -55,7 +55,7 @@ def scale_of_partner(
     names = _spread(solution.names, partner.footage.names)
     matched = _match(names, partner, staged, scratch, threads)
     points, pixels = _seen_by_both(solution, names, matched)
-    lens = partner.lens or solution.lens
+    lens = solution.lens
     first = None if len(points) < _LEAST_POINTS else _rough(points, pixels, lens)
     if first is None or len(first[1]) < _LEAST_POINTS:
         raise ScanError(
@@ -64,7 +64,7 @@ def scale_of_partner(
             "both films are of one pair, and begin at the same time"
         )
     start, rows = first
-    apart, deviation = _refined(start, points[rows], pixels[rows], lens, partner.lens is None)
+    apart, deviation = _refined(start, points[rows], pixels[rows], lens)
     if not deviation < _ROUGH:
         raise ScanError(
             "both eyes tell the scale to "
@@ -140,13 +140,11 @@ def _rough(points: Floats, pixels: Floats, lens: Lens) -> tuple[Pose, NDArray[np
     return Pose.from_rvec_tvec(turn.ravel(), shift.ravel()), rows.ravel().astype(np.int64)
 
 
-def _refined(
-    start: Pose, points: Floats, pixels: Floats, lens: Lens, focal_is_open: bool
-) -> tuple[float, float]:
+def _refined(start: Pose, points: Floats, pixels: Floats, lens: Lens) -> tuple[float, float]:
     """Return how far the eyes are apart in the scan's unit, and the relative deviation of that.
 
-    The second eye's pose and, if it is open, its focal length bring points to their pixels, by
-    Gauss-Newton with weights by Cauchy.
+    The second eye's pose and its focal length bring points to their pixels, by Gauss-Newton with
+    weights by Cauchy.
     """
     center = np.array(lens.center_px)
 
@@ -155,13 +153,12 @@ def _refined(
 
     def off(step: Floats) -> Floats:
         seen = lens.project(pose(step).transform(points))
-        growth = 1.0 + step[6] if focal_is_open else 1.0
-        return (seen - center) * growth + center - pixels
+        return (seen - center) * (1.0 + step[6]) + center - pixels
 
     def apart(step: Floats) -> float:
         return float(np.linalg.norm(pose(step).inverse().translation))
 
-    step = np.zeros(7 if focal_is_open else 6)
+    step = np.zeros(7)
     normal = np.eye(len(step))
     for _ in range(_ROUNDS):
         residual = off(step)

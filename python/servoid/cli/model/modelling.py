@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from servoid._native import ModelSettings, PaperSettings
+from servoid.capture import doubt_calibration
 from servoid.cli.doubting import settled
 from servoid.cli.model.summary import print_summary
 from servoid.cli.progress import progress_bar
@@ -164,7 +165,9 @@ def _fit(order: Order, targets: list[Target], *, trusted: bool) -> ModelResult:
             raise OptionError("--distance means nothing to the paper's method; leave it out")
         else:
             made = fit_capture_by_paper(opened.capture, request, targets=targets, **chosen)
-        return replace(made, notes=(*opened.capture.notes, *made.notes, *opened.notes))
+        doubt = doubt_calibration(opened.capture, is_assumed=order.known.baseline_m is not None)
+        doubts = () if doubt is None else (doubt,)
+        return replace(made, notes=(*doubts, *opened.capture.notes, *made.notes, *opened.notes))
 
 
 def _fit_shape(order: Order, path: Path, request: Request, targets: list[Target]) -> ModelResult:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import typer
 
-from servoid.capture import Capture
+from servoid.capture import Capture, doubt_calibration
 from servoid.cli.doubting import settled
 from servoid.cli.interrupting import INTERRUPTED
 from servoid.cli.progress import progress_bar
@@ -129,6 +129,9 @@ def _track(order: Order, subjects: list[Subject], footage: Footage) -> None:
             files.append(("recording", order.record))
         except OutputError as error:  # poses are worth as much without it
             stopped = error
+    is_assumed = order.known.baseline_m is not None
+    doubt = doubt_calibration(footage.capture, is_assumed=is_assumed)
+    lacking += [] if doubt is None else [doubt]
     print_track_summary(order.source, footage, results, files, lacking)
     if isinstance(stopped, KeyboardInterrupt):
         typer.echo(_ending(stopped, len(collector)), err=True)

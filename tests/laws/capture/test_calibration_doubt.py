@@ -1,0 +1,140 @@
+"""Images that contradict the calibration of their capture, and those that do not."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from commands import Command
+from numpy.typing import NDArray
+from rooms_to_scan import FOCAL_PX, SIZE_PX, Room, around, draw, write_photos
+
+from servoid._native import Lens
+from servoid.capture import Capture, doubt_calibration, open_capture
+from servoid.pose import Pose
+
+DATA = Path(__file__).resolve().parents[4] / "shared" / "data"
+CAPTURES = (
+    "stereo/mustard",
+    "stereo/mustard_hand",
+    "stereo/drill",
+    "stereo/teabox",
+    "hard/bleach_turn",
+    "hard/mug_sway",
+    "hard/mustard_half",
+    "hard/sugar_jump",
+    "photos/temple",
+    "photos/skull",
+    "photos/blowtorch",
+    "mono/dragon_red",
+    "real/cube_hand",
+)
+TELLING = ("stereo/teabox", "photos/temple", "photos/skull", "photos/blowtorch")
+CAMERA = """[[camera]]
+name = "{name}"
+images = "{name}/*.jpg"
+size_px = [{width}, {height}]
+focal_px = [{focal}, {focal}]
+rig_from_camera = {pose}
+"""
+
+
+def toed_in(degrees: float) -> NDArray[np.float64]:
+    """Return where a right eye is from the left one, turned towards it."""
+    turn = np.radians(degrees)
+    pose = np.eye(4)
+    pose[:3, :3] = Pose.exp([0.0, 0.0, 0.0, 0.0, -turn, 0.0]).matrix()[:3, :3]
+    pose[0, 3] = 0.1
+    return pose
+
+
+def write_pair(folder: Path, true: NDArray[np.float64], told: NDArray[np.float64]) -> Capture:
+    """Draw three observations of two eyes, of which a capture tells something of its own."""
+    walk = around(3, 20.0)
+    for name, poses in (("left", walk), ("right", [pose @ true for pose in walk])):
+        write_photos(folder / name, draw(Room(), poses))
+    tables = [
+        CAMERA.format(
+            name=name, width=SIZE_PX[0], height=SIZE_PX[1], focal=FOCAL_PX, pose=pose.tolist()
+        )
+        for name, pose in (("left", np.eye(4)), ("right", told))
+    ]
+    (folder / "capture.toml").write_text("\n".join(["version = 1", "rate_hz = 10", *tables]))
+    return open_capture(folder)
+
+
+def with_focal(capture: Capture, share: float) -> Capture:
+    """Let a capture tell a share of its focal length."""
+
+    def lens(known: Lens) -> Lens:
+        return Lens(
+            model=known.model,
+            size_px=known.size_px,
+            focal_px=(share * known.focal_px[0], share * known.focal_px[1]),
+            center_px=known.center_px,
+            distortion=known.distortion,
+        )
+
+    cameras = tuple(replace(camera, lens=lens(camera.lens)) for camera in capture.cameras)
+    return replace(capture, cameras=cameras)
+
+
+def named_px(said: str | None) -> float:
+    """Return the focal length that a sentence names."""
+    assert said is not None and said.startswith("the images fit a focal length of about")
+    return float(said.split()[8])
+
+
+def test_a_wrong_focal_length_of_eyes_that_are_toed_in_is_told(tmp_path: Path) -> None:
+    capture = write_pair(tmp_path, toed_in(8.0), toed_in(8.0))
+    assert doubt_calibration(capture) is None
+    said = doubt_calibration(with_focal(capture, 0.9))
+    assert named_px(said) == pytest.approx(FOCAL_PX, rel=0.02)
+    assert said is not None and "better than 270 px" in said
+
+
+def test_eyes_that_are_said_to_be_parallel_and_are_not_are_told(tmp_path: Path) -> None:
+    turned = np.eye(4)
+    turned[:3, :3] = Pose.exp([0.0, 0.0, 0.0, 0.03, 0.0, 0.0]).matrix()[:3, :3]
+    turned[0, 3] = 0.1
+    parallel = turned.copy()
+    parallel[:3, :3] = np.eye(3)
+    capture = write_pair(tmp_path, turned, parallel)
+    said = doubt_calibration(capture, is_assumed=True)
+    assert said is not None
+    assert said.startswith("the images contradict where the cameras are said to be")
+
+
+@pytest.mark.extended
+def test_the_summaries_of_model_and_track_tell_it(tmp_path: Path, servoid_command: Command) -> None:
+    write_pair(tmp_path, toed_in(8.0), toed_in(8.0))
+    toml, body = tmp_path / "capture.toml", tmp_path / "body.json"
+    toml.write_text(toml.read_text().replace(f"[{FOCAL_PX}, {FOCAL_PX}]", "[270.0, 270.0]"))
+    target = ("--target", "box:130,70,190,150@left/p001", "--trust-targets")
+    chosen = ("--observations", "1:2", "--max-ellipsoids", 2)
+    done = servoid_command("model", tmp_path, *target, *chosen, "--out", body)
+    assert done.code == 0, done.err
+    assert "the images fit a focal length of about" in done.out
+    poses = ("--observations", "1:2", "--out", tmp_path / "poses.csv")
+    done = servoid_command("track", tmp_path, "--body", body, *target, *poses)
+    assert done.code == 0, done.err
+    assert "the images fit a focal length of about" in done.out
+
+
+@pytest.mark.extended
+@pytest.mark.parametrize("name", CAPTURES)
+def test_a_true_calibration_is_not_doubted(name: str) -> None:
+    if not (DATA / name).is_dir():
+        pytest.skip(f"{name} is not beside the repository")
+    assert doubt_calibration(open_capture(DATA / name), is_assumed=True) is None
+
+
+@pytest.mark.extended
+@pytest.mark.parametrize("share", [0.8, 0.92, 1.08, 1.15])
+@pytest.mark.parametrize("name", TELLING)
+def test_a_focal_length_that_photographs_contradict_is_told(name: str, share: float) -> None:
+    if not (DATA / name).is_dir():
+        pytest.skip(f"{name} is not beside the repository")
+    capture = open_capture(DATA / name)
+    said = doubt_calibration(with_focal(capture, share))
+    assert named_px(said) == pytest.approx(capture.cameras[0].lens.focal_px[0], rel=0.03)

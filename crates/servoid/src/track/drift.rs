@@ -27,6 +27,10 @@ const STRAYS: f64 = 3.0;
 const PLACE: f64 = 0.2;
 /// Images from one in which another pose is sought to the next.
 const RIVAL_EVERY: usize = 4;
+/// Part of the share that is usual below which another pose is sought, too, and the most images from one search
+/// to the next while it stays so.
+const DOUBTFUL: f64 = 0.9;
+const RIVAL_AT_LEAST: usize = 16;
 
 impl Tracker {
     /// Says anew how far the turn may have drifted at a pose that is believed; `foreseen` is its variance
@@ -67,12 +71,18 @@ impl Tracker {
         self.frame.notices.push(Notice::LoopClosed { degrees });
     }
 
-    /// Says whether it is time to seek another pose at which sides are recognised that are known better: in
-    /// one of every few images while the turn may have drifted.
-    pub(super) fn seeks_rival(&mut self) -> bool {
+    /// Says whether it is time to seek another pose at which more is recognised: in one of every few images
+    /// while the turn may have drifted, and ever more seldom while more of the object is missed than usually.
+    pub(super) fn seeks_rival(&mut self, quality: &Quality) -> bool {
         let is_adrift = self.target.points.drift > ADRIFT * ADRIFT;
-        self.trust.adrift = if is_adrift { self.trust.adrift + 1 } else { 0 };
-        is_adrift && self.trust.adrift.is_multiple_of(RIVAL_EVERY)
+        let is_doubtful = quality.share < DOUBTFUL * self.target.reference.share;
+        let trust = &mut self.trust;
+        trust.adrift = if is_adrift { trust.adrift + 1 } else { 0 };
+        trust.doubtful = if is_doubtful { trust.doubtful + 1 } else { 0 };
+        is_adrift && trust.adrift.is_multiple_of(RIVAL_EVERY)
+            || trust.doubtful > 1
+                && (trust.doubtful.is_power_of_two()
+                    || trust.doubtful.is_multiple_of(RIVAL_AT_LEAST))
     }
 
     /// Gives the variance of the turn with which a point is known that is learned now.

@@ -130,7 +130,7 @@ impl Tracker {
             self.penalize_jump(&expected, &mut hypothesis);
         }
         let missed = hypothesis.quality.share < least;
-        if !missed && self.trust.is_proved() && self.seeks_rival() {
+        if !missed && self.trust.is_proved() && self.seeks_rival(&hypothesis.quality) {
             evaluations += self.compare_with_rival(observation, &expected, &mut hypothesis)?;
             clock.lap(|timing| &mut timing.search);
         }

@@ -86,12 +86,22 @@ pub(super) struct Trust {
     confirmed: bool,
     /// Images since it was known well how it is turned.
     pub(super) adrift: usize,
+    /// Images since as much of it was seen as usually is.
+    pub(super) doubtful: usize,
 }
 
 impl Trust {
     /// Starts with an object that was never seen.
     pub(super) fn unmet() -> Self {
-        Self { unseen: 0, met: false, cooldown: 0, proved: true, adrift: 0, confirmed: false }
+        Self {
+            unseen: 0,
+            met: false,
+            cooldown: 0,
+            proved: true,
+            adrift: 0,
+            doubtful: 0,
+            confirmed: false,
+        }
     }
 
     /// Starts with an object whose pose was given; `confirmed` says whether images confirm it.

@@ -51,12 +51,12 @@ impl Tracker {
         let mut rival = *hypothesis;
         let evaluations =
             self.relocalize_locally(observation, (&hypothesis.pose, 1), &mut rival)?;
-        let better = rival.quality.support > BETTER * hypothesis.quality.support;
-        if better
-            && rival.quality.share >= self.settings.trusted
-            && self.has_jumped(expected, &rival.pose)
-        {
+        let better = rival.quality.support > BETTER * hypothesis.quality.support
+            && rival.quality.share >= self.settings.trusted;
+        if better {
             *hypothesis = rival;
+        }
+        if better && self.has_jumped(expected, &rival.pose) {
             self.status = self.trust.without();
             return Ok(evaluations);
         }

@@ -20,7 +20,17 @@ from servoid.source import Instant, Source
 ROOT = Path(__file__).parents[2]
 SHIPPED = (ROOT / "python" / "servoid" / "sim" / "arms" / "pa10.toml").read_text(encoding="utf-8")
 ARCHITECTURE = (ROOT / "ARCHITECTURE.md").read_text(encoding="utf-8")
-GROUND = {"changing", "errors", "output", "parallel", "renamed", "words", "_native", "config"}
+GROUND = {
+    "changing",
+    "errors",
+    "output",
+    "parallel",
+    "renamed",
+    "simd",
+    "words",
+    "_native",
+    "config",
+}
 
 
 def recipes() -> str:

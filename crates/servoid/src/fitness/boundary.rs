@@ -1,8 +1,10 @@
 use std::mem::MaybeUninit;
 
-use super::lanes::{Lanes, Running};
 use super::map::ScoreMap;
-use super::rows::{Crossing, RowGroup, RowOutline, RowOutlines, Sums};
+use super::rows::{Crossing, FEW, RowGroup, RowOutline, RowOutlines, Sums};
+use super::running::Running;
+use crate::shape::Body;
+use crate::simd::{Backend, RowKernel, RowLanes, Truth};
 
 /// How a sum over the union changes with the five numbers of one outline, in the order of
 /// [`crate::shape::Outline`]: centre u, centre v, slope, half width, half height.
@@ -18,60 +20,87 @@ pub(super) struct OutlineGradients {
 /// How the root changes in a vector of rows: with the place across the outline, turned round, and
 /// with the outline's height, in units of one over it.
 #[derive(Clone, Copy)]
-struct Lean<L: Lanes> {
+struct Lean<L: RowLanes> {
     across: L,
     taller: L,
 }
 
-impl<L: Lanes> Lean<L> {
+impl<L: RowLanes> Lean<L> {
     #[inline(always)]
-    unsafe fn new(crossing: &Crossing<L>, quarter_per_blunt: f32) -> Self {
-        unsafe {
-            let per_root = L::splat(1.0).div(crossing.root.max(L::splat(1e-6)));
-            let fall = crossing.near.mul(L::splat(2.0 * quarter_per_blunt));
-            let across = crossing.across.mul(fall).mul(per_root);
-            // A taller outline is less blunt: near the poles that takes a little back.
-            let back = fall.mul(L::splat(1.0).sub(fall)).mul(per_root);
-            let back = back.mul(L::splat(0.125 / quarter_per_blunt));
-            Self { across, taller: across.mul(crossing.across).sub(back) }
-        }
+    fn new(crossing: &Crossing<L>, quarter_per_blunt: f32) -> Self {
+        let per_root = L::splat(1.0).div(crossing.root.max(L::splat(1e-6)));
+        let fall = crossing.near.mul(L::splat(2.0 * quarter_per_blunt));
+        let across = crossing.across.mul(fall).mul(per_root);
+        // A taller outline is less blunt: near the poles that takes a little back.
+        let back = fall.mul(L::splat(1.0).sub(fall)).mul(per_root);
+        let back = back.mul(L::splat(0.125 / quarter_per_blunt));
+        Self { across, taller: across.mul(crossing.across).sub(back) }
     }
 }
 
 /// Half of the running sums over the exposed ends of one outline, or all where a vector holds them: of the weight w, of w·below, of w·root, and of
 /// w times both parts of the [`Lean`], where the left end counts with the opposite sign.
 #[derive(Clone, Copy)]
-struct Moments<L: Lanes>([L; 5]);
+struct Moments<L: RowLanes>([L; 5]);
 
-impl<L: Lanes> Moments<L> {
+impl<L: RowLanes> Moments<L> {
     #[inline(always)]
-    unsafe fn zero() -> Self {
-        unsafe { Self([L::splat(0.0); 5]) }
+    fn zero() -> Self {
+        Self([L::splat(0.0); 5])
     }
 
     /// Adds the weights of the right and the left end of a vector of rows.
     #[inline(always)]
-    unsafe fn add(&mut self, right: L, left: L, crossing: &Crossing<L>, lean: Lean<L>) {
-        unsafe {
-            let (both, apart) = (right.sub(left), right.add(left));
-            let steep = apart.mul(lean.across);
-            self.0[0] = self.0[0].add(both);
-            self.0[1] = both.mul_add(crossing.below, self.0[1]);
-            self.0[2] = apart.mul_add(crossing.root, self.0[2]);
-            self.0[3] = self.0[3].add(steep);
-            self.0[4] = apart.mul_add(lean.taller, self.0[4]);
-        }
+    fn add(&mut self, right: L, left: L, crossing: &Crossing<L>, lean: Lean<L>) {
+        let (both, apart) = (right.sub(left), right.add(left));
+        let steep = apart.mul(lean.across);
+        self.0[0] = self.0[0].add(both);
+        self.0[1] = both.mul_add(crossing.below, self.0[1]);
+        self.0[2] = apart.mul_add(crossing.root, self.0[2]);
+        self.0[3] = self.0[3].add(steep);
+        self.0[4] = apart.mul_add(lean.taller, self.0[4]);
     }
 
     #[inline(always)]
-    unsafe fn gradient(&self, other: &Self, outline: &RowOutline, weight: f64) -> OutlineGradient {
+    fn gradient(&self, other: &Self, outline: &RowOutline, weight: f64) -> OutlineGradient {
         let mut totals = [0.0; 5];
         for (total, (lanes, others)) in totals.iter_mut().zip(self.0.into_iter().zip(other.0)) {
-            *total = weight * f64::from(unsafe { lanes.total(others) });
+            *total = weight * f64::from(lanes.total(others));
         }
         let [both, below, root, steep, square] = totals;
         let taper = f64::from(outline.half_width) * f64::from(outline.per_half_height);
         [both, steep * taper - f64::from(outline.slope) * both, below, root, square * taper]
+    }
+}
+
+/// Sums a map over the union of outlines and differentiates the sums, with the instructions of a
+/// back end; `gradients` has one entry an outline.
+pub(super) fn gradients(
+    backend: Backend,
+    map: &ScoreMap,
+    outlines: &RowOutlines,
+    gradients: &mut [OutlineGradients],
+) -> Sums {
+    if outlines.as_slice().len() <= FEW {
+        backend.run_rows(UnionGradients::<FEW> { map, outlines, gradients })
+    } else {
+        backend.run_rows(UnionGradients::<{ Body::MAX_ELLIPSOIDS }> { map, outlines, gradients })
+    }
+}
+
+struct UnionGradients<'a, const ROOM: usize> {
+    map: &'a ScoreMap,
+    outlines: &'a RowOutlines,
+    gradients: &'a mut [OutlineGradients],
+}
+
+impl<const ROOM: usize> RowKernel for UnionGradients<'_, ROOM> {
+    type Output = Sums;
+
+    #[inline(always)]
+    unsafe fn run<L: RowLanes>(self) -> Sums {
+        // SAFETY: as the caller promises; there is room for the outlines.
+        unsafe { union_gradients::<L, ROOM>(self.map, self.outlines, self.gradients) }
     }
 }
 
@@ -82,7 +111,7 @@ impl<L: Lanes> Moments<L> {
 /// The instruction set of `L` must be enabled in the caller; `gradients` has one entry an outline,
 /// and there are at most `ROOM` outlines.
 #[inline(always)]
-pub(super) unsafe fn union_gradients<L: Lanes, const ROOM: usize>(
+unsafe fn union_gradients<L: RowLanes, const ROOM: usize>(
     map: &ScoreMap,
     outlines: &RowOutlines,
     gradients: &mut [OutlineGradients],
@@ -130,7 +159,7 @@ pub(super) unsafe fn union_gradients<L: Lanes, const ROOM: usize>(
 /// # Safety
 /// `row` must be a kept row; there is one written moment an outline, and there are at most `ROOM`.
 #[inline(always)]
-unsafe fn add_group<L: Lanes, const ROOM: usize>(
+unsafe fn add_group<L: RowLanes, const ROOM: usize>(
     map: &ScoreMap,
     all: &[RowOutline],
     row: usize,
@@ -153,7 +182,7 @@ unsafe fn add_group<L: Lanes, const ROOM: usize>(
         let (mut score, mut area) = (L::splat(0.0), L::splat(0.0));
         for at in 0..count {
             let (begin, end) = exposed(crossings, at);
-            if !L::any(L::or(begin, end)) {
+            if !begin.either(end).any() {
                 continue;
             }
             let (index, crossing) = &crossings[at];
@@ -170,30 +199,28 @@ unsafe fn add_group<L: Lanes, const ROOM: usize>(
 /// Says in which rows the two ends of an interval lie on the boundary of the union: where no other
 /// interval covers them. Of equal ends one counts, that of the first interval.
 #[inline(always)]
-unsafe fn exposed<L: Lanes>(crossings: &[(usize, Crossing<L>)], at: usize) -> (L::Truth, L::Truth) {
-    unsafe {
-        let this = &crossings[at].1;
-        let mut begin = this.begin.less(this.end);
-        let mut end = begin;
-        for (index, (_, other)) in crossings.iter().enumerate() {
-            if index == at {
-                continue;
-            }
-            let (over_begin, over_end) = if index < at {
-                (other.begin.less_equal(this.begin), this.end.less_equal(other.end))
-            } else {
-                (other.begin.less(this.begin), this.end.less(other.end))
-            };
-            begin = L::and_not(begin, L::and(over_begin, this.begin.less(other.end)));
-            end = L::and_not(end, L::and(other.begin.less(this.end), over_end));
+fn exposed<L: RowLanes>(crossings: &[(usize, Crossing<L>)], at: usize) -> (L::Truth, L::Truth) {
+    let this = &crossings[at].1;
+    let mut begin = this.begin.less(this.end);
+    let mut end = begin;
+    for (index, (_, other)) in crossings.iter().enumerate() {
+        if index == at {
+            continue;
         }
-        (begin, end)
+        let (over_begin, over_end) = if index < at {
+            (other.begin.at_most(this.begin), this.end.at_most(other.end))
+        } else {
+            (other.begin.less(this.begin), this.end.less(other.end))
+        };
+        begin = begin.and_not(over_begin.both(this.begin.less(other.end)));
+        end = end.and_not(other.begin.less(this.end).both(over_end));
     }
+    (begin, end)
 }
 
 /// Adds the exposed ends of one interval to the sums and to the moments of its outline.
 #[inline(always)]
-unsafe fn add_ends<L: Lanes>(
+unsafe fn add_ends<L: RowLanes>(
     group: &RowGroup<L>,
     crossing: &Crossing<L>,
     begin: L::Truth,
@@ -206,10 +233,10 @@ unsafe fn add_ends<L: Lanes>(
         let (left_sum, left_score) = group.look_up(crossing.begin);
         let (right_sum, right_score) = group.look_up(crossing.end);
         // An end that the border cuts does not move.
-        let left = L::and(begin, zero.less(crossing.begin));
-        let right = L::and(end, crossing.end.less(group.width));
+        let left = begin.both(zero.less(crossing.begin));
+        let right = end.both(crossing.end.less(group.width));
         let lean = Lean::new(crossing, quarter_per_blunt);
-        let masked = |truth, x| L::select(truth, x, zero);
+        let masked = |truth: L::Truth, x| truth.select(x, zero);
         moments.0.add(masked(right, right_score), masked(left, left_score), crossing, lean);
         moments.1.add(masked(right, one), masked(left, one), crossing, lean);
         (

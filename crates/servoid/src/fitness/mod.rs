@@ -1,15 +1,11 @@
 //! What a hypothesis is worth: bodies in, scores out.
 
 mod anisotropy;
-mod backend;
 mod boundary;
 mod color;
 mod contour;
 mod evidence;
 mod extent;
-mod lanes;
-#[cfg(target_arch = "x86_64")]
-mod lanes_x86;
 mod likelihood;
 mod map;
 mod overlap;
@@ -17,12 +13,13 @@ mod points;
 mod range_samples;
 mod region;
 mod rows;
+mod running;
 mod surface;
 mod sweep;
 mod volume;
 
+pub use crate::simd::{Backend, BackendError};
 pub use anisotropy::{anisotropy, anisotropy_gradient};
-pub use backend::{Backend, BackendError};
 pub use color::ColorModel;
 pub use contour::{ContourPoint, Offset, boundary, contour};
 pub use evidence::{Evidence, Total};

@@ -1,7 +1,7 @@
-use super::backend::Backend;
-use super::boundary::OutlineGradients;
+use super::boundary::{OutlineGradients, gradients as gradients_of};
 use super::rows::{RowOutline, RowOutlines, Sums};
-use super::{Differentiable, Fitness, ScoreMap};
+use super::sweep::sums as sums_of;
+use super::{Backend, Differentiable, Fitness, ScoreMap};
 use crate::shape::{Body, Outline, Projection, Quadric, QuadricGradient};
 
 /// One image of the region score: its map and how the camera sees the world.
@@ -80,7 +80,7 @@ impl Region {
                 }
             }
             moved.resize(seen.len(), OutlineGradients::default());
-            let sums = self.backend.gradients(map, &outlines, moved);
+            let sums = gradients_of(self.backend, map, &outlines, moved);
             let (by_score, by_area) = chain(sums);
             for ((index, outline), moved) in seen.iter().zip(&*moved) {
                 let by_outline: [f64; 5] =
@@ -105,7 +105,7 @@ impl ScoreMap {
                 outlines.push(rows);
             }
         }
-        backend.sums(self, &outlines)
+        sums_of(backend, self, &outlines)
     }
 }
 

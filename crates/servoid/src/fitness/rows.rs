@@ -1,6 +1,6 @@
-use super::lanes::Lanes;
 use super::map::ScoreMap;
 use crate::shape::{Body, Outline};
+use crate::simd::{RowLanes, Truth};
 
 /// An outline made ready for the rows of one map: single precision, columns counted from the left
 /// *edge* of the image, first and last kept row.
@@ -101,6 +101,9 @@ impl RowOutlines {
     }
 }
 
+/// So many outlines are worked on in a small room: a large one costs as much as their sums.
+pub(super) const FEW: usize = 8;
+
 /// What a map's rows say about a union of outlines.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Sums {
@@ -111,28 +114,26 @@ pub struct Sums {
 }
 
 /// A vector of kept rows: their pixel rows and where they lie in the map.
-pub(super) struct RowGroup<L: Lanes> {
+pub(super) struct RowGroup<L: RowLanes> {
     pub rows: L,
     pub offsets: L::Offsets,
     pub width: L,
     table: *const f32,
 }
 
-impl<L: Lanes> RowGroup<L> {
+impl<L: RowLanes> RowGroup<L> {
     /// # Safety
     /// `first` must be a kept row of the map; the instruction set of `L` must be enabled.
     #[inline(always)]
     pub unsafe fn new(map: &ScoreMap, first: usize) -> Self {
-        unsafe {
-            let index = L::ramp(first);
-            let rows = index.mul(L::splat(map.stride() as f32));
-            let kept = index.less(L::splat(map.rows() as f32));
-            Self {
-                rows: L::select(kept, rows, L::splat(FAR_AWAY)),
-                offsets: L::offsets(first, map.pitch()),
-                width: L::splat(map.size_px()[0] as f32),
-                table: map.prefix().as_ptr(),
-            }
+        let index = L::ramp(first);
+        let rows = index.mul(L::splat(map.stride() as f32));
+        let kept = index.less(L::splat(map.rows() as f32));
+        Self {
+            rows: kept.select(rows, L::splat(FAR_AWAY)),
+            offsets: L::offsets(first, map.pitch()),
+            width: L::splat(map.size_px()[0] as f32),
+            table: map.prefix().as_ptr(),
         }
     }
 
@@ -152,14 +153,14 @@ impl<L: Lanes> RowGroup<L> {
 
     /// Cuts a column to the image; what is not a number becomes an edge.
     #[inline(always)]
-    pub unsafe fn cut(&self, column: L) -> L {
-        unsafe { column.min(self.width).max(L::splat(0.0)) }
+    pub fn cut(&self, column: L) -> L {
+        column.min(self.width).max(L::splat(0.0))
     }
 }
 
 /// Where one outline crosses a vector of rows.
 #[derive(Clone, Copy)]
-pub(super) struct Crossing<L: Lanes> {
+pub(super) struct Crossing<L: RowLanes> {
     pub below: L,
     pub across: L,
     pub root: L,
@@ -169,34 +170,28 @@ pub(super) struct Crossing<L: Lanes> {
     pub end: L,
 }
 
-impl<L: Lanes> Crossing<L> {
-    /// # Safety
-    /// The instruction set of `L` must be enabled.
+impl<L: RowLanes> Crossing<L> {
     #[inline(always)]
-    pub unsafe fn new(outline: &RowOutline, group: &RowGroup<L>) -> Self {
-        unsafe {
-            let below = group.rows.sub(L::splat(outline.center_v));
-            let across = below.mul(L::splat(outline.per_half_height));
-            let square = L::splat(1.0).sub(across.mul(across));
-            let blunt = L::splat(outline.blunt);
-            let near = square.min(blunt).add(blunt).max(L::splat(0.0));
-            let far = square.sub(blunt).max(L::splat(0.0));
-            let root = near.mul(near).mul_add(L::splat(outline.quarter_per_blunt), far).sqrt();
-            let middle = below.mul_add(L::splat(outline.slope), L::splat(outline.center_u));
-            let half = root.mul(L::splat(outline.half_width));
-            let (begin, end) = (group.cut(middle.sub(half)), group.cut(middle.add(half)));
-            Self { below, across, root, near, begin, end }
-        }
+    pub fn new(outline: &RowOutline, group: &RowGroup<L>) -> Self {
+        let below = group.rows.sub(L::splat(outline.center_v));
+        let across = below.mul(L::splat(outline.per_half_height));
+        let square = L::splat(1.0).sub(across.mul(across));
+        let blunt = L::splat(outline.blunt);
+        let near = square.min(blunt).add(blunt).max(L::splat(0.0));
+        let far = square.sub(blunt).max(L::splat(0.0));
+        let root = near.mul(near).mul_add(L::splat(outline.quarter_per_blunt), far).sqrt();
+        let middle = below.mul_add(L::splat(outline.slope), L::splat(outline.center_u));
+        let half = root.mul(L::splat(outline.half_width));
+        let (begin, end) = (group.cut(middle.sub(half)), group.cut(middle.add(half)));
+        Self { below, across, root, near, begin, end }
     }
 
     /// Moves empty intervals out of the way: they begin at the right edge and end at the left.
     #[inline(always)]
-    pub unsafe fn without_empty(mut self, group: &RowGroup<L>) -> Self {
-        unsafe {
-            let holds = self.begin.less(self.end);
-            self.begin = L::select(holds, self.begin, group.width);
-            self.end = L::select(holds, self.end, L::splat(0.0));
-            self
-        }
+    pub fn without_empty(mut self, group: &RowGroup<L>) -> Self {
+        let holds = self.begin.less(self.end);
+        self.begin = holds.select(self.begin, group.width);
+        self.end = holds.select(self.end, L::splat(0.0));
+        self
     }
 }

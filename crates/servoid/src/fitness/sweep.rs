@@ -1,17 +1,19 @@
 use std::mem::MaybeUninit;
 
-use super::lanes::{Lanes, Running};
 use super::map::ScoreMap;
-use super::rows::{Crossing, RowGroup, RowOutline, RowOutlines, Sums};
+use super::rows::{Crossing, FEW, RowGroup, RowOutline, RowOutlines, Sums};
+use super::running::Running;
+use crate::shape::Body;
+use crate::simd::{Backend, RowKernel, RowLanes, Truth};
 
 /// Intervals of a vector of rows, sorted by where they begin.
-struct Sorted<L: Lanes, const ROOM: usize> {
+struct Sorted<L: RowLanes, const ROOM: usize> {
     begins: [MaybeUninit<L>; ROOM],
     ends: [MaybeUninit<L>; ROOM],
     count: usize,
 }
 
-impl<L: Lanes, const ROOM: usize> Sorted<L, ROOM> {
+impl<L: RowLanes, const ROOM: usize> Sorted<L, ROOM> {
     /// Sorts one interval in. // insertion sort, the same exchanges in every row
     #[inline(always)]
     unsafe fn insert(&mut self, mut begin: L, mut end: L) {
@@ -21,10 +23,10 @@ impl<L: Lanes, const ROOM: usize> Sorted<L, ROOM> {
                 let (other, other_end) =
                     (self.begins[at].assume_init(), self.ends[at].assume_init());
                 let first = begin.less(other);
-                self.begins[at + 1].write(L::select(first, other, begin));
-                self.ends[at + 1].write(L::select(first, other_end, end));
-                begin = L::select(first, begin, other);
-                end = L::select(first, end, other_end);
+                self.begins[at + 1].write(first.select(other, begin));
+                self.ends[at + 1].write(first.select(other_end, end));
+                begin = first.select(begin, other);
+                end = first.select(end, other_end);
             }
             self.begins[0].write(begin);
             self.ends[0].write(end);
@@ -39,6 +41,30 @@ impl<L: Lanes, const ROOM: usize> Sorted<L, ROOM> {
     }
 }
 
+/// Sums a map over the union of outlines, with the instructions of a back end.
+pub(super) fn sums(backend: Backend, map: &ScoreMap, outlines: &RowOutlines) -> Sums {
+    if outlines.as_slice().len() <= FEW {
+        backend.run_rows(UnionSums::<FEW> { map, outlines })
+    } else {
+        backend.run_rows(UnionSums::<{ Body::MAX_ELLIPSOIDS }> { map, outlines })
+    }
+}
+
+struct UnionSums<'a, const ROOM: usize> {
+    map: &'a ScoreMap,
+    outlines: &'a RowOutlines,
+}
+
+impl<const ROOM: usize> RowKernel for UnionSums<'_, ROOM> {
+    type Output = Sums;
+
+    #[inline(always)]
+    unsafe fn run<L: RowLanes>(self) -> Sums {
+        // SAFETY: as the caller promises; there is room for the outlines.
+        unsafe { union_sums::<L, ROOM>(self.map, self.outlines) }
+    }
+}
+
 /// Sums a map over the union of outlines. // Eq. (7)
 ///
 /// Each row's intervals are sorted and swept from left to right; the prefix sums are read only
@@ -47,7 +73,7 @@ impl<L: Lanes, const ROOM: usize> Sorted<L, ROOM> {
 /// # Safety
 /// The instruction set of `L` must be enabled in the caller; there are at most `ROOM` outlines.
 #[inline(always)]
-pub(super) unsafe fn union_sums<L: Lanes, const ROOM: usize>(
+unsafe fn union_sums<L: RowLanes, const ROOM: usize>(
     map: &ScoreMap,
     outlines: &RowOutlines,
 ) -> Sums {
@@ -74,7 +100,7 @@ pub(super) unsafe fn union_sums<L: Lanes, const ROOM: usize>(
 /// # Safety
 /// `row` must be a kept row, and there are at most `ROOM` outlines.
 #[inline(always)]
-unsafe fn group_sums<L: Lanes, const ROOM: usize>(
+unsafe fn group_sums<L: RowLanes, const ROOM: usize>(
     map: &ScoreMap,
     all: &[RowOutline],
     row: usize,
@@ -104,12 +130,12 @@ unsafe fn group_sums<L: Lanes, const ROOM: usize>(
 
 /// Sums each row between two columns.
 #[inline(always)]
-unsafe fn run<L: Lanes>(group: &RowGroup<L>, begin: L, end: L) -> (L, L) {
+unsafe fn run<L: RowLanes>(group: &RowGroup<L>, begin: L, end: L) -> (L, L) {
     unsafe { (group.look_up(end).0.sub(group.look_up(begin).0), end.sub(begin)) }
 }
 
 #[inline(always)]
-unsafe fn sweep<L: Lanes, const ROOM: usize>(
+unsafe fn sweep<L: RowLanes, const ROOM: usize>(
     group: &RowGroup<L>,
     sorted: &Sorted<L, ROOM>,
 ) -> (L, L) {
@@ -119,16 +145,16 @@ unsafe fn sweep<L: Lanes, const ROOM: usize>(
         let (mut gaps, mut gap_length) = (zero, zero);
         for at in 1..sorted.count {
             let (begin, end) = sorted.get(at);
-            let gap = L::and(reached.less(begin), begin.less(group.width));
-            if L::any(gap) {
+            let gap = reached.less(begin).both(begin.less(group.width));
+            if gap.any() {
                 let (lost, length) = run(group, reached, begin);
-                gaps = gaps.add(L::select(gap, lost, zero));
-                gap_length = gap_length.add(L::select(gap, length, zero));
+                gaps = gaps.add(gap.select(lost, zero));
+                gap_length = gap_length.add(gap.select(length, zero));
             }
             reached = reached.max(end);
         }
         let (whole, length) = run(group, start, reached);
         let holds = start.less(reached);
-        (L::select(holds, whole.sub(gaps), zero), L::select(holds, length.sub(gap_length), zero))
+        (holds.select(whole.sub(gaps), zero), holds.select(length.sub(gap_length), zero))
     }
 }

@@ -1,8 +1,8 @@
-use super::backend::Backend;
-use super::boundary::OutlineGradients;
+use super::boundary::{OutlineGradients, gradients as gradients_of};
 use super::overlap::{agreement, balance, clear};
 use super::rows::{RowOutline, RowOutlines, Sums};
-use super::{Differentiable, Evidence, Fitness, ScoreMap};
+use super::sweep::sums as sums_of;
+use super::{Backend, Differentiable, Evidence, Fitness, ScoreMap};
 use crate::shape::{Body, Grid, Quadric, QuadricGradient, Section, SectionGradient};
 
 /// The volumetric overlap, intersection over union, between the body and a solid.
@@ -37,7 +37,7 @@ impl Volume {
                     outlines.push(rows);
                 }
             }
-            let sums = self.backend.sums(map, &outlines);
+            let sums = sums_of(self.backend, map, &outlines);
             total.score += sums.score;
             total.area += sums.area;
         }
@@ -94,7 +94,7 @@ impl Differentiable for Volume {
                 }
             }
             moved.resize(seen.len(), OutlineGradients::default());
-            let sums = self.backend.gradients(map, &outlines, &mut moved);
+            let sums = gradients_of(self.backend, map, &outlines, &mut moved);
             total.score += sums.score;
             total.area += sums.area;
             for (&place, moved) in seen.iter().zip(&moved) {

@@ -2,7 +2,6 @@ use crate::parallel::*;
 use wide::f64x8;
 
 use super::RenderError;
-use super::lanes::{COUNT, Lanes};
 use super::light::Lighting;
 use super::placed::Moment;
 use super::rays::{Rays, TILE_PX};
@@ -10,6 +9,7 @@ use super::scene::{Placement, Scene};
 use super::trace::nearest;
 use crate::camera::Lens;
 use crate::pose::Pose;
+use crate::simd::{EIGHT, RayLanes};
 
 /// What lies behind each pixel's centre, row by row.
 #[derive(Debug, Clone, PartialEq)]
@@ -68,11 +68,11 @@ fn measure(
         }
         for row in 0..depth.len() / width {
             let end = width.min((tile + 1) * TILE_PX[0]);
-            for u in (tile * TILE_PX[0]..end).step_by(COUNT) {
+            for u in (tile * TILE_PX[0]..end).step_by(EIGHT) {
                 let ray = rays.eight::<f64x8>(0, u, band * TILE_PX[1] + row);
                 let hit = nearest(&scene.visuals, moment, &some, ray);
                 let (z, number) = ((ray.z * hit.t).write(), hit.visual.write());
-                for lane in (0..COUNT.min(width - u)).filter(|&lane| number[lane] >= 0.0) {
+                for lane in (0..EIGHT.min(width - u)).filter(|&lane| number[lane] >= 0.0) {
                     depth[row * width + u + lane] = z[lane] as f32;
                     visual[row * width + u + lane] = number[lane] as i32;
                 }

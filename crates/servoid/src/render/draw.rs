@@ -2,8 +2,6 @@
 
 use crate::parallel::*;
 
-use super::best::Best;
-use super::lanes::{COUNT, Single};
 use super::light::Grey;
 use super::mesh::Hit;
 use super::placed::{Beam, Moment};
@@ -16,8 +14,8 @@ use super::trace::{nearest, shaded};
 use super::vector::{Vector, splat};
 use super::{RenderError, within};
 use crate::changing::changeable;
-use crate::fitness::Backend;
 use crate::model::Settings;
+use crate::simd::{Backend, EIGHT, RayKernel, Single};
 
 /// How an image is taken.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -76,14 +74,14 @@ impl Scene {
         placement: &Placement<'_>,
         exposure: &Exposure,
     ) -> Result<Vec<u8>, RenderError> {
-        self.render_by(placement, exposure, Best::of(Backend::used()))
+        self.render_by(placement, exposure, Backend::used())
     }
 
     pub(super) fn render_by(
         &self,
         placement: &Placement<'_>,
         exposure: &Exposure,
-        best: Best,
+        backend: Backend,
     ) -> Result<Vec<u8>, RenderError> {
         placement.check(self)?;
         exposure.check(placement.world_from_lens.len())?;
@@ -101,7 +99,7 @@ impl Scene {
             let [width, height] = job.size_px;
             let mut image = vec![0_u8; 3 * width * height];
             let bands = image.par_chunks_mut(3 * width * TILE_PX[1]).enumerate();
-            bands.for_each(|(band, rows)| best.draw(&job, band, rows));
+            bands.for_each(|(band, rows)| backend.run_rays(Band { job: &job, band, rows }));
             image
         })
     }
@@ -147,12 +145,28 @@ impl<L> Work<L> {
     }
 }
 
-const PACKETS: usize = TILE_PX[0] * TILE_PX[1] / COUNT;
-const ACROSS: usize = TILE_PX[0] / COUNT;
+const PACKETS: usize = TILE_PX[0] * TILE_PX[1] / EIGHT;
+const ACROSS: usize = TILE_PX[0] / EIGHT;
+
+/// A band of tiles that is to be drawn.
+struct Band<'a> {
+    job: &'a Job<'a>,
+    band: usize,
+    rows: &'a mut [u8],
+}
+
+impl RayKernel for Band<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Single>(self) {
+        draw::<L>(self.job, self.band, self.rows);
+    }
+}
 
 /// Draws a band of tiles.
 #[inline(always)]
-pub(super) fn draw<L: Single>(job: &Job<'_>, band: usize, rows: &mut [u8]) {
+fn draw<L: Single>(job: &Job<'_>, band: usize, rows: &mut [u8]) {
     let (mut some, mut work) = (Vec::new(), Work::<L>::new());
     for tile in 0..job.rays.tiles()[0] {
         let zero = L::of(0.0);
@@ -250,7 +264,7 @@ const LIFT: f64 = 1e-4;
 /// Gives the first pixel of a packet.
 #[inline(always)]
 fn place([tile, band]: [usize; 2], packet: usize) -> (usize, usize) {
-    (tile * TILE_PX[0] + packet % ACROSS * COUNT, band * TILE_PX[1] + packet / ACROSS)
+    (tile * TILE_PX[0] + packet % ACROSS * EIGHT, band * TILE_PX[1] + packet / ACROSS)
 }
 
 /// Where the places lie that the lamp may reach.
@@ -327,13 +341,13 @@ fn develop<L: Single>(
         let noise = if let Some(noise) = job.noise {
             noise.eight((v * width + u) as u64)
         } else {
-            [[0.0; COUNT]; 3]
+            [[0.0; EIGHT]; 3]
         };
         let reds = levels(grey, sum.x * share, noise[0]);
         let greens = levels(grey, sum.y * share, noise[1]);
         let blues = levels(grey, sum.z * share, noise[2]);
         let from = 3 * (v % TILE_PX[1] * width + u);
-        let pixels = rows[from..].chunks_exact_mut(3).take(COUNT.min(width - u));
+        let pixels = rows[from..].chunks_exact_mut(3).take(EIGHT.min(width - u));
         for (lane, bytes) in pixels.enumerate() {
             bytes.copy_from_slice(&[reds[lane] as u8, greens[lane] as u8, blues[lane] as u8]);
         }
@@ -342,7 +356,7 @@ fn develop<L: Single>(
 
 /// Gives grey levels of strengths.
 #[inline(always)]
-fn levels<L: Single>(grey: Grey, strength: L, noise: [f32; COUNT]) -> [i32; COUNT] {
+fn levels<L: Single>(grey: Grey, strength: L, noise: [f32; EIGHT]) -> [i32; EIGHT] {
     let level = grey.of_root(strength.min(L::of(1.0)).sqrt()) + L::read(noise);
     (level.max(L::of(0.0)).min(L::of(255.0)) + L::of(0.5)).whole()
 }

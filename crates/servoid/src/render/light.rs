@@ -1,8 +1,8 @@
 use std::sync::LazyLock;
 
-use super::lanes::{COUNT, Single};
 use super::{RenderError, color, within};
 use crate::changing::changeable;
+use crate::simd::{EIGHT, Single};
 
 /// A lamp so far away that its rays are parallel, and light from above and below.
 ///
@@ -95,7 +95,7 @@ impl Grey {
     #[inline(always)]
     pub fn of_root<L: Single>(self, root: L) -> L {
         let places = (root * L::of((STEPS - 1) as f64) + L::of(0.5)).whole();
-        let mut out = [0.0; COUNT];
+        let mut out = [0.0; EIGHT];
         for (level, &place) in out.iter_mut().zip(&places) {
             *level = self.0[place as usize & (STEPS - 1)];
         }
@@ -107,7 +107,7 @@ impl Grey {
 mod tests {
     use wide::f32x8;
 
-    use super::super::lanes::Lanes;
+    use crate::simd::RayLanes;
     use super::*;
 
     #[test]

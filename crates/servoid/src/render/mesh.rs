@@ -3,12 +3,12 @@
 use obvhs::{BvhBuildParams, bvh2::builder::build_bvh2_from_tris, triangle::Triangle};
 use std::time::Duration;
 
-use super::lanes::{Lanes, Scalar};
 use super::light::linear;
 use super::shape::nudged;
 use super::vector::{Vector, splat_single};
 use super::{RenderError, corner_normals};
 use crate::changing::changeable;
+use crate::simd::{RayLanes, Scalar};
 
 /// Most boxes that wait while others are looked into: as many as the tree is deep.
 const DEPTH: usize = 128;
@@ -133,7 +133,7 @@ impl Mesh {
 
     /// Looks for what lies before `hit.t`, for rays that start beyond `near`.
     #[inline(always)]
-    pub fn meet<L: Lanes>(
+    pub fn meet<L: RayLanes>(
         &self,
         from: Vector<L>,
         along: Vector<L>,
@@ -191,7 +191,13 @@ impl Mesh {
 
     /// Gives which rays go through a box before `until`, and where they enter it.
     #[inline(always)]
-    fn enters<L: Lanes>(&self, node: usize, from: Vector<L>, by: Vector<L>, until: L) -> (u32, L) {
+    fn enters<L: RayLanes>(
+        &self,
+        node: usize,
+        from: Vector<L>,
+        by: Vector<L>,
+        until: L,
+    ) -> (u32, L) {
         let node = &self.nodes[node];
         let low = (splat_single::<L>(node.low) - from).times(by);
         let high = (splat_single::<L>(node.high) - from).times(by);
@@ -205,7 +211,7 @@ impl Mesh {
     ///
     /// Source: Möller and Trumbore, *Fast, minimum storage ray-triangle intersection* (1997).
     #[inline(always)]
-    fn touch<L: Lanes>(
+    fn touch<L: RayLanes>(
         &self,
         triangle: usize,
         (from, along): (Vector<L>, Vector<L>),

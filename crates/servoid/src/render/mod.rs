@@ -3,12 +3,8 @@
 //! A [`Scene`] holds visuals; where they are is said anew for each image, at one moment or at
 //! several moments of one exposure. Images are the same, bit for bit, on any number of threads.
 
-mod best;
 mod depth;
 mod draw;
-mod lanes;
-#[cfg(target_arch = "x86_64")]
-mod lanes_x86;
 mod light;
 mod mesh;
 mod normals;

@@ -1,9 +1,9 @@
 use wide::f32x4;
 
-use super::lanes::{COUNT, Single};
 use super::light::linear;
 use super::vector::Vector;
 use super::{RenderError, color, within};
+use crate::simd::{EIGHT, Single};
 
 /// A picture on a surface, which repeats without end.
 #[derive(Debug, Clone)]
@@ -47,8 +47,8 @@ impl Texture {
     pub(super) fn at<L: Single>(&self, [u, v]: [L; 2], lanes: u32) -> Vector<L> {
         let (left, across) = split(u, self.size[0]);
         let (top, down) = split(v, self.size[1]);
-        let mut parts = [[0.0; COUNT]; 3];
-        for lane in (0..COUNT).filter(|lane| lanes >> lane & 1 == 1) {
+        let mut parts = [[0.0; EIGHT]; 3];
+        for lane in (0..EIGHT).filter(|lane| lanes >> lane & 1 == 1) {
             let at = top[lane] as usize * self.pitch + left[lane] as usize;
             let (Some([a, b, ..]), Some([c, d, ..])) = (
                 self.texels.get(at..at + 2),
@@ -68,7 +68,7 @@ impl Texture {
 
 /// Gives the stored pixel before a place, and how far it is to the next.
 #[inline(always)]
-fn split<L: Single>(place: L, count: f32) -> ([i32; COUNT], [f32; COUNT]) {
+fn split<L: Single>(place: L, count: f32) -> ([i32; EIGHT], [f32; EIGHT]) {
     let share = place - place.trunc();
     let share = share.less(L::of(0.0)).select(share + L::of(1.0), share);
     // What is no number becomes a place too.

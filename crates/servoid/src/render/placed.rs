@@ -2,10 +2,10 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::lanes::Scalar;
 use super::scene::{Placement, Scene, Visual};
 use super::vector::stored;
 use crate::pose::Pose;
+use crate::simd::Scalar;
 
 /// One moment, seen from the lens.
 pub(super) struct Moment<S> {

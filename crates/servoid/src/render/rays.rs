@@ -5,10 +5,10 @@ use std::sync::{Arc, Mutex, PoisonError};
 use crate::parallel::*;
 use nalgebra::Vector3;
 
-use super::lanes::{COUNT, Lanes, Scalar};
 use super::placed::Cone;
 use super::vector::Vector;
 use crate::camera::{Distortion, Lens};
+use crate::simd::{EIGHT, RayLanes, Scalar};
 
 /// Pixels that are looked at together, across and down.
 pub(super) const TILE_PX: [usize; 2] = [16, 8];
@@ -29,7 +29,7 @@ pub(super) struct Rays<S> {
     first: Vec<[S; 2]>,
     step: [S; 2],
     /// 0 to 7.
-    columns: [S; COUNT],
+    columns: [S; EIGHT],
     cones: Vec<Option<Cone>>,
 }
 
@@ -67,7 +67,7 @@ impl<S: Scalar> Rays<S> {
 
     fn new(lens: &Lens, samples: usize) -> Self {
         let [width, height] = lens.camera().size_px();
-        let pitch = width.div_ceil(COUNT) * COUNT;
+        let pitch = width.div_ceil(EIGHT) * EIGHT;
         let offsets = offsets(samples);
         let is_pinhole = lens.distortion() == Distortion::None;
         let table = if is_pinhole {
@@ -113,7 +113,7 @@ impl<S: Scalar> Rays<S> {
 
     /// Gives the directions of eight pixels of a row.
     #[inline(always)]
-    pub fn eight<L: Lanes<Scalar = S>>(&self, sample: usize, u: usize, v: usize) -> Vector<L> {
+    pub fn eight<L: RayLanes<Scalar = S>>(&self, sample: usize, u: usize, v: usize) -> Vector<L> {
         if let Some(planes) = self.table.get(sample) {
             let at = v * self.pitch + u;
             let [x, y, z] = planes;
@@ -162,9 +162,9 @@ impl<S: Scalar> Rays<S> {
 }
 
 #[inline(always)]
-fn read<L: Lanes>(plane: &[L::Scalar], at: usize) -> L {
-    let mut values = [L::Scalar::of(0.0); COUNT];
-    values.copy_from_slice(&plane[at..at + COUNT]);
+fn read<L: RayLanes>(plane: &[L::Scalar], at: usize) -> L {
+    let mut values = [L::Scalar::of(0.0); EIGHT];
+    values.copy_from_slice(&plane[at..at + EIGHT]);
     L::read(values)
 }
 

@@ -1,8 +1,7 @@
 //! Noise of a sensor: normal numbers that depend on seed, pixel and channel alone.
 
+use crate::simd::EIGHT;
 use std::sync::LazyLock;
-
-use super::lanes::COUNT;
 
 /// Entries of the table of the normal distribution's quantiles.
 const STEPS: usize = 1024;
@@ -51,9 +50,9 @@ impl Noise {
 
     /// Gives the noise in the three channels of eight pixels in a row, in grey levels.
     #[inline(always)]
-    pub fn eight(self, first: u64) -> [[f32; COUNT]; 3] {
-        let mut out = [[0.0; COUNT]; 3];
-        for lane in 0..COUNT {
+    pub fn eight(self, first: u64) -> [[f32; EIGHT]; 3] {
+        let mut out = [[0.0; EIGHT]; 3];
+        for lane in 0..EIGHT {
             let pixel = first + lane as u64;
             let bits = mixed(self.seed.wrapping_add(pixel.wrapping_mul(0x9e37_79b9_7f4a_7c15)));
             // 21 bits a channel: 10 choose the entry, 11 the place up to the next.

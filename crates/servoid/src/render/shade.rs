@@ -1,10 +1,10 @@
 //! The light that comes back along a ray.
 
-use super::lanes::Single;
 use super::light::Lighting;
 use super::placed::Moment;
 use super::surface::Seen;
 use super::vector::{Vector, splat, stored};
+use crate::simd::Single;
 
 /// How often the cosine of the highlight is squared: the 64th power.
 const SQUARINGS: usize = 6;

@@ -1,8 +1,8 @@
 //! Where rays enter and leave the simple shapes, each about the origin of its own frame.
 
-use super::lanes::Lanes;
 use super::mesh::Mesh;
 use super::vector::{Vector, splat};
+use crate::simd::RayLanes;
 
 /// What a visual is, in metres.
 #[derive(Debug, Clone)]
@@ -51,7 +51,7 @@ pub(super) struct Span<L> {
     pub leave: L,
 }
 
-impl<L: Lanes> Span<L> {
+impl<L: RayLanes> Span<L> {
     /// Is empty where a truth does not hold.
     #[inline(always)]
     fn where_true(self, truth: L) -> Self {
@@ -83,7 +83,7 @@ impl<L: Lanes> Span<L> {
 
 /// Gives where rays are inside a convex shape of some sizes; a mesh is none and gives nothing.
 #[inline(always)]
-pub(super) fn span<L: Lanes>(
+pub(super) fn span<L: RayLanes>(
     shape: &Shape,
     sizes: [L::Scalar; 3],
     from: Vector<L>,
@@ -105,12 +105,12 @@ pub(super) fn span<L: Lanes>(
 
 /// Is never so close to zero that its inverse overflows.
 #[inline(always)]
-pub(super) fn nudged<L: Lanes>(x: L) -> L {
+pub(super) fn nudged<L: RayLanes>(x: L) -> L {
     x.abs().less(L::of(1e-20)).select(L::of(1e-20), x)
 }
 
 #[inline(always)]
-fn ball<L: Lanes>(from: Vector<L>, along: Vector<L>, radius: L) -> Span<L> {
+fn ball<L: RayLanes>(from: Vector<L>, along: Vector<L>, radius: L) -> Span<L> {
     let a = along.dot(along);
     let middle = -(from.dot(along) / a);
     // Taken at the place closest to the centre, where nothing cancels.
@@ -123,7 +123,7 @@ fn ball<L: Lanes>(from: Vector<L>, along: Vector<L>, radius: L) -> Span<L> {
 
 /// An endless cylinder along z.
 #[inline(always)]
-fn tube<L: Lanes>(from: Vector<L>, along: Vector<L>, radius: L) -> Span<L> {
+fn tube<L: RayLanes>(from: Vector<L>, along: Vector<L>, radius: L) -> Span<L> {
     let a = (along.x * along.x + along.y * along.y).max(L::of(1e-20));
     let middle = -((from.x * along.x + from.y * along.y) / a);
     let (x, y) = (from.x + along.x * middle, from.y + along.y * middle);
@@ -134,14 +134,14 @@ fn tube<L: Lanes>(from: Vector<L>, along: Vector<L>, radius: L) -> Span<L> {
 }
 
 #[inline(always)]
-fn slab<L: Lanes>(from: L, along: L, half: L) -> Span<L> {
+fn slab<L: RayLanes>(from: L, along: L, half: L) -> Span<L> {
     let by = L::of(1.0) / nudged(along);
     let (one, two) = ((-half - from) * by, (half - from) * by);
     Span { enter: one.min(two), leave: one.max(two) }
 }
 
 #[inline(always)]
-fn capsule<L: Lanes>(from: Vector<L>, along: Vector<L>, radius: L, half: L) -> Span<L> {
+fn capsule<L: RayLanes>(from: Vector<L>, along: Vector<L>, radius: L, half: L) -> Span<L> {
     let wall = tube(from, along, radius).and(slab(from.z, along.z, half));
     let wall = wall.where_true(wall.enter.at_most(wall.leave));
     let top = Vector { z: from.z - half, ..from };
@@ -150,7 +150,7 @@ fn capsule<L: Lanes>(from: Vector<L>, along: Vector<L>, radius: L, half: L) -> S
 }
 
 #[inline(always)]
-fn plane<L: Lanes>(from: Vector<L>, along: Vector<L>, half_size: [L; 2]) -> Span<L> {
+fn plane<L: RayLanes>(from: Vector<L>, along: Vector<L>, half_size: [L; 2]) -> Span<L> {
     let t = -(from.z / nudged(along.z));
     let (x, y) = (from.x + along.x * t, from.y + along.y * t);
     let inside = x.abs().at_most(half_size[0]).both(y.abs().at_most(half_size[1]));

@@ -1,11 +1,11 @@
 //! What a surface is like where rays meet it: its normal, and its place in the texture.
 
-use super::lanes::{COUNT, Lanes, Single};
 use super::mesh::{Hit, Mesh};
 use super::paint::Paint;
 use super::scene::Visual;
 use super::shape::Shape;
 use super::vector::Vector;
+use crate::simd::{EIGHT, RayLanes, Single};
 
 /// Normals in the visual's frame, places in the texture, and colours that corners carry.
 pub(super) struct Surface<L> {
@@ -53,12 +53,12 @@ pub(super) fn albedo<L: Single>(paint: &Paint, surface: &Surface<L>, lanes: u32)
 
 /// Is never very far from zero: nothing that a texture shows.
 #[inline(always)]
-fn share<L: Lanes>(x: L, half: f64) -> L {
+fn share<L: RayLanes>(x: L, half: f64) -> L {
     (x * L::of(0.5 / half) + L::of(0.5)).max(L::of(0.0)).min(L::of(1.0))
 }
 
 #[inline(always)]
-fn ellipsoid<L: Lanes>(at: Vector<L>, [x, y, z]: [f64; 3]) -> (Vector<L>, [L; 2]) {
+fn ellipsoid<L: RayLanes>(at: Vector<L>, [x, y, z]: [f64; 3]) -> (Vector<L>, [L; 2]) {
     let by = Vector { x: L::of(1.0 / x), y: L::of(1.0 / y), z: L::of(1.0 / z) };
     let on_ball = at.times(by);
     let across = (on_ball.x * on_ball.x + on_ball.y * on_ball.y).sqrt();
@@ -67,14 +67,14 @@ fn ellipsoid<L: Lanes>(at: Vector<L>, [x, y, z]: [f64; 3]) -> (Vector<L>, [L; 2]
 }
 
 #[inline(always)]
-fn capsule<L: Lanes>(at: Vector<L>, radius: f64, half: f64) -> (Vector<L>, [L; 2]) {
+fn capsule<L: RayLanes>(at: Vector<L>, radius: f64, half: f64) -> (Vector<L>, [L; 2]) {
     let axis = at.z.max(L::of(-half)).min(L::of(half));
     let normal = Vector { z: at.z - axis, ..at }.unit();
     (normal, [around(at.x, at.y), share(-at.z, half + radius)])
 }
 
 #[inline(always)]
-fn cylinder<L: Lanes>(at: Vector<L>, radius: f64, half: f64) -> (Vector<L>, [L; 2]) {
+fn cylinder<L: RayLanes>(at: Vector<L>, radius: f64, half: f64) -> (Vector<L>, [L; 2]) {
     let from_wall = L::of(radius) - (at.x * at.x + at.y * at.y).sqrt();
     let on_wall = from_wall.less(L::of(half) - at.z.abs());
     let zero = L::of(0.0);
@@ -88,7 +88,7 @@ fn cylinder<L: Lanes>(at: Vector<L>, radius: f64, half: f64) -> (Vector<L>, [L; 
 }
 
 #[inline(always)]
-fn box_faces<L: Lanes>(at: Vector<L>, [x, y, z]: [f64; 3]) -> (Vector<L>, [L; 2]) {
+fn box_faces<L: RayLanes>(at: Vector<L>, [x, y, z]: [f64; 3]) -> (Vector<L>, [L; 2]) {
     let gap =
         Vector { x: L::of(x) - at.x.abs(), y: L::of(y) - at.y.abs(), z: L::of(z) - at.z.abs() };
     let (zero, one) = (L::of(0.0), L::of(1.0));
@@ -103,13 +103,13 @@ fn box_faces<L: Lanes>(at: Vector<L>, [x, y, z]: [f64; 3]) -> (Vector<L>, [L; 2]
 }
 
 #[inline(always)]
-fn sign<L: Lanes>(x: L) -> L {
+fn sign<L: RayLanes>(x: L) -> L {
     x.less(L::of(0.0)).select(L::of(-1.0), L::of(1.0))
 }
 
 /// Gives how far round z a place is, from 0 at -x over 1/4 at -y to 1.
 #[inline(always)]
-fn around<L: Lanes>(x: L, y: L) -> L {
+fn around<L: RayLanes>(x: L, y: L) -> L {
     angle(y, x) * L::of(0.5 / std::f64::consts::PI) + L::of(0.5)
 }
 
@@ -117,7 +117,7 @@ fn around<L: Lanes>(x: L, y: L) -> L {
 ///
 /// Source: Abramowitz and Stegun, *Handbook of Mathematical Functions* (1964), 4.4.49.
 #[inline(always)]
-fn angle<L: Lanes>(y: L, x: L) -> L {
+fn angle<L: RayLanes>(y: L, x: L) -> L {
     use std::f64::consts::{FRAC_PI_2, PI};
     let (across, up) = (x.abs(), y.abs());
     let a = across.min(up) / across.max(up).max(L::of(1e-30));
@@ -136,8 +136,8 @@ fn angle<L: Lanes>(y: L, x: L) -> L {
 fn corners<L: Single>(mesh: &Mesh, hit: &Hit<L>, lanes: u32) -> Surface<L> {
     let (triangle, one, two) = (hit.triangle.write(), hit.shares[0].write(), hit.shares[1].write());
     let (mut normal, mut place, mut tint) =
-        ([[0.0; COUNT]; 3], [[0.0; COUNT]; 2], [[1.0; COUNT]; 3]);
-    for lane in (0..COUNT).filter(|lane| lanes >> lane & 1 == 1) {
+        ([[0.0; EIGHT]; 3], [[0.0; EIGHT]; 2], [[1.0; EIGHT]; 3]);
+    for lane in (0..EIGHT).filter(|lane| lanes >> lane & 1 == 1) {
         let corners = mesh.corners(triangle[lane] as usize);
         let shares = [1.0 - one[lane] - two[lane], one[lane], two[lane]];
         mix(&corners.normals, shares, &mut normal, lane);
@@ -154,7 +154,7 @@ fn corners<L: Single>(mesh: &Mesh, hit: &Hit<L>, lanes: u32) -> Surface<L> {
 }
 
 #[inline(always)]
-fn vector<L: Single>([x, y, z]: [[f32; COUNT]; 3]) -> Vector<L> {
+fn vector<L: Single>([x, y, z]: [[f32; EIGHT]; 3]) -> Vector<L> {
     Vector { x: L::read(x), y: L::read(y), z: L::read(z) }
 }
 
@@ -162,7 +162,7 @@ fn vector<L: Single>([x, y, z]: [[f32; COUNT]; 3]) -> Vector<L> {
 fn mix<const K: usize>(
     corners: &[[f32; K]; 3],
     shares: [f32; 3],
-    into: &mut [[f32; COUNT]; K],
+    into: &mut [[f32; EIGHT]; K],
     lane: usize,
 ) {
     for k in 0..K {

@@ -1,11 +1,11 @@
 //! What rays meet first, and whether anything stands between a place and the lamp.
 
-use super::lanes::Lanes;
 use super::mesh::Hit;
 use super::placed::Moment;
 use super::scene::Visual;
 use super::shape::{Shape, span};
 use super::vector::{Vector, splat};
+use crate::simd::RayLanes;
 
 /// Marks rays that meet nothing.
 pub(super) const NOTHING: f64 = -1.0;
@@ -15,7 +15,7 @@ const NEAR: f64 = 1e-4;
 
 /// Gives what rays from the lens meet first of some visuals.
 #[inline(always)]
-pub(super) fn nearest<L: Lanes>(
+pub(super) fn nearest<L: RayLanes>(
     visuals: &[Visual],
     moment: &Moment<L::Scalar>,
     some: &[usize],
@@ -45,7 +45,7 @@ pub(super) fn nearest<L: Lanes>(
 /// Gives where something stands between places, in the lens's frame, and the lamp; `open` says
 /// for which places that matters.
 #[inline(always)]
-pub(super) fn shaded<L: Lanes>(
+pub(super) fn shaded<L: RayLanes>(
     visuals: &[Visual],
     moment: &Moment<L::Scalar>,
     some: &[usize],

@@ -1,6 +1,5 @@
+use crate::simd::{RayLanes, Scalar};
 use std::ops::{Add, Mul, Neg, Sub};
-
-use super::lanes::{Lanes, Scalar};
 
 /// Eight vectors, or one.
 #[derive(Clone, Copy)]
@@ -12,13 +11,13 @@ pub(super) struct Vector<T> {
 
 /// Gives eight times the same vector.
 #[inline(always)]
-pub(super) fn splat<L: Lanes>(v: [L::Scalar; 3]) -> Vector<L> {
+pub(super) fn splat<L: RayLanes>(v: [L::Scalar; 3]) -> Vector<L> {
     Vector { x: L::splat(v[0]), y: L::splat(v[1]), z: L::splat(v[2]) }
 }
 
 /// Gives eight times the same vector of single precision.
 #[inline(always)]
-pub(super) fn splat_single<L: Lanes>(v: [f32; 3]) -> Vector<L> {
+pub(super) fn splat_single<L: RayLanes>(v: [f32; 3]) -> Vector<L> {
     Vector { x: L::splat_single(v[0]), y: L::splat_single(v[1]), z: L::splat_single(v[2]) }
 }
 
@@ -27,7 +26,7 @@ pub(super) fn stored<S: Scalar>(v: [f64; 3]) -> [S; 3] {
     v.map(S::of)
 }
 
-impl<L: Lanes> Add for Vector<L> {
+impl<L: RayLanes> Add for Vector<L> {
     type Output = Self;
 
     #[inline(always)]
@@ -36,7 +35,7 @@ impl<L: Lanes> Add for Vector<L> {
     }
 }
 
-impl<L: Lanes> Sub for Vector<L> {
+impl<L: RayLanes> Sub for Vector<L> {
     type Output = Self;
 
     #[inline(always)]
@@ -45,7 +44,7 @@ impl<L: Lanes> Sub for Vector<L> {
     }
 }
 
-impl<L: Lanes> Neg for Vector<L> {
+impl<L: RayLanes> Neg for Vector<L> {
     type Output = Self;
 
     #[inline(always)]
@@ -54,7 +53,7 @@ impl<L: Lanes> Neg for Vector<L> {
     }
 }
 
-impl<L: Lanes> Mul<L> for Vector<L> {
+impl<L: RayLanes> Mul<L> for Vector<L> {
     type Output = Self;
 
     #[inline(always)]
@@ -63,7 +62,7 @@ impl<L: Lanes> Mul<L> for Vector<L> {
     }
 }
 
-impl<L: Lanes> Vector<L> {
+impl<L: RayLanes> Vector<L> {
     #[inline(always)]
     pub fn dot(self, o: Self) -> L {
         self.x * o.x + self.y * o.y + self.z * o.z

@@ -1,16 +1,11 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use super::boundary::{OutlineGradients, union_gradients};
-use super::lanes::Portable;
+use super::lanes::RowLanes;
+#[cfg(feature = "render")]
+use super::lanes::Single;
+use super::portable::Eight;
 #[cfg(target_arch = "x86_64")]
-use super::lanes_x86::{Avx2, Avx512};
-use super::map::ScoreMap;
-use super::rows::{RowOutlines, Sums};
-use super::sweep::union_sums;
-use crate::shape::Body;
-
-/// So many outlines are worked on in a small room: a large one costs as much as their sums.
-const FEW: usize = 8;
+use super::x86::{Avx2, Avx512};
 
 /// Which vector instructions the kernels use; chosen at run time. All give the same bits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -90,12 +85,6 @@ impl Backend {
         Self::found().collect()
     }
 
-    /// Says whether rays may be cast with AVX2.
-    #[cfg(all(feature = "render", target_arch = "x86_64"))]
-    pub(crate) fn has_avx2(self) -> bool {
-        self != Self::PORTABLE
-    }
-
     /// Gives the same without taking memory.
     fn found() -> impl Iterator<Item = Self> {
         #[cfg(not(target_arch = "x86_64"))]
@@ -111,91 +100,65 @@ impl Backend {
         std::iter::once(Self::PORTABLE).chain(vectors.into_iter().flatten().map(Self))
     }
 
-    pub(super) fn sums(self, map: &ScoreMap, outlines: &RowOutlines) -> Sums {
-        if outlines.as_slice().len() <= FEW {
-            self.sums_in::<FEW>(map, outlines)
-        } else {
-            self.sums_in::<{ Body::MAX_ELLIPSOIDS }>(map, outlines)
-        }
-    }
-
-    fn sums_in<const ROOM: usize>(self, map: &ScoreMap, outlines: &RowOutlines) -> Sums {
+    /// Runs work on rows with the widest lanes.
+    pub(crate) fn run_rows<K: RowKernel>(self, kernel: K) -> K::Output {
         // SAFETY: a back end exists only where `found` found its instructions.
         unsafe {
             match self.0 {
-                Kind::Portable => union_sums::<Portable, ROOM>(map, outlines),
+                Kind::Portable => kernel.run::<Eight>(),
                 #[cfg(target_arch = "x86_64")]
-                Kind::Avx2 => sums_avx2::<ROOM>(map, outlines),
+                Kind::Avx2 => rows_avx2(kernel),
                 #[cfg(target_arch = "x86_64")]
-                Kind::Avx512 => sums_avx512::<ROOM>(map, outlines),
+                Kind::Avx512 => rows_avx512(kernel),
             }
         }
     }
 
-    pub(super) fn gradients(
-        self,
-        map: &ScoreMap,
-        outlines: &RowOutlines,
-        gradients: &mut [OutlineGradients],
-    ) -> Sums {
-        if outlines.as_slice().len() <= FEW {
-            self.gradients_in::<FEW>(map, outlines, gradients)
-        } else {
-            self.gradients_in::<{ Body::MAX_ELLIPSOIDS }>(map, outlines, gradients)
-        }
-    }
-
-    fn gradients_in<const ROOM: usize>(
-        self,
-        map: &ScoreMap,
-        outlines: &RowOutlines,
-        gradients: &mut [OutlineGradients],
-    ) -> Sums {
-        // SAFETY: as above.
-        unsafe {
-            match self.0 {
-                Kind::Portable => union_gradients::<Portable, ROOM>(map, outlines, gradients),
-                #[cfg(target_arch = "x86_64")]
-                Kind::Avx2 => gradients_avx2::<ROOM>(map, outlines, gradients),
-                #[cfg(target_arch = "x86_64")]
-                Kind::Avx512 => gradients_avx512::<ROOM>(map, outlines, gradients),
-            }
+    /// Runs work on rays, which go by eight whatever a register holds.
+    #[cfg(feature = "render")]
+    pub(crate) fn run_rays<K: RayKernel>(self, kernel: K) -> K::Output {
+        match self.0 {
+            Kind::Portable => kernel.run::<Eight>(),
+            // SAFETY: as above; what has AVX-512 has AVX2.
+            #[cfg(target_arch = "x86_64")]
+            Kind::Avx2 | Kind::Avx512 => unsafe { rays_avx2(kernel) },
         }
     }
 }
 
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2")]
-unsafe fn sums_avx2<const ROOM: usize>(map: &ScoreMap, outlines: &RowOutlines) -> Sums {
-    // SAFETY: enabled above.
-    unsafe { union_sums::<Avx2, ROOM>(map, outlines) }
+/// Work that is written once for all lanes of rows; `run` must always be inlined.
+pub(crate) trait RowKernel {
+    type Output;
+
+    /// # Safety
+    /// The instructions of `L` must be enabled in the caller.
+    unsafe fn run<L: RowLanes>(self) -> Self::Output;
+}
+
+/// Work that is written once for all lanes of rays; `run` must always be inlined.
+#[cfg(feature = "render")]
+pub(crate) trait RayKernel {
+    type Output;
+
+    fn run<L: Single>(self) -> Self::Output;
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2")]
-unsafe fn gradients_avx2<const ROOM: usize>(
-    map: &ScoreMap,
-    outlines: &RowOutlines,
-    gradients: &mut [OutlineGradients],
-) -> Sums {
+unsafe fn rows_avx2<K: RowKernel>(kernel: K) -> K::Output {
     // SAFETY: enabled above.
-    unsafe { union_gradients::<Avx2, ROOM>(map, outlines, gradients) }
+    unsafe { kernel.run::<Avx2>() }
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx512f,avx512dq,avx512vl,avx2")]
-unsafe fn sums_avx512<const ROOM: usize>(map: &ScoreMap, outlines: &RowOutlines) -> Sums {
+unsafe fn rows_avx512<K: RowKernel>(kernel: K) -> K::Output {
     // SAFETY: enabled above.
-    unsafe { union_sums::<Avx512, ROOM>(map, outlines) }
+    unsafe { kernel.run::<Avx512>() }
 }
 
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx512f,avx512dq,avx512vl,avx2")]
-unsafe fn gradients_avx512<const ROOM: usize>(
-    map: &ScoreMap,
-    outlines: &RowOutlines,
-    gradients: &mut [OutlineGradients],
-) -> Sums {
-    // SAFETY: enabled above.
-    unsafe { union_gradients::<Avx512, ROOM>(map, outlines, gradients) }
+#[cfg(all(feature = "render", target_arch = "x86_64"))]
+#[target_feature(enable = "avx2")]
+unsafe fn rays_avx2<K: RayKernel>(kernel: K) -> K::Output {
+    kernel.run::<Avx2>()
 }

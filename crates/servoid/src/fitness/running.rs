@@ -1,0 +1,32 @@
+use crate::simd::RowLanes;
+
+/// Sixteen running sums over vectors of rows that are added one after another, without a gap.
+#[derive(Clone, Copy)]
+pub(super) struct Running<L: RowLanes> {
+    /// What the next vector is added to, and what the one after it is.
+    next: L,
+    after: L,
+}
+
+impl<L: RowLanes> Running<L> {
+    #[inline(always)]
+    pub fn zero() -> Self {
+        Self { next: L::splat(0.0), after: L::splat(0.0) }
+    }
+
+    #[inline(always)]
+    pub fn add(&mut self, rows: L) {
+        let sum = self.next + rows;
+        if L::PARTS == 1 {
+            self.next = sum;
+        } else {
+            // Which of the two is which does not matter in the end: a + b is b + a.
+            (self.next, self.after) = (self.after, sum);
+        }
+    }
+
+    #[inline(always)]
+    pub fn total(self) -> f32 {
+        self.next.total(self.after)
+    }
+}

@@ -21,8 +21,8 @@ from servoid_experiments.paper.eye_pair import (
     see,
     true_body,
 )
-from servoid_experiments.paper.map_case import MapTrial
-from servoid_experiments.paper.map_places import Places
+from servoid_experiments.paper.maps.case import MapTrial
+from servoid_experiments.paper.maps.places import Places
 
 RUNS = 3
 

@@ -8,7 +8,7 @@ import pytest
 from scenes_studies import SHORT, paper_fed_forward
 
 from servoid_experiments.design import Done
-from servoid_experiments.paper.sensitivity import (
+from servoid_experiments.paper.sensitivity.changes import (
     BASE,
     SENSITIVITY,
     SensitivitySettings,
@@ -16,8 +16,11 @@ from servoid_experiments.paper.sensitivity import (
     quick_sensitivity,
     sensitivity_work,
 )
-from servoid_experiments.paper.sensitivity_report import LAG, SPREAD, sensitivity_sections
-from servoid_experiments.paper.servoing import (
+from servoid_experiments.paper.sensitivity.report import LAG, SPREAD, sensitivity_sections
+from servoid_experiments.paper.servoing.followed import Track, followed, response, swing, unswung
+from servoid_experiments.paper.servoing.method import body_of
+from servoid_experiments.paper.servoing.report import servoing_sections
+from servoid_experiments.paper.servoing.runs import (
     FAST,
     FORWARD,
     OTHER,
@@ -27,18 +30,15 @@ from servoid_experiments.paper.servoing import (
     quick_servoing,
     servoing_work,
 )
-from servoid_experiments.paper.servoing_followed import Track, followed, response, swing, unswung
-from servoid_experiments.paper.servoing_method import body_of
-from servoid_experiments.paper.servoing_report import servoing_sections
-from servoid_experiments.paper.servoing_settings import Constants, Place, constants, with_constant
-from servoid_experiments.paper.servoing_trial import (
+from servoid_experiments.paper.servoing.settings import Constants, Place, constants, with_constant
+from servoid_experiments.paper.servoing.trial import (
     SERVOING,
     ServoingCase,
     ServoingRow,
     run_servoing,
     start_place,
 )
-from servoid_experiments.paper.servoing_unknown import UNKNOWN, UnknownRow
+from servoid_experiments.paper.servoing.unknown import UNKNOWN, UnknownRow
 from servoid_experiments.report import Section, Verdict
 
 TIMES = np.arange(0.0, 30.0, 1.0 / 30.0)

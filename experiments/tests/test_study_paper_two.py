@@ -11,8 +11,8 @@ from servoid._native import Body, Pose
 from servoid.batch import Done
 from servoid_experiments.metrics import centroid, nearest_parts, volume_iou
 from servoid_experiments.paper.eye_pair import paper_hand, true_body
-from servoid_experiments.paper.two_case import OBJECT_NAME, Procedure, TwoRow
-from servoid_experiments.paper.two_report import (
+from servoid_experiments.paper.two.case import OBJECT_NAME, Procedure, TwoRow
+from servoid_experiments.paper.two.report import (
     TwoSettings,
     two_section,
     two_work,

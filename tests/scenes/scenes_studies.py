@@ -16,12 +16,12 @@ from servoid_experiments.paper.eye_pair import (
     see,
     true_body,
 )
-from servoid_experiments.paper.servoing import quick_servoing
-from servoid_experiments.paper.servoing_method import Judge, Method
-from servoid_experiments.paper.servoing_settings import with_constant
-from servoid_experiments.paper.servoing_trial import ServoingCase, run_servoing
-from servoid_experiments.paper.two_case import Procedure, TwoRow
-from servoid_experiments.paper.two_report import QUICK_TWO, two_work
+from servoid_experiments.paper.servoing.method import Judge, Method
+from servoid_experiments.paper.servoing.runs import quick_servoing
+from servoid_experiments.paper.servoing.settings import with_constant
+from servoid_experiments.paper.servoing.trial import ServoingCase, run_servoing
+from servoid_experiments.paper.two.case import Procedure, TwoRow
+from servoid_experiments.paper.two.report import QUICK_TWO, two_work
 
 COARSE = with_constant(quick_servoing().constants, "scene.amplitude", 0.04)
 SHORT = ServoingCase(name="short", seed=3, omega=4.0, settle_s=0.3, periods=1, constants=COARSE)

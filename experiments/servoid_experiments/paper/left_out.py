@@ -2,8 +2,8 @@
 
 from msgspec.structs import replace
 
-from servoid_experiments.paper.map_case import MapTrial
-from servoid_experiments.paper.two_case import TwoTrial
+from servoid_experiments.paper.maps.case import MapTrial
+from servoid_experiments.paper.two.case import TwoTrial
 
 AS_IT_IS = "as assumed"
 

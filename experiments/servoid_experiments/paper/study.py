@@ -6,18 +6,18 @@ from pathlib import Path
 import msgspec
 
 from servoid_experiments.design import Results, Study, Work
-from servoid_experiments.paper.fitness_map import FITNESS_MAP
-from servoid_experiments.paper.map_report import QUICK_MAP, MapSettings, map_section, map_work
-from servoid_experiments.paper.sensitivity import (
+from servoid_experiments.paper.maps.fitness_map import FITNESS_MAP
+from servoid_experiments.paper.maps.report import QUICK_MAP, MapSettings, map_section, map_work
+from servoid_experiments.paper.sensitivity.changes import (
     SensitivitySettings,
     quick_sensitivity,
     sensitivity_work,
 )
-from servoid_experiments.paper.sensitivity_report import sensitivity_sections
-from servoid_experiments.paper.servoing import ServoingSettings, quick_servoing, servoing_work
-from servoid_experiments.paper.servoing_report import servoing_sections
-from servoid_experiments.paper.two_ellipsoids import TWO_ELLIPSOIDS
-from servoid_experiments.paper.two_report import QUICK_TWO, TwoSettings, two_section, two_work
+from servoid_experiments.paper.sensitivity.report import sensitivity_sections
+from servoid_experiments.paper.servoing.report import servoing_sections
+from servoid_experiments.paper.servoing.runs import ServoingSettings, quick_servoing, servoing_work
+from servoid_experiments.paper.two.modelling import TWO_ELLIPSOIDS
+from servoid_experiments.paper.two.report import QUICK_TWO, TwoSettings, two_section, two_work
 from servoid_experiments.report import Section
 
 

@@ -4,10 +4,15 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from servoid_experiments.design import Results
-from servoid_experiments.paper.sensitivity import BASE, SENSITIVITY, SensitivitySettings, changes
-from servoid_experiments.paper.sensitivity_plot import Effect, draw_tornado
-from servoid_experiments.paper.servoing_settings import Constants, constants
-from servoid_experiments.paper.servoing_trial import ServoingRow
+from servoid_experiments.paper.sensitivity.changes import (
+    BASE,
+    SENSITIVITY,
+    SensitivitySettings,
+    changes,
+)
+from servoid_experiments.paper.sensitivity.plot import Effect, draw_tornado
+from servoid_experiments.paper.servoing.settings import Constants, constants
+from servoid_experiments.paper.servoing.trial import ServoingRow
 from servoid_experiments.report import Cell, Finding, Section, Table, Verdict
 from servoid_experiments.stats import over
 

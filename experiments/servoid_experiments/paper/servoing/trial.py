@@ -13,16 +13,16 @@ from servoid.servo import Controller, Tick, servo
 from servoid.servo.exploration import first_look
 from servoid.sim.world import ArmSettings, CameraSettings, ObjectSettings, World, WorldSettings
 from servoid.sim.world.settings import PhysicsSettings
-from servoid_experiments.paper.servoing_followed import Followed, Track, followed
-from servoid_experiments.paper.servoing_method import (
+from servoid_experiments.paper.servoing.followed import Followed, Track, followed
+from servoid_experiments.paper.servoing.method import (
     Judge,
     Method,
     body_of,
     make_follower,
     servo_settings,
 )
-from servoid_experiments.paper.servoing_reading import Reading
-from servoid_experiments.paper.servoing_settings import Constants, Place, Triple
+from servoid_experiments.paper.servoing.reading import Reading
+from servoid_experiments.paper.servoing.settings import Constants, Place, Triple
 
 _ELLIPSOID = "ellipsoid"
 _UPRIGHT = (1.0, 0.0, 0.0, 0.0)

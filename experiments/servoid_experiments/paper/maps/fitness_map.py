@@ -10,9 +10,9 @@ from servoid.batch import Experiment
 from servoid.errors import MaskError
 from servoid.segment.hue import hue_window, match_image
 from servoid_experiments.paper.eye_pair import EyePair, Moment, paper_hand, see, true_body
-from servoid_experiments.paper.map_case import Answer, Fitness, FitnessRow, MapCase, MapRow
-from servoid_experiments.paper.map_places import Places
-from servoid_experiments.paper.ridges import Floats, Ridge, peak_of, width_at_share
+from servoid_experiments.paper.maps.case import Answer, Fitness, FitnessRow, MapCase, MapRow
+from servoid_experiments.paper.maps.places import Places
+from servoid_experiments.paper.maps.ridges import Floats, Ridge, peak_of, width_at_share
 
 FINEST, COARSEST = 0, 2  # resolutions of the surface points
 _BESIDE = 0.005  # along each axis, where servoid begins to seek

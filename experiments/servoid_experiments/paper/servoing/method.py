@@ -24,8 +24,8 @@ from servoid.sim.world import World
 from servoid.sim.world.objects import make_object
 from servoid.sim.world.scene.visuals import Ellipsoid
 from servoid.track.follower import Follower, Images
-from servoid_experiments.paper.servoing_reading import Frame, Reading, hand_of, in_world, placed
-from servoid_experiments.paper.servoing_settings import Constants, Search, Triple
+from servoid_experiments.paper.servoing.reading import Frame, Reading, hand_of, in_world, placed
+from servoid_experiments.paper.servoing.settings import Constants, Search, Triple
 
 
 class Judge(Enum):

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from servoid.output import write_together
 from servoid.view.axes import DISTINCT, dress, new_figure, png
 from servoid.view.page import INK, QUIET_INK
-from servoid_experiments.paper.servoing_followed import Courses
+from servoid_experiments.paper.servoing.followed import Courses
 from servoid_experiments.report import Picture, csv_of
 from servoid_experiments.stats import Spread
 

@@ -6,10 +6,10 @@ import msgspec
 from msgspec import Meta
 
 from servoid_experiments.design import Work
-from servoid_experiments.paper.servoing_method import Judge, Method
-from servoid_experiments.paper.servoing_settings import Constants, Place, with_constant
-from servoid_experiments.paper.servoing_trial import SERVOING, ServoingCase
-from servoid_experiments.paper.servoing_unknown import UNKNOWN, UnknownCase
+from servoid_experiments.paper.servoing.method import Judge, Method
+from servoid_experiments.paper.servoing.settings import Constants, Place, with_constant
+from servoid_experiments.paper.servoing.trial import SERVOING, ServoingCase
+from servoid_experiments.paper.servoing.unknown import UNKNOWN, UnknownCase
 
 Count = Annotated[int, Meta(ge=1)]
 

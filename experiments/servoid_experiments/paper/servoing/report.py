@@ -5,7 +5,9 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from servoid_experiments.design import Results
-from servoid_experiments.paper.servoing import (
+from servoid_experiments.paper.servoing.followed import Followed
+from servoid_experiments.paper.servoing.plots import Bar, Column, draw_courses, draw_cures
+from servoid_experiments.paper.servoing.runs import (
     ADDED,
     ALONE,
     BEST_NAME,
@@ -19,11 +21,9 @@ from servoid_experiments.paper.servoing import (
     SLOW,
     ServoingSettings,
 )
-from servoid_experiments.paper.servoing_followed import Followed
-from servoid_experiments.paper.servoing_plots import Bar, Column, draw_courses, draw_cures
-from servoid_experiments.paper.servoing_settings import Constants, constants
-from servoid_experiments.paper.servoing_trial import SERVOING, ServoingRow
-from servoid_experiments.paper.servoing_unknown import UNKNOWN, UnknownRow
+from servoid_experiments.paper.servoing.settings import Constants, constants
+from servoid_experiments.paper.servoing.trial import SERVOING, ServoingRow
+from servoid_experiments.paper.servoing.unknown import UNKNOWN, UnknownRow
 from servoid_experiments.report import Cell, Finding, Picture, Section, Table, Verdict
 from servoid_experiments.stats import Spread, over
 

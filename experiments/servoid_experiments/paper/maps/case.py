@@ -7,7 +7,7 @@ import msgspec
 from msgspec import Meta
 
 from servoid_experiments.paper.eye_pair import EyeMode, PairSettings, Triple
-from servoid_experiments.paper.ridges import Ridge
+from servoid_experiments.paper.maps.ridges import Ridge
 
 
 class Fitness(Enum):

@@ -8,8 +8,8 @@ import numpy as np
 
 from servoid.output import write_whole
 from servoid.view.axes import DISTINCT, dress, new_figure, png
-from servoid_experiments.paper.map_case import Fitness, FitnessRow, MapCase, MapRow
-from servoid_experiments.paper.map_places import Places
+from servoid_experiments.paper.maps.case import Fitness, FitnessRow, MapCase, MapRow
+from servoid_experiments.paper.maps.places import Places
 from servoid_experiments.report import csv_of
 
 if TYPE_CHECKING:

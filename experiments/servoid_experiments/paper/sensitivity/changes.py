@@ -7,13 +7,13 @@ from msgspec import Meta
 
 from servoid.batch import Experiment
 from servoid_experiments.design import Work
-from servoid_experiments.paper.servoing_settings import (
+from servoid_experiments.paper.servoing.settings import (
     Constants,
     Positive,
     constants,
     with_constant,
 )
-from servoid_experiments.paper.servoing_trial import ServoingCase, ServoingRow, run_servoing
+from servoid_experiments.paper.servoing.trial import ServoingCase, ServoingRow, run_servoing
 
 BASE = "as assumed"
 _FIXED = ("Eq", "Sec", "Title")  # what the paper says is not changed

@@ -12,7 +12,7 @@ from servoid.output import write_whole
 from servoid.view.axes import DISTINCT, dress, new_figure, png
 from servoid_experiments.metrics import Floats, shape_matrices
 from servoid_experiments.paper.eye_pair import EyePair, paper_hand, true_body
-from servoid_experiments.paper.two_case import OBJECT_NAME, Procedure, TwoCase, TwoRow
+from servoid_experiments.paper.two.case import OBJECT_NAME, Procedure, TwoCase, TwoRow
 from servoid_experiments.report import csv_of
 from servoid_experiments.stats import over
 

@@ -15,7 +15,7 @@ from servoid.pose import Pose
 from servoid.sim.trial.servoing import ServoTrial, run_servo_trial
 from servoid.sim.trial.settings import RunSettings, TrackingSettings, TrialSettings
 from servoid.sim.world import CameraSettings, ObjectSettings, WorldSettings
-from servoid_experiments.paper.servoing_followed import Followed, Track, followed
+from servoid_experiments.paper.servoing.followed import Followed, Track, followed
 
 Floats = NDArray[np.float64]
 

@@ -29,7 +29,7 @@ from servoid_experiments.metrics import (
     volume_iou,
 )
 from servoid_experiments.paper.eye_pair import EyePair, Moment, paper_hand, see, true_body
-from servoid_experiments.paper.two_case import OBJECT_NAME, Procedure, TwoCase, TwoRow
+from servoid_experiments.paper.two.case import OBJECT_NAME, Procedure, TwoCase, TwoRow
 
 _SURE = 0.008  # share of a measured depth that its expected error may be
 _LIGHT_TURN, _LIGHT_LEVEL = 0.2, 0.15

@@ -1,0 +1,1 @@
+"""Which of the constants that the paper leaves out matter."""

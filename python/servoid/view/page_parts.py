@@ -15,7 +15,15 @@ from servoid.errors import OutputError
 
 def fill(template: str, parts: Mapping[str, str]) -> bytes:
     """Return a page: a template that lies beside this file, each {{name}} replaced by a part."""
-    return re.sub(r"\{\{(\w+)\}\}", lambda match: parts[match.group(1)], read(template)).encode()
+    text = with_head(template)
+    return re.sub(r"\{\{(\w+)\}\}", lambda match: parts[match.group(1)], text).encode()
+
+
+def with_head(template: str) -> str:
+    """Return a template with the head that all pages have; scripts run where it holds one."""
+    text = read(template)
+    scripts = "; script-src 'unsafe-inline'" if "<script>" in text else ""
+    return text.replace("{{head}}\n", read("head.html").replace("{{scripts}}", scripts))
 
 
 def read(name: str) -> str:

@@ -1,12 +1,11 @@
 """What pages tell of pictures to those who cannot see them, or see them on small screens."""
 
 import re
-from importlib.resources import files
 
 import pytest
 
 from servoid.view.model import html_page
-from servoid.view.page_parts import picture
+from servoid.view.page_parts import picture, with_head
 from servoid.view.servo import servo_report
 from servoid.view.track import track_report
 
@@ -29,5 +28,5 @@ def test_a_picture_can_be_scrolled_by_keys_on_a_small_screen() -> None:
 
 @pytest.mark.parametrize("name", ["report.html", "track_report.html", "servo_report.html"])
 def test_pages_keep_plots_readable_on_small_screens(name: str) -> None:
-    text = files("servoid.view").joinpath(name).read_text(encoding="utf-8")
+    text = with_head(name)
     assert re.search(r"max-width: 640px\) \{ \.wide \{ overflow-x: auto; \}", text)

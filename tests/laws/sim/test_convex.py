@@ -8,9 +8,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from servoid.sim.samples import layers, room, snail
-from servoid.sim.samples.convex import Convex, box, ellipsoid, tube
-from servoid.sim.samples.layers import Pinhole, Thing, see
+from servoid.sim.samples import room, snail
+from servoid.sim.samples.drawing import layers
+from servoid.sim.samples.drawing.convex import Convex, box, ellipsoid, tube
+from servoid.sim.samples.drawing.layers import Pinhole, Thing, see
 from servoid.sim.samples.studio import look_at
 from servoid.sim.samples.surface import obj_text, outer_mesh
 

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from servoid.sim import MovingScene, Scenario
-from servoid.sim.samples import layers, motion, room, scene, snail
+from servoid.sim.samples import motion, room, scene, snail
+from servoid.sim.samples.drawing import layers
 from servoid.sim.samples.surface import outer_mesh
 
 Array = NDArray[np.float64]

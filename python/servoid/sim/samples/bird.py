@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from servoid.sim.samples.solids import (
+from servoid.sim.samples.drawing.solids import (
     Array,
     RoundBox,
     RoundCone,

@@ -3,7 +3,7 @@
 import numpy as np
 
 from servoid._native import Pose
-from servoid.sim.samples.convex import Floats
+from servoid.sim.samples.drawing.convex import Floats
 from servoid.sim.samples.studio import look_at
 
 RATE_HZ = 30.0

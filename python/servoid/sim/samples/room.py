@@ -6,9 +6,10 @@ about wears the colours of the snail.
 
 import numpy as np
 
-from servoid.sim.samples import patterns, snail
-from servoid.sim.samples.convex import Convex, Floats, box, ellipsoid, tube
-from servoid.sim.samples.layers import Lamp, Thing
+from servoid.sim.samples import snail
+from servoid.sim.samples.drawing import patterns
+from servoid.sim.samples.drawing.convex import Convex, Floats, box, ellipsoid, tube
+from servoid.sim.samples.drawing.layers import Lamp, Thing
 
 _TABLE, _WALL = 0, 1
 _POSTERS = 5

@@ -7,9 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid.pose import Pose
-from servoid.sim.samples import motion, patterns, room, snail
-from servoid.sim.samples.convex import Floats, box
-from servoid.sim.samples.layers import Layer, Pinhole, Thing, see
+from servoid.sim.samples import motion, room, snail
+from servoid.sim.samples.drawing import patterns
+from servoid.sim.samples.drawing.convex import Floats, box
+from servoid.sim.samples.drawing.layers import Layer, Pinhole, Thing, see
 
 SIZES_PX = {"small": (320, 240), "full": (640, 480)}
 BASELINE = 0.1

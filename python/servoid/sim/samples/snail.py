@@ -6,8 +6,8 @@ Its frame lies near its middle: x to its head, y to its left, z up.
 import numpy as np
 from numpy.typing import NDArray
 
-from servoid.sim.samples import patterns
-from servoid.sim.samples.convex import Convex, Floats, box, ellipsoid, tube
+from servoid.sim.samples.drawing import patterns
+from servoid.sim.samples.drawing.convex import Convex, Floats, box, ellipsoid, tube
 
 RED = (0.80, 0.20, 0.16)
 CREAM = (0.93, 0.87, 0.72)

@@ -6,8 +6,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from servoid.sim.samples import bird, tracing
-from servoid.sim.samples.solids import Array
+from servoid.sim.samples import bird
+from servoid.sim.samples.drawing import tracing
+from servoid.sim.samples.drawing.solids import Array
 
 _KEY_LIGHT: Array = np.array([0.42078, -0.46085, 0.78141], np.float32)  # of length 1
 _KEY_COLOR = np.array([1.95, 1.80, 1.55], np.float32)

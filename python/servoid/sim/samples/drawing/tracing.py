@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from servoid.sim.samples.solids import Array, Triple
+from servoid.sim.samples.drawing.solids import Array, Triple
 
 Distance = Callable[[Array], Array]
 

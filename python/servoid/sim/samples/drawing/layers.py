@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from servoid.sim.samples.convex import Convex, Floats
+from servoid.sim.samples.drawing.convex import Convex, Floats
 
 Paint = Callable[[Floats, int], Floats]
 

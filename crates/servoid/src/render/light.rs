@@ -107,8 +107,8 @@ impl Grey {
 mod tests {
     use wide::f32x8;
 
-    use crate::simd::RayLanes;
     use super::*;
+    use crate::simd::RayLanes;
 
     #[test]
     fn every_srgb_value_comes_back() {

@@ -22,7 +22,7 @@ from servoid.servo.link import LinkedArm, MotionCommand, StoppingTrajectory
 from servoid.sim.joint_driver import PERIOD_S
 
 pytestmark = pytest.mark.extended
-MOMENTS = 20
+MOMENTS = 10
 FLOOD = 500
 SILENCE_S = 0.15
 RESTING = round(0.3 / PERIOD_S)

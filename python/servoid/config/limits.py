@@ -20,6 +20,8 @@ class FileLimit:
 _MIB = 1 << 20
 
 IMAGE_FILE = FileLimit("images, masks and depth images", 512 * _MIB)
+BAG_MESSAGE = FileLimit("messages of bags", 512 * _MIB)
+STREAM_IMAGE = FileLimit("images of a stream over HTTP", 64 * _MIB)
 SETTINGS_FILE = FileLimit("capture.toml and other TOML files", 4 * _MIB)
 BODY_FILE = FileLimit("bodies", 32 * _MIB)
 POSES_FILE = FileLimit("poses.csv and other trajectories", 256 * _MIB)
@@ -31,6 +33,8 @@ TRIAL_FILE = FileLimit("the trials of a study", 64 * _MIB)
 
 FILE_LIMITS = (
     IMAGE_FILE,
+    BAG_MESSAGE,
+    STREAM_IMAGE,
     SETTINGS_FILE,
     BODY_FILE,
     POSES_FILE,
@@ -47,6 +51,12 @@ at four bytes a pixel, with its mask, and twice for a moment, well within a gibi
 
 MOST_CAMERAS = 64
 """How many cameras a capture.toml or a rig's file may name."""
+
+MOST_TRANSFORMS = 4_000_000
+"""How many transforms of a bag are kept: a quarter of a gibibyte."""
+
+MOST_KEYS = 120
+"""How many images a scan chooses of a video."""
 
 MOST_NESTED = 32
 """How many tables and lists of TOML and JSON may lie inside each other."""

@@ -5,12 +5,12 @@ from collections.abc import Callable, Collection, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from servoid.config.limits import MOST_KEYS
 from servoid.scan.footage import Footage
 
 _SMALL_PX = 480  # the longer side of the images in which motion and sharpness are measured
 _CORNERS, _QUALITY, _APART_PX = 200, 0.01, 8
 _STEP = 0.018  # of the image's diagonal: so far the image moves from one key image to the next
-_MOST = 120
 _LEAST = 24  # also of a film in which little moves: what is wrong with it is told from these
 _NOISE = 2e-4  # of the diagonal: motion that corners seem to have in a still image
 
@@ -78,7 +78,7 @@ def _motion(before: NDArray[np.uint8], after: NDArray[np.uint8]) -> float:
 
 def _sharpest(way: NDArray[np.float64], sharp: NDArray[np.float64]) -> list[int]:
     """Return the index of the sharpest image in each of equal parts of the way."""
-    count = int(np.clip(np.ceil(way[-1] / _STEP), _LEAST, _MOST))
+    count = int(np.clip(np.ceil(way[-1] / _STEP), _LEAST, MOST_KEYS))
     if count >= len(way):
         return list(range(len(way)))
     if way[-1] < _LEAST * _NOISE:  # it stands

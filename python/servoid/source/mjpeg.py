@@ -14,11 +14,11 @@ from urllib.parse import unquote, urlsplit, urlunsplit
 
 import numpy as np
 
+from servoid.config.limits import STREAM_IMAGE
 from servoid.source.delivery import Delivery, LostDeviceError
 
 _KIND = "multipart/x-mixed-replace"
 _TIMEOUT_S = 3.0  # in which bytes must come; a camera that is gone says nothing
-_MOST_BYTES = 64 << 20  # of one image
 _MOST_LINES = 64  # of what stands before it
 _LONGEST_LINE = 8192
 _STAMPS = ("X-Timestamp", "X-TimeStamp", "X-Time-Stamp")
@@ -116,7 +116,7 @@ class MjpegVideo:
         return line.strip()
 
     def _exactly(self, count: int) -> bytes:
-        if count > _MOST_BYTES:
+        if count > STREAM_IMAGE.most_bytes:
             raise LostDeviceError(f"the stream announces an image of {count >> 20} MiB")
         data = bytearray()
         while len(data) < count:
@@ -129,7 +129,7 @@ class MjpegVideo:
     def _to_mark(self) -> bytes:
         """Read an image whose length is not told: up to its end, which stands before a mark."""
         data = bytearray()
-        while len(data) < _MOST_BYTES:
+        while len(data) < STREAM_IMAGE.most_bytes:
             line = self._answer.readline(_LONGEST_LINE)
             if not line:
                 raise LostDeviceError(_ENDED)
@@ -137,7 +137,7 @@ class MjpegVideo:
             end = data.rfind(_JPEG_END, -len(line) - len(_JPEG_END))
             if end >= 0 and not data[end + len(_JPEG_END) :].strip(b"\r\n"):
                 return bytes(data[: end + len(_JPEG_END)])
-        raise LostDeviceError(f"the stream has an image of more than {_MOST_BYTES >> 20} MiB")
+        raise LostDeviceError(f"the stream has an image of more than {STREAM_IMAGE.text}")
 
 
 def open_mjpeg(address: str) -> MjpegVideo | None:

@@ -16,7 +16,9 @@ from servoid.config.limits import (
     FILE_LIMITS,
     IMAGE_FILE,
     MOST_CAMERAS,
+    MOST_KEYS,
     MOST_NESTED,
+    MOST_TRANSFORMS,
     MOST_VIEW_PX,
     SETTINGS_FILE,
     FileLimit,
@@ -210,7 +212,9 @@ def test_the_page_of_errors_lists_every_limit() -> None:
         assert table[limit.what] == limit.text
     counts = {
         "tables and lists of TOML and JSON inside each other, and parts of a key": MOST_NESTED,
-        "cameras of a capture.toml": MOST_CAMERAS,
+        "cameras of a capture.toml, and of a bag": MOST_CAMERAS,
+        "transforms of a bag": MOST_TRANSFORMS,
+        "images that a scan chooses of a video": MOST_KEYS,
         "pixels along a side of an image": Camera.MAX_SIDE_PX,
         "pixels of all views together that are modelled from; more are shrunk as they are read": (
             MOST_VIEW_PX

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from servoid.config.limits import MOST_TRANSFORMS
 from servoid.errors import CaptureError, located
 from servoid.exchange.bags.stored.header import NS_PER_S, tidy_frame
 from servoid.pose import Pose
@@ -20,7 +21,6 @@ TF_KINDS = (TF_MESSAGE, "tf/msg/tfMessage")
 _BEYOND_NS = NS_PER_S // 10  # beyond its first and last transform in which a frame is held
 _GAP_NS = NS_PER_S // 4
 _GAP_PERIODS = 4.0
-_MOST = 4_000_000  # transforms of a bag: a quarter of a gibibyte
 
 Numbers = tuple[float, float, float, float, float, float, float]
 
@@ -164,10 +164,10 @@ class Transforms:
                 (place.x, place.y, place.z, turn.x, turn.y, turn.z, turn.w),
             )
             self._count += not is_static
-            if self._count > _MOST:
+            if self._count > MOST_TRANSFORMS:
                 raise CaptureError(
-                    f"{self._place} holds more than {_MOST} transforms, the most that servoid "
-                    "takes; filter /tf, or cut the bag"
+                    f"{self._place} holds more than {MOST_TRANSFORMS} transforms, the most that "
+                    "servoid takes; filter /tf, or cut the bag"
                 )
 
     def close(self) -> None:

@@ -10,7 +10,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any, TypeVar
 
-from servoid.config.limits import IMAGE_FILE
+from servoid.config.limits import BAG_MESSAGE
 from servoid.config.places import is_file, is_folder
 from servoid.config.reading import check_regular
 from servoid.errors import CaptureError, MissingExtraError, ServoidError
@@ -112,10 +112,10 @@ class Bag:
             if following is None:
                 return
             connection, log_ns, data = following
-            if len(data) > IMAGE_FILE.most_bytes:
+            if len(data) > BAG_MESSAGE.most_bytes:
                 raise CaptureError(
                     f"{self.path}: a message on {connection.topic} has more than "
-                    f"{IMAGE_FILE.text}, the most that servoid takes; leave the topic out"
+                    f"{BAG_MESSAGE.text}, the most that servoid takes; leave the topic out"
                 )
             before = last.get(connection.topic)
             twin = before.twin + 1 if before is not None and before.log_ns == log_ns else 0

@@ -17,6 +17,8 @@ TRIES = 50  # in a row, after which a camera is opened anew: it may have been pl
 _CLOSING_S = 2.0  # in which a driver must return from its last image
 _STEPS = 31  # between images, whose median is the usual one
 _LEAST_STEPS = 10
+_FEW_STEPS = 3
+_PATIENCE = 2.5  # usual steps without an image, after which a camera is silent
 _MISSED = 1.6  # times the usual step, from which on an image between is missing
 _AWAITS = "the camera awaits a trigger, or tells no rate"
 _MOST_TOLD = 16  # notices that wait for an observation
@@ -98,7 +100,10 @@ class Grabber:
         tries: int = TRIES,
         silent_s: float = 0.2,
     ) -> None:
-        """Begin to fetch; a silence longer than `silent_s` is told when it ends."""
+        """Begin to fetch; a silence longer than `silent_s` is told when it ends.
+
+        A slow camera may be silent for longer, so that one image that is lost is no silence.
+        """
         self._device: Video | None = device
         self._clock, self._reopen, self._tries = clock, reopen, tries
         self._silent_s = silent_s
@@ -118,6 +123,20 @@ class Grabber:
         """Return the last images, the oldest first."""
         with self._lock:
             return tuple(self._shots)
+
+    @property
+    def usual_s(self) -> float:
+        """Return the usual time from image to image; 0 until some have come."""
+        with self._lock:
+            return self._usual_s()
+
+    def _usual_s(self) -> float:
+        return statistics.median(self._steps_s) if len(self._steps_s) >= _FEW_STEPS else 0.0
+
+    @property
+    def patience_s(self) -> float:
+        """Return after how many seconds without an image the camera counts as silent."""
+        return max(self._silent_s, _PATIENCE * self.usual_s)
 
     @property
     def has_ended(self) -> bool:
@@ -240,11 +259,11 @@ class Grabber:
         if not self._shots:
             return
         step_s = time_s - self._shots[-1].time_s
-        if silent_s > self._silent_s:
+        usual_s = self._usual_s()
+        if silent_s > max(self._silent_s, _PATIENCE * usual_s):
             reason = "" if self._fault is None else f": {self._fault}"
             self._told.append(f"no image came for {silent_s:.1f} s{reason}")
             return
-        usual_s = statistics.median(self._steps_s) if self._steps_s else 0.0
         is_long = len(self._steps_s) >= _LEAST_STEPS and step_s > _MISSED * usual_s
         if is_long and not is_numbered:
             self._told.append(_missing(max(1, round(step_s / usual_s) - 1)))

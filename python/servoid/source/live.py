@@ -57,7 +57,11 @@ class LiveSettings(Checked, frozen=True, kw_only=True, forbid_unknown_fields=Tru
         float, Meta(ge=0, description="between images of one observation, at most")
     ] = 0.025
     silent_s: Annotated[
-        float, Meta(gt=0, description="after which a camera without images is not waited for")
+        float,
+        Meta(
+            gt=0,
+            description="after which a camera without images is not waited for, a slow one later",
+        ),
     ] = 0.2
 
 
@@ -161,7 +165,10 @@ class Live:
         """Say why nothing comes, where no device has sent anything for a while; else None."""
         now_s = self._clock()
         silences = [grabber.silence(now_s) for grabber in self._grabbers]
-        if min(seconds for seconds, _ in silences) <= self._settings.silent_s:
+        if any(
+            seconds <= grabber.patience_s
+            for (seconds, _), grabber in zip(silences, self._grabbers, strict=True)
+        ):
             return None
         return "; ".join(
             f"camera {self._name(place)}: no image came for {seconds:.1f} s{reason}"
@@ -178,15 +185,10 @@ class Live:
         now_s = self._clock()
         shots = [grabber.shots() for grabber in self._grabbers]
         fresh = [
-            bool(known) and known[-1].time_s > max(self._last_s, used_s)
-            for known, used_s in zip(shots, self._used_s, strict=True)
+            bool(known) and known[-1].time_s > max(self._last_s + self._slack_s(place), used_s)
+            for place, (known, used_s) in enumerate(zip(shots, self._used_s, strict=True))
         ]
-        awaited = [
-            grabber.silence(now_s)[0] <= self._settings.silent_s for grabber in self._grabbers
-        ]
-        if not any(fresh) or any(
-            wait and not new for wait, new in zip(awaited, fresh, strict=True)
-        ):
+        if not any(fresh) or self._is_awaiting(now_s, shots, fresh):
             return None
         # The newest moment of which all devices that deliver have an image.
         newest = [(known[-1].time_s, place) for place, known in enumerate(shots) if fresh[place]]
@@ -195,6 +197,32 @@ class Live:
         came = shots[place][-1].number - self._used_number[place]
         self._last_s, self._index = moment_s, self._index + (came if self._index >= 0 else 1)
         return self._observed(moment_s, now_s, shots)
+
+    def _slack_s(self, place: int) -> float:
+        """Return how much later than an observation an image is that is of the next one.
+
+        One that comes too late to be paired must not become an observation of the same moment.
+        """
+        return min(self._settings.apart_s, 0.5 * self._grabbers[place].usual_s)
+
+    def _is_awaiting(
+        self, now_s: float, shots: Sequence[tuple[Shot, ...]], fresh: Sequence[bool]
+    ) -> bool:
+        """Say if an image should come that belongs to those that are there."""
+        silences_s = [grabber.silence(now_s)[0] for grabber in self._grabbers]
+        patiences_s = [grabber.patience_s for grabber in self._grabbers]
+        lacking = [place for place, new in enumerate(fresh) if not new]
+        if any(silences_s[place] <= patiences_s[place] for place in lacking):
+            return True
+        # Cameras that were silent together come back together, but not at the very same time.
+        there = [place for place, new in enumerate(fresh) if new]
+        are_back = all(
+            len(shots[place]) > 1
+            and shots[place][-1].time_s - shots[place][-2].time_s > patiences_s[place]
+            for place in there
+        )
+        just_s = min(silences_s[place] for place in there)
+        return bool(lacking) and are_back and just_s < self._settings.apart_s
 
     def _observed(
         self, moment_s: float, now_s: float, shots: Sequence[tuple[Shot, ...]]
@@ -231,7 +259,7 @@ class Live:
         apart_s = np.inf if shot is None else abs(shot.time_s - moment_s)
         if shot is None or apart_s > self._settings.apart_s:
             silence_s, reason = self._grabbers[place].silence(now_s)
-            if silence_s > self._settings.silent_s:
+            if silence_s > self._grabbers[place].patience_s:
                 return None, f"no image came for {silence_s:.1f} s{reason}"
             return None, f"its image was taken {1e3 * apart_s:.0f} ms apart"
         self._used_s[place], self._used_number[place] = shot.time_s, shot.number

@@ -1,6 +1,7 @@
 """Live cameras as sources of observations."""
 
 import time
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from threading import Event
@@ -78,6 +79,40 @@ def test_no_image_of_a_live_camera_is_delivered_twice() -> None:
     for images in zip(*(one.images for one in found), strict=True):
         numbers = [int(image[0, 0, 0]) for image in images if image is not None]
         assert len(numbers) == len(set(numbers)) > 20
+
+
+def slow_pair(lost: Callable[[int], bool], rate_hz: float) -> list[Instant]:
+    """Return what comes in 6 s of two cameras, the right one 2 ms behind, that lose images."""
+    clock = FakeClock()
+    missing = [number for number in range(200) if lost(number)]
+    videos = [
+        FakeVideo(clock, rate_hz=rate_hz, shift_s=shift_s, lost=missing) for shift_s in (0.0, 0.002)
+    ]
+    source = Live(rig(*videos), clock=clock)
+
+    def close() -> None:
+        for video in videos:
+            video.closed = True
+        source.close()
+
+    return observed(Played(source, clock, lambda: clock.advance(0.001), close), 6.0)
+
+
+def test_images_of_slow_cameras_are_paired_although_every_seventh_is_lost() -> None:
+    found = slow_pair(lambda number: number % 7 == 6, 10.0)[1:]
+    assert len(found) >= 48
+    assert all(image is not None for one in found for image in one.images)
+    told = [notice for one in found for notice in one.notices]
+    assert told and all(notice.endswith("1 image is missing before this one") for notice in told)
+    assert np.diff([one.time_s for one in found]).min() > 0.09
+
+
+def test_cameras_that_were_silent_together_come_back_as_a_pair() -> None:
+    found = slow_pair(lambda number: 20 <= number < 32, 30.0)[1:]
+    assert all(image is not None for one in found for image in one.images)
+    (back,) = [one for one in found if one.notices]
+    assert len(back.notices) == 2 and all("no image came for 0.4 s" in one for one in back.notices)
+    assert np.diff([one.time_s for one in found]).min() > 0.03
 
 
 def test_nothing_comes_of_live_cameras_that_all_fail() -> None:

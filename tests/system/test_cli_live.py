@@ -18,7 +18,7 @@ from recordings import Alone, run_servoid
 from served_images import served
 
 from servoid.capture import open_capture
-from servoid.opening import open_recorded, parse_source
+from servoid.opening import Known, open_recorded, parse_source
 
 RIG_CAMERA = """
 [[camera]]
@@ -71,6 +71,42 @@ def test_what_a_camera_sends_is_recorded_file_by_file(
     assert all(path.read_bytes() in sent for path in (run / "camera").iterdir())
     lines = [line for line in done.out.splitlines() if str(run) not in line and "http" not in line]
     assert max(map(len, lines)) <= 80
+
+
+def test_a_camera_is_recorded_before_anything_is_known_of_it(
+    tmp_path: Path, servoid_command: Command
+) -> None:
+    with served(tiny_images(tmp_path / "served")) as address:
+        eye, run = f"{address}/eye", tmp_path / "run"
+        bag = servoid_command("record", eye, "--count", "3", "--out", tmp_path / "run.mcap")
+        done = servoid_command("record", eye, "--count", "3", "--out", run)
+    assert bag.code == 2 and "record into a folder and calibrate later" in bag.err
+    assert done.code == 0, done.err
+    assert "scan finds it" in " ".join(done.out.split())
+    later = servoid_command("track", run, "--out", tmp_path / "poses.csv")
+    assert later.code == 1 and "track and model take --fov or --calibration" in later.err
+    opened = open_recorded(parse_source(str(run)), Known(fov_deg=90.0))
+    assert opened.capture.cameras[0].lens.focal_px[0] == pytest.approx(32.0)
+
+
+def test_the_topic_of_a_bag_is_chosen_for_its_recording(
+    tmp_path: Path, servoid_command: Command
+) -> None:
+    pytest.importorskip("rosbags", reason="the library that writes bags is not installed")
+    with served(tiny_images(tmp_path / "served")) as address:
+        halves, bag = f"side-by-side:{address}/eye", tmp_path / "run.mcap"
+        told = ("--fov", "60", "--baseline", "0.1", "--count", "3")
+        done = servoid_command("record", halves, *told, "--out", bag)
+        wrong = servoid_command(
+            "record", halves, *told, "--topic", "/left", "--out", tmp_path / "x"
+        )
+    assert done.code == 0, done.err
+    assert wrong.code == 2 and "only of a bag --topic is meant" in wrong.err
+    again = tmp_path / "left.mcap"
+    done = servoid_command("record", bag, "--topic", "/left/image_raw", "--out", again)
+    assert done.code == 0, done.err
+    assert len(open_recorded(parse_source(str(bag))).capture.cameras) == 2
+    assert len(open_recorded(parse_source(str(again))).capture.cameras) == 1
 
 
 def test_what_a_camera_sends_is_recorded_in_a_bag(tmp_path: Path, servoid_command: Command) -> None:

@@ -4,7 +4,7 @@ from servoid._native import View
 from servoid.capture.arrays import ArrayPicture, PosedImage, capture_of, views_of
 from servoid.capture.calibration_doubt import doubt_calibration
 from servoid.capture.capture import Capture, CaptureCamera, CaptureView, Observation
-from servoid.capture.opening import open_capture
+from servoid.capture.opening import count_uncalibrated, open_capture
 from servoid.capture.shrinking import shrunk
 
 __all__ = [
@@ -16,6 +16,7 @@ __all__ = [
     "PosedImage",
     "View",
     "capture_of",
+    "count_uncalibrated",
     "doubt_calibration",
     "open_capture",
     "shrunk",

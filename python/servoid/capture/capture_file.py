@@ -1,6 +1,6 @@
 """What `capture.toml` and `poses.csv` may say, and how they are read."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, TypeVar
@@ -66,6 +66,11 @@ class CaptureFile(msgspec.Struct, frozen=True, kw_only=True):
     rig: RigEntry = RigEntry()
     metric: bool = True
 
+    @property
+    def is_uncalibrated(self) -> bool:
+        """Say if nothing tells how any of the cameras sees."""
+        return all(entry.focal_px is None and entry.fov_deg is None for entry in self.camera)
+
 
 @dataclass(frozen=True)
 class MountedLens:
@@ -75,8 +80,17 @@ class MountedLens:
     rig_from_camera: Pose
 
 
-def read_capture_file(path: Path) -> tuple[CaptureFile, tuple[MountedLens, ...]]:
+Told = Callable[[Sequence[str], Sequence[tuple[int, int]]], Sequence[MountedLens]]
+"""Says of cameras with names and image sizes (width, height) how they see."""
+
+
+def read_capture_file(
+    path: Path, told: Told | None = None
+) -> tuple[CaptureFile, tuple[MountedLens, ...]]:
     """Read and check a capture.toml; return what it says, and its cameras in order.
+
+    Where the file says of no camera how it sees, as of a recording that is not calibrated yet,
+    `told` is asked; where it does, `told` must not be given.
 
     Raises:
         CaptureError: the file is missing or malformed, or a key is unknown.
@@ -91,7 +105,14 @@ def read_capture_file(path: Path) -> tuple[CaptureFile, tuple[MountedLens, ...]]
                 f"{path}, camera '{entry.name}': depths needs depth_scale_m, what one unit of the "
                 "files is in metres; write depth_scale_m = 0.001 for millimetres, or 1.0 for metres"
             )
-    return file, mounted_lenses(path, file.camera, text)
+    if told is None:
+        return file, mounted_lenses(path, file.camera, text)
+    if not file.is_uncalibrated:
+        raise CaptureError(
+            f"{path} says itself how its cameras see; nothing else can be told of them"
+        )
+    names = [entry.name for entry in file.camera]
+    return file, tuple(told(names, [entry.size_px for entry in file.camera]))
 
 
 def read_versioned(path: Path, struct: type[FileT], kind: str) -> tuple[FileT, str]:
@@ -161,7 +182,8 @@ def _focal_and_middle(
     if entry.fov_deg is None or entry.focal_px is not None:
         raise CaptureError(
             f"{place}: give focal_px, two focal lengths in pixels from a calibration, or fov_deg, "
-            "the angle of view from the left to the right border; one of them, not both"
+            "the angle of view from the left to the right border; one of them, not both. Of a "
+            "recording that says neither of any camera, track and model take --fov or --calibration"
         )
     if entry.model == "kannala_brandt":
         raise CaptureError(

@@ -11,8 +11,10 @@ from servoid.capture.capture_file import (
     CameraEntry,
     CaptureFile,
     MountedLens,
+    Told,
     read_capture_file,
     read_poses,
+    read_versioned,
 )
 from servoid.config.places import check_held, check_inside
 from servoid.errors import CaptureError
@@ -21,11 +23,11 @@ from servoid.words import counted
 _DEPTH_SUFFIXES = (".png", ".tif", ".tiff", ".npy")
 
 
-def open_capture(path: str | Path) -> Capture:
+def open_capture(path: str | Path, *, told: Told | None = None) -> Capture:
     """Open a capture: a folder with a `capture.toml`, or that file itself.
 
     Images are listed, not read; each is checked when a view reads it. A video is decoded once, to
-    count its images.
+    count its images. `told` says how the cameras of a capture see that does not say it itself.
 
     Raises:
         CaptureError: a file is missing or malformed, or files contradict each other.
@@ -34,7 +36,7 @@ def open_capture(path: str | Path) -> Capture:
 
     """
     toml = _find_toml(Path(path))
-    file, lenses = read_capture_file(toml)
+    file, lenses = read_capture_file(toml, told)
     cameras = tuple(
         _list_camera(toml, entry, lens) for entry, lens in zip(file.camera, lenses, strict=True)
     )
@@ -43,6 +45,17 @@ def open_capture(path: str | Path) -> Capture:
         _check_pairs(toml, cameras[0], camera)
     times_s, poses = _read_motion(toml, file, count)
     return Capture(toml, cameras, poses, times_s, rate_hz=file.rate_hz, metric=file.metric)
+
+
+def count_uncalibrated(path: str | Path) -> int:
+    """Count the cameras of a capture.toml that says of none how it sees; 0 if it does of any.
+
+    Raises:
+        CaptureError: the file is missing or malformed.
+
+    """
+    file, _ = read_versioned(_find_toml(Path(path)), CaptureFile, "captures")
+    return len(file.camera) if file.is_uncalibrated else 0
 
 
 def _find_toml(path: Path) -> Path:

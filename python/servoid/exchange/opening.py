@@ -64,6 +64,11 @@ def is_capture(path: Path) -> bool:
     return True
 
 
+def holds_capture_file(path: Path) -> bool:
+    """Say if what lies there is servoid's own: a capture.toml."""
+    return is_capture(path) and _kind(path) == "capture"
+
+
 def _kind(path: Path) -> str:
     if is_file(path):
         if path.name in _COLMAP_FILES:

@@ -1,9 +1,9 @@
 """Whatever a SOURCE names: what is recorded opens as a capture, what is live as a source."""
 
 from servoid.opening.filmed import Filmed, open_filmed
-from servoid.opening.known import Known, Rig
+from servoid.opening.known import Known, Rig, any_cameras
 from servoid.opening.live import OpenedLive, open_live
-from servoid.opening.recorded import Opened, open_recorded
+from servoid.opening.recorded import Opened, count_untold, open_recorded
 from servoid.opening.word import FORMS, Kind, SourceWord, parse_source
 
 __all__ = [
@@ -15,6 +15,8 @@ __all__ = [
     "OpenedLive",
     "Rig",
     "SourceWord",
+    "any_cameras",
+    "count_untold",
     "open_filmed",
     "open_live",
     "open_recorded",

@@ -9,12 +9,11 @@ from servoid._native import Lens
 from servoid.capture import Capture, CaptureCamera
 from servoid.errors import CaptureError
 from servoid.exchange.opening import is_capture
-from servoid.opening.known import Known
-from servoid.opening.recorded import open_recorded
+from servoid.opening.known import Known, any_cameras
+from servoid.opening.recorded import count_untold, open_recorded
 from servoid.opening.word import Kind, SourceWord
 from servoid.scan import Footage, Partner, Recorded, holds_photographs, open_footage
 
-_ANY_FOV_DEG, _ANY_BASELINE_M = 60.0, 1.0  # of cameras whose calibration is to be found
 _FISHEYE = "kannala_brandt"
 
 
@@ -47,14 +46,14 @@ def open_filmed(
 
     """
     known = known or Known()
-    if word.kind is Kind.VIDEOS or word.halves:
-        return _of_pair(word, known)
-    if word.kind in (Kind.VIDEO, Kind.IMAGES):
+    if word.kind in (Kind.VIDEO, Kind.IMAGES) and not word.halves:
         lens = open_recorded(word, known).capture.cameras[0].lens if _is_told(known) else None
         return Filmed(open_footage(word.place if word.kind is Kind.VIDEO else word.text), lens=lens)
     if word.kind is Kind.CAPTURE and (holds_photographs(word.place) or not is_capture(word.place)):
         known.refuse(word.text)
         return Filmed(open_footage(word.place))
+    if not word.is_live and count_untold(word):
+        return _of_untold(word, known)
     return _of_rig(word, open_recorded(word, known, topics=topics).capture)  # refuses live ones
 
 
@@ -62,18 +61,14 @@ def _is_told(known: Known) -> bool:
     return known.fov_deg is not None or known.calibration is not None
 
 
-def _of_pair(word: SourceWord, known: Known) -> Filmed:
-    """Open two eyes of which a person may have told how they see and where they sit."""
+def _of_untold(word: SourceWord, known: Known) -> Filmed:
+    """Open cameras of which only a person may have told how they see and where they sit."""
     if known.calibration is not None:
         return _of_rig(word, open_recorded(word, known).capture)
-    any_pair = Known(
-        fov_deg=known.fov_deg or _ANY_FOV_DEG,
-        baseline_m=known.baseline_m or _ANY_BASELINE_M,
-        rate_hz=known.rate_hz,
-    )
-    made = _of_rig(word, open_recorded(word, any_pair).capture)
+    is_pair = count_untold(word) > 1
+    made = _of_rig(word, open_recorded(word, any_cameras(known, is_pair=is_pair)).capture)
     lens = made.lens if _is_told(known) else None
-    if known.baseline_m is None:
+    if is_pair and known.baseline_m is None:
         note = (
             "the second eye is not used, as nothing says how far it is from the first one; "
             "--baseline or --calibration does, and gives metres"

@@ -9,13 +9,20 @@ from typing import Annotated, Any
 import msgspec
 
 from servoid._native import Camera, Lens, Pose
-from servoid.capture.capture_file import LensEntry, Version, mounted_lenses, read_versioned
+from servoid.capture.capture_file import (
+    LensEntry,
+    MountedLens,
+    Version,
+    mounted_lenses,
+    read_versioned,
+)
 from servoid.errors import CaptureError, located
 from servoid.source import MountedCamera
 from servoid.words import counted, digits
 
 Size = tuple[int, int]
 _RATE = "--rate"
+_ANY_FOV_DEG, _ANY_BASELINE_M = 60.0, 1.0
 
 
 class _CameraEntry(LensEntry, frozen=True, kw_only=True):
@@ -81,6 +88,13 @@ class Known:
                 "--baseline out"
             )
 
+    def mounted(
+        self, source: str, names: Sequence[str], sizes_px: Sequence[Size]
+    ) -> tuple[MountedLens, ...]:
+        """Return how cameras see and where they sit, as `rig` says it."""
+        cameras = self.rig(source, names, sizes_px).cameras
+        return tuple(MountedLens(one.lens, one.rig_from_camera) for one in cameras)
+
     def refuse(self, source: str) -> None:
         """Check that nothing is told of the cameras of a source that knows them itself.
 
@@ -91,6 +105,11 @@ class Known:
         for option in self.given():
             if option != _RATE:
                 raise CaptureError(f"{source} says itself how its cameras see; leave {option} out")
+
+    @property
+    def is_told(self) -> bool:
+        """Say if anything is told of how the cameras see, and not only of their times."""
+        return any(option != _RATE for option in self.given())
 
     def given(self) -> list[str]:
         """Name the options that were given."""
@@ -132,6 +151,15 @@ class Known:
             ),
             (_assumption(self.fov_deg, self.baseline_m, cameras[0]),),
         )
+
+
+def any_cameras(known: Known, *, is_pair: bool) -> Known:
+    """Return what lets cameras be opened whose images alone count, as nobody told how they see."""
+    return Known(
+        fov_deg=known.fov_deg or _ANY_FOV_DEG,
+        baseline_m=known.baseline_m or (_ANY_BASELINE_M if is_pair else None),
+        rate_hz=known.rate_hz,
+    )
 
 
 def _calibrated(

@@ -3,6 +3,7 @@
 import statistics
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
 
@@ -15,11 +16,11 @@ from servoid.camera.exif import read_exif
 from servoid.camera.image_size import read_image_size
 from servoid.camera.images import shrink
 from servoid.camera.video import VideoFacts, describe_video
-from servoid.capture import Capture, CaptureCamera
+from servoid.capture import Capture, CaptureCamera, count_uncalibrated, open_capture
 from servoid.config.limits import IMAGE_FILE
 from servoid.config.reading import read_bytes
 from servoid.errors import CaptureError, ImageError
-from servoid.exchange.opening import open_any
+from servoid.exchange.opening import holds_capture_file, open_any
 from servoid.opening.known import Known
 from servoid.opening.word import Kind, SourceWord
 from servoid.source import ASSUMED_HZ, MountedCamera
@@ -79,10 +80,13 @@ def open_recorded(
             f"servoid record {word} --out run, and give that folder"
         )
     if word.kind in (Kind.CAPTURE, Kind.BAG):
-        known.refuse(word.text)
-        capture = open_any(
-            word.place, bop_object=bop_object, images=images, topics=topics, world=world
-        )
+        if known.is_told and count_untold(word):
+            capture = open_capture(word.place, told=partial(known.mounted, word.text))
+        else:
+            known.refuse(word.text)
+            capture = open_any(
+                word.place, bop_object=bop_object, images=images, topics=topics, world=world
+            )
         if known.rate_hz is not None:
             if capture.times_s is not None:
                 raise CaptureError(f"{word} knows its times itself; leave --rate out")
@@ -96,6 +100,22 @@ def open_recorded(
     if topics or world is not None:
         raise CaptureError(f"{word} is no bag, and only in such a one topics and frames are chosen")
     return _open_images(word, known) if word.kind is Kind.IMAGES else _open_videos(word, known)
+
+
+def count_untold(word: SourceWord) -> int:
+    """Count the cameras of a recorded source that does not say how they see; 0 if it does.
+
+    Raises:
+        CaptureError: the file of a capture is malformed.
+
+    """
+    if word.kind is Kind.VIDEOS or word.halves:
+        return 2
+    if word.kind in (Kind.VIDEO, Kind.IMAGES):
+        return 1
+    if word.kind is Kind.CAPTURE and holds_capture_file(word.place):
+        return count_uncalibrated(word.place)
+    return 0
 
 
 def _open_videos(word: SourceWord, known: Known) -> Opened:

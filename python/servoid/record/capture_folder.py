@@ -37,15 +37,18 @@ class FolderRecorder:
         rig: Sequence[MountedCamera],
         *,
         began: str = "",
+        is_calibrated: bool = True,
     ) -> None:
         """Begin a recording; `began` says when its time 0 was, for people.
+
+        Unless the rig `is_calibrated`, of its lenses only the sizes of their images are written.
 
         Raises:
             OutputError: the folder holds something already, or cannot be made.
 
         """
         self._folder, self._rig = Path(folder), tuple(rig)
-        self._began = began
+        self._began, self._is_calibrated = began, is_calibrated
         check_recording(self._folder)
         self._times_s: list[float] = []
         self._rows: list[tuple[str | int, ...]] = []
@@ -135,7 +138,7 @@ class FolderRecorder:
         when = f"; time 0 was {self._began}" if self._began else ""
         tables = [f"{MARK}{when}\nversion = 1{rate}\n"]
         for camera, has_depth in zip(self._rig, self._has_depth, strict=True):
-            tables.append(_table(camera, has_depth=has_depth))
+            tables.append(_table(camera, self._is_calibrated, has_depth=has_depth))
         return "\n".join([*tables, '[rig]\nposes = "poses.csv"  # the times; the rig is at rest\n'])
 
 
@@ -145,6 +148,7 @@ def record_folder(
     observations: Iterable[RawInstant],
     *,
     began: str = "",
+    is_calibrated: bool = True,
 ) -> int:
     """Record observations as they come into a folder, and return how many; as `FolderRecorder`.
 
@@ -155,7 +159,7 @@ def record_folder(
         Whatever `observations` raise.
 
     """
-    recorder = FolderRecorder(folder, rig, began=began)
+    recorder = FolderRecorder(folder, rig, began=began, is_calibrated=is_calibrated)
     try:
         for raw in observations:
             try:
@@ -208,19 +212,24 @@ def _depths(name: str) -> str:
     return f"{name}-depth"
 
 
-def _table(camera: MountedCamera, *, has_depth: bool) -> str:
+def _table(camera: MountedCamera, is_calibrated: bool, *, has_depth: bool) -> str:
     lens = camera.lens
     lines = [
         "[[camera]]",
         f"name = {json.dumps(camera.name)}",
         f"images = {json.dumps(f'{camera.name}/*')}",
         f"size_px = {list(lens.size_px)}",
-        f'model = "{lens.model}"',
-        f"focal_px = {list(lens.focal_px)}",
-        f"center_px = {list(lens.center_px)}",
-        f"distortion = {list(lens.distortion)}",
-        f"rig_from_camera = {camera.rig_from_camera.matrix().tolist()}",
     ]
+    if is_calibrated:
+        lines += [
+            f'model = "{lens.model}"',
+            f"focal_px = {list(lens.focal_px)}",
+            f"center_px = {list(lens.center_px)}",
+            f"distortion = {list(lens.distortion)}",
+            f"rig_from_camera = {camera.rig_from_camera.matrix().tolist()}",
+        ]
+    else:
+        lines.append("# not calibrated: focal_px or fov_deg, and rig_from_camera, are to be added")
     if has_depth:
         lines += [f"depths = {json.dumps(f'{_depths(camera.name)}/*.npy')}", "depth_scale_m = 1.0"]
     return "\n".join(lines) + "\n"

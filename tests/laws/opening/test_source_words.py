@@ -6,8 +6,12 @@ import cv2
 import numpy as np
 import pytest
 
+from servoid.camera import Lens
 from servoid.errors import CaptureError
-from servoid.opening import Kind, Known, open_recorded, parse_source
+from servoid.opening import Kind, Known, open_filmed, open_recorded, parse_source
+from servoid.pose import Pose
+from servoid.record import FolderRecorder
+from servoid.source import MountedCamera, RawImage, RawInstant
 
 SIZE_PX = (64, 48)
 
@@ -202,9 +206,34 @@ def test_what_is_told_of_cameras_is_checked(told: dict[str, float], says: str) -
 
 
 def test_what_a_capture_says_of_its_cameras_is_not_told_twice(tmp_path: Path) -> None:
-    (tmp_path / "capture.toml").write_text("version = 1\n")
+    write_images(tmp_path / "images")
+    (tmp_path / "capture.toml").write_text(
+        'version = 1\n[[camera]]\nname = "eye"\nimages = "images/*.png"\nsize_px = [64, 48]\n'
+        "fov_deg = 50\n"
+    )
     with pytest.raises(CaptureError, match="says itself how its cameras see; leave --fov out"):
         open_recorded(parse_source(str(tmp_path)), Known(fov_deg=60.0))
+
+
+def test_a_recording_that_is_not_calibrated_takes_what_is_told(tmp_path: Path) -> None:
+    video = [np.zeros((48, 64, 3), np.uint8)] * 2
+    lens = Lens(model="pinhole", size_px=SIZE_PX, focal_px=(60.0, 60.0), center_px=(31.5, 23.5))
+    eye = MountedCamera("eye", lens, Pose.identity())
+    recorder = FolderRecorder(tmp_path / "run", [eye], is_calibrated=False)
+    for index, pixels in enumerate(video):
+        image = RawImage(pixels, 0.1 * index, index + 1)
+        recorder.add(RawInstant(index, 0.1 * index, (image,), (Pose.identity(),)))
+    word = parse_source(str(recorder.close()))
+    with pytest.raises(CaptureError, match=r"give focal_px, .* take --fov or --calibration"):
+        open_recorded(word)
+    capture = open_recorded(word, Known(fov_deg=90.0)).capture
+    assert capture.cameras[0].lens.focal_px == pytest.approx((32.0, 32.0))
+    assert capture.times_s == (0.0, 0.1)
+    calibration = tmp_path / "rig.toml"
+    calibration.write_text(CALIBRATION)
+    capture = open_recorded(word, Known(calibration=calibration)).capture
+    assert capture.cameras[0].lens.focal_px == (60.5, 60.25)
+    assert [len(open_filmed(word).footage.names), open_filmed(word).lens] == [2, None]
 
 
 def test_what_is_live_is_no_capture() -> None:

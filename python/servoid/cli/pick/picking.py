@@ -13,7 +13,7 @@ import typer
 from servoid.capture import CaptureView
 from servoid.cli.wrong_options import OptionError
 from servoid.errors import OutputError, TargetError
-from servoid.opening import Kind, Known, open_recorded, parse_source
+from servoid.opening import Known, any_cameras, count_untold, open_recorded, parse_source
 from servoid.output import check_file, write_whole
 from servoid.pick import Choice, PickServer, Question
 from servoid.segment import Depth, seek_object
@@ -81,12 +81,9 @@ def _tell(choice: Choice, mask: Path | None) -> None:
 def _question(order: Order) -> Question:
     """Return the image to mark. All that knows of sources is here."""
     word = parse_source(order.source)
-    known = Known()
-    if word.kind in (Kind.VIDEO, Kind.VIDEOS, Kind.IMAGES):
-        # Any lens will do: only the image as it was recorded is shown.
-        known = Known(
-            fov_deg=60.0, baseline_m=0.1 if word.halves or word.kind is Kind.VIDEOS else None
-        )
+    # Any lens will do: only the image as it was recorded is shown.
+    untold = 0 if word.is_live else count_untold(word)
+    known = any_cameras(Known(), is_pair=untold > 1) if untold else Known()
     view = _view(open_recorded(word, known).capture.all_views(), order)
     metres = view.recorded_depth()
     depth = None if metres is None else Depth(metres, view.lens.focal_px[0])

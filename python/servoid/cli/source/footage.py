@@ -65,8 +65,11 @@ class LiveFootage:
         *,
         duration_s: float | None = None,
         record: Path | None = None,
+        is_calibrated: bool = True,
     ) -> None:
         """Open the source, and wait for its first image.
+
+        Unless it `is_calibrated` the recording does not say how the cameras see.
 
         Raises:
             CaptureError: the source does not answer, or not one image came.
@@ -82,7 +85,9 @@ class LiveFootage:
             self._source = stack.enter_context(opened.source)
             self._recording: QueuedRecording | None = None
             if record is not None:
-                self._recording = recording_of(record, self._source.rig, self.began)
+                self._recording = recording_of(
+                    record, self._source.rig, self.began, is_calibrated=is_calibrated
+                )
                 stack.callback(self._recording.abandon)
             self._feed = Feed(
                 self._source,

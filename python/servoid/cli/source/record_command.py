@@ -13,6 +13,8 @@ from servoid.cli.source.options import (
     Duration,
     Fov,
     Rate,
+    Topic,
+    World,
     known_cameras,
 )
 from servoid.cli.values import check_count
@@ -35,10 +37,14 @@ def record(
     baseline: Baseline = None,
     calibration: Calibration = None,
     rate: Rate = None,
+    topic: Topic = None,
+    world: World = None,
 ) -> None:
     """Record what cameras see, so that tracking it again gives the same poses.
 
-    [bold]servoid record 0 --fov 65 --duration 20 --out run[/bold]
+    A folder may be recorded before anything is known of the cameras.
+
+    [bold]servoid record 0 --duration 20 --out run[/bold]
 
     [bold]servoid record rig.toml --out run.mcap[/bold]
 
@@ -47,7 +53,7 @@ def record(
     known = known_cameras(fov, baseline, calibration, rate)
     from servoid.cli.source.recording import Order, run_record
 
-    run_record(Order(source, out, known, duration, count))
+    run_record(Order(source, out, known, duration, count, tuple(topic or ()), world))
 
 
 def sources() -> None:

@@ -39,17 +39,21 @@ def check_recorder(out: Path) -> None:
         check_recording(out)
 
 
-def writer_of(out: Path, rig: Sequence[MountedCamera], began: datetime) -> Write:
+def writer_of(
+    out: Path, rig: Sequence[MountedCamera], began: datetime, *, is_calibrated: bool = True
+) -> Write:
     """Return what writes observations of a rig to `out`; their time 0 was `began`."""
     if is_mcap(out):
         return partial(_write_mcap, out, rig)
     when = began.isoformat(sep=" ", timespec="microseconds")
-    return lambda raw: record_folder(out, rig, raw, began=when)
+    return lambda raw: record_folder(out, rig, raw, began=when, is_calibrated=is_calibrated)
 
 
-def recording_of(out: Path, rig: Sequence[MountedCamera], began: datetime) -> QueuedRecording:
+def recording_of(
+    out: Path, rig: Sequence[MountedCamera], began: datetime, *, is_calibrated: bool = True
+) -> QueuedRecording:
     """Begin to record beside the work; otherwise as `writer_of`."""
-    return QueuedRecording(writer_of(out, rig, began))
+    return QueuedRecording(writer_of(out, rig, began, is_calibrated=is_calibrated))
 
 
 def _write_mcap(out: Path, rig: Sequence[MountedCamera], raw: Iterable[RawInstant]) -> object:

@@ -12,12 +12,16 @@ from servoid.cli.progress import progress_bar
 from servoid.cli.source.footage import LiveFootage
 from servoid.cli.source.recorders import check_recorder, convert, is_mcap
 from servoid.cli.wrong_options import OptionError
-from servoid.opening import Known, SourceWord, open_recorded, parse_source
+from servoid.opening import Kind, Known, SourceWord, any_cameras, open_recorded, parse_source
 from servoid.words import counted
 
 _LABEL_WIDTH = 12
 _VALUE_WIDTH = 80 - len("  ") - _LABEL_WIDTH - len(" ")
 _MOST_NOTICES = 3
+_UNCALIBRATED = (
+    "nothing is known of how the cameras see; track and model need --fov or --calibration, and "
+    "scan finds it"
+)
 
 
 @dataclass(frozen=True)
@@ -29,18 +33,39 @@ class Order:
     known: Known
     duration_s: float | None
     count: int | None
+    topics: tuple[str, ...] = ()
+    world: str | None = None
 
 
 def run_record(order: Order) -> None:
     """Record until the end or Ctrl-C, put what came in its place, and print a summary."""
     word = parse_source(order.source)
-    if not word.is_live:
+    if word.is_live:
+        _check_live(order, word)
+    else:
         _check_recorded(order, word)
     check_recorder(order.out)
     if word.is_live:
         _record(order, word)
     else:
         _convert(order, word)
+
+
+def _check_live(order: Order, word: SourceWord) -> None:
+    for option, value in (("--topic", order.topics), ("--world", order.world)):
+        if value:
+            raise OptionError(f"{word} is live, and only of a bag {option} is meant; leave it out")
+    if is_mcap(order.out) and _is_uncalibrated(order, word):
+        raise OptionError(
+            f"{order.out} says how the cameras see, and nothing is known of those of {word}; give "
+            "--fov or --calibration, or record into a folder and calibrate later"
+        )
+
+
+def _is_uncalibrated(order: Order, word: SourceWord) -> bool:
+    """Say if a live source does not say how its cameras see, and nobody else does."""
+    is_told = order.known.fov_deg is not None or order.known.calibration is not None
+    return not is_told and word.kind in (Kind.CAMERA, Kind.STREAM, Kind.GENICAM)
 
 
 def _check_recorded(order: Order, word: SourceWord) -> None:
@@ -55,7 +80,7 @@ def _check_recorded(order: Order, word: SourceWord) -> None:
 
 
 def _convert(order: Order, word: SourceWord) -> None:
-    opened = open_recorded(word, order.known)
+    opened = open_recorded(word, order.known, topics=order.topics, world=order.world)
     whole = len(opened.capture)
     with progress_bar("writing") as update:
         count = convert(
@@ -73,7 +98,14 @@ def _record(order: Order, word: SourceWord) -> None:
     notices: Counter[str] = Counter()
     first_s = last_s = 0.0
     is_stopped = False
-    footage = LiveFootage(word, order.known, duration_s=order.duration_s, record=order.out)
+    is_uncalibrated = _is_uncalibrated(order, word)
+    footage = LiveFootage(
+        word,
+        any_cameras(order.known, is_pair=word.halves) if is_uncalibrated else order.known,
+        duration_s=order.duration_s,
+        record=order.out,
+        is_calibrated=not is_uncalibrated,
+    )
     with footage, progress_bar("recording") as update:
         footage.told = lambda why: update(footage.passed_share, why or "")
         first_s = last_s = footage.first_time_s
@@ -99,7 +131,10 @@ def _record(order: Order, word: SourceWord) -> None:
     if footage.missed:
         rows.append(("missed", f"{counted(footage.missed, 'observation')} came too fast to write"))
     rows += [("notice", notice) for notice, _ in notices.most_common(_MOST_NOTICES)]
-    rows += [("assumed", note) for note in footage.notes]
+    if is_uncalibrated:
+        rows.append(("note", _UNCALIBRATED))
+    else:
+        rows += [("assumed", note) for note in footage.notes]
     _print([*rows, ("recording", str(order.out))])
     if is_stopped and order.duration_s is not None:
         typer.echo(f"interrupted after {counted(count, 'observation')}", err=True)

@@ -1,13 +1,21 @@
 """Reads from a file which live cameras there are, how they see and where they sit on their rig."""
 
+from contextlib import ExitStack
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
 import msgspec
+import numpy as np
 
-from servoid.capture.capture_file import LensEntry, Version, mounted_lenses, read_versioned
+from servoid._native import Pose
+from servoid.capture.capture_file import LensEntry, Row, Version, mounted_lenses, read_versioned
+from servoid.errors import CaptureError, located
 from servoid.source.controls import Controls
+from servoid.source.grabbing import Video
 from servoid.source.live import LiveCamera
+
+_REALSENSE = "realsense:"
 
 
 class _LiveEntry(LensEntry, frozen=True, kw_only=True):
@@ -17,25 +25,99 @@ class _LiveEntry(LensEntry, frozen=True, kw_only=True):
     controls: Controls | None = None
 
 
+class _PairEntry(msgspec.Struct, frozen=True, kw_only=True):
+    """Holds one [[pair]] table: a device that knows itself how its two eyes see."""
+
+    name: Annotated[str, msgspec.Meta(min_length=1, examples=["head"])]
+    device: Annotated[str, msgspec.Meta(min_length=1, examples=["realsense:123456"])]
+    rig_from_left: tuple[Row, Row, Row, Row] | None = None
+    controls: Controls | None = None
+
+
 class _RigFile(msgspec.Struct, frozen=True, kw_only=True):
     """Holds a whole rig's file of version 1."""
 
     version: Version
-    camera: Annotated[tuple[_LiveEntry, ...], msgspec.Meta(min_length=1)]
+    camera: tuple[_LiveEntry, ...] = ()
+    pair: tuple[_PairEntry, ...] = ()
 
 
 def read_rig(path: str | Path) -> tuple[LiveCamera, ...]:
     """Read the cameras of a live rig: a capture.toml with `device` in place of `images`.
 
+    The devices of [[pair]] tables are opened, as they say themselves how their eyes see.
+
     Raises:
-        CaptureError: the file is missing or malformed, or two cameras have one name.
+        CaptureError: the file is missing or malformed, two cameras have one name, or the device of
+            a pair cannot be opened.
         CameraError: a camera cannot exist, or its model is unknown.
-        PoseError: a `rig_from_camera` is no rigid motion.
+        PoseError: a `rig_from_camera` or `rig_from_left` is no rigid motion.
+        MissingExtraError: the driver's library of a pair is not installed.
 
     """
-    file, text = read_versioned(Path(path), _RigFile, "rigs")
-    lenses = mounted_lenses(Path(path), file.camera, text)
-    return tuple(
+    path = Path(path)
+    file, text = read_versioned(path, _RigFile, "rigs")
+    _check(path, file)
+    lenses = mounted_lenses(path, file.camera, text)
+    cameras = [
         LiveCamera(entry.name, entry.device, mounted.lens, mounted.rig_from_camera, entry.controls)
         for entry, mounted in zip(file.camera, lenses, strict=True)
-    )
+    ]
+    with ExitStack() as opened:
+        for entry in file.pair:
+            eyes = _open_pair(path, entry)
+            if isinstance(eyes[0].device, Video):
+                opened.callback(eyes[0].device.release)
+            cameras.extend(eyes)
+        names = [camera.name for camera in cameras]
+        for name in names:
+            if names.count(name) > 1:
+                raise CaptureError(f"{path}: two cameras are named '{name}'; rename one of them")
+        opened.pop_all()  # all are there; whoever asked closes them
+    return tuple(cameras)
+
+
+def _check(path: Path, file: _RigFile) -> None:
+    count = len(file.camera) + len(file.pair)
+    if count == 0:
+        raise CaptureError(
+            f"{path} names no camera; write a [[camera]] table, or [[pair]] with device = "
+            '"realsense:SERIAL"'
+        )
+    if count == 1:
+        return
+    for kind, key, entries in (
+        ("camera", "rig_from_camera", [(e.name, e.rig_from_camera) for e in file.camera]),
+        ("pair", "rig_from_left", [(e.name, e.rig_from_left) for e in file.pair]),
+    ):
+        for name, pose in entries:
+            if pose is None:
+                raise CaptureError(
+                    f"{path}, {kind} '{name}': {key} is missing; what stands alone on a rig needs "
+                    "none, but each of several says where it is, as a 4x4 matrix"
+                )
+
+
+def _open_pair(path: Path, entry: _PairEntry) -> list[LiveCamera]:
+    """Open a pair; its eyes are called by its name and theirs."""
+    place = f"{path}, pair '{entry.name}'"
+    if not entry.device.startswith(_REALSENSE):
+        raise CaptureError(
+            f"{place}: device is '{entry.device}'; a pair that knows how it sees is "
+            f"{_REALSENSE}SERIAL; other cameras have a [[camera]] table each"
+        )
+    rig_from_left = Pose.identity()
+    if entry.rig_from_left is not None:
+        with located(f"{place}, rig_from_left"):
+            rig_from_left = Pose(np.array(entry.rig_from_left, dtype=np.float64))
+    from servoid.source.devices import open_realsense
+
+    eyes = open_realsense(entry.device.removeprefix(_REALSENSE), entry.controls)
+    return [
+        replace(
+            eye,
+            name=f"{entry.name}_{eye.name}",
+            rig_from_camera=rig_from_left @ eye.rig_from_camera,
+        )
+        for eye in eyes
+    ]

@@ -142,6 +142,24 @@ def test_a_recording_is_a_source_that_ends(tmp_path: Path) -> None:
 
 
 @pytest.mark.extended
+def test_a_pair_of_a_rigs_file_is_a_source(tmp_path: Path) -> None:
+    made = shown()
+    write_recording(tmp_path / "run.db3", made)
+    rig = tmp_path / "rig.toml"
+    rig.write_text(
+        f'version = 1\n[[pair]]\nname = "head"\ndevice = "realsense:{tmp_path / "run.db3"}"\n'
+    )
+    instant, end = None, time.monotonic() + PATIENCE_S
+    with open_live(parse_source(str(rig))).source as source:
+        while instant is None and time.monotonic() < end:
+            instant = source.newest()
+            time.sleep(0.001)
+    assert instant is not None and instant.names == ("head_left", "head_right")
+    left = instant.images[0]
+    assert left is not None and any(np.array_equal(left[..., 0], one) for one in made.left)
+
+
+@pytest.mark.extended
 def test_depth_that_is_not_in_the_left_eyes_pixels_is_left_out_and_told(tmp_path: Path) -> None:
     path = tmp_path / "run.db3"
     write_recording(path, shown(depth=textured(12, 3, np.uint16), depth_shift_m=0.015))

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from servoid._native import Lens, Pose
 from servoid.camera import Picture
 from servoid.capture.capture import Capture, CaptureCamera
-from servoid.errors import ImageError
+from servoid.errors import CaptureError, ImageError
 from servoid.words import digits
 
 _PAIRS = 4
@@ -62,7 +62,8 @@ class _Pair:
         there, back = first @ essential.T, second @ essential
         slope = np.sqrt((there[:, :2] ** 2).sum(axis=1) + (back[:, :2] ** 2).sum(axis=1))
         off = np.abs((second * there).sum(axis=1)) / np.maximum(slope, 1e-12)
-        return off * share * self.lenses[0].focal_px[0]
+        # A lens that bends much sees nothing where a shorter focal length would put a feature.
+        return np.where(np.isfinite(off), off * share * self.lenses[0].focal_px[0], np.inf)
 
 
 def doubt_calibration(capture: Capture, *, is_assumed: bool = False) -> str | None:
@@ -191,7 +192,7 @@ def _features(picture: Picture, lens: Lens) -> tuple[Floats, NDArray[np.float32]
         by *= 2
     try:
         image = picture.read(lens.size_px, by)
-    except ImageError:
+    except (CaptureError, ImageError):
         return None
     grey = cv2.cvtColor(image, cv2.COLOR_RGB2GRAY)
     points, looks = cv2.SIFT.create(_FEATURES).detectAndCompute(grey, None)  # pyright: ignore[reportCallIssue, reportArgumentType]

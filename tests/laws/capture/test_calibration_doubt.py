@@ -93,6 +93,25 @@ def test_a_wrong_focal_length_of_eyes_that_are_toed_in_is_told(tmp_path: Path) -
     assert said is not None and "better than 270 px" in said
 
 
+def test_a_lens_that_ends_within_the_tried_focal_lengths_is_no_trouble(tmp_path: Path) -> None:
+    capture = write_pair(tmp_path, toed_in(8.0), toed_in(8.0))
+    bent = [
+        replace(
+            camera,
+            lens=Lens(
+                model="brown_conrady",
+                size_px=SIZE_PX,
+                focal_px=(0.6 * FOCAL_PX, 0.6 * FOCAL_PX),
+                center_px=camera.lens.center_px,
+                distortion=(-0.3, 0.0, 0.0, 0.0),
+            ),
+        )
+        for camera in capture.cameras
+    ]
+    said = doubt_calibration(replace(capture, cameras=tuple(bent)))
+    assert said is None or said.endswith("calibrate again")
+
+
 def test_eyes_that_are_said_to_be_parallel_and_are_not_are_told(tmp_path: Path) -> None:
     turned = np.eye(4)
     turned[:3, :3] = Pose.exp([0.0, 0.0, 0.0, 0.03, 0.0, 0.0]).matrix()[:3, :3]

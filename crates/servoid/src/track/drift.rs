@@ -27,10 +27,10 @@ const STRAYS: f64 = 3.0;
 const PLACE: f64 = 0.2;
 /// Images from one in which another pose is sought to the next.
 const RIVAL_EVERY: usize = 4;
-/// Part of the share that is usual below which another pose is sought, too, and the most images from one search
-/// to the next while it stays so.
+/// Part of the share that is usual below which another pose is sought, too.
 const DOUBTFUL: f64 = 0.9;
-const RIVAL_AT_LEAST: usize = 16;
+/// Most images from one search for another pose to the next while the share stays so low.
+const RIVAL_SELDOM: usize = 16;
 
 impl Tracker {
     /// Says anew how far the turn may have drifted at a pose that is believed; `foreseen` is its variance
@@ -79,10 +79,10 @@ impl Tracker {
         let trust = &mut self.trust;
         trust.adrift = if is_adrift { trust.adrift + 1 } else { 0 };
         trust.doubtful = if is_doubtful { trust.doubtful + 1 } else { 0 };
-        is_adrift && trust.adrift.is_multiple_of(RIVAL_EVERY)
-            || trust.doubtful > 1
-                && (trust.doubtful.is_power_of_two()
-                    || trust.doubtful.is_multiple_of(RIVAL_AT_LEAST))
+        let is_time = |images: usize| {
+            images > 1 && (images.is_power_of_two() || images.is_multiple_of(RIVAL_SELDOM))
+        };
+        is_adrift && trust.adrift.is_multiple_of(RIVAL_EVERY) || is_time(trust.doubtful)
     }
 
     /// Gives the variance of the turn with which a point is known that is learned now.

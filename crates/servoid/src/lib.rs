@@ -10,6 +10,6 @@ pub mod pose;
 #[cfg(feature = "render")]
 pub mod render;
 pub mod shape;
-pub mod simd;
+mod simd;
 pub mod track;
 pub mod words;

@@ -30,7 +30,7 @@ from tiers import tiered
 
 from conftest import Command
 from servoid.capture import open_capture
-from servoid.model import Request, Surface, fit_capture
+from servoid.model import Coverage, Request, fit_capture
 from servoid.shape import BodyFile, load_body
 
 PLACES = ((0.012, -0.008, 0.42), (-0.05, 0.01, 0.46), (0.06, 0.02, 0.50))
@@ -83,11 +83,11 @@ def test_a_pair_with_one_mask_gives_the_seen_surface_and_says_what_was_not_seen(
 
 def test_what_was_not_seen_is_said_although_it_lies_on_no_one_side() -> None:
     shares = np.array([0.4, 0.6])
-    around = Surface(by_ellipsoid=shares, share=0.5, unseen_toward=None).note()
+    around = Coverage(by_ellipsoid=shares, share=0.5, unseen_toward=None).note()
     assert around is not None
     assert around.startswith("50 % of the surface was never seen: parts of it on all sides")
     assert around.endswith("and so is 1 of the ellipsoids")
-    assert Surface(by_ellipsoid=shares, share=0.9, unseen_toward=None).note() is None
+    assert Coverage(by_ellipsoid=shares, share=0.9, unseen_toward=None).note() is None
 
 
 @pytest.mark.parametrize("one", tiered([(one,) for one in BEFORE_POSTER]))

@@ -172,7 +172,7 @@ def test_an_arm_of_an_urdf_file_can_be_driven(tmp_path: Path) -> None:
         ({"mount": "hand"}, ("'hand'", "flange", "six")),
         ({"mount": "finger"}, ("'grip'", "turning joints only")),
         ({"mount": "base"}, ("there are 0",)),
-        ({"mount": "flange", "start": (1.0,)}, ("1 angles", "6 for the hand")),
+        ({"mount": "flange", "start": (1.0,)}, ("1 angle;", "6 for the hand")),
     ],
 )
 def test_an_arm_that_cannot_be_used_is_refused(

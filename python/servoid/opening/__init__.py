@@ -1,5 +1,6 @@
 """Whatever a SOURCE names: what is recorded opens as a capture, what is live as a source."""
 
+from servoid.opening.calibration_doubt import doubt_calibration
 from servoid.opening.filmed import Filmed, open_filmed
 from servoid.opening.known import Known, Rig, any_cameras
 from servoid.opening.live import OpenedLive, open_live
@@ -17,6 +18,7 @@ __all__ = [
     "SourceWord",
     "any_cameras",
     "count_untold",
+    "doubt_calibration",
     "open_filmed",
     "open_live",
     "open_recorded",

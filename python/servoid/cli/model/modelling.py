@@ -7,7 +7,6 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from servoid._native import ModelSettings, PaperSettings
-from servoid.capture import doubt_calibration
 from servoid.cli.doubting import settled
 from servoid.cli.model.summary import print_summary
 from servoid.cli.progress import progress_bar
@@ -28,7 +27,7 @@ from servoid.model import (
     fit_range_samples,
     range_samples_of_cloud,
 )
-from servoid.opening import Known, open_recorded, parse_source
+from servoid.opening import Known, doubt_calibration, open_recorded, parse_source
 from servoid.output import check_file, check_folder, make_folder
 from servoid.segment import Target, parse_target
 from servoid.track import learn_appearance

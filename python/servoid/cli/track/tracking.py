@@ -7,7 +7,7 @@ from pathlib import Path
 
 import typer
 
-from servoid.capture import Capture, doubt_calibration
+from servoid.capture import Capture
 from servoid.cli.doubting import settled
 from servoid.cli.interrupting import INTERRUPTED
 from servoid.cli.progress import progress_bar
@@ -20,7 +20,7 @@ from servoid.cli.values import Method
 from servoid.cli.wrong_options import OptionError, of_options
 from servoid.errors import OutputError, ServoidError, TrackError
 from servoid.exchange.bags.writing import check_mcap, check_mcap_suffix
-from servoid.opening import Known, SourceWord, parse_source
+from servoid.opening import Known, SourceWord, doubt_calibration, parse_source
 from servoid.output import check_file
 from servoid.record import (
     check_suffix,

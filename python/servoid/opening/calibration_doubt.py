@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from servoid._native import Lens, Pose
 from servoid.camera import Picture
-from servoid.capture.capture import Capture, CaptureCamera
+from servoid.capture import Capture, CaptureCamera
 from servoid.errors import CaptureError, ImageError
 from servoid.words import digits
 

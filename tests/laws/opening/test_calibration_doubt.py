@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from rooms_to_scan import FOCAL_PX, SIZE_PX, Room, around, draw, write_photos
 
 from servoid._native import Lens
-from servoid.capture import Capture, doubt_calibration, open_capture
+from servoid.capture import Capture, open_capture
+from servoid.opening import doubt_calibration
 from servoid.pose import Pose
 
 DATA = Path(__file__).resolve().parents[4] / "shared" / "data"

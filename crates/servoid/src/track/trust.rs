@@ -72,7 +72,7 @@ const FOUND: f64 = 0.85;
 const LOST_AFTER: usize = 15;
 
 /// How far an object is trusted to be where it is followed, by what was seen of it so far.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct Trust {
     /// Images since it was seen last.
     unseen: usize,
@@ -93,15 +93,7 @@ pub(super) struct Trust {
 impl Trust {
     /// Starts with an object that was never seen.
     pub(super) fn unmet() -> Self {
-        Self {
-            unseen: 0,
-            met: false,
-            cooldown: 0,
-            proved: true,
-            adrift: 0,
-            doubtful: 0,
-            confirmed: false,
-        }
+        Self { proved: true, ..Self::default() }
     }
 
     /// Starts with an object whose pose was given; `confirmed` says whether images confirm it.

@@ -1,0 +1,157 @@
+"""Servo to objects that shift and turn, and through faults, over many seeds: docs/howto/servo.md.
+
+`turning`: printed objects on paths of their own, at two sizes of images, in ideal worlds and in
+laboratories. `plain`: objects without print that turn. `faults`: a leap with and without a turn, a
+board before the object, a camera that hangs, no images. One run takes 15 to 60 s; each is written
+to a file, one line of JSON a run, and runs that stand in it are not made again. The tables say the
+median and, in brackets, the worst over all seeds: RMS after settling in mm; of faults how far the
+hand is off in the last second, and for how long it was held. `unsaid` counts seconds in which the
+hand was more than 30 mm off and neither held nor slowed for a reason that says so. Needs MuJoCo.
+
+Run it with: python benches/servo_table.py RUNS.jsonl [--seeds 11-18] [--only TABLE] [--tables]
+"""
+
+import argparse
+import json
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from servoid.errors import ServoidError
+from servoid.servo import Reason, ServoMetrics
+from servoid.sim.trial import TrialSettings, changed, run_servo_trial
+
+COARSE = {
+    "world.cameras.samples": 1,
+    "world.cameras.moments": 1,
+    "world.threads": 1,
+    "run.seconds": 9.0,
+}
+SIZES = {"320x240": (320, 240), "640x480": (640, 480)}
+TURNING = (
+    ("bottle", "random:3"),
+    ("mug", "random:5"),
+    ("drill", "random:8"),
+    ("bottle", "sine:0.15@10s"),
+    ("mug", "sine:0.15@5s"),
+    ("drill", "sine:0.1@3s"),
+)
+PLAIN = ("plain_mug", "plain_bottle", "two_ellipsoids")
+FAULT_S = 3.0
+FAULTS: dict[str, dict[str, Any]] = {
+    "leap of 0.15 m": {"type": "teleport"},
+    "leap and turn by 33 degrees": {"type": "teleport", "turn": (0.0, 0.58, 0.0)},
+    "board before it for 1.5 s": {"type": "occlude", "seconds": 1.5},
+    "camera hangs for 2 s": {"type": "freeze", "seconds": 2.0, "camera": 0},
+    "no images for 2 s": {"type": "drop", "seconds": 2.0},
+}
+FAULTED = ("mug", "drill", "two_ellipsoids")
+_FAR_M = 0.03
+_SAID = {Reason.ROUGH, Reason.PARTED, Reason.ADRIFT}
+Row = dict[str, Any]
+
+
+def main() -> None:
+    """Make the runs that are missing, and print the tables."""
+    arguments = argparse.ArgumentParser(description=__doc__)
+    arguments.add_argument("runs", type=Path, help="the file of runs, made if it is missing")
+    arguments.add_argument("--seeds", default="11-18", help="first and last (default 11-18)")
+    arguments.add_argument("--only", choices=("turning", "plain", "faults"))
+    arguments.add_argument("--tables", action="store_true", help="only print what was run")
+    asked = arguments.parse_args()
+    first, last = map(int, asked.seeds.split("-"))
+    lines = asked.runs.read_text().splitlines() if asked.runs.exists() else []
+    rows: list[Row] = [json.loads(line) for line in lines]
+    done = {(row["table"], row["name"], row["seed"]) for row in rows}
+    if not asked.tables:
+        for seed in range(first, last + 1):
+            for table, name, values in cases():
+                if (table, name, seed) in done or asked.only not in (None, table):
+                    continue
+                row = {"table": table, "name": name, "seed": seed, **run(name, values, seed)}
+                with asked.runs.open("a") as file:
+                    file.write(json.dumps(row) + "\n")
+                rows.append(row)
+    for table in ("turning", "plain", "faults"):
+        print(f"\n{table}\n{told([row for row in rows if row['table'] == table])}")
+
+
+def cases() -> Iterator[tuple[str, str, dict[str, Any]]]:
+    """Yield table, name and settings of each run of a seed."""
+    for thing in FAULTED:
+        for name, fault in FAULTS.items():
+            yield (
+                "faults",
+                f"{thing}, {name}",
+                _case(thing, "sine:0.15@10s", "320x240", is_ideal=True)
+                | {"world.faults": [{"at_s": FAULT_S, **fault}]},
+            )
+    for thing in PLAIN:
+        yield "plain", thing, _case(thing, "random:3", "320x240", is_ideal=True)
+    for size in SIZES:
+        for thing, path in TURNING:
+            for is_ideal in (True, False):
+                name = f"{thing}, {path}, {size}, {'ideal' if is_ideal else 'laboratory'}"
+                yield "turning", name, _case(thing, path, size, is_ideal=is_ideal)
+
+
+def _case(thing: str, path: str, size: str, *, is_ideal: bool) -> dict[str, Any]:
+    return COARSE | {
+        "world.object.name": thing,
+        "world.object.path": path,
+        "world.cameras.size_px": SIZES[size],
+        "world.ideal": is_ideal,
+    }
+
+
+def run(name: str, values: dict[str, Any], seed: int) -> Row:
+    """Servo once, and return what came of it; a run that ends early says why."""
+    settings = changed(TrialSettings(), values | {"world.seed": seed, "track.seed": seed}, name)
+    try:
+        with tempfile.TemporaryDirectory() as folder:
+            trial = run_servo_trial(settings, Path(folder))
+    except ServoidError as error:
+        return {"failed": str(error)}
+    log, metrics = trial.log, ServoMetrics.of(trial.log, settings.run.settle_s)
+    off = np.linalg.norm(log.hand_errors[:, :3], axis=1)
+    commands = [row.tick.command for row in log.rows]
+    said = np.array([bool(one.holding) or bool(_SAID & set(one.limiting)) for one in commands])
+    times = np.asarray(log.times)
+    period_s = float(np.median(np.diff(times)))
+    return {
+        "repeatability": 1e3 * metrics.position_rms,
+        "accuracy": 1e3 * metrics.accuracy.position_rms,
+        "object": 1e3 * metrics.accuracy.object_rms,
+        "turn": float(np.degrees(metrics.turn_rms)),
+        "end": 1e3 * float(off[times > times[-1] - 1.0].mean()),
+        "held": sum(hold.end_s - hold.start_s for hold in metrics.holds if hold.start_s > 0.0),
+        "held_at_end": bool(commands[-1].holding),
+        "unsaid": float((~said & (off > _FAR_M)).sum()) * period_s,
+    }
+
+
+def told(rows: list[Row]) -> str:
+    """Return a table in Markdown, one line a name."""
+    keys = ("repeatability", "accuracy", "object", "turn", "end", "held", "unsaid")
+    lines = [f"| run | seeds | {' | '.join(keys)} | held at the end |", "|---" * 10 + "|"]
+    for name in dict.fromkeys(row["name"] for row in rows):
+        mine = [row for row in rows if row["name"] == name and "failed" not in row]
+        failed = sum(row["name"] == name for row in rows) - len(mine)
+        if not mine:
+            lines.append(f"| {name} | 0, and {failed} that could not begin |")
+            continue
+        cells = []
+        for key in keys:
+            values = [row[key] for row in mine]
+            cells.append(f"{np.median(values):.1f} ({max(values):.1f})")
+        count = f"{len(mine)}" + (f", and {failed} that could not begin" if failed else "")
+        held = sum(row["held_at_end"] for row in mine)
+        lines.append(f"| {name} | {count} | {' | '.join(cells)} | {held} |")
+    return "\n".join(lines)
+
+
+if __name__ == "__main__":
+    main()

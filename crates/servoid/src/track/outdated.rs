@@ -26,6 +26,8 @@ const MOVED: f64 = 0.1;
 const STEADY_S: f64 = 1.0;
 /// Parts of that time, which are compared.
 const PARTS: usize = 4;
+/// Places that are kept of that time, about.
+const PLACES: usize = 48;
 /// Standard deviations by which the parts may differ.
 const SURE: f64 = 2.0;
 /// Slowest motion that is told from errors that last, in radii a second.
@@ -39,11 +41,11 @@ impl Tracker {
         if self.frame.is_stale() {
             return;
         }
-        let mut way = self.newest.take().map(|before| before.way).unwrap_or_default();
+        let mut way = self.newest.take().map_or_else(Way::new, |before| before.way);
         if self.status == Status::Tracking {
             way.go_on(observation.time_s, self.motion.last());
         } else {
-            way = Way::default();
+            way.0.clear();
         }
         self.newest = Some(Newest {
             time_s: observation.time_s,
@@ -75,15 +77,25 @@ impl Tracker {
 }
 
 /// Where the object was seen in the last second of new images, the newest last.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 struct Way(VecDeque<(f64, Pose)>);
 
 impl Way {
+    /// Starts with nothing, in memory for all that it will ever hold.
+    fn new() -> Self {
+        Self(VecDeque::with_capacity(PLACES + PARTS))
+    }
+
     /// Adds where the object is; where time does not go on, or jumps, all before is forgotten.
     fn go_on(&mut self, time_s: f64, world_from_object: Pose) {
         let goes_on = |last_s: f64| time_s > last_s && time_s - last_s < FARTHEST_S;
         if self.0.back().is_some_and(|(last_s, _)| !goes_on(*last_s)) {
             self.0.clear();
+        }
+        // Of fast cameras not every image is kept.
+        let before = self.0.len().checked_sub(2).map(|at| self.0[at].0);
+        if before.is_some_and(|before_s| time_s - before_s < STEADY_S / PLACES as f64) {
+            self.0.pop_back();
         }
         self.0.push_back((time_s, world_from_object));
         while self.0.len() > PARTS + 1 && time_s - self.0[1].0 >= STEADY_S {

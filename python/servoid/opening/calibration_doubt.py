@@ -122,6 +122,8 @@ def _pairs(capture: Capture, *, is_assumed: bool) -> Iterator[_Pair]:
     """Find features in some pairs of images whose lenses and relative pose are told."""
     first = capture.cameras[0]
     count = len(first.pictures)
+    if count == 0:
+        return
     some = [int(one) for one in np.unique(np.linspace(0, count - 1, _PAIRS).round())]
     if len(capture.cameras) > 1:
         other = capture.cameras[1]

@@ -155,6 +155,9 @@ def _fit(order: Order, targets: list[Target], *, trusted: bool) -> ModelResult:
             topics=order.topics,
             world=order.world,
         )
+        # Before the views are read: both together would not fit into memory.
+        doubt = doubt_calibration(opened.capture, is_assumed=order.known.baseline_m is not None)
+        doubts = () if doubt is None else (doubt,)
         chosen = {"observations": order.observations, "views": order.views}
         if order.method is Method.region:
             made = fit_capture(
@@ -164,8 +167,6 @@ def _fit(order: Order, targets: list[Target], *, trusted: bool) -> ModelResult:
             raise OptionError("--distance means nothing to the paper's method; leave it out")
         else:
             made = fit_capture_by_paper(opened.capture, request, targets=targets, **chosen)
-        doubt = doubt_calibration(opened.capture, is_assumed=order.known.baseline_m is not None)
-        doubts = () if doubt is None else (doubt,)
         return replace(made, notes=(*doubts, *opened.capture.notes, *made.notes, *opened.notes))
 
 

@@ -20,16 +20,12 @@ from typing import Any
 
 import numpy as np
 
+from servo import COARSE
 from servoid.errors import ServoidError
 from servoid.servo import Reason, ServoMetrics
 from servoid.sim.trial import TrialSettings, changed, run_servo_trial
 
-COARSE = {
-    "world.cameras.samples": 1,
-    "world.cameras.moments": 1,
-    "world.threads": 1,
-    "run.seconds": 9.0,
-}
+USUAL = COARSE | {"world.threads": 1, "run.seconds": 9.0}
 SIZES = {"320x240": (320, 240), "640x480": (640, 480)}
 TURNING = (
     ("bottle", "random:3"),
@@ -99,7 +95,7 @@ def cases() -> Iterator[tuple[str, str, dict[str, Any]]]:
 
 
 def _case(thing: str, path: str, size: str, *, is_ideal: bool) -> dict[str, Any]:
-    return COARSE | {
+    return USUAL | {
         "world.object.name": thing,
         "world.object.path": path,
         "world.cameras.size_px": SIZES[size],

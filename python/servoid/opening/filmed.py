@@ -47,7 +47,7 @@ def open_filmed(
     """
     known = known or Known()
     if word.kind in (Kind.VIDEO, Kind.IMAGES) and not word.halves:
-        lens = open_recorded(word, known).capture.cameras[0].lens if _is_told(known) else None
+        lens = open_recorded(word, known).capture.cameras[0].lens if known.tells_lens else None
         return Filmed(open_footage(word.place if word.kind is Kind.VIDEO else word.text), lens=lens)
     if word.kind is Kind.CAPTURE and (holds_photographs(word.place) or not is_capture(word.place)):
         known.refuse(word.text)
@@ -57,17 +57,13 @@ def open_filmed(
     return _of_rig(word, open_recorded(word, known, topics=topics).capture)  # refuses live ones
 
 
-def _is_told(known: Known) -> bool:
-    return known.fov_deg is not None or known.calibration is not None
-
-
 def _of_untold(word: SourceWord, known: Known) -> Filmed:
     """Open cameras of which only a person may have told how they see and where they sit."""
     if known.calibration is not None:
         return _of_rig(word, open_recorded(word, known).capture)
     is_pair = count_untold(word) > 1
     made = _of_rig(word, open_recorded(word, any_cameras(known, is_pair=is_pair)).capture)
-    lens = made.lens if _is_told(known) else None
+    lens = made.lens if known.tells_lens else None
     if is_pair and known.baseline_m is None:
         note = (
             "the second eye is not used, as nothing says how far it is from the first one; "

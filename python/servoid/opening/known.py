@@ -111,6 +111,11 @@ class Known:
         """Say if anything is told of how the cameras see, and not only of their times."""
         return any(option != _RATE for option in self.given())
 
+    @property
+    def tells_lens(self) -> bool:
+        """Say if it is told how a camera sees, and not only where it sits or when."""
+        return self.fov_deg is not None or self.calibration is not None
+
     def given(self) -> list[str]:
         """Name the options that were given."""
         told = {"--fov": self.fov_deg, "--baseline": self.baseline_m}

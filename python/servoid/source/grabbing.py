@@ -136,7 +136,11 @@ class Grabber:
     @property
     def patience_s(self) -> float:
         """Return after how many seconds without an image the camera counts as silent."""
-        return max(self._silent_s, _PATIENCE * self.usual_s)
+        with self._lock:
+            return self._patience_s()
+
+    def _patience_s(self) -> float:
+        return max(self._silent_s, _PATIENCE * self._usual_s())
 
     @property
     def has_ended(self) -> bool:
@@ -259,11 +263,11 @@ class Grabber:
         if not self._shots:
             return
         step_s = time_s - self._shots[-1].time_s
-        usual_s = self._usual_s()
-        if silent_s > max(self._silent_s, _PATIENCE * usual_s):
+        if silent_s > self._patience_s():
             reason = "" if self._fault is None else f": {self._fault}"
             self._told.append(f"no image came for {silent_s:.1f} s{reason}")
             return
+        usual_s = self._usual_s()
         is_long = len(self._steps_s) >= _LEAST_STEPS and step_s > _MISSED * usual_s
         if is_long and not is_numbered:
             self._told.append(_missing(max(1, round(step_s / usual_s) - 1)))

@@ -8,7 +8,7 @@ use nalgebra::{Matrix6, Vector6};
 use super::estimate::Notice;
 use super::hypothesis::Hypothesis;
 use super::tracker::Tracker;
-use super::trust::{ADRIFT, CLEAR};
+use super::trust::{ADRIFT, CLEAR, RETRY};
 use super::verify::Quality;
 use crate::pose::Pose;
 
@@ -27,8 +27,6 @@ const STRAYS: f64 = 3.0;
 const PLACE: f64 = 0.2;
 /// Images from one in which another pose is sought to the next.
 const RIVAL_EVERY: usize = 4;
-/// Part of the share that is usual below which another pose is sought, too.
-const DOUBTFUL: f64 = 0.9;
 /// Most images from one search for another pose to the next while the share stays so low.
 const RIVAL_SELDOM: usize = 16;
 
@@ -75,7 +73,7 @@ impl Tracker {
     /// while the turn may have drifted, and ever more seldom while more of the object is missed than usually.
     pub(super) fn seeks_rival(&mut self, quality: &Quality) -> bool {
         let is_adrift = self.target.points.drift > ADRIFT * ADRIFT;
-        let is_doubtful = quality.share < DOUBTFUL * self.target.reference.share;
+        let is_doubtful = quality.share < RETRY * self.target.reference.share;
         let trust = &mut self.trust;
         trust.adrift = if is_adrift { trust.adrift + 1 } else { 0 };
         trust.doubtful = if is_doubtful { trust.doubtful + 1 } else { 0 };

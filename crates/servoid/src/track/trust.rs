@@ -29,8 +29,9 @@ const RICH: f64 = 22.0;
 /// Penalty: the part of the trusted share that is left of a pose's at which something does not fit, so that
 /// however well the rest fits, it is not trusted.
 const PENALTY: f64 = 0.9;
-/// Part of the reference share below which a pose is made precise once more, from coarser images.
-const RETRY: f64 = 0.9;
+/// Part of the reference share below which a pose is made precise once more, from coarser images, and
+/// compared with a rival now and then.
+pub(super) const RETRY: f64 = 0.9;
 /// Share and part of the reference support from which on no other candidate is looked at.
 const SURE: (f64, f64) = (0.7, 0.6);
 /// Surface points that are usually seen of an object with a pattern: its turn is not believed without

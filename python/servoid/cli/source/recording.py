@@ -64,8 +64,8 @@ def _check_live(order: Order, word: SourceWord) -> None:
 
 def _is_uncalibrated(order: Order, word: SourceWord) -> bool:
     """Say if a live source does not say how its cameras see, and nobody else does."""
-    is_told = order.known.fov_deg is not None or order.known.calibration is not None
-    return not is_told and word.kind in (Kind.CAMERA, Kind.STREAM, Kind.GENICAM)
+    is_silent = word.kind in (Kind.CAMERA, Kind.STREAM, Kind.GENICAM)
+    return is_silent and not order.known.tells_lens
 
 
 def _check_recorded(order: Order, word: SourceWord) -> None:

@@ -88,6 +88,7 @@ def match(
         _set_focal(database, focal_px)
     pairs = choose_pairs(len(files), is_film=is_film)
     _compare(files, pairs, database, moving_only, threads, lambda s: tell(0.5 + 0.5 * s))
+    _sort(database)
     return _read(files, database)
 
 
@@ -102,6 +103,7 @@ def match_pairs(
     """Find features in images of a film and match these pairs of them; otherwise as `match`."""
     _extract(folder, files, database, None, (_MOST_IN_FILM, threads), lambda _: None)
     _compare(files, pairs, database, False, threads, lambda _: None)
+    _sort(database)
     return _read(files, database)
 
 
@@ -125,6 +127,11 @@ def _extract(
     reader = colmap.ImageReaderOptions()
     if masks is not None:
         reader.mask_path = str(masks)
+    # They are numbered before threads end in whatever order.
+    colmap.Database.open(database).close()
+    of_one = colmap.CameraMode.SINGLE
+    run(lambda _: colmap.import_images(database, folder, of_one, list(files), reader))
+    reader.existing_camera_id = 1
     for first in range(0, len(files), _AT_ONCE):
         some = list(files[first : first + _AT_ONCE])
 
@@ -141,7 +148,6 @@ def _extract(
             )
 
         run(work)
-        reader.existing_camera_id = 1  # all are of the camera that the first images brought
         tell((first + len(some)) / len(files))
 
 
@@ -189,6 +195,23 @@ def _compare(
 
         run(work)
         tell((at + len(some)) / len(starts))
+
+
+def _sort(database: Path) -> None:
+    """Sort pairs, which lie there as threads ended: poses are found in the order of pairs."""
+    with pycolmap().Database.open(database) as opened:
+        pairs = sorted(zip(*opened.read_all_matches(), strict=True), key=_number)
+        geometries = sorted(zip(*opened.read_two_view_geometries(), strict=True), key=_number)
+        opened.clear_matches()
+        opened.clear_two_view_geometries()
+        for number, matches in pairs:
+            opened.write_matches(*pycolmap().pair_id_to_image_pair(number), matches)
+        for number, geometry in geometries:
+            opened.write_two_view_geometry(*pycolmap().pair_id_to_image_pair(number), geometry)
+
+
+def _number(pair: tuple[int, Any]) -> int:
+    return pair[0]
 
 
 def _read(files: Sequence[str], database: Path) -> Matched:

@@ -149,15 +149,19 @@ def enlarge(capture: Path, size: tuple[int, int], copies: int) -> None:
 def test_two_hundred_photographs_of_12_megapixels_take_a_gibibyte_and_a_half_at_most(
     tmp_path: Path, drawing: Drawing
 ) -> None:
+    if not Path("/proc/self/status").exists():
+        pytest.skip("this system does not say how large a process was")
     enlarge(drawing.write(tmp_path / "photos"), (4000, 3000), 25)
     arguments = ["model", str(tmp_path / "photos"), "--out", str(tmp_path / "body.json")]
     code = (
-        "import resource, sys\n"
+        "import sys\n"
         "from servoid.cli import main\n"
         "try:\n"
         "    main(sys.argv[1:])\n"
         "finally:\n"
-        "    print('KIB', resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)\n"
+        # Not `ru_maxrss`: that begins with the memory of the process that started this one.
+        "    (most,) = [line for line in open('/proc/self/status') if 'VmHWM' in line]\n"
+        "    print('KIB', most.split()[1])\n"
     )
     ran = subprocess.run(
         [sys.executable, "-c", code, *arguments, "--max-ellipsoids", "3"],

@@ -31,7 +31,7 @@ from servoid.track import Tracked
 HERE = Pose.identity()
 STATM = Path("/proc/self/statm")
 IMAGES, TURNS = 24, 6
-TO_AND_FRO = 300  # images
+TO_AND_FRO = 600  # images; all is there after 200, and rooms of the allocator are filled
 MOST_POINTS = 640  # that are kept of a surface, with room for new ones
 
 

@@ -52,24 +52,25 @@ def open_filmed(
     if word.kind is Kind.CAPTURE and (holds_photographs(word.place) or not is_capture(word.place)):
         known.refuse(word.text)
         return Filmed(open_footage(word.place))
-    if not word.is_live and count_untold(word):
-        return _of_untold(word, known)
-    return _of_rig(word, open_recorded(word, known, topics=topics).capture)  # refuses live ones
+    if not word.is_live and count_untold(word, topics):
+        return _of_untold(word, known, topics)
+    opened = open_recorded(word, known, topics=topics, rests=True)  # refuses live ones
+    return _of_rig(word, opened.capture)
 
 
-def _of_untold(word: SourceWord, known: Known) -> Filmed:
+def _of_untold(word: SourceWord, known: Known, topics: Sequence[str]) -> Filmed:
     """Open cameras of which only a person may have told how they see and where they sit."""
     if known.calibration is not None:
-        return _of_rig(word, open_recorded(word, known).capture)
-    is_pair = count_untold(word) > 1
-    made = _of_rig(word, open_recorded(word, any_cameras(known, is_pair=is_pair)).capture)
+        return _of_rig(word, open_recorded(word, known, topics=topics, rests=True).capture)
+    opened = open_recorded(word, any_cameras(known), topics=topics, rests=True)
+    made = _of_rig(word, opened.capture)
     lens = made.lens if known.tells_lens else None
-    if is_pair and known.baseline_m is None:
+    if opened.is_made_up:
         note = (
             "the second eye is not used, as nothing says how far it is from the first one; "
             "--baseline or --calibration does, and gives metres"
         )
-        return Filmed(made.footage, lens=lens, notes=(note,))
+        return Filmed(made.footage, lens=lens, notes=(*made.notes, note))
     return replace(made, lens=lens)
 
 

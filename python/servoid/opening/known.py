@@ -2,27 +2,21 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any
 
 import msgspec
 
 from servoid._native import Camera, Lens, Pose
-from servoid.capture.capture_file import (
-    LensEntry,
-    MountedLens,
-    Version,
-    mounted_lenses,
-    read_versioned,
-)
+from servoid.capture.capture_file import LensEntry, Version, mounted_lenses, read_versioned
 from servoid.errors import CaptureError, located
 from servoid.source import MountedCamera
 from servoid.words import counted, digits
 
 Size = tuple[int, int]
 _RATE = "--rate"
-_ANY_FOV_DEG, _ANY_BASELINE_M = 60.0, 1.0
+_ANY_FOV_DEG, _ANY_BASELINE_M = 60.0, 1.0  # where images alone count
 
 
 class _CameraEntry(LensEntry, frozen=True, kw_only=True):
@@ -49,10 +43,16 @@ class _CalibrationFile(msgspec.Struct, frozen=True, kw_only=True):
 
 @dataclass(frozen=True)
 class Rig:
-    """The cameras of a source, and what had to be assumed of them, as sentences for people."""
+    """The cameras of a source, and what had to be assumed of them, as sentences for people.
+
+    Unless it `is_seated` only their lenses are known, and not where they sit. If that `is_made_up`,
+    as images alone count, no distance between them means anything.
+    """
 
     cameras: tuple[MountedCamera, ...]
     notes: tuple[str, ...] = ()
+    is_seated: bool = True
+    is_made_up: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,7 +62,8 @@ class Known:
     `fov_deg` is the angle of view from the left to the right border of the image, in degrees;
     `baseline_m` how far the right one of two parallel cameras is from the left one, in metres.
     `calibration` is a TOML file with [[camera]] tables, such as a rig.toml. `rate_hz` is how many
-    images there are a second where the source does not say.
+    images there are a second where the source does not say. With `is_any` images alone count, so
+    that cameras of which nothing is told may see and sit as they like.
 
     Raises:
         CaptureError: a value is out of range, or two contradict each other.
@@ -73,6 +74,7 @@ class Known:
     baseline_m: float | None = None
     calibration: Path | None = None
     rate_hz: float | None = None
+    is_any: bool = False
 
     def __post_init__(self) -> None:
         if self.fov_deg is not None and not 0.0 < self.fov_deg < 180.0:
@@ -88,13 +90,6 @@ class Known:
                 "--baseline out"
             )
 
-    def mounted(
-        self, source: str, names: Sequence[str], sizes_px: Sequence[Size]
-    ) -> tuple[MountedLens, ...]:
-        """Return how cameras see and where they sit, as `rig` says it."""
-        cameras = self.rig(source, names, sizes_px).cameras
-        return tuple(MountedLens(one.lens, one.rig_from_camera) for one in cameras)
-
     def refuse(self, source: str) -> None:
         """Check that nothing is told of the cameras of a source that knows them itself.
 
@@ -109,7 +104,7 @@ class Known:
     @property
     def is_told(self) -> bool:
         """Say if anything is told of how the cameras see, and not only of their times."""
-        return any(option != _RATE for option in self.given())
+        return self.is_any or any(option != _RATE for option in self.given())
 
     @property
     def tells_lens(self) -> bool:
@@ -122,10 +117,18 @@ class Known:
         told |= {"--calibration": self.calibration, _RATE: self.rate_hz}
         return [option for option, value in told.items() if value is not None]
 
-    def rig(self, source: str, names: Sequence[str], sizes_px: Sequence[Size] | None) -> Rig:
+    def rig(
+        self,
+        source: str,
+        names: Sequence[str],
+        sizes_px: Sequence[Size] | None,
+        *,
+        is_placed: bool = False,
+    ) -> Rig:
         """Return the cameras of a source, whose names and sizes (width, height) are given.
 
-        Without sizes a calibration says which they should be.
+        Without sizes a calibration says which they should be. If the source says itself where its
+        cameras are, it `is_placed`: then lenses alone need be told.
 
         Raises:
             CaptureError: too little is known, or what is known is of other cameras.
@@ -133,51 +136,60 @@ class Known:
 
         """
         if self.calibration is not None:
-            return Rig(_calibrated(self.calibration, source, len(names), sizes_px))
-        if self.fov_deg is None or sizes_px is None:
-            raise CaptureError(_unknown(source, len(names)))
-        if len(names) > 2 or (len(names) == 2 and self.baseline_m is None):
+            return Rig(_calibrated(self.calibration, source, names, sizes_px))
+        fov_deg = _ANY_FOV_DEG if self.fov_deg is None and self.is_any else self.fov_deg
+        if fov_deg is None or sizes_px is None:
+            cameras = "its camera sees" if len(names) == 1 else "its cameras see and where they sit"
+            raise CaptureError(f"{source}: nothing says how {cameras}; {remedies(len(names))}")
+        if self.baseline_m is not None or not (is_placed or self.is_any):
+            self._check_seats(source, len(names))
+        with located("--fov"):
+            cameras = [Camera.from_fov(size_px, fov_deg) for size_px in sizes_px]
+        apart_m = self.baseline_m or _ANY_BASELINE_M
+        return Rig(
+            tuple(
+                MountedCamera(name, _pinhole(camera), _beside(place * apart_m))
+                for place, (name, camera) in enumerate(zip(names, cameras, strict=True))
+            ),
+            (_assumption(fov_deg, self.baseline_m, cameras[0], is_placed=is_placed),),
+            is_seated=self.baseline_m is not None or not is_placed,
+            is_made_up=len(names) > 1 and self.baseline_m is None and not is_placed,
+        )
+
+    def _check_seats(self, source: str, count: int) -> None:
+        """Check that so many cameras without a calibration sit where a baseline says."""
+        if count > 2 or (count == 2 and self.baseline_m is None):
+            others = ", or --baseline for two that look in parallel" if count == 2 else ""
             raise CaptureError(
-                f"{source}: nothing says where its {len(names)} cameras sit; give --calibration "
-                "FILE"
-                + (", or --baseline for two that look in parallel" if len(names) == 2 else "")
+                f"{source}: nothing says where its {count} cameras sit; give --calibration FILE"
+                f"{others}"
             )
-        if len(names) == 1 and self.baseline_m is not None:
+        if count == 1 and self.baseline_m is not None:
             raise CaptureError(
                 f"{source} has one camera, so --baseline means nothing; leave it out"
             )
-        with located("--fov"):
-            cameras = [Camera.from_fov(size_px, self.fov_deg) for size_px in sizes_px]
-        shifts = (0.0, self.baseline_m or 0.0)
-        return Rig(
-            tuple(
-                MountedCamera(name, _pinhole(camera), _beside(shift))
-                for name, camera, shift in zip(names, cameras, shifts, strict=False)
-            ),
-            (_assumption(self.fov_deg, self.baseline_m, cameras[0]),),
-        )
 
 
-def any_cameras(known: Known, *, is_pair: bool) -> Known:
+def any_cameras(known: Known) -> Known:
     """Return what lets cameras be opened whose images alone count, as nobody told how they see."""
-    return Known(
-        fov_deg=known.fov_deg or _ANY_FOV_DEG,
-        baseline_m=known.baseline_m or (_ANY_BASELINE_M if is_pair else None),
-        rate_hz=known.rate_hz,
-    )
+    return replace(known, is_any=True)
 
 
 def _calibrated(
-    path: Path, source: str, count: int, sizes_px: Sequence[Size] | None
+    path: Path, source: str, names: Sequence[str], sizes_px: Sequence[Size] | None
 ) -> tuple[MountedCamera, ...]:
+    """Return the cameras of a calibration, by name where names are the same, else in its order."""
     file, text = read_versioned(path, _CalibrationFile, "calibrations")
     lenses = mounted_lenses(path, file.camera, text)
-    if len(lenses) != count:
+    if len(lenses) != len(names):
         raise CaptureError(
             f"{path} is of {counted(len(lenses), 'camera')}, but {source} has "
-            f"{count}; give the calibration of those that took it"
+            f"{len(names)}; give the calibration of those that took it"
         )
-    for entry, mounted, size_px in zip(file.camera, lenses, sizes_px or (), strict=False):
+    pairs = list(zip(file.camera, lenses, strict=True))
+    if {entry.name for entry in file.camera} == set(names):
+        pairs.sort(key=lambda pair: names.index(pair[0].name))
+    for (entry, mounted), size_px in zip(pairs, sizes_px or (), strict=False):
         if mounted.lens.size_px != tuple(size_px):
             raise CaptureError(
                 f"{path}, camera '{entry.name}': size_px = {list(mounted.lens.size_px)}, but the "
@@ -185,18 +197,17 @@ def _calibrated(
                 "that was made for this size"
             )
     return tuple(
-        MountedCamera(entry.name, mounted.lens, mounted.rig_from_camera)
-        for entry, mounted in zip(file.camera, lenses, strict=True)
+        MountedCamera(entry.name, mounted.lens, mounted.rig_from_camera) for entry, mounted in pairs
     )
 
 
-def _unknown(source: str, count: int) -> str:
-    cameras = "its camera sees" if count == 1 else "its cameras see and where they sit"
+def remedies(count: int) -> str:
+    """Say what a person can do where nothing tells how so many cameras see."""
     baseline = " with --baseline, the metres between two parallel cameras," if count == 2 else ""
     return (
-        f"{source}: nothing says how {cameras}; give --fov, the angle of view from the left to the "
-        f"right border in degrees, such as --fov 65,{baseline} or a calibration with --calibration "
-        "FILE; if the camera goes around an object at rest, servoid scan finds all of it"
+        "give --fov, the angle of view from the left to the right border in degrees, such as "
+        f"--fov 65,{baseline} or a calibration with --calibration FILE; if the camera goes around "
+        "an object at rest, servoid scan finds all of it"
     )
 
 
@@ -213,7 +224,9 @@ def _beside(right_m: float) -> Pose:
     return Pose.from_parts((right_m, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0))
 
 
-def _assumption(fov_deg: float, baseline_m: float | None, camera: Camera) -> str:
+def _assumption(
+    fov_deg: float, baseline_m: float | None, camera: Camera, *, is_placed: bool
+) -> str:
     width, height = camera.size_px
     seen = (
         f"{width}x{height} pixels see {digits(fov_deg)} degrees from left to right, a focal length "
@@ -221,5 +234,5 @@ def _assumption(fov_deg: float, baseline_m: float | None, camera: Camera) -> str
         "the image"
     )
     if baseline_m is None:
-        return f"{seen}; the camera is the world's origin"
+        return seen if is_placed else f"{seen}; the camera is the world's origin"
     return f"{seen}; two such cameras look in parallel, {digits(baseline_m)} m apart"

@@ -3,7 +3,6 @@
 import statistics
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from itertools import pairwise
 from pathlib import Path
 
@@ -17,11 +16,13 @@ from servoid.camera.image_size import read_image_size
 from servoid.camera.images import shrink
 from servoid.camera.video import VideoFacts, describe_video
 from servoid.capture import Capture, CaptureCamera, count_uncalibrated, open_capture
+from servoid.capture.capture_file import MountedLens
 from servoid.config.limits import IMAGE_FILE
 from servoid.config.reading import read_bytes
 from servoid.errors import CaptureError, ImageError
+from servoid.exchange.bags import ToldCamera, open_bag, why_untold
 from servoid.exchange.opening import holds_capture_file, open_any
-from servoid.opening.known import Known
+from servoid.opening.known import Known, Rig, remedies
 from servoid.opening.word import Kind, SourceWord
 from servoid.source import ASSUMED_HZ, MountedCamera
 from servoid.words import counted, digits
@@ -32,10 +33,14 @@ _HALF_TURN = 180
 
 @dataclass(frozen=True)
 class Opened:
-    """A recorded source as a capture, and what had to be assumed, as sentences for people."""
+    """A recorded source as a capture, and what had to be assumed, as sentences for people.
+
+    With `is_made_up` nothing says where the cameras sit beside each other, as images alone count.
+    """
 
     capture: Capture
     notes: tuple[str, ...] = ()
+    is_made_up: bool = False
 
 
 @dataclass(frozen=True)
@@ -61,12 +66,13 @@ def open_recorded(
     images: str | Path | None = None,
     topics: Sequence[str] = (),
     world: str | None = None,
+    rests: bool = False,
 ) -> Opened:
     """Open a recorded source as a capture; images are listed, not read.
 
     A video or images without a calibration become a recording, in which the object may move, of
     cameras at rest at the world's origin. `known` says how they see. The other arguments are those
-    of `open_any`.
+    of `open_any`, and of `open_bag`.
 
     Raises:
         CaptureError: the source is live or damaged, or nothing says how its cameras see.
@@ -80,18 +86,22 @@ def open_recorded(
             f"servoid record {word} --out run, and give that folder"
         )
     if word.kind in (Kind.CAPTURE, Kind.BAG):
-        if known.is_told and count_untold(word):
-            capture = open_capture(word.place, told=partial(known.mounted, word.text))
+        if word.kind is Kind.BAG and bop_object is None and images is None:
+            opened = _open_bag(word, known, topics, world=world, rests=rests)
+        elif known.is_told and count_untold(word):
+            told = _Told(word, known)
+            opened = told.opened(open_capture(word.place, told=told.mounted))
         else:
             known.refuse(word.text)
             capture = open_any(
                 word.place, bop_object=bop_object, images=images, topics=topics, world=world
             )
+            opened = Opened(capture)
         if known.rate_hz is not None:
-            if capture.times_s is not None:
+            if opened.capture.times_s is not None:
                 raise CaptureError(f"{word} knows its times itself; leave --rate out")
-            capture = replace(capture, rate_hz=known.rate_hz)
-        return Opened(capture)
+            opened = replace(opened, capture=replace(opened.capture, rate_hz=known.rate_hz))
+        return opened
     if bop_object is not None or images is not None:
         raise CaptureError(
             f"{word} is neither a BOP scene nor a COLMAP model, which alone need an object or a "
@@ -102,13 +112,18 @@ def open_recorded(
     return _open_images(word, known) if word.kind is Kind.IMAGES else _open_videos(word, known)
 
 
-def count_untold(word: SourceWord) -> int:
+def count_untold(word: SourceWord, topics: Sequence[str] = ()) -> int:
     """Count the cameras of a recorded source that does not say how they see; 0 if it does.
 
+    `topics` are those that are chosen of a bag.
+
     Raises:
-        CaptureError: the file of a capture is malformed.
+        CaptureError: the file of a capture is malformed, or a bag is damaged.
+        MissingExtraError: the library that reads bags is missing.
 
     """
+    if word.kind is Kind.BAG:
+        return len(why_untold(word.place, topics))
     if word.kind is Kind.VIDEOS or word.halves:
         return 2
     if word.kind in (Kind.VIDEO, Kind.IMAGES):
@@ -116,6 +131,57 @@ def count_untold(word: SourceWord) -> int:
     if word.kind is Kind.CAPTURE and holds_capture_file(word.place):
         return count_uncalibrated(word.place)
     return 0
+
+
+def _open_bag(
+    word: SourceWord, known: Known, topics: Sequence[str], *, world: str | None, rests: bool
+) -> Opened:
+    why = why_untold(word.place, topics)
+    if not why:
+        known.refuse(word.text)
+        return Opened(open_bag(word.place, topics, world=world, rests=rests))
+    if not known.is_told:
+        reason = next(filter(None, why))
+        raise CaptureError(f"{reason}; {remedies(len(why))}; --topic chooses other cameras")
+    told = _Told(word, known)
+    return told.opened(open_bag(word.place, topics, world=world, told=told, rests=rests))
+
+
+class _Told:
+    """Tells how the cameras of a source see, and keeps what had to be assumed."""
+
+    def __init__(self, word: SourceWord, known: Known) -> None:
+        self._word, self._known = word, known
+        self._rig = Rig(())
+
+    def __call__(
+        self, names: Sequence[str], sizes_px: Sequence[tuple[int, int]], /, *, is_placed: bool
+    ) -> list[ToldCamera]:
+        """Tell it of a bag's cameras."""
+        known = self._known
+        is_seated = is_placed or known.is_any or known.calibration is not None
+        if len(names) > 1 and not is_seated and known.baseline_m is None:
+            raise CaptureError(
+                f"{self._word}: neither TF nor anything else says where its cameras "
+                f"{', '.join(names)} sit; give --calibration FILE, or --baseline for two that look "
+                "in parallel, or choose one of them with --topic"
+            )
+        rig = self._rig = known.rig(self._word.text, names, sizes_px, is_placed=is_placed)
+        return [
+            ToldCamera(one.lens, one.rig_from_camera if rig.is_seated else None)
+            for one in rig.cameras
+        ]
+
+    def mounted(
+        self, names: Sequence[str], sizes_px: Sequence[tuple[int, int]]
+    ) -> list[MountedLens]:
+        """Tell it of a capture's cameras."""
+        self._rig = self._known.rig(self._word.text, names, sizes_px)
+        return [MountedLens(one.lens, one.rig_from_camera) for one in self._rig.cameras]
+
+    def opened(self, capture: Capture) -> Opened:
+        """Return a capture that was opened so, with what had to be assumed."""
+        return Opened(capture, self._rig.notes, self._rig.is_made_up)
 
 
 def _open_videos(word: SourceWord, known: Known) -> Opened:
@@ -217,7 +283,7 @@ def _capture(
         times_s=times_s,
         rate_hz=rate_hz,
     )
-    return Opened(capture, (*rig.notes, *notes))
+    return Opened(capture, (*rig.notes, *notes), rig.is_made_up)
 
 
 def _rate_hz(times_s: tuple[float, ...] | None) -> float | None:

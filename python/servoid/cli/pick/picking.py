@@ -82,8 +82,8 @@ def _question(order: Order) -> Question:
     """Return the image to mark. All that knows of sources is here."""
     word = parse_source(order.source)
     # Any lens will do: only the image as it was recorded is shown.
-    untold = 0 if word.is_live else count_untold(word)
-    known = any_cameras(Known(), is_pair=untold > 1) if untold else Known()
+    is_untold = not word.is_live and count_untold(word) > 0
+    known = any_cameras(Known()) if is_untold else Known()
     view = _view(open_recorded(word, known).capture.all_views(), order)
     metres = view.recorded_depth()
     depth = None if metres is None else Depth(metres, view.lens.focal_px[0])

@@ -101,7 +101,7 @@ def _record(order: Order, word: SourceWord) -> None:
     is_uncalibrated = _is_uncalibrated(order, word)
     footage = LiveFootage(
         word,
-        any_cameras(order.known, is_pair=word.halves) if is_uncalibrated else order.known,
+        any_cameras(order.known) if is_uncalibrated else order.known,
         duration_s=order.duration_s,
         record=order.out,
         is_calibrated=not is_uncalibrated,

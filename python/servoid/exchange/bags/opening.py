@@ -10,7 +10,7 @@ import numpy as np
 from servoid.capture import Capture, CaptureCamera
 from servoid.config.limits import MOST_CAMERAS
 from servoid.errors import CaptureError
-from servoid.exchange.bags.geometry.calibration import calibration_of
+from servoid.exchange.bags.geometry.calibration import Calibration, Info, Told, calibration_of
 from servoid.exchange.bags.geometry.pairing import APART_S, Moment, pair, pairing_notes
 from servoid.exchange.bags.geometry.placing import Seat, lost_note, place_cameras
 from servoid.exchange.bags.names import TIME_TOPIC, WORLD
@@ -30,13 +30,17 @@ def open_bag(
     *,
     world: str | None = None,
     apart_s: float = APART_S,
+    told: Told | None = None,
+    rests: bool = False,
 ) -> Capture:
     """Open a ROS 1 bag, a rosbag2 folder or an MCAP file as a capture, which is a recording.
 
     `topics` are those of the images, one for each camera, and of depth that is registered to them;
     without any the most likely ones are guessed, and `Capture.notes` say so. `world` is the TF
     frame in which poses are told, by default the top of the first camera's tree. Images of one
-    observation were taken at most `apart_s` seconds apart.
+    observation were taken at most `apart_s` seconds apart. `told` says how cameras see of which the
+    bag does not say it, as `why_untold` knows; then it counts for all that are chosen. If the rig
+    `rests`, TF is asked where cameras sit on it, but not where it was.
 
     The bag is read through once for its stamps; images are read when they are asked for.
 
@@ -53,9 +57,13 @@ def open_bag(
         raise CaptureError(f"{path}: {len(chosen.images)} cameras; at most {MOST_CAMERAS} can be")
     content = scan(bag, chosen)
     names = _names(chosen.images)
+    if told is None:
+        seats = [_seat(bag, image, content) for image in chosen.images]
+    else:
+        seats = _told_seats(bag, chosen.images, names, content, told)
     tracks = [
-        _Track(name, _seat(bag, image, content), content.shots[image.topic], _shots(content, depth))
-        for name, image, depth in zip(names, chosen.images, chosen.depths, strict=True)
+        _Track(name, seat, content.shots[seat.image.topic], _shots(content, depth))
+        for name, seat, depth in zip(names, seats, chosen.depths, strict=True)
     ]
     stamps = [[shot.stamp_ns for shot in track.shots] for track in tracks]
     moments = pair(stamps, apart_s)
@@ -65,6 +73,7 @@ def open_bag(
         content.transforms,
         [moment.stamp_ns for moment in moments],
         WORLD if world is None and TIME_TOPIC in bag.kinds else world,
+        rests=rests,
     )
     known = [
         (moment, pose)
@@ -95,6 +104,40 @@ def open_bag(
             *([lost_note(lost, len(moments))] if lost else []),
         ),
     )
+
+
+def why_untold(path: str | Path, topics: Sequence[str] = ()) -> tuple[str, ...]:
+    """Return for each camera of a bag why nothing says how it sees; empty if all of them say it.
+
+    Where one does not, what a person tells counts for all: for the others an empty sentence stands.
+    Arguments are those of `open_bag`.
+
+    Raises:
+        CaptureError: there is no bag, it is damaged, or holds no such images.
+        MissingExtraError: the library that reads bags is missing.
+
+    """
+    bag = open_files(Path(path))
+    why = tuple(_why_untold(bag, image) for image in choose(bag, topics).images)
+    return why if any(why) else ()
+
+
+def _why_untold(bag: Bag, image: ImageTopic) -> str:
+    topic = image.info_topic
+    if topic is None:
+        return _no_info(bag, image)
+    for message in bag.messages([topic]):
+        if bag.decode(message, lambda told: Info.of(told, "").is_calibrated):
+            return ""
+    return _no_focal(bag, topic)
+
+
+def _no_info(bag: Bag, image: ImageTopic) -> str:
+    return f"{bag.path}: no camera_info belongs to {image.topic}"
+
+
+def _no_focal(bag: Bag, topic: str) -> str:
+    return f"{bag.path}: {topic} says no focal length: the camera is not calibrated"
 
 
 @dataclass(frozen=True)
@@ -143,17 +186,33 @@ def _seat(bag: Bag, image: ImageTopic, content: Content) -> Seat:
     topic = image.info_topic
     if topic is None:
         raise CaptureError(
-            f"{bag.path}: no camera_info belongs to {image.topic}; record "
-            f"{image.camera}/camera_info too, or choose another topic"
+            f"{_no_info(bag, image)}; record {image.camera}/camera_info too, or choose another "
+            "topic"
         )
     info = content.infos.get(topic)
     if info is None:
-        raise CaptureError(
-            f"{bag.path}: {topic} says no focal length: the camera is not calibrated; calibrate "
-            "it, or choose another camera"
-        )
+        raise CaptureError(f"{_no_focal(bag, topic)}; calibrate it, or choose another camera")
     place = f"{bag.path}, {topic}"
     return Seat(image, calibration_of(info, image.size_px, place, is_rectified=image.is_rectified))
+
+
+def _told_seats(
+    bag: Bag, images: Sequence[ImageTopic], names: Sequence[str], content: Content, told: Told
+) -> list[Seat]:
+    """Join topics with what a person tells of them."""
+    known = [image.info_topic for image in images if image.info_topic in content.infos]
+    if len(known) == len(images):
+        raise CaptureError(
+            f"{bag.path} says itself how its cameras see; nothing else can be told of them"
+        )
+    content.notes += [f"{topic} is not used, as all cameras are told" for topic in known]
+    frames = {image.frame for image in images}
+    is_placed = len(frames) == len(images) and all(map(content.transforms.knows, frames))
+    cameras = told(names, [image.size_px for image in images], is_placed=is_placed)
+    return [
+        Seat(image, Calibration.of_told(camera))
+        for image, camera in zip(images, cameras, strict=True)
+    ]
 
 
 def _shots(content: Content, depth: ImageTopic | None) -> Sequence[Shot]:

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,12 +26,40 @@ class Calibration:
     `frame_from_camera` turns from the camera's image to the frame that its messages name: rectified
     images are turned. `rectified_from_camera` turns to the plane that a stereo pair shares, and
     `shift_m`, (x, y) metres in that plane, is how far the camera is from the first of the pair.
+    `rig_from_camera` is where a person says that it sits, which counts more than TF.
     """
 
     lens: Lens
     frame_from_camera: Pose
     rectified_from_camera: Pose
     shift_m: tuple[float, float]
+    rig_from_camera: Pose | None = None
+
+    @classmethod
+    def of_told(cls, told: "ToldCamera") -> "Calibration":
+        """Return what a person tells of a camera whose bag says nothing."""
+        return cls(told.lens, Pose.identity(), Pose.identity(), (0.0, 0.0), told.rig_from_camera)
+
+
+@dataclass(frozen=True)
+class ToldCamera:
+    """What a person tells of a camera: how it sees, and where it sits; None: as TF says."""
+
+    lens: Lens
+    rig_from_camera: Pose | None
+
+
+class Told(Protocol):
+    """Says how cameras see that a bag tells nothing of."""
+
+    def __call__(
+        self, names: Sequence[str], sizes_px: Sequence[tuple[int, int]], /, *, is_placed: bool
+    ) -> Sequence[ToldCamera]:
+        """Return what is known of cameras with names and image sizes (width, height).
+
+        If TF says where each of them is, it `is_placed`.
+        """
+        ...
 
 
 @dataclass(frozen=True)

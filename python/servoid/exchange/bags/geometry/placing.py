@@ -40,10 +40,13 @@ def place_cameras(
     transforms: Transforms,
     stamps_ns: Sequence[int],
     world: str | None,
+    *,
+    rests: bool = False,
 ) -> Placing:
     """Place cameras by TF, or by the shift in the calibrations of a stereo pair.
 
-    `world` is the frame that poses are told in, by default the top of the first camera's tree.
+    `world` is the frame that poses are told in, by default the top of the first camera's tree. If
+    the rig `rests`, nothing is asked of where it was.
 
     Raises:
         CaptureError: nothing says where a camera is, cameras move against each other, or TF does
@@ -52,20 +55,22 @@ def place_cameras(
 
     """
     frame = seats[0].image.frame
+    resting = (Pose.identity(),) * len(stamps_ns)
     if not transforms.knows(frame):
         if world is not None:
             raise CaptureError(
                 f"{place}: no TF leads from '{world}' to the camera's frame '{frame}'; record /tf "
                 "and /tf_static, or leave the world out: the rig then rests"
             )
-        resting = (Pose.identity(),) * len(stamps_ns)
         note = f"no TF tells of the frame '{frame}': the rig is taken to rest, and to be the world"
-        return Placing(_by_shifts(place, seats), resting, (note,))
+        return Placing(_by_shifts(place, seats), resting, () if rests else (note,))
     top = transforms.root(frame) if world is None else world
     rig = transforms.mount(frame, top)
     seated = tuple(
         _on_rig(place, seats, index, transforms, rig, stamps_ns) for index in range(len(seats))
     )
+    if rests:
+        return Placing(seated, resting, ())
     poses = tuple(
         transforms.pose(top, rig, stamp) if rig != top else Pose.identity() for stamp in stamps_ns
     )
@@ -85,7 +90,8 @@ def _on_rig(
     seat, first = seats[index], seats[0]
     frame = seat.image.frame
     is_shared = index > 0 and frame == first.image.frame
-    if is_shared or not transforms.knows(frame):
+    is_told = index > 0 and seat.calibration.rig_from_camera is not None
+    if is_shared or is_told or not transforms.knows(frame):
         rig_from_first = _on_rig(place, seats, 0, transforms, rig, stamps_ns)
         return rig_from_first @ _first_from(place, first, seat)
     found = [(stamp, transforms.pose(rig, frame, stamp)) for stamp in stamps_ns]
@@ -112,7 +118,14 @@ def _on_rig(
 
 
 def _by_shifts(place: str, seats: Sequence[Seat]) -> tuple[Pose, ...]:
-    """Return rig_from_camera where TF knows none: the first camera's frame is the rig."""
+    """Return rig_from_camera where TF knows none: the first camera's frame is the rig.
+
+    Where a person tells of all cameras, that counts.
+    """
+    told = [seat.calibration.rig_from_camera for seat in seats]
+    known = tuple(pose for pose in told if pose is not None)
+    if len(known) == len(seats):
+        return known
     rig_from_first = seats[0].calibration.frame_from_camera
     others = (rig_from_first @ _first_from(place, seats[0], seat) for seat in seats[1:])
     return (rig_from_first, *others)
@@ -125,6 +138,9 @@ def _first_from(place: str, first: Seat, other: Seat) -> Pose:
         CaptureError: they say nothing of it.
 
     """
+    told = first.calibration.rig_from_camera, other.calibration.rig_from_camera
+    if told[0] is not None and told[1] is not None:
+        return told[0].inverse() @ told[1]
     shifts = np.array([first.calibration.shift_m, other.calibration.shift_m])
     across, down = shifts[1] - shifts[0]
     if np.hypot(across, down) < _LEAST_BASELINE_M:

@@ -145,13 +145,13 @@ def _guessed(bag: Bag, found: Sequence[ImageTopic]) -> Chosen:
     seen = [one for one in found if not one.is_depth]
     seen.sort(key=lambda one: (order.index(one.info_topic or one.topic),) if is_own else one.rank())
     calibrated = [one for one in seen if one.info_topic is not None]
-    if not calibrated:
+    if not seen:
         raise CaptureError(
-            f"{bag.path}: no camera_info belongs to {_some([one.topic for one in seen])}; record "
-            "the calibration too, on the topic camera_info beside each topic of images"
+            f"{bag.path}: its topics of images hold depth alone, or no image; record those of a "
+            "camera too"
         )
     cameras: dict[str, ImageTopic] = {}
-    for one in calibrated:
+    for one in calibrated or seen:
         cameras.setdefault(one.camera, one)
     depths = [one for one in found if one.is_depth]
     images = tuple(cameras.values()) if is_own else _likely(cameras, depths)

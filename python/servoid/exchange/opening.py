@@ -69,6 +69,11 @@ def holds_capture_file(path: Path) -> bool:
     return is_capture(path) and _kind(path) == "capture"
 
 
+def holds_bag(path: Path) -> bool:
+    """Say if what lies there is a bag, or a folder with one."""
+    return is_capture(path) and _kind(path) == "bag"
+
+
 def _kind(path: Path) -> str:
     if is_file(path):
         if path.name in _COLMAP_FILES:

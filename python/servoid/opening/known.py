@@ -151,7 +151,7 @@ class Known:
                 MountedCamera(name, _pinhole(camera), _beside(place * apart_m))
                 for place, (name, camera) in enumerate(zip(names, cameras, strict=True))
             ),
-            (_assumption(fov_deg, self.baseline_m, cameras[0], is_placed=is_placed),),
+            () if self.fov_deg is None else (self._assumption(cameras[0], is_placed=is_placed),),
             is_seated=self.baseline_m is not None or not is_placed,
             is_made_up=len(names) > 1 and self.baseline_m is None and not is_placed,
         )
@@ -168,6 +168,19 @@ class Known:
             raise CaptureError(
                 f"{source} has one camera, so --baseline means nothing; leave it out"
             )
+
+    def _assumption(self, camera: Camera, *, is_placed: bool) -> str:
+        """Say what an angle of view means for the first camera."""
+        width, height = camera.size_px
+        seen = (
+            f"{width}x{height} pixels see {digits(self.fov_deg or 0.0)} degrees from left to "
+            f"right, a focal length of {digits(round(camera.focal_px[0], 1))} px, without "
+            "distortion, around the middle of the image"
+        )
+        if self.baseline_m is not None:
+            apart = f"{digits(self.baseline_m)} m apart"
+            return f"{seen}; two such cameras look in parallel, {apart}"
+        return seen if is_placed else f"{seen}; the camera is the world's origin"
 
 
 def any_cameras(known: Known) -> Known:
@@ -222,17 +235,3 @@ def _pinhole(camera: Camera) -> Lens:
 
 def _beside(right_m: float) -> Pose:
     return Pose.from_parts((right_m, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0))
-
-
-def _assumption(
-    fov_deg: float, baseline_m: float | None, camera: Camera, *, is_placed: bool
-) -> str:
-    width, height = camera.size_px
-    seen = (
-        f"{width}x{height} pixels see {digits(fov_deg)} degrees from left to right, a focal length "
-        f"of {digits(round(camera.focal_px[0], 1))} px, without distortion, around the middle of "
-        "the image"
-    )
-    if baseline_m is None:
-        return seen if is_placed else f"{seen}; the camera is the world's origin"
-    return f"{seen}; two such cameras look in parallel, {digits(baseline_m)} m apart"

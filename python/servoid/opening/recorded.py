@@ -176,7 +176,9 @@ class _Told:
         self, names: Sequence[str], sizes_px: Sequence[tuple[int, int]]
     ) -> list[MountedLens]:
         """Tell it of a capture's cameras."""
-        self._rig = self._known.rig(self._word.text, names, sizes_px)
+        # A capture says where its rig was, but not where several cameras sit on it.
+        is_placed = len(names) == 1
+        self._rig = self._known.rig(self._word.text, names, sizes_px, is_placed=is_placed)
         return [MountedLens(one.lens, one.rig_from_camera) for one in self._rig.cameras]
 
     def opened(self, capture: Capture) -> Opened:

@@ -12,7 +12,7 @@ from servoid.config.limits import SETTINGS_FILE
 from servoid.config.places import is_file, is_folder
 from servoid.config.reading import read_text
 from servoid.errors import CaptureError
-from servoid.exchange.opening import is_capture
+from servoid.exchange.opening import holds_bag, is_capture
 from servoid.source.device import shown
 
 _ADDRESS = re.compile(r"(?P<scheme>[a-z][a-z0-9+.]*)://", re.IGNORECASE)
@@ -168,7 +168,7 @@ def _kind_of(path: Path) -> Kind:
             return Kind.BAG
         if _images(path.iterdir()) and not is_capture(path):
             return Kind.IMAGES
-        return Kind.CAPTURE
+        return Kind.BAG if holds_bag(path) else Kind.CAPTURE
     for kind, suffixes in _SUFFIXES.items():
         if _ends(path.name, suffixes):
             return kind

@@ -14,12 +14,12 @@ import numpy as np
 
 from servoid.errors import OutputError
 from servoid.output import check_folder, make_folder, write_whole
+from servoid.pose import Pose
 from servoid.source import MountedCamera, RawImage, RawInstant
 
 MARK = "# recorded by servoid"
 IMAGES_HEADER = ("observation", "camera", "file", "time_s", "number")
 _POSES_HEADER = "time_s,x,y,z,qw,qx,qy,qz"
-_AT_REST = "0.0,0.0,0.0,1.0,0.0,0.0,0.0"
 _PNG_EFFORT = 1  # least: images must be written as fast as they come
 
 
@@ -51,6 +51,7 @@ class FolderRecorder:
         self._began, self._is_calibrated = began, is_calibrated
         check_recording(self._folder)
         self._times_s: list[float] = []
+        self._poses: list[Pose] = []
         self._rows: list[tuple[str | int, ...]] = []
         self._has_depth = [False] * len(self._rig)
         self._draft = self._folder.resolve().with_name(f".servoid-{secrets.token_hex(6)}.part")
@@ -61,8 +62,8 @@ class FolderRecorder:
     def __len__(self) -> int:
         return len(self._times_s)
 
-    def add(self, raw: RawInstant) -> None:
-        """Keep one more observation.
+    def add(self, raw: RawInstant, world_from_rig: Pose | None = None) -> None:
+        """Keep one more observation; without a pose the rig rests at the world's origin.
 
         Raises:
             OutputError: a file cannot be written.
@@ -80,6 +81,7 @@ class FolderRecorder:
             raise OutputError(f"cannot record into {self._folder}: {error.strerror}") from error
         self._rows += rows
         self._times_s.append(raw.time_s)
+        self._poses.append(world_from_rig or Pose.identity())
 
     def close(self) -> Path:
         """Write what is known of all observations, and put the folder in its place; return it.
@@ -94,7 +96,8 @@ class FolderRecorder:
         rows = io.StringIO()
         csv.writer(rows, lineterminator="\n").writerows([IMAGES_HEADER, *self._rows])
         write_whole(self._draft / "images.csv", rows.getvalue().encode())
-        poses = [_POSES_HEADER, *(f"{time_s!r},{_AT_REST}" for time_s in self._times_s)]
+        both = zip(self._times_s, self._poses, strict=True)
+        poses = [_POSES_HEADER, *(_row(time_s, pose) for time_s, pose in both)]
         write_whole(self._draft / "poses.csv", ("\n".join(poses) + "\n").encode())
         write_whole(self._draft / "capture.toml", self._capture().encode())
         check_recording(self._folder)
@@ -139,7 +142,9 @@ class FolderRecorder:
         tables = [f"{MARK}{when}\nversion = 1{rate}\n"]
         for camera, has_depth in zip(self._rig, self._has_depth, strict=True):
             tables.append(_table(camera, self._is_calibrated, has_depth=has_depth))
-        return "\n".join([*tables, '[rig]\nposes = "poses.csv"  # the times; the rig is at rest\n'])
+        is_at_rest = all(pose == Pose.identity() for pose in self._poses)
+        remark = "the times; the rig is at rest" if is_at_rest else "world_from_rig at each time"
+        return "\n".join([*tables, f'[rig]\nposes = "poses.csv"  # {remark}\n'])
 
 
 def record_folder(
@@ -188,6 +193,10 @@ def check_recording(folder: Path) -> None:
             f"cannot record into {folder}: the folder holds something; name one that is empty or "
             "does not exist yet"
         )
+
+
+def _row(time_s: float, pose: Pose) -> str:
+    return ",".join(repr(float(one)) for one in (time_s, *pose.translation, *pose.quaternion))
 
 
 def _file_of(image: RawImage) -> tuple[str, bytes]:

@@ -10,11 +10,20 @@ from servoid._native import ModelSettings, PaperSettings
 from servoid.cli.doubting import settled
 from servoid.cli.model.summary import print_summary
 from servoid.cli.progress import progress_bar
-from servoid.cli.scan.filming import Scale, find_first, needs_scan, print_time, scan_first
+from servoid.cli.scan.filming import (
+    Scale,
+    find_first,
+    needs_scan,
+    open_first,
+    print_time,
+    scan_first,
+)
+from servoid.cli.scan.scanning import ScanOrder
 from servoid.cli.values import Method
 from servoid.cli.wrong_options import OptionError, of_options
 from servoid.config.places import is_file
 from servoid.errors import ModelError, OutputError
+from servoid.exchange import is_bag
 from servoid.exchange.shapes.cloud_file import is_cloud, read_cloud
 from servoid.exchange.shapes.mesh_file import SUFFIXES, read_mesh
 from servoid.model import (
@@ -68,14 +77,15 @@ def run_model(order: Order) -> None:
     with of_options():
         targets = [parse_target(text) for text in order.targets]
         _check_settings(order)
-    filmed = needs_scan(order.source, order.known, order.scale)
+    filmed = needs_scan(order.source, order.known, order.scale, order.topics)
     write_report = _report_writer() if order.report is not None else None
     scanned_s, source = 0.0, order.source
     if filmed:
-        trusted = settled(lambda trust: find_first(source, targets, trusted=trust), order)
+        scan, footage = _scan_order(order), open_first(source, order.topics)
+        trusted = settled(lambda trust: find_first(footage, targets, trusted=trust), order)
         order = replace(order, trust_targets=trusted)
-        found = scan_first(source, order.out, targets, order.scale, order.threads)
-        order = replace(order, source=str(found.capture))
+        found = scan_first(scan, footage, targets)
+        order = replace(order, source=str(found.capture), topics=())
         targets, scanned_s = found.targets, found.seconds
     result = settled(lambda trusted: _fit(order, targets, trusted=trusted), order)
     files: list[Path] = []
@@ -85,6 +95,31 @@ def run_model(order: Order) -> None:
     print_summary(source, result, order.out, files)
     if filmed:
         print_time(scanned_s, result.seconds)
+
+
+def _scan_order(order: Order) -> ScanOrder:
+    """Return the scan that comes first, into a folder beside the body."""
+    chosen = {
+        "--rate": order.known.rate_hz is not None,
+        "--bop-object": order.bop_object is not None,
+        "--images": order.images is not None,
+        "--topic": bool(order.topics) and not is_bag(order.source),
+        "--world": order.world is not None,
+    }
+    for option in (option for option, given in chosen.items() if given):
+        raise OptionError(
+            f"{order.source} is scanned first, as nothing says how its camera sees or where it "
+            f"was, and to a scan {option} means nothing; leave it out"
+        )
+    return ScanOrder(
+        source=order.source,
+        out=order.out.with_name(f"{order.out.stem}_scan"),
+        lengths=order.scale.lengths,
+        board=order.scale.board,
+        baselines=order.scale.baselines,
+        threads=order.threads,
+        topics=order.topics,
+    )
 
 
 def _check_outputs(out: Path, report: Path | None) -> None:

@@ -1,4 +1,4 @@
-"""`servoid model` of a video or of photographs without poses: the scan that comes first."""
+"""`servoid model` of images without poses and calibration: the scan that comes first."""
 
 import time
 from collections.abc import Sequence
@@ -11,9 +11,9 @@ from servoid.cli.scan.scanning import ScanOrder, print_scan, scanned
 from servoid.cli.wrong_options import OptionError
 from servoid.errors import ScanError
 from servoid.exchange import is_capture
-from servoid.opening import Known, parse_source
+from servoid.opening import Known, count_untold, open_filmed, parse_source
 from servoid.opening.word import Kind
-from servoid.scan import CAMERA, Footage, is_footage, open_footage
+from servoid.scan import CAMERA, Footage, is_footage
 from servoid.scan.footage import image_name
 from servoid.segment import HueTarget, Target, seek_object, undoubted
 
@@ -41,20 +41,19 @@ class Scanned:
     seconds: float
 
 
-def needs_scan(source: str, known: Known, scale: Scale) -> bool:
-    """Say if a source is images of which nothing says where they were taken.
+def needs_scan(source: str, known: Known, scale: Scale, topics: Sequence[str] = ()) -> bool:
+    """Say if a source is images of which nothing says where they were taken, and by which camera.
 
-    What is told of the camera means that it stood still.
+    What is told of the camera means that it stood still, or that a bag says where it was. `topics`
+    are those that are chosen of a bag.
 
     Raises:
         OptionError: it is not, and yet something tells its scale.
+        CaptureError: there is no such source, or a bag is damaged.
 
     """
-    told = known.fov_deg or known.baseline_m or known.calibration
-    if not told and is_footage(source) and not is_capture(Path(source)):
-        word = parse_source(source)
-        if word.kind is not Kind.VIDEOS and not word.halves:
-            return True
+    if not known.is_told and _is_silent(source, topics):
+        return True
     for option in scale.given():
         raise OptionError(
             f"{option} tells the scale of a video or of photographs without poses, and {source} "
@@ -63,7 +62,20 @@ def needs_scan(source: str, known: Known, scale: Scale) -> bool:
     return False
 
 
-def find_first(source: str, targets: Sequence[Target], *, trusted: bool) -> bool:
+def _is_silent(source: str, topics: Sequence[str]) -> bool:
+    if is_footage(source) and not is_capture(Path(source)):
+        word = parse_source(source)
+        return word.kind is not Kind.VIDEOS and not word.halves
+    word = parse_source(source)
+    return word.kind is Kind.BAG and count_untold(word, topics) > 0
+
+
+def open_first(source: str, topics: Sequence[str]) -> Footage:
+    """Open the images that are to be scanned; otherwise as `open_filmed`."""
+    return open_filmed(parse_source(source), topics=topics).footage
+
+
+def find_first(footage: Footage, targets: Sequence[Target], *, trusted: bool) -> bool:
     """Look for the object in its image before the scan, which takes longer; return `trusted`.
 
     Raises:
@@ -72,7 +84,6 @@ def find_first(source: str, targets: Sequence[Target], *, trusted: bool) -> bool
         OptionError: nothing says what the object is, or a target means an image that is not there.
 
     """
-    footage = open_footage(source)
     for target, name in zip(targets, _names(footage, targets), strict=True):
         if name is not None:
             ((_, image),) = footage.images([name])
@@ -82,10 +93,8 @@ def find_first(source: str, targets: Sequence[Target], *, trusted: bool) -> bool
     return trusted
 
 
-def scan_first(
-    source: str, out: Path, targets: Sequence[Target], scale: Scale, threads: int | None
-) -> Scanned:
-    """Scan the images into a folder beside the body, and print what was found.
+def scan_first(order: ScanOrder, footage: Footage, targets: Sequence[Target]) -> Scanned:
+    """Scan the images of an order, which are opened as `footage`, and print what was found.
 
     Raises:
         OptionError: as for `find_first`.
@@ -93,31 +102,21 @@ def scan_first(
 
     """
     start = time.perf_counter()
-    named = _names(open_footage(source), targets)
-    capture = out.with_name(f"{out.stem}_scan")
-    made = scanned(
-        ScanOrder(
-            source=source,
-            out=capture,
-            lengths=scale.lengths,
-            board=scale.board,
-            baselines=scale.baselines,
-            wanted=tuple(name for name in named if name is not None),
-            threads=threads,
-        )
-    )
+    named = _names(footage, targets)
+    made = scanned(replace(order, wanted=tuple(name for name in named if name is not None)))
     for name in named:
         if name is not None and name not in made.solution.names:
             raise ScanError(
                 f"image {name}, in which the object is marked, found no place; mark it in another, "
-                f"such as --target click:320,240@{made.solution.names[0]}; the scan is in {capture}"
+                f"such as --target click:320,240@{made.solution.names[0]}; the scan is in "
+                f"{order.out}"
             )
     print_scan(made)
     seen = [
         target if name is None else replace(target, view=f"{CAMERA}/{name}")
         for target, name in zip(targets, named, strict=True)
     ]
-    return Scanned(capture, seen, time.perf_counter() - start)
+    return Scanned(order.out, seen, time.perf_counter() - start)
 
 
 def print_time(scanned_s: float, modelled_s: float) -> None:

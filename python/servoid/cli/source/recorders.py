@@ -7,7 +7,6 @@ from importlib import import_module
 from pathlib import Path
 from types import ModuleType
 
-from servoid.capture import Capture
 from servoid.cli.wrong_options import OptionError
 from servoid.errors import CaptureError
 from servoid.pose import Pose
@@ -30,7 +29,7 @@ def check_recorder(out: Path) -> None:
 
     """
     if is_mcap(out):
-        _writing().check_mcap(out)
+        mcap_writing().check_mcap(out)
     elif out.suffix and not out.is_dir():
         raise OptionError(
             f"cannot record {out}: a recording is a folder, or a file that ends in {_MCAP}"
@@ -57,7 +56,7 @@ def recording_of(
 
 
 def _write_mcap(out: Path, rig: Sequence[MountedCamera], raw: Iterable[RawInstant]) -> object:
-    writing = _writing()
+    writing = mcap_writing()
 
     def image_of(raw: RawInstant, place: int) -> object:
         image = raw.images[place]
@@ -79,25 +78,18 @@ def _write_mcap(out: Path, rig: Sequence[MountedCamera], raw: Iterable[RawInstan
     return writing.write_mcap_recording(out, rig, observations)
 
 
-def convert(capture: Capture, out: Path, watch: Callable[[int], None]) -> int:
-    """Write a capture as MCAP, and return how many observations there were.
-
-    Raises:
-        OutputError: the file cannot be written.
-        CaptureError: this version of servoid writes no MCAP.
-
-    """
-    writing = _writing()
-    observations = writing.raw_observations(capture)
-    return writing.write_mcap_recording(out, capture.cameras, observations, watch)
-
-
 def is_mcap(out: Path) -> bool:
     """Say if a name is that of an MCAP file."""
     return out.suffix.lower() == _MCAP
 
 
-def _writing() -> ModuleType:
+def mcap_writing() -> ModuleType:
+    """Return what writes MCAP.
+
+    Raises:
+        CaptureError: this version of servoid has no such module.
+
+    """
     try:
         return import_module(_WRITING)
     except ModuleNotFoundError as error:

@@ -9,10 +9,19 @@ import typer
 
 from servoid.cli.interrupting import INTERRUPTED
 from servoid.cli.progress import progress_bar
+from servoid.cli.source.converting import convert
 from servoid.cli.source.footage import LiveFootage
-from servoid.cli.source.recorders import check_recorder, convert, is_mcap
+from servoid.cli.source.recorders import check_recorder, is_mcap
 from servoid.cli.wrong_options import OptionError
-from servoid.opening import Kind, Known, SourceWord, any_cameras, open_recorded, parse_source
+from servoid.opening import (
+    Kind,
+    Known,
+    SourceWord,
+    any_cameras,
+    count_untold,
+    open_recorded,
+    parse_source,
+)
 from servoid.words import counted
 
 _LABEL_WIDTH = 12
@@ -63,16 +72,31 @@ def _check_live(order: Order, word: SourceWord) -> None:
 
 
 def _is_uncalibrated(order: Order, word: SourceWord) -> bool:
-    """Say if a live source does not say how its cameras see, and nobody else does."""
-    is_silent = word.kind in (Kind.CAMERA, Kind.STREAM, Kind.GENICAM)
-    return is_silent and not order.known.tells_lens
+    """Say if a source does not say how its cameras see, and nobody else does.
+
+    Raises:
+        OptionError: it is told where they sit alone, which would be lost.
+
+    """
+    if order.known.tells_lens:
+        return False
+    if word.is_live:
+        is_silent = word.kind in (Kind.CAMERA, Kind.STREAM, Kind.GENICAM)
+    else:
+        is_silent = count_untold(word, order.topics) > 0
+    if is_silent and order.known.baseline_m is not None:
+        raise OptionError(
+            "--baseline says nothing of how the cameras see, and alone it would not be kept; add "
+            "--fov, or leave it out until the recording is used"
+        )
+    return is_silent
 
 
 def _check_recorded(order: Order, word: SourceWord) -> None:
     for option, value in (("--duration", order.duration_s), ("--count", order.count)):
         if value is not None:
             raise OptionError(f"{word} is recorded, so {option} means nothing; leave it out")
-    if not is_mcap(order.out):
+    if word.kind is Kind.CAPTURE and not is_mcap(order.out):
         raise OptionError(
             f"{word} is recorded already; it can be written as MCAP, with --out "
             f"{order.out.name}.mcap"
@@ -80,16 +104,23 @@ def _check_recorded(order: Order, word: SourceWord) -> None:
 
 
 def _convert(order: Order, word: SourceWord) -> None:
-    opened = open_recorded(word, order.known, topics=order.topics, world=order.world)
+    is_uncalibrated = not is_mcap(order.out) and _is_uncalibrated(order, word)
+    known = any_cameras(order.known) if is_uncalibrated else order.known
+    opened = open_recorded(word, known, topics=order.topics, world=order.world)
     whole = len(opened.capture)
     with progress_bar("writing") as update:
         count = convert(
-            opened.capture, order.out, lambda done: update(done / whole, f"{done} of {whole}")
+            opened.capture,
+            order.out,
+            lambda done: update(done / whole, f"{done} of {whole}"),
+            is_calibrated=not is_uncalibrated,
         )
     typer.echo(f"Wrote {word}: {counted(count, 'observation')}")
     notes = [("note", note) for note in opened.capture.notes]
     if not opened.capture.metric:
         notes.append(("note", "no length is in metres, which a recording as MCAP does not say"))
+    if is_uncalibrated:
+        notes.append(("note", _UNCALIBRATED))
     notes += [("assumed", note) for note in opened.notes]
     _print([*notes, ("recording", str(order.out))])
 
@@ -133,8 +164,7 @@ def _record(order: Order, word: SourceWord) -> None:
     rows += [("notice", notice) for notice, _ in notices.most_common(_MOST_NOTICES)]
     if is_uncalibrated:
         rows.append(("note", _UNCALIBRATED))
-    else:
-        rows += [("assumed", note) for note in footage.notes]
+    rows += [("assumed", note) for note in footage.notes]
     _print([*rows, ("recording", str(order.out))])
     if is_stopped and order.duration_s is not None:
         typer.echo(f"interrupted after {counted(count, 'observation')}", err=True)

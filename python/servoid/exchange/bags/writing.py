@@ -6,7 +6,12 @@ from pathlib import Path
 from servoid.errors import OutputError
 from servoid.exchange.bags.mcap.mcap_file import check_mcap, check_mcap_suffix, mcap_file
 from servoid.exchange.bags.mcap.observations import ObservationRecorder, RecordedCamera
-from servoid.exchange.bags.mcap.raw_images import RawImage, RawObservation, raw_observations
+from servoid.exchange.bags.mcap.raw_images import (
+    RawImage,
+    RawObservation,
+    raw_image,
+    raw_observations,
+)
 from servoid.exchange.bags.mcap.run import McapRun, ObjectState, RunRig, mcap_run
 
 __all__ = [
@@ -19,6 +24,7 @@ __all__ = [
     "check_mcap",
     "check_mcap_suffix",
     "mcap_run",
+    "raw_image",
     "raw_observations",
     "write_mcap_recording",
 ]

@@ -1,0 +1,93 @@
+"""Writes what is recorded already as a recording of another kind: as MCAP, or as a folder."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from servoid.camera import Picture
+from servoid.camera.image_size import JPEG
+from servoid.camera.images import decode_bytes
+from servoid.capture import Capture, CaptureCamera
+from servoid.cli.source.recorders import is_mcap, mcap_writing
+from servoid.errors import CaptureError, ImageError
+from servoid.exchange.bags.writing import raw_image
+from servoid.record import FolderRecorder
+from servoid.source import ASSUMED_HZ, MountedCamera, RawImage, RawInstant
+
+_AS_STORED = cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION
+
+Watch = Callable[[int], None]
+"""Hears how many observations are written by now."""
+
+
+def convert(capture: Capture, out: Path, watch: Watch, *, is_calibrated: bool = True) -> int:
+    """Write a capture as MCAP or into a folder, and return how many observations there were.
+
+    JPEG files stay as they are. Unless it `is_calibrated`, a folder does not say how cameras see.
+
+    Raises:
+        OutputError: it cannot be written.
+        CaptureError: this version of servoid writes no MCAP.
+
+    """
+    if is_mcap(out):
+        writing = mcap_writing()
+        observations = writing.raw_observations(capture)
+        return writing.write_mcap_recording(out, capture.cameras, observations, watch)
+    rig = [MountedCamera(one.name, one.lens, one.rig_from_camera) for one in capture.cameras]
+    recorder = FolderRecorder(out, rig, is_calibrated=is_calibrated)
+    try:
+        for observation in capture.observations():
+            recorder.add(_raw(capture, observation.index), observation.world_from_rig)
+            watch(len(recorder))
+        recorder.close()
+    except BaseException:
+        recorder.discard()
+        raise
+    return len(recorder)
+
+
+def _raw(capture: Capture, index: int) -> RawInstant:
+    """Read one observation."""
+    rate_hz = capture.rate_hz or ASSUMED_HZ
+    time_s = index / rate_hz if capture.times_s is None else capture.times_s[index]
+    return RawInstant(
+        index=index,
+        time_s=time_s,
+        images=tuple(_image(camera, index, time_s) for camera in capture.cameras),
+        world_from_lens=tuple(
+            capture.world_from_rig[index] @ camera.rig_from_camera for camera in capture.cameras
+        ),
+    )
+
+
+def _image(camera: CaptureCamera, index: int, time_s: float) -> RawImage | None:
+    """Read one image with its depth; None if there is none, or it cannot be read."""
+    picture = camera.pictures[index]
+    if picture is None:
+        return None
+    try:
+        pixels = picture.read(camera.lens.size_px)
+    except ImageError:
+        return None
+    encoded = _jpeg(camera, picture, pixels)
+    return RawImage(pixels, time_s, index + 1, _depth(camera, index), encoded)
+
+
+def _jpeg(camera: CaptureCamera, picture: Picture, pixels: np.ndarray) -> bytes | None:
+    """Return the JPEG file that an image is stored as, if a capture would read it the same."""
+    stored = raw_image(camera, picture)
+    data = None if stored is None else stored.data
+    if not isinstance(data, bytes) or not data.startswith(JPEG):
+        return None
+    read = decode_bytes(data, str(picture.path), _AS_STORED, camera.lens.size_px, ImageError)
+    return data if np.array_equal(read[..., ::-1], pixels) else None
+
+
+def _depth(camera: CaptureCamera, index: int) -> np.ndarray | None:
+    try:
+        return camera.recorded_depth(index)
+    except (CaptureError, ImageError):
+        return None

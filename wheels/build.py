@@ -85,7 +85,9 @@ def _environment() -> Mapping[str, str]:
     places = {cargo / "registry" / "src": "crates", cargo: "cargo", sysroot: "rust", ROOT: "."}
     flags = [f"--remap-path-prefix={place}={name}" for place, name in reversed(places.items())]
     kept = {name: value for name, value in os.environ.items() if "RUSTFLAGS" not in name}
-    return kept | {"CARGO_ENCODED_RUSTFLAGS": "\x1f".join(flags)}
+    # Zig is a package of this Python, which need not be the `python3` that a shell finds.
+    zig = {"CARGO_ZIGBUILD_PYTHON_PATH": sys.executable}
+    return kept | zig | {"CARGO_ENCODED_RUSTFLAGS": "\x1f".join(flags)}
 
 
 def _said(*command: str) -> str:

@@ -136,6 +136,7 @@ def test_flags_of_the_builder_do_not_get_into_the_wheel(monkeypatch: pytest.Monk
     monkeypatch.setenv("CARGO_ENCODED_RUSTFLAGS", "-Ctarget-cpu=native")
     environment = build._environment()
     assert "RUSTFLAGS" not in environment
+    assert environment["CARGO_ZIGBUILD_PYTHON_PATH"] == sys.executable
     flags = environment["CARGO_ENCODED_RUSTFLAGS"].split("\x1f")
     assert flags and all(flag.startswith("--remap-path-prefix=") for flag in flags)
 

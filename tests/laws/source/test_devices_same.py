@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from gige_peer import ADDRESS, gige_camera
 from realsense_peer import Shown, write_recording
+from served_images import served
 
 from servoid.capture import Capture, open_capture
 from servoid.source import Instant, Live, LiveCamera, read_instants
@@ -47,7 +48,7 @@ def from_live(
         with Live(open_cameras()) as source:
             while len(found) < len(folder) and not source.is_over and time.monotonic() < end:
                 instant = source.newest()
-                if instant is not None and not instant.is_dark:
+                if instant is not None and all(image is not None for image in instant.images):
                     found.setdefault(places[_left(instant)], instant)
                 time.sleep(0.0005)
     return [
@@ -98,6 +99,21 @@ def test_a_gige_camera_and_a_folder_give_the_same_trajectory_to_the_bit(tmp_path
     images = np.stack([np.concatenate(one.images, axis=1) for one in folder])  # type: ignore
     with gige_camera(tmp_path, images, "RGB8", 10.0):
         live = from_live(lambda: side_by_side(capture), folder)
+    assert_same(capture, live, folder)
+
+
+def test_streams_of_a_folders_jpeg_files_give_its_trajectory_to_the_bit() -> None:
+    capture = open_capture(MUSTARD)
+    folder = from_folder(capture)
+    with served(MUSTARD, rate_hz=15.0) as address:
+
+        def streams() -> list[LiveCamera]:
+            return [
+                LiveCamera(one.name, f"{address}/{one.name}", one.lens, one.rig_from_camera)
+                for one in capture.cameras
+            ]
+
+        live = from_live(streams, folder)
     assert_same(capture, live, folder)
 
 

@@ -36,7 +36,8 @@ def model(
         typer.Argument(
             metavar="SOURCE",
             help=f"{SOURCE_HELP}; or a mesh (.ply .obj .stl .off .glb) or a point cloud (.ply). A "
-            "video or images without --fov or --calibration are scanned first.",
+            "video, images or a bag without a calibration are scanned first, unless --fov or "
+            "--calibration is given.",
         ),
     ],
     out: Annotated[

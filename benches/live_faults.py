@@ -1,0 +1,155 @@
+"""Track a stream of two cameras that fail on purpose, and measure how soon it goes on.
+
+A server in a process of its own sends the JPEG files of a bottle's recording, to and fro, with the
+stamps of their images; `servoid track` follows them live. Each fault has a run of its own. Printed
+are what was told first, for how long no observation came, and the time from the first observation
+after the fault to the first that is tracked; of every image that is lost, the share of tracked
+observations. Skips what is not there: the recording is looked for beside the repository.
+
+Run it with: python benches/live_faults.py [killed] [stalled] [dropped] [small] [jump]
+"""
+
+import csv
+import itertools
+import re
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "fixtures"))
+
+from served_images import served
+
+from servoid.capture import open_capture
+from servoid.model import fit_capture
+from servoid.segment import MaskTarget
+from servoid.track import learn_appearance
+
+BOTTLE = Path(__file__).resolve().parents[2] / "shared" / "data" / "stereo" / "mustard"
+RATE_HZ, RUN_S, FAULT_S = 15.0, 16.0, 12.0  # the fault begins so long after the server
+KILLED_S, JUMP_S = 2.0, -100.0
+RIG_CAMERA = """
+[[camera]]
+name = "{name}"
+device = "{address}/{name}{faults}"
+size_px = {size}
+focal_px = {focal}
+center_px = {center}
+rig_from_camera = {pose}
+"""
+
+
+@dataclass(frozen=True)
+class Fault:
+    """What a server does wrong, and the notice that must tell it."""
+
+    asked: str
+    told: str
+    is_killed: bool = False
+
+
+FAULTS = {
+    "killed": Fault("", r"no image came for .* s", is_killed=True),
+    "stalled": Fault(f"?stall={FAULT_S},2", r"no image came for \d.\d s"),
+    "dropped": Fault("?drop=7", r"1 image is missing before this one"),
+    "small": Fault(f"?small={FAULT_S},2", r"the image is 320x240 pixels, but the lens has 640x480"),
+    "jump": Fault(f"?jump={FAULT_S},{JUMP_S}", r"its clock went back by \d+\.\d s"),
+}
+
+
+@dataclass(frozen=True)
+class Row:
+    """One observation of a track."""
+
+    time_s: float
+    is_tracked: bool
+    notices: str
+
+
+def main() -> None:
+    """Measure the faults that are asked for, or all."""
+    if not BOTTLE.is_dir():
+        print("skipped: not in shared/data beside the repository")
+        return
+    print("fault    told                                     silent s  tracked after s  tracked")
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        result = fit_capture(
+            open_capture(BOTTLE), targets=[MaskTarget(next((BOTTLE / "masks").glob("*.png")))]
+        )
+        result.save(folder / "body.json", learn_appearance(result))
+        for word in sys.argv[1:] or FAULTS:
+            print(f"{word:8} {judged(run(folder, FAULTS[word]), FAULTS[word])}")
+
+
+def run(folder: Path, fault: Fault) -> list[Row]:
+    """Track the streams live while the fault happens, and return the observations."""
+    with served(BOTTLE, rate_hz=RATE_HZ) as address:
+        began_s = time.monotonic()
+        tracking = track(folder, write_rig(folder / "rig.toml", address, fault.asked))
+        if fault.is_killed:
+            time.sleep(max(0.0, began_s + FAULT_S - time.monotonic()))
+        else:
+            tracking.wait()
+    if fault.is_killed:
+        time.sleep(KILLED_S)
+        with served(BOTTLE, int(address.rpartition(":")[2]), RATE_HZ):
+            tracking.wait()
+    if tracking.returncode:
+        sys.exit(f"servoid track ended with {tracking.returncode}")
+    with (folder / "poses.csv").open(newline="") as file:
+        return [
+            Row(float(row["time_s"]), row["status"] == "tracking", row["notices"])
+            for row in csv.DictReader(file)
+        ]
+
+
+def track(folder: Path, rig: Path) -> "subprocess.Popen[bytes]":
+    """Start `servoid track` in a process of its own."""
+    command = [sys.executable, "-m", "servoid", "track", str(rig), "--body", "body.json"]
+    command += ["--duration", str(RUN_S), "--out", "poses.csv"]
+    quiet = subprocess.DEVNULL
+    return subprocess.Popen(command, cwd=folder, stdout=quiet, stderr=quiet)
+
+
+def write_rig(path: Path, address: str, faults: str) -> Path:
+    """Write the recording's cameras as live ones."""
+    tables = [
+        RIG_CAMERA.format(
+            name=camera.name,
+            address=address,
+            faults=faults,
+            size=list(camera.lens.size_px),
+            focal=list(camera.lens.focal_px),
+            center=list(camera.lens.center_px),
+            pose=camera.rig_from_camera.matrix().tolist(),
+        )
+        for camera in open_capture(BOTTLE).cameras
+    ]
+    path.write_text("version = 1\n" + "".join(tables))
+    return path
+
+
+def judged(rows: Sequence[Row], fault: Fault) -> str:
+    """Return a line of figures; of a fault that is not told the line says so."""
+    begun = next(at for at, row in enumerate(rows) if row.is_tracked)
+    share = sum(row.is_tracked for row in rows[begun:]) / len(rows[begun:])
+    found = [re.search(fault.told, row.notices) for row in rows]
+    first = next((at for at, match in enumerate(found) if match), None)
+    if first is None:
+        return f"NOT TOLD; {share:.1%} tracked"
+    match = found[first]
+    silent_s = max(after.time_s - before.time_s for before, after in itertools.pairwise(rows))
+    # The last observation that tells the fault is the first one after it, or its last one.
+    last = max(at for at, match_ in enumerate(found) if match_)
+    back_s = next((row.time_s for row in rows[last:] if row.is_tracked), float("inf"))
+    told = match[0] if match else ""
+    return f"{told[:40]:40} {silent_s:9.2f} {back_s - rows[last].time_s:16.2f} {share:8.1%}"
+
+
+if __name__ == "__main__":
+    main()

@@ -49,7 +49,9 @@ def from_live(
             while len(found) < len(folder) and not source.is_over and time.monotonic() < end:
                 instant = source.newest()
                 if instant is not None and all(image is not None for image in instant.images):
-                    found.setdefault(places[_left(instant)], instant)
+                    place = places.get(_left(instant))
+                    if place is not None:  # a device may show more than the folder has
+                        found.setdefault(place, instant)
                 time.sleep(0.0005)
     return [
         replace(found[place], index=place, time_s=place / RATE_HZ, notices=())

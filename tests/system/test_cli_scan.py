@@ -20,6 +20,7 @@ def test_the_command_says_how_sure_it_is(tmp_path: Path, servoid_command: Comman
     assert "4 of 4 found a place" in done.out
     assert "UNKNOWN: lengths are not in metres" in done.out
     page = (tmp_path / "out" / "report.html").read_text()
+    assert '<span class="option">--length</span> in two images' in page  # no line ends within it
     assert "lengths are not in metres" in page and page.count("<figure") == 2 + 4
     assert not open_capture(tmp_path / "out").metric
 

@@ -12,6 +12,8 @@ from typing import Any
 
 from servoid.errors import OutputError
 
+_OPTION = re.compile(r"(?<!\S)--[a-z][a-z-]*")
+
 
 def fill(template: str, parts: Mapping[str, str]) -> bytes:
     """Return a page: a template that lies beside this file, each {{name}} replaced by a part."""
@@ -48,8 +50,13 @@ def verdict_list(sentences: Sequence[str]) -> str:
 
 def notes_list(notes: Sequence[str]) -> str:
     """Return the sentences that go above all else, as a list; nothing without any."""
-    items = "".join(f"<li>{html.escape(note)}</li>" for note in notes)
+    items = "".join(f"<li>{_with_options(html.escape(note))}</li>" for note in notes)
     return f'<ul class="notes">{items}</ul>' if items else ""
+
+
+def _with_options(text: str) -> str:
+    """Return text in which no option is broken at its hyphens, as browsers would."""
+    return _OPTION.sub(r'<span class="option">\g<0></span>', text)
 
 
 def image(data: bytes, words: str, kind: str = "png") -> str:

@@ -62,7 +62,8 @@ def place_cameras(
                 f"{place}: no TF leads from '{world}' to the camera's frame '{frame}'; record /tf "
                 "and /tf_static, or leave the world out: the rig then rests"
             )
-        note = f"no TF tells of the frame '{frame}': the rig is taken to rest, and to be the world"
+        named = f"the frame '{frame}'" if frame else "the camera, as its frame has no name"
+        note = f"no TF tells of {named}: the rig is taken to rest, and to be the world"
         return Placing(_by_shifts(place, seats), resting, () if rests else (note,))
     top = transforms.root(frame) if world is None else world
     rig = transforms.mount(frame, top)

@@ -1,33 +1,44 @@
 """Closes triangle meshes, face by face or by building them anew, and says what it did."""
 
-import numpy as np
+from dataclasses import replace
 
+import numpy as np
+from numpy.typing import NDArray
+
+from servoid._native import Soup
 from servoid.errors import MeshError
-from servoid.exchange.shapes.mesh_rebuild import Rebuilt, rebuild
+from servoid.exchange.shapes.mesh_holes import MOST_GUESSED, Filled, fill
+from servoid.exchange.shapes.mesh_rebuild import Rebuilt, openness, rebuild
 from servoid.exchange.shapes.mesh_repair import (
+    Edges,
     Faces,
     Vertices,
     drop,
-    fill,
     outward,
     place,
     signed_volume,
+    size,
     weld,
     wind,
 )
+from servoid.exchange.shapes.mesh_seams import join_seams, loose, without_twins
 from servoid.words import digits
 
 _LEAST_VOLUME = 1e-9  # of the cube of the mesh's diagonal
 _LEAST_REBUILT = 1e-4  # likewise, of what was built anew: less lies between the sides of a sheet
-_MOST_GUESSED = 0.4  # of the surface: half a ball lacks a third of it, a sheet a half
+_LOOSE_CELLS = 32  # along the longest side, in which loose sheets are looked at
+_SEES = 0.02  # of the sky, by which a patch must see more in front than behind, or less
+_MOST_BACKWARD = 0.02  # of the volume, around which patches of holes may wind the wrong way
+_PLACES = 4096  # at which that is looked at
 _REMEDY = "close the mesh in a mesh editor, or give its vertices as a point cloud"
 
 
 def close_mesh(vertices: Vertices, faces: Faces) -> tuple[Vertices, Faces, tuple[str, ...]]:
     """Close a mesh so that it looks outward; notes say what was done.
 
-    Corners at one place are joined, faces dropped, turned and small holes filled. Where that does
-    not close it, its surface is built anew around what its faces wind around.
+    What takes little is done first: corners at one place, or across a crack, are joined, faces that
+    are double, loose or without area dropped, faces turned and holes filled. Where that does not
+    close it, its surface is built anew around what its faces wind around.
 
     Raises:
         MeshError: it encloses nothing, or most of what would enclose it is a guess; the message
@@ -39,27 +50,101 @@ def close_mesh(vertices: Vertices, faces: Faces) -> tuple[Vertices, Faces, tuple
     faces = drop(faces, notes)
     if not len(faces):
         raise MeshError("no face has three different corners; give a mesh with a surface")
+    faces = without_twins(vertices, faces, notes)
+    vertices, faces = join_seams(vertices, faces, notes)
+    faces = _without_loose(vertices, faces, notes)
     wound = wind(faces)
-    filled_notes: list[str] = []
     try:
-        corners, closed = fill(vertices, wound, filled_notes)
-        closed = outward(corners, closed)
-        _check_volume(corners, closed)
+        filled = _filled(vertices, wound)
     except MeshError as fault:
         new = _rebuilt(vertices, wound, fault)
         return new.vertices, new.faces, (*notes, *_rebuilt_notes(new, wound, fault))
-    turned = int((closed[: len(faces)] != faces).any(axis=1).sum())
+    notes += filled.notes
+    turned = int((filled.faces[: len(faces)] != faces).any(axis=1).sum())
     if turned:
-        filled_notes.append(f"{turned} of {len(faces)} faces looked the wrong way and were turned")
-    return corners, closed, (*notes, *filled_notes)
+        notes.append(f"{turned} of {len(faces)} faces looked the wrong way and were turned")
+    return filled.vertices, filled.faces, tuple(notes)
+
+
+def _without_loose(vertices: Vertices, faces: Faces, notes: list[str]) -> Faces:
+    """Drop sheets beside a closed surface, unless they enclose something themselves."""
+    gone = loose(vertices, faces)
+    if not gone.any():
+        return faces
+    alone = rebuild(vertices, wind(faces[gone]), _LOOSE_CELLS)
+    if (
+        alone is not None
+        and alone.guessed <= MOST_GUESSED
+        and signed_volume(alone.vertices, alone.faces) >= _LEAST_REBUILT * size(vertices) ** 3
+    ):
+        return faces
+    count = int(gone.sum())
+    were = "face of a loose sheet was" if count == 1 else "faces of loose sheets were"
+    notes.append(
+        f"{count} {were} dropped, around {place(vertices[faces[gone]].reshape(-1, 3))}: nothing is "
+        "enclosed there that the closed surface does not"
+    )
+    return faces[~gone]
+
+
+def _filled(vertices: Vertices, faces: Faces) -> Filled:
+    """Turn what is open outward, close its holes, and turn the rest.
+
+    Raises:
+        MeshError: the holes cannot be closed, or nothing is enclosed then.
+
+    """
+    if not Edges.of(faces).balance.any():
+        closed = outward(vertices, faces)
+        _check_volume(vertices, closed)
+        return Filled(vertices, closed, is_curved=False, notes=())
+    seen = openness(vertices, faces)
+    faces = np.where((seen < -_SEES)[:, None], faces[:, ::-1], faces)
+    filled = _outward(fill(vertices, faces, may_curve=True), np.abs(seen) > _SEES)
+    backward = _backward(filled)
+    if len(backward) and filled.is_curved:
+        filled = _outward(fill(vertices, faces, may_curve=False), np.abs(seen) > _SEES)
+        backward = _backward(filled)
+    if len(backward):
+        raise MeshError(
+            "the mesh is open, and what closes its holes face by face would go through other "
+            f"faces, around {place(backward)}"
+        )
+    return filled
+
+
+def _outward(filled: Filled, is_known: NDArray[np.bool_]) -> Filled:
+    """Turn the parts outward of which it is not known that they are.
+
+    Raises:
+        MeshError: nothing is enclosed.
+
+    """
+    is_new = np.zeros(len(filled.faces) - len(is_known), dtype=bool)
+    closed = outward(filled.vertices, filled.faces, np.concatenate([is_known, is_new]))
+    _check_volume(filled.vertices, closed)
+    return replace(filled, faces=closed)
+
+
+def _backward(filled: Filled) -> Vertices:
+    """Find places around which the mesh winds the wrong way, if they are more than a trace.
+
+    There what closes a hole went through other faces.
+    """
+    low, high = filled.vertices.min(axis=0), filled.vertices.max(axis=0)
+    places = np.random.default_rng(0).uniform(low, high, (_PLACES, 3))
+    winding = Soup(vertices=filled.vertices, faces=filled.faces).windings(places)
+    backward = places[winding < -0.5]
+    is_trace = len(backward) <= _MOST_BACKWARD * (winding > 0.5).sum()
+    return backward[:0] if is_trace else backward
 
 
 def _check_volume(vertices: Vertices, faces: Faces) -> None:
-    size = float(np.linalg.norm(np.ptp(vertices, axis=0)))
+    diagonal = size(vertices)
     volume = signed_volume(vertices, faces)
-    if volume <= _LEAST_VOLUME * size**3:
+    if volume <= _LEAST_VOLUME * diagonal**3:
         raise MeshError(
-            f"the mesh is {size:.3g} m large and encloses a volume of {volume:.2g} m3; a body "
+            f"the mesh is {diagonal:.3g} m large and encloses a volume of {volume:.2g} m3; a body "
             "needs a volume, so give the surface thickness"
         )
 
@@ -72,13 +157,13 @@ def _rebuilt(vertices: Vertices, faces: Faces, fault: MeshError) -> Rebuilt:
 
     """
     new = rebuild(vertices, faces)
-    size = float(np.linalg.norm(np.ptp(vertices, axis=0)))
-    if new is None or signed_volume(new.vertices, new.faces) < _LEAST_REBUILT * size**3:
+    least = _LEAST_REBUILT * size(vertices) ** 3
+    if new is None or signed_volume(new.vertices, new.faces) < least:
         raise MeshError(f"{fault}; and its faces enclose nothing: {_REMEDY}") from fault
-    if new.guessed > _MOST_GUESSED:
+    if new.guessed > MOST_GUESSED:
         raise MeshError(
             f"{fault}; {100.0 * new.guessed:.0f} % of a closed surface would be a guess, around "
-            f"{place(new.guessed_at)}, and at most {100.0 * _MOST_GUESSED:.0f} % may be: {_REMEDY}"
+            f"{place(new.guessed_at)}, and at most {100.0 * MOST_GUESSED:.0f} % may be: {_REMEDY}"
         ) from fault
     return new
 

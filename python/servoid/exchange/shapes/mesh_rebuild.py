@@ -30,14 +30,14 @@ class Rebuilt:
     turned: int
 
 
-def rebuild(vertices: Vertices, faces: Faces) -> Rebuilt | None:
+def rebuild(vertices: Vertices, faces: Faces, cells: int = _CELLS) -> Rebuilt | None:
     """Turn patches outward, and rebuild the surface where the winding number is a half.
 
     Faces that share an edge must look to the same side. Return None if nothing is enclosed.
     """
-    turned = _inward(vertices, faces)
+    turned = openness(vertices, faces) < 0.0
     faces = np.where(turned[:, None], faces[:, ::-1], faces)
-    found = Soup(vertices=vertices, faces=faces).rebuilt(_CELLS)
+    found = Soup(vertices=vertices, faces=faces).rebuilt(cells)
     if found is None:
         return None
     corners, new, leaps, cell = found
@@ -55,14 +55,14 @@ def rebuild(vertices: Vertices, faces: Faces) -> Rebuilt | None:
     )
 
 
-def _inward(vertices: Vertices, faces: Faces) -> NDArray[np.bool_]:
-    """Say of each face if its patch sees more of the sky from behind."""
+def openness(vertices: Vertices, faces: Faces) -> NDArray[np.float64]:
+    """Say of each face how much more of the sky the front of its patch sees than the back, (F,)."""
     soup = Soup(vertices=vertices, faces=faces)
     order = np.argsort(patch := patches(faces), kind="stable")
-    turned = np.zeros(len(faces), dtype=bool)
+    found = np.zeros(len(faces))
     for own in np.split(order, np.flatnonzero(np.diff(patch[order])) + 1):
-        turned[own] = soup.openness(faces[own]) < 0.0
-    return turned
+        found[own] = soup.openness(faces[own])
+    return found
 
 
 def _without_specks(vertices: Vertices, faces: Faces) -> Faces:

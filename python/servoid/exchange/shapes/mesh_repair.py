@@ -1,18 +1,17 @@
 """The steps that close a triangle mesh where that takes little, and say what they did."""
 
 from collections import defaultdict, deque
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from servoid.errors import MeshError
 from servoid.words import counted, digits
 
 Vertices = NDArray[np.float64]
 Faces = NDArray[np.int64]
 
 _WELD = 1e-7  # of the mesh's diagonal
-_LARGEST_HOLE = 0.15  # across, of the mesh's diagonal
 _LEAST_AROUND = 4  # faces, of which a part can enclose another
 
 
@@ -21,6 +20,17 @@ def signed_volume(vertices: Vertices, faces: Faces) -> float:
     # Around the middle, lest a far origin cost digits.
     a, b, c = (vertices[faces[:, corner]] - vertices.mean(axis=0) for corner in range(3))
     return float(np.einsum("ij,ij->", a, np.cross(b, c))) / 6.0
+
+
+def size(vertices: Vertices) -> float:
+    """Measure the diagonal of the box about all vertices, (..., 3)."""
+    return float(np.linalg.norm(np.ptp(vertices.reshape(-1, 3), axis=0)))
+
+
+def area(vertices: Vertices, faces: Faces) -> float:
+    """Measure the area of all faces."""
+    a, b, c = (vertices[faces[:, corner]] for corner in range(3))
+    return 0.5 * float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
 
 
 def labels(count: int, links: NDArray[np.int64]) -> NDArray[np.int64]:
@@ -47,7 +57,7 @@ def weld(vertices: Vertices, faces: Faces) -> tuple[Vertices, Faces]:
     used, faces = np.unique(faces, return_inverse=True)
     vertices, faces = vertices[used], faces.reshape(-1, 3)
     low = vertices.min(axis=0)
-    cell = max(float(np.linalg.norm(np.ptp(vertices, axis=0))) * _WELD, np.finfo(np.float64).tiny)
+    cell = max(size(vertices) * _WELD, np.finfo(np.float64).tiny)
     cells = np.rint((vertices - low) / cell).astype(np.int64)
     _, first, place = np.unique(cells, axis=0, return_index=True, return_inverse=True)
     # In the order of the file, so that a mesh that needs nothing is left as it is.
@@ -73,43 +83,63 @@ def drop(faces: Faces, notes: list[str]) -> Faces:
     return faces[np.sort(first)]
 
 
-def _directed(faces: Faces) -> NDArray[np.int64]:
+def directed(faces: Faces) -> NDArray[np.int64]:
     """List the directed edges of all faces, (3 F, 2): first all first edges, then all second."""
     return np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
 
 
-def _edge_counts(
-    faces: Faces,
-) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.int64]]:
-    """Find the undirected edge of each directed one, how many use each, and their balance."""
-    edges = _directed(faces)
-    key = edges.min(axis=1) * (int(faces.max()) + 1) + edges.max(axis=1)
-    _, edge, users = np.unique(key, return_inverse=True, return_counts=True)
-    way = np.where(edges[:, 0] < edges[:, 1], 1, -1)
-    balance = np.zeros(len(users), dtype=np.int64)
-    np.add.at(balance, edge, way)
-    return edge, users, balance
+@dataclass(frozen=True, eq=False)
+class Edges:
+    """The undirected edges of faces.
 
+    `edge`: (3 F,) which one each directed edge is. `users`: how many faces use each. `balance`: how
+    many more of them go one way along it than the other.
+    """
 
-def _pairs(edge: NDArray[np.intp], users: NDArray[np.intp]) -> NDArray[np.intp]:
-    """Return the directed edges that two faces share, (P, 2)."""
-    order, ends = np.argsort(edge, kind="stable"), np.cumsum(users)
-    return np.stack([order[ends[users == 2] - 2], order[ends[users == 2] - 1]], axis=1)
+    edge: NDArray[np.intp]
+    users: NDArray[np.intp]
+    balance: NDArray[np.int64]
+
+    @classmethod
+    def of(cls, faces: Faces) -> "Edges":
+        """Count the edges of faces, of which there must be some."""
+        edges = directed(faces)
+        key = edges.min(axis=1) * (int(faces.max()) + 1) + edges.max(axis=1)
+        _, edge, users = np.unique(key, return_inverse=True, return_counts=True)
+        way = np.where(edges[:, 0] < edges[:, 1], 1, -1)
+        balance = np.zeros(len(users), dtype=np.int64)
+        np.add.at(balance, edge, way)
+        return cls(edge, users, balance)
+
+    @property
+    def is_open(self) -> NDArray[np.bool_]:
+        """Of each directed edge, whether no other face is there."""
+        return (self.users == 1)[self.edge]
+
+    @property
+    def crowded(self) -> NDArray[np.intp]:
+        """The edges whose faces belong to no closed surface, even if holes were closed."""
+        return np.flatnonzero((self.users >= 2) & (self.balance != 0))
+
+    @property
+    def pairs(self) -> NDArray[np.intp]:
+        """The directed edges that two faces share, (P, 2)."""
+        order, ends = np.argsort(self.edge, kind="stable"), np.cumsum(self.users)
+        last = ends[self.users == 2]
+        return np.stack([order[last - 2], order[last - 1]], axis=1)
 
 
 def patches(faces: Faces) -> NDArray[np.int64]:
     """Return to which patch each face belongs, (F,): faces that are joined by edges of two."""
-    edge, users, _ = _edge_counts(faces)
-    return labels(len(faces), _pairs(edge, users) % len(faces))
+    return labels(len(faces), Edges.of(faces).pairs % len(faces))
 
 
 def wind(faces: Faces) -> Faces:
     """Turn faces so that neighbours look to the same side; faces that agree stay as they are."""
-    edge, users, balance = _edge_counts(faces)
-    if not ((users == 2) & (balance != 0)).any():
+    counts = Edges.of(faces)
+    if not ((counts.users == 2) & (counts.balance != 0)).any():
         return faces
-    pairs = _pairs(edge, users)
-    edges = _directed(faces)
+    pairs, edges = counts.pairs, directed(faces)
     agree = edges[pairs[:, 0], 0] != edges[pairs[:, 1], 0]
     neighbours: dict[int, list[tuple[int, bool]]] = defaultdict(list)
     for (one, other), same in zip((pairs % len(faces)).tolist(), agree.tolist(), strict=True):
@@ -134,43 +164,6 @@ def wind(faces: Faces) -> Faces:
     return np.where(turn[:, None], faces[:, ::-1], faces)
 
 
-def fill(vertices: Vertices, faces: Faces, notes: list[str]) -> tuple[Vertices, Faces]:
-    """Close small holes, each with a fan around its middle."""
-    edge, users, balance = _edge_counts(faces)
-    if not balance.any():
-        return vertices, faces
-    crowded = np.flatnonzero((users >= 2) & (balance != 0))
-    if len(crowded):
-        ends = _directed(faces)[edge == crowded[0]][0]
-        raise MeshError(
-            f"{counted(len(crowded), 'edge has', 'edges have')} faces that no closed surface has "
-            f"there: three or more, or two that look to different sides; one is at "
-            f"{place(vertices[ends])}"
-        )
-    size = float(np.linalg.norm(np.ptp(vertices, axis=0)))
-    loops = _loops(_directed(faces)[(users == 1)[edge]])
-    across = [float(np.linalg.norm(np.ptp(vertices[loop], axis=0))) for loop in loops]
-    worst = int(np.argmax(across))
-    if across[worst] > _LARGEST_HOLE * size:
-        raise MeshError(
-            f"the mesh is open: it has {counted(len(loops), 'hole')}, the largest with "
-            f"{counted(len(loops[worst]), 'edge')} and {across[worst]:.3g} m across, around "
-            f"{place(vertices[loops[worst]])}"
-        )
-    new_vertices, new_faces = [vertices], [faces]
-    for index, loop in enumerate(loops):
-        middle = np.full(len(loop), len(vertices) + index)
-        new_vertices.append(vertices[loop].mean(axis=0, keepdims=True))
-        new_faces.append(np.stack([loop, np.roll(loop, -1), middle], axis=1))
-    lengths = ", ".join(str(len(loop)) for loop in loops[:8]) + (", ..." if len(loops) > 8 else "")
-    notes.append(
-        f"1 hole of {lengths} edges was closed"
-        if len(loops) == 1
-        else f"{len(loops)} holes of {lengths} edges were closed"
-    )
-    return np.concatenate(new_vertices), np.concatenate(new_faces)
-
-
 def place(vertices: Vertices) -> str:
     """Write where the middle of some vertices is, in the mesh's own coordinates."""
     middle = vertices.mean(axis=0)
@@ -179,33 +172,11 @@ def place(vertices: Vertices) -> str:
     return f"({', '.join(digits(x) for x in middle.tolist())})"
 
 
-def _loops(edges: NDArray[np.int64]) -> list[NDArray[np.int64]]:
-    """Join the open edges, each turned around, to loops that pass no vertex twice."""
-    following: dict[int, list[int]] = defaultdict(list)
-    for start, end in edges.tolist():
-        following[end].append(start)
-    loops = []
-    for first in sorted(following):
-        while following[first]:
-            path, place = [first], {first: 0}
-            while path:
-                following_here = following[path[-1]]
-                if not following_here:
-                    break
-                vertex = following_here.pop()
-                if vertex in place:
-                    loops.append(np.array(path[place[vertex] :], dtype=np.int64))
-                    for left in path[place[vertex] + 1 :]:
-                        del place[left]
-                    del path[place[vertex] + 1 :]
-                else:
-                    place[vertex] = len(path)
-                    path.append(vertex)
-    return loops
+def outward(vertices: Vertices, faces: Faces, is_known: NDArray[np.bool_] | None = None) -> Faces:
+    """Turn each connected part whose faces look inward, unless it is a cavity of another part.
 
-
-def outward(vertices: Vertices, faces: Faces) -> Faces:
-    """Turn each connected part whose faces look inward, unless it is a cavity of another part."""
+    Parts of which a face `is_known`, (F,), to look outward stay as they are.
+    """
     _, part, sizes = np.unique(parts(vertices, faces), return_inverse=True, return_counts=True)
     corners = vertices[faces]
     low, high = (np.full((len(sizes), 3), end) for end in (np.inf, -np.inf))
@@ -218,4 +189,6 @@ def outward(vertices: Vertices, faces: Faces) -> Faces:
     for one in np.flatnonzero(inward):
         inside = ((around_low < low[one]) & (around_high > high[one])).all(axis=1)
         inward[one] = not inside.any()
+    if is_known is not None:
+        inward[part[is_known]] = False
     return np.where(inward[part][:, None], faces[:, ::-1], faces)

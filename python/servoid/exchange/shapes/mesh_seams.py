@@ -1,0 +1,163 @@
+"""Drops what a triangle mesh holds twice or loosely, and joins what lies apart by cracks."""
+
+from collections import defaultdict, deque
+
+import numpy as np
+from numpy.typing import NDArray
+
+from servoid.exchange.shapes.mesh_repair import (
+    Edges,
+    Faces,
+    Vertices,
+    directed,
+    drop,
+    labels,
+    parts,
+    place,
+    size,
+)
+from servoid.words import digits
+
+_TWIN_FACES = 12  # from which on a part that is there twice is no accident
+_TWIN = 0.01  # of a part's diagonal, by which its copy may be shifted
+_RIGID = 1e-4  # of a part's diagonal, to which all of its corners are shifted alike
+_SEAM = 5e-4  # of the mesh's diagonal, across which a crack is closed
+_SEAM_EDGE = 0.25  # of the shortest open edge there likewise, lest faces collapse
+_TRIES = 5  # to leave corners apart that would crowd an edge
+_SPANS = 0.5  # of the mesh's diagonal: what is closed and spans that is the object
+# Of the vertices of a plane, hardly two lie as far along this as each other.
+_OBLIQUE = np.array([0.4923, 0.5943, 0.6359])
+
+
+def without_twins(vertices: Vertices, faces: Faces, notes: list[str]) -> Faces:
+    """Drop each part that is another one, shifted by less than a hundredth of its size."""
+    part = parts(vertices, faces)
+    names, first, counts = np.unique(part, return_index=True, return_counts=True)
+    alike: dict[int, list[Vertices]] = defaultdict(list)
+    for name, count in zip(names[np.argsort(first)], counts[np.argsort(first)], strict=True):
+        if count < _TWIN_FACES:
+            continue
+        own = part == name
+        corners = vertices[faces[own]].reshape(-1, 3)
+        shift = next((s for s in (_shift(corners, o) for o in alike[count]) if s is not None), None)
+        if shift is None:
+            alike[count].append(corners)
+            continue
+        part, faces = part[~own], faces[~own]
+        notes.append(
+            f"a part of {count} faces was there twice, {digits(shift)} m apart, around "
+            f"{place(corners)}: one was dropped"
+        )
+    return faces
+
+
+def _shift(corners: Vertices, others: Vertices) -> float | None:
+    """Say how far a part is shifted against another; None if it is another part."""
+    diagonal = size(others)
+    if np.abs(corners[0] - others[0]).max() > _TWIN * diagonal:
+        return None
+    shifts = corners - others
+    shift = shifts.mean(axis=0)
+    far = float(np.linalg.norm(shift))
+    if far > _TWIN * diagonal or np.abs(shifts - shift).max() > _RIGID * diagonal:
+        return None
+    return far
+
+
+def join_seams(vertices: Vertices, faces: Faces, notes: list[str]) -> tuple[Vertices, Faces]:
+    """Make vertices one that lie at open edges, hardly apart from each other.
+
+    Those stay apart by which three faces would meet at an edge.
+    """
+    links = _seams(vertices, faces)
+    crowd = _crowd(faces)
+    joined, one = faces, np.arange(len(vertices))
+    for _ in range(_TRIES):
+        one = labels(len(vertices), links)
+        joined = drop(one[faces], [])
+        if not len(joined):
+            return vertices, faces
+        wrong = np.setdiff1d(_crowd(joined), one[crowd])
+        if not len(wrong):
+            break
+        links = links[~np.isin(one[links], wrong).any(axis=1)]
+    else:
+        return vertices, faces
+    if not len(links):
+        return vertices, faces
+    members = np.bincount(one, minlength=len(vertices))[:, None]
+    middles = np.zeros_like(vertices)
+    np.add.at(middles, one, vertices)
+    middles = np.where(members > 0, middles / np.maximum(members, 1), vertices)
+    apart = 2.0 * float(np.linalg.norm(vertices - middles[one], axis=1).max())
+    notes.append(
+        f"{len(np.unique(links))} corners at open edges, up to {apart:.2g} m apart, were joined"
+    )
+    return middles, joined
+
+
+def _seams(vertices: Vertices, faces: Faces) -> NDArray[np.int64]:
+    """Find the pairs (P, 2) of vertices at open edges that a crack may have parted."""
+    open_edges = directed(faces)[Edges.of(faces).is_open]
+    long = np.linalg.norm(vertices[open_edges[:, 0]] - vertices[open_edges[:, 1]], axis=1)
+    reach = np.full(len(vertices), _SEAM * size(vertices))
+    for end in (0, 1):
+        np.minimum.at(reach, open_edges[:, end], _SEAM_EDGE * long)
+    near = np.unique(open_edges)
+    return near[_close_pairs(vertices[near], reach[near])]
+
+
+def _crowd(faces: Faces) -> NDArray[np.int64]:
+    """Find the vertices of edges at which three faces meet, or more."""
+    edges = Edges.of(faces)
+    return np.unique(directed(faces)[(edges.users > 2)[edges.edge]])
+
+
+def _close_pairs(points: Vertices, reach: NDArray[np.float64]) -> NDArray[np.int64]:
+    """Find the pairs (P, 2) of points that lie within the reach of both."""
+    along = points @ _OBLIQUE
+    order = np.argsort(along, kind="stable")
+    points, along, reach = points[order], along[order], reach[order]
+    found = [np.empty((0, 2), dtype=np.int64)]
+    left = np.arange(len(points))
+    step = 0
+    while True:
+        step += 1
+        left = left[left + step < len(points)]
+        left = left[along[left + step] - along[left] <= reach[left]]
+        if not len(left):
+            return np.concatenate(found)
+        apart = np.linalg.norm(points[left + step] - points[left], axis=1)
+        near = left[apart <= np.minimum(reach[left], reach[left + step])]
+        found.append(np.stack([order[near], order[near + step]], axis=1))
+
+
+def loose(vertices: Vertices, faces: Faces) -> NDArray[np.bool_]:
+    """Say which faces are sheets beside a closed surface, such as fins and walls, (F,).
+
+    They go when faces with an open edge are taken away again and again. If what remains does not
+    span the mesh, none is loose: then it is the object that is open.
+    """
+    edges = Edges.of(faces)
+    users, own = edges.users.copy(), edges.edge.reshape(3, -1).T
+    users_of: dict[int, list[int]] = defaultdict(list)
+    gone = np.zeros(len(faces), dtype=bool)
+    if not (users == 1).any():
+        return gone
+    for face, three in enumerate(own.tolist()):
+        for edge in three:
+            users_of[edge].append(face)
+    waiting = deque(np.flatnonzero((users[own] == 1).any(axis=1)).tolist())
+    while waiting:
+        face = waiting.popleft()
+        if gone[face]:
+            continue
+        gone[face] = True
+        for edge in own[face].tolist():
+            users[edge] -= 1
+            if users[edge] == 1:
+                waiting.extend(other for other in users_of[edge] if not gone[other])
+    rest = faces[~gone]
+    if not len(rest) or size(vertices[rest]) < _SPANS * size(vertices):
+        return np.zeros(len(faces), dtype=bool)
+    return gone

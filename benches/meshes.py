@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from servoid._native import View, silhouette_ious
 from servoid.camera import Camera
 from servoid.exchange.shapes.mesh_file import MeshFile, read_mesh
 from servoid.model import Request, fit_mesh
@@ -34,7 +35,7 @@ def inside(body: Body, points: NDArray[np.float64]) -> NDArray[np.bool_]:
     return found
 
 
-def silhouette_iou(body: Body, mesh: MeshFile) -> float:
+def mean_silhouette_iou(body: Body, mesh: MeshFile) -> float:
     """Compare silhouettes from far away in random directions, the mesh's drawn by triangles."""
     import cv2
 
@@ -44,7 +45,7 @@ def silhouette_iou(body: Body, mesh: MeshFile) -> float:
     camera = Camera(
         size_px=(SIDE_PX, SIDE_PX), focal_px=(focal, focal), center_px=(SIDE_PX / 2, SIDE_PX / 2)
     )
-    ious = []
+    views = []
     for turn in Rotation.random(VIEWS, random_state=5):
         pose = np.eye(4)
         pose[:3, :3] = turn.as_matrix()
@@ -55,9 +56,8 @@ def silhouette_iou(body: Body, mesh: MeshFile) -> float:
         for face in mesh.faces:
             corners = np.round(pixels[face] * 16).astype(np.int32)
             cv2.fillConvexPoly(drawn, corners, (255,), shift=4)
-        seen = body.silhouette(camera, world_from_camera)
-        ious.append(((drawn > 0) & (seen > 0)).sum() / ((drawn > 0) | (seen > 0)).sum())
-    return float(np.mean(ious))
+        views.append(View(camera=camera, world_from_camera=world_from_camera, mask=drawn))
+    return float(silhouette_ious(body, views).mean())
 
 
 def main() -> None:
@@ -82,7 +82,7 @@ def main() -> None:
             seconds = time.perf_counter() - start
             held = inside(body, points)
             volume = (truth & held).sum() / (truth | held).sum()
-            outline = f"{silhouette_iou(body, mesh):14.3f}" if count >= 8 else 14 * " "
+            outline = f"{mean_silhouette_iou(body, mesh):14.3f}" if count >= 8 else 14 * " "
             print(f"{path.stem:9} {len(body):5}  {volume:10.3f}  {outline}  {seconds:7.2f}")
 
 

@@ -13,7 +13,7 @@ is not there.
 
 import argparse
 import itertools
-import os
+import sys
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -30,6 +30,10 @@ from servoid.model import fit_capture
 from servoid.shape import Body
 from servoid.source import Instant
 from servoid.track import Request, cameras_of
+
+sys.path.append(str(Path(__file__).resolve().parents[1] / "tests" / "fixtures"))
+
+from resident_memory import resident_mb
 
 ELLIPSOIDS, POINTS, PASSES = 5, 200, 4
 LONG_IMAGES, LONG_ROWS = 10_000, (1_000, 2_000, 5_000, 10_000)
@@ -154,12 +158,6 @@ def measure_memory(recording: Recording, table: Table) -> None:
                 *(recording.name, count, lost, len(tracker.body), len(tracker.surface[0])),
                 *(now_mb, now_mb - first_mb),
             )
-
-
-def resident_mb() -> float:
-    """Return the resident size of this process, in megabytes."""
-    pages = int(Path("/proc/self/statm").read_text().split()[1])
-    return pages * os.sysconf("SC_PAGE_SIZE") / 1e6
 
 
 def main() -> None:

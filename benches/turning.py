@@ -27,12 +27,13 @@ from sequences import Recording, Table, recordings
 from servoid.cli.progress import progress_bar
 from servoid.source import Instant
 from servoid.track import Tracked
-from track_speed import LONG_IMAGES, LONG_ROWS, resident_mb, to_and_fro
+from track_speed import LONG_IMAGES, LONG_ROWS, to_and_fro
 
 sys.path.extend(
     str(Path(__file__).resolve().parents[1] / "tests" / part) for part in ("fixtures", "scenes")
 )
 
+from resident_memory import resident_mb
 from trust_scenes import PRINTED
 from trust_verdicts import Verdicts, verdicts
 from turning_bodies import Likeness, in_object, like, like_object

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from servoid._native import Body, Camera, Pose
+from servoid._native import Body, Pose
 
 Floats = NDArray[np.float64]
 
@@ -53,12 +53,6 @@ def volume_iou(one: Body, other: Body) -> float:
     points = _grid([one, other])
     a, b = held_by(one, points), held_by(other, points)
     return float((a & b).sum() / max(int((a | b).sum()), 1))
-
-
-def silhouette_iou(body: Body, camera: Camera, pose: Pose, mask: NDArray[np.uint8]) -> float:
-    """Return the overlap of a body's silhouette with a mask (H, W) uint8."""
-    seen, true = body.silhouette(camera, pose) != 0, mask != 0
-    return float((seen & true).sum() / max(int((seen | true).sum()), 1))
 
 
 def nearest_parts(body: Body, true: Body) -> list[int]:

@@ -2,13 +2,13 @@
 
 import base64
 import html
-import re
 from collections.abc import Sequence
 from importlib.resources import files
 from pathlib import Path
 
 from servoid.errors import OutputError
 from servoid.output import write_whole
+from servoid.view.page_parts import fill_text, notes_list
 from servoid_experiments.report import Picture, Section, Table, shown
 
 # The caption below says what is drawn, and is not said twice.
@@ -33,19 +33,17 @@ def write_study_page(
         OutputError: the page cannot be written, or a picture cannot be read.
 
     """
-    items = "".join(f"<li>{html.escape(note)}</li>" for note in notes)
     parts = {
         "title": html.escape(title),
         "asks": html.escape(asks),
-        "notes": f'<ul class="notes">{items}</ul>' if items else "",
+        "notes": notes_list(notes),
         "contents": "\n".join(_contents(*one) for one in enumerate(sections, 1)),
         "sections": "\n".join(_section(*one) for one in enumerate(sections, 1)),
         "settings": html.escape(settings),
     }
     template = files("servoid_experiments").joinpath("page.html").read_text(encoding="utf-8")
-    page = re.sub(r"\{\{(\w+)\}\}", lambda match: parts[match.group(1)], template)
     path = Path(folder) / "index.html"
-    write_whole(path, page.encode())
+    write_whole(path, fill_text(template, parts))
     return path
 
 

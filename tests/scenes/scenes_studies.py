@@ -16,7 +16,7 @@ from servoid_experiments.paper.eye_pair import (
     see,
     true_body,
 )
-from servoid_experiments.paper.servoing.method import Judge, Method
+from servoid_experiments.paper.servoing.method import Method, TrackerKind
 from servoid_experiments.paper.servoing.runs import quick_servoing
 from servoid_experiments.paper.servoing.settings import with_constant
 from servoid_experiments.paper.servoing.trial import ServoingCase, run_servoing
@@ -25,7 +25,7 @@ from servoid_experiments.paper.two.report import QUICK_TWO, two_work
 
 COARSE = with_constant(quick_servoing().constants, "scene.amplitude", 0.04)
 SHORT = ServoingCase(name="short", seed=3, omega=4.0, settle_s=0.3, periods=1, constants=COARSE)
-FED = Method(judge=Judge.SERVOID, stamped=True, filtered=True, feed_forward=True, qp=True)
+FED = Method(tracker=TrackerKind.SERVOID, stamped=True, filtered=True, feed_forward=True, qp=True)
 
 SMALL = PairSettings(size_px=(320, 240), samples=1, background="plain")
 BEFORE_HAND = Pose.from_parts([0.0, -0.1, 0.53], [1.0, 0.0, 0.0, 0.0])

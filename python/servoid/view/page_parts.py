@@ -17,13 +17,21 @@ _OPTION = re.compile(r"(?<!\S)--[a-z][a-z-]*")
 
 def fill(template: str, parts: Mapping[str, str]) -> bytes:
     """Return a page: a template that lies beside this file, each {{name}} replaced by a part."""
-    text = with_head(template)
+    return fill_text(read(template), parts)
+
+
+def fill_text(text: str, parts: Mapping[str, str]) -> bytes:
+    """Return the page of a template that lies elsewhere, as `fill` does."""
+    text = _with_head(text)
     return re.sub(r"\{\{(\w+)\}\}", lambda match: parts[match.group(1)], text).encode()
 
 
 def with_head(template: str) -> str:
     """Return a template with the head that all pages have; scripts run where it holds one."""
-    text = read(template)
+    return _with_head(read(template))
+
+
+def _with_head(text: str) -> str:
     scripts = "; script-src 'unsafe-inline'" if "<script>" in text else ""
     return text.replace("{{head}}\n", read("head.html").replace("{{scripts}}", scripts))
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from servoid.sim.samples import room, snail
 from servoid.sim.samples.drawing import layers
 from servoid.sim.samples.drawing.convex import Convex, box, ellipsoid, tube
-from servoid.sim.samples.drawing.layers import Pinhole, Thing, see
+from servoid.sim.samples.drawing.layers import Drawable, Pinhole, see
 from servoid.sim.samples.studio import look_at
 from servoid.sim.samples.surface import obj_text, outer_mesh
 
@@ -88,21 +88,21 @@ def test_a_point_is_in_the_shade_if_its_way_to_the_light_meets_the_solid(
 @pytest.mark.parametrize("azimuth", [0.0, 1.1, 2.7, 4.0])
 def test_no_part_of_a_thing_is_cut_by_the_window_it_is_looked_for_in(azimuth: float) -> None:
     camera = Pinhole((80, 60), 70.0, (39.5, 29.5), 1)
-    thing = Thing(snail.PARTS, snail.paint_plain)
+    drawable = Drawable(snail.PARTS, snail.paint_plain)
     pose = camera_at(azimuth, 1.0)
     x: Array = (np.arange(80.0) - 39.5) / 70.0
     y: Array = (np.arange(60.0) - 29.5) / 70.0
     spans = [part.crossing(pose, x, y) for part in snail.PARTS]
     expected = np.any([enter < leave for enter, leave in spans], axis=0)
-    np.testing.assert_array_equal(see(thing, camera, pose, room.LAMP).cover, expected)
+    np.testing.assert_array_equal(see(drawable, camera, pose, room.LAMP).cover, expected)
 
 
 def test_a_finer_camera_sees_the_same_light_on_average() -> None:
-    thing = Thing(snail.PARTS, snail.paint)
+    drawable = Drawable(snail.PARTS, snail.paint)
     camera = Pinhole((64, 48), 55.0, (31.5, 23.5), 8)
     pose = camera_at(2.0, 1.0)
     fine, coarse = (
-        see(thing, one, pose, room.LAMP) for one in (camera, replace(camera, subpixels=2))
+        see(drawable, one, pose, room.LAMP) for one in (camera, replace(camera, subpixels=2))
     )
     seen = fine.cover > 0.0
     assert np.abs(fine.cover - coarse.cover)[seen].mean() < 0.03
@@ -113,17 +113,17 @@ def test_nothing_behind_the_camera_is_seen() -> None:
     pose = camera_at(0.3, 0.0)
     pose[:3, :3] = pose[:3, :3] @ np.diag([-1.0, 1.0, -1.0])
     camera = Pinhole((40, 30), 30.0, (19.5, 14.5), 1)
-    assert not see(Thing(snail.PARTS, snail.paint), camera, pose, room.LAMP).cover.any()
+    assert not see(Drawable(snail.PARTS, snail.paint), camera, pose, room.LAMP).cover.any()
 
 
 def test_a_floor_throws_no_shade_and_what_stands_on_it_does() -> None:
     floor = box((0.0, 0.0, -0.05), (1.0, 1.0, 0.05))
     ball = ellipsoid((0.0, 0.0, 0.1), (0.05, 0.05, 0.05))
-    thing = Thing((floor, ball), snail.paint_plain, backdrops=1)
+    drawable = Drawable((floor, ball), snail.paint_plain, backdrops=1)
     overhead = layers.Lamp(np.array([0.0, 0.0, 1.0]), np.array([0.0, 0.0, 1.0]))
     points = np.array([[0.0, 0.0, 0.0], [0.2, 0.0, 0.0]]).T
     up = np.array([[0.0, 0.0, 1.0]] * 2).T
-    np.testing.assert_allclose(layers.key_light(thing, points, up, overhead), [0.0, 1.0])
+    np.testing.assert_allclose(layers.key_light(drawable, points, up, overhead), [0.0, 1.0])
 
 
 def test_the_mesh_is_what_can_be_seen_from_outside_and_faces_outwards() -> None:

@@ -9,10 +9,10 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 import pytest
+from resident_memory import STATM, resident_mb
 from turning_bodies import in_object, like, like_object
 from turning_scenes import (
     PER_TURN,
@@ -29,7 +29,6 @@ from servoid.source import Instant
 from servoid.track import Tracked
 
 HERE = Pose.identity()
-STATM = Path("/proc/self/statm")
 IMAGES, TURNS = 24, 6
 TO_AND_FRO = 600  # images; all is there after 200, and rooms of the allocator are filled
 MOST_POINTS = 640  # that are kept of a surface, with room for new ones
@@ -214,9 +213,3 @@ def test_memory_is_bounded_however_long_an_object_turns_to_and_fro() -> None:
     (half_mb, half), (whole_mb, whole) = sizes
     assert whole_mb - half_mb < 10.0  # 0.0 was measured, of 10,000 images, too
     assert whole < 1.05 * half  # 1.0005 was measured
-
-
-def resident_mb() -> float:
-    """Return the resident size of this process, in megabytes."""
-    pages = int(STATM.read_text().split()[1])
-    return pages * os.sysconf("SC_PAGE_SIZE") / 1e6

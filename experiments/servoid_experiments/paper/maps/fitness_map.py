@@ -19,7 +19,7 @@ _BESIDE = 0.005  # along each axis, where servoid begins to seek
 _ALL = tuple(Fitness)
 _OF_THE_BOX = (Fitness.POINTS, Fitness.REGION, Fitness.SURFACE, Fitness.FULL)
 _ANSWERING = (Fitness.REGION, Fitness.SURFACE, Fitness.FULL)
-Judge = Callable[[Floats, Sequence[Fitness]], dict[Fitness, Floats]]
+Score = Callable[[Floats, Sequence[Fitness]], dict[Fitness, Floats]]
 
 
 def run_fitness_map(case: MapCase) -> MapRow:
@@ -30,11 +30,11 @@ def run_fitness_map(case: MapCase) -> MapRow:
     taught = _seen(case, _taught_pose(case), 1)
     pair = _seen(case, Pose.from_parts(case.trial.place, [1.0, 0.0, 0.0, 0.0]), 0)
     tracker = _taught(case, taught)
-    judge = _judge(case, taught, pair, tracker)
+    score = _scorer(case, taught, pair, tracker)
     places = Places(case.trial)
-    whole = judge(places.box(), _OF_THE_BOX) if case.whole else {}
-    along = [judge(line, _ALL) for line in places.lines]
-    crest, peak = judge(places.crest, _ALL), judge(places.peak, _ALL)
+    whole = score(places.box(), _OF_THE_BOX) if case.whole else {}
+    along = [score(line, _ALL) for line in places.lines]
+    crest, peak = score(places.crest, _ALL), score(places.peak, _ALL)
     seconds = _seconds(case, taught, pair, places) if case.whole else (None, None)
     return MapRow(
         fitnesses=[
@@ -107,13 +107,13 @@ def _matches(taught: EyePair, pair: EyePair) -> list[View]:
     ]
 
 
-def _judge(case: MapCase, taught: EyePair, pair: EyePair, tracker: Tracker) -> Judge:
+def _scorer(case: MapCase, taught: EyePair, pair: EyePair, tracker: Tracker) -> Score:
     """Return what scores places (N, 3) in the hand's frame with every fitness."""
     views = _matches(taught, pair)
     body = true_body(case.object_name, pair.world_from_object)
     settings = _paper_settings(case)
 
-    def judge(places: Floats, asked: Sequence[Fitness]) -> dict[Fitness, Floats]:
+    def score(places: Floats, asked: Sequence[Fitness]) -> dict[Fitness, Floats]:
         poses = _poses(places)
         eyes, images = pair.world_from_cameras, pair.images
         fine = tracker.score_terms(1.0, eyes, images, poses, resolution=FINEST, threads=1)
@@ -128,7 +128,7 @@ def _judge(case: MapCase, taught: EyePair, pair: EyePair, tracker: Tracker) -> J
             found[Fitness.SOUGHT] = coarse.sum(axis=1)
         return found
 
-    return judge
+    return score
 
 
 def _paper_settings(case: MapCase) -> PaperSettings:

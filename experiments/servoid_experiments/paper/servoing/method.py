@@ -28,8 +28,8 @@ from servoid_experiments.paper.servoing.reading import Frame, Reading, hand_of, 
 from servoid_experiments.paper.servoing.settings import Constants, Search, Triple
 
 
-class Judge(Enum):
-    """What says where the object is."""
+class TrackerKind(Enum):
+    """What tracks the object."""
 
     POINTS = "points"
     REGION = "region"
@@ -39,13 +39,13 @@ class Judge(Enum):
 class Method(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """The paper's method, but for what servoid does in its place."""
 
-    judge: Annotated[
-        Judge,
+    tracker: Annotated[
+        TrackerKind,
         Meta(
             description="points or region for the 1-step genetic algorithm, or servoid's own "
             "tracker, which finds out for itself how the object is turned"
         ),
-    ] = Judge.POINTS
+    ] = TrackerKind.POINTS
     surface: Annotated[
         bool,
         Meta(description="let servoid's tracker use the look of the surface, beside outlines"),
@@ -132,11 +132,11 @@ def body_of(name: str, radii: Triple | None) -> Body:
 
 def make_follower(world: World, body: Body, method: Method, search: Search, seed: int) -> Reading:
     """Make what tracks the object of a world by a method."""
-    if method.judge is Judge.SERVOID:
+    if method.tracker is TrackerKind.SERVOID:
         tracker = Tracker(world.cameras, body, TrackSettings(seed=seed, surface=method.surface))
         told = ToldTracker(world, tracker) if method.turn_told else tracker
         return Reading(world, told, in_hand=False, stamped=method.stamped)
-    region = method.judge is Judge.REGION
+    region = method.tracker is TrackerKind.REGION
     settings = OneStepSettings(
         seed=seed,
         turns=False,

@@ -6,7 +6,7 @@ import msgspec
 from msgspec import Meta
 
 from servoid_experiments.design import Work
-from servoid_experiments.paper.servoing.method import Judge, Method
+from servoid_experiments.paper.servoing.method import Method, TrackerKind
 from servoid_experiments.paper.servoing.settings import Constants, Place, with_constant
 from servoid_experiments.paper.servoing.trial import SERVOING, ServoingCase
 from servoid_experiments.paper.servoing.unknown import UNKNOWN, UnknownCase
@@ -21,7 +21,7 @@ SURFACE = "the same with the surface term"
 
 _SELDOM, _NARROW = 0.05, 0.0005  # mutations of a population that loses its diversity
 
-_TRACKER = Method(judge=Judge.SERVOID)
+_TRACKER = Method(tracker=TrackerKind.SERVOID)
 _FILTERED = msgspec.structs.replace(_TRACKER, stamped=True, filtered=True)
 _FORWARD = msgspec.structs.replace(_FILTERED, feed_forward=True)
 BEST = msgspec.structs.replace(_FORWARD, qp=True)
@@ -56,12 +56,12 @@ ALONE = (
     Cure(name="population x 4", times_population=4),
     Cure(name="4 generations an image", times_generations=4),
     Cure(name=SEARCH, times_population=4, times_generations=4),
-    Cure(name=REGION, method=Method(judge=Judge.REGION)),
+    Cure(name=REGION, method=Method(tracker=TrackerKind.REGION)),
 )
 ADDED = (
     Cure(
         name="region term, population x 4, 4 generations",
-        method=Method(judge=Judge.REGION),
+        method=Method(tracker=TrackerKind.REGION),
         times_population=4,
         times_generations=4,
     ),

@@ -15,8 +15,8 @@ from servoid.sim.world import ArmSettings, CameraSettings, ObjectSettings, World
 from servoid.sim.world.settings import PhysicsSettings
 from servoid_experiments.paper.servoing.followed import Followed, Track, followed
 from servoid_experiments.paper.servoing.method import (
-    Judge,
     Method,
+    TrackerKind,
     body_of,
     make_follower,
     servo_settings,
@@ -182,7 +182,7 @@ def _row(case: ServoingCase, course: _Course) -> ServoingRow:
     ticks, looks = np.array(course.ticks), np.array(course.looks)
     looks = looks[(looks[:, 0] >= 0.0) & (looks[:, 0] <= ticks[-1, 0])]
     seconds = looks[:, 0]
-    times = 1 if case.method.judge is Judge.SERVOID else case.constants.search.generations
+    times = 1 if case.method.tracker is TrackerKind.SERVOID else case.constants.search.generations
     hand = np.stack([np.interp(seconds, ticks[:, 0], column) for column in ticks[:, 1:].T], axis=1)
     track = Track(times=seconds, target=looks[:, 1:4], seen=looks[:, 4:7], hand=hand)
     return ServoingRow(

@@ -15,6 +15,7 @@ from servoid._native import (
     View,
     fit_body,
     fit_paper,
+    silhouette_ious,
 )
 from servoid.batch import Experiment
 from servoid.model import RangeSamples
@@ -25,7 +26,6 @@ from servoid_experiments.metrics import (
     centroid,
     nearest_parts,
     shape_matrices,
-    silhouette_iou,
     volume_iou,
 )
 from servoid_experiments.paper.eye_pair import EyePair, Moment, paper_hand, see, true_body
@@ -152,11 +152,16 @@ def _row(body: Body, pair: EyePair, seen_points: int, seconds: float) -> TwoRow:
     world = [
         body.world_from_object @ Pose.from_parts([0, 0, 0], q.tolist()) for q in body.rotations
     ]
-    eyes = zip(pair.cameras, pair.world_from_cameras, pair.masks, strict=True)
+    eyes = [
+        View(camera=camera, world_from_camera=pose, mask=mask)
+        for camera, pose, mask in zip(
+            pair.cameras, pair.world_from_cameras, pair.masks, strict=True
+        )
+    ]
     return TwoRow(
         error=(in_hand @ (centroid(body) - centroid(true))).tolist(),
         volume_iou=volume_iou(body, true),
-        silhouette_iou=float(np.mean([silhouette_iou(body, *eye) for eye in eyes])),
+        silhouette_iou=float(silhouette_ious(body, eyes).mean()),
         volume_ratio=float(body.mass_properties()[0] / true.mass_properties()[0]),
         part_errors=((found[parts] - there) @ in_hand.T).tolist(),
         radius_errors=(radii[parts] - true_radii).tolist(),

@@ -9,7 +9,7 @@ import numpy as np
 from servoid.sim.samples import snail
 from servoid.sim.samples.drawing import patterns
 from servoid.sim.samples.drawing.convex import Convex, Floats, box, ellipsoid, tube
-from servoid.sim.samples.drawing.layers import Lamp, Thing
+from servoid.sim.samples.drawing.layers import Drawable, Lamp
 
 _TABLE, _WALL = 0, 1
 _POSTERS = 5
@@ -29,7 +29,7 @@ _COLORS = (
 LAMP = Lamp(np.array([-0.5345, -0.4811, 0.6949]), np.array([0.0, 0.0, 1.0]))
 
 
-def furnish(seed: int) -> Thing:
+def furnish(seed: int) -> Drawable:
     """Return the room; another seed stands other things about."""
     random = np.random.default_rng([seed, 1])
     parts = [
@@ -56,7 +56,7 @@ def furnish(seed: int) -> Thing:
     def paint(points: Floats, part: int) -> Floats:
         return _paint(parts[part], part, points, int(choices[part]))
 
-    return Thing(parts, paint, backdrops=_WALL + 1)
+    return Drawable(parts, paint, backdrops=_WALL + 1)
 
 
 def _stand(random: np.random.Generator, x: float, y: float) -> Convex:

@@ -10,7 +10,7 @@ from servoid.pose import Pose
 from servoid.sim.samples import motion, room, snail
 from servoid.sim.samples.drawing import patterns
 from servoid.sim.samples.drawing.convex import Floats, box
-from servoid.sim.samples.drawing.layers import Layer, Pinhole, Thing, see
+from servoid.sim.samples.drawing.layers import Drawable, Layer, Pinhole, see
 
 SIZES_PX = {"small": (320, 240), "full": (640, 480)}
 BASELINE = 0.1
@@ -79,7 +79,7 @@ class MovingScene:
             (width, height), _FOCAL_OF_WIDTH * width, center_px, subpixels
         )
         self.offsets: tuple[float, ...] = (0.0,) if scenario.one_camera else (0.0, BASELINE)
-        self.toy: Thing = Thing(
+        self.toy: Drawable = Drawable(
             snail.PARTS, snail.paint_plain if scenario.plain else snail.paint, 0.12
         )
 
@@ -143,10 +143,12 @@ class MovingScene:
             return _see_room(scenario, self.camera, room_from_camera)
         return _resting_room(scenario.seed, scenario.size, self.offsets[number])
 
-    def _see(self, thing: Thing, room_from_thing: Floats, room_from_camera: Floats) -> Layer:
-        thing_from_room = Pose(room_from_thing).inverse().matrix()
-        pose = thing_from_room @ room_from_camera
-        return see(thing, self.camera, pose, room.LAMP.within(thing_from_room))
+    def _see(
+        self, drawable: Drawable, room_from_drawable: Floats, room_from_camera: Floats
+    ) -> Layer:
+        drawable_from_room = Pose(room_from_drawable).inverse().matrix()
+        pose = drawable_from_room @ room_from_camera
+        return see(drawable, self.camera, pose, room.LAMP.within(drawable_from_room))
 
     def _develop(self, light: Floats, seed: list[int]) -> NDArray[np.uint8]:
         """Turn linear light (H, W, 3) into 8 bits: lens, tone curve, sensor noise."""
@@ -190,4 +192,4 @@ def _paint_ruler(points: Floats, part: int) -> Floats:
     return patterns.coat(painted, line * ink, snail.DARK)
 
 
-_OCCLUDER = Thing((box((0.0, 0.0, 0.0), (0.0165, 0.002, 0.5)),), _paint_ruler)
+_OCCLUDER = Drawable((box((0.0, 0.0, 0.0), (0.0165, 0.002, 0.5)),), _paint_ruler)

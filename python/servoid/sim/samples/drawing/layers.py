@@ -1,4 +1,4 @@
-"""Pictures of things made of convex solids: each thing is one layer, lit and anti-aliased."""
+"""Pictures of drawables made of convex solids: each drawable is one layer, lit and anti-aliased."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -36,13 +36,13 @@ class Lamp:
     up: Floats
 
     def within(self, frame_from_room: Floats) -> "Lamp":
-        """Return the same lamp as a thing's own frame sees it; the motion is (4, 4)."""
+        """Return the same lamp as a drawable's own frame sees it; the motion is (4, 4)."""
         turn = frame_from_room[:3, :3]
         return Lamp(turn @ self.toward, turn @ self.up)
 
 
 @dataclass(frozen=True, eq=False)
-class Thing:
+class Drawable:
     """Solids in a frame of their own, and what paint they wear: linear colours (3, N).
 
     The first `backdrops` of the parts throw no shade, such as the floor.
@@ -56,35 +56,35 @@ class Thing:
 
 @dataclass(frozen=True, eq=False)
 class Layer:
-    """What a camera sees of one thing: light (H, W, 3), and the share of each pixel (H, W)."""
+    """What a camera sees of one drawable: light (H, W, 3), and the share of each pixel (H, W)."""
 
     light: Floats
     cover: Floats
 
     def over(self, light: Floats) -> Floats:
-        """Return another picture (H, W, 3) with this thing in front of it."""
+        """Return another picture (H, W, 3) with this drawable in front of it."""
         return self.light + (1.0 - self.cover[:, :, None]) * light
 
 
-def see(thing: Thing, camera: Pinhole, frame_from_camera: Floats, lamp: Lamp) -> Layer:
-    """Return what a camera at the pose (4, 4) sees of a thing; the lamp is in the thing's frame."""
+def see(drawable: Drawable, camera: Pinhole, frame_from_camera: Floats, lamp: Lamp) -> Layer:
+    """Return what a camera at the pose (4, 4) sees of a drawable; the lamp is in its frame."""
     width, height = camera.size_px
     light, cover = np.zeros((height, width, 3)), np.zeros((height, width))
-    windows = [_window(part, camera, frame_from_camera) for part in thing.parts]
+    windows = [_window(part, camera, frame_from_camera) for part in drawable.parts]
     u0, v0 = (min(window[axis] for window in windows) for axis in (0, 1))
     u1, v1 = (max(window[axis] for window in windows) for axis in (2, 3))
     if u0 >= u1 or v0 >= v1:
         return Layer(light, cover)
     x, y = _rays(camera, (u0, u1), 0), _rays(camera, (v0, v1), 1)
     depth, which = np.full((len(y), len(x)), np.inf), np.full((len(y), len(x)), -1, np.int16)
-    for index, (part, (a, b, c, d)) in enumerate(zip(thing.parts, windows, strict=True)):
+    for index, (part, (a, b, c, d)) in enumerate(zip(drawable.parts, windows, strict=True)):
         n = camera.subpixels
         columns, rows = slice((a - u0) * n, (c - u0) * n), slice((b - v0) * n, (d - v0) * n)
         enter, leave = part.crossing(frame_from_camera, x[columns], y[rows])
         seen = (enter < leave) & (enter > _NEAREST) & (enter < depth[rows, columns])
         depth[rows, columns][seen] = enter[seen]
         which[rows, columns][seen] = index
-    colors = _light(thing, frame_from_camera, lamp, (x, y, depth, which))
+    colors = _light(drawable, frame_from_camera, lamp, (x, y, depth, which))
     shape = (v1 - v0, camera.subpixels, u1 - u0, camera.subpixels)
     light[v0:v1, u0:u1] = colors.reshape(*shape, 3).mean(axis=(1, 3))
     cover[v0:v1, u0:u1] = (which >= 0).reshape(shape).mean(axis=(1, 3))
@@ -118,7 +118,7 @@ def _window(part: Convex, camera: Pinhole, frame_from_camera: Floats) -> tuple[i
 
 
 def _light(
-    thing: Thing,
+    drawable: Drawable,
     frame_from_camera: Floats,
     lamp: Lamp,
     seen: tuple[Floats, Floats, Floats, NDArray[np.int16]],
@@ -126,7 +126,7 @@ def _light(
     """Return the light (rows, columns, 3) of seen places: x, y, depth and part; else black."""
     x, y, depth, which = seen
     light = np.zeros((*which.shape, 3))
-    for index, part in enumerate(thing.parts):
+    for index, part in enumerate(drawable.parts):
         rows, columns = np.nonzero(which == index)
         if len(rows) == 0:
             continue
@@ -135,24 +135,24 @@ def _light(
         points = frame_from_camera[:3, 3:] + depth[rows, columns] * ways
         normals = part.normals(part.to_local(points))
         ways /= np.sqrt((ways * ways).sum(axis=0))
-        key = key_light(thing, points, normals, lamp)
+        key = key_light(drawable, points, normals, lamp)
         half = lamp.toward[:, None] - ways
         half /= np.sqrt((half * half).sum(axis=0))
         shine = np.maximum((half * normals).sum(axis=0), 0.0) ** _SHINE_POWER * (key > 0.0)
-        painted = thing.paint(points, index) * received(normals, key, lamp)
-        light[rows, columns] = (painted + thing.gloss * shine).T
+        painted = drawable.paint(points, index) * received(normals, key, lamp)
+        light[rows, columns] = (painted + drawable.gloss * shine).T
     return light
 
 
-def key_light(thing: Thing, points: Floats, normals: Floats, lamp: Lamp) -> Floats:
-    """Return how squarely points (3, N) on a thing face the far light (N,), 0 in the shade."""
+def key_light(drawable: Drawable, points: Floats, normals: Floats, lamp: Lamp) -> Floats:
+    """Return how squarely points (3, N) on a drawable face the far light (N,), 0 in the shade."""
     facing = np.maximum(lamp.toward @ normals, 0.0)
     lit = np.flatnonzero(facing)
     lifted = points[:, lit] + _SHADE_OFFSET * normals[:, lit]
     # Only what the far light sees through a part's ball can be in that part's shade.
     across = np.linalg.svd(lamp.toward[None])[2][1:]
     u, v = across @ lifted
-    for part in thing.parts[thing.backdrops :]:
+    for part in drawable.parts[drawable.backdrops :]:
         middle = across @ part.center
         near = np.abs(u - middle[0]) < part.bound
         near &= np.abs(v - middle[1]) < part.bound

@@ -91,26 +91,26 @@ impl Bundle {
     /// Adjusts keyframes and landmarks by the method of Levenberg and Marquardt; nothing if the
     /// keyframes do not hang together.
     pub(crate) fn adjusted(&self) -> Option<Solution> {
-        let mut bundle = self.clone();
+        let (mut bundle, mut moved) = (self.clone(), self.clone());
         let (mut damping, mut cost) = (DAMPING.0, self.cost());
         let by_motion = self.landmarks.iter().any(|one| one.by_motion);
         for _ in 0..if by_motion { STEPS.1 } else { STEPS.0 } {
             let reduced = Reduced::new(&bundle);
-            let (lower, step) = loop {
+            let lower = loop {
                 let (motions, shifts) = reduced.step(damping)?;
-                let moved = bundle.moved(&motions, &shifts);
+                bundle.move_into(&mut moved, &motions, &shifts);
                 let new = moved.cost();
                 if new <= cost {
                     damping *= DAMPING.1;
-                    break (new, Some(moved));
+                    break Some(new);
                 }
                 damping *= DAMPING.2;
                 if damping > 1e6 {
-                    break (cost, None);
+                    break None;
                 }
             };
-            let Some(moved) = step else { break };
-            bundle = moved;
+            let Some(lower) = lower else { break };
+            std::mem::swap(&mut bundle, &mut moved);
             let gain = cost - lower;
             cost = lower;
             if gain <= CONVERGED * cost {
@@ -165,8 +165,15 @@ impl Bundle {
         Some((station.world_from_object.inverse() * from * belief.motion).log())
     }
 
-    pub(super) fn moved(&self, motions: &DVector<f64>, shifts: &[Vector3<f64>]) -> Self {
-        let mut out = self.clone();
+    /// Writes into a copy, which has the same sightings, where everything is after these motions.
+    pub(super) fn move_into(
+        &self,
+        out: &mut Self,
+        motions: &DVector<f64>,
+        shifts: &[Vector3<f64>],
+    ) {
+        out.keyframes.clone_from(&self.keyframes);
+        out.landmarks.clone_from(&self.landmarks);
         let free = out.keyframes.iter_mut().filter(|one| one.belief.is_some());
         for (place, station) in free.enumerate() {
             let motion: Twist = motions.fixed_rows::<6>(6 * place).into();
@@ -176,7 +183,6 @@ impl Bundle {
         for (landmark, shift) in out.landmarks.iter_mut().zip(shifts) {
             landmark.position += shift;
         }
-        out
     }
 }
 

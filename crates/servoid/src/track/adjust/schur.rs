@@ -273,9 +273,12 @@ mod tests {
             let still = vec![Vector3::zeros(); bundle.landmarks.len()];
             let slope = |motions: &DVector<f64>, shifts: &[Vector3<f64>]| {
                 let back: Vec<_> = shifts.iter().map(|shift| -shift).collect();
-                let cost = |bundle: Bundle| bundle.cost();
-                let there = cost(bundle.moved(motions, shifts));
-                -0.5 * (there - cost(bundle.moved(&-motions, &back))) / (2.0 * STEP)
+                let cost = |motions: &DVector<f64>, shifts: &[Vector3<f64>]| {
+                    let mut moved = bundle.clone();
+                    bundle.move_into(&mut moved, motions, shifts);
+                    moved.cost()
+                };
+                -0.5 * (cost(motions, shifts) - cost(&-motions, &back)) / (2.0 * STEP)
             };
             for i in 0..reduced.slope.len() {
                 let mut motions = DVector::zeros(reduced.slope.len());

@@ -1,41 +1,30 @@
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::thread::{self, JoinHandle};
+use std::sync::{Arc, LazyLock};
+use std::thread;
 
 /// Something that is computed beside the tracker, and due some observations later. Copies wait for the same
 /// result.
 #[derive(Debug)]
 pub(crate) struct Job<T> {
-    state: Arc<Mutex<State<T>>>,
+    result: Arc<Awaited<T>>,
     /// Observations until it is due.
     wait: usize,
 }
 
-#[derive(Debug)]
-enum State<T> {
-    Running(Option<JoinHandle<T>>),
-    Done(Option<T>),
-}
+/// What a thread computes, or was computed here; whoever asks first waits for the thread. None if it
+/// failed.
+type Awaited<T> = LazyLock<Option<T>, Box<dyn FnOnce() -> Option<T> + Send>>;
 
 impl<T> Clone for Job<T> {
     fn clone(&self) -> Self {
-        Self { state: Arc::clone(&self.state), wait: self.wait }
+        Self { result: Arc::clone(&self.result), wait: self.wait }
     }
 }
 
-impl<T: Clone> State<T> {
-    fn result(&self) -> Option<T> {
-        match self {
-            Self::Done(result) => result.clone(),
-            Self::Running(_) => None,
-        }
-    }
-}
-
-impl<T: Clone + Send + 'static> Job<T> {
+impl<T: Clone + Send + Sync + 'static> Job<T> {
     /// Begins to compute something that is due so many observations later, once what is under way `before`
     /// is done: one core is enough for all that is computed beside the tracker. Computes it at once, where no
     /// thread can be had.
-    pub(crate) fn new<U: Clone + Send + 'static>(
+    pub(crate) fn new<U: Clone + Send + Sync + 'static>(
         wait: usize,
         before: Option<Job<U>>,
         compute: impl Fn() -> T + Send + Clone + 'static,
@@ -45,11 +34,15 @@ impl<T: Clone + Send + 'static> Job<T> {
             compute()
         };
         let work = compute.clone();
-        let state = match thread::Builder::new().name("servoid-worker".into()).spawn(work) {
-            Ok(handle) => State::Running(Some(handle)),
-            Err(_) => State::Done(Some(compute())),
-        };
-        Self { state: Arc::new(Mutex::new(state)), wait }
+        let result: Box<dyn FnOnce() -> Option<T> + Send> =
+            match thread::Builder::new().name("servoid-worker".into()).spawn(work) {
+                Ok(thread) => Box::new(move || thread.join().ok()),
+                Err(_) => {
+                    let found = compute();
+                    Box::new(move || Some(found))
+                }
+            };
+        Self { result: Arc::new(LazyLock::new(result)), wait }
     }
 
     /// Counts an observation; says whether it is due, however long it takes.
@@ -60,25 +53,19 @@ impl<T: Clone + Send + 'static> Job<T> {
 
     /// Waits for the result; none if computing it failed.
     pub(crate) fn result(&self) -> Option<T> {
-        self.done().result()
+        LazyLock::force(&self.result).clone()
     }
 
     /// Waits until it is computed.
     fn finish(&self) {
-        drop(self.done());
-    }
-
-    fn done(&self) -> MutexGuard<'_, State<T>> {
-        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
-        if let State::Running(handle) = &mut *state {
-            *state = State::Done(handle.take().and_then(|handle| handle.join().ok()));
-        }
-        state
+        LazyLock::force(&self.result);
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Mutex;
+
     use super::*;
 
     #[test]

@@ -12,7 +12,7 @@ IMAGES ?= 100000
 CARGO ?= cargo
 BIN := .venv/bin
 # What the scripts share, and what has a target of its own.
-NO_BENCHES := benches/sequences.py benches/variants.py $(wildcard benches/trust*.py) benches/tuning.py benches/confidence.py
+NO_BENCHES := benches/track/sequences.py $(wildcard benches/trust/*.py)
 # A file's tests stay together, as they share what is drawn for them; files that take long go first,
 # in the order of tests/fixtures/tiers.py, so that no worker waits for another in the end.
 PYTEST := $(BIN)/python -m pytest --numprocesses auto --maxprocesses 4 --dist loadfile \
@@ -72,10 +72,10 @@ lint-python: .venv/.package
 
 bench: .venv/.package ## measure speed
 	$(CARGO) bench -p servoid
-	@for script in $(filter-out $(NO_BENCHES),$(wildcard benches/*.py)); do echo "$$script"; $(BIN)/python "$$script"; done
+	@for script in $(filter-out $(NO_BENCHES),$(wildcard benches/*.py benches/*/*.py)); do echo "$$script"; $(BIN)/python "$$script"; done
 
 trust: .venv/.package ## measure how far the tracker's words can be trusted; takes hours
-	$(BIN)/python benches/trust.py
+	$(BIN)/python benches/trust/trust.py
 
 fuzz: .venv/.package ## throw damaged input at all that reads and at the core, for SECONDS (an hour) each
 	$(BIN)/python -m fuzz.run --seconds $(SECONDS)

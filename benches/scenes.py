@@ -21,7 +21,8 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from servoid.output import write_whole
 
 sys.path.extend(
-    str(Path(__file__).resolve().parents[1] / "tests" / part) for part in ("fixtures", "scenes")
+    str(Path(__file__).resolve().parents[1] / part)
+    for part in ("tests", "tests/fixtures", "tests/scenes")
 )
 
 from scene_table import (

@@ -1,7 +1,7 @@
 """Reads the constants of the Rust tracker, and what its table of tuning constants says of them.
 
 The table holds what the code does not: the unit of each, and what became of the courses of trust
-when it was made smaller and larger. `benches/tuning.py` measures and writes it.
+when it was made smaller and larger. `benches/trust/tuning.py` measures and writes it.
 """
 
 import re
@@ -13,14 +13,14 @@ from rust_source import code, is_test_file
 
 ROOT = Path(__file__).resolve().parents[2]
 TRACK = ROOT / "crates" / "servoid" / "src" / "track"
-TABLE = ROOT / "benches" / "tuning.tsv"
+TABLE = ROOT / "benches" / "trust" / "tuning.tsv"
 FACTORS = (0.8, 1.25)
 COLUMNS = ("file", "constant", "unit", *(f"times {factor:g}" for factor in FACTORS))
 HEAD = """\
 # The tracker's tuning constants: their units, and what became of the courses of trust with each of
 # them smaller and larger, all else equal: images tracked rightly and, after the stroke, wrong and
-# trusted, less those of the usual value. benches/tuning.py measures it and writes it anew; empty is
-# what was not swept.
+# trusted, less those of the usual value. benches/trust/tuning.py measures it and writes it anew;
+# empty is what was not swept.
 """
 
 _CONSTANT = re.compile(

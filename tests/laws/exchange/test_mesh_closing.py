@@ -24,7 +24,7 @@ from servoid.exchange.shapes.mesh_file import read_mesh
 trimesh = pytest.importorskip("trimesh")
 LEAST = 0.98
 MESHES = REAL_PHOTOS.parent / "meshes"
-# Each mesh once; benches/mesh_repair.py breaks each in every way.
+# Each mesh once; benches/model/mesh_repair.py breaks each in every way.
 REAL = [
     ("banana", "a large hole"),
     ("bunny", "no bottom"),

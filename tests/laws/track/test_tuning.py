@@ -11,7 +11,7 @@ ALL = list(constants())
 
 def test_each_constant_has_a_unit_and_a_row_for_each_is_all_there_is() -> None:
     rows = tuned()
-    assert [one.key for one in ALL] == list(rows), "run benches/tuning.py and give the unit"
+    assert [one.key for one in ALL] == list(rows), "run benches/trust/tuning.py and give the unit"
     assert all(row.unit for row in rows.values())
 
 
@@ -22,7 +22,7 @@ def test_the_page_shows_what_the_code_says() -> None:
             for row in csv.DictReader(file, delimiter="\t")
         ]
     said = [(one.file, one.name, one.value, one.meaning) for one in ALL]
-    assert shown == said, "run benches/tuning.py"
+    assert shown == said, "run benches/trust/tuning.py"
 
 
 def test_a_meaning_is_missing_only_below_one_that_speaks_for_both() -> None:
@@ -57,4 +57,4 @@ def test_all_numbers_of_a_constant_are_scaled_and_nothing_else() -> None:
 def test_what_is_written_is_read_again() -> None:
     rows = tuned()
     text = written(rows)
-    assert text == (ROOT / "benches" / "tuning.tsv").read_text(encoding="utf-8")
+    assert text == (ROOT / "benches" / "trust" / "tuning.tsv").read_text(encoding="utf-8")

@@ -1,6 +1,7 @@
 """An object that turns on and on is known no worse for it, whoever moves and whatever else runs.
 
-Where a bound is a number, what was measured stands beside it: `benches/turning.py` measures more.
+Where a bound is a number, what was measured stands beside it: `benches/track/turning.py` measures
+more.
 """
 
 import itertools

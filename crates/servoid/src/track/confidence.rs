@@ -1,8 +1,8 @@
 //! How likely a pose is right: all that speaks for it, added up as log-odds.
 //!
 //! The weights are those of a logistic regression over recordings and drawn courses, in which each
-//! sequence counts the same. `benches/confidence.py` does one over fewer, and says how well it does on
-//! sequences that were left out.
+//! sequence counts the same. `benches/trust/confidence.py` does one over fewer, and says how well it
+//! does on sequences that were left out.
 
 use std::f64::consts::SQRT_2;
 

@@ -18,7 +18,7 @@ from servoid.model import Request, fit_mesh
 from servoid.pose import Pose
 from servoid.shape import Body
 
-MESHES = Path(__file__).parents[2] / "shared" / "data" / "meshes"
+MESHES = Path(__file__).parents[3] / "shared" / "data" / "meshes"
 COUNTS = (1, 3, 5, 8, 16)
 POINTS = 200_000
 VIEWS = 20

@@ -17,7 +17,7 @@ from servoid.capture import CaptureView, open_capture
 from servoid.errors import TargetError
 from servoid.segment import BoxTarget, ClickTarget, Target, grow_mask, seek_object
 
-DATA = Path(__file__).resolve().parents[2] / "shared" / "data"
+DATA = Path(__file__).resolve().parents[3] / "shared" / "data"
 CAPTURES = {"photos": ("skull", "temple", "blowtorch"), "stereo": ("mustard", "drill", "teabox")}
 ALONE = {
     "real": ("cube_hand",),

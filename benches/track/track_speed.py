@@ -31,7 +31,7 @@ from servoid.shape import Body
 from servoid.source import Instant
 from servoid.track import Request, cameras_of
 
-sys.path.append(str(Path(__file__).resolve().parents[1] / "tests" / "fixtures"))
+sys.path.append(str(Path(__file__).resolve().parents[2] / "tests" / "fixtures"))
 
 from resident_memory import resident_mb
 

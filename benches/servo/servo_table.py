@@ -8,7 +8,8 @@ median and, in brackets, the worst over all seeds: RMS after settling in mm; of 
 hand is off in the last second, and for how long it was held. `unsaid` counts seconds in which the
 hand was more than 30 mm off and neither held nor slowed for a reason that says so. Needs MuJoCo.
 
-Run it with: python benches/servo_table.py RUNS.jsonl [--seeds 11-18] [--only TABLE] [--tables]
+Run it with: python benches/servo/servo_table.py RUNS.jsonl [--seeds 11-18] [--only TABLE]
+[--tables]
 """
 
 import argparse

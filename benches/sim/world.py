@@ -1,6 +1,6 @@
 """Measures how long a simulated second takes, with and without its images.
 
-Run it with: python benches/world.py [OBJECT]
+Run it with: python benches/sim/world.py [OBJECT]
 """
 
 import sys

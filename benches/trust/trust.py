@@ -6,7 +6,7 @@ and faults of the cameras; with a body from the first look, and with several see
 stands at the head of `trust.tsv`, which this writes; the tables and the picture of the page on
 trust follow from it. Skips what is not there.
 
-Run it with: python benches/trust.py [--seeds N] [--variants NAME ...] [SEQUENCE ...]
+Run it with: python benches/trust/trust.py [--seeds N] [--variants NAME ...] [SEQUENCE ...]
 A SEQUENCE is the beginning of a name, such as `mustard` or `drawn`; without one, all are measured.
 Rows that are not measured stay as they are. `--missing` measures only what the table lacks,
 `--quick` one seed of each sequence as it is, and writes nothing, `--pages` only writes what follows
@@ -21,7 +21,6 @@ from pathlib import Path
 
 import numpy as np
 
-from sequences import HARD, MONO, REAL, SHARED, STEREO, Recording, Table
 from servoid.cli.progress import progress_bar
 from servoid.exchange import open_any
 from servoid.output import write_whole
@@ -29,12 +28,14 @@ from servoid.track import Request, track_capture
 from variants import VARIANTS, Variant
 
 sys.path.extend(
-    str(Path(__file__).resolve().parents[1] / "tests" / part) for part in ("fixtures", "scenes")
+    str(Path(__file__).resolve().parents[2] / part)
+    for part in ("benches/track", "tests/fixtures", "tests/scenes")
 )
 
 from trust_scenes import COURSES, FULL, MESHES, TOY_COURSES, write_course
 from trust_verdicts import Verdicts, verdicts
 
+from sequences import HARD, MONO, REAL, SHARED, STEREO, Recording, Table
 from trust_pages import write_pages
 from trust_table import BINS, TABLE, Key, Row, joined, parse, row_of, written
 

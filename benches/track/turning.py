@@ -8,7 +8,7 @@ the same turn played forwards and backwards; the same images, with a known body,
 rest around which the eyes go. `--long` then plays a turn to and fro, 10,000 images, and says how
 the resident memory grows. Skips what is not there.
 
-Run it with: python benches/turning.py [--seeds N] [--long] [OBJECT ...]
+Run it with: python benches/track/turning.py [--seeds N] [--long] [OBJECT ...]
 """
 
 import argparse
@@ -30,7 +30,8 @@ from servoid.track import Tracked
 from track_speed import LONG_IMAGES, LONG_ROWS, to_and_fro
 
 sys.path.extend(
-    str(Path(__file__).resolve().parents[1] / "tests" / part) for part in ("fixtures", "scenes")
+    str(Path(__file__).resolve().parents[2] / part)
+    for part in ("tests", "tests/fixtures", "tests/scenes")
 )
 
 from resident_memory import resident_mb

@@ -16,7 +16,7 @@ from sequences import Recording, Table
 from servoid.exchange import open_any
 
 sys.path.extend(
-    str(Path(__file__).resolve().parents[1] / "tests" / part) for part in ("fixtures", "scenes")
+    str(Path(__file__).resolve().parents[2] / "tests" / part) for part in ("fixtures", "scenes")
 )
 
 from trust_scenes import COURSES, FULL, write_depth_course

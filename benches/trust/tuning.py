@@ -6,7 +6,7 @@ of the Rust sources, builds it, tracks the courses of trust that the tests draw,
 `tuning.tsv` how many more images were tracked rightly than with the usual value, and how many more
 were wrong and trusted. The table of the page on tuning follows from it.
 
-Run it with: python benches/tuning.py [--seeds N] [CONSTANT ...]
+Run it with: python benches/trust/tuning.py [--seeds N] [CONSTANT ...]
 A CONSTANT is a file and a name, such as `trust.rs:SAID`, or the beginning of that; without one,
 nothing is measured, and only the page's table is written.
 """
@@ -22,14 +22,13 @@ import sysconfig
 import tempfile
 from pathlib import Path
 
-from sequences import Recording
 from servoid.exchange import open_any
 from servoid.output import write_whole
 from servoid.track import Request, track_capture
 
 sys.path.extend(
-    str(Path(__file__).resolve().parents[1] / "tests" / part)
-    for part in ("fixtures", "scenes", "house")
+    str(Path(__file__).resolve().parents[2] / part)
+    for part in ("benches/track", "tests/fixtures", "tests/scenes", "tests/house")
 )
 
 from rust_constants import (
@@ -46,6 +45,8 @@ from rust_constants import (
 )
 from trust_scenes import COURSES, FULL, write_course
 from trust_verdicts import verdicts
+
+from sequences import Recording
 
 PAGE = ROOT / "docs" / "tables" / "tuning.tsv"
 SEEDS = 2  # of each course

@@ -4,7 +4,7 @@ The meshes are looked for beside the repository; a teapot of open sheets is made
 the worst intersection over union with the closed mesh, over all meshes, how many were refused, and
 the longest time. Needs `servoid[exchange]`.
 
-Run it with: python benches/mesh_repair.py [MESH ...]
+Run it with: python benches/model/mesh_repair.py [MESH ...]
 """
 
 import sys
@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-sys.path.append(str(Path(__file__).resolve().parents[1] / "tests" / "fixtures"))
+sys.path.append(str(Path(__file__).resolve().parents[2] / "tests" / "fixtures"))
 
 from broken_meshes import BREAKS, Faces, Vertices, capped, joined, overlap, teapot
 
@@ -22,7 +22,7 @@ from servoid.errors import MeshError
 from servoid.exchange.shapes.mesh_closing import close_mesh
 from servoid.exchange.shapes.mesh_file import read_mesh
 
-DATA = Path(__file__).resolve().parents[2] / "shared" / "data"
+DATA = Path(__file__).resolve().parents[3] / "shared" / "data"
 DRAGON = DATA / "mono" / "dragon_red" / "truth" / "mesh.obj"
 POINTS = 60_000
 

@@ -16,7 +16,7 @@ from trust_table import BINS, REGION, Row, joined
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-DOCS = Path(__file__).resolve().parents[1] / "docs"
+DOCS = Path(__file__).resolve().parents[2] / "docs"
 BY_SEQUENCE, BY_VARIANT = (
     DOCS / "tables" / f"trust-{name}.tsv" for name in ("sequences", "variants")
 )

@@ -12,10 +12,11 @@ object; `object` is how far the true object's middle is in the hand from where i
 are those of the wall, on a machine that draws the world as well and does whatever else runs on it.
 The last lines join all runs of a table. Needs MuJoCo.
 
-Run it with: python benches/servo.py [--seeds N] [--only TABLE] [--names NAME ...]
+Run it with: python benches/servo/servo.py [--seeds N] [--only TABLE] [--names NAME ...]
 """
 
 import argparse
+import sys
 import tempfile
 from dataclasses import dataclass, field
 from importlib.util import find_spec
@@ -24,10 +25,13 @@ from typing import Any
 
 import numpy as np
 
-from sequences import Table
 from servoid.errors import ServoidError
 from servoid.servo import ServoMetrics
 from servoid.sim.trial import ServoTrial, TrialSettings, changed, run_servo_trial
+
+sys.path.append(str(Path(__file__).resolve().parents[1] / "track"))
+
+from sequences import Table
 
 SINE = {"world.object.path": "sine:0.15@10s", "run.seconds": 13.0}
 OFF = {  # 0.2 m and 20 degrees

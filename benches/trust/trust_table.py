@@ -17,7 +17,7 @@ BINS = 10  # of the confidence
 REGION = 0.95  # that a covariance is asked for
 FREEDOMS = (3, 3, 6)  # of the place, the turn and both
 HEAD = """\
-# How far a tracker's words can be trusted: benches/trust.py measured this, and writes it anew.
+# How far a tracker's words can be trusted: benches/trust/trust.py measured this, and writes it anew.
 # Counts are over all seeds. wrong and longest are of each seed: images that are said to be tracked and
 # are wrong, and how many in a row. found_after are the images until a lost object was tracked rightly
 # again, 0: never. In ten steps of the confidence: told, images that are tracking or searching, told_right,

@@ -4,7 +4,7 @@ The skull's photographs, and the left eye of a bottle's recording as a film, als
 beside it. Prints what was found, how far it is off, and the CPU seconds of the scan. What is
 not there is skipped: the captures are looked for beside the repository.
 
-Run it with: python benches/scan.py [skull] [bottle] [board]
+Run it with: python benches/model/scan.py [skull] [bottle] [board]
 """
 
 import csv
@@ -21,7 +21,7 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "fixtures"))
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tests" / "fixtures"))
 
 from rooms_to_scan import off_after_similarity
 
@@ -32,7 +32,7 @@ from servoid.model import Request, fit_capture
 from servoid.pose import Pose
 from servoid.segment import parse_target
 
-DATA = Path(__file__).resolve().parents[2] / "shared" / "data"
+DATA = Path(__file__).resolve().parents[3] / "shared" / "data"
 SKULL, BOTTLE = DATA / "photos" / "skull", DATA / "stereo" / "mustard_hand"
 CLICK = "click:365,270@camera/0000"
 BOARD = scan.parse_board("7x5,0.03,0.0225")

@@ -6,7 +6,7 @@ right; and finds the weights by logistic regression, in which each sequence coun
 the weights for `crates/servoid/src/track/confidence.rs`, and by steps of the probability how many
 poses are right, where each sequence is foretold by weights that were found without it.
 
-Run it with: python benches/confidence.py [--seeds N] [SEQUENCE ...]
+Run it with: python benches/trust/confidence.py [--seeds N] [SEQUENCE ...]
 """
 
 import argparse
@@ -21,14 +21,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
-from sequences import HARD, MONO, REAL, SHARED, STEREO, Recording, Table
 from servoid.cli.progress import progress_bar
 from servoid.exchange import open_any
 from servoid.track import Request, track_capture
 from variants import VARIANTS
 
 sys.path.extend(
-    str(Path(__file__).resolve().parents[1] / "tests" / part) for part in ("fixtures", "scenes")
+    str(Path(__file__).resolve().parents[2] / part)
+    for part in ("benches/track", "tests/fixtures", "tests/scenes", "tests/house")
 )
 
 from rust_constants import constants
@@ -44,6 +44,8 @@ from trust_scenes import (
     write_course,
 )
 from trust_verdicts import verdicts
+
+from sequences import HARD, MONO, REAL, SHARED, STEREO, Recording, Table
 
 SEEDS = 2  # of each drawn course
 HARDER = ("as it is", "noise", "half size", "dark")

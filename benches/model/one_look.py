@@ -18,7 +18,7 @@ from servoid.pose import Pose
 from servoid.segment import BoxTarget
 from servoid.shape import Body
 
-DATA = Path(__file__).parents[2] / "shared" / "data"
+DATA = Path(__file__).parents[3] / "shared" / "data"
 
 
 def surface(body: Body, count: int = 40_000) -> np.ndarray:

@@ -31,7 +31,7 @@ from servoid.source import Instant
 from servoid.source.instants import poses_of
 from servoid.track import Request, Subject, TrackResult, read_instants, track_capture
 
-SHARED = Path(__file__).resolve().parents[2] / "shared"
+SHARED = Path(__file__).resolve().parents[3] / "shared"
 SCORER = SHARED / "tools" / "score_track.py"
 STEREO = ("stereo/mustard", "stereo/drill", "stereo/mustard_hand", "stereo/teabox")
 MONO = ("mono/dragon_red",)

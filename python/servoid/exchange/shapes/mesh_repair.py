@@ -36,14 +36,16 @@ def area(vertices: Vertices, faces: Faces) -> float:
 def labels(count: int, links: NDArray[np.int64]) -> NDArray[np.int64]:
     """Return for each of some things the first of those that links (L, 2) join it to, (count,)."""
     label = np.arange(count)
-    while True:
-        before = label.copy()
-        low = label[links].min(axis=1)
-        for end in (0, 1):
-            np.minimum.at(label, links[:, end], low)
-        label = label[label]
-        if (label == before).all():
-            return label
+    while len(links):
+        # The first of a group points to that of a lower one that it is joined to.
+        one, other = label[links[:, 0]], label[links[:, 1]]
+        low = np.minimum(one, other)
+        np.minimum.at(label, one, low)
+        np.minimum.at(label, other, low)
+        while not np.array_equal(label, following := label[label]):
+            label = following
+        links = links[label[links[:, 0]] != label[links[:, 1]]]
+    return label
 
 
 def parts(vertices: Vertices, faces: Faces) -> NDArray[np.int64]:

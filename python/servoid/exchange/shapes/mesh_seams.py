@@ -1,6 +1,6 @@
 """Drops what a triangle mesh holds twice or loosely, and joins what lies apart by cracks."""
 
-from collections import defaultdict, deque
+from collections import defaultdict
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,7 @@ from servoid.exchange.shapes.mesh_repair import (
     drop,
     labels,
     parts,
+    patches,
     place,
     size,
 )
@@ -70,6 +71,8 @@ def join_seams(vertices: Vertices, faces: Faces, notes: list[str]) -> tuple[Vert
     Those stay apart by which three faces would meet at an edge.
     """
     links = _seams(vertices, faces)
+    if not len(links):
+        return vertices, faces
     crowd = _crowd(faces)
     joined, one = faces, np.arange(len(vertices))
     for _ in range(_TRIES):
@@ -135,29 +138,19 @@ def _close_pairs(points: Vertices, reach: NDArray[np.float64]) -> NDArray[np.int
 def loose(vertices: Vertices, faces: Faces) -> NDArray[np.bool_]:
     """Say which faces are sheets beside a closed surface, such as fins and walls, (F,).
 
-    They go when faces with an open edge are taken away again and again. If what remains does not
+    They go when patches with an open edge are taken away again and again. If what remains does not
     span the mesh, none is loose: then it is the object that is open.
     """
-    edges = Edges.of(faces)
-    users, own = edges.users.copy(), edges.edge.reshape(3, -1).T
-    users_of: dict[int, list[int]] = defaultdict(list)
-    gone = np.zeros(len(faces), dtype=bool)
-    if not (users == 1).any():
-        return gone
-    for face, three in enumerate(own.tolist()):
-        for edge in three:
-            users_of[edge].append(face)
-    waiting = deque(np.flatnonzero((users[own] == 1).any(axis=1)).tolist())
-    while waiting:
-        face = waiting.popleft()
-        if gone[face]:
-            continue
-        gone[face] = True
-        for edge in own[face].tolist():
-            users[edge] -= 1
-            if users[edge] == 1:
-                waiting.extend(other for other in users_of[edge] if not gone[other])
-    rest = faces[~gone]
-    if not len(rest) or size(vertices[rest]) < _SPANS * size(vertices):
+    kept = np.arange(len(faces))
+    while len(kept):
+        edges = Edges.of(faces[kept])
+        is_open = edges.is_open.reshape(3, -1).any(axis=0)
+        if not is_open.any():
+            break
+        patch = patches(faces[kept])
+        kept = kept[~np.isin(patch, patch[is_open])]
+    gone = np.ones(len(faces), dtype=bool)
+    gone[kept] = False
+    if not len(kept) or size(vertices[faces[kept]]) < _SPANS * size(vertices):
         return np.zeros(len(faces), dtype=bool)
     return gone

@@ -36,9 +36,10 @@ class MeshFile:
 def read_mesh(path: Path) -> MeshFile:
     """Read a mesh, and close it; notes say what was changed.
 
-    Corners at the same place become one vertex, faces without area or that are there twice are
-    dropped, faces are turned outward, and small holes are closed. What is not closed then is built
-    anew around what its faces wind around. Lengths are taken for metres.
+    Corners at the same place or across a crack become one vertex, faces without area, that are
+    there twice or stand loosely beside the rest are dropped, faces are turned outward, and holes
+    are closed. What is not closed then is built anew around what its faces wind around. Lengths are
+    taken for metres.
 
     Raises:
         MeshError: the file is missing, damaged or of another format, promises more than it holds,

@@ -7,7 +7,7 @@ tells the fault to the first that is tracked, the longest time from then on with
 and the share of tracked observations from the first one on. Skips what is not there: the recording
 is looked for beside the repository.
 
-Run it with: python benches/live_faults.py [killed] [stalled] [dropped] [small] [jump]
+Run it with: python benches/source/live_faults.py [killed] [stalled] [dropped] [small] [jump]
 """
 
 import csv
@@ -21,7 +21,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "fixtures"))
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tests" / "fixtures"))
 
 from served_images import served
 
@@ -30,7 +30,7 @@ from servoid.model import fit_capture
 from servoid.segment import MaskTarget
 from servoid.track import learn_appearance
 
-BOTTLE = Path(__file__).resolve().parents[2] / "shared" / "data" / "stereo" / "mustard"
+BOTTLE = Path(__file__).resolve().parents[3] / "shared" / "data" / "stereo" / "mustard"
 RATE_HZ, RUN_S, FAULT_S = 15.0, 22.0, 15.0  # the fault begins so long after the server
 KILLED_S, JUMP_S = 2.0, -100.0
 RIG_CAMERA = """

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid.camera import Lens, Picture, read_mask
+from servoid.camera.images import shrink
 from servoid.capture import Capture, CaptureCamera
 from servoid.sim.samples.folder import encode
 
@@ -31,9 +32,10 @@ class Painted(Picture):
     paint: Callable[[Image], Image]
     full_px: Size | None = None
 
-    def read(self, size_px: Size) -> Image:
-        """Read the image, and change it."""
-        return self.paint(super().read(self.full_px or size_px))
+    def read(self, size_px: Size, by: int = 1) -> Image:
+        """Read the image, change it, and shrink it; otherwise as `Picture.read`."""
+        changed = self.paint(super().read(self.full_px or size_px))
+        return np.asarray(shrink(changed, by), np.uint8)
 
 
 @dataclass(frozen=True)
@@ -59,7 +61,7 @@ def painted(capture: Capture, paint: Paint) -> Capture:
 
 
 def _painted(picture: Picture, number: int, index: int, paint: Paint) -> Painted:
-    where = (picture.path, picture.index, picture.label)
+    where = (picture.path, picture.index, picture.label, picture.upright)
     return Painted(*where, paint=lambda image: paint(image, number, index))
 
 
@@ -118,7 +120,7 @@ def _halved(camera: CaptureCamera, folder: Path) -> CaptureCamera:
         return target
 
     pictures = [
-        one and Painted(one.path, one.index, one.label, paint=smaller, full_px=full)
+        one and Painted(one.path, one.index, one.label, one.upright, paint=smaller, full_px=full)
         for one in camera.pictures
     ]
     return replace(

@@ -53,6 +53,11 @@ pub(super) const UNMEASURED: f64 = 0.03;
 const PROVED: f64 = 2.15;
 /// Turn by which a right pose may be off, in radians.
 const MOST_RAD: f64 = 0.26;
+/// Part of the points that usually have the contrast of a pattern which, recognised, tell in full how far the
+/// turn may have drifted: of fewer, the less is believed.
+const WITNESSES: f64 = 0.8;
+/// Standard deviation of the turn, in radians, for which any will do.
+const SURE_RAD: f64 = 0.04;
 /// How many poses are right that are only where the object was last, while it is sought.
 const UNSEEN: f64 = 0.1;
 
@@ -78,6 +83,13 @@ impl Evidence {
             + spread(self.turn_rad, TURN)
             + spread(self.jitter_rad, JITTER);
         self.on_course() / (1.0 + libm::exp(-odds))
+    }
+
+    /// Says whether the turn drifted by no more than a standard deviation, as far as the points tell that are
+    /// recognised: those that slip along drift together, and tell nothing of it.
+    pub(super) fn is_on_course(&self, most_rad: f64) -> bool {
+        let part = (self.textured / (WITNESSES * self.reference_textured)).min(1.0);
+        self.drift_rad <= (part * most_rad).max(SURE_RAD)
     }
 
     /// Gives the probability that the turn did not drift too far since the first image.
@@ -138,6 +150,25 @@ mod tests {
             ] {
                 prop_assert!(other.probability() >= before);
             }
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn less_drift_and_more_of_what_is_printed_are_never_less_on_course(
+            one in evidence(),
+            more in 0.0..50.0_f64,
+        ) {
+            let most = 0.09;
+            let other = Evidence {
+                textured: one.textured + more,
+                drift_rad: one.drift_rad / (1.0 + more),
+                ..one
+            };
+            prop_assert!(other.is_on_course(most) || !one.is_on_course(most));
+            prop_assert!(!one.is_on_course(most) || one.drift_rad <= most);
+            let unprinted = Evidence { textured: 0.0, reference_textured: 0.0, ..one };
+            prop_assert_eq!(unprinted.is_on_course(most), one.drift_rad <= most);
         }
     }
 

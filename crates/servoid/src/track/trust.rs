@@ -182,7 +182,7 @@ impl Trust {
 pub(super) fn is_turn_reliable(evidence: &Evidence) -> bool {
     let patterned = evidence.textured >= SOME || evidence.reference_textured >= RICH;
     let shows = evidence.recognised >= FEW && evidence.share >= TOLD && patterned;
-    shows && evidence.drift_rad <= ADRIFT && evidence.probability() >= LIKELY
+    shows && evidence.is_on_course(ADRIFT) && evidence.probability() >= LIKELY
 }
 
 impl Tracker {

@@ -46,7 +46,7 @@ def mean_silhouette_iou(body: Body, mesh: MeshFile) -> float:
         size_px=(SIDE_PX, SIDE_PX), focal_px=(focal, focal), center_px=(SIDE_PX / 2, SIDE_PX / 2)
     )
     views = []
-    for turn in Rotation.random(VIEWS, random_state=5):
+    for turn in Rotation.from_quat(np.random.default_rng(5).normal(size=(VIEWS, 4))):
         pose = np.eye(4)
         pose[:3, :3] = turn.as_matrix()
         pose[:3, 3] = middle - 50.0 * reach * pose[:3, 2]

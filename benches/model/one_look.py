@@ -9,7 +9,7 @@ import time
 from pathlib import Path
 
 import numpy as np
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 from scipy.spatial.transform import Rotation
 
 from servoid.exchange import open_any
@@ -52,7 +52,7 @@ def measure_pair(name: str) -> None:
         row = next(csv.DictReader(file))
     place = [float(row[key]) for key in ("x", "y", "z")]
     turn = [float(row[key]) for key in ("qw", "qx", "qy", "qz")]
-    mesh = trimesh.load(folder / "truth" / "mesh.obj", force="mesh", process=False)
+    mesh = trimesh.load_mesh(folder / "truth" / "mesh.obj", process=False)
     mesh.apply_transform(Pose.from_parts(place, turn).matrix())
     camera = result.used_views[0].camera
     v, u = np.mgrid[0 : camera.size_px[1] : 3, 0 : camera.size_px[0] : 3]
@@ -60,7 +60,7 @@ def measure_pair(name: str) -> None:
     rays = np.ones((len(pixels), 3))
     rays[:, :2] = (pixels - camera.center_px) / camera.focal_px
     seen, _, _ = mesh.ray.intersects_location(np.zeros_like(rays), rays, multiple_hits=False)
-    away_mm = 1e3 * cKDTree(surface(result.body)).query(seen)[0]
+    away_mm = 1e3 * KDTree(surface(result.body)).query(seen)[0]
     print(
         f"{name:8} seen surface to body: mean {away_mm.mean():.2f} mm, 95 % below "
         f"{np.quantile(away_mm, 0.95):.2f} mm, {seconds:.2f} s"

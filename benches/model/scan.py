@@ -173,7 +173,7 @@ def left_from_object(index: int) -> Pose:
 @lru_cache
 def true_mesh() -> trimesh.Trimesh:
     """Read the bottle's surface."""
-    return trimesh.load(BOTTLE / "truth" / "mesh.obj", force="mesh", process=False)
+    return trimesh.load_mesh(BOTTLE / "truth" / "mesh.obj", process=False)
 
 
 def true_mask(index: int) -> NDArray[np.uint8]:

@@ -124,7 +124,8 @@ def growth_ms(view: CaptureView, mask: Mask) -> float:
     """Time the growth of a mask from a band around its border."""
     side = max(3, int(0.08 * max(np.ptp(place) for place in np.nonzero(mask))))
     square = np.ones((side, side), np.uint8)
-    certain, possible = np.asarray(cv2.erode(mask, square)), np.asarray(cv2.dilate(mask, square))
+    certain = np.asarray(cv2.erode(mask, square), np.uint8)
+    possible = np.asarray(cv2.dilate(mask, square), np.uint8)
     image = view.image()
     times = []
     for _ in range(3):

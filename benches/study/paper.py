@@ -52,7 +52,7 @@ class Trial:
         origin = (eye - CENTER) @ self.turn / self.radii
         along = rays @ origin
         hit = along**2 > np.sum(rays**2, axis=-1) * (origin @ origin - 1.0)
-        return np.where(hit[..., None], np.uint8(TARGET_RGB), np.uint8(BACKGROUND_RGB))
+        return np.where(hit[..., None], *np.array([TARGET_RGB, BACKGROUND_RGB], np.uint8))
 
 
 def random_turn(seed: int) -> NDArray[np.float64]:

@@ -111,7 +111,8 @@ class Recording:
     @property
     def distance_m(self) -> float | None:
         """Return how far the object is at first, which one camera without depth must be told."""
-        if len(self.capture.cameras) > 1 or any(self.capture.cameras[0].depth_paths):
+        first, *others = self.capture.cameras
+        if others or any(first.depth_paths):
             return None
         middle = (self.vertices.min(axis=0) + self.vertices.max(axis=0)) / 2.0
         return float(self.left_from_mesh(0).transform(middle[None])[0, 2])
@@ -121,9 +122,9 @@ class Recording:
         """Model eight ellipsoids from points all over the true surface, in the mesh's frame."""
         import trimesh
 
-        mesh = trimesh.load(self.folder / "truth" / "mesh.obj", force="mesh", process=True)
+        mesh = trimesh.load_mesh(self.folder / "truth" / "mesh.obj", process=True)
         mesh.merge_vertices(merge_tex=True, merge_norm=True)
-        points, faces = trimesh.sample.sample_surface(mesh, SURFACE_POINTS, seed=1)
+        points, faces, *_ = trimesh.sample.sample_surface(mesh, SURFACE_POINTS, seed=1)
         cloud = range_samples_of_cloud(
             np.asarray(points), np.asarray(mesh.face_normals[faces]), None
         )

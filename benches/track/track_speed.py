@@ -87,7 +87,7 @@ def greys(instant: Instant) -> list[NDArray[np.uint8]]:
     """Return the grey images of an observation."""
     images = [image for image in instant.images if image is not None]
     return [
-        np.asarray(cv2.cvtColor(image, cv2.COLOR_RGB2GRAY)) if image.ndim == 3 else image
+        np.asarray(cv2.cvtColor(image, cv2.COLOR_RGB2GRAY), np.uint8) if image.ndim == 3 else image
         for image in images
     ]
 
@@ -110,7 +110,7 @@ def measure(recording: Recording, table: Table) -> None:
     body, instants = first_body(recording), list(recording.instants())
     for evolves in (False, True):
         steps, yardstick = Times(), Times()
-        busy_s = 0.0
+        busy_s, size = 0.0, 0
         stages: dict[str, float] = {}
         for _ in range(PASSES):
             for times in (steps, yardstick):
@@ -123,11 +123,11 @@ def measure(recording: Recording, table: Table) -> None:
                     stages[stage] = stages.get(stage, 0.0) + spent
                 if evolves and count % Request.evolve_every == 0:
                     tracker.begin_evolving()
-            busy_s += time.process_time() - begun
+            busy_s, size = busy_s + time.process_time() - begun, len(tracker.body)
             for one in instants[1:]:
                 yardstick.call(points.step, greys(one))
         table.row(
-            *(recording.name, "evolves" if evolves else "stays", len(tracker.body)),
+            *(recording.name, "evolves" if evolves else "stays", size),
             *(steps.percentile(50), steps.percentile(99)),
             *(steps.quiet(50), steps.quiet(99), yardstick.quiet(50)),
             *(steps.quiet(50) / yardstick.quiet(50), 1000.0 * busy_s / PASSES / len(instants[1:])),

@@ -24,7 +24,6 @@ from scipy.optimize import minimize
 from servoid.cli.progress import progress_bar
 from servoid.exchange import open_any
 from servoid.track import Request, track_capture
-from variants import VARIANTS
 
 sys.path.extend(
     str(Path(__file__).resolve().parents[2] / part)
@@ -43,6 +42,7 @@ from trust_scenes import (
     Course,
     write_course,
 )
+from trust_variants import VARIANTS
 from trust_verdicts import verdicts
 
 from sequences import HARD, MONO, REAL, SHARED, STEREO, Recording, Table

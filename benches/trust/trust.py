@@ -25,7 +25,6 @@ from servoid.cli.progress import progress_bar
 from servoid.exchange import open_any
 from servoid.output import write_whole
 from servoid.track import Request, track_capture
-from variants import VARIANTS, Variant
 
 sys.path.extend(
     str(Path(__file__).resolve().parents[2] / part)
@@ -33,6 +32,7 @@ sys.path.extend(
 )
 
 from trust_scenes import COURSES, FULL, MESHES, TOY_COURSES, write_course
+from trust_variants import VARIANTS, Variant
 from trust_verdicts import Verdicts, verdicts
 
 from sequences import HARD, MONO, REAL, SHARED, STEREO, Recording, Table

@@ -1,6 +1,6 @@
 """Makes recordings harder, in memory and the same each time: less light, noise, covered eyes.
 
-Used by the scripts beside it; by itself it does nothing.
+`benches/trust` measures what a tracker makes of them.
 """
 
 from collections.abc import Callable

@@ -12,7 +12,8 @@ IMAGES ?= 100000
 CARGO ?= cargo
 BIN := .venv/bin
 # What the scripts share, and what has a target of its own.
-NO_BENCHES := benches/track/sequences.py $(wildcard benches/trust/*.py)
+NO_BENCHES := benches/scenes.py benches/track/sequences.py benches/servo/servo_table.py \
+    $(wildcard benches/trust/*.py)
 # A file's tests stay together, as they share what is drawn for them; files that take long go first,
 # in the order of tests/fixtures/tiers.py, so that no worker waits for another in the end.
 PYTEST := $(BIN)/python -m pytest --numprocesses auto --maxprocesses 4 --dist loadfile \

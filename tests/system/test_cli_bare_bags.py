@@ -1,14 +1,15 @@
 """Bags without a calibration on the command line: tracked, recorded, scanned and modelled."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
-from bag_writing import Entry, compressed, image, write_bag
+from bag_writing import Entry, compressed, image, tf, write_bag
 from fake_tracker import plain_body
 from rooms_to_scan import AIM, FOCAL_PX, LENS, Room, around, draw
-from scenes_bags import SIZE_PX, only_camera, pixels, stamp, stereo_entries
+from scenes_bags import FRAMES, SIZE_PX, link, only_camera, pixels, stamp, stereo_entries
 
 from conftest import Command
 from servoid.capture import open_capture
@@ -16,6 +17,7 @@ from servoid.opening import Known, open_recorded, parse_source
 from servoid.pose import Pose
 from servoid.record import read_trajectory
 from servoid.shape import save_body
+from servoid.source.instants import poses_of
 
 OWN = Pose.from_parts((0.1, 0.2, 0.3), (0.0, 1.0, 0.0, 0.0))
 CUP = ("--body", "cup.json", "--start", "body")
@@ -152,3 +154,43 @@ def test_a_bag_without_a_calibration_is_scanned_and_modelled(servoid_command: Co
     lens = open_capture("body_scan").cameras[0].lens
     assert lens.focal_px[0] == pytest.approx(FOCAL_PX, rel=0.02)
     assert Path("body.json").is_file()
+
+
+@pytest.mark.usefixtures("folder", "fake_core")
+def test_a_camera_that_sits_turned_on_its_link_is_recorded_where_it_was(
+    servoid_command: Command,
+) -> None:
+    seat = Pose.from_parts((0.2, 0.0, 0.1), (0.5, -0.5, 0.5, -0.5))
+    moved = [one for one in moving() if one.topic != "/tf_static"]
+    write_bag(
+        Path("run.mcap"), [tf(stamp(0), [link("rig", FRAMES[0], seat)], "/tf_static"), *moved]
+    )
+    assert servoid_command("record", "run.mcap", "--out", "run").code == 0
+    told = Known(fov_deg=60.0)
+    bag, kept = (open_recorded(parse_source(word), told).capture for word in ("run.mcap", "run"))
+    for one, other in zip(bag.observations(), kept.observations(), strict=True):
+        off = poses_of(bag, one)[0].inverse() @ poses_of(kept, other)[0]
+        assert np.linalg.norm(off.log()) < 1e-12
+
+
+@pytest.mark.usefixtures("folder")
+def test_images_that_cannot_be_read_are_told_and_a_bag_of_nothing_else_is_refused(
+    servoid_command: Command,
+) -> None:
+    entries = moving(4, is_jpeg=True)
+    damaged = [
+        replace(
+            one, fields=one.fields | {"data": one.fields["data"][: len(one.fields["data"]) // 2]}
+        )
+        if one.kind == "compressed"
+        else one
+        for one in entries
+    ]
+    half = damaged[: len(entries) // 2] + entries[len(entries) // 2 :]
+    write_bag(Path("half.mcap"), half)
+    done = servoid_command("record", "half.mcap", "--out", "half")
+    assert done.code == 0 and "1 image could not be read; the first: " in flat(done.out)
+    write_bag(Path("none.mcap"), damaged)
+    done = servoid_command("record", "none.mcap", "--out", "none")
+    assert done.code == 1 and "not one image can be read; the first: " in flat(done.err)
+    assert not Path("none").exists()

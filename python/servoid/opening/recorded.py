@@ -88,7 +88,7 @@ def open_recorded(
     if word.kind in (Kind.CAPTURE, Kind.BAG):
         if word.kind is Kind.BAG and bop_object is None and images is None:
             opened = _open_bag(word, known, topics, world=world, rests=rests)
-        elif known.is_told and count_untold(word):
+        elif word.kind is Kind.CAPTURE and known.is_told and count_untold(word):
             told = _Told(word, known)
             opened = told.opened(open_capture(word.place, told=told.mounted))
         else:

@@ -146,6 +146,15 @@ def test_a_part_that_is_there_twice_is_kept_once_and_one_that_only_looks_like_it
     assert len(hollow[1]) == 2 * len(faces)
 
 
+def test_fins_that_stand_side_by_side_are_all_kept() -> None:
+    corners, sides = pebble()
+    thin = corners * np.array([5.0, 0.01, 1.0])
+    apart = np.array([0.0, 1.2 * np.ptp(thin[:, 1]), 0.0])
+    fins = [(thin + at * apart, sides) for at in range(10)]
+    _, faces, notes = close_mesh(*joined(fins))
+    assert len(faces) == 10 * len(sides) and not notes
+
+
 def test_a_broken_handle_is_told() -> None:
     turn = np.linspace(0.0, np.pi, 40)
     way = np.column_stack([0.03 * np.cos(turn), np.zeros(40), 0.03 * np.sin(turn)])

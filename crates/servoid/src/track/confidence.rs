@@ -87,7 +87,7 @@ impl Evidence {
 
     /// Says whether the turn drifted by no more than a standard deviation, as far as the points tell that are
     /// recognised: those that slip along drift together, and tell nothing of it.
-    pub(super) fn is_on_course(&self, most_rad: f64) -> bool {
+    pub(super) fn drifts_little(&self, most_rad: f64) -> bool {
         let part = (self.textured / (WITNESSES * self.reference_textured)).min(1.0);
         self.drift_rad <= (part * most_rad).max(SURE_RAD)
     }
@@ -159,16 +159,16 @@ mod tests {
             one in evidence(),
             more in 0.0..50.0_f64,
         ) {
-            let most = 0.09;
+            let most = super::super::trust::ADRIFT;
             let other = Evidence {
                 textured: one.textured + more,
                 drift_rad: one.drift_rad / (1.0 + more),
                 ..one
             };
-            prop_assert!(other.is_on_course(most) || !one.is_on_course(most));
-            prop_assert!(!one.is_on_course(most) || one.drift_rad <= most);
+            prop_assert!(other.drifts_little(most) || !one.drifts_little(most));
+            prop_assert!(!one.drifts_little(most) || one.drift_rad <= most);
             let unprinted = Evidence { textured: 0.0, reference_textured: 0.0, ..one };
-            prop_assert_eq!(unprinted.is_on_course(most), one.drift_rad <= most);
+            prop_assert_eq!(unprinted.drifts_little(most), one.drift_rad <= most);
         }
     }
 

@@ -53,8 +53,8 @@ const SAFE: f64 = 0.85;
 const WELL_RECOGNISED: (f64, f64) = (0.6, 0.3);
 /// Standard deviation of the turn, in radians, below which a side that is not known is learned.
 const HELD_RAD: f64 = 0.15;
-/// Standard deviation of what the turn may have drifted, in radians, above which it is not reported, and another
-/// pose is sought at which sides that are known better are recognised.
+/// Standard deviation of what the turn may have drifted, in radians, above which it is not reported, whatever is
+/// recognised, and another pose is sought at which sides that are known better are.
 pub(super) const ADRIFT: f64 = 0.09;
 /// Images in which an object may be missed and is still predicted.
 const MISSED: usize = 3;
@@ -182,7 +182,7 @@ impl Trust {
 pub(super) fn is_turn_reliable(evidence: &Evidence) -> bool {
     let patterned = evidence.textured >= SOME || evidence.reference_textured >= RICH;
     let shows = evidence.recognised >= FEW && evidence.share >= TOLD && patterned;
-    shows && evidence.is_on_course(ADRIFT) && evidence.probability() >= LIKELY
+    shows && evidence.drifts_little(ADRIFT) && evidence.probability() >= LIKELY
 }
 
 impl Tracker {

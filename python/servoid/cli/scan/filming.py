@@ -56,8 +56,8 @@ def needs_scan(source: str, known: Known, scale: Scale, topics: Sequence[str] = 
         return True
     for option in scale.given():
         raise OptionError(
-            f"{option} tells the scale of a video or of photographs without poses, and {source} "
-            "is neither; leave it out"
+            f"{option} tells the scale of images without poses and calibration, and {source} "
+            "is none; leave it out"
         )
     return False
 

@@ -1,6 +1,7 @@
 """Writes what is recorded already as a recording of another kind: as MCAP, or as a folder."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 
 import cv2
@@ -13,6 +14,7 @@ from servoid.capture import Capture, CaptureCamera
 from servoid.cli.source.recorders import is_mcap, mcap_writing
 from servoid.errors import CaptureError, ImageError
 from servoid.exchange.bags.writing import raw_image
+from servoid.pose import Pose
 from servoid.record import FolderRecorder
 from servoid.source import ASSUMED_HZ, MountedCamera, RawImage, RawInstant
 
@@ -22,55 +24,73 @@ Watch = Callable[[int], None]
 """Hears how many observations are written by now."""
 
 
-def convert(capture: Capture, out: Path, watch: Watch, *, is_calibrated: bool = True) -> int:
-    """Write a capture as MCAP or into a folder, and return how many observations there were.
+@dataclass(frozen=True)
+class Converted:
+    """How many observations were written, and why images of a folder were left out."""
+
+    observations: int
+    unread: tuple[str, ...] = ()
+
+
+def convert(capture: Capture, out: Path, watch: Watch, *, is_calibrated: bool = True) -> Converted:
+    """Write a capture as MCAP or into a folder.
 
     JPEG files stay as they are. Unless it `is_calibrated`, a folder does not say how cameras see.
 
     Raises:
         OutputError: it cannot be written.
         CaptureError: this version of servoid writes no MCAP.
+        ImageError: not one image can be read.
 
     """
     if is_mcap(out):
         writing = mcap_writing()
         observations = writing.raw_observations(capture)
-        return writing.write_mcap_recording(out, capture.cameras, observations, watch)
+        return Converted(writing.write_mcap_recording(out, capture.cameras, observations, watch))
     rig = [MountedCamera(one.name, one.lens, one.rig_from_camera) for one in capture.cameras]
     recorder = FolderRecorder(out, rig, is_calibrated=is_calibrated)
+    # Where nothing says how cameras sit, the first one is the rig.
+    read = 0
+    unread: list[str] = []
+    seat = Pose.identity() if is_calibrated else rig[0].rig_from_camera
     try:
         for observation in capture.observations():
-            recorder.add(_raw(capture, observation.index), observation.world_from_rig)
+            raw = _raw(capture, observation.index, unread)
+            read += sum(image is not None for image in raw.images)
+            recorder.add(raw, observation.world_from_rig @ seat)
             watch(len(recorder))
+        if unread and not read:
+            raise ImageError(f"not one image can be read; the first: {unread[0]}")
         recorder.close()
     except BaseException:
         recorder.discard()
         raise
-    return len(recorder)
+    return Converted(len(recorder), tuple(unread))
 
 
-def _raw(capture: Capture, index: int) -> RawInstant:
-    """Read one observation."""
+def _raw(capture: Capture, index: int, unread: list[str]) -> RawInstant:
+    """Read one observation; what cannot be read is added to `unread`."""
     rate_hz = capture.rate_hz or ASSUMED_HZ
     time_s = index / rate_hz if capture.times_s is None else capture.times_s[index]
     return RawInstant(
         index=index,
         time_s=time_s,
-        images=tuple(_image(camera, index, time_s) for camera in capture.cameras),
+        images=tuple(_image(camera, index, time_s, unread) for camera in capture.cameras),
         world_from_lens=tuple(
             capture.world_from_rig[index] @ camera.rig_from_camera for camera in capture.cameras
         ),
     )
 
 
-def _image(camera: CaptureCamera, index: int, time_s: float) -> RawImage | None:
+def _image(camera: CaptureCamera, index: int, time_s: float, unread: list[str]) -> RawImage | None:
     """Read one image with its depth; None if there is none, or it cannot be read."""
     picture = camera.pictures[index]
     if picture is None:
         return None
     try:
         pixels = picture.read(camera.lens.size_px)
-    except ImageError:
+    except ImageError as error:
+        unread.append(str(error))
         return None
     encoded = _jpeg(camera, picture, pixels)
     return RawImage(pixels, time_s, index + 1, _depth(camera, index), encoded)

@@ -32,6 +32,11 @@ _UNCALIBRATED = (
     "scan finds it"
 )
 
+_UNSEATED = (
+    "how far its cameras are apart is not kept without a calibration; --baseline or --calibration "
+    "is to tell it"
+)
+
 
 @dataclass(frozen=True)
 class Order:
@@ -109,14 +114,19 @@ def _convert(order: Order, word: SourceWord) -> None:
     opened = open_recorded(word, known, topics=order.topics, world=order.world)
     whole = len(opened.capture)
     with progress_bar("writing") as update:
-        count = convert(
+        done = convert(
             opened.capture,
             order.out,
-            lambda done: update(done / whole, f"{done} of {whole}"),
+            lambda count: update(count / whole, f"{count} of {whole}"),
             is_calibrated=not is_uncalibrated,
         )
-    typer.echo(f"Wrote {word}: {counted(count, 'observation')}")
+    typer.echo(f"Wrote {word}: {counted(done.observations, 'observation')}")
     notes = [("note", note) for note in opened.capture.notes]
+    if done.unread:
+        left_out = counted(len(done.unread), "image")
+        notes.append(("note", f"{left_out} could not be read; the first: {done.unread[0]}"))
+    if is_uncalibrated and len(opened.capture.cameras) > 1 and not opened.is_made_up:
+        notes.append(("note", _UNSEATED))
     if not opened.capture.metric:
         notes.append(("note", "no length is in metres, which a recording as MCAP does not say"))
     if is_uncalibrated:

@@ -9,18 +9,21 @@ from servoid.exchange.shapes.mesh_repair import (
     Edges,
     Faces,
     Vertices,
+    area,
     directed,
     drop,
     labels,
     parts,
     patches,
     place,
+    signed_volume,
     size,
 )
 from servoid.words import digits
 
 _TWIN_FACES = 12  # from which on a part that is there twice is no accident
 _TWIN = 0.01  # of a part's diagonal, by which its copy may be shifted
+_WITHIN = 0.5  # of its volume over its area, likewise: fins beside each other are no copies
 _RIGID = 1e-4  # of a part's diagonal, to which all of its corners are shifted alike
 _SEAM = 5e-4  # of the mesh's diagonal, across which a crack is closed
 _SEAM_EDGE = 0.25  # of the shortest open edge there likewise, lest faces collapse
@@ -31,7 +34,7 @@ _OBLIQUE = np.array([0.4923, 0.5943, 0.6359])
 
 
 def without_twins(vertices: Vertices, faces: Faces, notes: list[str]) -> Faces:
-    """Drop each part that is another one, shifted by less than a hundredth of its size."""
+    """Drop each part that is another one, shifted by little of its size and of its thickness."""
     part = parts(vertices, faces)
     names, first, counts = np.unique(part, return_index=True, return_counts=True)
     alike: dict[int, list[Vertices]] = defaultdict(list)
@@ -62,7 +65,9 @@ def _shift(corners: Vertices, others: Vertices) -> float | None:
     far = float(np.linalg.norm(shift))
     if far > _TWIN * diagonal or np.abs(shifts - shift).max() > _RIGID * diagonal:
         return None
-    return far
+    own = np.arange(len(others)).reshape(-1, 3)
+    volume = abs(signed_volume(others - others.mean(axis=0), own))
+    return far if far * area(others, own) <= _WITHIN * volume else None
 
 
 def join_seams(vertices: Vertices, faces: Faces, notes: list[str]) -> tuple[Vertices, Faces]:

@@ -152,6 +152,8 @@ def decode_bytes(
         raise error(f"{place} is empty; replace the file")
     if _is_cut_short(data):
         raise error(f"{place} is cut short: its end is missing; copy the file again")
+    if data.startswith(PNG):  # what follows its end may be a chunk that claims to be long
+        data = data[: _png_end(data)]
     size = size_in_header(data)
     if size is not None and size_px is not None:  # before a header that lies can ask for memory
         is_turnable = flags in (as_stored, cv2.IMREAD_COLOR)
@@ -205,7 +207,7 @@ def check_size(
 def _is_cut_short(data: bytes) -> bool:
     """Say if a PNG or JPEG misses its end; decoders fill what is missing without a word."""
     if data.startswith(PNG):
-        return not _png_chunks_end(data)
+        return _png_end(data) is None
     if not data.startswith(JPEG):
         return False
     # Segments come first, each with its length; a preview image among them has an end of its own.
@@ -215,8 +217,8 @@ def _is_cut_short(data: bytes) -> bool:
     return data.find(_JPEG_END, at) < 0
 
 
-def _png_chunks_end(data: bytes) -> bool:
-    """Say if a PNG's chunks follow each other to the last one, none longer than the file.
+def _png_end(data: bytes) -> int | None:
+    """Say where a PNG's last chunk ends; None if its chunks do not lead there within the file.
 
     OpenCV makes room for as many bytes as a chunk claims to have, before it looks for them.
     """
@@ -225,5 +227,5 @@ def _png_chunks_end(data: bytes) -> bool:
         kind = data[at + 4 : at + 8]
         at += _PNG_AROUND + int.from_bytes(data[at : at + 4], "big")
         if kind == b"IEND":
-            return at <= len(data)
-    return False
+            return at if at <= len(data) else None
+    return None

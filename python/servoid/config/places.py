@@ -36,7 +36,7 @@ def check_held(paths: Iterable[Path], folder: Path, place: str) -> None:
     for path in paths:
         if path.parent not in within:
             within[path.parent] = _followed(path.parent)
-        target = _followed(path) if path.is_symlink() else within[path.parent] / path.name
+        target = _followed(path) if _is_link(path) else within[path.parent] / path.name
         if not target.is_relative_to(home):
             raise CaptureError(
                 f"{place}: a link leads from {path} to {target}, out of the capture's folder "
@@ -57,6 +57,13 @@ def is_folder(path: Path) -> bool:
     try:
         return path.is_dir()
     except (OSError, ValueError):
+        return False
+
+
+def _is_link(path: Path) -> bool:
+    try:
+        return path.is_symlink()
+    except OSError:  # the name is too long
         return False
 
 

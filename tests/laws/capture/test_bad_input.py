@@ -248,6 +248,10 @@ FILES = {
         remove("capture.toml"),
         r"there is no capture in .*photos: no capture\.toml, .*; name a folder",
     ),
+    "poses of a name that is too long": (
+        toml('"poses.csv"', f'"{"p" * 300}.csv"'),
+        r"cannot read .*ppp\.csv: ",
+    ),
     "no poses.csv": (remove("poses.csv"), r"cannot read .*poses\.csv: no such file"),
     "poses outside": (toml('"poses.csv"', '"../poses.csv"'), r"rig\.poses: .*leaves the capture's"),
     "poses without a header": (

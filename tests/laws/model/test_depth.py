@@ -123,6 +123,23 @@ def test_a_chunk_that_claims_gigabytes_asks_for_none(tmp_path: Path) -> None:
     assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 1 << 16  # 64 MiB
 
 
+def test_what_follows_the_end_of_a_png_is_not_decoded(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # Of a file without pixels OpenCV goes on beyond the end, and makes room for what that claims.
+    image = cv2.imencode(".png", np.full((*SMALL_PX[::-1], 3), 7, np.uint8))[1].tobytes()
+    (tmp_path / "a.png").write_bytes(image + b"\x4e\x44\x49\x45IEND")
+    decode, given_bytes = cv2.imdecode, []
+
+    def watched(data: np.ndarray, flags: int) -> np.ndarray | None:
+        given_bytes.append(data.tobytes())
+        return decode(data, flags)
+
+    monkeypatch.setattr(cv2, "imdecode", watched)
+    assert (read_image(tmp_path / "a.png", SMALL_PX) == 7).all()
+    assert given_bytes == [image]
+
+
 @settings(max_examples=150, deadline=None)
 @given(
     suffix=st.sampled_from([".png", ".tif", ".npy"]),

@@ -76,6 +76,9 @@ def main() -> None:
     if not BOTTLE.is_dir():
         print("skipped: not in shared/data beside the repository")
         return
+    unknown = set(sys.argv[1:]) - set(FAULTS)
+    if unknown:
+        sys.exit(f"no fault is called {', '.join(sorted(unknown))}; choose of {', '.join(FAULTS)}")
     print(f"fault    {'told':40}  silent s  tracked after s  longest lost s  tracked")
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)

@@ -150,10 +150,10 @@ def decode_bytes(
     as_stored = cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION
     if not data:
         raise error(f"{place} is empty; replace the file")
-    if _is_cut_short(data):
+    end = _end(data)
+    if end is None:
         raise error(f"{place} is cut short: its end is missing; copy the file again")
-    if data.startswith(PNG):  # what follows its end may be a chunk that claims to be long
-        data = data[: _png_end(data)]
+    data = data[:end]  # what follows may be a chunk of a PNG that claims to be long
     size = size_in_header(data)
     if size is not None and size_px is not None:  # before a header that lies can ask for memory
         is_turnable = flags in (as_stored, cv2.IMREAD_COLOR)
@@ -204,17 +204,20 @@ def check_size(
         )
 
 
-def _is_cut_short(data: bytes) -> bool:
-    """Say if a PNG or JPEG misses its end; decoders fill what is missing without a word."""
+def _end(data: bytes) -> int | None:
+    """Say where an image ends; None of a PNG or JPEG that misses its end.
+
+    Decoders fill what is missing without a word.
+    """
     if data.startswith(PNG):
-        return _png_end(data) is None
+        return _png_end(data)
     if not data.startswith(JPEG):
-        return False
+        return len(data)
     # Segments come first, each with its length; a preview image among them has an end of its own.
     at = len(JPEG)
     while data[at : at + 1] == b"\xff" and data[at + 1 : at + 2] != bytes([_JPEG_START_OF_SCAN]):
         at += 2 + int.from_bytes(data[at + 2 : at + 4], "big")
-    return data.find(_JPEG_END, at) < 0
+    return len(data) if data.find(_JPEG_END, at) >= 0 else None
 
 
 def _png_end(data: bytes) -> int | None:

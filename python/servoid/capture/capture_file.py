@@ -183,7 +183,8 @@ def _focal_and_middle(
         raise CaptureError(
             f"{place}: give focal_px, two focal lengths in pixels from a calibration, or fov_deg, "
             "the angle of view from the left to the right border; one of them, not both. Of a "
-            "recording that says neither of any camera, track and model take --fov or --calibration"
+            "recording that says neither of any camera, track and model take --fov or "
+            "--calibration, and servoid scan finds it"
         )
     if entry.model == "kannala_brandt":
         raise CaptureError(

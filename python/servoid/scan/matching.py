@@ -88,7 +88,6 @@ def match(
         _set_focal(database, focal_px)
     pairs = choose_pairs(len(files), is_film=is_film)
     _compare(files, pairs, database, moving_only, threads, lambda s: tell(0.5 + 0.5 * s))
-    _sort(database)
     return _read(files, database)
 
 
@@ -103,7 +102,6 @@ def match_pairs(
     """Find features in images of a film and match these pairs of them; otherwise as `match`."""
     _extract(folder, files, database, None, (_MOST_IN_FILM, threads), lambda _: None)
     _compare(files, pairs, database, False, threads, lambda _: None)
-    _sort(database)
     return _read(files, database)
 
 
@@ -127,15 +125,14 @@ def _extract(
     reader = colmap.ImageReaderOptions()
     if masks is not None:
         reader.mask_path = str(masks)
-    # They are numbered before threads end in whatever order.
     colmap.Database.open(database).close()
-    of_one = colmap.CameraMode.SINGLE
-    run(lambda _: colmap.import_images(database, folder, of_one, list(files), reader))
-    reader.existing_camera_id = 1
     for first in range(0, len(files), _AT_ONCE):
         some = list(files[first : first + _AT_ONCE])
 
         def work(token: Any, some: list[str] = some) -> None:
+            # They are numbered before threads end in whatever order.
+            colmap.import_images(database, folder, colmap.CameraMode.SINGLE, some, reader)
+            reader.existing_camera_id = 1  # all are of the camera that the first one brought
             colmap.extract_features(
                 database,
                 folder,
@@ -195,6 +192,7 @@ def _compare(
 
         run(work)
         tell((at + len(some)) / len(starts))
+    _sort(database)
 
 
 def _sort(database: Path) -> None:

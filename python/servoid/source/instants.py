@@ -42,7 +42,7 @@ def read_instants(capture: Capture, observations: Sequence[Observation]) -> Iter
         knows_depth = any(depth is not None for depth, _ in measured)
         yield Instant(
             index=observation.index,
-            time_s=_time_s(capture, observation),
+            time_s=time_of(capture, observation),
             world_from_camera=poses_of(capture, observation),
             images=tuple(image for image, _ in seen),
             depths=tuple(depth for depth, _ in measured) if knows_depth else (),
@@ -133,7 +133,8 @@ def _measured(camera: CaptureCamera, index: int) -> tuple[NDArray[np.float32] | 
     return np.ascontiguousarray(depth, dtype=np.float32), None
 
 
-def _time_s(capture: Capture, observation: Observation) -> float:
+def time_of(capture: Capture, observation: Observation) -> float:
+    """Return when an observation was made, in seconds; counted if the capture knows no times."""
     if observation.time_s is not None:
         return observation.time_s
     return observation.index / (capture.rate_hz or ASSUMED_HZ)

@@ -18,6 +18,7 @@ from tiers import tiered
 from conftest import REAL_PHOTOS
 from servoid._native import Mesh, Soup
 from servoid.errors import MeshError
+from servoid.exchange.shapes import mesh_seams
 from servoid.exchange.shapes.mesh_closing import close_mesh
 from servoid.exchange.shapes.mesh_file import read_mesh
 
@@ -144,6 +145,15 @@ def test_a_part_that_is_there_twice_is_kept_once_and_one_that_only_looks_like_it
     inner = vertices * 0.99
     hollow = close_mesh(*joined([(vertices, faces), (inner, faces[:, ::-1])]))
     assert len(hollow[1]) == 2 * len(faces)
+
+
+def test_parts_that_lie_apart_are_not_compared(monkeypatch: pytest.MonkeyPatch) -> None:
+    compared = []
+    monkeypatch.setattr(mesh_seams, "_shift", lambda *_: compared.append(1))
+    vertices, faces = pebble()
+    apart = np.array([0.0, 3.0 * np.ptp(vertices[:, 1]), 0.0])
+    many = joined([(vertices + at * apart, faces) for at in range(8)])
+    assert len(mesh_seams.without_twins(*many, [])) == 8 * len(faces) and not compared
 
 
 def test_fins_that_stand_side_by_side_are_all_kept() -> None:

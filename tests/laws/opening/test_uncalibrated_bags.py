@@ -162,7 +162,7 @@ def test_what_is_told_counts_for_all_cameras_and_unused_calibrations_are_said(
     focal_px = [camera.lens.focal_px[0] for camera in opened.capture.cameras]
     assert focal_px == pytest.approx([20.0, 20.0])
     said = "; ".join(opened.capture.notes)
-    assert "/stereo/left/camera_info is not used, as all cameras are told" in said
+    assert "/stereo/left/camera_info is not used, as another camera has none" in said
 
 
 def test_a_scan_needs_neither_a_calibration_nor_tf(tmp_path: Path) -> None:

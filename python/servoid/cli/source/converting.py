@@ -10,13 +10,14 @@ import numpy as np
 from servoid.camera import Picture
 from servoid.camera.image_size import JPEG
 from servoid.camera.images import decode_bytes
-from servoid.capture import Capture, CaptureCamera
+from servoid.capture import Capture, CaptureCamera, Observation
 from servoid.cli.source.recorders import is_mcap, mcap_writing
-from servoid.errors import CaptureError, ImageError
-from servoid.exchange.bags.writing import raw_image
+from servoid.errors import ImageError
+from servoid.exchange.bags.writing import raw_depth, raw_image
 from servoid.pose import Pose
 from servoid.record import FolderRecorder
-from servoid.source import ASSUMED_HZ, MountedCamera, RawImage, RawInstant
+from servoid.source import MountedCamera, RawImage, RawInstant
+from servoid.source.instants import time_of
 
 _AS_STORED = cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION
 
@@ -49,13 +50,13 @@ def convert(capture: Capture, out: Path, watch: Watch, *, is_calibrated: bool = 
         return Converted(writing.write_mcap_recording(out, capture.cameras, observations, watch))
     rig = [MountedCamera(one.name, one.lens, one.rig_from_camera) for one in capture.cameras]
     recorder = FolderRecorder(out, rig, is_calibrated=is_calibrated)
-    # Where nothing says how cameras sit, the first one is the rig.
     read = 0
     unread: list[str] = []
+    # Where nothing says how cameras sit, the first one is the rig.
     seat = Pose.identity() if is_calibrated else rig[0].rig_from_camera
     try:
         for observation in capture.observations():
-            raw = _raw(capture, observation.index, unread)
+            raw = _raw(capture, observation, unread)
             read += sum(image is not None for image in raw.images)
             recorder.add(raw, observation.world_from_rig @ seat)
             watch(len(recorder))
@@ -68,16 +69,15 @@ def convert(capture: Capture, out: Path, watch: Watch, *, is_calibrated: bool = 
     return Converted(len(recorder), tuple(unread))
 
 
-def _raw(capture: Capture, index: int, unread: list[str]) -> RawInstant:
+def _raw(capture: Capture, observation: Observation, unread: list[str]) -> RawInstant:
     """Read one observation; what cannot be read is added to `unread`."""
-    rate_hz = capture.rate_hz or ASSUMED_HZ
-    time_s = index / rate_hz if capture.times_s is None else capture.times_s[index]
+    index, time_s = observation.index, time_of(capture, observation)
     return RawInstant(
         index=index,
         time_s=time_s,
         images=tuple(_image(camera, index, time_s, unread) for camera in capture.cameras),
         world_from_lens=tuple(
-            capture.world_from_rig[index] @ camera.rig_from_camera for camera in capture.cameras
+            observation.world_from_rig @ camera.rig_from_camera for camera in capture.cameras
         ),
     )
 
@@ -93,7 +93,7 @@ def _image(camera: CaptureCamera, index: int, time_s: float, unread: list[str]) 
         unread.append(str(error))
         return None
     encoded = _jpeg(camera, picture, pixels)
-    return RawImage(pixels, time_s, index + 1, _depth(camera, index), encoded)
+    return RawImage(pixels, time_s, index + 1, raw_depth(camera, index), encoded)
 
 
 def _jpeg(camera: CaptureCamera, picture: Picture, pixels: np.ndarray) -> bytes | None:
@@ -104,10 +104,3 @@ def _jpeg(camera: CaptureCamera, picture: Picture, pixels: np.ndarray) -> bytes 
         return None
     read = decode_bytes(data, str(picture.path), _AS_STORED, camera.lens.size_px, ImageError)
     return data if np.array_equal(read[..., ::-1], pixels) else None
-
-
-def _depth(camera: CaptureCamera, index: int) -> np.ndarray | None:
-    try:
-        return camera.recorded_depth(index)
-    except (CaptureError, ImageError):
-        return None

@@ -205,7 +205,7 @@ def _told_seats(
         raise CaptureError(
             f"{bag.path} says itself how its cameras see; nothing else can be told of them"
         )
-    content.notes += [f"{topic} is not used, as all cameras are told" for topic in known]
+    content.notes += [f"{topic} is not used, as another camera has none" for topic in known]
     frames = {image.frame for image in images}
     is_placed = len(frames) == len(images) and all(map(content.transforms.knows, frames))
     cameras = told(names, [image.size_px for image in images], is_placed=is_placed)

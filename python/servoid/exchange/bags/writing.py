@@ -9,6 +9,7 @@ from servoid.exchange.bags.mcap.observations import ObservationRecorder, Recorde
 from servoid.exchange.bags.mcap.raw_images import (
     RawImage,
     RawObservation,
+    raw_depth,
     raw_image,
     raw_observations,
 )
@@ -24,6 +25,7 @@ __all__ = [
     "check_mcap",
     "check_mcap_suffix",
     "mcap_run",
+    "raw_depth",
     "raw_image",
     "raw_observations",
     "write_mcap_recording",

@@ -1,7 +1,5 @@
 """Drops what a triangle mesh holds twice or loosely, and joins what lies apart by cracks."""
 
-from collections import defaultdict
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -23,6 +21,7 @@ from servoid.words import digits
 
 _TWIN_FACES = 12  # from which on a part that is there twice is no accident
 _TWIN = 0.01  # of a part's diagonal, by which its copy may be shifted
+_TWIN_REACH = 2.0 * _TWIN  # wherein a corner of its copy is looked for
 _WITHIN = 0.5  # of its volume over its area, likewise: fins beside each other are no copies
 _RIGID = 1e-4  # of a part's diagonal, to which all of its corners are shifted alike
 _SEAM = 5e-4  # of the mesh's diagonal, across which a crack is closed
@@ -35,31 +34,34 @@ _OBLIQUE = np.array([0.4923, 0.5943, 0.6359])
 
 def without_twins(vertices: Vertices, faces: Faces, notes: list[str]) -> Faces:
     """Drop each part that is another one, shifted by little of its size and of its thickness."""
-    part = parts(vertices, faces)
-    names, first, counts = np.unique(part, return_index=True, return_counts=True)
-    alike: dict[int, list[Vertices]] = defaultdict(list)
-    for name, count in zip(names[np.argsort(first)], counts[np.argsort(first)], strict=True):
-        if count < _TWIN_FACES:
+    _, first, part, counts = np.unique(
+        parts(vertices, faces), return_index=True, return_inverse=True, return_counts=True
+    )
+    corners = vertices[faces]
+    own = np.split(np.argsort(part, kind="stable"), np.cumsum(counts)[:-1])
+    whole = np.flatnonzero(counts >= _TWIN_FACES)
+    # In the order of the file: the first of several is kept.
+    whole = whole[np.argsort(first[whole])]
+    reach = np.array([_TWIN_REACH * size(corners[own[name]]) for name in whole])
+    pairs = np.sort(_close_pairs(corners[first[whole], 0], reach), axis=1)
+    dropped: set[int] = set()
+    for one, other in whole[pairs[np.lexsort((pairs[:, 0], pairs[:, 1]))]].tolist():
+        if one in dropped or other in dropped or counts[one] != counts[other]:
             continue
-        own = part == name
-        corners = vertices[faces[own]].reshape(-1, 3)
-        shift = next((s for s in (_shift(corners, o) for o in alike[count]) if s is not None), None)
-        if shift is None:
-            alike[count].append(corners)
-            continue
-        part, faces = part[~own], faces[~own]
-        notes.append(
-            f"a part of {count} faces was there twice, {digits(shift)} m apart, around "
-            f"{place(corners)}: one was dropped"
-        )
-    return faces
+        twin = corners[own[other]].reshape(-1, 3)
+        shift = _shift(twin, corners[own[one]].reshape(-1, 3))
+        if shift is not None:
+            dropped.add(other)
+            notes.append(
+                f"a part of {counts[other]} faces was there twice, {digits(shift)} m apart, around "
+                f"{place(twin)}: one was dropped"
+            )
+    return faces[~np.isin(part, list(dropped))] if dropped else faces
 
 
 def _shift(corners: Vertices, others: Vertices) -> float | None:
     """Say how far a part is shifted against another; None if it is another part."""
     diagonal = size(others)
-    if np.abs(corners[0] - others[0]).max() > _TWIN * diagonal:
-        return None
     shifts = corners - others
     shift = shifts.mean(axis=0)
     far = float(np.linalg.norm(shift))

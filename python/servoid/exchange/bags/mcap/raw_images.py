@@ -19,7 +19,7 @@ from servoid.exchange.bags.stored.pictures import BagPicture
 from servoid.exchange.bags.stored.pixels import COMPRESSED, IMAGE
 from servoid.exchange.bags.stored.reader import open_files
 from servoid.pose import Pose
-from servoid.source import ASSUMED_HZ
+from servoid.source.instants import time_of
 
 _FORMS = {JPEG: "jpeg", PNG: "png"}
 
@@ -70,16 +70,14 @@ def raw_observations(
     """
     chosen = capture.observations() if observations is None else observations
     for observation in chosen:
-        rate_hz = capture.rate_hz or ASSUMED_HZ
-        time_s = observation.time_s
         yield RawObservation(
-            time_s=observation.index / rate_hz if time_s is None else time_s,
+            time_s=time_of(capture, observation),
             world_from_rig=observation.world_from_rig,
             images=tuple(
                 raw_image(camera, picture)
                 for camera, picture in zip(capture.cameras, observation.pictures, strict=True)
             ),
-            depths=tuple(_depth(camera, observation.index) for camera in capture.cameras),
+            depths=tuple(raw_depth(camera, observation.index) for camera in capture.cameras),
         )
 
 
@@ -107,7 +105,8 @@ def _as_recorded(image: Any) -> RawImage:
     return RawImage(bytes(image.data), image.format)
 
 
-def _depth(camera: CaptureCamera, index: int) -> NDArray[np.float32] | None:
+def raw_depth(camera: CaptureCamera, index: int) -> NDArray[np.float32] | None:
+    """Return a depth image as it was recorded, None if there is none or it cannot be read."""
     try:
         return camera.recorded_depth(index)
     except (CaptureError, ImageError):

@@ -1,15 +1,15 @@
 use super::TrackError;
 use super::clock::Clock;
-use super::confidence::unseen;
-use super::detect::DetectionPlan;
 use super::estimate::{Estimate, Notice, Status};
-use super::hypothesis::Hypothesis;
 use super::motion::Motion;
+use super::pose::confidence::unseen;
+use super::pose::hypothesis::Hypothesis;
 use super::relocalize::ROUNDS;
 use super::target::colors::Colors;
 use super::target::keyframes::Keyframes;
 use super::tracker::Tracker;
 use super::trust::Trust;
+use super::update::detect::DetectionPlan;
 use crate::camera::{Mask, Observation, check_image_size};
 use crate::pose::Pose;
 

@@ -2,7 +2,7 @@ use std::time::Duration;
 
 use nalgebra::Matrix6;
 
-use super::confidence::Evidence;
+use super::pose::confidence::Evidence;
 use crate::pose::{Pose, Twist};
 use crate::words::Seconds;
 

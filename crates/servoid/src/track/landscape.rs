@@ -2,7 +2,7 @@ use crate::parallel::*;
 
 use super::TrackError;
 use super::inputs::Inputs;
-use super::search::{Probes, ScoreTerms, Scorer};
+use super::pose::search::{Probes, ScoreTerms, Scorer};
 use super::tracker::Tracker;
 use crate::camera::{Observation, Pyramid};
 use crate::model::workers;

@@ -1,43 +1,29 @@
 //! Observations and a body become estimates: six degrees of freedom, from image to image.
 
 mod adjust;
-mod align;
 mod appearance;
 mod begin;
 mod clock;
-mod confidence;
-mod detect;
-mod drift;
 mod estimate;
 mod frame;
-mod growth;
-mod guess;
-mod hypothesis;
 mod inputs;
-mod jitter;
 mod landscape;
-mod matching;
 mod motion;
 mod one_step;
-mod outdated;
-mod refine;
+mod pose;
 mod relocalize;
-mod search;
 mod settings;
 mod target;
-mod templates;
 mod tracker;
 mod trust;
-mod uncertainty;
 mod update;
-mod verify;
 
 pub use appearance::Appearance;
-pub use confidence::Evidence;
 pub use estimate::{Estimate, Notice, Status, Timing};
 pub use one_step::{Genes, Objective, OneStep, OneStepError, OneStepSettings};
+pub use pose::confidence::Evidence;
+pub use pose::search::ScoreTerms;
 pub use relocalize::{MaskFit, pose_from_masks};
-pub use search::ScoreTerms;
 pub use settings::TrackSettings;
 pub use tracker::Tracker;
 

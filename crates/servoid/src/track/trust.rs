@@ -1,13 +1,13 @@
 //! Every threshold of a quality from which on a pose is followed, reported or learned from.
 
-use super::confidence::Evidence;
 use super::estimate::Status;
-use super::hypothesis::Hypothesis;
+use super::pose::confidence::Evidence;
+use super::pose::hypothesis::Hypothesis;
+use super::pose::verify::Quality;
 use super::settings::TrackSettings;
 use super::target::reference::Reference;
 use super::tracker::Tracker;
 use super::update::Updates;
-use super::verify::Quality;
 use crate::pose::Pose;
 
 /// Share of what should be seen of an object below which part of it counts as hidden.

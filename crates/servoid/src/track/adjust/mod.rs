@@ -11,7 +11,7 @@ use self::bundle::{Anchor, Belief, Bundle, Landmark, Sighting, Solution, Station
 pub(super) use self::worker::Job;
 use super::estimate::Notice;
 use super::frame::window::Window;
-use super::hypothesis::Hypothesis;
+use super::pose::hypothesis::Hypothesis;
 use super::target::Target;
 use super::target::keyframes::{Keyframe, Stand};
 use super::target::points::{Feature, LEAST_KNOWN, Match};

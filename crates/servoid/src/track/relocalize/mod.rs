@@ -9,8 +9,8 @@ pub(super) use relocalizer::Relocalizer;
 use crate::camera::Observation;
 use crate::pose::Pose;
 use crate::track::TrackError;
-use crate::track::hypothesis::{COARSEST, Hypothesis};
 use crate::track::inputs::Inputs;
+use crate::track::pose::hypothesis::{COARSEST, Hypothesis};
 use crate::track::tracker::{MARGIN, Tracker};
 
 /// Share of the object's size by which the window is larger where it is sought near a pose.

@@ -4,7 +4,7 @@ use rand::RngExt;
 use crate::evolve::{self, GaError, Rng};
 use crate::pose::{Pose, even_turn};
 use crate::track::inputs::Inputs;
-use crate::track::search::{Deviation, Found, Probes, Scorer, Search};
+use crate::track::pose::search::{Deviation, Found, Probes, Scorer, Search};
 
 /// Seeks the object without knowing where it was: first places, then turns at the best places, then
 /// populations about the best of both. Memory is kept from call to call.

@@ -1,4 +1,4 @@
-use crate::track::verify::Quality;
+use crate::track::pose::verify::Quality;
 
 /// The mean quality of the images in which the object is tracked: what new ones are compared with.
 #[derive(Debug, Clone, Copy, Default)]

@@ -1,12 +1,12 @@
 use nalgebra::{Matrix6, Vector6};
 
-use super::frame::input_checks::FARTHEST_S;
 use crate::pose::{Pose, Twist};
+use crate::track::frame::input_checks::FARTHEST_S;
 
 /// How much poses that were found one after the other differ by what no motion does: the change of
 /// their acceleration from image to image.
 #[derive(Debug, Clone)]
-pub(super) struct Jitter {
+pub(crate) struct Jitter {
     last: Option<(f64, Pose)>,
     /// The motions from image to image, the newest first, with the seconds that they took.
     steps: [Option<(f64, Twist)>; 2],
@@ -29,7 +29,7 @@ const LASTING: f64 = 9.0;
 const AT_FIRST: f64 = 0.01;
 
 impl Jitter {
-    pub(super) fn new(radius: f64) -> Self {
+    pub(crate) fn new(radius: f64) -> Self {
         let (across, turn) = ((AT_FIRST * radius).powi(2), AT_FIRST.powi(2));
         let diagonal = Vector6::new(across, across, across, turn, turn, turn);
         let covariance = Matrix6::from_diagonal(&diagonal);
@@ -37,7 +37,7 @@ impl Jitter {
     }
 
     /// Takes a pose that was found.
-    pub(super) fn follow(&mut self, time_s: f64, world_from_object: Pose) {
+    pub(crate) fn follow(&mut self, time_s: f64, world_from_object: Pose) {
         let Some((before_s, before)) = self.last.replace((time_s, world_from_object)) else {
             return;
         };
@@ -55,18 +55,18 @@ impl Jitter {
     }
 
     /// Forgets where the object was, since it was lost on the way.
-    pub(super) fn pause(&mut self) {
+    pub(crate) fn pause(&mut self) {
         (self.last, self.steps) = (None, [None; 2]);
     }
 
     /// Says whether any images were compared yet.
-    pub(super) fn is_measured(&self) -> bool {
+    pub(crate) fn is_measured(&self) -> bool {
         self.count > 1.0
     }
 
     /// Gives the covariance of an error, in the object's frame, as far as it shows from image to
     /// image.
-    pub(super) fn covariance(&self) -> Matrix6<f64> {
+    pub(crate) fn covariance(&self) -> Matrix6<f64> {
         LASTING * self.covariance
     }
 }

@@ -3,9 +3,9 @@
 
 use nalgebra::{Matrix3, Vector2, Vector3};
 
-use super::inputs::Inputs;
-use super::target::points::InView;
 use crate::pose::{Pose, Twist};
+use crate::track::inputs::Inputs;
+use crate::track::target::points::InView;
 
 /// The resolution at which points vote.
 const LEVEL: usize = 1;
@@ -24,7 +24,7 @@ const FORESEEN: f64 = 0.3;
 
 /// Moves a pose to where most of the surface points in view are found, without a turn; nothing if they
 /// do not agree in any camera.
-pub(super) fn align(inputs: &Inputs<'_>, pose: &Pose, in_view: &[InView]) -> Option<Pose> {
+pub(crate) fn align(inputs: &Inputs<'_>, pose: &Pose, in_view: &[InView]) -> Option<Pose> {
     let mut curvature = Matrix3::identity() * (FORESEEN * inputs.solid.radius).powi(-2);
     let mut slope = Vector3::zeros();
     let (mut votes, mut agreed) = (Vec::new(), false);

@@ -2,16 +2,16 @@ use std::f64::consts::FRAC_PI_4;
 
 use nalgebra::{Vector2, Vector3};
 
-use super::frame::occlusion::Occlusion;
-use super::frame::window::Window;
-use super::inputs::Inputs;
-use super::target::colors::Colors;
-use super::target::points::{Feature, InView, PLACE_PX, WORST, noise};
-use super::target::solid::{Hit, Rims};
 use crate::camera::{ImageView, Mask, Plane, depth_noise};
 use crate::fitness::SurfacePoint;
 use crate::pose::Pose;
 use crate::shape::Projection;
+use crate::track::frame::occlusion::Occlusion;
+use crate::track::frame::window::Window;
+use crate::track::inputs::Inputs;
+use crate::track::target::colors::Colors;
+use crate::track::target::points::{Feature, InView, PLACE_PX, WORST, noise};
+use crate::track::target::solid::{Hit, Rims};
 
 /// Pixels of the object's radius in an image from which on points are a pixel's grain, and the least
 /// grain: in a smaller image there are as many, which hold as much of the surface.
@@ -41,19 +41,19 @@ const APART: f64 = 1.5;
 const AGAINST_BESIDE: f64 = -3.0;
 
 /// Where new points are sought.
-pub(super) struct DetectionPlan<'a> {
+pub(crate) struct DetectionPlan<'a> {
     /// First cell, in the order in which cells have their turn.
-    pub(super) from: usize,
+    pub(crate) from: usize,
     /// Most cells of a window.
-    pub(super) cells: usize,
+    pub(crate) cells: usize,
     /// Most places of a window that are looked at closely.
-    pub(super) tries: usize,
+    pub(crate) tries: usize,
     /// What is known of the object's pixels, one entry a camera or none at all.
-    pub(super) masks: &'a [Option<Mask<'a>>],
+    pub(crate) masks: &'a [Option<Mask<'a>>],
 }
 
 /// Finds new surface points in cells of each window where no point of `taken` lies.
-pub(super) fn detect(
+pub(crate) fn detect(
     inputs: &Inputs<'_>,
     pose: &Pose,
     (taken, occlusion): (&[InView], &Occlusion),
@@ -76,7 +76,7 @@ pub(super) fn detect(
 }
 
 /// Gives the pixels that a grain is in a camera's image of the object.
-pub(super) fn grain(inputs: &Inputs<'_>, projection: &Projection) -> Option<f64> {
+pub(crate) fn grain(inputs: &Inputs<'_>, projection: &Projection) -> Option<f64> {
     let (_, by_place) = projection.pixel(&Vector3::zeros())?;
     Some((inputs.solid.radius * by_place.row(0).norm() / FULL_PX).clamp(FINEST, 1.0))
 }

@@ -5,12 +5,12 @@
 
 use nalgebra::{Matrix6, Vector6};
 
-use super::estimate::Notice;
-use super::hypothesis::Hypothesis;
-use super::tracker::Tracker;
-use super::trust::{ADRIFT, CLEAR, RETRY};
-use super::verify::Quality;
 use crate::pose::Pose;
+use crate::track::estimate::Notice;
+use crate::track::pose::hypothesis::Hypothesis;
+use crate::track::pose::verify::Quality;
+use crate::track::tracker::Tracker;
+use crate::track::trust::{ADRIFT, CLEAR, RETRY};
 
 /// By what a turn slips for each radian, as a standard deviation, where nothing has the contrast of a pattern
 /// and few points are recognised; the most of it; and recognised points of each camera that halve it.
@@ -33,7 +33,7 @@ const RIVAL_SELDOM: usize = 16;
 impl Tracker {
     /// Says anew how far the turn may have drifted at a pose that is believed; `foreseen` is its variance
     /// without this image, or nothing where the object was lost.
-    pub(super) fn follow_drift(&mut self, hypothesis: &Hypothesis, foreseen: Option<f64>) {
+    pub(crate) fn follow_drift(&mut self, hypothesis: &Hypothesis, foreseen: Option<f64>) {
         let slip = slip(&hypothesis.quality, self.frame.open());
         let (points, radius) = (&mut self.target.points, self.target.solid.radius);
         let known = points.drift_seen(&self.workspace.matches, &hypothesis.toward, slip * slip);
@@ -49,7 +49,7 @@ impl Tracker {
 
     /// Where sides are seen that are known better than those that were followed, turns back what was learned
     /// on the way, and the motion; `before` is what the turn may have drifted before, as a variance.
-    pub(super) fn close_loop(&mut self, expected: &Pose, hypothesis: &Hypothesis, before: f64) {
+    pub(crate) fn close_loop(&mut self, expected: &Pose, hypothesis: &Hypothesis, before: f64) {
         let (least, left) = CLOSED;
         let after = self.target.points.drift;
         if before < least * least || after > left * before {
@@ -71,7 +71,7 @@ impl Tracker {
 
     /// Says whether it is time to seek another pose at which more is recognised: in one of every few images
     /// while the turn may have drifted, and ever more seldom while more of the object is missed than usually.
-    pub(super) fn seeks_rival(&mut self, quality: &Quality) -> bool {
+    pub(crate) fn seeks_rival(&mut self, quality: &Quality) -> bool {
         let is_adrift = self.target.points.drift > ADRIFT * ADRIFT;
         let is_doubtful = quality.share < RETRY * self.target.reference.share;
         let trust = &mut self.trust;
@@ -84,12 +84,12 @@ impl Tracker {
     }
 
     /// Gives the variance of the turn with which a point is known that is learned now.
-    pub(super) fn drift_of_new_points(&self) -> f64 {
+    pub(crate) fn drift_of_new_points(&self) -> f64 {
         self.target.points.drift + (STRAYS * self.motion.turn_sd()).powi(2)
     }
 
     /// Gives the covariance of a pose by what it may have drifted, in the object's frame.
-    pub(super) fn drift_covariance(&self) -> Matrix6<f64> {
+    pub(crate) fn drift_covariance(&self) -> Matrix6<f64> {
         let turn = self.target.points.turn_variance() / 3.0;
         let place = (PLACE * self.target.solid.radius).powi(2) * turn;
         Matrix6::from_diagonal(&Vector6::new(place, place, place, turn, turn, turn))

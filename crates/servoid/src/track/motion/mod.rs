@@ -1,8 +1,14 @@
+//! Where the object is expected, and how far that may be off.
+
+pub(super) mod drift;
+pub(super) mod jitter;
+pub(super) mod outdated;
+
 use nalgebra::{Matrix6, UnitQuaternion, Vector3, Vector6};
 
 use super::frame::input_checks::FARTHEST_S;
-use super::search::Deviation;
-use super::uncertainty::inverse;
+use super::pose::search::Deviation;
+use super::pose::uncertainty::inverse;
 use crate::pose::{Pose, Twist};
 
 /// Where the object was seen and how it moved: its middle evenly through the world, and turning evenly

@@ -1,20 +1,20 @@
 use nalgebra::Vector3;
 
-use super::TrackError;
 use super::align::align;
-use super::clock::Clock;
-use super::estimate::Status;
-use super::inputs::Inputs;
-use super::motion::Prior;
 use super::refine::{Evaluated, Normal, look_at, refine, toward};
 use super::search::{Deviation, Probes, Scorer};
-use super::tracker::Tracker;
 use super::verify::{Quality, verify};
 use crate::camera::{Observation, Pyramid};
 use crate::pose::Pose;
+use crate::track::TrackError;
+use crate::track::clock::Clock;
+use crate::track::estimate::Status;
+use crate::track::inputs::Inputs;
+use crate::track::motion::Prior;
+use crate::track::tracker::Tracker;
 
 /// The coarsest resolution.
-pub(super) const COARSEST: usize = Pyramid::LEVELS - 1;
+pub(crate) const COARSEST: usize = Pyramid::LEVELS - 1;
 /// Pixels by which the object may be off for the finest resolution, and the next, to find it.
 const FORESEEN_PX: [f64; COARSEST] = [0.8, 3.0];
 
@@ -23,12 +23,12 @@ const BLURRED_PX: f64 = 3.0;
 
 /// A pose that was made precise, and what it is worth.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Hypothesis {
-    pub(super) pose: Pose,
-    pub(super) normal: Normal,
-    pub(super) quality: Quality,
+pub(crate) struct Hypothesis {
+    pub(crate) pose: Pose,
+    pub(crate) normal: Normal,
+    pub(crate) quality: Quality,
     /// Direction to a camera, in the object's frame.
-    pub(super) toward: Vector3<f64>,
+    pub(crate) toward: Vector3<f64>,
 }
 
 impl Hypothesis {
@@ -38,7 +38,7 @@ impl Hypothesis {
     }
 
     /// Supposes a pose of which nothing is seen.
-    pub(super) fn nothing(pose: Pose, radius: f64) -> Self {
+    pub(crate) fn nothing(pose: Pose, radius: f64) -> Self {
         let quality = Quality {
             visible: 0.0,
             share: 0.0,
@@ -54,7 +54,7 @@ impl Hypothesis {
 
 impl Tracker {
     /// Looks around where the body is at a pose; `false` if no camera sees it.
-    pub(super) fn open_windows(
+    pub(crate) fn open_windows(
         &mut self,
         observation: &Observation<'_>,
         pose: &Pose,
@@ -66,7 +66,7 @@ impl Tracker {
     }
 
     /// Looks at all that the cameras see.
-    pub(super) fn open_all_over(&mut self, observation: &Observation<'_>) {
+    pub(crate) fn open_all_over(&mut self, observation: &Observation<'_>) {
         // What lies far from where the object was must be known as background, too.
         for image in self.frame.images(observation) {
             self.target.colors.count_anywhere(&image);
@@ -77,7 +77,7 @@ impl Tracker {
     }
 
     /// Chooses the surface points that are looked at from a pose.
-    pub(super) fn points_in_view(&mut self, pose: &Pose) {
+    pub(crate) fn points_in_view(&mut self, pose: &Pose) {
         let most = if self.settings.surface { self.settings.points } else { 0 };
         self.target.points.in_view(
             &self.frame.windows,
@@ -89,13 +89,13 @@ impl Tracker {
     }
 
     /// Says by how much the motion changes from image to image, in metres and radians.
-    pub(super) fn process_noise(&self) -> Deviation {
+    pub(crate) fn process_noise(&self) -> Deviation {
         let (across, turned) = self.search_range();
         (across / 3.0, turned / 3.0)
     }
 
     /// Says how far the object may be from where it is expected.
-    pub(super) fn search_range(&self) -> Deviation {
+    pub(crate) fn search_range(&self) -> Deviation {
         let radius = self.target.solid.radius;
         let across = (3.0 * self.innovation.0).clamp(0.02 * radius, 0.5 * radius);
         (across, (3.0 * self.innovation.1).clamp(0.02, 0.5))
@@ -109,7 +109,7 @@ impl Tracker {
 
     /// Breeds hypotheses about where the object is expected; gives the best, and how many were
     /// scored.
-    pub(super) fn seek(
+    pub(in crate::track) fn seek(
         &mut self,
         observation: &Observation<'_>,
         expected: &Pose,
@@ -127,7 +127,7 @@ impl Tracker {
     }
 
     /// Says whether the object may move so fast that its image is blurred.
-    pub(super) fn foresee_blur(&mut self, expected: &Pose) {
+    pub(crate) fn foresee_blur(&mut self, expected: &Pose) {
         // A pose that jumped must not be judged by what is coarse alone, unless all else is lost.
         self.frame.is_blurred = self.settings.depth_from_motion
             && self.status == Status::Tracking
@@ -149,13 +149,13 @@ impl Tracker {
     }
 
     /// Gives the pixels that the body's outlines hold at a pose.
-    pub(super) fn area(&self, pose: &Pose) -> f64 {
+    pub(crate) fn area(&self, pose: &Pose) -> f64 {
         self.frame.area(pose, &self.target.solid)
     }
 
     /// Makes a guess precise. Where the outcome is doubtful, it is made so from the coarsest resolution,
     /// too, and what is better supported is kept.
-    pub(super) fn precise(
+    pub(crate) fn precise(
         &mut self,
         observation: &Observation<'_>,
         expected: &Pose,
@@ -189,7 +189,7 @@ impl Tracker {
     }
 
     /// Makes a pose precise, from the coarsest resolution that is asked for, and judges it.
-    pub(super) fn hypothesis(
+    pub(in crate::track) fn hypothesis(
         &mut self,
         observation: &Observation<'_>,
         start: &Pose,
@@ -202,7 +202,7 @@ impl Tracker {
     }
 
     /// Judges a pose as it is.
-    pub(super) fn weigh(
+    pub(in crate::track) fn weigh(
         &mut self,
         observation: &Observation<'_>,
         pose: &Pose,

@@ -1,25 +1,25 @@
-use super::inputs::Inputs;
 use super::refine::{Evaluated, Workspace};
-use super::target::points::Match;
+use crate::track::inputs::Inputs;
+use crate::track::target::points::Match;
 
 /// How far images confirm a pose.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Quality {
+pub(crate) struct Quality {
     /// Share of what should be seen that is, 0 to 1.
-    pub(super) visible: f64,
+    pub(crate) visible: f64,
     /// The same, but what something hides counts the less, the more is seen elsewhere.
-    pub(super) share: f64,
+    pub(crate) share: f64,
     /// What is seen less what is missed, in surface points: tells a pose that much confirms from one
     /// at which little is expected.
-    pub(super) support: f64,
+    pub(crate) support: f64,
     /// Surface points that are seen.
-    pub(super) recognised: f64,
+    pub(crate) recognised: f64,
     /// Those of them whose contrast only a pattern has.
-    pub(super) textured: f64,
+    pub(crate) textured: f64,
     /// Mean log-likelihood ratio of the pixels inside the outline.
-    pub(super) ratio: f64,
+    pub(crate) ratio: f64,
     /// Mean agreement of the outline with the boundary in the images.
-    pub(super) outline: f64,
+    pub(crate) outline: f64,
 }
 
 /// Correlations from which on a point counts as seen at all, and as wholly seen.
@@ -33,7 +33,7 @@ const ENOUGH: f64 = 20.0;
 /// Compares what should be seen at a pose with what is: the surface points in view, and the colours
 /// inside the outline and the boundary around it, both compared with the reference. What is hidden
 /// is excused as far as enough is recognised elsewhere: a wrong pose must not excuse itself.
-pub(super) fn verify(inputs: &Inputs<'_>, found: &Evaluated, workspace: &Workspace) -> Quality {
+pub(crate) fn verify(inputs: &Inputs<'_>, found: &Evaluated, workspace: &Workspace) -> Quality {
     let reference = inputs.reference;
     let (mut seen, mut expected, mut shown, mut hidden) = (0.0, 0.0, 0.0, 0.0);
     let mut textured = 0.0;

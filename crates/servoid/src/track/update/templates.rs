@@ -3,24 +3,24 @@
 use nalgebra::{Vector2, Vector3};
 
 use super::detect::grain;
-use super::inputs::Inputs;
-use super::refine::Workspace;
-use super::target::points::Match;
-use super::target::shift::Shift;
-use super::target::solid::Rims;
 use crate::fitness::SurfacePoint;
 use crate::pose::Pose;
 use crate::shape::Projection;
+use crate::track::inputs::Inputs;
+use crate::track::pose::refine::Workspace;
+use crate::track::target::points::Match;
+use crate::track::target::shift::Shift;
+use crate::track::target::solid::Rims;
 
 /// Largest cosine between the ways to a camera now and where a point's nearest template was learned for which
 /// there is another one to be extracted.
-pub(super) const APART: f64 = 0.97;
+pub(crate) const APART: f64 = 0.97;
 /// Most pixels by which a point may lie beside where it should.
 const FARTHEST_PX: f64 = 2.0;
 
 /// Extracts templates of points that are recognised at a pose from a side of which they have none; gives them
 /// with the places of their points.
-pub(super) fn templates(
+pub(crate) fn templates(
     inputs: &Inputs<'_>,
     pose: &Pose,
     workspace: &Workspace,

@@ -9,9 +9,9 @@ use crate::pose::Twist;
 
 /// What a match says of its point's distance, with the pose.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Distance {
+pub(crate) struct Distance {
     /// Place of the point among those in view.
-    pub(super) at: usize,
+    pub(crate) at: usize,
     curvature: f64,
     slope: f64,
     with_pose: Vector6<f64>,
@@ -19,17 +19,17 @@ pub(super) struct Distance {
 
 /// Where a point is believed to be along its ray.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Ray {
+pub(crate) struct Ray {
     /// How its pixel moves with each metre towards the camera that it was learned by.
-    pub(super) along: Vector2<f64>,
+    pub(crate) along: Vector2<f64>,
     /// Metres by which it is moved now, and the variance of that.
-    pub(super) moved: f64,
-    pub(super) variance: f64,
+    pub(crate) moved: f64,
+    pub(crate) variance: f64,
 }
 
 impl Distance {
     /// Adds to a pose what a match says of it, wherever its point lies on its ray; gives what it says of that.
-    pub(super) fn taken_out(
+    pub(crate) fn taken_out(
         at: usize,
         normal: &mut Normal,
         by_motion: &Matrix2x6<f64>,
@@ -46,21 +46,21 @@ impl Distance {
     }
 
     /// Gives by how much the point is to be moved while the pose is.
-    pub(super) fn step(&self, motion: &Twist) -> f64 {
+    pub(crate) fn step(&self, motion: &Twist) -> f64 {
         (self.slope - self.with_pose.dot(motion)) / self.curvature
     }
 }
 
 impl Workspace {
     /// Has points whose distance is a guess lie where they are believed to.
-    pub(super) fn forget_distances(&mut self) {
+    pub(crate) fn forget_distances(&mut self) {
         self.moved.clear();
         self.moved.resize(self.in_view.len(), 0.0);
         self.distances.clear();
     }
 
     /// Moves points whose distance is a guess to where the images put them while the pose moves by a step.
-    pub(super) fn move_guesses(&mut self, step: &Twist, radius: f64) {
+    pub(crate) fn move_guesses(&mut self, step: &Twist, radius: f64) {
         let most = MOST_STEP * radius;
         for distance in &self.distances {
             self.moved[distance.at] += distance.step(step).clamp(-most, most);

@@ -6,7 +6,7 @@
 
 use std::f64::consts::SQRT_2;
 
-use super::estimate::Status;
+use crate::track::estimate::Status;
 
 /// What speaks for and against the pose of an object that is followed.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -48,7 +48,7 @@ const TURN: (f64, f64, f64, f64) = (0.02, 0.001, 1.0, 0.99);
 const JITTER: (f64, f64, f64, f64) = (0.05, 0.003, 0.0675, 3.44);
 /// What poses are supposed to jitter of an object of which no images were compared yet: it cannot have
 /// turned far unseen.
-pub(super) const UNMEASURED: f64 = 0.03;
+pub(crate) const UNMEASURED: f64 = 0.03;
 /// What it adds that the object is proved to be the one that was lost, or was never lost.
 const PROVED: f64 = 2.15;
 /// Turn by which a right pose may be off, in radians.
@@ -87,7 +87,7 @@ impl Evidence {
 
     /// Says whether the turn drifted by no more than a standard deviation, as far as the points tell that are
     /// recognised: those that slip along drift together, and tell nothing of it.
-    pub(super) fn drifts_little(&self, most_rad: f64) -> bool {
+    pub(crate) fn drifts_little(&self, most_rad: f64) -> bool {
         let part = (self.textured / (WITNESSES * self.reference_textured)).min(1.0);
         self.drift_rad <= (part * most_rad).max(SURE_RAD)
     }
@@ -100,7 +100,7 @@ impl Evidence {
 
 /// Gives the probability that the pose of an object that is not followed is right: it is where it was
 /// last.
-pub(super) fn unseen(status: Status) -> f64 {
+pub(crate) fn unseen(status: Status) -> f64 {
     if status == Status::Lost { 0.0 } else { UNSEEN }
 }
 
@@ -159,7 +159,7 @@ mod tests {
             one in evidence(),
             more in 0.0..50.0_f64,
         ) {
-            let most = super::super::trust::ADRIFT;
+            let most = crate::track::trust::ADRIFT;
             let other = Evidence {
                 textured: one.textured + more,
                 drift_rad: one.drift_rad / (1.0 + more),

@@ -4,16 +4,16 @@ use std::collections::VecDeque;
 
 use nalgebra::{UnitQuaternion, Vector3};
 
-use super::estimate::Status;
-use super::frame::input_checks::FARTHEST_S;
-use super::motion::Motion;
-use super::tracker::Tracker;
 use crate::camera::Observation;
 use crate::pose::Pose;
+use crate::track::estimate::Status;
+use crate::track::frame::input_checks::FARTHEST_S;
+use crate::track::motion::Motion;
+use crate::track::tracker::Tracker;
 
 /// What was known when images were new: how the object moved, and where the first camera was.
 #[derive(Debug, Clone)]
-pub(super) struct Newest {
+pub(crate) struct Newest {
     time_s: f64,
     motion: Motion,
     world_from_camera: Pose,
@@ -37,7 +37,7 @@ const FARTHEST_TURN: f64 = 1.0;
 
 impl Tracker {
     /// Remembers what is known of an observation whose images are new.
-    pub(super) fn note_newest(&mut self, observation: &Observation<'_>) {
+    pub(crate) fn note_newest(&mut self, observation: &Observation<'_>) {
         if self.frame.is_stale() {
             return;
         }
@@ -57,7 +57,7 @@ impl Tracker {
 
     /// Says whether all images are those before although the object, as it moved, or the first camera
     /// must have moved on since they were new: they do not tell where it is now.
-    pub(super) fn is_outdated(&self, observation: &Observation<'_>) -> bool {
+    pub(crate) fn is_outdated(&self, observation: &Observation<'_>) -> bool {
         let Some(newest) = self.newest.as_ref().filter(|_| self.frame.is_stale()) else {
             return false;
         };

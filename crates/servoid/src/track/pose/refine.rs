@@ -1,42 +1,42 @@
 use nalgebra::{Matrix6, Vector3, Vector6};
 
-use super::frame::occlusion::{LastSeen, Occlusion};
 use super::guess::{Distance, Ray};
-use super::inputs::Inputs;
 use super::matching::match_points;
-use super::motion::Prior;
-use super::target::bias::Information;
-use super::target::points::{Feature, InView, Match, by_motion};
-use super::target::ranges::Residual;
-use super::target::shift::Shift;
-use super::target::solid::Rims;
 use super::uncertainty::inverse;
 use crate::camera::Pyramid;
 use crate::fitness::{Agreement, ContourPoint, SurfacePoint, boundary, contour};
 use crate::pose::{Pose, Twist};
 use crate::shape::{Outline, Quadric};
+use crate::track::frame::occlusion::{LastSeen, Occlusion};
+use crate::track::inputs::Inputs;
+use crate::track::motion::Prior;
+use crate::track::target::bias::Information;
+use crate::track::target::points::{Feature, InView, Match, by_motion};
+use crate::track::target::ranges::Residual;
+use crate::track::target::shift::Shift;
+use crate::track::target::solid::Rims;
 
 /// A weighted sum of squares about a pose: curvature and slope by a small motion in the object's
 /// frame.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Normal {
-    pub(super) curvature: Matrix6<f64>,
+pub(crate) struct Normal {
+    pub(crate) curvature: Matrix6<f64>,
     /// The part of it that does not come from images.
-    pub(super) belief: Matrix6<f64>,
-    pub(super) slope: Vector6<f64>,
+    pub(crate) belief: Matrix6<f64>,
+    pub(crate) slope: Vector6<f64>,
     /// What the outline says, with its bias.
-    pub(super) outline: Information,
+    pub(crate) outline: Information,
     /// The part of it that is in the sum: what its bias leaves.
     freed: Information,
 }
 
 /// What the images say about a pose.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Evaluated {
-    pub(super) pose: Pose,
-    pub(super) normal: Normal,
+pub(crate) struct Evaluated {
+    pub(crate) pose: Pose,
+    pub(crate) normal: Normal,
     /// How well the outline agrees with the images: the sum over lines, and their number.
-    pub(super) outline: (f64, f64),
+    pub(crate) outline: (f64, f64),
 }
 
 impl Evaluated {
@@ -48,23 +48,23 @@ impl Evaluated {
 
 /// Memory of a refinement, kept from image to image.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Workspace {
+pub(crate) struct Workspace {
     /// The points that should be seen, and those of them that are looked at.
-    pub(super) visible: Vec<InView>,
-    pub(super) in_view: Vec<InView>,
-    pub(super) matches: Vec<Match>,
-    pub(super) rims: Rims,
-    pub(super) occlusion: Occlusion,
+    pub(crate) visible: Vec<InView>,
+    pub(crate) in_view: Vec<InView>,
+    pub(crate) matches: Vec<Match>,
+    pub(crate) rims: Rims,
+    pub(crate) occlusion: Occlusion,
     /// Metres by which each point in view is moved for now, if its distance is a guess.
-    pub(super) moved: Vec<f64>,
-    pub(super) distances: Vec<Distance>,
+    pub(crate) moved: Vec<f64>,
+    pub(crate) distances: Vec<Distance>,
     outlines: Vec<(Outline, Quadric)>,
-    pub(super) exposed_outlines: Vec<Outline>,
+    pub(crate) exposed_outlines: Vec<Outline>,
     contour: Vec<ContourPoint>,
 }
 
 /// Longest step, in radii and radians.
-pub(super) const MOST_STEP: f64 = 0.35;
+pub(crate) const MOST_STEP: f64 = 0.35;
 /// Most steps at each resolution, the finest first. They end where they have converged: a quarter of
 /// these left the pose of an object that turns behind, until another one looked better.
 const STEPS: [usize; Pyramid::LEVELS] = [16, 12, 12];
@@ -89,7 +89,7 @@ const LINE_SHARE: f64 = 0.25;
 
 impl Normal {
     /// Starts from a weak belief in the pose, so that what nothing tells stays.
-    pub(super) fn new(radius: f64) -> Self {
+    pub(crate) fn new(radius: f64) -> Self {
         let (across, turn) = ((0.3 * radius).powi(-2), 0.5_f64.powi(-2));
         let diagonal = Vector6::new(across, across, across, turn, turn, turn);
         let belief = Matrix6::from_diagonal(&diagonal);
@@ -98,12 +98,12 @@ impl Normal {
     }
 
     /// Gives what all but the outline said.
-    pub(super) fn rest(&self) -> Information {
+    pub(crate) fn rest(&self) -> Information {
         (self.curvature - self.freed.0, self.slope - self.freed.1)
     }
 
     /// Gives the covariance that is left, with what was believed before.
-    pub(super) fn covariance(&self) -> Matrix6<f64> {
+    pub(crate) fn covariance(&self) -> Matrix6<f64> {
         inverse(&self.curvature).unwrap_or_else(Matrix6::identity)
     }
 
@@ -114,7 +114,7 @@ impl Normal {
 
 /// Moves a pose to where surface points and outline agree with the images, from coarse to fine, by
 /// Gauss-Newton steps; the matches there stay in the workspace.
-pub(super) fn refine(
+pub(crate) fn refine(
     inputs: &Inputs<'_>,
     (start, coarsest): (Pose, usize),
     prior: Option<&Prior>,
@@ -148,7 +148,7 @@ pub(super) fn refine(
 
 /// Compares what should be seen at a pose with what is, and leaves it there; the matches stay in the
 /// workspace.
-pub(super) fn look_at(
+pub(crate) fn look_at(
     inputs: &Inputs<'_>,
     pose: Pose,
     prior: Option<&Prior>,
@@ -234,7 +234,7 @@ fn linearize(
 }
 
 /// Gives the direction from the object to the first open camera, in the object's frame.
-pub(super) fn toward(inputs: &Inputs<'_>, pose: &Pose) -> Vector3<f64> {
+pub(crate) fn toward(inputs: &Inputs<'_>, pose: &Pose) -> Vector3<f64> {
     let eye = inputs.windows.iter().find_map(|window| window.projection(pose)?.eye());
     eye.map_or_else(Vector3::z, |eye| eye.normalize())
 }

@@ -1,31 +1,31 @@
-use super::inputs::Inputs;
-use super::target::points::InView;
 use crate::camera::Pyramid;
 use crate::evolve::{Ga, GaError, GaSettings, Rng};
 use crate::fitness::SurfacePoint;
 use crate::pose::{Pose, Twist};
+use crate::track::inputs::Inputs;
+use crate::track::target::points::InView;
 
 /// A population of poses that lives from image to image: each individual is a small motion from
 /// where the object is expected, in units of how far it may be.
 #[derive(Debug, Clone)]
-pub(super) struct Search {
+pub(crate) struct Search {
     ga: Ga,
     scores: Vec<f64>,
 }
 
 /// The best pose of a search and how many were scored.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Found {
-    pub(super) pose: Pose,
-    pub(super) score: f64,
-    pub(super) evaluations: usize,
+pub(crate) struct Found {
+    pub(crate) pose: Pose,
+    pub(crate) score: f64,
+    pub(crate) evaluations: usize,
 }
 
 /// How far a pose is off, or may be: (across in metres, turned in radians).
-pub(super) type Deviation = (f64, f64);
+pub(crate) type Deviation = (f64, f64);
 
 impl Search {
-    pub(super) fn new(population: usize, rng: Rng) -> Result<Self, GaError> {
+    pub(crate) fn new(population: usize, rng: Rng) -> Result<Self, GaError> {
         let settings =
             GaSettings { population, elites: 2, mutation_width: 0.3, ..Default::default() };
         let ga = Ga::new(&[(-1.0, 1.0); 6], settings, rng)?;
@@ -33,7 +33,7 @@ impl Search {
     }
 
     /// Breeds generations about a pose, at least one, while `go_on` of their number says so.
-    pub(super) fn run(
+    pub(crate) fn run(
         &mut self,
         scorer: &Scorer<'_>,
         (expected, also): (&Pose, &Pose),
@@ -66,7 +66,7 @@ impl Search {
     }
 
     /// Moves the population along with the object to a pose that was found.
-    pub(super) fn follow(&mut self, expected: &Pose, found: &Pose, search_range: Deviation) {
+    pub(crate) fn follow(&mut self, expected: &Pose, found: &Pose, search_range: Deviation) {
         let offset = genes(&(expected.inverse() * *found).log(), search_range);
         self.ga.move_each(|_, genes| genes.iter_mut().zip(&offset).for_each(|(x, by)| *x -= by));
     }
@@ -82,7 +82,7 @@ fn genes(motion: &Twist, (across, turned): Deviation) -> [f64; 6] {
 
 /// Which surface points a score compares.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Probes<'a> {
+pub(crate) enum Probes<'a> {
     /// These.
     InView(&'a [InView]),
     /// Of these, the ones that face the camera.
@@ -92,11 +92,11 @@ pub(super) enum Probes<'a> {
 /// How poses are scored: by the log-likelihood ratios inside the outline, as a share of what they
 /// could be, and by the mean correlation of surface points at the coarsest resolution.
 #[derive(Clone, Copy)]
-pub(super) struct Scorer<'a> {
-    pub(super) inputs: Inputs<'a>,
-    pub(super) probes: Probes<'a>,
+pub(crate) struct Scorer<'a> {
+    pub(crate) inputs: Inputs<'a>,
+    pub(crate) probes: Probes<'a>,
     /// Pixels that the outline is expected to hold.
-    pub(super) area: f64,
+    pub(crate) area: f64,
 }
 
 /// Points of each camera that are looked at for a score.
@@ -127,13 +127,13 @@ impl ScoreTerms {
 
 impl Scorer<'_> {
     /// Scores a pose; -1 to 1 for each kind of evidence.
-    pub(super) fn score(&self, pose: &Pose) -> f64 {
+    pub(crate) fn score(&self, pose: &Pose) -> f64 {
         self.terms(pose, Pyramid::LEVELS - 1).total()
     }
 
     /// Scores a pose by each kind of evidence, with points at the resolution `level`, or a finer one at which
     /// they were learned.
-    pub(super) fn terms(&self, pose: &Pose, level: usize) -> ScoreTerms {
+    pub(crate) fn terms(&self, pose: &Pose, level: usize) -> ScoreTerms {
         let mut region = 0.0;
         let (mut surface, mut points) = (0.0, 0.0);
         for (camera, window) in self.inputs.windows.iter().enumerate() {

@@ -4,23 +4,23 @@ use super::refine::Normal;
 use crate::pose::Twist;
 
 /// How uncertain a pose is by the images.
-pub(super) struct Uncertainty {
+pub(crate) struct Uncertainty {
     /// Covariance of a small motion in the object's frame, by the images alone.
-    pub(super) covariance: Matrix6<f64>,
+    pub(crate) covariance: Matrix6<f64>,
     /// Motions that the images do not observe, of unit length in radii and radians.
-    pub(super) unobservable: Vec<Twist>,
+    pub(crate) unobservable: Vec<Twist>,
 }
 
 /// Standard deviation, in radii and radians, from which on a motion counts as open.
 const OPEN: f64 = 0.06;
 
 /// Inverts a covariance or an information, with the same bits in any unit of length.
-pub(super) fn inverse(matrix: &Matrix6<f64>) -> Option<Matrix6<f64>> {
+pub(crate) fn inverse(matrix: &Matrix6<f64>) -> Option<Matrix6<f64>> {
     Some(matrix.cholesky()?.inverse())
 }
 
 /// Computes the covariance and the unobservable motions from the curvature about a pose.
-pub(super) fn uncertainty(normal: &Normal, radius: f64) -> Uncertainty {
+pub(crate) fn uncertainty(normal: &Normal, radius: f64) -> Uncertainty {
     let images = normal.curvature - normal.belief + Normal::new(radius).belief;
     let covariance = inverse(&images).unwrap_or_else(Matrix6::identity);
     let units = Matrix6::from_diagonal(&Vector6::new(radius, radius, radius, 1.0, 1.0, 1.0));

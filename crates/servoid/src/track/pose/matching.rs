@@ -2,13 +2,13 @@
 
 use nalgebra::Vector2;
 
-use super::inputs::Inputs;
 use super::refine::Workspace;
-use super::target::points::Match;
 use crate::camera::{ImageView, Pyramid};
 use crate::fitness::{Agreement, SurfacePoint};
 use crate::pose::Pose;
 use crate::shape::Projection;
+use crate::track::inputs::Inputs;
+use crate::track::target::points::Match;
 
 /// Correlation from which on a point's image is sharp, and by how much it must agree better at a coarser
 /// resolution to be blurred.
@@ -16,7 +16,7 @@ const SHARP: f64 = 0.8;
 const CLEARER: f64 = 0.05;
 
 /// Matches the points in view at a pose; the matches stay in the workspace.
-pub(super) fn match_points(
+pub(crate) fn match_points(
     inputs: &Inputs<'_>,
     pose: &Pose,
     level: usize,

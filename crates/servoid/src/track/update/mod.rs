@@ -1,9 +1,15 @@
+//! What is known of the object changes by an image in which it is tracked.
+
+pub(super) mod detect;
+pub(super) mod growth;
+pub(super) mod templates;
+
 use nalgebra::Vector2;
 
-use super::detect::{DetectionPlan, detect};
-use super::hypothesis::Hypothesis;
+use self::detect::{DetectionPlan, detect};
+use self::templates::{APART, templates};
 use super::inputs::Inputs;
-use super::templates::{APART, templates};
+use super::pose::hypothesis::Hypothesis;
 use super::tracker::Tracker;
 use crate::camera::{Mask, Observation};
 use crate::pose::Pose;

@@ -1,19 +1,19 @@
 use nalgebra::Vector3;
 
-use super::TrackError;
-use super::adjust::Job;
-use super::settings::TrackSettings;
-use super::target::Target;
-use super::target::colors::Colors;
-use super::target::sides::{Marks, Sides};
-use super::target::solid::Solid;
-use super::tracker::Tracker;
 use crate::camera::Observation;
 use crate::fitness::RangeSample;
 use crate::model::{self, ModelError, ModelInput, SyntheticView};
 use crate::parallel::pool;
 use crate::pose::Pose;
 use crate::shape::{Body, Ellipsoid};
+use crate::track::TrackError;
+use crate::track::adjust::Job;
+use crate::track::settings::TrackSettings;
+use crate::track::target::Target;
+use crate::track::target::colors::Colors;
+use crate::track::target::sides::{Marks, Sides};
+use crate::track::target::solid::Solid;
+use crate::track::tracker::Tracker;
 
 /// Surface points whose distance is known at least this well, as a share of the body's radius, say
 /// where the surface is.
@@ -26,7 +26,7 @@ const FARTHEST: f64 = 1.4;
 const DELAY: usize = 5;
 
 /// A body that evolves beside the tracker.
-pub(super) type Evolving = Job<Result<Evolved, ModelError>>;
+pub(crate) type Evolving = Job<Result<Evolved, ModelError>>;
 
 /// What a body evolves by, as far as it was known when that began.
 #[derive(Debug, Clone)]
@@ -41,7 +41,7 @@ struct Growth {
 
 /// A body that evolved, and the masks of the sides by which it did.
 #[derive(Debug, Clone)]
-pub(super) struct Evolved {
+pub(crate) struct Evolved {
     ellipsoids: Option<Vec<Ellipsoid>>,
     marks: Marks,
 }
@@ -78,14 +78,14 @@ impl Tracker {
     }
 
     /// Takes over the body that evolved in the worker, once it is time; says whether it changed.
-    pub(super) fn take_evolved(&mut self) -> Result<bool, TrackError> {
+    pub(crate) fn take_evolved(&mut self) -> Result<bool, TrackError> {
         let due = self.evolving.take_if(Job::is_due);
         let evolved = due.and_then(|evolving| evolving.result());
         Ok(evolved.transpose()?.is_some_and(|evolved| self.target.grow(evolved)))
     }
 
     /// Keeps what the cameras show of a side that was not seen before.
-    pub(super) fn keep_views(&mut self, observation: &Observation<'_>, pose: &Pose) {
+    pub(crate) fn keep_views(&mut self, observation: &Observation<'_>, pose: &Pose) {
         let (keyframe, _) = self.keyframe_around(observation, pose);
         for (camera, window) in self.frame.windows.iter().enumerate() {
             if let (true, Some(image)) = (window.is_open(), &observation.images[camera]) {

@@ -1,0 +1,11 @@
+//! From the images of one instant and the target to a hypothesis of the pose.
+
+pub(super) mod align;
+pub(super) mod confidence;
+pub(super) mod guess;
+pub(super) mod hypothesis;
+pub(super) mod matching;
+pub(super) mod refine;
+pub(super) mod search;
+pub(super) mod uncertainty;
+pub(super) mod verify;

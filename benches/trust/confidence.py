@@ -3,8 +3,8 @@
 Tracks the recordings that lie beside the repository, as they are and made harder, and courses that
 the tests draw, some of them slow; asks in each image what speaks for the pose and whether it is
 right; and finds the weights by logistic regression, in which each sequence counts the same. Prints
-the weights for `crates/servoid/src/track/pose/confidence.rs`, and by steps of the probability how many
-poses are right, where each sequence is foretold by weights that were found without it.
+the weights for `crates/servoid/src/track/pose/confidence.rs`, and by steps of the probability how
+many poses are right, where each sequence is foretold by weights that were found without it.
 
 Run it with: python benches/trust/confidence.py [--seeds N] [SEQUENCE ...]
 """

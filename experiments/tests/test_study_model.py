@@ -12,11 +12,11 @@ from servoid.errors import SimError
 from servoid.pose import Pose
 from servoid.servo import settings_toml
 from servoid.sim.samples import bird
+from servoid.sim.samples.nets import surface_net
 from servoid_experiments.design import Done
 from servoid_experiments.modelling import MODEL, ModelStudySettings
 from servoid_experiments.modelling.around import around
 from servoid_experiments.modelling.designs import DESIGNS, design_of
-from servoid_experiments.modelling.nets import surface_net
 from servoid_experiments.modelling.noise import spoilt_mask, spoilt_pose
 from servoid_experiments.modelling.plan import layout
 from servoid_experiments.modelling.settings import CenterSettings, SweepSettings

@@ -26,7 +26,7 @@ from servoid._native import Estimate
 from servoid.pose import Pose
 from servoid.record import Waypoint, read_trajectory
 from servoid.sim import MovingScene, Scenario
-from servoid.sim.samples.drawing.convex import Floats
+from servoid.sim.samples.convex import Floats
 
 BAR_PX, BAR_STEP_PX, BAR_DISPARITY_PX = 16, 6, 69
 BESIDE_PX = 20.0  # about a third of the toy
@@ -96,7 +96,7 @@ def at_a_distance_figures(recording: Recording, points: Sequence[Waypoint]) -> F
     for point in points:
         true = recording.truth(point.observation or 0) @ toy_from_body
         found = np.array(point.world_from_object.translation)
-        focal_px = recording.scene.camera.focal_px
+        focal_px = recording.scene.camera.focal_px[0]
         away = focal_px * (found / found[2] - true[:3, 3] / true[2, 3])
         apart.append(float(np.linalg.norm(away)))
     return {
@@ -160,7 +160,7 @@ def share_drop(
     share = np.array([(one.evidence or {"share": 0.0})["share"] for one in estimates])
     camera = seen.scene.camera
     middle = np.array(
-        [camera.focal_px * pose[0, 3] / pose[2, 3] + camera.center_px[0] for pose in truth[1:]]
+        [camera.focal_px[0] * pose[0, 3] / pose[2, 3] + camera.center_px[0] for pose in truth[1:]]
     )
     before = np.abs(np.array(edges[1:]) + BAR_PX / 2 - middle) < 12.0
     aside = np.array(edges[1:]) < middle - 75.0

@@ -14,7 +14,6 @@ from servoid.sim.world.events.motions import STILL, Floats, pose_of, row_of, uni
 from servoid.sim.world.objects import OBJECTS, make_object
 from servoid.sim.world.scene.meshes import as_mesh
 from servoid_experiments.metrics import held_by
-from servoid_experiments.modelling.nets import surface_net
 from servoid_experiments.modelling.voxels import Voxels, voxels_of
 
 _BIRD = "bird"
@@ -86,11 +85,6 @@ def _shipped(name: str) -> tuple[Floats, NDArray[np.int64]]:
 def _bird() -> tuple[Floats, NDArray[np.int64]]:
     """Return the sample's bird, which stands on the ground with z up, about its middle."""
     center = np.array(bird.BOUND_CENTER)
-    reach = np.full(3, bird.BOUND_RADIUS)
-
-    def distance(points: Floats) -> Floats:
-        return bird.distance(points.T.astype(np.float32)).astype(np.float64)
-
-    vertices, faces = surface_net(distance, center - reach, center + reach, _BIRD_SPACING)
+    vertices, faces = bird.mesh(_BIRD_SPACING)
     x, y, z = (vertices - center).T
     return np.ascontiguousarray(np.stack([x, -z, y], axis=1)), faces

@@ -16,7 +16,7 @@ from servoid.output import check_folder, make_folder
 from servoid.record import read_trajectory
 from servoid.sim import Scenario
 from servoid.sim.accuracy import median_add_m
-from servoid.sim.samples.scene import MovingScene
+from servoid.sim.samples import snail
 from servoid.sim.samples.surface import outer_mesh
 
 _REPORT_EXTRAS = {"matplotlib": "view"}
@@ -133,8 +133,7 @@ def _run(commands: Sequence[Sequence[str]], out: Path) -> None:
 def _against_truth(out: Path) -> str:
     """Compare the track with the motion that the snail was drawn with."""
     found = [point.world_from_object for point in read_trajectory(out / "poses.csv")]
-    scene = MovingScene(_SCENARIO)
     true = read_trajectory(out / "recording" / "truth" / "left_from_object.csv")
-    vertices, _ = outer_mesh(scene.toy.parts)
+    vertices, _ = outer_mesh(snail.PARTS)
     error_m = median_add_m(found, [point.world_from_object for point in true], vertices)
     return f"{'true motion':<12} {_MM_PER_M * error_m:.2f} mm off in the median, on all its surface"

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from servoid.model import ModelResult
 from servoid.shape import Body
 from servoid.view.page import INK, Page, Text
-from servoid.view.raycast import Sight, Solids, look, render
 from servoid.view.scores import UNUSED_COLOR, USED_COLOR, ScoredView, scored_views
+from servoid.view.solid_picture import Solids, Viewpoint, axes_toward, render
 
 _SMALL_PX = 376
 _GAP_PX = 16
@@ -33,13 +33,13 @@ def draw_body(result: ModelResult) -> bytes:
     up = mean_up(scored)
     eye = scored[0].view.world_from_camera.matrix()[:3, 3] if scored else FROM_AHEAD
     side, front = side_and_front(solids, up, eye)
-    sights = {
-        "three-quarter": _sight(solids, up, side, front, turn_deg=TURN_DEG, rise_deg=RISE_DEG),
-        "side": _sight(solids, up, side, front, turn_deg=0.0, rise_deg=9.0),
-        "front": _sight(solids, up, side, front, turn_deg=90.0, rise_deg=9.0),
-        "top": _sight(solids, up, side, front, turn_deg=0.0, rise_deg=89.9),
+    viewpoints = {
+        "three-quarter": _viewpoint(solids, up, side, front, turn_deg=TURN_DEG, rise_deg=RISE_DEG),
+        "side": _viewpoint(solids, up, side, front, turn_deg=0.0, rise_deg=9.0),
+        "front": _viewpoint(solids, up, side, front, turn_deg=90.0, rise_deg=9.0),
+        "top": _viewpoint(solids, up, side, front, turn_deg=0.0, rise_deg=89.9),
     }
-    scale = max(sight.metres_per_px for name, sight in sights.items() if name != "three-quarter")
+    scale = max(seen.metres_per_px for name, seen in viewpoints.items() if name != "three-quarter")
     column = _MARGIN_PX + _LARGE_PX + _GAP_PX
     pitch = _SMALL_PX + _GAP_PX
     corners = {
@@ -50,11 +50,11 @@ def draw_body(result: ModelResult) -> bytes:
     }
     page = Page(column + pitch + _SMALL_PX + _MARGIN_PX, _LARGE_PX + 2 * _MARGIN_PX)
     light = _unit(0.95 * up + 0.32 * side + 0.50 * front)
-    for name, sight in sights.items():
+    for name, seen in viewpoints.items():
         if name == "three-quarter":
-            sized = sight.finer(_LARGE_PX / _SMALL_PX)
+            sized = seen.finer(_LARGE_PX / _SMALL_PX)
         else:
-            sized = Sight(sight.axes, sight.middle, scale, sight.size_px)
+            sized = Viewpoint(seen.axes, seen.middle, scale, seen.size_px)
         left, top = corners[name]
         page.put(render(solids, sized, up, light), left, top)
         page.texts.append(Text(left + 14, top + 30, name, size_px=19))
@@ -62,7 +62,7 @@ def draw_body(result: ModelResult) -> bytes:
             _put_scale(page, sized.metres_per_px, left + 14, top + _LARGE_PX - 18)
     corner = (column + pitch, _MARGIN_PX + pitch)
     if scored:
-        _put_cameras(page, corner, solids, scored, up, sights["three-quarter"].axes)
+        _put_cameras(page, corner, solids, scored, up, viewpoints["three-quarter"].axes)
     return page.png()
 
 
@@ -75,9 +75,8 @@ def solids_in_world(body: Body, colors: NDArray[np.uint8]) -> Solids:
     turns[:, 1] = np.stack([2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)], 1)
     turns[:, 2] = np.stack([2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)], 1)
     turns = pose[:3, :3] @ turns
-    shapes = (turns * np.asarray(body.radii)[:, None, :] ** 2) @ turns.transpose(0, 2, 1)
     centers = np.asarray(body.centers) @ pose[:3, :3].T + pose[:3, 3]
-    return Solids(centers, shapes, np.asarray(colors))
+    return Solids(centers, turns, np.asarray(body.radii), np.asarray(colors))
 
 
 def mean_up(scored: list[ScoredView]) -> Vector:
@@ -110,17 +109,17 @@ def _sign(value: float) -> float:
     return 1.0 if value >= 0.0 else -1.0
 
 
-def _sight(
+def _viewpoint(
     solids: Solids, up: Vector, side: Vector, front: Vector, *, turn_deg: float, rise_deg: float
-) -> Sight:
-    """Return the sight of a small panel from `side`, turned to `front` and raised."""
+) -> Viewpoint:
+    """Return the viewpoint of a small panel from `side`, turned to `front` and raised."""
     turn, rise = np.radians([turn_deg, rise_deg])
     level = np.cos(turn) * side + np.sin(turn) * front
-    axes = look(-(np.cos(rise) * level + np.sin(rise) * up), up)
+    axes = axes_toward(-(np.cos(rise) * level + np.sin(rise) * up), up)
     spans = np.array([solids.extent(axis) for axis in axes])
     middle = axes.T @ spans.mean(axis=1)
     extent = float((spans[:2, 1] - spans[:2, 0]).max())
-    return Sight(axes, middle, extent / (_FILLED * _SMALL_PX), (_SMALL_PX, _SMALL_PX))
+    return Viewpoint(axes, middle, extent / (_FILLED * _SMALL_PX), (_SMALL_PX, _SMALL_PX))
 
 
 def _put_scale(page: Page, metres_per_px: float, x_px: int, y_px: int) -> None:
@@ -148,12 +147,12 @@ def _put_cameras(
     low, high = spans.min(axis=0), spans.max(axis=0)
     reach = float(max((high - low)[:2].max(), 1e-9))
     size = (_SMALL_PX, _SMALL_PX)
-    sight = Sight(axes, axes.T @ ((low + high) / 2.0), reach / (0.72 * _SMALL_PX), size)
-    picture = render(solids, sight, up, up)
+    seen = Viewpoint(axes, axes.T @ ((low + high) / 2.0), reach / (0.72 * _SMALL_PX), size)
+    picture = render(solids, seen, up, up)
     for one, pose in sorted(
         zip(scored, poses, strict=True), key=lambda pair: -pair[1][:3, 3] @ axes[2]
     ):
-        lines = sight.project(frustum(one, pose, 0.085 * reach))
+        lines = seen.project(frustum(one, pose, 0.085 * reach))
         color = USED_COLOR if one.used else UNUSED_COLOR
         # Told apart by shape, too: a camera that was not used has no rays.
         for start, end in (*(_RAYS if one.used else ()), (1, 2), (2, 3), (3, 4), (4, 1)):

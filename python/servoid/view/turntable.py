@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid.view.body_picture import RISE_DEG, TURN_DEG
-from servoid.view.raycast import Solids
+from servoid.view.solid_picture import Solids
 
 _DIGITS = 7  # single precision is what a page draws with
 

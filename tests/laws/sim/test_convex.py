@@ -1,6 +1,4 @@
-"""Solids that rays meet at once, and the layers that are seen through them."""
-
-from dataclasses import replace
+"""Convex solids, their surfaces, and how they look in paint that is a function of place."""
 
 import numpy as np
 import pytest
@@ -8,12 +6,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from servoid.sim.samples import room, snail
-from servoid.sim.samples.drawing import layers
-from servoid.sim.samples.drawing.convex import Convex, box, ellipsoid, tube
-from servoid.sim.samples.drawing.layers import Drawable, Pinhole, see
-from servoid.sim.samples.studio import look_at
+from servoid._native import Lens
+from servoid.pose import looking
+from servoid.sim.samples import snail
+from servoid.sim.samples.convex import Convex, box, ellipsoid, tube
+from servoid.sim.samples.painting import painted
+from servoid.sim.samples.stage import Stage
 from servoid.sim.samples.surface import obj_text, outer_mesh
+from servoid.sim.world.scene.visuals import OBJECT
 
 Array = NDArray[np.float64]
 SOLIDS = {
@@ -36,94 +36,81 @@ def inside(name: str, points: Array) -> NDArray[np.bool_]:
     return (np.hypot(x, y) < 0.03) & (np.abs(z) < 0.07)
 
 
+LENS = Lens(model="pinhole", size_px=(80, 60), focal_px=(90.0, 90.0), center_px=(39.5, 29.5))
+
+
 def camera_at(azimuth: float, rise: float) -> Array:
-    place = 0.5 * np.array([np.cos(azimuth), np.sin(azimuth), np.tan(0.4 * np.sin(rise))])
-    return look_at(place, np.array([0.01, 0.0, 0.02]))
+    place = 0.5 * np.array([np.cos(azimuth), np.sin(azimuth), np.tan(rise)])
+    return looking(place, np.array([0.01, 0.0, 0.02])).matrix()
 
 
-@given(solids, angle, angle)
-def test_a_ray_is_inside_between_where_it_enters_and_leaves_and_nowhere_else(
-    name: str, azimuth: float, rise: float
-) -> None:
-    pose = camera_at(azimuth, rise)
-    x, y = np.linspace(-0.2, 0.2, 9), np.linspace(-0.15, 0.15, 7)
-    enter, leave = SOLIDS[name].crossing(pose, x, y)
-    depths = np.linspace(0.2, 0.8, 61)
-    grid = np.stack(np.broadcast_arrays(x, y[:, None], 1.0)).reshape(3, -1, 1) * depths
-    points = pose[:3, :3] @ grid.reshape(3, -1) + pose[:3, 3:]
-    found = inside(name, points).reshape(7, 9, 61)
-    between = (depths > enter[:, :, None]) & (depths < leave[:, :, None])
-    near = np.minimum(np.abs(depths - enter[:, :, None]), np.abs(depths - leave[:, :, None]))
-    assert (found == between)[near > 1e-9].all()
+def by_place(points: Array) -> Array:
+    """Paint red what is to the right, green what is far and blue what is high."""
+    return np.clip(0.5 + 4.0 * points, 0.05, 0.95)
 
 
 @given(solids, angle, st.floats(-1.0, 1.0))
-def test_a_surface_point_lies_on_the_surface_and_its_normal_points_away(
-    name: str, azimuth: float, height: float
-) -> None:
+def test_a_surface_point_lies_on_the_surface(name: str, azimuth: float, height: float) -> None:
     level = np.sqrt(1.0 - height**2)
     way = np.array([[level * np.cos(azimuth)], [level * np.sin(azimuth)], [height]])
     solid = SOLIDS[name]
     point = solid.surface(way)
-    normal = solid.normals(solid.to_local(point))
-    assert np.linalg.norm(normal) == pytest.approx(1.0)
-    assert inside(name, point - 1e-6 * normal).all()
-    assert not inside(name, point + 1e-6 * normal).any()
-    assert np.linalg.norm(point[:, 0] - solid.center) <= solid.bound + 1e-12
+    outward = point - solid.center[:, None]
+    assert inside(name, point - 1e-6 * outward).all()
+    assert not inside(name, point + 1e-6 * outward).any()
+    assert np.linalg.norm(outward) <= solid.bound + 1e-12
 
 
-@given(solids, angle, st.floats(-0.15, 0.15), st.floats(-0.15, 0.15), st.floats(0.0, 0.4))
-def test_a_point_is_in_the_shade_if_its_way_to_the_light_meets_the_solid(
-    name: str, azimuth: float, aside: float, above: float, along: float
+@pytest.mark.parametrize("name", sorted(SOLIDS))
+@pytest.mark.parametrize("azimuth", [0.3, 1.9, 3.6, 5.1])
+def test_a_solid_is_seen_where_it_is_and_its_paint_where_it_was_put(
+    name: str, azimuth: float
 ) -> None:
-    light = np.array([np.cos(azimuth), np.sin(azimuth), 0.5])
-    light /= np.linalg.norm(light)
-    point = np.array([[-light[1] * aside], [light[0] * aside], [above]]) - along * light[:, None]
-    way = point + np.linspace(0.0, 0.8, 2001) * light[:, None]
-    met = int(inside(name, way).sum())
-    if met == 0 or met > 2:
-        assert SOLIDS[name].shades(point, light)[0] == (met > 0)
-
-
-@pytest.mark.parametrize("azimuth", [0.0, 1.1, 2.7, 4.0])
-def test_no_part_of_a_thing_is_cut_by_the_window_it_is_looked_for_in(azimuth: float) -> None:
-    camera = Pinhole((80, 60), 70.0, (39.5, 29.5), 1)
-    drawable = Drawable(snail.PARTS, snail.paint_plain)
-    pose = camera_at(azimuth, 1.0)
-    x: Array = (np.arange(80.0) - 39.5) / 70.0
-    y: Array = (np.arange(60.0) - 29.5) / 70.0
-    spans = [part.crossing(pose, x, y) for part in snail.PARTS]
-    expected = np.any([enter < leave for enter, leave in spans], axis=0)
-    np.testing.assert_array_equal(see(drawable, camera, pose, room.LAMP).cover, expected)
-
-
-def test_a_finer_camera_sees_the_same_light_on_average() -> None:
-    drawable = Drawable(snail.PARTS, snail.paint)
-    camera = Pinhole((64, 48), 55.0, (31.5, 23.5), 8)
-    pose = camera_at(2.0, 1.0)
-    fine, coarse = (
-        see(drawable, one, pose, room.LAMP) for one in (camera, replace(camera, subpixels=2))
-    )
-    seen = fine.cover > 0.0
-    assert np.abs(fine.cover - coarse.cover)[seen].mean() < 0.03
-    assert np.abs(fine.light - coarse.light)[seen].mean() < 0.03
+    # Under light from everywhere a surface has the colour of its paint.
+    visuals = painted(SOLIDS[name], by_place, texel=1e-3, carrier=OBJECT)
+    stage = Stage(visuals, (0.0, 0.0, 1.0), 1.0)
+    for rise in (-0.8, 0.5):
+        pose = camera_at(azimuth, rise)
+        seen = stage.shows(OBJECT, LENS, pose, {})
+        rows, columns = np.nonzero(seen)
+        rays = np.stack([(columns - 39.5) / 90.0, (rows - 29.5) / 90.0, np.ones(len(rows))])
+        depths = np.linspace(0.2, 0.9, 1401)
+        ways = pose[:3, :3] @ rays
+        first = np.full(len(rows), np.nan)
+        for depth in depths[::-1]:
+            first[inside(name, pose[:3, 3:] + depth * ways)] = depth
+        assert np.isnan(first).mean() < 0.02  # rays that graze it between two steps
+        met = ~np.isnan(first)
+        points = pose[:3, 3:] + first[met] * ways[:, met]
+        image = stage.image(LENS, pose, {}, samples=1, noise=0.0, seed=0)[rows, columns][met]
+        measured = (image / 255.0) ** 2.2
+        wanted = by_place(points).T
+        # How bright a place is depends on how it lies; its hue does not.
+        share = measured / measured.sum(axis=1, keepdims=True)
+        expected = wanted / wanted.sum(axis=1, keepdims=True)
+        apart = np.abs(share - expected)
+        assert np.median(apart) < 0.03
+        assert np.quantile(apart, 0.95) < 0.1
 
 
 def test_nothing_behind_the_camera_is_seen() -> None:
     pose = camera_at(0.3, 0.0)
     pose[:3, :3] = pose[:3, :3] @ np.diag([-1.0, 1.0, -1.0])
-    camera = Pinhole((40, 30), 30.0, (19.5, 14.5), 1)
-    assert not see(Drawable(snail.PARTS, snail.paint), camera, pose, room.LAMP).cover.any()
+    visuals = painted(SOLIDS["box"], by_place, texel=0.01, carrier=OBJECT)
+    assert not Stage(visuals, (0.0, 0.0, 1.0), 1.0).shows(OBJECT, LENS, pose, {}).any()
 
 
-def test_a_floor_throws_no_shade_and_what_stands_on_it_does() -> None:
-    floor = box((0.0, 0.0, -0.05), (1.0, 1.0, 0.05))
-    ball = ellipsoid((0.0, 0.0, 0.1), (0.05, 0.05, 0.05))
-    drawable = Drawable((floor, ball), snail.paint_plain, backdrops=1)
-    overhead = layers.Lamp(np.array([0.0, 0.0, 1.0]), np.array([0.0, 0.0, 1.0]))
-    points = np.array([[0.0, 0.0, 0.0], [0.2, 0.0, 0.0]]).T
-    up = np.array([[0.0, 0.0, 1.0]] * 2).T
-    np.testing.assert_allclose(layers.key_light(drawable, points, up, overhead), [0.0, 1.0])
+def test_a_carrier_takes_what_it_carries_along_and_nothing_else() -> None:
+    ball = ellipsoid((0.0, 0.0, 0.0), (0.04, 0.04, 0.04))
+    visuals = painted(ball, by_place, texel=0.01, carrier=OBJECT)
+    still = painted(ball, by_place, texel=0.01, carrier="room")
+    stage = Stage([*visuals, *still], (0.0, 0.0, 1.0), 1.0)
+    pose, moved = looking((0.5, 0.0, 0.0), (0.0, 0.0, 0.0)).matrix(), np.eye(4)
+    moved[:3, 3] = (0.0, 0.1, 0.0)
+    poses = {OBJECT: moved}
+    there, here = (stage.shows(one, LENS, pose, poses) for one in (OBJECT, "room"))
+    # Seen from +x with z up, +y lies to the right.
+    assert np.nonzero(there)[1].mean() - np.nonzero(here)[1].mean() == pytest.approx(18.0, abs=0.5)
 
 
 def test_the_mesh_is_what_can_be_seen_from_outside_and_faces_outwards() -> None:

@@ -11,7 +11,7 @@ from tracking_errors import tracking_errors
 
 from servoid._native import Estimate
 from servoid.sim import MovingScene
-from servoid.sim.samples.drawing.convex import Floats
+from servoid.sim.samples.convex import Floats
 
 STRIKES = 10
 LAST = 24
@@ -132,5 +132,7 @@ def test_a_lost_object_s_pose_is_less_sure(
 ) -> None:
     gone = [without("an empty room", 6 + count) for count in range(20)]
     estimates = steps(alone, [*moments[:6], *gone])
-    spread = [np.trace(one.covariance) for one in (estimates[4], estimates[-1])]
-    assert not spread[1] < 10.0 * spread[0]
+    spread = [float(np.trace(one.covariance)) for one in estimates]
+    # In one image it is chance: the best of all wrong poses may fit sharply, by itself from 1.6 to
+    # 168 times as wide as a right one in two drawings of the scene; their mean was 18 and 67 times.
+    assert np.mean(spread[6:]) > 10.0 * spread[4]

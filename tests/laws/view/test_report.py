@@ -27,8 +27,8 @@ from servoid.view.model.contact_sheet import (
     outline_points,
 )
 from servoid.view.model.curve import spread
-from servoid.view.raycast import Sight, cast, look
 from servoid.view.scores import scored_views
+from servoid.view.solid_picture import Viewpoint, axes_toward, covered, render
 
 PICTURES = ["body.png", "contact_sheet.png", "curve.png"]
 NAMES = ["report.html", *PICTURES, "summary.json"]
@@ -182,30 +182,51 @@ def test_labels_that_are_apart_stay_where_they_are() -> None:
     np.testing.assert_allclose(spread(np.array([0.9, 0.5, 0.7]), 0.1), [0.9, 0.5, 0.7])
 
 
-def test_rays_meet_the_ellipsoids_where_brute_force_finds_them(result: ModelResult) -> None:
-    solids = solids_in_world(result.body, result.colors)
+@pytest.mark.parametrize("scale", [1.0, 1e-3, 2e6])
+def test_a_picture_shows_the_ellipsoids_where_their_points_are_in_any_unit(
+    result: ModelResult, scale: float
+) -> None:
+    found = solids_in_world(result.body, result.colors)
+    solids = replace(found, centers=scale * found.centers, radii=scale * found.radii)
     toward = np.array([0.5, 0.7, -0.4]) / np.linalg.norm([0.5, 0.7, -0.4])
-    axes = look(toward, np.array([0.0, 0.0, 1.0]))
+    axes = axes_toward(toward, np.array([0.0, 0.0, 1.0]))
     span = max(high - low for low, high in (solids.extent(axis) for axis in axes))
-    sight = Sight(axes, solids.centers.mean(axis=0), 1.3 * span / 40, (40, 36))
-    surface = cast(solids, sight)
-    v, u = np.mgrid[:36, :40]
-    across = np.stack([u - 19.5, v - 17.5], axis=-1) * sight.metres_per_px
-    starts = sight.middle + across @ axes[:2]
-    expected = np.full(surface.depth.shape, np.inf)
-    for center, shape in zip(solids.centers, solids.shapes, strict=True):
-        inverse = np.linalg.inv(shape)
-        offset = starts - center
-        a = toward @ inverse @ toward
-        b = offset @ inverse @ toward
-        c = np.einsum("hwi,ij,hwj->hw", offset, inverse, offset) - 1
-        with np.errstate(invalid="ignore"):
-            met = (-b - np.sqrt(b * b - a * c)) / a
-        expected = np.fmin(expected, met)
-    assert np.isfinite(expected).sum() > 100
-    assert ((surface.owner >= 0) == np.isfinite(expected)).mean() > 0.995
-    both = np.isfinite(expected) & np.isfinite(surface.depth)
-    np.testing.assert_allclose(surface.depth[both], expected[both], atol=2e-4 * span)
+    seen = Viewpoint(axes, solids.centers.mean(axis=0), 1.3 * span / 80, (80, 72))
+    random = np.random.default_rng(0).normal(size=(20_000, 3))
+    sphere = random / np.linalg.norm(random, axis=1)[:, None]
+    expected = np.zeros((72, 80), np.uint8)
+    for center, turn, radii in zip(solids.centers, solids.turns, solids.radii, strict=True):
+        u, v = np.rint(seen.project(center + (sphere * radii) @ turn.T)).astype(int).T
+        expected[v, u] = 1
+    shown = covered(solids, seen)
+    assert shown.sum() > 300
+    # A pixel may hold an edge and have its centre outside, and a gap narrower than one is filled.
+    inner, outer = cv2.erode(expected, np.ones((3, 3))), cv2.dilate(expected, np.ones((3, 3)))
+    assert shown[inner > 0].mean() > 0.99
+    assert not shown[outer == 0].any()
+
+
+def test_a_body_stands_on_light_paper_in_its_colours_and_throws_a_shadow(
+    result: ModelResult,
+) -> None:
+    solids = solids_in_world(result.body, np.array([[200, 30, 30]] * len(result.body), np.uint8))
+    up, toward = np.array([0.0, 0.0, 1.0]), np.array([0.8, 0.0, -0.6])
+    axes = axes_toward(toward, up)
+    span = max(high - low for low, high in (solids.extent(axis) for axis in axes))
+    seen = Viewpoint(axes, solids.centers.mean(axis=0), 3.0 * span / 120, (120, 120))
+    light = np.array([0.0, 0.6, 0.8])
+    picture = render(solids, seen, up, light).astype(int)
+    body = covered(solids, seen)
+    inner = cv2.erode(body.astype(np.uint8), np.ones((3, 3))) > 0
+    assert (picture[inner, 0] > 1.5 * picture[inner, 1]).mean() > 0.9
+    away = cv2.dilate(body.astype(np.uint8), np.ones((3, 3))) == 0
+    paper = picture[away]
+    assert np.ptp(paper, axis=1).max() <= 1
+    assert np.median(paper) == pytest.approx(246, abs=3)
+    rows, columns = np.nonzero(away & (picture[:, :, 0] < 200))
+    assert len(rows) > 50
+    # The lamp is at +y, which is to the left of an eye that looks along +x.
+    assert columns.mean() > np.nonzero(body)[1].mean()
 
 
 def test_ellipsoids_in_the_world_have_the_outlines_that_the_core_draws(result: ModelResult) -> None:

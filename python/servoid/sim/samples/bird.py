@@ -1,10 +1,15 @@
 """The sample's object: a painted wooden bird that looks aside and lifts one wing."""
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
+from numpy.typing import NDArray
 
-from servoid.sim.samples.drawing.solids import (
+from servoid.sim.samples.convex import Floats
+from servoid.sim.samples.nets import finer, surface_net
+from servoid.sim.samples.painting import texture_of
+from servoid.sim.samples.solids import (
     Array,
     RoundBox,
     RoundCone,
@@ -14,10 +19,13 @@ from servoid.sim.samples.drawing.solids import (
     blend,
     turned_axes,
 )
+from servoid.sim.world.scene.visuals import OBJECT, Finish, MeshShape, Visual
 
 BOUND_CENTER = (-0.008, 0.014, 0.102)
 BOUND_RADIUS = 0.142
 
+_SPACING, _FINER = 0.0024, 1  # metres from vertex to vertex, and how often that is halved
+_GLOSS = 0.16
 _PAINT_EDGE = 0.0004  # metres over which one paint gives way to the next
 
 
@@ -89,6 +97,31 @@ PARTS = (
     Part("peg", RoundCylinder((0.002, 0, 0.026), 0.0115, 0.02, 0.002), _WOOD, 0.006),
     Part("stand", RoundCylinder((0.002, 0, 0.008), 0.046, 0.008, 0.004), _WOOD, 0.006),
 )
+
+
+@cache
+def visual() -> Visual:
+    """Return the bird in its paint, as what an object carries."""
+    vertices, faces = mesh(_SPACING, _FINER)
+    count = len(vertices)
+    colors = texture_of(paint(vertices.T.astype(np.float32)), (count, 1)).reshape(count, 3)
+    return Visual(MeshShape(vertices, faces, colors=colors), Finish(gloss=_GLOSS), OBJECT)
+
+
+def mesh(spacing: float, halved: int = 0) -> tuple[Floats, NDArray[np.int64]]:
+    """Return vertices (N, 3) and faces (M, 3) of the surface, closed, anticlockwise from outside.
+
+    Vertices are about `spacing` metres apart before that is halved so often.
+    """
+
+    def away(points: Floats) -> Floats:
+        return distance(points.T.astype(np.float32)).astype(np.float64)
+
+    center, reach = np.array(BOUND_CENTER), np.full(3, BOUND_RADIUS)
+    vertices, faces = surface_net(away, center - reach, center + reach, spacing)
+    for _ in range(halved):
+        vertices, faces = finer(away, vertices, faces)
+    return vertices, faces
 
 
 def distance(points: Array) -> Array:

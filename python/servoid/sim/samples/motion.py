@@ -2,9 +2,8 @@
 
 import numpy as np
 
-from servoid._native import Pose
-from servoid.sim.samples.drawing.convex import Floats
-from servoid.sim.samples.studio import look_at
+from servoid.pose import Pose, looking
+from servoid.sim.samples.convex import Floats
 
 RATE_HZ = 30.0
 
@@ -60,7 +59,7 @@ def turning_pose(index: int, seed: int) -> Floats:
 def resting_rig() -> Floats:
     """Return the pose room_from_rig (4, 4) of a rig on a stand."""
     beside = np.array([-_LEFT_OF_TOY, 0.0, 0.0])
-    return look_at(np.array([0.0, 0.0, _EYE_HEIGHT]) + beside, _MIDDLE + beside)
+    return looking(np.array([0.0, 0.0, _EYE_HEIGHT]) + beside, _MIDDLE + beside).matrix()
 
 
 def hand_rig(index: int, seed: int) -> Floats:
@@ -73,7 +72,7 @@ def hand_rig(index: int, seed: int) -> Floats:
     azimuth, elevation = np.radians(26.0) * azimuth, np.radians(18.0 + 9.0 * elevation)
     toward = [np.sin(azimuth), -np.cos(azimuth), np.tan(elevation)]
     place = _MIDDLE + (0.57 + 0.05 * away) * np.array(toward) / np.linalg.norm(toward)
-    pose = look_at(place, _MIDDLE)
+    pose = looking(place, _MIDDLE).matrix()
     pose[:3, 3] -= _LEFT_OF_TOY * pose[:3, 0]
     return pose @ Pose.exp([0.0, 0.0, 0.0, 0.0, 0.0, np.radians(5.0 * lean)]).matrix()
 

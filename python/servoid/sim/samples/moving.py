@@ -4,7 +4,8 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 
 from servoid.pose import Pose
-from servoid.sim.samples.drawing.convex import Floats
+from servoid.sim.samples import snail
+from servoid.sim.samples.convex import Floats
 from servoid.sim.samples.folder import MARK, encode, write_folder
 from servoid.sim.samples.motion import RATE_HZ
 from servoid.sim.samples.scene import MovingScene, Scenario
@@ -79,7 +80,7 @@ def _write_files(
     times_s = [scene.time_s(index) for index in range(len(scene))]
     truth = zip(times_s, map(scene.left_from_object, range(len(scene))), strict=True)
     _write_text(draft / "truth" / "left_from_object.csv", _poses(truth))
-    _write_text(draft / "truth" / "mesh.obj", obj_text(*outer_mesh(scene.toy.parts)))
+    _write_text(draft / "truth" / "mesh.obj", obj_text(*outer_mesh(snail.PARTS)))
     if scene.scenario.hand:
         rig = zip(times_s, map(scene.room_from_rig, range(len(scene))), strict=True)
         _write_text(draft / "poses.csv", _poses(rig))
@@ -100,7 +101,7 @@ def _capture(scene: MovingScene) -> str:
             masks=_MASKS if name == _NAMES[0] else "",
             width=width,
             height=height,
-            focal=scene.camera.focal_px,
+            focal=scene.camera.focal_px[0],
             center_u=scene.camera.center_px[0],
             center_v=scene.camera.center_px[1],
             offset=offset,

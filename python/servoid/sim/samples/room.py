@@ -4,17 +4,19 @@ The room's frame: x right, y away from the camera, z up; the table's top is at z
 about wears the colours of the snail.
 """
 
+from functools import lru_cache, partial
+
 import numpy as np
 
-from servoid.sim.samples import snail
-from servoid.sim.samples.drawing import patterns
-from servoid.sim.samples.drawing.convex import Convex, Floats, box, ellipsoid, tube
-from servoid.sim.samples.drawing.layers import Drawable, Lamp
+from servoid.sim.samples import patterns, snail
+from servoid.sim.samples.convex import Convex, Floats, box, ellipsoid, tube
+from servoid.sim.samples.painting import flat_painted, painted
+from servoid.sim.world.scene.visuals import ROOM, Visual
 
-_TABLE, _WALL = 0, 1
 _POSTERS = 5
 _COLUMNS, _ROWS = 11, 2
 _CARDS = 7
+_TEXEL, _COARSE_TEXEL = 2e-3, 4e-3  # metres: of what stands about, and of table and wall
 _COLORS = (
     snail.RED,
     snail.TEAL,
@@ -26,16 +28,15 @@ _COLORS = (
     snail.WHITE,
 )
 
-LAMP = Lamp(np.array([-0.5345, -0.4811, 0.6949]), np.array([0.0, 0.0, 1.0]))
+TOWARD_LAMP = (-0.5345, -0.4811, 0.6949)
+LEVEL = 0.92
 
 
-def furnish(seed: int) -> Drawable:
+@lru_cache(maxsize=4)
+def furnish(seed: int) -> tuple[Visual, ...]:
     """Return the room; another seed stands other things about."""
     random = np.random.default_rng([seed, 1])
-    parts = [
-        box((0.0, 1.0, -0.25), (3.0, 1.0, 0.25)),
-        box((0.0, 1.75, 0.7), (3.0, 0.25, 1.6)),
-    ]
+    parts = []
     for index in range(_POSTERS):
         place = (-1.0 + 0.5 * index + random.uniform(-0.06, 0.06), 1.5, random.uniform(0.22, 0.42))
         parts.append(box(place, (random.uniform(0.13, 0.2), 0.01, random.uniform(0.12, 0.2))))
@@ -51,12 +52,20 @@ def furnish(seed: int) -> Drawable:
         )
         half_size = (*random.uniform(0.03, 0.06, 2), 0.001)
         parts.append(box(place, half_size, (random.uniform(-60.0, 60.0), 0.0, 0.0)))
-    choices = random.integers(0, 2**31, len(parts))
+    seen = [_table(), _wall()]
+    for part, choice in zip(parts, random.integers(0, 2**31, len(parts)), strict=True):
+        paint = partial(_paint, part=part, seed=int(choice))
+        seen += painted(part, paint, texel=_TEXEL, carrier=ROOM)
+    return tuple(seen)
 
-    def paint(points: Floats, part: int) -> Floats:
-        return _paint(parts[part], part, points, int(choices[part]))
 
-    return Drawable(parts, paint, backdrops=_WALL + 1)
+def _table() -> Visual:
+    return flat_painted((0.0, 1.0, 0.0), (3.0, 1.0), np.eye(3), _wood, texel=_COARSE_TEXEL)
+
+
+def _wall() -> Visual:
+    upright = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
+    return flat_painted((0.0, 1.5, 0.7), (3.0, 1.6), upright, _wallpaper, texel=_COARSE_TEXEL)
 
 
 def _stand(random: np.random.Generator, x: float, y: float) -> Convex:
@@ -72,12 +81,8 @@ def _stand(random: np.random.Generator, x: float, y: float) -> Convex:
     return box((x, y, half_size[2]), half_size, (yaw, 0.0, 0.0))
 
 
-def _paint(part: Convex, index: int, points: Floats, seed: int) -> Floats:
+def _paint(points: Floats, part: Convex, seed: int) -> Floats:
     """Return the linear colours (3, N) of points (3, N) on one of the room's solids."""
-    if index == _TABLE:
-        return _wood(points)
-    if index == _WALL:
-        return _wallpaper(points)
     random = np.random.default_rng(seed)
     picks = random.permutation(len(_COLORS))
     base, second, third = (_COLORS[pick] for pick in picks[:3])

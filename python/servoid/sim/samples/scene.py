@@ -1,26 +1,28 @@
 """The moving scene: a toy snail that moves before a stereo rig, or rests while the rig moves."""
 
-from dataclasses import dataclass, replace
-from functools import lru_cache
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
+from servoid._native import Camera, Lens
 from servoid.pose import Pose
-from servoid.sim.samples import motion, room, snail
-from servoid.sim.samples.drawing import patterns
-from servoid.sim.samples.drawing.convex import Floats, box
-from servoid.sim.samples.drawing.layers import Drawable, Layer, Pinhole, see
+from servoid.sim.samples import motion, patterns, room, snail
+from servoid.sim.samples.convex import Floats, box
+from servoid.sim.samples.painting import painted
+from servoid.sim.samples.stage import Stage
+from servoid.sim.world.scene.visuals import BOARD, OBJECT, Visual
 
 SIZES_PX = {"small": (320, 240), "full": (640, 480)}
 BASELINE = 0.1
 
 _FOCAL_OF_WIDTH = 580.0 / 640.0
-_SUBPIXELS = {"small": 3, "full": 2}
-_LENS_BLUR_PX = 0.45
+_SAMPLES = {"small": 3, "full": 2}  # rays along a pixel's side
 _SENSOR_NOISE = 1.4  # standard deviation in grey levels
-_EXPOSURE = 1.0
 _GRAY_WEIGHTS = np.array([0.2126, 0.7152, 0.0722])
+_RULER_TEXEL = 4e-4  # metres
+_AWAY = np.eye(4) - 100.0 * np.eye(4, k=3)  # metres: where nobody sees it
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -74,13 +76,13 @@ class MovingScene:
         self.scenario = scenario
         width, height = SIZES_PX[scenario.size]
         center_px = ((width - 1) / 2.0, (height - 1) / 2.0)
-        subpixels = _SUBPIXELS[scenario.size]
-        self.camera: Pinhole = Pinhole(
-            (width, height), _FOCAL_OF_WIDTH * width, center_px, subpixels
+        focal_px = (_FOCAL_OF_WIDTH * width, _FOCAL_OF_WIDTH * width)
+        self.camera: Camera = Camera(
+            size_px=(width, height), focal_px=focal_px, center_px=center_px
         )
         self.offsets: tuple[float, ...] = (0.0,) if scenario.one_camera else (0.0, BASELINE)
-        self.toy: Drawable = Drawable(
-            snail.PARTS, snail.paint_plain if scenario.plain else snail.paint, 0.12
+        self._lens = Lens(
+            model="pinhole", size_px=(width, height), focal_px=focal_px, center_px=center_px
         )
 
     def __len__(self) -> int:
@@ -107,20 +109,20 @@ class MovingScene:
 
     def look(self, index: int) -> Look:
         """Take the images of one observation."""
-        images, mask, hidden = [], np.zeros((0, 0), np.uint8), 0.0
-        for number, room_from_camera in enumerate(self.room_from_cameras(index)):
-            toy = self._see(self.toy, self.room_from_object(index), room_from_camera)
-            light = toy.over(self._behind(number, room_from_camera))
-            before = np.zeros_like(toy.cover)
-            if self.scenario.occluder:
-                passing = self._see(_OCCLUDER, self._passing_pose(index), room_from_camera)
-                light, before = passing.over(light), passing.cover
-            images.append(self._develop(light, [self.scenario.seed, index, number]))
-            if number == 0:
-                seen = toy.cover * (1.0 - before)
-                mask = np.where(seen >= 0.5, np.uint8(255), np.uint8(0))
-                hidden = 1.0 - float(seen.sum() / max(toy.cover.sum(), 1.0))
-        return Look(tuple(images), mask, hidden)
+        poses = {OBJECT: self.room_from_object(index)}
+        if self.scenario.occluder:
+            poses[BOARD] = self._passing_pose(index)
+        cameras = self.room_from_cameras(index)
+        images = [
+            self._image(pose, poses, seed=(self.scenario.seed, index, number))
+            for number, pose in enumerate(cameras)
+        ]
+        seen = self._stage.shows(OBJECT, self._lens, cameras[0], poses)
+        hidden = 0.0
+        if self.scenario.occluder:
+            free = self._stage.shows(OBJECT, self._lens, cameras[0], {**poses, BOARD: _AWAY})
+            hidden = 1.0 - float(np.count_nonzero(seen) / max(np.count_nonzero(free), 1))
+        return Look(tuple(images), np.where(seen, np.uint8(255), np.uint8(0)), hidden)
 
     def room_from_cameras(self, index: int) -> list[Floats]:
         """Return the poses room_from_camera (4, 4) of all cameras."""
@@ -136,60 +138,42 @@ class MovingScene:
             index, len(self), self.room_from_rig(index), self.room_from_object(index)
         )
 
-    def _behind(self, number: int, room_from_camera: Floats) -> Floats:
-        """Return the light (H, W, 3) of the room alone."""
+    @cached_property
+    def _stage(self) -> Stage:
         scenario = self.scenario
-        if scenario.hand:
-            return _see_room(scenario, self.camera, room_from_camera)
-        return _resting_room(scenario.seed, scenario.size, self.offsets[number])
+        visuals = [*room.furnish(scenario.seed), *snail.visuals(plain=scenario.plain)]
+        if scenario.occluder:
+            visuals += _ruler()
+        return Stage(visuals, room.TOWARD_LAMP, room.LEVEL)
 
-    def _see(
-        self, drawable: Drawable, room_from_drawable: Floats, room_from_camera: Floats
-    ) -> Layer:
-        drawable_from_room = Pose(room_from_drawable).inverse().matrix()
-        pose = drawable_from_room @ room_from_camera
-        return see(drawable, self.camera, pose, room.LAMP.within(drawable_from_room))
-
-    def _develop(self, light: Floats, seed: list[int]) -> NDArray[np.uint8]:
-        """Turn linear light (H, W, 3) into 8 bits: lens, tone curve, sensor noise."""
-        import cv2  # slow to import, and help texts do not need it
-
-        blurred = cv2.GaussianBlur(light, (0, 0), _LENS_BLUR_PX)
-        if self.scenario.grey:
-            blurred = blurred @ _GRAY_WEIGHTS
-        levels = 255.0 * np.clip(_EXPOSURE * blurred, 0.0, 1.0) ** (1 / 2.2)
-        levels += np.random.default_rng(seed).normal(0.0, _SENSOR_NOISE, levels.shape)
-        return np.clip(np.rint(levels), 0, 255).astype(np.uint8)
-
-
-def _see_room(scenario: Scenario, camera: Pinhole, room_from_camera: Floats) -> Floats:
-    # What is far off and large needs no more than two by two rays a pixel.
-    coarse = replace(camera, subpixels=2)
-    return see(room.furnish(scenario.seed), coarse, room_from_camera, room.LAMP).light
+    def _image(
+        self, room_from_camera: Floats, poses: dict[str, Floats], *, seed: tuple[int, int, int]
+    ) -> NDArray[np.uint8]:
+        """Take an image (H, W, 3), or (H, W) in grey, with the sensor's noise."""
+        # Grey values are sums of three colours, whose noise is smaller.
+        grey = self.scenario.grey
+        image = self._stage.image(
+            self._lens,
+            room_from_camera,
+            poses,
+            samples=_SAMPLES[self.scenario.size],
+            noise=_SENSOR_NOISE / float(np.linalg.norm(_GRAY_WEIGHTS)) if grey else _SENSOR_NOISE,
+            seed=int(np.random.SeedSequence(seed).generate_state(1, np.uint64)[0]),
+        )
+        return np.rint(image @ _GRAY_WEIGHTS).astype(np.uint8) if grey else image
 
 
-@lru_cache(maxsize=4)
-def _resting_room(seed: int, size: str, offset: float) -> Floats:
-    """Return what a rig at rest sees of the room, which costs more than all else in an image."""
-    scenario = Scenario(seed=seed, size=size)
-    scene = MovingScene(scenario)
-    pose = scene.room_from_cameras(0)[scene.offsets.index(offset)]
-    light = _see_room(scenario, scene.camera, pose)
-    light.setflags(write=False)
-    return light
+def _ruler() -> list[Visual]:
+    """Return the wooden ruler that passes before the toy."""
+    solid = box((0.0, 0.0, 0.0), (0.0165, 0.002, 0.5))
+    return painted(solid, _paint_ruler, texel=_RULER_TEXEL, carrier=BOARD)
 
 
-def _paint_ruler(points: Floats, part: int) -> Floats:
+def _paint_ruler(points: Floats) -> Floats:
     """Return the linear colours (3, N) of a wooden ruler with ticks and figures."""
-    del part
-    painted = patterns.mottle(
-        patterns.plain(snail.KRAFT, points.shape[1]), points, 0.01, 0.3, seed=41
-    )
+    wood = patterns.mottle(patterns.plain(snail.KRAFT, points.shape[1]), points, 0.01, 0.3, seed=41)
     edge = patterns.covered(points[0] - 0.008)
-    painted = patterns.coat(painted, edge * patterns.stripes(points[2], 0.01, 0.2), snail.DARK)
+    ticked = patterns.coat(wood, edge * patterns.stripes(points[2], 0.01, 0.2), snail.DARK)
     ink = patterns.print_lines(points[2], points[0], 0.003, seed=43)
     line = patterns.covered(0.0075 - np.abs(points[0] + 0.003))
-    return patterns.coat(painted, line * ink, snail.DARK)
-
-
-_OCCLUDER = Drawable((box((0.0, 0.0, 0.0), (0.0165, 0.002, 0.5)),), _paint_ruler)
+    return patterns.coat(ticked, line * ink, snail.DARK)

@@ -3,11 +3,15 @@
 Its frame lies near its middle: x to its head, y to its left, z up.
 """
 
+from functools import cache, partial
+
 import numpy as np
 from numpy.typing import NDArray
 
-from servoid.sim.samples.drawing import patterns
-from servoid.sim.samples.drawing.convex import Convex, Floats, box, ellipsoid, tube
+from servoid.sim.samples import patterns
+from servoid.sim.samples.convex import Convex, Floats, box, ellipsoid, tube
+from servoid.sim.samples.painting import painted
+from servoid.sim.world.scene.visuals import OBJECT, Visual
 
 RED = (0.80, 0.20, 0.16)
 CREAM = (0.93, 0.87, 0.72)
@@ -33,6 +37,20 @@ PARTS: tuple[Convex, ...] = (
 )
 
 PLAIN_PAINT = OCHRE
+
+_GLOSS = 0.12
+_TEXEL = 5e-4  # metres
+
+
+@cache
+def visuals(*, plain: bool) -> tuple[Visual, ...]:
+    """Return the snail in its paint, or in one colour, as what an object carries."""
+    worn = paint_plain if plain else paint
+    seen: list[Visual] = []
+    for index, part in enumerate(PARTS):
+        texel = part.bound if plain else _TEXEL
+        seen += painted(part, partial(worn, part=index), texel=texel, carrier=OBJECT, gloss=_GLOSS)
+    return tuple(seen)
 
 
 def paint(points: Floats, part: int) -> Floats:

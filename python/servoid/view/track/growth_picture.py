@@ -12,7 +12,7 @@ from servoid.track import BodyChange, History, LearnedSurface, placed
 from servoid.view.axes import DISTINCT
 from servoid.view.body_picture import solids_in_world
 from servoid.view.page import QUIET_INK, Page, Text
-from servoid.view.raycast import Sight, Solids, cast, look, render
+from servoid.view.solid_picture import Solids, Viewpoint, axes_toward, covered, render
 from servoid.words import counted
 
 MOST_SHOWN = 5  # changes, besides the start
@@ -65,8 +65,8 @@ def draw_growth(history: History, sides_from_object: Turn) -> bytes:
         page.put(_seen(row.thumbnail), *corner)
         for column, (name, toward) in enumerate(NAMED_SIDES.items(), start=1):
             left = _MARGIN_PX + column * pitch
-            sight = _sight(toward, (low + high) / 2.0, metres_per_px)
-            page.put(_tile(row, sight), left, corner[1])
+            seen = _viewpoint(toward, (low + high) / 2.0, metres_per_px)
+            page.put(_tile(row, seen), left, corner[1])
             page.texts.append(Text(left + 8, corner[1] + 20, name, 14, QUIET_INK))
     return page.png()
 
@@ -119,24 +119,24 @@ def _rows(history: History, sides_from_object: Turn) -> list[_Row]:
     return rows
 
 
-def _sight(toward: Vector, middle: Vector, metres_per_px: float) -> Sight:
-    """Return the sight from a side, raised a little if it is level."""
+def _viewpoint(toward: Vector, middle: Vector, metres_per_px: float) -> Viewpoint:
+    """Return the viewpoint from a side, raised a little if it is level."""
     rise = np.radians(_RISE_DEG)
     if abs(toward @ UP) > 0.5:
-        axes = look(-toward, -np.sign(toward @ UP) * FRONT)
+        axes = axes_toward(-toward, -np.sign(toward @ UP) * FRONT)
     else:
-        axes = look(-(np.cos(rise) * toward + np.sin(rise) * UP), UP)
-    return Sight(axes, middle, metres_per_px, (_TILE_PX, _TILE_PX))
+        axes = axes_toward(-(np.cos(rise) * toward + np.sin(rise) * UP), UP)
+    return Viewpoint(axes, middle, metres_per_px, (_TILE_PX, _TILE_PX))
 
 
-def _tile(row: _Row, sight: Sight) -> Colors:
+def _tile(row: _Row, seen: Viewpoint) -> Colors:
     """Return a body from one side, with the outline that it had before."""
     # What is looked at from below stands on its head, or its shadow would lie before it.
-    up = -UP if sight.axes[2] @ UP > 0.5 else UP
+    up = -UP if seen.axes[2] @ UP > 0.5 else UP
     light = _LIGHT * np.array([1.0, up @ UP, 1.0])
-    picture = render(row.after, sight, up, light / np.linalg.norm(light))
+    picture = render(row.after, seen, up, light / np.linalg.norm(light))
     if row.before is not None:
-        inside = (cast(row.before, sight).owner >= 0).astype(np.uint8)
+        inside = covered(row.before, seen).astype(np.uint8)
         contours, _ = cv2.findContours(inside, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
         cv2.drawContours(picture, contours, -1, _BEFORE, 1, cv2.LINE_AA)
     return picture

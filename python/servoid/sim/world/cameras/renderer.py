@@ -101,12 +101,13 @@ def _add(scene: Scene, visual: Visual) -> int:
             return scene.add_box(half_size, paint)
         case Plane(half_size):
             return scene.add_plane(half_size, paint)
-        case MeshShape(vertices, faces, coordinates):
+        case MeshShape(vertices, faces, coordinates, colors):
             return scene.add_mesh(
                 np.ascontiguousarray(vertices),
                 np.ascontiguousarray(faces),
                 paint,
                 texture_coordinates=coordinates,
+                colors=colors,
             )
 
 

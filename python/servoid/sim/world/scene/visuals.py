@@ -73,11 +73,15 @@ class Plane:
 
 @dataclass(frozen=True, eq=False)
 class MeshShape:
-    """Triangles: vertices (N, 3), faces (M, 3) int64 and, for a texture, coordinates (N, 2)."""
+    """Triangles: vertices (N, 3), faces (M, 3) int64 and, for a texture, coordinates (N, 2).
+
+    `colors` (N, 3) uint8 sRGB are those of the vertices; only the ray-caster draws them.
+    """
 
     vertices: Floats
     faces: NDArray[np.int64]
     texture_coordinates: Floats | None = None
+    colors: NDArray[np.uint8] | None = None
 
 
 Shape = Ellipsoid | Capsule | Cylinder | Box | Plane | MeshShape

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from servoid.sim.world.events.motions import Floats
+from servoid.sim.samples.convex import Floats
 
 _STEPS = 3  # towards the surface, from where a corner came out
 
@@ -36,6 +36,22 @@ def surface_net(
         corners = corners - distance(corners)[:, None] * slopes
     faces = [_faces(inside, number, axis) for axis in range(3)]
     return corners, np.concatenate(faces)
+
+
+def finer(
+    distance: Distance, vertices: Floats, faces: NDArray[np.int64]
+) -> tuple[Floats, NDArray[np.int64]]:
+    """Return a mesh with four triangles for each, their new corners on the surface as well."""
+    edges = np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    pairs, which = np.unique(edges, axis=0, return_inverse=True)
+    middles = vertices[pairs].mean(axis=1)
+    step = 0.1 * float(np.linalg.norm(np.diff(vertices[pairs], axis=1), axis=2).mean())
+    slopes = _slopes(distance, middles, step)
+    middles = middles - distance(middles)[:, None] * slopes
+    a, b, c = faces.T
+    ab, bc, ca = (len(vertices) + which.reshape(-1, 3)).T
+    parts = [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
+    return np.concatenate([vertices, middles]), np.concatenate([np.stack(one, 1) for one in parts])
 
 
 def _slopes(distance: Distance, points: Floats, step: float) -> Floats:

@@ -20,7 +20,7 @@ from servoid.source import (
     opened,
     read_rig,
 )
-from servoid.source.halves import HalvesVideo
+from servoid.source.streams.halves import HalvesVideo
 
 _FIRST_S = 5.0  # in which a device must show its first image
 _LONE, _PAIR = ("camera",), ("left", "right")

@@ -1,6 +1,5 @@
 """Finds the poses and the calibration of images that come without either."""
 
-from servoid.scan.board import Board, parse_board
 from servoid.scan.footage import (
     Film,
     Footage,
@@ -10,10 +9,11 @@ from servoid.scan.footage import (
     is_footage,
     open_footage,
 )
-from servoid.scan.pair import Partner
+from servoid.scan.metres.board import Board, parse_board
+from servoid.scan.metres.pair import Partner
+from servoid.scan.metres.scale import Baseline, Length, Scale, parse_baseline, parse_length
 from servoid.scan.request import Request
 from servoid.scan.result import Scan
-from servoid.scan.scale import Baseline, Length, Scale, parse_baseline, parse_length
 from servoid.scan.scanning import scan
 from servoid.scan.solution import Solution
 from servoid.scan.writing import CAMERA

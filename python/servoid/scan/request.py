@@ -5,10 +5,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from servoid._native import Lens
-from servoid.scan.board import Board
 from servoid.scan.footage import image_name
-from servoid.scan.pair import Partner
-from servoid.scan.scale import Baseline, Length
+from servoid.scan.metres.board import Board
+from servoid.scan.metres.pair import Partner
+from servoid.scan.metres.scale import Baseline, Length
 from servoid.segment import Target
 
 Progress = Callable[[float, str], None]

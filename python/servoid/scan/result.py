@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from servoid._native import Lens
-from servoid.scan.scale import Scale
+from servoid.scan.metres.scale import Scale
 from servoid.scan.solution import Solution
 from servoid.words import counted
 

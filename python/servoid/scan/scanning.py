@@ -14,18 +14,18 @@ from servoid.camera.images import read_image
 from servoid.errors import ScanError
 from servoid.output import check_replaceable, write_folder
 from servoid.scan import motion
-from servoid.scan.board import scale_of_board
 from servoid.scan.footage import Footage, open_footage
 from servoid.scan.groups import check_found
 from servoid.scan.inside import copy_masks, write_inside, write_moving
 from servoid.scan.keys import choose_keys
 from servoid.scan.mapping import place_images
 from servoid.scan.matching import match
-from servoid.scan.pair import scale_of_partner
+from servoid.scan.metres.board import scale_of_board
+from servoid.scan.metres.pair import scale_of_partner
+from servoid.scan.metres.scale import Scale, scale_of_baselines, scale_of_lengths
 from servoid.scan.request import Request
 from servoid.scan.result import Scan
 from servoid.scan.running import pycolmap
-from servoid.scan.scale import Scale, scale_of_baselines, scale_of_lengths
 from servoid.scan.solution import Solution
 from servoid.scan.staging import Staged, stage
 from servoid.scan.writing import FOLDER, IMAGES, MASKS, write_capture

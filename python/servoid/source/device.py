@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from servoid.errors import CaptureError
 from servoid.source.controls import Controls
 from servoid.source.grabbing import Reopened, Video
-from servoid.source.mjpeg import open_mjpeg, reason_of
+from servoid.source.streams.mjpeg import open_mjpeg, reason_of
 
 if TYPE_CHECKING:
     import cv2

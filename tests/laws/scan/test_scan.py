@@ -161,7 +161,7 @@ def test_what_cannot_be_scanned_is_refused_by_name(tmp_path: Path, name: str, wo
 
 
 def test_a_length_that_marks_other_points_is_refused(scanned: Scan) -> None:
-    from servoid.scan.scale import scale_of_lengths
+    from servoid.scan.metres.scale import scale_of_lengths
 
     swapped = marked(9)
     name, _, rest = swapped.partition(":")

@@ -15,7 +15,7 @@ from served_images import served
 from servoid.capture import Capture, open_capture
 from servoid.source import Instant, Live, LiveCamera, read_instants
 from servoid.source.devices import GenicamVideo, open_realsense
-from servoid.source.halves import HalvesVideo
+from servoid.source.streams.halves import HalvesVideo
 from servoid.track import Estimate, Request, Subject
 from servoid.track.starting import begin
 

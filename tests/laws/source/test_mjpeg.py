@@ -14,7 +14,7 @@ from servoid.camera import Lens
 from servoid.errors import CaptureError
 from servoid.opening import Known, open_live, parse_source
 from servoid.source import Live, RawInstant
-from servoid.source.mjpeg import MjpegVideo
+from servoid.source.streams.mjpeg import MjpegVideo
 
 SIZE_PX = (64, 48)
 

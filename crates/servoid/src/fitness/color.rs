@@ -1,6 +1,6 @@
 use crate::camera::{ImageView, Mask, RigError, check_image_size};
 
-use super::map::quanta;
+use super::sums::map::quanta;
 
 /// Colour histograms of the object and of what is beside it.
 ///

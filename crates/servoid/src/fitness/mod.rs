@@ -1,21 +1,17 @@
 //! What a hypothesis is worth: bodies in, scores out.
 
 mod anisotropy;
-mod boundary;
 mod color;
 mod contour;
 mod evidence;
 mod extent;
 mod likelihood;
-mod map;
 mod overlap;
 mod points;
 mod range_samples;
 mod region;
-mod rows;
-mod running;
+mod sums;
 mod surface;
-mod sweep;
 mod volume;
 
 pub use crate::simd::{Backend, BackendError};
@@ -25,12 +21,12 @@ pub use contour::{ContourPoint, Offset, boundary, contour};
 pub use evidence::{Evidence, Total};
 pub use extent::Extent;
 pub use likelihood::{Likelihood, LikelihoodView};
-pub use map::ScoreMap;
 pub use overlap::{Overlap, OverlapView};
 pub use points::{Margin, Points, PointsError, PointsView};
 pub use range_samples::{RangeSample, RangeSampleError, RangeSamples};
 pub use region::{Region, RegionView};
-pub use rows::Sums;
+pub use sums::map::ScoreMap;
+pub use sums::rows::Sums;
 pub use surface::{Agreement, Patch, SurfacePoint};
 pub use volume::Volume;
 

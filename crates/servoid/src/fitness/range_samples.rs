@@ -1,7 +1,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::overlap::agreement;
-use super::rows::Sums;
+use super::sums::rows::Sums;
 use super::{Differentiable, Evidence, Fitness};
 use crate::shape::{Body, Quadric, QuadricGradient};
 use crate::words::were;

@@ -1,6 +1,6 @@
-use super::boundary::{OutlineGradients, gradients as gradients_of};
-use super::rows::{RowOutline, RowOutlines, Sums};
-use super::sweep::sums as sums_of;
+use super::sums::boundary::{OutlineGradients, gradients as gradients_of};
+use super::sums::rows::{RowOutline, RowOutlines, Sums};
+use super::sums::sweep::sums as sums_of;
 use super::{Backend, Differentiable, Fitness, ScoreMap};
 use crate::shape::{Body, Outline, Projection, Quadric, QuadricGradient};
 

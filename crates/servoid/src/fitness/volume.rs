@@ -1,7 +1,7 @@
-use super::boundary::{OutlineGradients, gradients as gradients_of};
 use super::overlap::{agreement, balance, clear};
-use super::rows::{RowOutline, RowOutlines, Sums};
-use super::sweep::sums as sums_of;
+use super::sums::boundary::{OutlineGradients, gradients as gradients_of};
+use super::sums::rows::{RowOutline, RowOutlines, Sums};
+use super::sums::sweep::sums as sums_of;
 use super::{Backend, Differentiable, Evidence, Fitness, ScoreMap};
 use crate::shape::{Body, Grid, Quadric, QuadricGradient, Section, SectionGradient};
 

@@ -1,5 +1,5 @@
-use super::grow::add_one;
-use super::refine::{Fit, refine};
+use super::progressive::grow::add_one;
+use super::progressive::refine::{Fit, refine};
 use super::scene::Scene;
 use super::{ModelError, ModelInput, Settings};
 use crate::pose::Pose;

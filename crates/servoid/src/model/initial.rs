@@ -2,9 +2,9 @@ use crate::parallel::*;
 use nalgebra::Vector3;
 
 use super::levels::{CameraFromScene, block_means};
-use super::progress::ProgressReporter;
 use super::progressive::grow;
-use super::refine::Objective;
+use super::progressive::progress::ProgressReporter;
+use super::progressive::refine::Objective;
 use super::scene::{
     ANISOTROPY_COST, Scene, camera_from_scene, common_point, line_of_sight, mean_radius,
 };

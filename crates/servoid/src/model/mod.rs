@@ -1,20 +1,14 @@
 //! Observations become a body: the progressive flow of the paper's Fig. 1, and what makes it fast.
 
-mod best_by_count;
 mod color;
 mod coverage;
 mod evolved;
-mod grow;
-mod hold_out;
 mod initial;
 mod input;
 mod levels;
 mod paper;
-mod progress;
 mod progressive;
-mod refine;
 mod scene;
-mod seed;
 mod settings;
 mod synthetic_views;
 

@@ -1,7 +1,7 @@
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 
 use super::levels::{COARSE, CameraFromScene, FINEST, MIDDLE, Resolution, overlap};
-use super::refine::Objective;
+use super::progressive::refine::Objective;
 use super::{ModelError, ModelInput};
 use crate::camera::View;
 use crate::fitness::{Extent, RangeSample, RangeSamples, Total, Volume};

@@ -2,7 +2,7 @@ use crate::parallel::*;
 use wide::f64x8;
 
 use super::RenderError;
-use super::light::Lighting;
+use super::look::light::Lighting;
 use super::placed::Moment;
 use super::rays::{Rays, TILE_PX};
 use super::scene::{Placement, Scene};

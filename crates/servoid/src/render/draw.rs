@@ -2,14 +2,14 @@
 
 use crate::parallel::*;
 
-use super::light::Grey;
+use super::look::light::Grey;
+use super::look::shade::Lamp;
+use super::look::surface::{Seen, seen};
 use super::mesh::Hit;
 use super::placed::{Beam, Moment};
 use super::rays::{Rays, TILE_PX};
 use super::scene::{Placement, Scene};
 use super::sensor::Noise;
-use super::shade::Lamp;
-use super::surface::{Seen, seen};
 use super::trace::{nearest, shaded};
 use super::vector::{Vector, splat};
 use super::{RenderError, within};

@@ -3,7 +3,7 @@
 use obvhs::{BvhBuildParams, bvh2::builder::build_bvh2_from_tris, triangle::Triangle};
 use std::time::Duration;
 
-use super::light::linear;
+use super::look::light::linear;
 use super::shape::nudged;
 use super::vector::{Vector, splat_single};
 use super::{RenderError, corner_normals};

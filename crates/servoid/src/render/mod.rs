@@ -5,26 +5,23 @@
 
 mod depth;
 mod draw;
-mod light;
+mod look;
 mod mesh;
 mod normals;
-mod paint;
 mod placed;
 mod rays;
 mod scene;
 mod sensor;
-mod shade;
 mod shape;
-mod surface;
 mod trace;
 mod vector;
 
 pub use depth::Depth;
 pub use draw::Exposure;
-pub use light::Lighting;
+pub use look::light::Lighting;
+pub use look::paint::{Paint, Texture};
 pub use mesh::Details;
 use normals::corner_normals;
-pub use paint::{Paint, Texture};
 pub use scene::{Placement, Scene};
 
 use crate::words::were;

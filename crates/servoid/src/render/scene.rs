@@ -1,7 +1,7 @@
 use std::sync::Mutex;
 
+use super::look::paint::Paint;
 use super::mesh::{Details, Mesh};
-use super::paint::Paint;
 use super::rays::Rays;
 use super::shape::Shape;
 use super::{Lighting, MAX_LENGTH, MIN_LENGTH, RenderError};

@@ -1,9 +1,9 @@
 //! The light that comes back along a ray.
 
 use super::light::Lighting;
-use super::placed::Moment;
 use super::surface::Seen;
-use super::vector::{Vector, splat, stored};
+use crate::render::placed::Moment;
+use crate::render::vector::{Vector, splat, stored};
 use crate::simd::Single;
 
 /// How often the cosine of the highlight is squared: the 64th power.
@@ -13,7 +13,7 @@ const SQUARINGS: usize = 6;
 const BELOW: f64 = 0.5;
 
 /// Light in single precision, exposure included.
-pub(super) struct Lamp {
+pub(in crate::render) struct Lamp {
     key: [f32; 3],
     sky: [f32; 3],
     bounce: [f32; 3],

@@ -1,8 +1,8 @@
 use wide::f32x4;
 
 use super::light::linear;
-use super::vector::Vector;
-use super::{RenderError, color, within};
+use crate::render::vector::Vector;
+use crate::render::{RenderError, color, within};
 use crate::simd::{EIGHT, Single};
 
 /// A picture on a surface, which repeats without end.
@@ -44,7 +44,7 @@ impl Texture {
     /// Gives the colours at places, for the rays in `lanes`; (0, 0) is the first pixel's corner,
     /// (1, 1) the last one's.
     #[inline(always)]
-    pub(super) fn at<L: Single>(&self, [u, v]: [L; 2], lanes: u32) -> Vector<L> {
+    pub(in crate::render) fn at<L: Single>(&self, [u, v]: [L; 2], lanes: u32) -> Vector<L> {
         let (left, across) = split(u, self.size[0]);
         let (top, down) = split(v, self.size[1]);
         let mut parts = [[0.0; EIGHT]; 3];
@@ -80,10 +80,10 @@ fn split<L: Single>(place: L, count: f32) -> ([i32; EIGHT], [f32; EIGHT]) {
 /// What a surface looks like.
 #[derive(Debug, Clone)]
 pub struct Paint {
-    pub(super) color: [f32; 3],
-    pub(super) texture: Option<Texture>,
-    pub(super) repeat: [f32; 2],
-    pub(super) gloss: f32,
+    pub(in crate::render) color: [f32; 3],
+    pub(in crate::render) texture: Option<Texture>,
+    pub(in crate::render) repeat: [f32; 2],
+    pub(in crate::render) gloss: f32,
 }
 
 impl Default for Paint {

@@ -2,11 +2,11 @@ use crate::parallel::*;
 
 use super::best_by_count::BestByCount;
 use super::refine::{Fit, refine, refine_by_lead};
-use super::scene::Scene;
 use super::seed::search;
-use super::{ModelError, Settings};
 use crate::evolve::rng;
 use crate::fitness::{Evidence, Fitness};
+use crate::model::scene::Scene;
+use crate::model::{ModelError, Settings};
 use crate::shape::Quadric;
 
 /// Steps of a joint climb on the coarse level, on the middle one, and of the last one on the finest.
@@ -23,7 +23,7 @@ const WORTHWHILE: f64 = 1e-5;
 
 /// Seeks one more ellipsoid on several islands and by splitting those that stand, fits all of them
 /// together, keeps the best.
-pub(super) fn add_one(
+pub(in crate::model) fn add_one(
     scene: &Scene,
     standing: &Fit,
     settings: &Settings,
@@ -94,7 +94,7 @@ fn splits(scene: &Scene, standing: &Fit, keep: usize) -> Vec<Fit> {
 
 /// Takes ellipsoids out that say little, alone or with one that hides them, and seeks them anew, as
 /// long as that helps.
-pub(super) fn reseed(
+pub(in crate::model) fn reseed(
     scene: &Scene,
     mut standing: Fit,
     settings: &Settings,
@@ -144,7 +144,7 @@ fn removals(scene: &Scene, standing: &Fit, settings: &Settings) -> Vec<Vec<usize
 
 /// Takes ellipsoids away one by one and offers what is left of each count as its best body; where
 /// there is none of a count yet, only in passing.
-pub(super) fn descend(scene: &Scene, from: Fit, by_count: &mut BestByCount) {
+pub(in crate::model) fn descend(scene: &Scene, from: Fit, by_count: &mut BestByCount) {
     let mut standing = from;
     while standing.quadrics.len() > 2 {
         let count = standing.quadrics.len() - 1;
@@ -204,6 +204,6 @@ fn settle_best(scene: &Scene, mut found: Vec<Fit>) -> Option<Fit> {
 }
 
 /// Climbs on the finest level, in all views.
-pub(super) fn refine_finest(scene: &Scene, fit: &Fit) -> Fit {
+pub(in crate::model) fn refine_finest(scene: &Scene, fit: &Fit) -> Fit {
     refine(&scene.finest, &fit.quadrics, STEPS[2])
 }

@@ -1,9 +1,18 @@
+//! One ellipsoid after another, as the paper's Fig. 1 has it.
+
+pub(super) mod best_by_count;
+pub(super) mod grow;
+pub(super) mod hold_out;
+pub(super) mod progress;
+pub(super) mod refine;
+pub(super) mod seed;
+
 use crate::parallel::*;
 
-use super::best_by_count::BestByCount;
-use super::grow::{add_one, descend, reseed};
-use super::hold_out::HoldOut;
-use super::progress::ProgressReporter;
+use self::best_by_count::BestByCount;
+use self::grow::{add_one, descend, reseed};
+use self::hold_out::HoldOut;
+use self::progress::ProgressReporter;
 use super::scene::Scene;
 use super::settings::workers;
 use super::synthetic_views::{SyntheticView, synthetic_views};

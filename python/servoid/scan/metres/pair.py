@@ -11,7 +11,7 @@ from servoid._native import Lens, Pose
 from servoid.errors import ScanError
 from servoid.scan.footage import Footage
 from servoid.scan.matching import Matched, match_pairs
-from servoid.scan.scale import Scale
+from servoid.scan.metres.scale import Scale
 from servoid.scan.solution import Solution
 from servoid.scan.staging import encode
 

@@ -1,8 +1,8 @@
 use super::best_by_count::BestByCount;
-use super::scene::Scene;
-use super::{ModelError, ModelInput, Settings};
 use crate::camera::View;
 use crate::fitness::{Fitness, RangeSample};
+use crate::model::scene::Scene;
+use crate::model::{ModelError, ModelInput, Settings};
 
 /// One view or stripe of seen points in so many is held out.
 const ONE_IN: usize = 4;
@@ -14,7 +14,7 @@ const STRIPES: usize = 16;
 const LEAST_SAMPLES: usize = 200;
 
 /// Evidence in two parts: to model from, and to select the count of ellipsoids by.
-pub(super) struct HoldOut<'a> {
+pub(in crate::model) struct HoldOut<'a> {
     views: [Vec<View<'a>>; 2],
     samples: [Vec<RangeSample>; 2],
 }

@@ -9,7 +9,7 @@ const NUMBERS: usize = 12;
 
 /// What is maximised on one level: the evidence, less what the ellipsoids cost in F.
 #[derive(Default)]
-pub(super) struct Objective {
+pub(in crate::model) struct Objective {
     pub total: Total,
     /// Of a unit of anisotropy.
     pub anisotropy_cost: f64,
@@ -39,7 +39,7 @@ impl Objective {
 
 /// Ellipsoids and what they are worth together.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub(super) struct Fit {
+pub(in crate::model) struct Fit {
     pub quadrics: Vec<Quadric>,
     /// F: the agreement with all evidence.
     pub fitness: f64,
@@ -75,13 +75,13 @@ impl Fit {
 }
 
 /// Moves and shapes all ellipsoids together, uphill.
-pub(super) fn refine(objective: &Objective, start: &[Quadric], steps: usize) -> Fit {
+pub(in crate::model) fn refine(objective: &Objective, start: &[Quadric], steps: usize) -> Fit {
     let (quadrics, worth) = climb_by(&objective.total, objective, start, steps);
     Fit { fitness: objective.total.score(&quadrics), worth, quadrics }
 }
 
 /// Does so by the kind of evidence that counts most alone.
-pub(super) fn refine_by_lead(
+pub(in crate::model) fn refine_by_lead(
     objective: &Objective,
     start: &[Quadric],
     steps: usize,

@@ -8,11 +8,11 @@ use crate::simd::{Backend, RowKernel, RowLanes, Truth};
 
 /// How a sum over the union changes with the five numbers of one outline, in the order of
 /// [`crate::shape::Outline`]: centre u, centre v, slope, half width, half height.
-pub(super) type OutlineGradient = [f64; 5];
+pub(in crate::fitness) type OutlineGradient = [f64; 5];
 
 /// The gradients of Σ ℓ and of the area by one outline.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct OutlineGradients {
+pub(in crate::fitness) struct OutlineGradients {
     pub score: OutlineGradient,
     pub area: OutlineGradient,
 }
@@ -75,7 +75,7 @@ impl<L: RowLanes> Moments<L> {
 
 /// Sums a map over the union of outlines and differentiates the sums, with the instructions of a
 /// back end; `gradients` has one entry an outline.
-pub(super) fn gradients(
+pub(in crate::fitness) fn gradients(
     backend: Backend,
     map: &ScoreMap,
     outlines: &RowOutlines,

@@ -1,6 +1,6 @@
 use crate::camera::{Channels, ImageView, Mask, RigError, check_image_size};
 
-use super::ColorModel;
+use crate::fitness::ColorModel;
 
 /// A map of scores, one a pixel, kept as prefix sums along its rows.
 ///
@@ -152,22 +152,22 @@ impl ScoreMap {
     }
 
     /// One over the row stride, rounded: rows found with it may be one too many, which hold nothing.
-    pub(super) fn per_stride(&self) -> f64 {
+    pub(in crate::fitness) fn per_stride(&self) -> f64 {
         self.per_stride
     }
 
     /// Entries from one row to the next in [`ScoreMap::prefix`].
-    pub(super) fn pitch(&self) -> usize {
+    pub(in crate::fitness) fn pitch(&self) -> usize {
         self.pitch
     }
 
     /// Prefix sums in quanta: entry k of a row is the sum of its first k scores; [`PADDING_ROWS`] follow.
-    pub(super) fn prefix(&self) -> &[f32] {
+    pub(in crate::fitness) fn prefix(&self) -> &[f32] {
         &self.prefix
     }
 }
 
 /// Rounds a score to whole quanta.
-pub(super) fn quanta(score: f64) -> i16 {
+pub(in crate::fitness) fn quanta(score: f64) -> i16 {
     (score.clamp(-ScoreMap::LIMIT, ScoreMap::LIMIT) / ScoreMap::QUANTUM).round() as i16
 }

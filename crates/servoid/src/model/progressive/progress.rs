@@ -1,11 +1,11 @@
 use std::sync::{Mutex, PoisonError};
 
 use super::best_by_count::BestByCount;
-use super::progressive::{Progress, Step};
-use super::{ModelError, Settings};
+use crate::model::progressive::{Progress, Step};
+use crate::model::{ModelError, Settings};
 
 /// Reports to the caller how far the lines of growth have come. It has no part in the result.
-pub(super) struct ProgressReporter<'a> {
+pub(in crate::model) struct ProgressReporter<'a> {
     fits: usize,
     state: Mutex<State<'a>>,
 }

@@ -1,7 +1,7 @@
 use std::sync::LazyLock;
 
-use super::{RenderError, color, within};
 use crate::changing::changeable;
+use crate::render::{RenderError, color, within};
 use crate::simd::{EIGHT, Single};
 
 /// A lamp so far away that its rays are parallel, and light from above and below.
@@ -66,7 +66,7 @@ static LINEAR: LazyLock<[f32; 256]> = LazyLock::new(|| {
 });
 
 /// Gives the linear strengths of an sRGB colour.
-pub(super) fn linear(color: [u8; 3]) -> [f32; 3] {
+pub(in crate::render) fn linear(color: [u8; 3]) -> [f32; 3] {
     color.map(|c| LINEAR[usize::from(c)])
 }
 
@@ -84,7 +84,7 @@ static GREY: LazyLock<[f32; STEPS]> = LazyLock::new(|| {
 
 /// Turns roots of linear strengths into grey levels, 0 to 255, not rounded.
 #[derive(Clone, Copy)]
-pub(super) struct Grey(&'static [f32; STEPS]);
+pub(in crate::render) struct Grey(&'static [f32; STEPS]);
 
 impl Grey {
     pub fn new() -> Self {

@@ -1,8 +1,8 @@
 use nalgebra::{Matrix3, Vector3};
 
-use super::{ModelError, Settings};
 use crate::evolve::{Ga, Rng};
 use crate::fitness::Fitness;
+use crate::model::{ModelError, Settings};
 use crate::pose::even_turn;
 use crate::shape::Quadric;
 
@@ -14,7 +14,7 @@ const RADII: (f64, f64) = (0.06, 1.2);
 
 /// Evolves one more ellipsoid; its centre lies on the surface of one that stands, as in the paper, or
 /// anywhere about the origin. `open` says what it would gain.
-pub(super) fn search(
+pub(in crate::model) fn search(
     open: &dyn Fitness,
     standing: &[Quadric],
     settings: &Settings,

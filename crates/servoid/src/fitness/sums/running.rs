@@ -2,7 +2,7 @@ use crate::simd::RowLanes;
 
 /// Sixteen running sums over vectors of rows that are added one after another, without a gap.
 #[derive(Clone, Copy)]
-pub(super) struct Running<L: RowLanes> {
+pub(in crate::fitness) struct Running<L: RowLanes> {
     /// What the next vector is added to, and what the one after it is.
     next: L,
     after: L,

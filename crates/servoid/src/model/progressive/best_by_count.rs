@@ -1,15 +1,15 @@
 use crate::parallel::*;
 
 use super::grow::refine_finest;
-use super::progressive::Step;
 use super::refine::Fit;
-use super::scene::{Scene, silhouette_ious};
-use super::{ModelError, Settings};
 use crate::camera::View;
+use crate::model::progressive::Step;
+use crate::model::scene::{Scene, silhouette_ious};
+use crate::model::{ModelError, Settings};
 
 /// The best body of each count of ellipsoids; the first has one.
 #[derive(Clone, Default)]
-pub(super) struct BestByCount {
+pub(in crate::model) struct BestByCount {
     fits: Vec<Fit>,
     /// The body without ellipsoids.
     empty: Fit,

@@ -5,7 +5,7 @@ use crate::simd::{RowLanes, Truth};
 /// An outline made ready for the rows of one map: single precision, columns counted from the left
 /// *edge* of the image, first and last kept row.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct RowOutline {
+pub(in crate::fitness) struct RowOutline {
     pub center_u: f32,
     pub center_v: f32,
     pub slope: f32,
@@ -68,7 +68,7 @@ impl RowOutline {
 }
 
 /// The outlines of one candidate in one view.
-pub(super) struct RowOutlines {
+pub(in crate::fitness) struct RowOutlines {
     entries: [std::mem::MaybeUninit<RowOutline>; Body::MAX_ELLIPSOIDS],
     count: usize,
     /// First and last row that an outline reaches.
@@ -102,7 +102,7 @@ impl RowOutlines {
 }
 
 /// So many outlines are worked on in a small room: a large one costs as much as their sums.
-pub(super) const FEW: usize = 8;
+pub(in crate::fitness) const FEW: usize = 8;
 
 /// What a map's rows say about a union of outlines.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -114,7 +114,7 @@ pub struct Sums {
 }
 
 /// A vector of kept rows: their pixel rows and where they lie in the map.
-pub(super) struct RowGroup<L: RowLanes> {
+pub(in crate::fitness) struct RowGroup<L: RowLanes> {
     pub rows: L,
     pub offsets: L::Offsets,
     pub width: L,
@@ -160,7 +160,7 @@ impl<L: RowLanes> RowGroup<L> {
 
 /// Where one outline crosses a vector of rows.
 #[derive(Clone, Copy)]
-pub(super) struct Crossing<L: RowLanes> {
+pub(in crate::fitness) struct Crossing<L: RowLanes> {
     pub below: L,
     pub across: L,
     pub root: L,

@@ -1,14 +1,14 @@
 //! What a surface is like where rays meet it: its normal, and its place in the texture.
 
-use super::mesh::{Hit, Mesh};
 use super::paint::Paint;
-use super::scene::Visual;
-use super::shape::Shape;
-use super::vector::Vector;
+use crate::render::mesh::{Hit, Mesh};
+use crate::render::scene::Visual;
+use crate::render::shape::Shape;
+use crate::render::vector::Vector;
 use crate::simd::{EIGHT, RayLanes, Single};
 
 /// Normals in the visual's frame, places in the texture, and colours that corners carry.
-pub(super) struct Surface<L> {
+pub(in crate::render) struct Surface<L> {
     pub normal: Vector<L>,
     pub place: [L; 2],
     pub tint: Option<Vector<L>>,
@@ -16,7 +16,7 @@ pub(super) struct Surface<L> {
 
 /// Describes a visual's surface at places in its own frame, for the rays in `lanes`.
 #[inline(always)]
-pub(super) fn surface<L: Single>(
+pub(in crate::render) fn surface<L: Single>(
     shape: &Shape,
     at: Vector<L>,
     hit: &Hit<L>,
@@ -42,8 +42,12 @@ fn plain<L>((normal, place): (Vector<L>, [L; 2])) -> Surface<L> {
 
 /// Gives the colours of a surface, the texture's and the corners' included.
 #[inline(always)]
-pub(super) fn albedo<L: Single>(paint: &Paint, surface: &Surface<L>, lanes: u32) -> Vector<L> {
-    let color = super::vector::splat::<L>(paint.color);
+pub(in crate::render) fn albedo<L: Single>(
+    paint: &Paint,
+    surface: &Surface<L>,
+    lanes: u32,
+) -> Vector<L> {
+    let color = crate::render::vector::splat::<L>(paint.color);
     let color = if let Some(tint) = surface.tint { color.times(tint) } else { color };
     let Some(texture) = &paint.texture else { return color };
     let [u, v] = surface.place;
@@ -172,7 +176,7 @@ fn mix<const K: usize>(
 }
 
 /// Describes what eight rays see: the visual's number picks the surface for each of them.
-pub(super) struct Seen<L> {
+pub(in crate::render) struct Seen<L> {
     /// In the lens's frame, towards the lens.
     pub normal: Vector<L>,
     pub albedo: Vector<L>,
@@ -181,9 +185,9 @@ pub(super) struct Seen<L> {
 
 /// Puts the surfaces of all visuals that eight rays meet together.
 #[inline(always)]
-pub(super) fn seen<L: Single>(
+pub(in crate::render) fn seen<L: Single>(
     visuals: &[Visual],
-    moment: &super::placed::Moment<f32>,
+    moment: &crate::render::placed::Moment<f32>,
     ray: Vector<L>,
     hit: &Hit<L>,
 ) -> Seen<L> {
@@ -199,7 +203,7 @@ pub(super) fn seen<L: Single>(
         open &= !lanes;
         let (visual, placed) = (&visuals[number as usize], &moment.visuals[number as usize]);
         let at = (ray * hit.t).turned(&placed.visual_from_lens)
-            + super::vector::splat(placed.lens_in_visual);
+            + crate::render::vector::splat(placed.lens_in_visual);
         let surface = surface(&visual.shape, at, hit, lanes);
         let albedo = albedo(&visual.paint, &surface, lanes);
         let normal = surface.normal.turned_back(&placed.visual_from_lens);

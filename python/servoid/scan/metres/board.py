@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid.errors import ScanError
-from servoid.scan.scale import Scale, meet
+from servoid.scan.metres.scale import Scale, meet
 from servoid.scan.solution import Solution
 from servoid.words import number_of
 

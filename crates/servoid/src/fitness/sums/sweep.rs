@@ -42,7 +42,7 @@ impl<L: RowLanes, const ROOM: usize> Sorted<L, ROOM> {
 }
 
 /// Sums a map over the union of outlines, with the instructions of a back end.
-pub(super) fn sums(backend: Backend, map: &ScoreMap, outlines: &RowOutlines) -> Sums {
+pub(in crate::fitness) fn sums(backend: Backend, map: &ScoreMap, outlines: &RowOutlines) -> Sums {
     if outlines.as_slice().len() <= FEW {
         backend.run_rows(UnionSums::<FEW> { map, outlines })
     } else {

@@ -1,0 +1,1 @@
+"""How many metres the unit of a scan is: by a length, a board, or a second eye."""

@@ -1,0 +1,1 @@
+"""What one device sends: JPEG images without an end, and images that hold those of two eyes."""

@@ -14,7 +14,7 @@ _PAPER = 0.92  # linear level of lit paper
 _PAPER_HALF = 100.0  # picture sides
 _GLOSS = 0.10
 _LAMPS = 4  # by as many: the lamp is wide, and its parts together smooth edges and shadows
-_LAMP_WIDTH = 0.10  # tangent of the angle from its middle to its edge
+_LAMP_WIDTH = 0.07  # tangent of the angle from its middle to its edge
 _LEAST_RADIUS = 1e-5  # picture sides
 
 Vector = NDArray[np.float64]

@@ -26,7 +26,7 @@ from servoid._native import Estimate
 from servoid.pose import Pose
 from servoid.record import Waypoint, read_trajectory
 from servoid.sim import MovingScene, Scenario
-from servoid.sim.samples.convex import Floats
+from servoid.sim.samples.drawing.convex import Floats
 
 BAR_PX, BAR_STEP_PX, BAR_DISPARITY_PX = 16, 6, 69
 BESIDE_PX = 20.0  # about a third of the toy

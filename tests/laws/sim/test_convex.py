@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 from servoid._native import Lens
 from servoid.pose import looking
 from servoid.sim.samples import snail
-from servoid.sim.samples.convex import Convex, box, ellipsoid, tube
-from servoid.sim.samples.painting import painted
-from servoid.sim.samples.stage import Stage
+from servoid.sim.samples.drawing.convex import Convex, box, ellipsoid, tube
+from servoid.sim.samples.drawing.painting import painted
+from servoid.sim.samples.drawing.stage import Stage
 from servoid.sim.samples.surface import obj_text, outer_mesh
 from servoid.sim.world.scene.visuals import OBJECT
 

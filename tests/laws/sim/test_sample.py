@@ -15,7 +15,7 @@ from servoid.capture import open_capture
 from servoid.errors import OutputError
 from servoid.sim import write_sample
 from servoid.sim.samples import bird, sample, studio
-from servoid.sim.samples.solids import RoundBox, RoundCone, RoundCylinder
+from servoid.sim.samples.drawing.solids import RoundBox, RoundCone, RoundCylinder
 
 VIEWS = 5
 SIZE_PX = (240, 180)

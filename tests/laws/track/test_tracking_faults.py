@@ -11,7 +11,7 @@ from tracking_errors import tracking_errors
 
 from servoid._native import Estimate
 from servoid.sim import MovingScene
-from servoid.sim.samples.convex import Floats
+from servoid.sim.samples.drawing.convex import Floats
 
 STRIKES = 10
 LAST = 24

@@ -6,10 +6,10 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from servoid.sim.samples.convex import Floats
-from servoid.sim.samples.nets import finer, surface_net
-from servoid.sim.samples.painting import texture_of
-from servoid.sim.samples.solids import (
+from servoid.sim.samples.drawing.convex import Floats
+from servoid.sim.samples.drawing.nets import finer, surface_net
+from servoid.sim.samples.drawing.painting import texture_of
+from servoid.sim.samples.drawing.solids import (
     Array,
     RoundBox,
     RoundCone,

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from servoid.pose import Pose
 from servoid.sim.samples import snail
-from servoid.sim.samples.convex import Floats
+from servoid.sim.samples.drawing.convex import Floats
 from servoid.sim.samples.folder import MARK, encode, write_folder
 from servoid.sim.samples.motion import RATE_HZ
 from servoid.sim.samples.scene import MovingScene, Scenario

@@ -8,9 +8,10 @@ from functools import lru_cache, partial
 
 import numpy as np
 
-from servoid.sim.samples import patterns, snail
-from servoid.sim.samples.convex import Convex, Floats, box, ellipsoid, tube
-from servoid.sim.samples.painting import flat_painted, painted
+from servoid.sim.samples import snail
+from servoid.sim.samples.drawing import patterns
+from servoid.sim.samples.drawing.convex import Convex, Floats, box, ellipsoid, tube
+from servoid.sim.samples.drawing.painting import flat_painted, painted
 from servoid.sim.world.scene.visuals import ROOM, Visual
 
 _POSTERS = 5

@@ -8,10 +8,11 @@ from numpy.typing import NDArray
 
 from servoid._native import Camera, Lens
 from servoid.pose import Pose
-from servoid.sim.samples import motion, patterns, room, snail
-from servoid.sim.samples.convex import Floats, box
-from servoid.sim.samples.painting import painted
-from servoid.sim.samples.stage import Stage
+from servoid.sim.samples import motion, room, snail
+from servoid.sim.samples.drawing import patterns
+from servoid.sim.samples.drawing.convex import Floats, box
+from servoid.sim.samples.drawing.painting import painted
+from servoid.sim.samples.drawing.stage import Stage
 from servoid.sim.world.scene.visuals import BOARD, OBJECT, Visual
 
 SIZES_PX = {"small": (320, 240), "full": (640, 480)}

@@ -8,9 +8,9 @@ from functools import cache, partial
 import numpy as np
 from numpy.typing import NDArray
 
-from servoid.sim.samples import patterns
-from servoid.sim.samples.convex import Convex, Floats, box, ellipsoid, tube
-from servoid.sim.samples.painting import painted
+from servoid.sim.samples.drawing import patterns
+from servoid.sim.samples.drawing.convex import Convex, Floats, box, ellipsoid, tube
+from servoid.sim.samples.drawing.painting import painted
 from servoid.sim.world.scene.visuals import OBJECT, Visual
 
 RED = (0.80, 0.20, 0.16)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from servoid._native import Lens
 from servoid.pose import looking
 from servoid.sim.samples import bird
-from servoid.sim.samples.stage import Stage
+from servoid.sim.samples.drawing.stage import Stage
 from servoid.sim.world.objects.prints import grain
 from servoid.sim.world.scene.visuals import OBJECT, Finish, Plane, Texture, Visual
 

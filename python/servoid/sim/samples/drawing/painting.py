@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid.pose import Pose
-from servoid.sim.samples.convex import Convex, Floats
-from servoid.sim.samples.solids import Triple
+from servoid.sim.samples.drawing.convex import Convex, Floats
+from servoid.sim.samples.drawing.solids import Triple
 from servoid.sim.world.events.motions import row_of
 from servoid.sim.world.scene.visuals import ROOM, Cylinder, Ellipsoid, Finish, Plane, Shape, Visual
 

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from servoid.sim.samples.convex import Floats
+from servoid.sim.samples.drawing.convex import Floats
 
 _STEPS = 3  # towards the surface, from where a corner came out
 

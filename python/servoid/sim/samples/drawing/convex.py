@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from servoid.sim.samples.solids import Triple, turned_axes
+from servoid.sim.samples.drawing.solids import Triple, turned_axes
 
 Floats = NDArray[np.float64]
 

@@ -6,7 +6,7 @@ All take points in metres and return shares from 0 to 1, with edges as soft as p
 import numpy as np
 from numpy.typing import NDArray
 
-from servoid.sim.samples.convex import Floats
+from servoid.sim.samples.drawing.convex import Floats
 
 Color = tuple[float, float, float]  # sRGB, 0 to 1
 

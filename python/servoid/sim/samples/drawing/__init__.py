@@ -1,0 +1,1 @@
+"""Solids, paint and a stage: what scenes of samples are made of."""

@@ -15,7 +15,7 @@ from servoid.sim.world.scene.visuals import OBJECT, Finish, Plane, Texture, Visu
 
 _TOWARD_LAMP = (0.42078, -0.46085, 0.78141)
 _LEVEL = 1.0
-_CLOTH = (0.62, 0.585, 0.545)
+_CLOTH = (0.46, 0.48, 0.50)
 _CLOTH_PX, _CLOTH_STRENGTH, _THREAD = 512, 0.16, 6.0
 _CLOTH_REPEAT = 6.0
 _TABLE_HALF = 1.2  # metres

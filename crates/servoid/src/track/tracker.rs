@@ -271,6 +271,11 @@ impl Tracker {
         }
     }
 
+    /// Gives the surface points of each camera that are recognised and known as part of a pattern.
+    pub(super) fn printed(&self, quality: &Quality) -> f64 {
+        quality.printed / self.frame.open().max(1) as f64
+    }
+
     /// Reports a hypothesis as an estimate.
     pub(super) fn estimate(
         &mut self,
@@ -281,7 +286,7 @@ impl Tracker {
         let followed = self.status == Status::Tracking;
         let evidence = self.evidence(&hypothesis.quality, &known.covariance);
         let located = followed && self.is_located(&hypothesis.quality);
-        let is_reliable = located && is_turn_reliable(&evidence);
+        let is_reliable = located && is_turn_reliable(&evidence, self.printed(&hypothesis.quality));
         if located && !is_reliable {
             self.frame.notices.push(Notice::TurnOpen);
         }

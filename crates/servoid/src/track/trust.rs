@@ -178,9 +178,10 @@ impl Trust {
 
 /// Says whether the images confirm how an object is turned that they confirm to be there: what speaks
 /// for its pose makes it likely, and some surface points are among that, with the contrast of a
-/// pattern unless it has many, since highlights, rims and shading go with the camera.
-pub(super) fn is_turn_reliable(evidence: &Evidence) -> bool {
-    let patterned = evidence.textured >= SOME || evidence.reference_textured >= RICH;
+/// pattern unless it has many, since highlights, rims and shading go with the camera. `printed` are the
+/// points of each camera that have that contrast, or mostly had it: far away, or blurred, print has less.
+pub(super) fn is_turn_reliable(evidence: &Evidence, printed: f64) -> bool {
+    let patterned = printed >= SOME || evidence.reference_textured >= RICH;
     let shows = evidence.recognised >= FEW && evidence.share >= TOLD && patterned;
     shows && evidence.drifts_little(ADRIFT) && evidence.probability() >= LIKELY
 }
@@ -298,6 +299,7 @@ mod tests {
             support,
             recognised,
             textured: recognised,
+            printed: recognised,
             ratio: 1.0,
             outline: 1.0,
         }
@@ -334,7 +336,7 @@ mod tests {
     /// Says whether a turn is reported with standard deviations of some radians a direction.
     fn reliable(tracker: &Tracker, quality: &Quality, turn_rad: f64) -> bool {
         let now = Matrix6::identity() * (turn_rad * turn_rad);
-        is_turn_reliable(&tracker.evidence(quality, &now))
+        is_turn_reliable(&tracker.evidence(quality, &now), tracker.printed(quality))
     }
 
     #[test]
@@ -354,13 +356,23 @@ mod tests {
         let mut plain = tracker(Status::Tracking, 60.0);
         plain.target.reference.textured = 17.0;
         for recognised in 0..80 {
-            let shaded = Quality { textured: 17.0, ..quality(1.0, f64::from(recognised)) };
+            let shaded =
+                Quality { textured: 17.0, printed: 17.0, ..quality(1.0, f64::from(recognised)) };
             assert!(!reliable(&plain, &shaded, 1e-3), "{recognised}");
         }
         plain.target.reference.textured = 60.0;
-        let half_hidden = Quality { textured: 10.0, ..quality(1.0, 20.0) };
+        let half_hidden = Quality { textured: 10.0, printed: 10.0, ..quality(1.0, 20.0) };
         assert!(reliable(&plain, &half_hidden, 1e-3), "one that is textured all over");
         assert!(!reliable(&plain, &quality(1.0, 7.0), 1e-3), "with next to nothing of it");
+    }
+
+    #[test]
+    fn print_that_shows_little_contrast_for_now_tells_a_turn_on() {
+        let mut pale = tracker(Status::Tracking, 60.0);
+        pale.target.reference.textured = 17.0;
+        let printed = Quality { textured: 5.0, ..quality(1.0, 60.0) };
+        assert!(reliable(&pale, &printed, 1e-3));
+        assert!(!reliable(&pale, &Quality { printed: 17.0, ..printed }, 1e-3));
     }
 
     #[test]

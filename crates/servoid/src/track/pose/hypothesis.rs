@@ -45,6 +45,7 @@ impl Hypothesis {
             support: f64::NEG_INFINITY,
             recognised: 0.0,
             textured: 0.0,
+            printed: 0.0,
             ratio: 0.0,
             outline: 0.0,
         };

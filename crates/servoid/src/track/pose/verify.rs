@@ -16,6 +16,8 @@ pub(crate) struct Quality {
     pub(crate) recognised: f64,
     /// Those of them whose contrast only a pattern has.
     pub(crate) textured: f64,
+    /// Those of them that have it now, or had it in most images in which they were recognised.
+    pub(crate) printed: f64,
     /// Mean log-likelihood ratio of the pixels inside the outline.
     pub(crate) ratio: f64,
     /// Mean agreement of the outline with the boundary in the images.
@@ -36,16 +38,20 @@ const ENOUGH: f64 = 20.0;
 pub(crate) fn verify(inputs: &Inputs<'_>, found: &Evaluated, workspace: &Workspace) -> Quality {
     let reference = inputs.reference;
     let (mut seen, mut expected, mut shown, mut hidden) = (0.0, 0.0, 0.0, 0.0);
-    let mut textured = 0.0;
+    let (mut textured, mut printed) = (0.0, 0.0);
     for Match { view, agreement, pixel, .. } in &workspace.matches {
-        let hit_rate = f64::from(inputs.points.features[view.point].hit_rate());
+        let feature = &inputs.points.features[view.point];
+        let hit_rate = f64::from(feature.hit_rate());
         let correlation = agreement.map_or(0.0, |a| a.correlation);
         let worth = hit_rate * ((correlation - SEEN.0) / (SEEN.1 - SEEN.0)).clamp(0.0, 1.0);
         expected += hit_rate;
         seen += worth;
-        if agreement.is_some_and(|agreement| inputs.windows[view.camera].shows_texture(&agreement))
-        {
+        let shows = |agreement| inputs.windows[view.camera].shows_texture(&agreement);
+        if agreement.is_some_and(shows) {
             textured += worth;
+        }
+        if feature.is_printed() || agreement.is_some_and(shows) {
+            printed += worth;
         }
         if let Some(pixel) = pixel {
             let hides = workspace.occlusion.hides(view.camera, pixel);
@@ -84,5 +90,5 @@ pub(crate) fn verify(inputs: &Inputs<'_>, found: &Evaluated, workspace: &Workspa
     let part = |all: f64| if all > 0.0 { (seen / all).min(1.0) } else { 0.0 };
     let (visible, share) = (part(expected), part(expected - excused));
     let support = 2.0 * seen - (expected - excused);
-    Quality { visible, share, support, recognised, textured, ratio, outline }
+    Quality { visible, share, support, recognised, textured, printed, ratio, outline }
 }

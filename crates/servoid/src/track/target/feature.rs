@@ -26,6 +26,7 @@ pub(crate) struct Feature {
     /// not slip that far.
     pub(super) proved: f64,
     pub(super) record: Record,
+    texture: Texture,
 }
 
 impl Feature {
@@ -44,6 +45,7 @@ impl Feature {
             by_motion: false,
             proved: 0.0,
             record,
+            texture: Texture::default(),
         }
     }
 
@@ -107,7 +109,30 @@ impl Feature {
     pub(crate) fn hit_rate(&self) -> f32 {
         self.record.hit_rate()
     }
+
+    /// Takes in whether it had the contrast of a pattern in an image in which it was recognised.
+    pub(crate) fn note_texture(&mut self, shows: bool) {
+        self.texture.images = self.texture.images.saturating_add(1);
+        self.texture.showed = self.texture.showed.saturating_add(u32::from(shows));
+    }
+
+    /// Says whether it is known as part of a pattern: it had the contrast of one in most images, and
+    /// need not have it in each.
+    pub(crate) fn is_printed(&self) -> bool {
+        let Texture { images, showed } = self.texture;
+        images >= LEAST_LOOKS && showed >= images - images / 2
+    }
 }
+
+/// In how many images a point was recognised, and in how many of these it had the contrast of a pattern.
+#[derive(Debug, Clone, Copy, Default)]
+struct Texture {
+    images: u32,
+    showed: u32,
+}
+
+/// Images in which a point is recognised until it may be known as part of a pattern.
+const LEAST_LOOKS: u32 = 8;
 
 /// Most templates beside the first.
 const MOST_FURTHER: usize = 4;
@@ -134,5 +159,37 @@ impl Origin {
             self.position = moved.transform(&self.position);
             self.toward = moved.rotation() * self.toward;
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::camera::Pyramid;
+
+    fn feature() -> Feature {
+        let point = SurfacePoint {
+            position: Vector3::zeros(),
+            normal: -Vector3::z(),
+            steps: [Vector3::x() * 1e-3, Vector3::y() * 1e-3],
+            toward: -Vector3::z(),
+            templates: [None; Pyramid::LEVELS],
+            color: [0; 3],
+        };
+        Feature::new(point, 1e-6)
+    }
+
+    #[test]
+    fn what_mostly_had_the_contrast_of_a_pattern_is_printed_and_what_had_it_now_and_then_is_not() {
+        let (mut print, mut shading) = (feature(), feature());
+        for image in 0..40 {
+            assert_eq!(print.is_printed(), image >= LEAST_LOOKS, "{image}");
+            assert!(!shading.is_printed(), "{image}");
+            print.note_texture(image < 20);
+            shading.note_texture(image % 5 == 0);
+        }
+        assert!(print.is_printed(), "half of the images is enough");
+        print.note_texture(false);
+        assert!(!print.is_printed(), "less is not");
     }
 }

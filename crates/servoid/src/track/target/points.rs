@@ -127,13 +127,22 @@ impl Points {
 
     /// Judges points by what images said of them where nothing hides them, and drops those that no longer
     /// agree.
-    pub(crate) fn count_hits(&mut self, matches: &[Match], occlusion: &Occlusion) {
+    pub(crate) fn count_hits(
+        &mut self,
+        matches: &[Match],
+        (windows, occlusion): (&[Window], &Occlusion),
+    ) {
         for Match { view, agreement, pixel, .. } in matches {
             let (Some(agreement), Some(pixel)) = (agreement, pixel) else { continue };
             if occlusion.hides(view.camera, pixel) > 0.0 {
                 continue;
             }
-            self.features[view.point].record.count_hits(agreement.correlation > RECOGNISED);
+            let feature = &mut self.features[view.point];
+            let agrees = agreement.correlation > RECOGNISED;
+            feature.record.count_hits(agrees);
+            if agrees {
+                feature.note_texture(windows[view.camera].shows_texture(agreement));
+            }
         }
         self.features.retain(|feature| feature.record.is_good());
         let (count, excess) = (self.features.len(), self.features.len().saturating_sub(MOST));

@@ -63,7 +63,8 @@ impl Tracker {
             self.cell = self.cell.wrapping_add(cells);
             self.detect_points(observation, &hypothesis.pose, &plan);
             self.add_templates(observation, &hypothesis.pose);
-            self.target.points.count_hits(&self.workspace.matches, &self.workspace.occlusion);
+            let clear = (&*self.frame.windows, &self.workspace.occlusion);
+            self.target.points.count_hits(&self.workspace.matches, clear);
         }
         if may.surface {
             self.update_ranges(observation, &hypothesis.pose, &[]);

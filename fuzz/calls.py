@@ -21,6 +21,8 @@ from servoid._native import (
 )
 
 _ODD = (0.0, -0.0, 1e-320, 1e-9, 0.5, 1.0, -1.0, 3.0, 1e9, 1e154, 1e308, float("nan"), float("inf"))
+SMALL = Camera(size_px=(33, 24), focal_px=(40.0, 40.0), center_px=(16.0, 11.5))
+AHEAD = Pose.from_parts((0.0, 0.0, 0.3), (1.0, 0.0, 0.0, 0.0))
 _SIDES = (0, 1, 2, 16, 33, 8192, 8193)
 
 
@@ -56,7 +58,7 @@ def _poses(rng: random.Random) -> None:
 
 def _camera(rng: random.Random) -> Camera:
     if rng.random() < 0.8:
-        return Camera(size_px=(33, 24), focal_px=(40.0, 40.0), center_px=(16.0, 11.5))
+        return SMALL
     size = rng.choice(_SIDES), rng.choice(_SIDES)
     (fx, fy, cx, cy) = _numbers(rng, 4)
     return Camera(size_px=size, focal_px=(fx, fy), center_px=(cx, cy))
@@ -115,8 +117,29 @@ def _modelling(rng: random.Random) -> None:
     silhouette_ious(steps[-1].body, views)
 
 
+def learned_looks() -> bytes:
+    """Return what a small object looks like, as a tracker has learned it."""
+    tracker = small_tracker()
+    image = np.random.default_rng(0).integers(0, 256, (24, 33, 3), np.uint8)
+    tracker.start(0.0, [Pose.identity()], [image], AHEAD)
+    for index in range(1, 6):
+        tracker.step(index / 30.0, [Pose.identity()], [image])
+    return tracker.appearance()
+
+
+def small_tracker() -> Tracker:
+    """Return a tracker of one ellipsoid in small images, which has not begun."""
+    body = Body(
+        world_from_object=Pose.identity(),
+        centers=np.zeros((1, 3)),
+        radii=np.array([[0.06, 0.05, 0.04]]),
+        rotations=np.array([[1.0, 0.0, 0.0, 0.0]]),
+    )
+    return Tracker([SMALL], body, TrackSettings(population=8, adjust=False))
+
+
 def _tracking(rng: random.Random) -> None:
-    camera = Camera(size_px=(33, 24), focal_px=(40.0, 40.0), center_px=(16.0, 11.5))
+    camera = SMALL
     settings = TrackSettings(
         population=rng.choice((7, 8, 16)),
         budget_s=rng.choice((None, _number(rng))),

@@ -39,19 +39,33 @@ class Finding:
 
 
 class Tally(Counter[str]):
-    """Counts the inputs of each target, and says now and then how far it is."""
+    """Counts the different inputs of each target, and says now and then how far it is."""
 
     def __init__(self) -> None:
         super().__init__()
         self._start, self._told_s = time.monotonic(), 0.0
+        self._before: set[int] = set()
 
-    def add(self, name: str) -> None:
-        """Count one input; write a line to standard error where the last one is long ago."""
+    def is_new(self, name: str, data: bytes) -> bool:
+        """Count an input and return True, or False if this target had it before.
+
+        It writes a line to standard error where the last one is long ago.
+        """
+        digest = hashlib.blake2b(data, digest_size=8, key=name.encode()).digest()
+        known = len(self._before)
+        self._before.add(int.from_bytes(digest, "little"))
+        if len(self._before) == known:
+            return False
         self[name] += 1
         now = time.monotonic() - self._start
         if now - self._told_s > _TOLD_EVERY_S:
             self._told_s = now
             print(f"{now:.0f} s: {self.total()} inputs", file=sys.stderr, flush=True)
+        return True
+
+    def words(self) -> str:
+        """Say how many inputs each target had."""
+        return ", ".join(f"{name} {count}" for name, count in self.most_common())
 
 
 def tried(name: str, target: Target, data: bytes) -> Finding | None:
@@ -87,21 +101,20 @@ def findings(
     targets: dict[str, Target] = TARGETS,
     tally: Tally | None = None,
 ) -> Iterator[Finding]:
-    """Fuzz targets in turn for so long, and count inputs; first each of their seeds as it is."""
+    """Fuzz targets in turn for so long, each input once; first each of their seeds as it is."""
     tally = Tally() if tally is None else tally
     everything = tuple(data for target in targets.values() for data in target.seeds)
     rng = random.Random(seed)
     for name in names:
         for data in targets[name].seeds:
-            tally.add(name)
-            if (found := tried(name, targets[name], data)) is not None:
+            if tally.is_new(name, data) and (found := tried(name, targets[name], data)):
                 yield found
+    turn = tuple(name for name in names for _ in range(targets[name].often))
     end = time.monotonic() + seconds
     while time.monotonic() < end:
-        for name in names:
+        for name in turn:
             data = mutate(rng, rng.choice(targets[name].seeds), everything)
-            tally.add(name)
-            if (found := tried(name, targets[name], data)) is not None:
+            if tally.is_new(name, data) and (found := tried(name, targets[name], data)):
                 yield found
 
 
@@ -124,7 +137,7 @@ def main() -> int:
             print(f"{place}: {found.words}", flush=True)
     except KeyboardInterrupt:
         print("interrupted", file=sys.stderr)
-    print(f"{count} found in {tally.total()} inputs with seed {asked.seed}")
+    print(f"{count} found in {tally.total()} inputs with seed {asked.seed}: {tally.words()}")
     return int(count > 0)
 
 

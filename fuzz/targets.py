@@ -1,11 +1,10 @@
-"""What is fuzzed: each target takes bytes and a folder, and may raise only a ServoidError."""
+"""What is fuzzed: all that reads files, commands, and the core."""
 
 import io
 import json
 import struct
 from collections.abc import Callable
 from contextlib import redirect_stderr, redirect_stdout
-from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -13,6 +12,8 @@ import cv2
 import numpy as np
 
 from fuzz.calls import call_the_core
+from fuzz.recordings import RECORDINGS
+from fuzz.target import Target, corpus, from_file
 from servoid.camera import Camera, read_depth, read_image, read_mask
 from servoid.capture import Capture, PosedImage, capture_of
 from servoid.cli import main
@@ -28,26 +29,6 @@ from servoid.shape import load_body
 from servoid.source import read_rig
 
 SIZE_PX = (24, 16)
-_CORPUS = Path(__file__).parent / "corpus"
-
-
-@dataclass(frozen=True)
-class Target:
-    """Something that reads: whole input to begin from, and what reads it out of a folder."""
-
-    seeds: tuple[bytes, ...]
-    run: Callable[[bytes, Path], object]
-
-
-def _file(name: str, read: Callable[[Path], object]) -> Callable[[bytes, Path], object]:
-    """Return what writes data to a file of this name, and reads it."""
-
-    def run(data: bytes, folder: Path) -> object:
-        path = folder / name
-        path.write_bytes(data)
-        return read(path)
-
-    return run
 
 
 def _in_capture(name: str) -> Callable[[bytes, Path], object]:
@@ -68,7 +49,7 @@ def _other_capture(name: str, *beside: str) -> Callable[[bytes, Path], object]:
             (folder / path).parent.mkdir(exist_ok=True)
             (folder / path).write_bytes(_CAPTURE["0.png"])
         for other in beside:
-            (folder / other).write_bytes(_seed(other))
+            (folder / other).write_bytes(corpus(other))
         (folder / name).write_bytes(data)
         return _read_all(open_any(folder))
 
@@ -95,13 +76,13 @@ def _command(data: bytes, folder: Path) -> None:
         raise RuntimeError(f"the command ended with {code} and said {told.getvalue()!r}")
 
 
+def _read_bag(path: Path) -> object:
+    return _read_all(open_any(path))
+
+
 def _read_all(capture: Capture) -> object:
     views = capture.all_views()[:4]
     return [(view.image(), view.view() if view.has_mask else None) for view in views]
-
-
-def _seed(name: str) -> bytes:
-    return (_CORPUS / name).read_bytes()
 
 
 def _png(pixels: np.ndarray, kind: str = ".png") -> bytes:
@@ -177,50 +158,51 @@ _DEPTH = (500 * np.ones((SIZE_PX[1], SIZE_PX[0]))).astype(np.uint16)
 _OBJECT = np.zeros((SIZE_PX[1], SIZE_PX[0]), np.uint8)
 _OBJECT[4:10, 6:18] = 255
 _CAPTURE = {
-    "capture.toml": _seed("capture.toml"),
-    "poses.csv": _seed("poses.csv"),
+    "capture.toml": corpus("capture.toml"),
+    "poses.csv": corpus("poses.csv"),
     "0.png": _png(_PIXELS),
     "1.png": _png(_PIXELS),
     "0.mask.png": _png(_OBJECT),
 }
 
 TARGETS: dict[str, Target] = {
-    **{name: Target((content,), _in_capture(name)) for name, content in _CAPTURE.items()},
-    "transforms.json": Target((_seed("transforms.json"),), _other_capture("transforms.json")),
+    **{name: Target((content,), _in_capture(name), 2) for name, content in _CAPTURE.items()},
+    "transforms.json": Target((corpus("transforms.json"),), _other_capture("transforms.json"), 4),
     "scene_camera.json": Target(
-        (_seed("scene_camera.json"),), _other_capture("scene_camera.json", "scene_gt.json")
+        (corpus("scene_camera.json"),), _other_capture("scene_camera.json", "scene_gt.json"), 4
     ),
     "scene_gt.json": Target(
-        (_seed("scene_gt.json"),), _other_capture("scene_gt.json", "scene_camera.json")
+        (corpus("scene_gt.json"),), _other_capture("scene_gt.json", "scene_camera.json"), 4
     ),
-    "run.mcap": Target((_mcap(),), _file("run.mcap", lambda path: _read_all(open_any(path)))),
-    "cameras.txt": Target((_seed("cameras.txt"),), _other_capture("cameras.txt", "images.txt")),
-    "images.txt": Target((_seed("images.txt"),), _other_capture("images.txt", "cameras.txt")),
-    "body.json": Target((_seed("body.json"),), _file("body.json", load_body)),
-    "rig.toml": Target((_seed("rig.toml"),), _file("rig.toml", read_rig)),
-    "servo.toml": Target((_seed("servo.toml"),), _file("servo.toml", read_settings)),
-    "track.csv": Target((_seed("track.csv"),), _file("track.csv", read_trajectory)),
-    "track.tum": Target((_seed("track.tum"),), _file("track.tum", read_trajectory)),
+    "run.mcap": Target((_mcap(),), from_file("run.mcap", _read_bag), 2),
+    "cameras.txt": Target((corpus("cameras.txt"),), _other_capture("cameras.txt", "images.txt"), 4),
+    "images.txt": Target((corpus("images.txt"),), _other_capture("images.txt", "cameras.txt"), 4),
+    "body.json": Target((corpus("body.json"),), from_file("body.json", load_body)),
+    "rig.toml": Target((corpus("rig.toml"),), from_file("rig.toml", read_rig)),
+    "servo.toml": Target((corpus("servo.toml"),), from_file("servo.toml", read_settings)),
+    "track.csv": Target((corpus("track.csv"),), from_file("track.csv", read_trajectory)),
+    "track.tum": Target((corpus("track.tum"),), from_file("track.tum", read_trajectory)),
     "image.jpg": Target(
-        (_png(_PIXELS, ".jpg"),), _file("image.jpg", lambda path: read_image(path, SIZE_PX, 2))
+        (_png(_PIXELS, ".jpg"),), from_file("image.jpg", lambda path: read_image(path, SIZE_PX, 2))
     ),
-    "mask.png": Target((_png(_OBJECT),), _file("m.png", lambda path: read_mask(path, SIZE_PX))),
+    "mask.png": Target((_png(_OBJECT),), from_file("m.png", lambda path: read_mask(path, SIZE_PX))),
     "depth.png": Target(
-        (_png(_DEPTH),), _file("d.png", lambda path: read_depth(path, SIZE_PX, 1e-3))
+        (_png(_DEPTH),), from_file("d.png", lambda path: read_depth(path, SIZE_PX, 1e-3))
     ),
     "depth.npy": Target(
         (_npy(_DEPTH.astype(np.float32)),),
-        _file("d.npy", lambda path: read_depth(path, SIZE_PX, 1.0)),
+        from_file("d.npy", lambda path: read_depth(path, SIZE_PX, 1.0)),
     ),
-    "cloud.ply": Target((_seed("cloud.ply"), _binary_ply()), _file("c.ply", read_cloud)),
-    "mesh.obj": Target((_seed("mesh.obj"),), _file("mesh.obj", read_mesh)),
-    "mesh.off": Target((_seed("mesh.off"),), _file("mesh.off", read_mesh)),
-    "mesh.stl": Target((_stl(),), _file("mesh.stl", read_mesh)),
-    "mesh.glb": Target((_glb(),), _file("mesh.glb", read_mesh)),
+    "cloud.ply": Target((corpus("cloud.ply"), _binary_ply()), from_file("c.ply", read_cloud)),
+    "mesh.obj": Target((corpus("mesh.obj"),), from_file("mesh.obj", read_mesh)),
+    "mesh.off": Target((corpus("mesh.off"),), from_file("mesh.off", read_mesh), 4),
+    "mesh.stl": Target((_stl(),), from_file("mesh.stl", read_mesh), 4),
+    "mesh.glb": Target((_glb(),), from_file("mesh.glb", read_mesh)),
     "calls": Target((b"core", b"numbers"), call_the_core),
-    "command": Target((_seed("capture.toml"),), _command),
+    "command": Target((corpus("capture.toml"),), _command, 1),
     "target": Target(
         (b"box:1,2,3,4@eye/0", b"hue:10..20", b"click:1,2", b"mask:a.png"),
         lambda data, _: parse_target(data.decode("utf-8", "replace")),
     ),
+    **RECORDINGS,
 }

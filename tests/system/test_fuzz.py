@@ -9,9 +9,11 @@ ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT))
 pytest.importorskip("trimesh", reason="meshes need trimesh")
 pytest.importorskip("daqp", reason="settings of servoing need daqp")
+pytest.importorskip("rosbags", reason="bags need rosbags")
 
-from fuzz.run import findings, tried  # noqa: E402
-from fuzz.targets import TARGETS, Target  # noqa: E402
+from fuzz.run import Tally, findings, tried  # noqa: E402
+from fuzz.target import Target  # noqa: E402
+from fuzz.targets import TARGETS  # noqa: E402
 
 SECONDS = 60.0
 
@@ -32,6 +34,15 @@ def test_a_reader_that_stumbles_is_found() -> None:
     found = next(iter(findings(["planted"], 20.0, 0, planted)))
     assert "ZeroDivisionError" in found.words
     assert tried("planted", planted["planted"], b"whole") is None
+
+
+def test_an_input_that_came_before_is_neither_taken_nor_counted_again() -> None:
+    taken: list[bytes] = []
+    two = (b"1", b"2")
+    planted = {"planted": Target(two, lambda data, _: taken.append(data))}
+    tally = Tally()
+    assert list(findings(["planted"], 0.3, 0, planted, tally)) == []
+    assert len(taken) == len(set(taken)) == tally.total() > len(two)
 
 
 @pytest.mark.extended

@@ -7,6 +7,7 @@ from email.message import Message
 
 HOST = "127.0.0.1"
 LARGEST_BODY = 4096
+_MOST_DIGITS = 40  # of a length; Python reads no number of thousands of them
 _NAMES = (HOST, "localhost")
 _JSON = "application/json"
 
@@ -36,7 +37,8 @@ class Request:
     def body_length(self) -> int | None:
         """Return how many bytes follow, None if the request does not say it rightly."""
         text = self.headers.get("Content-Length", "")
-        return int(text) if text.isascii() and text.isdigit() else None
+        is_number = text.isascii() and text.isdigit() and len(text) <= _MOST_DIGITS
+        return int(text) if is_number else None
 
 
 class Guard:

@@ -196,7 +196,7 @@ class _Handler(BaseHTTPRequestHandler):
         """
         try:
             told = json.loads(self.rfile.read(self._request().body_length or 0))
-        except ValueError:
+        except (ValueError, RecursionError):
             told = None
         text = told.get("target") if isinstance(told, dict) else None
         if not isinstance(text, str):

@@ -178,6 +178,7 @@ def test_fifty_megabytes_are_refused_without_being_kept(client: Client) -> None:
         ({"Content-Length": "-1"}, 411),
         ({"Content-Length": "1e3"}, 411),
         ({"Content-Length": str(10**30)}, 413),
+        ({"Content-Length": "9" * 5000}, 411),
         ({"Transfer-Encoding": "chunked"}, 411),
     ],
 )
@@ -200,8 +201,9 @@ def test_only_what_the_page_asks_is_answered(
 
 @pytest.mark.parametrize(
     "body",
-    [b"", b"{", b"[]", b"\xff\xfe", {"target": 3}, {}, {"target": "hue:10..20"},
-     {"target": "mask:/etc/hostname"}, {"target": "background:a.png"}, {"target": "box:1,2"},
+    [b"", b"{", b"[]", b"[" * LARGEST_BODY, b"\xff\xfe", {"target": 3}, {},
+     {"target": "hue:10..20"}, {"target": "mask:/etc/hostname"}, {"target": "background:a.png"},
+     {"target": "box:1,2"},
      {"target": "click:1,2@eye/0000"}, {"target": "box:5,5,1,1"}, {"target": "click:900,900"}],
 )  # fmt: skip
 def test_what_is_no_mark_in_the_image_is_refused_with_words(client: Client, body: object) -> None:

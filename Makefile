@@ -82,7 +82,7 @@ fuzz: .venv/.package ## throw damaged input at all that reads and at the core, f
 	$(BIN)/python -m fuzz.run --seconds $(SECONDS)
 	SERVOID_FUZZ_SECONDS=$(SECONDS) $(CARGO) test -p servoid --test fuzz -- --nocapture
 
-soak: .venv/.package ## track and servo while cameras fail at random, for HOURS (24) and IMAGES (100000)
+soak: .venv/.package ## track IMAGES (100000) and servo for HOURS (24) simulated while cameras fail at random
 	$(BIN)/python -m fuzz.soak --hours $(HOURS) --images $(IMAGES)
 
 docs: .venv/.package .venv/.docs ## build the documentation in docs/_build

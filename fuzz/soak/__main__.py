@@ -1,8 +1,9 @@
 """Soaks: `python -m fuzz.soak --hours 24 --images 100000`, from the repository's folder.
 
-It ends when both were reached, says what was run and found, and ends with 1 where anything was not
-as promised: memory that grows, files that are not whole, poses that are wrong and said to be
-tracked more than once in a row, exceptions that are no ServoidError, estimates that cannot be.
+Hours are those of servoing by the simulated clock, without the meeting before. It ends when both
+were reached, says what was run and found, and ends with 1 where anything was not as promised:
+memory that grows, files that are not whole, poses that are wrong and said to be tracked more than
+once in a row, exceptions that are no ServoidError, estimates that cannot be.
 """
 
 import argparse
@@ -22,15 +23,16 @@ _TOLD_EVERY_S = 300.0
 
 
 def soak(health: Health, hours: float, images: int, seed: int) -> None:
-    """Track and servo in turn until so many hours and images are over."""
+    """Track and servo in turn until so many images and simulated hours are over."""
     told = time.monotonic()
     with tempfile.TemporaryDirectory() as folder:
         turn = 0
-        while health.hours < hours or health.images < images:
-            random = np.random.default_rng([seed, turn])
-            soak_tracking(random, STRETCH, Path(folder), health)
-            if hours > 0.0:
-                soak_servoing(random, Path(folder), health)
+        while health.servo_hours < hours or health.images < images:
+            tracking, serving = np.random.default_rng([seed, turn]).spawn(2)
+            if health.images < images:
+                soak_tracking(tracking, min(STRETCH, images - health.images), Path(folder), health)
+            if health.servo_hours < hours:
+                soak_servoing(serving, Path(folder), health)
             health.sample()
             turn += 1
             if time.monotonic() - told > _TOLD_EVERY_S:
@@ -41,8 +43,8 @@ def soak(health: Health, hours: float, images: int, seed: int) -> None:
 def main() -> int:
     """Soak, and say what was run and found."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
-    parser.add_argument("--hours", type=float, default=1.0, help="with servo runs; 0: none")
-    parser.add_argument("--images", type=int, default=0, help="track at least so many")
+    parser.add_argument("--hours", type=float, default=1.0, help="servo so long, simulated")
+    parser.add_argument("--images", type=int, default=0, help="track so many by themselves")
     parser.add_argument("--seed", type=int, default=0)
     asked = parser.parse_args()
     health = Health()

@@ -27,15 +27,22 @@ class Health:
     """Collects what was run and what was wrong with it."""
 
     began: float = field(default_factory=time.monotonic)
-    images: int = 0
+    images: int = 0  # that a tracker took by itself
     runs: int = 0
+    servoed: int = 0  # images that trackers took while servoing
+    servoed_s: float = 0.0  # of servoing, by the simulated clock
     counts: Counter[str] = field(default_factory=Counter)
     faults: list[str] = field(default_factory=list)
     memory: list[tuple[int, float]] = field(default_factory=list)
 
     @property
+    def servo_hours(self) -> float:
+        """Return how long arms have servoed, by the clocks of their worlds."""
+        return self.servoed_s / 3600.0
+
+    @property
     def hours(self) -> float:
-        """Return how long it has run."""
+        """Return how long the soak has run, by the clock on the wall."""
         return (time.monotonic() - self.began) / 3600.0
 
     def wrong(self, words: str) -> None:
@@ -45,7 +52,7 @@ class Health:
 
     def sample(self) -> None:
         """Note how much memory is held now."""
-        self.memory.append((self.images, resident_mib()))
+        self.memory.append((self.images + self.servoed, resident_mib()))
 
     def growth_mib(self) -> float:
         """Return how much memory grows in a thousand images, NaN if that cannot be told yet.
@@ -76,7 +83,8 @@ class Health:
         counted = ", ".join(f"{name} {count}" for name, count in sorted(self.counts.items()))
         return "\n".join(
             (
-                f"{self.hours:.2f} hours, {self.images} images tracked, {self.runs} servo runs",
+                f"{self.images} images tracked, {self.servo_hours:.2f} simulated hours of servoing "
+                f"in {self.runs} runs with {self.servoed} images, {self.hours:.2f} hours of work",
                 f"memory {held[0]:.0f} MiB at first, {held[-1]:.0f} at last, at most "
                 f"{max(held):.0f}; {self.growth_mib():.2f} more in a thousand images",
                 counted,

@@ -13,11 +13,11 @@ from servoid.record import write_servo_log
 from servoid.servo import ServoLog
 from servoid.sim.trial import ServoTrial, TrialSettings, changed, run_servo_trial
 
-SECONDS = 12.0  # of servoing, in each run
+SECONDS = 60.0  # of servoing, in each run; the meeting before takes as long as ten of them
+MOST_FAULTS_HZ = 1.0 / 3.0  # at most so many, drawn evenly from none
 OBJECTS = ("painted_ellipsoid", "bottle", "mug", "drill")
 PATHS = ("still", "sine:0.05@4s", "circle:0.05@8s", "random:{seed}:0.05@6s", "line:0.1@5s")
 SMALL: dict[str, Any] = {
-    "run.seconds": SECONDS,
     "run.max_ellipsoids": 3,
     "world.cameras.size_px": [320, 240],
     "world.cameras.samples": 1,
@@ -30,9 +30,11 @@ MOST_IN_A_ROW = 1  # images that may be wrong and said to be tracked
 _SLACK = 1e-6
 
 
-def soak_servoing(random: np.random.Generator, folder: Path, health: Health) -> None:
+def soak_servoing(
+    random: np.random.Generator, folder: Path, health: Health, seconds: float = SECONDS
+) -> None:
     """Meet an object, model it and servo to it with faults at random; `health` hears of wrongs."""
-    settings = drawn_settings(random)
+    settings = drawn_settings(random, seconds)
     health.runs += 1
     try:
         trial = run_servo_trial(settings, folder)
@@ -43,12 +45,13 @@ def soak_servoing(random: np.random.Generator, folder: Path, health: Health) -> 
     except Exception as error:  # what is no ServoidError is what is sought
         health.wrong(f"a servo run raised {type(error).__name__}: {error}; {_told(settings)}")
         return
+    health.servoed_s += float(trial.log.times[-1]) if len(trial.log) else 0.0
     for words in (*_unsafe(trial), *_wrongly_trusted(trial, health), *_lost_rows(trial, folder)):
         health.wrong(f"{words}; {_told(settings)}")
 
 
-def drawn_settings(random: np.random.Generator) -> TrialSettings:
-    """Draw an object, its path, the light of chance, and up to four faults."""
+def drawn_settings(random: np.random.Generator, seconds: float) -> TrialSettings:
+    """Draw an object, its path, the light of chance, and faults."""
     seed = int(random.integers(1 << 20))
     values = {
         "world.object.name": str(random.choice(OBJECTS)),
@@ -57,29 +60,38 @@ def drawn_settings(random: np.random.Generator) -> TrialSettings:
         "world.ideal": bool(random.random() < 0.5),
         "world.seed": seed,
         "track.seed": seed,
-        "world.faults": _faults(random),
+        "world.faults": _faults(random, seconds),
+        "run.seconds": seconds,
     }
     return changed(TrialSettings(), SMALL | values, "the soak")
 
 
-def _faults(random: np.random.Generator) -> list[dict[str, Any]]:
-    """Draw up to four faults; no object leaps while images are frozen, as nobody could know."""
-    faults = [_fault(random) for _ in range(int(random.integers(0, 5)))]
+def _faults(random: np.random.Generator, seconds: float) -> list[dict[str, Any]]:
+    """Draw faults; no object leaps while images are frozen, as nobody could know.
+
+    Each second leap leads back, so that objects stay where the arm reaches.
+    """
+    most = int(MOST_FAULTS_HZ * seconds)
+    faults = [_fault(random, seconds) for _ in range(int(random.integers(0, most + 1)))]
     frozen = [
         (one["at_s"], one["at_s"] + one["seconds"]) for one in faults if one["type"] == "freeze"
     ]
-    return [
+    seen = [
         one
         for one in faults
         if one["type"] != "teleport"
         or not any(first <= one["at_s"] <= last for first, last in frozen)
     ]
+    leaps = sorted((one for one in seen if one["type"] == "teleport"), key=lambda one: one["at_s"])
+    for there, back in zip(leaps[::2], leaps[1::2], strict=False):
+        back["by"] = [-step for step in there["by"]]
+    return seen
 
 
-def _fault(random: np.random.Generator) -> dict[str, Any]:
-    """Draw a fault of the world."""
+def _fault(random: np.random.Generator, seconds: float) -> dict[str, Any]:
+    """Draw a fault of the world, in the first four fifths of the seconds."""
     kind = str(random.choice(["drop", "freeze", "occlude", "teleport"]))
-    fault: dict[str, Any] = {"type": kind, "at_s": float(random.uniform(0.2, 0.8 * SECONDS))}
+    fault: dict[str, Any] = {"type": kind, "at_s": float(random.uniform(0.2, 0.8 * seconds))}
     if kind == "teleport":
         return fault | {"by": random.uniform(-0.08, 0.08, 3).tolist()}
     fault["seconds"] = float(random.uniform(0.05, 2.0))
@@ -112,7 +124,7 @@ def _wrongly_trusted(trial: ServoTrial, health: Health) -> list[str]:
     """Say where the tracker was wrong and said to track, for more than an image in a row."""
     longest = row = 0
     for _, seen in trial.log.seen:
-        health.images += 1
+        health.servoed += 1
         if seen.estimate is None or seen.truth is None:
             row = 0
             continue

@@ -79,7 +79,7 @@ def struck(taken: Taken) -> list[tuple[int, ...]]:
 
 def test_no_object_leaps_while_images_are_frozen() -> None:
     for seed in range(300):
-        faults = servoing._faults(np.random.default_rng(seed))
+        faults = servoing._faults(np.random.default_rng(seed), 12.0)
         for leap in (one for one in faults if one["type"] == "teleport"):
             for freeze in (one for one in faults if one["type"] == "freeze"):
                 assert not 0.0 <= leap["at_s"] - freeze["at_s"] <= freeze["seconds"]
@@ -90,6 +90,17 @@ def test_a_short_soak_finds_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     monkeypatch.setattr(tracking, "SCENES", (Scenario(count=24, size="small"),))
     health = Health()
     tracking.soak_tracking(np.random.default_rng(0), 400, tmp_path, health)
-    servoing.soak_servoing(np.random.default_rng(0), tmp_path, health)
+    servoing.soak_servoing(np.random.default_rng(0), tmp_path, health, seconds=12.0)
     assert health.faults == []
-    assert (health.images, health.runs) == (400 + health.counts["servoing tracking"], 1)
+    assert (health.images, health.runs) == (400, 1)
+    assert health.servoed >= health.counts["servoing tracking"] > 0
+    assert health.servoed_s == pytest.approx(12.0, abs=0.1)
+
+
+def test_an_object_that_leapt_leaps_back() -> None:
+    for seed in range(300):
+        faults = servoing._faults(np.random.default_rng(seed), 60.0)
+        leaps = [one for one in faults if one["type"] == "teleport"]
+        leaps.sort(key=lambda one: one["at_s"])
+        moved = np.cumsum([one["by"] for one in leaps], axis=0)
+        assert np.allclose(moved[1::2], 0.0)

@@ -158,3 +158,12 @@ def test_the_halves_of_a_stream_are_two_cameras(images: Path) -> None:
     assert [camera.lens.size_px for camera in source.rig] == [(32, 48)] * 2
     assert all(image is not None and image.pixels.shape == (48, 32, 3) for image in raw.images)
     assert isinstance(source.rig[0].lens, Lens)
+
+
+def test_an_image_that_claims_to_be_huge_is_not_decoded(monkeypatch: pytest.MonkeyPatch) -> None:
+    at = JPEG.index(b"\xff\xc0") + 5
+    huge = JPEG[:at] + (49525).to_bytes(2, "big") + (30000).to_bytes(2, "big") + JPEG[at + 4 :]
+    monkeypatch.setattr(cv2, "imdecode", None)
+    video = MjpegVideo(answer(b"--b\r\nContent-Length: %d\r\n\r\n" % len(huge) + huge))  # type: ignore
+    assert video.grab()
+    assert video.retrieve() == (False, None)

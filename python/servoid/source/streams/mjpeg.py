@@ -14,6 +14,8 @@ from urllib.parse import unquote, urlsplit, urlunsplit
 
 import numpy as np
 
+from servoid.camera import Camera
+from servoid.camera.image_size import size_in_header
 from servoid.config.limits import STREAM_IMAGE
 from servoid.source.delivery import Delivery, LostDeviceError
 
@@ -80,6 +82,8 @@ class MjpegVideo:
         flags = cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION
         if not self._encoded.rstrip(b"\r\n\0").endswith(_JPEG_END):
             return False, None  # a decoder would make up what is missing
+        if max(size_in_header(self._encoded) or (0, 0)) > Camera.MAX_SIDE_PX:
+            return False, None  # it would ask for memory for all that a damaged header says
         try:
             pixels = cv2.imdecode(np.frombuffer(self._encoded, np.uint8), flags)
         except cv2.error:

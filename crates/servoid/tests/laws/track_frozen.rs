@@ -91,3 +91,31 @@ fn what_rests_is_believed_however_long_its_images_stay_the_same() {
         assert_eq!(last.status, Status::Tracking, "case {case}");
     }
 }
+
+#[test]
+fn one_new_image_between_two_freezes_does_not_make_what_moves_rest() {
+    const RATE_HZ: f64 = 30.0;
+    // It goes to and fro, and turns back shortly before images freeze.
+    let place = |count: usize| moved(0.75 * RADIUS * (0.0628 * count as f64).sin(), 0.0);
+    let stage = Stage::textured();
+    let taken = |count: usize| {
+        let time_s = count as f64 / RATE_HZ;
+        Shot { time_s, ..stage.shot(count, &eyes(), Some(&place(count))) }
+    };
+    for single in [43, 58] {
+        let mut tracker =
+            Tracker::new(&stage.cameras(), &stage.body, TrackSettings::default()).unwrap();
+        tracker.start(&taken(0).observation(), place(0), &[]).unwrap();
+        let mut last = taken(0);
+        for count in 1..single + 20 {
+            let is_new = count < 33 || count == single;
+            last =
+                if is_new { taken(count) } else { Shot { time_s: count as f64 / RATE_HZ, ..last } };
+            let found = tracker.step(&last.observation()).unwrap();
+            let off = (found.world_from_object.translation() - place(count).translation()).norm();
+            let trusted = found.status == Status::Tracking;
+            assert!(trusted || count != single, "{count}: not found again");
+            assert!(!trusted || off < 0.02, "{single}, {count}: {off} m");
+        }
+    }
+}

@@ -22,6 +22,8 @@ pub(crate) struct Newest {
 
 /// How far what images show may have moved since, in radii of the object: half of what makes a pose wrong.
 const MOVED: f64 = 0.1;
+/// Span of the newest places that tells a speed by itself, at least, and at most where there are more.
+const SPAN_S: [f64; 2] = [0.1, 0.3];
 /// Time over which a motion must have been steady to be believed for longer than `FARTHEST_S`, in seconds.
 const STEADY_S: f64 = 1.0;
 /// Parts of that time, which are compared.
@@ -44,8 +46,6 @@ impl Tracker {
         let mut way = self.newest.take().map_or_else(Way::new, |before| before.way);
         if self.status == Status::Tracking {
             way.go_on(observation.time_s, self.motion.last());
-        } else {
-            way.0.clear();
         }
         self.newest = Some(Newest {
             time_s: observation.time_s,
@@ -66,8 +66,9 @@ impl Tracker {
         // A speed is foreseen no farther than that, and an object that went so far does not come back.
         let until_s = observation.time_s.min(newest.time_s + 0.99 * FARTHEST_S);
         let soon = newest.motion.predict(until_s);
+        let recent = newest.way.soon(until_s - newest.time_s);
         let later = newest.way.later(observation.time_s - newest.time_s, radius);
-        [Some(soon), later].into_iter().flatten().any(|world_from_object| {
+        [Some(soon), recent, later].into_iter().flatten().any(|world_from_object| {
             let now = observation.world_from_camera[0].inverse() * world_from_object;
             let across = (now.translation() - before.translation()).norm();
             let turned = before.rotation().angle_to(&now.rotation());
@@ -76,43 +77,66 @@ impl Tracker {
     }
 }
 
-/// Where the object was seen in the last second of new images, the newest last.
+/// Where the object was seen in the last second of new images, the newest last, and where before it was
+/// not seen for long.
 #[derive(Debug, Clone)]
-struct Way(VecDeque<(f64, Pose)>);
+struct Way {
+    places: VecDeque<(f64, Pose)>,
+    before: Option<(f64, Pose)>,
+}
 
 impl Way {
     /// Starts with nothing, in memory for all that it will ever hold.
     fn new() -> Self {
-        Self(VecDeque::with_capacity(PLACES + PARTS))
+        Self { places: VecDeque::with_capacity(PLACES + PARTS), before: None }
     }
 
-    /// Adds where the object is; where time does not go on, or jumps, all before is forgotten.
+    /// Adds where the object is; where time does not go on, or jumps, all before is forgotten but the
+    /// last.
     fn go_on(&mut self, time_s: f64, world_from_object: Pose) {
         let goes_on = |last_s: f64| time_s > last_s && time_s - last_s < FARTHEST_S;
-        if self.0.back().is_some_and(|(last_s, _)| !goes_on(*last_s)) {
-            self.0.clear();
+        if let Some(&last) = self.places.back().filter(|(last_s, _)| !goes_on(*last_s)) {
+            self.before = Some(last).filter(|(last_s, _)| time_s > *last_s);
+            self.places.clear();
         }
         // Of fast cameras not every image is kept.
-        let before = self.0.len().checked_sub(2).map(|at| self.0[at].0);
+        let before = self.places.len().checked_sub(2).map(|at| self.places[at].0);
         if before.is_some_and(|before_s| time_s - before_s < STEADY_S / PLACES as f64) {
-            self.0.pop_back();
+            self.places.pop_back();
         }
-        self.0.push_back((time_s, world_from_object));
-        while self.0.len() > PARTS + 1 && time_s - self.0[1].0 >= STEADY_S {
-            self.0.pop_front();
+        self.places.push_back((time_s, world_from_object));
+        while self.places.len() > PARTS + 1 && time_s - self.places[1].0 >= STEADY_S {
+            self.places.pop_front();
         }
+    }
+
+    /// Says where the object is so many seconds after it was seen last, if it goes on as between the
+    /// newest places. A motion forgets its speed while nothing new is seen; a single new image does not
+    /// teach it anew, but says how far the object went meanwhile.
+    fn soon(&self, seconds: f64) -> Option<Pose> {
+        let (last_s, last) = self.places.back().filter(|_| seconds > 0.0)?;
+        let mut older = self.places.iter().rev().skip_while(|(at_s, _)| last_s - at_s < SPAN_S[0]);
+        let nearest = older.clone().next().or(self.before.as_ref())?;
+        let spans = older.by_ref().take_while(|(at_s, _)| last_s - at_s <= SPAN_S[1]);
+        let (first_s, first) = spans.last().unwrap_or(nearest);
+        let share = seconds / (last_s - first_s);
+        let turn = (last.rotation() * first.rotation().inverse()).scaled_axis() * share;
+        let turn = UnitQuaternion::from_scaled_axis(turn.cap_magnitude(FARTHEST_TURN));
+        let across = (last.translation() - first.translation()) * share;
+        Some(Pose::from_rotation(turn * last.rotation(), last.translation() + across))
     }
 
     /// Says where the object is so many seconds after it was seen last, if it moved as steadily before
     /// that it certainly goes on; `None` where it rested, or moved this way and that.
     fn later(&self, seconds: f64, radius: f64) -> Option<Pose> {
-        let (Some((first_s, _)), Some((last_s, last))) = (self.0.front(), self.0.back()) else {
+        let (Some((first_s, _)), Some((last_s, last))) = (self.places.front(), self.places.back())
+        else {
             return None;
         };
-        if seconds <= 0.0 || last_s - first_s < 0.5 * STEADY_S || self.0.len() <= PARTS {
+        if seconds <= 0.0 || last_s - first_s < 0.5 * STEADY_S || self.places.len() <= PARTS {
             return None;
         }
-        let places = (0..=PARTS).map(|part| self.0[part * (self.0.len() - 1) / PARTS]);
+        let places = (0..=PARTS).map(|part| self.places[part * (self.places.len() - 1) / PARTS]);
         let places: Vec<(f64, Pose)> = places.collect();
         let speeds = |change: fn(&Pose, &Pose) -> Vector3<f64>| -> Vec<Vector3<f64>> {
             let pairs = places.windows(2);

@@ -251,7 +251,7 @@ def _of_capture(
     other = next((one for one in views if not isinstance(one, CaptureView | View)), views[0])
     raise ModelError(
         f"views must all be of a capture, or all be of arrays, as View(camera=, "
-        f"world_from_camera=, mask=), but one is a {type(other).__name__}"
+        f"world_from_camera=, mask=), but one is of type {type(other).__name__}"
     )
 
 
@@ -268,7 +268,7 @@ def divide(
     if not used:
         have = len(capture_views)
         raise ModelError(
-            "no usable view: the capture has no mask; give at least one image a mask"
+            "no usable view: none was given, or none has a mask; give at least one image a mask"
             if have == 0
             else f"no usable view: views {_write_slice(chosen)} selects none of the {have} views; "
             f"choose among 0 to {have - 1}"

@@ -84,7 +84,7 @@ def test_views_and_images_that_do_not_fit_are_refused_in_words(seen: list[Captur
         fit(native(seen), images=[image / 255.0 for image in images])
     with pytest.raises(ModelError, match="leave images out"):
         fit(seen, images=images)
-    with pytest.raises(ModelError, match=r"View\(camera=, .* but one is a str"):
+    with pytest.raises(ModelError, match=r"View\(camera=, .* but one is of type str"):
         fit(["eye/0000"])  # type: ignore[list-item]
     with pytest.raises(ImageError, match="160x60 pixels, but its camera's have 160x120"):
         views_of(native(seen)[:1], [images[0][:60]])

@@ -208,7 +208,7 @@ def test_no_selected_view_is_an_error_that_says_how_many_there_are(
 ) -> None:
     with pytest.raises(ModelError, match="views 8:: selects none of the 8 views; choose among 0"):
         servoid.model.fit(views, views=slice(8, None, None))
-    with pytest.raises(ModelError, match="no usable view: the capture has no mask"):
+    with pytest.raises(ModelError, match="no usable view: none was given, or none has a mask"):
         servoid.model.fit([])
 
 

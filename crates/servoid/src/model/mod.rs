@@ -64,7 +64,8 @@ pub enum ModelError {
     #[error(
         "the views see no common point: the lines of sight to the masks' centres come closest at \
          ({}, {}, {}) m, which view {view} {what}; check that poses are world_from_rig, in metres, \
-         in the order of the images, and that every mask marks the same object",
+         in the order of the images, that focal_px and center_px are the camera's, and that every \
+         mask marks the same object",
         Digits(point[0]), Digits(point[1]), Digits(point[2])
     )]
     NoCommonPoint {

@@ -13,8 +13,10 @@ from servoid.camera.lenses import make_lens
 from servoid.config.limits import MOST_CAMERAS, POSES_FILE
 from servoid.config.reading import read_text, read_toml_text
 from servoid.config.strict import check_version, convert, line_of
-from servoid.errors import CaptureError, located
+from servoid.errors import CameraError, CaptureError, located
 from servoid.words import counted, number_of
+
+_FOCAL_PX = (1e-3, 1e9)  # of any lens: beyond, the image is a point, or all lines are parallel
 
 POSES_HEADER = ("time_s", "x", "y", "z", "qw", "qx", "qy", "qz")
 
@@ -157,6 +159,7 @@ def mounted_lenses(path: Path, entries: Sequence[LensEntry], text: str) -> tuple
 
 def _read_lens(entry: LensEntry, place: str, pose_line: int | None) -> MountedLens:
     focal_px, middle_px = _focal_and_middle(entry, place)
+    _check_reach(place, focal_px, entry.center_px or middle_px)
     lens = make_lens(
         place,
         model=entry.model,
@@ -170,6 +173,21 @@ def _read_lens(entry: LensEntry, place: str, pose_line: int | None) -> MountedLe
     line = f", line {pose_line}" if pose_line else ""
     with located(f"{place}, rig_from_camera{line}"):
         return MountedLens(lens, Pose(np.array(entry.rig_from_camera, dtype=np.float64)))
+
+
+def _check_reach(place: str, focal_px: Sequence[float], center_px: Sequence[float]) -> None:
+    """Refuse numbers that no calibration holds: the core takes any, and images then say nothing."""
+    least, most = _FOCAL_PX
+    if any(0.0 < focal < least or focal > most for focal in focal_px):
+        raise CameraError(
+            f"{place}: a focal length must be a positive number of pixels, {least:g} to {most:g}, "
+            f"but focal_px is {[float(f'{focal:.6g}') for focal in focal_px]}"
+        )
+    if max(map(abs, center_px)) > most:
+        raise CameraError(
+            f"{place}: the principal point must be within {most:g} pixels, but center_px is "
+            f"{[float(f'{middle:.6g}') for middle in center_px]}"
+        )
 
 
 def _focal_and_middle(

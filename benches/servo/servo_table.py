@@ -4,12 +4,14 @@
 laboratories. `plain`: objects without print that turn. `faults`: a leap with and without a turn, a
 board before the object, a camera that hangs, no images. One run takes 15 to 60 s; each is written
 to a file, one line of JSON a run, and runs that stand in it are not made again. The tables say the
-median and, in brackets, the worst over all seeds: RMS after settling in mm; of faults how far the
-hand is off in the last second, and for how long it was held. `unsaid` counts seconds in which the
-hand was more than 30 mm off and neither held nor slowed for a reason that says so. Needs MuJoCo.
+median and, in brackets, the worst over all seeds: RMS after settling in mm; `after` how far the
+hand is off in the fourth second after a fault has ended, `end` in the last second, `held` for how
+long it was held. `unsaid` counts seconds in which the hand was more than 30 mm off and neither held
+nor slowed for a reason that says so; `unknown` those of them in which it was believed to be nearer
+than that. A line below each table counts the runs that end well. Needs MuJoCo.
 
 Run it with: python benches/servo/servo_table.py RUNS.jsonl [--seeds 11-18] [--only TABLE]
-[--tables]
+[--names WORD ...] [--logs FOLDER] [--tables]
 """
 
 import argparse
@@ -23,8 +25,9 @@ import numpy as np
 
 from servo import COARSE
 from servoid.errors import ServoidError
+from servoid.record.servo_log import write_servo_log
 from servoid.servo import Reason, ServoMetrics
-from servoid.sim.trial import TrialSettings, changed, run_servo_trial
+from servoid.sim.trial import ServoTrial, TrialSettings, changed, run_servo_trial
 
 USUAL = COARSE | {"world.threads": 1, "run.seconds": 9.0}
 SIZES = {"320x240": (320, 240), "640x480": (640, 480)}
@@ -46,8 +49,10 @@ FAULTS: dict[str, dict[str, Any]] = {
     "no images for 2 s": {"type": "drop", "seconds": 2.0},
 }
 FAULTED = ("mug", "drill", "two_ellipsoids")
+TABLES = ("turning", "plain", "faults")
+SOON_S, NEAR_MM = 3.0, 10.0
 _FAR_M = 0.03
-_SAID = {Reason.ROUGH, Reason.PARTED, Reason.ADRIFT}
+_SAID = {Reason.ROUGH, Reason.PARTED, Reason.UNSEEN, Reason.AWAY, Reason.UNREACHABLE}
 Row = dict[str, Any]
 
 
@@ -56,7 +61,11 @@ def main() -> None:
     arguments = argparse.ArgumentParser(description=__doc__)
     arguments.add_argument("runs", type=Path, help="the file of runs, made if it is missing")
     arguments.add_argument("--seeds", default="11-18", help="first and last (default 11-18)")
-    arguments.add_argument("--only", choices=("turning", "plain", "faults"))
+    arguments.add_argument("--only", choices=TABLES)
+    arguments.add_argument("--names", nargs="+", help="words, one of which a run's name holds")
+    arguments.add_argument(
+        "--logs", type=Path, help="a folder for the log of each run that is made"
+    )
     arguments.add_argument("--tables", action="store_true", help="only print what was run")
     asked = arguments.parse_args()
     first, last = map(int, asked.seeds.split("-"))
@@ -66,14 +75,17 @@ def main() -> None:
     if not asked.tables:
         for seed in range(first, last + 1):
             for table, name, values in cases():
-                if (table, name, seed) in done or asked.only not in (None, table):
+                wanted = asked.names is None or any(word in name for word in asked.names)
+                if (table, name, seed) in done or asked.only not in (None, table) or not wanted:
                     continue
-                row = {"table": table, "name": name, "seed": seed, **run(name, values, seed)}
+                log = asked.logs and asked.logs / f"{table}, {name}, {seed}.csv".replace(":", "")
+                row = {"table": table, "name": name, "seed": seed, **run(name, values, seed, log)}
                 with asked.runs.open("a") as file:
                     file.write(json.dumps(row) + "\n")
                 rows.append(row)
-    for table in ("turning", "plain", "faults"):
-        print(f"\n{table}\n{told([row for row in rows if row['table'] == table])}")
+    for table in TABLES:
+        mine = [row for row in rows if row["table"] == table]
+        print(f"\n{table}\n{told(mine)}\n\n{judged(mine)}")
 
 
 def cases() -> Iterator[tuple[str, str, dict[str, Any]]]:
@@ -104,7 +116,7 @@ def _case(thing: str, path: str, size: str, *, is_ideal: bool) -> dict[str, Any]
     }
 
 
-def run(name: str, values: dict[str, Any], seed: int) -> Row:
+def run(name: str, values: dict[str, Any], seed: int, log_csv: Path | None = None) -> Row:
     """Servo once, and return what came of it; a run that ends early says why."""
     settings = changed(TrialSettings(), values | {"world.seed": seed, "track.seed": seed}, name)
     try:
@@ -112,28 +124,51 @@ def run(name: str, values: dict[str, Any], seed: int) -> Row:
             trial = run_servo_trial(settings, Path(folder))
     except ServoidError as error:
         return {"failed": str(error)}
-    log, metrics = trial.log, ServoMetrics.of(trial.log, settings.run.settle_s)
+    if log_csv is not None:
+        log_csv.parent.mkdir(parents=True, exist_ok=True)
+        write_servo_log(trial.log, log_csv)
+    return measured(trial)
+
+
+def measured(trial: ServoTrial) -> Row:
+    """Return the figures of a run, and its course ten times a second."""
+    log, metrics = trial.log, ServoMetrics.of(trial.log, trial.settings.run.settle_s)
     off = np.linalg.norm(log.hand_errors[:, :3], axis=1)
     commands = [row.tick.command for row in log.rows]
-    said = np.array([bool(one.holding) or bool(_SAID & set(one.limiting)) for one in commands])
+    held = np.array([bool(one.holding) for one in commands])
+    said = held | np.array([bool(_SAID & one.limiting) for one in commands])
+    goals = [one.hand_from_goal for one in commands]
+    far = [goal is not None and np.linalg.norm(goal.translation) > _FAR_M for goal in goals]
     times = np.asarray(log.times)
     period_s = float(np.median(np.diff(times)))
+    unsaid = ~said & (off > _FAR_M)
+    ends_s = max(
+        [one.at_s + getattr(one, "seconds", 0.0) for one in trial.settings.world.faults] or [0.0]
+    )
+    after = (times >= ends_s + SOON_S) & (times < ends_s + SOON_S + 1.0)
+    often = slice(None, None, max(1, round(0.1 / period_s)))
     return {
         "repeatability": 1e3 * metrics.position_rms,
         "accuracy": 1e3 * metrics.accuracy.position_rms,
         "object": 1e3 * metrics.accuracy.object_rms,
         "turn": float(np.degrees(metrics.turn_rms)),
+        "after": 1e3 * float(off[after].mean()),
         "end": 1e3 * float(off[times > times[-1] - 1.0].mean()),
         "held": sum(hold.end_s - hold.start_s for hold in metrics.holds if hold.start_s > 0.0),
+        "held_after": bool(held[after].all()),
         "held_at_end": bool(commands[-1].holding),
-        "unsaid": float((~said & (off > _FAR_M)).sum()) * period_s,
+        "unsaid": float(unsaid.sum()) * period_s,
+        "unknown": float((unsaid & ~np.array(far)).sum()) * period_s,
+        "off_mm": [round(1e3 * float(one), 1) for one in off[often]],
+        "told": "".join(np.where(held, "h", np.where(said, "s", "."))[often]),
     }
 
 
 def told(rows: list[Row]) -> str:
     """Return a table in Markdown, one line a name."""
-    keys = ("repeatability", "accuracy", "object", "turn", "end", "held", "unsaid")
-    lines = [f"| run | seeds | {' | '.join(keys)} | held at the end |", "|---" * 10 + "|"]
+    keys = ("repeatability", "accuracy", "object", "turn", "after", "end", "held")
+    keys += ("unsaid", "unknown")
+    lines = [f"| run | seeds | {' | '.join(keys)} | held at the end |", "|---" * 12 + "|"]
     for name in dict.fromkeys(row["name"] for row in rows):
         mine = [row for row in rows if row["name"] == name and "failed" not in row]
         failed = sum(row["name"] == name for row in rows) - len(mine)
@@ -147,6 +182,27 @@ def told(rows: list[Row]) -> str:
         count = f"{len(mine)}" + (f", and {failed} that could not begin" if failed else "")
         held = sum(row["held_at_end"] for row in mine)
         lines.append(f"| {name} | {count} | {' | '.join(cells)} | {held} |")
+    return "\n".join(lines)
+
+
+def judged(rows: list[Row]) -> str:
+    """Say how many runs end well, and which do not."""
+    mine = [row for row in rows if "failed" not in row]
+    ways = {
+        f"within {NEAR_MM:g} mm or held {SOON_S:g} s after the fault": lambda row: (
+            row["after"] <= NEAR_MM or row["held_after"]
+        ),
+        f"within {NEAR_MM:g} mm or held at the end": lambda row: (
+            row["end"] <= NEAR_MM or row["held_at_end"]
+        ),
+        f"never {1e3 * _FAR_M:g} mm off unsaid": lambda row: row["unsaid"] == 0.0,
+        f"never {1e3 * _FAR_M:g} mm off unsaid and unknown": lambda row: row["unknown"] == 0.0,
+    }
+    lines = []
+    for way, is_so in ways.items():
+        not_so = [f"{row['name']}, {row['seed']}" for row in mine if not is_so(row)]
+        lines.append(f"{way}: {len(mine) - len(not_so)} of {len(mine)}")
+        lines += [f"    not {one}" for one in not_so]
     return "\n".join(lines)
 
 

@@ -172,13 +172,14 @@ class Controller:
         wish = self._law.wish(now.state, now.jacobian, HandWish(wanted, allowed))
         limited = self._limiter.nearest(wish, self._bounds(now, target, speed_scale))
         stuck = self._reaching.reasons(now.state, now.jacobian, wanted, allowed)
-        doubted = self._supervisor.limiting(target, np.array(world_from_goal.pose.translation))
+        place, off = (np.array(one.pose.translation) for one in (world_from_goal, hand_from_goal))
+        untrue = self._supervisor.limiting(target, place, exact.norm(off))
         return self._sent(
             now,
             target,
             limited.velocities,
             hand_from_goal=hand_from_goal.pose,
-            limiting=limited.reasons | stuck | doubted,
+            limiting=limited.reasons | stuck | untrue,
         )
 
     def _hand_twist(

@@ -193,6 +193,9 @@ class SafetySettings(_Settings, frozen=True, kw_only=True, forbid_unknown_fields
     rough: Annotated[
         float, _above("standard deviation of the goal's place from which on it is told, m")
     ] = 0.025
+    away: Annotated[
+        float, _above("distance of the hand from its goal from which on it is told, m")
+    ] = 0.025
     adrift: Annotated[
         float,
         _above("how far turns that come and go, unbelieved, move a goal before the arm is held, m"),

@@ -6,7 +6,18 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 from fake_tracker import FakeEstimate
-from servo_loop import WORLD_FROM_OBJECT, Loop, Path, Tick, broken_limits, still, to_and_fro
+from servo_loop import (
+    WORLD_FROM_OBJECT,
+    Loop,
+    Path,
+    Seen,
+    Tick,
+    broken_limits,
+    position_errors,
+    still,
+    to_and_fro,
+)
+from tiers import tiered
 
 from servoid.pose import Pose
 from servoid.servo import Reason
@@ -46,12 +57,24 @@ def rocking(degrees: float, period_s: float, until_s: float = np.inf) -> Turn:
 
 
 def followed(
-    true: Turn, seen: Turn, seconds: float, confidence: float = 0.3, path: Path | None = None
+    true: Turn,
+    seen: Turn,
+    seconds: float,
+    confidence: float = 0.3,
+    path: Path | None = None,
+    hidden: tuple[float, float] | None = None,
 ) -> tuple[Loop, list[Tick]]:
-    """Follow an object that truly turns, and is seen to turn, about the upright."""
+    """Follow an object that truly turns, and is seen to turn, about the upright.
+
+    If it is hidden between two times, its turn is told well until half a second before.
+    """
     places = path or still(WORLD_FROM_OBJECT)
 
-    def told(instant: Instant, estimate: FakeEstimate) -> tuple[Instant, FakeEstimate]:
+    def told(instant: Instant, estimate: FakeEstimate) -> Seen:
+        if hidden is not None and hidden[0] <= instant.time_s < hidden[1]:
+            return None, None
+        if hidden is not None and instant.time_s < hidden[0] - 0.5:
+            return instant, estimate
         pose = shifted_and_turned(places(estimate.time_s), turned(seen(estimate.time_s)))
         unsure = np.diag([1e-7] * 3 + [3e-3] * 3) if confidence < 0.8 else 1e-8 * np.eye(6)
         status = "searching" if confidence < 0.8 else "tracking"
@@ -107,6 +130,30 @@ def test_a_hand_that_was_held_moves_on_when_turns_have_calmed_down() -> None:
     settings = SafetySettings()
     assert held.any() and 6.0 + settings.calm_s - 0.5 < last < 12.0
     assert not ticks[-1].command.holding
+
+
+@pytest.mark.parametrize("degrees", tiered([33.0, 20.0, -90.0]))
+def test_what_turned_unseen_and_is_doubted_holds_the_hand_for_good(degrees: float) -> None:
+    def turn(time_s: float) -> float:
+        return float(np.radians(degrees)) * (time_s > 2.5)
+
+    _, ticks = followed(turn, turn, 7.0, hidden=(2.0, 3.0))
+    held = [bool(tick.command.holding) for tick in ticks if tick.time_s > 2.5]
+    assert all(held)
+    assert adrift([tick for tick in ticks if tick.time_s > 4.0]).all()
+
+
+def test_what_was_hidden_and_did_not_turn_is_followed_as_well_as_before() -> None:
+    _, ticks = followed(
+        lambda _: 0.0,
+        lambda time_s: float(np.radians(5.0 * (time_s > 1.5))),
+        7.0,
+        path=to_and_fro(6.0),
+        hidden=(2.0, 3.0),
+    )
+    late = [tick for tick in ticks if tick.time_s > 5.0]
+    assert not any(tick.command.holding for tick in late)
+    assert position_errors(late).max() < 0.012
 
 
 def seen_by(watch: Drifting, turn: Turn, seconds: float, spread: float = 0.0) -> list[float]:

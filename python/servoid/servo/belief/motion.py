@@ -100,6 +100,12 @@ class Seen:
         matrix = np.concatenate([axes, still, still, axes], axis=1)
         return cls(matrix, exact.product(axes, noise.fresh, axes.T))
 
+    @classmethod
+    def of_place(cls, axes: Floats, spread: Floats) -> "Seen":
+        """Say where it is along axes (k, n), by what no estimate says; `spread` is (n, n)."""
+        still = np.zeros((len(axes), 3 * axes.shape[1]))
+        return cls(np.concatenate([axes, still], axis=1), exact.product(axes, spread, axes.T))
+
     def and_resting(self, axes: Floats, speed: float) -> "Seen":
         """Add the supposition that nothing moves along axes (m, n), but for some speed."""
         still = np.zeros_like(axes)

@@ -22,6 +22,7 @@ _FRESHEST = 0.003  # m: standard deviation of what is new in a place, at most
 _TINY = 1e-12  # m²
 _OPEN_SPEED = 0.05  # rad/s: turning that images do not tell is about none
 _OPEN_WANDER = 0.1  # rad per root s: how an open turn becomes unknown
+_TURNED = 0.2  # rad: standard deviation, about any axis, of a turn that nobody saw
 
 
 class TargetEstimate(UnsureEstimate, Protocol):
@@ -176,7 +177,8 @@ class TargetFilter:
     def forget(self) -> None:
         """Drop where the object is and how it moves, so that the next estimate starts anew.
 
-        How it was turned about axes about which images do not tell its turn is kept.
+        How it was turned is kept: about axes about which images do not tell its turn as it was,
+        else as what it may have turned from meanwhile.
         """
         self._time_s = None
         self._jumps.clear()
@@ -187,9 +189,10 @@ class TargetFilter:
 
     def _start(self, estimate: TargetEstimate) -> None:
         seen, turns = estimate.world_from_object, UnobservableTurns.of(estimate)
-        if self._known is not None:
+        before, was = self._known, self._pose
+        if before is not None:
             # Else the hand would go around a plain bottle that is found again with another spin.
-            seen = turns.left_out(self._pose, seen)
+            seen = turns.left_out(was, seen)
         self._time_s, self._pose, self._odd = estimate.time_s, seen, False
         self._turn_off = None
         noises, hidden = self._noise(estimate)
@@ -197,6 +200,10 @@ class TargetFilter:
             Motion(*begin) for begin in zip(self._manners, noises, _START_SPREAD, strict=True)
         )
         self._known = _Known(shift, turn, turns, hidden)
+        if before is not None:
+            # Of a turn that is told badly, what it was before says more.
+            self._known.presume(change_between(seen, was)[3:], before, self._settings.oddness)
+            self._settle(self._known)
         self._jumps.clear()
 
     def _follow(self, known: "_Known", estimate: TargetEstimate, elapsed: float) -> None:
@@ -267,6 +274,15 @@ class _Known:
         whole[:3, :3] = covariances[0]
         whole[3:, 3:] = exact.product(across, covariances[1], across)
         return whole
+
+    def presume(self, turn: Floats, before: "_Known", oddness: float) -> None:
+        """Suppose that it is still turned as it was: by (3,), known as well as before."""
+        across = self.turns.observable.T
+        if not len(across):
+            return
+        spread = before.turn.ahead(0.0)[1][:3, :3] + _TURNED * _TURNED * np.eye(3)
+        supposed = Seen.of_place(across, spread)
+        self.turn.correct(supposed, exact.product(across, turn), oddness)
 
     def correct(
         self, change: Floats, noises: tuple[Noise, Noise], turns: UnobservableTurns, oddness: float

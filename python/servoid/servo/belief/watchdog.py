@@ -14,6 +14,7 @@ from servoid.source.source import Instant
 
 _FITTING = 3  # estimates in a row that are not odd after which belief and sight are the same
 _QUICK_S, _SLOW_S = 1.0, 5.0  # over which turns are smoothed, and taken for what is always wrong
+_LONGEST_S = 0.1  # for which one turn counts at most
 _LASTING = 0.2  # share of that which counts
 _TOLD = 0.5  # share of the standard deviation that the tracker gives its turns, above which all do
 _CALM = 0.5  # share of what holds the arm, below which it moves again
@@ -121,7 +122,10 @@ class Drifting:
     def __init__(self, settings: SafetySettings) -> None:
         self._settings = settings
         self._lever = 0.0
-        self.clear()
+        self._time_s: float | None = None
+        self._quick = self._slow = np.zeros(3)
+        self._calm_s, self._spread = -np.inf, 0.0
+        self.holds: bool = False
 
     def reach(self, lever: float) -> None:
         """Take in how far the goal is from the target's origin, in m."""
@@ -134,7 +138,8 @@ class Drifting:
         """
         if self._lever == 0.0:
             return  # there is no goal yet
-        elapsed = 0.0 if self._time_s is None else time_s - self._time_s
+        # After a gap, one turn alone says no more than usual.
+        elapsed = 0.0 if self._time_s is None else min(time_s - self._time_s, _LONGEST_S)
         if self._time_s is None:
             self._quick = self._slow = off
             self._spread = spread
@@ -157,13 +162,6 @@ class Drifting:
         new = min(off, exact.norm(self._quick - self._slow))
         new *= new > _TOLD * self._spread
         return self._lever * max(new, _LASTING * off)
-
-    def clear(self) -> None:
-        """Begin anew: what is seen is believed."""
-        self._time_s: float | None = None
-        self._quick = self._slow = np.zeros(3)
-        self._calm_s, self._spread = -np.inf, 0.0
-        self.holds: bool = False
 
 
 def _towards(smoothed: Floats, value: Floats, times: float) -> Floats:

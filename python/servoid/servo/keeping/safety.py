@@ -31,6 +31,8 @@ class Reason(Enum):
     PARTED = "what is believed of the target and what is seen of it have parted"
     ADRIFT = "what is seen of the target's turn wanders about what is believed of it"
     ROUGH = "the target's pose is told too roughly to place the hand by it"
+    UNSEEN = "the target is not seen just now, and taken to go on as it did"
+    AWAY = "the hand is on its way to its goal"
     WORKSPACE = "the hand is at the edge of its workspace"
     NEAR = "the hand is as near to the object as it may be"
     COLLISION = "parts of the arm are as near to each other, or to the room, as they may be"
@@ -121,11 +123,19 @@ class SafetySupervisor:
             reasons.add(Reason.NO_IMAGES)
         return frozenset(reasons)
 
-    def limiting(self, target: Prediction, place: Floats) -> frozenset[Reason]:
-        """Return what makes the goal doubtful though the arm moves: it lies at a place (3,)."""
+    def limiting(self, target: Prediction, place: Floats, off: float) -> frozenset[Reason]:
+        """Return why the hand is not where it should be, or may not be, though the arm moves.
+
+        Its goal lies at a place (3,), and is believed to be so far off, in m.
+        """
         self._drifting.reach(exact.norm(place - target.place))
         rough = target.spread_at(place) > self._settings.rough
-        reasons = {Reason.ROUGH: rough, Reason.PARTED: self._parting.is_told}
+        reasons = {
+            Reason.ROUGH: rough,
+            Reason.PARTED: self._parting.is_told,
+            Reason.UNSEEN: self._in_a_row == 0,
+            Reason.AWAY: off > self._settings.away,
+        }
         return frozenset(reason for reason, holds in reasons.items() if holds)
 
     def speed_scale(self) -> float:
@@ -158,8 +168,6 @@ class SafetySupervisor:
         if self._held and self._in_a_row == 0 and self._target.jumps == 0:
             self._target.forget()  # what moved before the gap says nothing of after it
             self._parting.clear()
-            if not self._drifting.holds:  # that ends by itself, once it is calm
-                self._drifting.clear()
         verdict = self._target.update(estimate)
         if verdict is Verdict.OUTDATED:
             return
@@ -168,7 +176,6 @@ class SafetySupervisor:
             return
         if verdict is Verdict.RESTARTED:
             self._held, self._in_a_row = True, 0
-            self._drifting.clear()
         self._trusted_s = estimate.time_s
         if self._target.turn_off is not None:
             spread = float(np.sqrt(estimate.covariance[3:, 3:].trace()))

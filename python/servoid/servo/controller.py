@@ -172,8 +172,8 @@ class Controller:
         wish = self._law.wish(now.state, now.jacobian, HandWish(wanted, allowed))
         limited = self._limiter.nearest(wish, self._bounds(now, target, speed_scale))
         stuck = self._reaching.reasons(now.state, now.jacobian, wanted, allowed)
-        place, off = (np.array(one.pose.translation) for one in (world_from_goal, hand_from_goal))
-        untrue = self._supervisor.limiting(target, place, exact.norm(off))
+        off = exact.norm(np.array(hand_from_goal.pose.translation))
+        untrue = self._supervisor.limiting(target, world_from_goal.pose, off)
         return self._sent(
             now,
             target,

@@ -198,7 +198,10 @@ class SafetySettings(_Settings, frozen=True, kw_only=True, forbid_unknown_fields
     ] = 0.025
     adrift: Annotated[
         float,
-        _above("how far turns that come and go, unbelieved, move a goal before the arm is held, m"),
+        _above(
+            "how far turns that come and go, unbelieved, or that are believed though told roughly, "
+            "move a goal before the arm is held, m"
+        ),
     ] = 0.03
     calm_s: Annotated[
         float, _above("for which they must move it half as far before the arm moves again, s")

@@ -22,7 +22,7 @@ from tiers import tiered
 from servoid.pose import Pose
 from servoid.servo import Reason
 from servoid.servo.belief.watchdog import Drifting
-from servoid.servo.law.moving import shifted_and_turned
+from servoid.servo.law.moving import change_between, shifted_and_turned
 from servoid.servo.settings import SafetySettings
 from servoid.source.source import Instant
 
@@ -62,24 +62,24 @@ def followed(
     seconds: float,
     confidence: float = 0.3,
     path: Path | None = None,
-    hidden: tuple[float, float] | None = None,
+    hidden: tuple[float, float] = (0.0, 0.0),
+    sure: tuple[float, float] = (0.0, np.inf),
 ) -> tuple[Loop, list[Tick]]:
     """Follow an object that truly turns, and is seen to turn, about the upright.
 
-    If it is hidden between two times, its turn is told well until half a second before.
+    It is hidden between two times, and its turn is told well until one time and from another on.
     """
     places = path or still(WORLD_FROM_OBJECT)
 
     def told(instant: Instant, estimate: FakeEstimate) -> Seen:
-        if hidden is not None and hidden[0] <= instant.time_s < hidden[1]:
+        if hidden[0] <= instant.time_s < hidden[1]:
             return None, None
-        if hidden is not None and instant.time_s < hidden[0] - 0.5:
-            return instant, estimate
         pose = shifted_and_turned(places(estimate.time_s), turned(seen(estimate.time_s)))
-        unsure = np.diag([1e-7] * 3 + [3e-3] * 3) if confidence < 0.8 else 1e-8 * np.eye(6)
-        status = "searching" if confidence < 0.8 else "tracking"
+        doubted = confidence < 0.8 and sure[0] <= instant.time_s < sure[1]
+        spread = np.diag([1e-7] * 3 + [3e-3] * 3) if doubted else 1e-8 * np.eye(6)
+        status, share = ("searching", confidence) if doubted else ("tracking", 1.0)
         return instant, Doubted(
-            estimate.time_s, pose, status=status, confidence=confidence, covariance=unsure
+            estimate.time_s, pose, status=status, confidence=share, covariance=spread
         )
 
     def truth(time_s: float) -> Pose:
@@ -132,12 +132,49 @@ def test_a_hand_that_was_held_moves_on_when_turns_have_calmed_down() -> None:
     assert not ticks[-1].command.holding
 
 
+@pytest.mark.parametrize("degrees", [8.0, 12.0])
+def test_a_hand_that_was_held_stays_so_while_the_object_stays_turned(degrees: float) -> None:
+    def turn(time_s: float) -> float:
+        return float(np.radians(degrees)) * min(max(time_s - 2.0, 0.0), 1.0)
+
+    _, ticks = followed(turn, turn, 14.0, sure=(1.5, np.inf))
+    held = np.array([bool(tick.command.holding) for tick in ticks if tick.time_s > 4.0])
+    assert held.all()
+
+
+@pytest.mark.parametrize("rate_deg", tiered([1.5, 4.0]))
+def test_a_doubted_turn_leads_a_hand_only_so_far(rate_deg: float) -> None:
+    def turn(time_s: float) -> float:
+        return float(np.radians(rate_deg)) * max(time_s - 2.0, 0.0)
+
+    _, ticks = followed(turn, turn, 14.0, sure=(1.5, np.inf))
+    off = position_errors(ticks)
+    held = np.array([bool(tick.command.holding) for tick in ticks])
+    believed = [tick.command.world_from_object for tick in ticks]
+    assert off.max() > 0.04 and held[-1]
+    moving = [pose for pose, holds in zip(believed, held, strict=True) if pose and not holds]
+    led = [LEVER * np.linalg.norm(change_between(WORLD_FROM_OBJECT, one)[3:]) for one in moving]
+    assert max(led) < SafetySettings().adrift + 0.002
+
+
+def test_a_hand_that_a_doubted_turn_led_too_far_moves_on_once_it_is_told_well() -> None:
+    def turn(time_s: float) -> float:
+        return float(np.radians(12.0)) * min(max(time_s - 2.0, 0.0) / 4.0, 1.0)
+
+    _, ticks = followed(turn, turn, 13.0, sure=(1.5, 8.0))
+    held = np.array([bool(tick.command.holding) for tick in ticks])
+    times = np.array([tick.time_s for tick in ticks])
+    assert held[(times > 6.0) & (times < 8.0)].all()
+    assert not held[times > 12.0].any()
+    assert position_errors(ticks)[-1] < 0.005
+
+
 @pytest.mark.parametrize("degrees", tiered([33.0, 20.0, -90.0]))
 def test_what_turned_unseen_and_is_doubted_holds_the_hand_for_good(degrees: float) -> None:
     def turn(time_s: float) -> float:
         return float(np.radians(degrees)) * (time_s > 2.5)
 
-    _, ticks = followed(turn, turn, 7.0, hidden=(2.0, 3.0))
+    _, ticks = followed(turn, turn, 7.0, hidden=(2.0, 3.0), sure=(1.5, np.inf))
     held = [bool(tick.command.holding) for tick in ticks if tick.time_s > 2.5]
     assert all(held)
     assert adrift([tick for tick in ticks if tick.time_s > 4.0]).all()
@@ -150,6 +187,7 @@ def test_what_was_hidden_and_did_not_turn_is_followed_as_well_as_before() -> Non
         7.0,
         path=to_and_fro(6.0),
         hidden=(2.0, 3.0),
+        sure=(1.5, np.inf),
     )
     late = [tick for tick in ticks if tick.time_s > 5.0]
     assert not any(tick.command.holding for tick in late)

@@ -22,7 +22,8 @@ _FRESHEST = 0.003  # m: standard deviation of what is new in a place, at most
 _TINY = 1e-12  # m²
 _OPEN_SPEED = 0.05  # rad/s: turning that images do not tell is about none
 _OPEN_WANDER = 0.1  # rad per root s: how an open turn becomes unknown
-_TURNED = 0.2  # rad: standard deviation, about any axis, of a turn that nobody saw
+_TURNED = 0.2  # rad: standard deviation, about any axis, of a turn that nobody saw nor sees now
+_LEAST_DOUBT = 1e-3
 
 
 class TargetEstimate(UnsureEstimate, Protocol):
@@ -202,7 +203,9 @@ class TargetFilter:
         self._known = _Known(shift, turn, turns, hidden)
         if before is not None:
             # Of a turn that is told badly, what it was before says more.
-            self._known.presume(change_between(seen, was)[3:], before, self._settings.oddness)
+            doubt = max(_LEAST_DOUBT, _doubt(estimate))
+            turn = change_between(seen, was)[3:]
+            self._known.presume(turn, before, doubt, self._settings.oddness)
             self._settle(self._known)
         self._jumps.clear()
 
@@ -237,7 +240,7 @@ class TargetFilter:
             whole = estimate.covariance
             parts = whole[:3, :3], whole[3:, 3:]
             told = np.array([exact.product(world, part, world.T) for part in parts])
-            doubt = 1.0 - min(max(estimate.confidence, 0.0), 1.0)
+            doubt = _doubt(estimate)
         wrong = settings.wrong_turn * float(np.sqrt(doubt))
         # The surer the tracker is, the sooner that is over which it had wrong before.
         fading_s = max(_SOONEST_S, settings.fading_s * doubt / (doubt + _HARDLY))
@@ -275,12 +278,15 @@ class _Known:
         whole[3:, 3:] = exact.product(across, covariances[1], across)
         return whole
 
-    def presume(self, turn: Floats, before: "_Known", oddness: float) -> None:
-        """Suppose that it is still turned as it was: by (3,), known as well as before."""
+    def presume(self, turn: Floats, before: "_Known", doubt: float, oddness: float) -> None:
+        """Suppose that it is still turned as it was: by (3,), known as well as before.
+
+        The less the tracker doubts that it was turned meanwhile, the less that says.
+        """
         across = self.turns.observable.T
         if not len(across):
             return
-        spread = before.turn.ahead(0.0)[1][:3, :3] + _TURNED * _TURNED * np.eye(3)
+        spread = before.turn.ahead(0.0)[1][:3, :3] + _TURNED * _TURNED / doubt * np.eye(3)
         supposed = Seen.of_place(across, spread)
         self.turn.correct(supposed, exact.product(across, turn), oddness)
 
@@ -296,6 +302,11 @@ class _Known:
         turned = Seen.along(seen, noises[1]).and_resting(axes, _OPEN_SPEED)
         surprise = np.concatenate([exact.product(seen, change[3:]), np.zeros(len(axes))])
         return max(odd, self.turn.correct(turned, surprise, oddness)) > oddness
+
+
+def _doubt(estimate: TargetEstimate) -> float:
+    """Return how likely an estimate is wrong, 0 to 1."""
+    return 1.0 - min(max(estimate.confidence, 0.0), 1.0)
 
 
 def _manners(settings: TargetSettings) -> tuple[Manner, Manner]:

@@ -14,6 +14,7 @@ from servoid.source.source import Instant
 
 _FITTING = 3  # estimates in a row that are not odd after which belief and sight are the same
 _QUICK_S, _SLOW_S = 1.0, 5.0  # over which turns are smoothed, and taken for what is always wrong
+_USUAL_S = 20.0  # over which what is usual comes about
 _LONGEST_S = 0.1  # for which one turn counts at most
 _LASTING = 0.2  # share of that which counts
 _TOLD = 0.5  # share of the standard deviation that the tracker gives its turns, above which all do
@@ -116,7 +117,8 @@ class Drifting:
     """Watches turns of a target that are seen and not believed: how far they would move its goal.
 
     A tracker that has the same turn wrong all the time is borne. Where what it sees comes and goes,
-    the target turns and its turn is told too badly to follow, or nobody knows how it is turned.
+    the target turns and its turn is told too badly to follow, or nobody knows how it is turned. So
+    it stays until the turn is seen as before, or told well.
     """
 
     def __init__(self, settings: SafetySettings) -> None:
@@ -124,6 +126,7 @@ class Drifting:
         self._lever = 0.0
         self._time_s: float | None = None
         self._quick = self._slow = np.zeros(3)
+        self._turned = self._usual = np.zeros(3)
         self._calm_s, self._spread = -np.inf, 0.0
         self.holds: bool = False
 
@@ -131,18 +134,20 @@ class Drifting:
         """Take in how far the goal is from the target's origin, in m."""
         self._lever = lever
 
-    def see(self, time_s: float, off: Floats, spread: float) -> None:
+    def see(self, time_s: float, off: Floats, spread: float, led: Floats | None = None) -> None:
         """Take in by what turn (3,) an estimate was off what was believed, in rad.
 
-        `spread` is the standard deviation of such turns, as the tracker says.
+        `spread` is the standard deviation of such turns, as the tracker says, `led` (3,) how far
+        the belief has turned since the turn was told well; None while it is.
         """
         if self._lever == 0.0:
             return  # there is no goal yet
         # After a gap, one turn alone says no more than usual.
         elapsed = 0.0 if self._time_s is None else min(time_s - self._time_s, _LONGEST_S)
         if self._time_s is None:
-            self._quick = self._slow = off
+            self._quick = self._slow = self._turned = self._usual = off
             self._spread = spread
+        self._heed(off, led, elapsed)
         self._quick = _towards(self._quick, off, elapsed / _QUICK_S)
         self._slow = _towards(self._slow, off, elapsed / _SLOW_S)
         self._spread -= float(exact.expm1(-elapsed / _QUICK_S)) * (spread - self._spread)
@@ -150,9 +155,18 @@ class Drifting:
         most, departs = self._settings.adrift, self.departs
         if departs > most:
             self.holds = True
-        if departs > _CALM * most:
+        if max(departs, self._lever * exact.norm(self._turned - self._usual)) > _CALM * most:
             self._calm_s = time_s
         self.holds &= time_s - self._calm_s < self._settings.calm_s
+
+    def _heed(self, off: Floats, led: Floats | None, elapsed: float) -> None:
+        """Smooth how the target is seen to be turned, and, while nothing is held, usually is."""
+        if led is None:
+            self._turned = self._usual = off
+            return
+        self._turned = _towards(self._turned, led + off, elapsed / _QUICK_S)
+        if not self.holds:
+            self._usual = _towards(self._usual, led + off, elapsed / _USUAL_S)
 
     @property
     def departs(self) -> float:
@@ -162,6 +176,36 @@ class Drifting:
         new = min(off, exact.norm(self._quick - self._slow))
         new *= new > _TOLD * self._spread
         return self._lever * max(new, _LASTING * off)
+
+
+class Straying:
+    """Watches how far a turn that is told roughly has led a goal from where it was told well.
+
+    As told well counts the turn that was believed first, of the target as it was modelled.
+    """
+
+    def __init__(self, settings: SafetySettings) -> None:
+        self._settings = settings
+        self._well: Pose | None = None
+        self.led: Floats | None = None  # (3,), the turn since it was told well; None while it is
+        self._calm_s = -np.inf
+        self.holds: bool = False
+
+    def see(self, time_s: float, believed: Pose, lever: float, *, is_rough: bool) -> None:
+        """Take in how a target is believed to be turned, and its goal's distance from it, in m."""
+        if not is_rough:
+            self._well, self.led, self.holds = believed, None, False
+            return
+        if self._well is None:
+            self._well = believed
+        most = self._settings.adrift
+        self.led = change_between(self._well, believed)[3:]
+        astray = lever * exact.norm(self.led)
+        if astray > most:
+            self.holds = True
+        if astray > _CALM * most:
+            self._calm_s = time_s
+        self.holds &= time_s - self._calm_s < self._settings.calm_s
 
 
 def _towards(smoothed: Floats, value: Floats, times: float) -> Floats:

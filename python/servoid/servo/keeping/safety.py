@@ -4,11 +4,10 @@ from enum import Enum
 
 import numpy as np
 
-from servoid.pose import exact
-from servoid.servo.arm import Floats
+from servoid.pose import Pose, exact
 from servoid.servo.belief.jumps import Verdict
 from servoid.servo.belief.target import Prediction, TargetEstimate, TargetFilter
-from servoid.servo.belief.watchdog import Drifting, Parting, Watchdog
+from servoid.servo.belief.watchdog import Drifting, Parting, Straying, Watchdog
 from servoid.servo.settings import SafetySettings
 from servoid.source.source import Instant
 
@@ -30,6 +29,7 @@ class Reason(Enum):
     PROTECTIVE_STOP = "the arm's own driver has stopped it, and waits for a reset"
     PARTED = "what is believed of the target and what is seen of it have parted"
     ADRIFT = "what is seen of the target's turn wanders about what is believed of it"
+    STRAYED = "a turn of the target that is told roughly has led its goal too far"
     ROUGH = "the target's pose is told too roughly to place the hand by it"
     UNSEEN = "the target is not seen just now, and taken to go on as it did"
     AWAY = "the hand is on its way to its goal"
@@ -57,7 +57,7 @@ ORDINARY = frozenset(
     }
 )
 # What holds the hand though the place of the target is known.
-LOCATED = frozenset({Reason.PROTECTIVE_STOP, Reason.ADRIFT})
+LOCATED = frozenset({Reason.PROTECTIVE_STOP, Reason.ADRIFT, Reason.STRAYED})
 _TOLERATED_JUMPS = 1
 
 
@@ -75,6 +75,8 @@ class SafetySupervisor:
         self._fault = Reason.NO_TARGET
         self._in_a_row = 0
         self._parting, self._drifting = Parting(settings), Drifting(settings)
+        self._straying = Straying(settings)
+        self._object_from_goal: Pose | None = None
         self._trusted_s: float | None = None
         self._held, self._stopped = True, False
         self._resumed_s = 0.0
@@ -92,7 +94,7 @@ class SafetySupervisor:
         if last is None or abs(time_s - last) > self._settings.coast_s:
             self._held = True
             self._in_a_row = 0
-        elif stopped or self._drifting.holds or self._target.jumps > _TOLERATED_JUMPS:
+        elif stopped or self._astray or self._target.jumps > _TOLERATED_JUMPS:
             self._held = True
         elif self._held and self._in_a_row >= self._settings.resume_after:
             self._held, self._resumed_s = False, time_s
@@ -111,7 +113,11 @@ class SafetySupervisor:
         """Return why the arm is held at the time it is; empty if it may move."""
         if not self._held:
             return frozenset()
-        kept = {Reason.PROTECTIVE_STOP: self._stopped, Reason.ADRIFT: self._drifting.holds}
+        kept = {
+            Reason.PROTECTIVE_STOP: self._stopped,
+            Reason.ADRIFT: self._drifting.holds,
+            Reason.STRAYED: self._straying.holds,
+        }
         reasons = {reason for reason, holds in kept.items() if holds}
         if self._in_a_row == 0:
             reasons.add(self._fault)
@@ -123,15 +129,15 @@ class SafetySupervisor:
             reasons.add(Reason.NO_IMAGES)
         return frozenset(reasons)
 
-    def limiting(self, target: Prediction, place: Floats, off: float) -> frozenset[Reason]:
+    def limiting(self, target: Prediction, goal: Pose, off: float) -> frozenset[Reason]:
         """Return why the hand is not where it should be, or may not be, though the arm moves.
 
-        Its goal lies at a place (3,), and is believed to be so far off, in m.
+        Its goal in the world is believed to be so far off, in m.
         """
-        self._drifting.reach(exact.norm(place - target.place))
-        rough = target.spread_at(place) > self._settings.rough
+        self._object_from_goal = target.world_from_object.inverse() @ goal
+        self._drifting.reach(self._lever)
         reasons = {
-            Reason.ROUGH: rough,
+            Reason.ROUGH: self._is_rough(target),
             Reason.PARTED: self._parting.is_told,
             Reason.UNSEEN: self._in_a_row == 0,
             Reason.AWAY: off > self._settings.away,
@@ -141,6 +147,24 @@ class SafetySupervisor:
     def speed_scale(self) -> float:
         """Return the share of its speed that the hand has, which grows to 1 after a hold."""
         return min(1.0, max(0.0, (self._now_s - self._resumed_s) / self._settings.resume_s))
+
+    @property
+    def _astray(self) -> bool:
+        """Say if turns that are told badly hold the arm."""
+        return self._drifting.holds or self._straying.holds
+
+    @property
+    def _lever(self) -> float:
+        """Return how far the goal is from the target's origin, in m; 0 where there is none yet."""
+        goal = self._object_from_goal
+        return 0.0 if goal is None else exact.norm(np.array(goal.translation))
+
+    def _is_rough(self, target: Prediction) -> bool:
+        """Say if the place of the goal beside a target is known badly."""
+        if self._object_from_goal is None:
+            return False
+        goal = target.world_from_object @ self._object_from_goal
+        return target.spread_at(np.array(goal.translation)) > self._settings.rough
 
     def _fault_of(self, estimate: TargetEstimate | None) -> Reason | None:
         """Return why an estimate must not be used at all."""
@@ -179,7 +203,8 @@ class SafetySupervisor:
         self._trusted_s = estimate.time_s
         if self._target.turn_off is not None:
             spread = float(np.sqrt(estimate.covariance[3:, 3:].trace()))
-            self._drifting.see(estimate.time_s, self._target.turn_off, spread)
+            off, led = self._target.turn_off, self._straying.led
+            self._drifting.see(estimate.time_s, off, spread, led)
         self._parting.see(estimate.time_s, is_odd=self._target.is_odd)
         if self._parting.holds:
             self._held = True
@@ -187,3 +212,7 @@ class SafetySupervisor:
             return
         self._in_a_row += 1
         self._fault = Reason.NO_IMAGES  # if nothing more is heard
+        if self._in_a_row >= self._settings.resume_after:
+            believed = self._target.predict(estimate.time_s)
+            rough, pose = self._is_rough(believed), believed.world_from_object
+            self._straying.see(estimate.time_s, pose, self._lever, is_rough=rough)

@@ -31,14 +31,20 @@ ASIDE = np.array([0.0, 0.25, 0.1, 0.0, 0.0, 0.0])
 NOISE = np.diag(np.square(np.repeat([0.0005, 0.01], 3)))
 
 
-def found_again(seen: Pose, confidence: float, unobservable: np.ndarray | None = None) -> Pose:
-    """Return what is believed after a gap of a second and the estimates for which a hold waits."""
+def found_again(
+    seen: Pose, confidence: float, unobservable: np.ndarray | None = None, first: int = 0
+) -> Pose:
+    """Return what is believed after a gap of a second and the estimates for which a hold waits.
+
+    The first ones are doubted, whatever the others are.
+    """
     target = TargetFilter(TargetSettings())
     for index in range(90):
         target.update(FakeEstimate(index / 30, WORLD_FROM_OBJECT, "tracking", 1.0))
     target.forget()
     for index in range(120, 120 + SafetySettings().resume_after):
-        estimate = FakeEstimate(index / 30, seen, "tracking", confidence, covariance=NOISE)
+        share = 0.1 if index < 120 + first else confidence
+        estimate = FakeEstimate(index / 30, seen, "tracking", share, covariance=NOISE)
         if unobservable is not None:
             estimate.unobservable = unobservable
         target.update(estimate)
@@ -67,6 +73,12 @@ def test_a_turn_that_is_doubted_after_a_gap_is_rather_what_it_was(confidence: fl
 def test_a_turn_that_is_told_well_after_a_gap_is_believed(turn: float, confidence: float) -> None:
     there = turned(turn, 0.0, 0.0)
     assert turn_between(there, found_again(there, confidence)) < 0.02 * np.degrees(turn) + 0.1
+
+
+@pytest.mark.parametrize("first", [1, 5])
+def test_a_turn_that_is_doubted_only_at_first_is_believed_as_soon(first: int) -> None:
+    there = turned(0.3, 0.4, 0.0)
+    assert turn_between(there, found_again(there, 0.98, first=first)) < 1.0
 
 
 @pytest.mark.parametrize("confidence", [0.2, 1.0])

@@ -24,6 +24,7 @@ _OPEN_SPEED = 0.05  # rad/s: turning that images do not tell is about none
 _OPEN_WANDER = 0.1  # rad per root s: how an open turn becomes unknown
 _TURNED = 0.2  # rad: standard deviation, about any axis, of a turn that nobody saw nor sees now
 _LEAST_DOUBT = 1e-3
+_SURER = 0.5  # share of the doubt of an estimate, with less of which another is much surer
 
 
 class TargetEstimate(UnsureEstimate, Protocol):
@@ -107,6 +108,7 @@ class TargetFilter:
         self._known: _Known | None = None
         self._odd = False
         self._turn_off: Floats | None = None
+        self._begun: _Begun | None = None
 
     @property
     def time_s(self) -> float | None:
@@ -147,7 +149,10 @@ class TargetFilter:
         if verdict is Verdict.RESTARTED:
             self._start(estimate)
         if verdict is Verdict.USED:
-            self._follow(known, estimate, elapsed)
+            if self._begun is not None and self._begun.is_outdone(estimate):
+                self._start(estimate, self._begun)
+            else:
+                self._follow(known, estimate, elapsed)
         return verdict
 
     def predict(self, time_s: float) -> Prediction:
@@ -188,12 +193,16 @@ class TargetFilter:
         """Return where the object is so long after the last used estimate."""
         return shifted_and_turned(self._pose, known.ahead(elapsed)[0][:, :3].reshape(6))
 
-    def _start(self, estimate: TargetEstimate) -> None:
+    def _start(self, estimate: TargetEstimate, begun: "_Begun | None" = None) -> None:
+        """Begin with an estimate; one that follows another beginning takes its place."""
         seen, turns = estimate.world_from_object, UnobservableTurns.of(estimate)
-        before, was = self._known, self._pose
-        if before is not None:
+        if begun is None and self._known is not None:
+            begun = _Begun(estimate.time_s, 1.0, self._known, self._pose)
+        doubt = max(_LEAST_DOUBT, _doubt(estimate))
+        self._begun = begun = None if begun is None else replace(begun, doubt=doubt)
+        if begun is not None:
             # Else the hand would go around a plain bottle that is found again with another spin.
-            seen = turns.left_out(was, seen)
+            seen = turns.left_out(begun.was, seen)
         self._time_s, self._pose, self._odd = estimate.time_s, seen, False
         self._turn_off = None
         noises, hidden = self._noise(estimate)
@@ -201,11 +210,9 @@ class TargetFilter:
             Motion(*begin) for begin in zip(self._manners, noises, _START_SPREAD, strict=True)
         )
         self._known = _Known(shift, turn, turns, hidden)
-        if before is not None:
+        if begun is not None:
             # Of a turn that is told badly, what it was before says more.
-            doubt = max(_LEAST_DOUBT, _doubt(estimate))
-            turn = change_between(seen, was)[3:]
-            self._known.presume(turn, before, doubt, self._settings.oddness)
+            self._known.presume(change_between(seen, begun.was)[3:], begun, self._settings.oddness)
             self._settle(self._known)
         self._jumps.clear()
 
@@ -253,6 +260,21 @@ class TargetFilter:
 
 
 @dataclass(frozen=True, eq=False)
+class _Begun:
+    """When what is known began anew, how doubtful that was, what was known before, and where."""
+
+    time_s: float
+    doubt: float
+    before: "_Known"
+    was: Pose
+
+    def is_outdone(self, estimate: TargetEstimate) -> bool:
+        """Say if an estimate that comes soon after is so much surer that it should have begun."""
+        soon = estimate.time_s - self.time_s < _SOONEST_S
+        return soon and _doubt(estimate) < _SURER * self.doubt
+
+
+@dataclass(frozen=True, eq=False)
 class _Known:
     """What is known of an object's motion.
 
@@ -278,7 +300,7 @@ class _Known:
         whole[3:, 3:] = exact.product(across, covariances[1], across)
         return whole
 
-    def presume(self, turn: Floats, before: "_Known", doubt: float, oddness: float) -> None:
+    def presume(self, turn: Floats, begun: "_Begun", oddness: float) -> None:
         """Suppose that it is still turned as it was: by (3,), known as well as before.
 
         The less the tracker doubts that it was turned meanwhile, the less that says.
@@ -286,7 +308,7 @@ class _Known:
         across = self.turns.observable.T
         if not len(across):
             return
-        spread = before.turn.ahead(0.0)[1][:3, :3] + _TURNED * _TURNED / doubt * np.eye(3)
+        spread = begun.before.turn.ahead(0.0)[1][:3, :3] + _TURNED**2 / begun.doubt * np.eye(3)
         supposed = Seen.of_place(across, spread)
         self.turn.correct(supposed, exact.product(across, turn), oddness)
 

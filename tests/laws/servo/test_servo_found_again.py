@@ -143,3 +143,23 @@ def test_the_hand_is_never_far_off_a_target_that_leapt_without_a_word(hidden_s: 
     off = position_errors(late)
     assert off.max() > 0.2 and off[-1] < 0.01
     assert not (~said & (off > 0.03)).any()
+
+
+def test_a_leap_that_one_estimate_told_before_a_gap_is_believed_right_after_it() -> None:
+    leap = np.array([0.1, 0.1, 0.05, 0.4, 0.3, 0.0])
+
+    def path(time_s: float) -> Pose:
+        leaps = time_s >= FIRST_S - 1e-6
+        return shifted_and_turned(WORLD_FROM_OBJECT, leap) if leaps else WORLD_FROM_OBJECT
+
+    def spoil(instant: Instant, estimate: FakeEstimate) -> Seen:
+        estimate.confidence, estimate.covariance = 0.98, NOISE
+        return between(lost, FIRST_S + 0.02, FIRST_S + 0.6)(instant, estimate)
+
+    ticks = Loop(path, spoil=spoil).run(FIRST_S + 1.5)
+    late = [tick for tick in ticks if tick.time_s > FIRST_S + 0.7]
+    moving = [tick for tick in late if not tick.command.holding]
+    assert moving[0].time_s < FIRST_S + 1.2
+    believed = moving[0].command.world_from_object
+    assert believed is not None
+    assert turn_between(path(FIRST_S), believed) < 2.0

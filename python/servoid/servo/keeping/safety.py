@@ -73,11 +73,12 @@ class SafetySupervisor:
         self._settings, self._target = settings, target
         self._watchdog = Watchdog(settings)
         self._fault = Reason.NO_TARGET
-        self._in_a_row = 0
+        self._in_a_row = self._sure_in_a_row = 0
         self._parting, self._drifting = Parting(settings), Drifting(settings)
         self._straying = Straying(settings)
         self._object_from_goal: Pose | None = None
         self._trusted_s: float | None = None
+        self._heard_s: float | None = None  # when the filter was last given an estimate
         self._held, self._stopped = True, False
         self._resumed_s = 0.0
         self._now_s = np.inf
@@ -189,9 +190,13 @@ class SafetySupervisor:
 
     def _follow(self, estimate: TargetEstimate) -> None:
         """Give a credible estimate to the filter, and count what comes of it."""
-        if self._held and self._in_a_row == 0 and self._target.jumps == 0:
+        heard_s, self._heard_s = self._heard_s, estimate.time_s
+        gap = heard_s is None or estimate.time_s - heard_s > self._settings.coast_s
+        if self._held and self._in_a_row == 0 and (gap or self._target.jumps == 0):
             self._target.forget()  # what moved before the gap says nothing of after it
             self._parting.clear()
+        is_sure = estimate.confidence >= self._settings.least_confidence
+        self._sure_in_a_row = self._sure_in_a_row + 1 if is_sure else 0
         verdict = self._target.update(estimate)
         if verdict is Verdict.OUTDATED:
             return
@@ -214,5 +219,7 @@ class SafetySupervisor:
         self._fault = Reason.NO_IMAGES  # if nothing more is heard
         if self._in_a_row >= self._settings.resume_after:
             believed = self._target.predict(estimate.time_s)
-            rough, pose = self._is_rough(believed), believed.world_from_object
+            sure = self._sure_in_a_row >= self._settings.resume_after
+            rough = not sure and self._is_rough(believed)
+            pose = believed.world_from_object
             self._straying.see(estimate.time_s, pose, self._lever, is_rough=rough)

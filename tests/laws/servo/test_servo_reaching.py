@@ -68,7 +68,7 @@ def test_an_object_out_of_reach_is_told_and_told_no_more_when_it_is_back(law: Jo
     assert len(told) == sum(tick.time_s >= told[0] for tick in beyond_reach)
     if law is JointLaw.PAPER:
         # The pseudo-inverse knows no stops: what it did in the singular pose may end at one of
-        # them, or folded the other way, by chance, from which it does not find back. It must say so.
+        # them, or fold the arm otherwise, by chance, and it does not find back. It must say so.
         home = np.linalg.norm(after[-1].error[:3]) < 5e-3
         assert home or {Reason.JOINT_LIMIT, Reason.AWAY} & after[-1].command.limiting
         return

@@ -271,7 +271,7 @@ class _Begun:
     def is_outdone(self, estimate: TargetEstimate) -> bool:
         """Say if an estimate that comes soon after is so much surer that it should have begun."""
         soon = estimate.time_s - self.time_s < _SOONEST_S
-        return soon and _doubt(estimate) < _SURER * self.doubt
+        return soon and max(_LEAST_DOUBT, _doubt(estimate)) < _SURER * self.doubt
 
 
 @dataclass(frozen=True, eq=False)

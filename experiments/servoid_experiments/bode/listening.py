@@ -5,12 +5,13 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from servoid.pose import Pose
-from servoid.servo import Command, Tick
+from servoid.servo import Command, Reason, Tick
 from servoid.servo.arm import Floats
 from servoid.servo.settings import ServoSettings
 from servoid.sim.world import World
 
 _AT_LIMIT = 0.999
+_NO_LIMITS = {Reason.UNSEEN, Reason.AWAY}  # told while the arm moves as it would else
 _PARALLEL = 1e-3  # crossing lines of sight whose slopes differ less cross nowhere
 
 
@@ -103,7 +104,7 @@ class Listener:
             ]
         )
         most = max(speed.max(), turning.max(), of_hand.max())
-        self.limited += bool(most > _AT_LIMIT or command.limiting)
+        self.limited += bool(most > _AT_LIMIT or command.limiting - _NO_LIMITS)
 
     def _gaze(self, positions: Floats, truth: Floats) -> Floats:
         """Return the point (3,) at which the eyes look.

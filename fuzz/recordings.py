@@ -22,7 +22,7 @@ from servoid.pick import PickServer, Question
 from servoid.pick.server import _Handler
 from servoid.pose import Pose
 from servoid.segment import seek_object
-from servoid.source.mjpeg import MjpegVideo
+from servoid.source.streams.mjpeg import MjpegVideo
 
 sys.path.append(str(Path(__file__).parents[1] / "tests" / "fixtures"))
 

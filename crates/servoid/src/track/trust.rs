@@ -279,30 +279,17 @@ mod tests {
         let ball = Ellipsoid::new(0, [0.0; 3], [0.05; 3], [1.0, 0.0, 0.0, 0.0]).unwrap();
         let body = Body::new(Pose::identity(), vec![ball]).unwrap();
         let mut tracker = Tracker::new(&[camera], &body, TrackSettings::default()).unwrap();
-        let reference = Reference {
-            recognised,
-            textured: recognised,
-            support: recognised,
-            share: 0.9,
-            ..Reference::default()
-        };
+        let (textured, support, share) = (recognised, recognised, 0.9);
+        let reference = Reference { recognised, textured, support, share, ..Reference::default() };
         (tracker.status, tracker.target.reference, tracker.trust.confirmed) =
             (status, reference, true);
         tracker
     }
 
     fn quality(share: f64, recognised: f64) -> Quality {
-        let (visible, support) = (share, recognised);
-        Quality {
-            visible,
-            share,
-            support,
-            recognised,
-            textured: recognised,
-            printed: recognised,
-            ratio: 1.0,
-            outline: 1.0,
-        }
+        let (visible, ratio, outline) = (share, 1.0, 1.0);
+        let (support, textured, printed) = (recognised, recognised, recognised);
+        Quality { visible, share, support, recognised, textured, printed, ratio, outline }
     }
 
     fn hypothesis(quality: Quality) -> Hypothesis {

@@ -142,8 +142,9 @@ impl Trust {
         let explained = quality.recognised >= part * reference.recognised;
         self.proved &= goes_on;
         self.proved |= quality.share >= least && explained;
-        // No other pose and no look-alike shows so many points of a pattern.
+        // No look-alike shows so many points of a pattern, and no alias of it as much as is usual.
         let (share, part, many) = RECOGNISABLE;
+        let share = share.max(RETRY * reference.share);
         let textured = (part * reference.textured).max(many);
         self.proved |= quality.share >= share && quality.textured >= textured;
         self.confirmed |= self.proved;
@@ -383,7 +384,7 @@ mod tests {
     #[test]
     fn an_object_that_was_found_again_is_told_and_teaches_once_its_old_points_prove_it() {
         let mut tracker = tracker(Status::Searching, 60.0);
-        let like = hypothesis(quality(0.8, 45.0));
+        let like = hypothesis(quality(0.8, 50.0)); // most of the print, and less than usual
         for time in 0..100 {
             tracker.settle(f64::from(time), &Pose::identity(), &like, 0.5);
             assert_eq!(tracker.status, Status::Tracking);

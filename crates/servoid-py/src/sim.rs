@@ -4,8 +4,8 @@ use numpy::{
 use pyo3::prelude::*;
 use servoid::{pose, render as core};
 
+use crate::camera::lens::Lens;
 use crate::errors::{named, raise};
-use crate::lens::Lens;
 use crate::taking::replace;
 
 /// What a surface looks like.

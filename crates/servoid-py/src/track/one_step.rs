@@ -5,12 +5,12 @@ use servoid::track as core;
 
 use crate::camera::Camera;
 use crate::errors::{named, raise};
-use crate::estimate::Estimate;
 use crate::pose::Pose;
 use crate::shape::Body;
 use crate::taking::{
     Listed, Wanted, hashed_by_seed, read_numbers, remade, replace, taken_in_words, valued, written,
 };
+use crate::track::estimate::Estimate;
 use crate::track::{Masks, Pictures, mask, observation, read, read_masks};
 
 /// How the 1-step genetic algorithm tracks; every default is written in the core.

@@ -1,3 +1,5 @@
+pub(crate) mod paper;
+
 use std::hash::{Hash, Hasher};
 
 use numpy::{PyArray1, PyArray2, PyArrayMethods};

@@ -1,3 +1,7 @@
+pub(crate) mod estimate;
+pub(crate) mod from_masks;
+pub(crate) mod one_step;
+
 use numpy::{
     PyArray1, PyArray2, PyArrayDescrMethods, PyArrayMethods, PyReadonlyArray2, PyUntypedArray,
     PyUntypedArrayMethods,
@@ -9,13 +13,13 @@ use servoid::track as core;
 
 use crate::camera::{Camera, Pixels};
 use crate::errors::{named, raise};
-use crate::estimate::Estimate;
 use crate::pose::{Pose, read_poses, rows};
 use crate::shape::Body;
 use crate::taking::{
     GivenMask, Listed, Picture, hashed_by_seed, remade, replace, taken_in_words, told, valued,
     written,
 };
+use crate::track::estimate::Estimate;
 
 /// Images as Python gives them, None where a camera delivered nothing.
 pub type Pictures<'py> = Listed<Option<Picture<'py>>>;

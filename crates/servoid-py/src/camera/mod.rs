@@ -1,3 +1,5 @@
+pub(crate) mod lens;
+
 use std::borrow::Cow;
 use std::hash::{Hash, Hasher};
 

@@ -3,6 +3,7 @@
 import sys
 import time
 from dataclasses import replace
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
@@ -26,7 +27,10 @@ PATIENCE_S = 20.0
 
 @pytest.fixture(autouse=True)
 def _library() -> None:
-    pytest.importorskip("pyrealsense2", reason="pyrealsense2 has no wheel for this machine")
+    try:
+        import_module("pyrealsense2")
+    except ImportError as reason:
+        pytest.skip(f"pyrealsense2, or libusb of the system, is not there: {reason}")
 
 
 def textured(count: int, seed: int, kind: type = np.uint8) -> NDArray:

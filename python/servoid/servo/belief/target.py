@@ -308,7 +308,8 @@ class _Known:
         across = self.turns.observable.T
         if not len(across):
             return
-        spread = begun.before.turn.ahead(0.0)[1][:3, :3] + _TURNED**2 / begun.doubt * np.eye(3)
+        unseen = _TURNED * _TURNED / begun.doubt * np.eye(3)
+        spread = begun.before.turn.ahead(0.0)[1][:3, :3] + unseen
         supposed = Seen.of_place(across, spread)
         self.turn.correct(supposed, exact.product(across, turn), oddness)
 

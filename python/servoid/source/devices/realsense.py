@@ -34,7 +34,7 @@ def load_library() -> Any:
     """Import pyrealsense2.
 
     Raises:
-        MissingExtraError: it is not installed.
+        MissingExtraError: it is not installed, or lacks libusb of the system.
 
     """
     try:
@@ -43,7 +43,7 @@ def load_library() -> Any:
         raise MissingExtraError(
             f"RealSense cameras need pyrealsense2, which cannot be imported ({reason}); install it "
             "with: pip install 'servoid[realsense]' (on ARM it has to be built from librealsense's "
-            "source)"
+            "source), and the system's libusb 1.0 (Debian and Ubuntu: apt install libusb-1.0-0)"
         ) from reason
 
 

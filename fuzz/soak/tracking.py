@@ -62,7 +62,7 @@ def footage(scenario: Scenario) -> Footage:
     scene = MovingScene(scenario)
     every = range(len(scene))
     return Footage(
-        camera=_camera(scene),
+        camera=scene.camera,
         images=tuple(scene.look(index).images for index in every),
         world_from_camera=tuple(
             tuple(map(Pose, scene.room_from_cameras(index))) for index in every
@@ -82,19 +82,12 @@ def toy() -> tuple[Body, Pose, Floats]:
     for index in range(0, len(scene), APART):
         world_from_camera = Pose(scene.room_from_cameras(index)[0])
         mask = scene.look(index).mask
-        views.append(View(camera=_camera(scene), world_from_camera=world_from_camera, mask=mask))
+        views.append(View(camera=scene.camera, world_from_camera=world_from_camera, mask=mask))
     body = fit(views, max_ellipsoids=5).body
     vertices, _ = outer_mesh(snail.PARTS)
     chosen = np.random.default_rng(0).permutation(len(vertices))[:POINTS]
     toy_from_world = Pose(scene.room_from_object(0)).inverse()
     return body, toy_from_world @ body.world_from_object, vertices[chosen]
-
-
-def _camera(scene: MovingScene) -> Camera:
-    seen = scene.camera
-    return Camera(
-        size_px=seen.size_px, focal_px=(seen.focal_px, seen.focal_px), center_px=seen.center_px
-    )
 
 
 def soak_tracking(random: np.random.Generator, images: int, folder: Path, health: Health) -> None:

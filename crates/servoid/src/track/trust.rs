@@ -134,17 +134,17 @@ impl Trust {
     }
 
     /// Takes a pose that is believed for proved, if so much is seen at it, or if the last one was and
-    /// this one `goes_on` from there.
-    pub(super) fn meet(&mut self, quality: &Quality, reference: &Reference, goes_on: bool) {
+    /// this one `goes_on` from there; at a share below the `usual` one print proves nothing.
+    pub(super) fn meet(&mut self, quality: &Quality, reference: &Reference, by: (bool, f64)) {
+        let (goes_on, usual) = by;
         (self.unseen, self.met) = (0, true);
         let (again, part) = PROVED;
         let least = if self.confirmed { again } else { FOUND };
-        let explained = quality.recognised >= part * reference.recognised;
         self.proved &= goes_on;
-        self.proved |= quality.share >= least && explained;
+        self.proved |= quality.share >= least && quality.recognised >= part * reference.recognised;
         // No look-alike shows so many points of a pattern, and no alias of it as much as is usual.
         let (share, part, many) = RECOGNISABLE;
-        let share = share.max(RETRY * reference.share);
+        let share = share.max(usual);
         let textured = (part * reference.textured).max(many);
         self.proved |= quality.share >= share && quality.textured >= textured;
         self.confirmed |= self.proved;

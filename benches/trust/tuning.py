@@ -7,7 +7,7 @@ of the Rust sources, builds it, tracks the courses of trust that the tests draw,
 were wrong and trusted. The table of the page on tuning follows from it.
 
 Run it with: python benches/trust/tuning.py [--seeds N] [CONSTANT ...]
-A CONSTANT is a file and a name, such as `trust.rs:SAID`, or the beginning of that; without one,
+A CONSTANT is a file and a name, such as `trust/mod.rs:SAID`, or the beginning of that; without one,
 nothing is measured, and only the page's table is written.
 """
 

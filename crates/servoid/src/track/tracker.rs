@@ -19,7 +19,7 @@ use super::settings::TrackSettings;
 use super::target::Target;
 use super::target::points::Feature;
 use super::target::solid::Solid;
-use super::trust::{CLEAR, RETRY, Trust, is_turn_reliable};
+use super::trust::{CLEAR, Trust, is_turn_reliable};
 use super::update::growth::Evolving;
 use crate::camera::{Camera, Observation};
 use crate::evolve;
@@ -213,9 +213,7 @@ impl Tracker {
         if followed {
             self.close_loop(expected, hypothesis, drifted);
         }
-        // While distances are guesses, more is missed than usual at right poses, too.
-        let guesses = self.settings.depth_from_motion;
-        let usual = if guesses { 0.0 } else { RETRY * self.target.reference.share };
+        let usual = self.least_share_of_print();
         if relocalized {
             if went_on {
                 self.motion.follow(time_s, hypothesis.pose, &known, self.process_noise());
@@ -223,11 +221,11 @@ impl Tracker {
                 self.motion = Motion::at_rest(time_s, hypothesis.pose);
             }
             self.innovation = first_innovation(&self.target.solid);
-            self.trust.meet(&hypothesis.quality, &self.target.reference, (false, usual));
+            self.trust.meet(&hypothesis.quality, &self.target.reference, false, usual);
             return;
         }
         let goes_on = self.is_landed(expected, hypothesis);
-        self.trust.meet(&hypothesis.quality, &self.target.reference, (goes_on, usual));
+        self.trust.meet(&hypothesis.quality, &self.target.reference, goes_on, usual);
         self.target.bias.update(
             &hypothesis.toward,
             hypothesis.normal.outline,

@@ -10,7 +10,7 @@ use crate::track::estimate::Notice;
 use crate::track::pose::hypothesis::Hypothesis;
 use crate::track::pose::verify::Quality;
 use crate::track::tracker::Tracker;
-use crate::track::trust::{ADRIFT, CLEAR, RETRY};
+use crate::track::trust::{ADRIFT, CLEAR};
 
 /// By what a turn slips for each radian, as a standard deviation, where nothing has the contrast of a pattern
 /// and few points are recognised; the most of it; and recognised points of each camera that halve it.
@@ -73,7 +73,7 @@ impl Tracker {
     /// while the turn may have drifted, and ever more seldom while more of the object is missed than usually.
     pub(crate) fn seeks_rival(&mut self, quality: &Quality) -> bool {
         let is_adrift = self.target.points.drift > ADRIFT * ADRIFT;
-        let is_doubtful = quality.share < RETRY * self.target.reference.share;
+        let is_doubtful = quality.share < self.usual_share();
         let trust = &mut self.trust;
         trust.adrift = if is_adrift { trust.adrift + 1 } else { 0 };
         trust.doubtful = if is_doubtful { trust.doubtful + 1 } else { 0 };

@@ -120,7 +120,7 @@ impl Feature {
     /// need not have it in each.
     pub(crate) fn is_printed(&self) -> bool {
         let Texture { images, showed } = self.texture;
-        images >= LEAST_LOOKS && showed >= images - images / 2
+        images >= LEAST_LOOKS && showed >= images.div_ceil(2)
     }
 }
 

@@ -1,11 +1,13 @@
 //! Every threshold of a quality from which on a pose is followed, reported or learned from.
 
+mod state;
+
+pub(super) use self::state::Trust;
 use super::estimate::Status;
 use super::pose::confidence::Evidence;
 use super::pose::hypothesis::Hypothesis;
 use super::pose::verify::Quality;
 use super::settings::TrackSettings;
-use super::target::reference::Reference;
 use super::tracker::Tracker;
 use super::update::Updates;
 use crate::pose::Pose;
@@ -31,7 +33,7 @@ const RICH: f64 = 22.0;
 const PENALTY: f64 = 0.9;
 /// Part of the reference share below which a pose is made precise once more, from coarser images, and
 /// compared with a rival now and then.
-pub(super) const RETRY: f64 = 0.9;
+const RETRY: f64 = 0.9;
 /// Share and part of the reference support from which on no other candidate is looked at.
 const SURE: (f64, f64) = (0.7, 0.6);
 /// Surface points that are usually seen of an object with a pattern: its turn is not believed without
@@ -48,135 +50,11 @@ const JUMP: f64 = 0.1;
 const LANDED: f64 = 0.6;
 /// Share from which on a jump is believed at once.
 const SAFE: f64 = 0.85;
-/// Share of the reference surface points that must be seen for new points to be detected, during a
-/// cooldown and after it: a side that turns into view brings its points one by one.
-const WELL_RECOGNISED: (f64, f64) = (0.6, 0.3);
 /// Standard deviation of the turn, in radians, below which a side that is not known is learned.
 const HELD_RAD: f64 = 0.15;
 /// Standard deviation of what the turn may have drifted, in radians, above which it is not reported, whatever is
 /// recognised, and another pose is sought at which sides that are known better are.
 pub(super) const ADRIFT: f64 = 0.09;
-/// Images in which an object may be missed and is still predicted.
-const MISSED: usize = 3;
-/// Clear images after an unclear one until points are detected as before.
-const COOLDOWN: usize = 8;
-/// Share from which on colours are learned.
-const COLOR_SHARE: f64 = 0.65;
-/// Share and part of the reference surface points that prove that an object which was found again is
-/// the one that was lost, at its true pose, and no look-alike's: one that teaches is wrong for good.
-const PROVED: (f64, f64) = (0.92, 0.5);
-/// Share, part of the reference points with the contrast of a pattern, and the least number of those, that prove the same.
-const RECOGNISABLE: (f64, f64, f64) = (0.75, 0.8, 40.0);
-/// Share that proves one that is met for the first time, by what it looked like elsewhere.
-const FOUND: f64 = 0.85;
-/// Images without the object after which it counts as lost.
-const LOST_AFTER: usize = 15;
-
-/// How far an object is trusted to be where it is followed, by what was seen of it so far.
-#[derive(Debug, Clone, Default)]
-pub(super) struct Trust {
-    /// Images since it was seen last.
-    unseen: usize,
-    /// Whether the object was ever tracked, so that its last pose means something.
-    met: bool,
-    /// Clear images until points are detected as before.
-    cooldown: usize,
-    /// Whether the object that was found again last was proved to be the one that was lost.
-    proved: bool,
-    /// Whether it ever was: only then may it have turned unseen to a side that looks like a known one.
-    confirmed: bool,
-    /// Images since it was known well how it is turned.
-    pub(super) adrift: usize,
-    /// Images since as much of it was seen as usually is.
-    pub(super) doubtful: usize,
-}
-
-impl Trust {
-    /// Starts with an object that was never seen.
-    pub(super) fn unmet() -> Self {
-        Self { proved: true, ..Self::default() }
-    }
-
-    /// Starts with an object whose pose was given; `confirmed` says whether images confirm it.
-    pub(super) fn given(confirmed: bool) -> Self {
-        Self { unseen: usize::from(!confirmed), met: true, confirmed, ..Self::unmet() }
-    }
-
-    pub(super) fn is_met(&self) -> bool {
-        self.met
-    }
-
-    pub(super) fn is_proved(&self) -> bool {
-        self.proved
-    }
-
-    /// Says whether the object was met and never missed since.
-    pub(super) fn is_unbroken(&self) -> bool {
-        self.met && self.unseen == 0
-    }
-
-    /// Says whether the object was missed in few images at most, so that it went on as foreseen.
-    pub(super) fn was_followed(&self) -> bool {
-        self.met && self.unseen <= MISSED
-    }
-
-    pub(super) fn was_seen_lately(&self) -> bool {
-        self.unseen <= LOST_AFTER
-    }
-
-    /// Gives the status of an object that was not found once more.
-    pub(super) fn without(&self) -> Status {
-        if self.was_seen_lately() { Status::Searching } else { Status::Lost }
-    }
-
-    pub(super) fn miss(&mut self) {
-        self.unseen += 1;
-    }
-
-    /// Takes a pose that is believed for proved, if so much is seen at it, or if the last one was and
-    /// this one `goes_on` from there; at a share below the `usual` one print proves nothing.
-    pub(super) fn meet(&mut self, quality: &Quality, reference: &Reference, by: (bool, f64)) {
-        let (goes_on, usual) = by;
-        (self.unseen, self.met) = (0, true);
-        let (again, part) = PROVED;
-        let least = if self.confirmed { again } else { FOUND };
-        self.proved &= goes_on;
-        self.proved |= quality.share >= least && quality.recognised >= part * reference.recognised;
-        // No look-alike shows so many points of a pattern, and no alias of it as much as is usual.
-        let (share, part, many) = RECOGNISABLE;
-        let share = share.max(usual);
-        let textured = (part * reference.textured).max(many);
-        self.proved |= quality.share >= share && quality.textured >= textured;
-        self.confirmed |= self.proved;
-    }
-
-    /// Begins a cooldown, which some clear images end.
-    pub(super) fn cool_down(&mut self) {
-        self.cooldown = COOLDOWN;
-    }
-
-    /// Says what may be updated by a pose that is followed, if images confirm it as `located`.
-    fn allowed_updates(
-        &mut self,
-        quality: &Quality,
-        reference: &Reference,
-        (located, held): (bool, bool),
-    ) -> Updates {
-        let &Quality { visible, recognised, .. } = quality;
-        let is_clear = visible >= CLEAR;
-        self.cooldown = if is_clear { self.cooldown.saturating_sub(1) } else { COOLDOWN };
-        if !located {
-            return Updates { colors: false, surface: false, whole: false };
-        }
-        // What hides the object must not become part of it, nor must a pose that is a little off
-        // teach where its points are.
-        let (cooling, sure) = WELL_RECOGNISED;
-        let least = if self.cooldown > 0 { cooling } else { sure };
-        let whole = is_clear && (held || recognised >= least * reference.recognised);
-        Updates { colors: visible >= COLOR_SHARE, surface: whole || held, whole }
-    }
-}
-
 /// Says whether the images confirm how an object is turned that they confirm to be there: what speaks
 /// for its pose makes it likely, and some surface points are among that, with the contrast of a
 /// pattern unless it has many, since highlights, rims and shading go with the camera. `printed` are the
@@ -210,9 +88,20 @@ impl Tracker {
         self.trust.is_unbroken() && self.trust.proved && self.motion.turn_sd() < HELD_RAD
     }
 
+    /// Gives the share below which less is seen than usual.
+    pub(super) fn usual_share(&self) -> f64 {
+        RETRY * self.target.reference.share
+    }
+
+    /// Gives the share below which print proves no pose. Where motion is to tell distances, more is missed
+    /// than usual at right poses, too.
+    pub(super) fn least_share_of_print(&self) -> f64 {
+        if self.settings.depth_from_motion { 0.0 } else { self.usual_share() }
+    }
+
     /// Says whether it pays to make a pose precise once more.
     pub(super) fn needs_retry(&self, quality: &Quality) -> bool {
-        quality.share < self.settings.trusted.max(RETRY * self.target.reference.share)
+        quality.share < self.settings.trusted.max(self.usual_share())
     }
 
     pub(super) fn is_sure(&self, hypothesis: &Hypothesis) -> bool {
@@ -273,6 +162,7 @@ mod tests {
     use super::*;
     use crate::camera::Camera;
     use crate::shape::{Body, Ellipsoid};
+    use crate::track::target::reference::Reference;
 
     /// Makes a tracker that has seen an object with some surface points.
     fn tracker(status: Status, recognised: f64) -> Tracker {

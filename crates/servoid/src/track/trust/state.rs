@@ -1,0 +1,134 @@
+use super::CLEAR;
+use crate::track::estimate::Status;
+use crate::track::pose::verify::Quality;
+use crate::track::target::reference::Reference;
+use crate::track::update::Updates;
+
+/// Share of the reference surface points that must be seen for new points to be detected, during a
+/// cooldown and after it: a side that turns into view brings its points one by one.
+const WELL_RECOGNISED: (f64, f64) = (0.6, 0.3);
+/// Images in which an object may be missed and is still predicted.
+const MISSED: usize = 3;
+/// Clear images after an unclear one until points are detected as before.
+const COOLDOWN: usize = 8;
+/// Share from which on colours are learned.
+const COLOR_SHARE: f64 = 0.65;
+/// Share and part of the reference surface points that prove that an object which was found again is
+/// the one that was lost, at its true pose, and no look-alike's: one that teaches is wrong for good.
+const PROVED: (f64, f64) = (0.92, 0.5);
+/// Share, part of the reference points with the contrast of a pattern, and the least number of those, that prove the same.
+const RECOGNISABLE: (f64, f64, f64) = (0.75, 0.8, 40.0);
+/// Share that proves one that is met for the first time, by what it looked like elsewhere.
+const FOUND: f64 = 0.85;
+/// Images without the object after which it counts as lost.
+const LOST_AFTER: usize = 15;
+
+/// How far an object is trusted to be where it is followed, by what was seen of it so far.
+#[derive(Debug, Clone, Default)]
+pub(in crate::track) struct Trust {
+    /// Images since it was seen last.
+    unseen: usize,
+    /// Whether the object was ever tracked, so that its last pose means something.
+    met: bool,
+    /// Clear images until points are detected as before.
+    cooldown: usize,
+    /// Whether the object that was found again last was proved to be the one that was lost.
+    pub(super) proved: bool,
+    /// Whether it ever was: only then may it have turned unseen to a side that looks like a known one.
+    pub(super) confirmed: bool,
+    /// Images since it was known well how it is turned.
+    pub(in crate::track) adrift: usize,
+    /// Images since as much of it was seen as usually is.
+    pub(in crate::track) doubtful: usize,
+}
+
+impl Trust {
+    /// Starts with an object that was never seen.
+    pub(in crate::track) fn unmet() -> Self {
+        Self { proved: true, ..Self::default() }
+    }
+
+    /// Starts with an object whose pose was given; `confirmed` says whether images confirm it.
+    pub(in crate::track) fn given(confirmed: bool) -> Self {
+        Self { unseen: usize::from(!confirmed), met: true, confirmed, ..Self::unmet() }
+    }
+
+    pub(in crate::track) fn is_met(&self) -> bool {
+        self.met
+    }
+
+    pub(in crate::track) fn is_proved(&self) -> bool {
+        self.proved
+    }
+
+    /// Says whether the object was met and never missed since.
+    pub(in crate::track) fn is_unbroken(&self) -> bool {
+        self.met && self.unseen == 0
+    }
+
+    /// Says whether the object was missed in few images at most, so that it went on as foreseen.
+    pub(in crate::track) fn was_followed(&self) -> bool {
+        self.met && self.unseen <= MISSED
+    }
+
+    pub(in crate::track) fn was_seen_lately(&self) -> bool {
+        self.unseen <= LOST_AFTER
+    }
+
+    /// Gives the status of an object that was not found once more.
+    pub(in crate::track) fn without(&self) -> Status {
+        if self.was_seen_lately() { Status::Searching } else { Status::Lost }
+    }
+
+    pub(in crate::track) fn miss(&mut self) {
+        self.unseen += 1;
+    }
+
+    /// Takes a pose that is believed for proved, if so much is seen at it, or if the last one was and
+    /// this one `goes_on` from there; at a share below the `usual` one print proves nothing.
+    pub(in crate::track) fn meet(
+        &mut self,
+        quality: &Quality,
+        reference: &Reference,
+        goes_on: bool,
+        usual: f64,
+    ) {
+        (self.unseen, self.met) = (0, true);
+        let (again, part) = PROVED;
+        let least = if self.confirmed { again } else { FOUND };
+        self.proved &= goes_on;
+        self.proved |= quality.share >= least && quality.recognised >= part * reference.recognised;
+        // No look-alike shows so many points of a pattern, and no alias of it as much as is usual.
+        let (share, part, many) = RECOGNISABLE;
+        let share = share.max(usual);
+        let textured = (part * reference.textured).max(many);
+        self.proved |= quality.share >= share && quality.textured >= textured;
+        self.confirmed |= self.proved;
+    }
+
+    /// Begins a cooldown, which some clear images end.
+    pub(in crate::track) fn cool_down(&mut self) {
+        self.cooldown = COOLDOWN;
+    }
+
+    /// Says what may be updated by a pose that is followed, if images confirm it as `located`.
+    pub(super) fn allowed_updates(
+        &mut self,
+        quality: &Quality,
+        reference: &Reference,
+        (located, held): (bool, bool),
+    ) -> Updates {
+        let &Quality { visible, recognised, .. } = quality;
+        let is_clear = visible >= CLEAR;
+        self.cooldown = if is_clear { self.cooldown.saturating_sub(1) } else { COOLDOWN };
+        if !located {
+            return Updates { colors: false, surface: false, whole: false };
+        }
+        // What hides the object must not become part of it, nor must a pose that is a little off
+        // teach where its points are.
+        let (cooling, sure) = WELL_RECOGNISED;
+        let least = if self.cooldown > 0 { cooling } else { sure };
+        let whole = is_clear && (held || recognised >= least * reference.recognised);
+        Updates { colors: visible >= COLOR_SHARE, surface: whole || held, whole }
+    }
+}

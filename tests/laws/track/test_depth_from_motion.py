@@ -3,38 +3,46 @@
 What was measured stands beside each bound.
 """
 
+import dataclasses
+
 import numpy as np
 import pytest
 from recordings_with_truth import recording_with_truth
 from trust_verdicts import verdicts
 
-from servoid.track import Request, Subject, Tracked, TrackSettings, track_capture
+from servoid.track import Request, Subject, TrackSettings, track_capture
 
 DISTANCE_M = 0.4146
+BOTTLE_M = 0.603
 
 
-def test_motion_tells_distances_only_where_it_is_asked_to() -> None:
+def test_motion_tells_distances_from_the_start_only_where_it_is_asked_to() -> None:
     assert not TrackSettings().depth_from_motion
     assert TrackSettings(depth_from_motion=True).depth_from_motion
     assert Request(depth_from_motion=True).options()["depth_from_motion"] is True
 
 
 @pytest.mark.extended
-def test_a_real_cube_is_followed_on_where_it_turns_and_not_trusted_where_it_is_wrong() -> None:
+@pytest.mark.parametrize("from_the_start", [False, True])
+def test_a_real_cube_is_followed_on_where_it_turns_and_not_trusted_where_it_is_wrong(
+    *, from_the_start: bool
+) -> None:
     recording = recording_with_truth("real/cube_hand")
-
-    def track(*, depth_from_motion: bool) -> list[Tracked]:
-        request = Request(distance_m=DISTANCE_M, seed=1, depth_from_motion=depth_from_motion)
-        return list(track_capture(recording.capture, [Subject()], request)[0].tracked)
-
-    lost = verdicts(
-        track(depth_from_motion=False), recording.truth, recording.vertices, scaled=True
-    )
-    # 19 degrees: it is lost as soon as it turns.
-    assert np.degrees(np.median(lost.turn)) > 12.0
-    followed = track(depth_from_motion=True)
-    # 2.2 degrees, and 2 to 8 with seeds 0 to 3.
+    request = Request(distance_m=DISTANCE_M, seed=1, depth_from_motion=from_the_start)
+    followed = list(track_capture(recording.capture, [Subject()], request)[0].tracked)
     found = verdicts(followed, recording.truth, recording.vertices, scaled=True)
+    # 2 to 5 degrees with seeds 0 to 7; 16 to 21 where no motion is asked.
     assert np.degrees(np.median(found.turn)) < 9.0
-    assert sum(one.estimate.located for one in followed) > 0.8 * len(followed)
+    assert sum(one.estimate.located for one in followed) > 0.7 * len(followed)
+    assert found.trusted_wrong.sum() == 0
+
+
+@pytest.mark.extended
+def test_one_eye_that_sees_a_bottle_turn_doubts_its_guess_of_how_deep_the_bottle_is() -> None:
+    recording = recording_with_truth("hard/bleach_turn")
+    left = dataclasses.replace(recording.capture, cameras=recording.capture.cameras[:1])
+    request = Request(distance_m=BOTTLE_M, seed=1)
+    tracked = list(track_capture(left, [Subject()], request)[0].tracked)
+    found = verdicts(tracked, recording.truth, recording.vertices, scaled=True)
+    # None with three seeds; 11 to 20 of 239 while the guess was believed.
     assert found.trusted_wrong.sum() == 0

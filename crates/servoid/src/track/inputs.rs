@@ -8,6 +8,7 @@ use super::target::colors::Colors;
 use super::target::points::Points;
 use super::target::ranges::Ranges;
 use super::target::reference::Reference;
+use super::target::relief::Relief;
 use super::target::solid::Solid;
 use crate::camera::{DepthView, ImageView, Observation};
 use crate::pose::Pose;
@@ -27,7 +28,7 @@ pub(super) struct Inputs<'a> {
     pub(super) bias: &'a Bias,
     /// Whether the object moves so fast that its image may be blurred.
     pub(super) is_blurred: bool,
-    pub(super) depth_from_motion: bool,
+    pub(super) relief: &'a Relief,
 }
 
 impl<'a> Inputs<'a> {
@@ -49,7 +50,7 @@ impl<'a> Inputs<'a> {
             reference: &target.reference,
             bias: &target.bias,
             is_blurred: frame.is_blurred,
-            depth_from_motion: settings.depth_from_motion,
+            relief: &target.relief,
         }
     }
 

@@ -24,8 +24,8 @@ pub struct TrackSettings {
     pub local_colors: bool,
     /// Whether keyframes and surface points are adjusted together, in a thread of its own.
     pub adjust: bool,
-    /// Whether motion tells the distances of points that one camera sees alone, from a wide guess: for an object
-    /// that turns far before it. One that hardly turns is tracked better without.
+    /// Whether motion tells the distances of points that one camera sees alone from the start, from a wide guess:
+    /// else it does where the body is found to be a bad one. An object that hardly turns is tracked better without.
     pub depth_from_motion: bool,
     /// Surface points that are looked at in each camera.
     pub points: usize,

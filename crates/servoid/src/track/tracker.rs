@@ -73,7 +73,8 @@ impl Tracker {
         if cameras.is_empty() {
             return Err(TrackError::NoCamera);
         }
-        let target = Target::new(body, settings.local_colors);
+        let mut target = Target::new(body, settings.local_colors);
+        target.relief.is_open = settings.depth_from_motion;
         Ok(Self {
             settings,
             frame: Frame::new(cameras),
@@ -287,7 +288,9 @@ impl Tracker {
         let followed = self.status == Status::Tracking;
         let evidence = self.evidence(&hypothesis.quality, &known.covariance);
         let located = followed && self.is_located(&hypothesis.quality);
-        let is_reliable = located && is_turn_reliable(&evidence, self.printed(&hypothesis.quality));
+        let is_reliable = located
+            && is_turn_reliable(&evidence, self.printed(&hypothesis.quality))
+            && self.believes_relief(&hypothesis.quality);
         if located && !is_reliable {
             self.frame.notices.push(Notice::TurnOpen);
         }

@@ -231,9 +231,9 @@ def track(
         bool | None,
         typer.Option(
             "--depth-from-motion/--no-depth-from-motion",
-            help="Let motion tell how far points are that one camera sees alone: for an object "
-            "that turns far before a single camera. It is followed so, and not trusted; one "
-            "that hardly turns does better without "
+            help="Let motion tell from the start how far points are that one camera sees alone; "
+            "else that is done where the body is found to be a bad guess. An object that hardly "
+            "turns does better without "
             f"(default: {'yes' if _defaults.depth_from_motion else 'no'}).",
             show_default=False,
             rich_help_panel=_SEARCH,

@@ -84,6 +84,8 @@ const STEPS: (usize, usize) = (5, 12);
 const CONVERGED: f64 = 3e-3;
 /// Standard deviations from which on a sighting counts by its distance instead of its square.
 const HUBER: f64 = 2.0;
+/// Landmarks from which on their misfit says something.
+const FEW: i32 = 20;
 /// Damping at first, and its factors after a step that helps and one that does not.
 const DAMPING: (f64, f64, f64) = (1e-4, 0.2, 10.0);
 
@@ -119,6 +121,15 @@ impl Bundle {
         }
         let (turn_variances, distance_variances) = Reduced::new(&bundle).variances(&bundle)?;
         Some(Solution { bundle, turn_variances, distance_variances })
+    }
+
+    /// Gives how far landmarks lie from where they were learned, rms in standard deviations; nothing if they are
+    /// too few.
+    pub(crate) fn misfit(&self) -> Option<f64> {
+        let off =
+            self.landmarks.iter().filter_map(|one| Some(self.anchored(one)?.0.norm_squared()));
+        let (count, sum) = off.fold((0, 0.0), |(count, sum), off| (count + 1, sum + off));
+        (count >= FEW).then(|| (sum / f64::from(count)).sqrt())
     }
 
     /// Gives how badly everything is explained.

@@ -31,7 +31,7 @@ const GUESS_RAD: f64 = 0.15;
 const LOST_RAD: f64 = 0.3;
 const PLACE: f64 = 0.25;
 /// Factor of the turn's standard deviation by the noise of the sightings: neighbours err together.
-const TOGETHER: f64 = 6.0;
+pub(super) const TOGETHER: f64 = 6.0;
 /// Standard deviation of the turn above which a view that is known is kept, too, in radians.
 const ADRIFT: f64 = 0.012;
 /// Pixels by which a landmark may lie beside where it was learned.
@@ -108,7 +108,7 @@ impl Tracker {
 
     /// Says whether the distances of most points that are recognised are guesses yet.
     fn guesses(&self) -> bool {
-        if !self.settings.depth_from_motion {
+        if !self.target.relief.is_open {
             return false;
         }
         let radius = self.target.solid.radius;
@@ -138,6 +138,7 @@ impl Tracker {
         if self.target.is_torn(&solution, &pending.keyframes) {
             return;
         }
+        self.target.relief.measure(solution.bundle.misfit());
         let before = self.target.points.seen();
         let newest = self.target.correct(&solution, (&pending.keyframes, &pending.landmarks));
         // Where the object is now was found by the points that are seen now.
@@ -333,7 +334,7 @@ mod tests {
                 color: [0; 3],
             };
             let mut known = Feature::new(point, 1e-6);
-            known.set_origin((number, &pose), (0.0, 0.0));
+            known.set_origin((number, &pose), 0.0);
             target.points.add(&mut vec![known]);
         }
         target

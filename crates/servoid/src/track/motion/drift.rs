@@ -6,8 +6,10 @@
 use nalgebra::{Matrix6, Vector6};
 
 use crate::pose::Pose;
+use crate::track::adjust::TOGETHER;
 use crate::track::estimate::Notice;
 use crate::track::pose::hypothesis::Hypothesis;
+use crate::track::pose::uncertainty::uncertainty;
 use crate::track::pose::verify::Quality;
 use crate::track::tracker::Tracker;
 use crate::track::trust::{ADRIFT, CLEAR};
@@ -39,8 +41,11 @@ impl Tracker {
         let known = points.drift_seen(&self.workspace.matches, &hypothesis.toward, slip * slip);
         let lost = FOUND_RAD * FOUND_RAD;
         let drift = known.unwrap_or(points.drift + foreseen.unwrap_or(lost));
-        if self.settings.depth_from_motion {
-            points.follow_tilt(&self.workspace.matches, &hypothesis.toward, radius);
+        if self.target.relief.is_open {
+            let known = uncertainty(&hypothesis.normal, radius).covariance;
+            // A relief that motion told may be another one that looks alike, and is no witness of itself.
+            let turn = known.fixed_view::<3, 3>(3, 3).trace();
+            points.noise = points.noise.max(TOGETHER.powi(2) * turn);
         }
         // Where much is missed, what seems to be a known side may be another one.
         let is_clear = hypothesis.quality.share >= CLEAR;
@@ -85,7 +90,7 @@ impl Tracker {
 
     /// Gives the variance of the turn with which a point is known that is learned now.
     pub(crate) fn drift_of_new_points(&self) -> f64 {
-        self.target.points.drift + (STRAYS * self.motion.turn_sd()).powi(2)
+        self.target.points.turn_variance() + (STRAYS * self.motion.turn_sd()).powi(2)
     }
 
     /// Gives the covariance of a pose by what it may have drifted, in the object's frame.

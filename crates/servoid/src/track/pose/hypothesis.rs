@@ -130,7 +130,7 @@ impl Tracker {
     /// Says whether the object may move so fast that its image is blurred.
     pub(crate) fn foresee_blur(&mut self, expected: &Pose) {
         // A pose that jumped must not be judged by what is coarse alone, unless all else is lost.
-        self.frame.is_blurred = self.settings.depth_from_motion
+        self.frame.is_blurred = self.target.relief.is_open
             && self.status == Status::Tracking
             && self.goes_px(expected) > BLURRED_PX;
     }

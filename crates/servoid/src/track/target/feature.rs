@@ -18,8 +18,8 @@ pub(crate) struct Feature {
     /// Variance of the object's turn since the first image where it was detected, in square radians: what it
     /// tells is only as true.
     pub(crate) drift: f64,
-    /// Beside it, that by distances that are guesses.
-    pub(super) tilt: f64,
+    /// Whether the body alone told its distance where it was detected.
+    pub(crate) is_guessed: bool,
     /// Whether only motion tells its distance.
     pub(crate) by_motion: bool,
     /// How far the object had turned since then when it was recognised among many others, in radians: it does
@@ -41,7 +41,7 @@ impl Feature {
             origin,
             variance,
             drift: 0.0,
-            tilt: 0.0,
+            is_guessed: false,
             by_motion: false,
             proved: 0.0,
             record,
@@ -50,15 +50,11 @@ impl Feature {
     }
 
     /// Notes the keyframe, at its pose, by which the point was detected, and how well the turn was known then.
-    pub(crate) fn set_origin(
-        &mut self,
-        (keyframe, pose): (usize, &Pose),
-        (drift, tilt): (f64, f64),
-    ) {
+    pub(crate) fn set_origin(&mut self, (keyframe, pose): (usize, &Pose), drift: f64) {
         self.origin.keyframe = Some(keyframe);
         self.origin.position = pose.transform(&self.point.position);
         self.origin.toward = pose.rotation() * self.point.toward;
-        (self.drift, self.tilt) = (drift, tilt);
+        self.drift = drift;
     }
 
     /// Gives one of its templates, at its place.

@@ -8,6 +8,7 @@ pub(super) mod points;
 pub(super) mod ranges;
 mod record;
 pub(super) mod reference;
+pub(super) mod relief;
 pub(super) mod shift;
 pub(super) mod sides;
 pub(super) mod solid;
@@ -19,6 +20,7 @@ use self::keyframes::Keyframes;
 use self::points::Points;
 use self::ranges::Ranges;
 use self::reference::Reference;
+use self::relief::Relief;
 use self::sides::Sides;
 use self::solid::Solid;
 use crate::camera::Channels;
@@ -32,6 +34,7 @@ pub(super) struct Target {
     /// The body, ready for outlines and for rays.
     pub(super) solid: Solid,
     pub(super) points: Points,
+    pub(super) relief: Relief,
     pub(super) ranges: Ranges,
     pub(super) colors: Colors,
     pub(super) keyframes: Keyframes,
@@ -49,6 +52,7 @@ impl Target {
             bias: Bias::unknown(solid.radius),
             solid,
             points: Points::default(),
+            relief: Relief::new(false),
             ranges: Ranges::default(),
             colors: Colors::new(local_colors),
             keyframes: Keyframes::default(),

@@ -44,8 +44,8 @@ pub(crate) struct Points {
     pub(crate) features: Vec<Feature>,
     /// Variance of the object's turn since the first image, by those that were seen last.
     pub(crate) drift: f64,
-    /// Beside it, that by distances that only motion measures.
-    pub(crate) tilt: f64,
+    /// Beside it, the most by the noise of an image in which only motion tells distances.
+    pub(crate) noise: f64,
     next: usize,
     /// Those that were recognised last, by their numbers.
     pub(super) seen: Vec<usize>,

@@ -7,10 +7,6 @@ use super::points::{Feature, LEAST_KNOWN, Match, Points};
 /// Standard deviation of what slips while the object turns by a radian, in radians, below which it is
 /// proved that points do not.
 const PROVES: f64 = 0.15;
-/// Part of the object's radius across which distances that are guesses err together.
-const TILT: f64 = 0.5;
-/// Turn since they were learned, in radians, from which on that turns the object as much.
-const TILTED: f64 = 0.3;
 /// Angle between the ways to two cameras, in radians, that is no turn.
 const EYES_APART: f64 = 0.2;
 
@@ -38,23 +34,9 @@ impl Points {
         median(&mut self.drifts)
     }
 
-    /// Takes in the variance of the turn by distances that only motion measured: the errors of neighbours are
-    /// alike, and turn the object as it turns. Such a relief may be another one that looks alike, and is no
-    /// witness of itself: the variance never falls.
-    pub(crate) fn follow_tilt(&mut self, matches: &[Match], toward: &Vector3<f64>, radius: f64) {
-        self.drifts.clear();
-        for one in matches.iter().filter(|one| one.is_recognised()) {
-            let feature = &self.features[one.view.point];
-            let part = (turned(feature, toward) / TILTED).min(1.0);
-            let variance = if feature.by_motion { feature.variance } else { 0.0 };
-            self.drifts.push(feature.tilt + variance * (part / (TILT * radius)).powi(2));
-        }
-        self.tilt = median(&mut self.drifts).map_or(self.tilt, |tilt| tilt.max(self.tilt));
-    }
-
     /// Computes the variance of the turn since the first image.
     pub(crate) fn turn_variance(&self) -> f64 {
-        self.drift + self.tilt
+        self.drift + self.noise
     }
 }
 

@@ -8,6 +8,7 @@ use super::pose::confidence::Evidence;
 use super::pose::hypothesis::Hypothesis;
 use super::pose::verify::Quality;
 use super::settings::TrackSettings;
+use super::target::Target;
 use super::tracker::Tracker;
 use super::update::Updates;
 use crate::pose::Pose;
@@ -28,6 +29,9 @@ const LIKELY: f64 = 0.8;
 const FEW: f64 = 8.0;
 const SOME: f64 = 18.0;
 const RICH: f64 = 22.0;
+/// Share of what should be seen from which on the turn is reported by points that one camera sees, where
+/// keyframes do not confirm the body by which their distances were guessed.
+const GUESSED: f64 = 0.88;
 /// Penalty: the part of the trusted share that is left of a pose's at which something does not fit, so that
 /// however well the rest fits, it is not trusted.
 const PENALTY: f64 = 0.9;
@@ -96,7 +100,26 @@ impl Tracker {
     /// Gives the share below which print proves no pose. Where motion is to tell distances, more is missed
     /// than usual at right poses, too.
     pub(super) fn least_share_of_print(&self) -> f64 {
-        if self.settings.depth_from_motion { 0.0 } else { self.usual_share() }
+        if self.target.relief.is_open { 0.0 } else { self.usual_share() }
+    }
+
+    /// Says whether the turn can be told by points that lie where the body alone has them: where keyframes do not
+    /// confirm it, most of them must be where they should be.
+    pub(super) fn believes_relief(&self, quality: &Quality) -> bool {
+        let relief = &self.target.relief;
+        let is_sure = relief.is_open || relief.is_confirmed() || quality.share >= GUESSED;
+        is_sure || !self.target.points.are_guessed(&self.workspace.matches)
+    }
+
+    /// Has motion alone tell distances from now on, where one camera is about to lose an object and the body's
+    /// shape may be why.
+    pub(super) fn doubt_relief(&mut self, quality: &Quality) {
+        let Target { relief, points, reference, solid, .. } = &mut self.target;
+        let is_denied = relief.is_denied(quality.share, reference.share);
+        if is_denied && points.are_guessed(&self.workspace.matches) {
+            relief.is_open = true;
+            points.open(solid.radius);
+        }
     }
 
     /// Says whether it pays to make a pose precise once more.

@@ -11,6 +11,7 @@ use crate::track::frame::window::Window;
 use crate::track::inputs::Inputs;
 use crate::track::target::colors::Colors;
 use crate::track::target::points::{Feature, InView, PLACE_PX, WORST, noise};
+use crate::track::target::relief::GUESS;
 use crate::track::target::solid::{Hit, Rims};
 
 /// Pixels of the object's radius in an image from which on points are a pixel's grain, and the least
@@ -25,9 +26,6 @@ const LEAST_CORNER: f32 = 3.0;
 const REACH: f64 = 0.35;
 /// Least correlation between two cameras' images of a new point.
 const LEAST_CORRELATION: f64 = 0.85;
-/// Standard deviation of a distance that only the body tells, as a share of its radius, and where motion is to
-/// tell it.
-const GUESS: (f64, f64) = (0.1, 0.25);
 /// Grains by which a point lies inside the outline.
 const LEAST_MARGIN: f64 = 5.0;
 /// Grains from a place to those around it that are asked.
@@ -211,7 +209,7 @@ fn point_at(
     let window = &inputs.windows[camera];
     let mut point =
         SurfacePoint::extract(projection, &window.pyramid, [hit, normal, toward], scale)?;
-    let guess = if inputs.depth_from_motion { GUESS.1 } else { GUESS.0 };
+    let guess = if inputs.relief.is_open { GUESS.1 } else { GUESS.0 };
     let (mut variance, mut is_guess) = ((guess * radius).powi(2), true);
     let others = inputs.windows.iter().enumerate().filter(|(other, _)| *other != camera);
     let found = inputs.rangefinder(camera, pose).and_then(|seen| seen.place(&pixel));
@@ -247,7 +245,8 @@ fn point_at(
     )?;
     extracted.color = inputs.images[camera]?.rgb(pixel.x as usize, pixel.y as usize);
     let mut feature = Feature::new(extracted, variance);
-    feature.by_motion = is_guess && inputs.depth_from_motion;
+    feature.is_guessed = is_guess;
+    feature.by_motion = is_guess && inputs.relief.is_open;
     Some(feature)
 }
 

@@ -40,6 +40,7 @@ pub(super) struct Updates {
 impl Tracker {
     /// Updates what is known of the target by an observation in which it is tracked.
     pub(super) fn update(&mut self, observation: &Observation<'_>, hypothesis: &Hypothesis) {
+        self.doubt_relief(&hypothesis.quality);
         let may = self.allowed_updates(&hypothesis.quality);
         if self.settings.region && may.colors {
             self.color_updates += 1;
@@ -136,9 +137,8 @@ impl Tracker {
         detect(&inputs, pose, known, plan, (&mut self.workspace.rims, &mut self.fresh));
         let (drift, keyframe) =
             (self.drift_of_new_points(), self.keyframe_around(observation, pose));
-        let tilt = self.target.points.tilt;
         for feature in &mut self.fresh {
-            feature.set_origin((keyframe.0, &keyframe.1), (drift, tilt));
+            feature.set_origin((keyframe.0, &keyframe.1), drift);
         }
         self.target.points.add(&mut self.fresh);
     }

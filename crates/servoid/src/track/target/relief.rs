@@ -1,0 +1,92 @@
+//! Whether distances that the body alone tells are believed: one camera sees a point lie somewhere on its ray,
+//! and the body says where, as far as it has the object's shape.
+
+use super::points::{Match, Points};
+
+/// Standard deviation of the guess, as a share of the body's radius: as far as the body is believed, and where
+/// motion is to tell distances.
+pub(crate) const GUESS: (f64, f64) = (0.1, 0.25);
+/// Part of the usual share below which an object is about to be lost, and its body is no more believed.
+const DENIED: f64 = 0.6;
+/// Standard deviations by which points lie off the body's surface, rms over those that keyframes saw together,
+/// up to which these confirm it.
+const CONFIRMED: f64 = 0.55;
+
+/// What became of the belief that points lie on the body's surface.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Relief {
+    /// Whether motion alone tells distances, since the body is not believed.
+    pub(crate) is_open: bool,
+    /// How far the first keyframes put points off the body, rms in standard deviations.
+    misfit: Option<f64>,
+}
+
+impl Relief {
+    pub(crate) fn new(is_open: bool) -> Self {
+        Self { is_open, misfit: None }
+    }
+
+    /// Takes in how far keyframes put points off the body: once, as it grows with what they see.
+    pub(crate) fn measure(&mut self, misfit: Option<f64>) {
+        if !self.is_open {
+            self.misfit = self.misfit.or(misfit);
+        }
+    }
+
+    /// Says whether keyframes confirm the body.
+    pub(crate) fn is_confirmed(&self) -> bool {
+        self.misfit.is_some_and(|rms| rms <= CONFIRMED)
+    }
+
+    /// Says whether a share of what should be seen, of which `usual` is usual, speaks against the body, and
+    /// keyframes do not speak for it.
+    pub(crate) fn is_denied(&self, share: f64, usual: f64) -> bool {
+        !self.is_open && !self.is_confirmed() && share < DENIED * usual
+    }
+}
+
+impl Points {
+    /// Says whether the body alone told the distances of most points that are recognised, where they were
+    /// detected.
+    pub(crate) fn are_guessed(&self, matches: &[Match]) -> bool {
+        let seen = matches.iter().filter(|one| one.is_recognised());
+        let guessed = |one: &&Match| self.features[one.view.point].is_guessed;
+        2 * seen.clone().filter(guessed).count() > seen.count()
+    }
+
+    /// Has motion alone tell the distances that were guessed.
+    pub(crate) fn open(&mut self, radius: f64) {
+        let variance = (GUESS.1 * radius).powi(2);
+        for one in self.features.iter_mut().filter(|one| one.is_guessed) {
+            one.by_motion = true;
+            one.variance = one.variance.max(variance);
+            one.origin.variance = one.origin.variance.max(variance);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_body_that_keyframes_confirm_is_not_denied_however_little_is_seen() {
+        let mut relief = Relief::new(false);
+        assert!(relief.is_denied(0.5, 0.95) && !relief.is_denied(0.7, 0.95));
+        relief.measure(None);
+        relief.measure(Some(0.5 * CONFIRMED));
+        assert!(relief.is_confirmed() && !relief.is_denied(0.0, 0.95));
+        relief.measure(Some(2.0 * CONFIRMED));
+        assert!(relief.is_confirmed(), "the first word counts");
+        let mut other = Relief::new(false);
+        other.measure(Some(2.0 * CONFIRMED));
+        assert!(other.is_denied(0.5, 0.95));
+    }
+
+    #[test]
+    fn one_that_is_open_stays_so_and_nothing_confirms_it() {
+        let mut relief = Relief::new(true);
+        relief.measure(Some(0.0));
+        assert!(relief.is_open && !relief.is_confirmed() && !relief.is_denied(0.0, 1.0));
+    }
+}

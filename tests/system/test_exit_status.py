@@ -76,14 +76,25 @@ def test_what_is_missing_or_in_the_way_ends_with_1(
     assert everything_in(folder) == before
 
 
-def stumbling(callback: Callable[..., Any]) -> Callable[..., Any]:
-    """Return a command with the same options that fails as no command should."""
+def stumbling(callback: Callable[..., Any], error: Exception) -> Callable[..., Any]:
+    """Return a command with the same options that raises an error."""
 
     @wraps(callback)
     def stumble(*_: object, **__: object) -> None:
-        raise ZeroDivisionError("two\nlines")
+        raise error
 
     return stumble
+
+
+def trip(verb: str, error: Exception, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let a verb raise an error, whatever it is given."""
+    [command] = [
+        one
+        for one in app.registered_commands
+        if one.callback is not None and (one.name or one.callback.__name__) == verb
+    ]
+    assert command.callback is not None
+    monkeypatch.setattr(command, "callback", stumbling(command.callback, error))
 
 
 @pytest.mark.parametrize("verb", VERBS)
@@ -91,14 +102,19 @@ def stumbling(callback: Callable[..., Any]) -> Callable[..., Any]:
 def test_a_bug_ends_with_70(
     verb: str, servoid_command: Command, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    [command] = [
-        one
-        for one in app.registered_commands
-        if one.callback is not None and (one.name or one.callback.__name__) == verb
-    ]
-    assert command.callback is not None
-    monkeypatch.setattr(command, "callback", stumbling(command.callback))
+    trip(verb, ZeroDivisionError("two\nlines"), monkeypatch)
     outcome = servoid_command(verb, *INPUTS.get(verb, ()))
     assert (outcome.code, outcome.out) == (70, "")
     assert "this is a bug in servoid, please report it: ZeroDivisionError: two lines" in outcome.err
+    assert outcome.err.count("\n") == 1
+
+
+@pytest.mark.usefixtures("folder")
+def test_memory_that_ends_is_no_bug(
+    servoid_command: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    trip("model", MemoryError(), monkeypatch)
+    outcome = servoid_command("model", *INPUTS["model"])
+    assert (outcome.code, outcome.out) == (1, "")
+    assert outcome.err.startswith("error: the memory that this process may use is not enough; ")
     assert outcome.err.count("\n") == 1

@@ -22,6 +22,10 @@ WRONG_OPTION = 2
 BUG = 70  # what <sysexits.h> calls an internal software error
 
 _SHOW_TRACEBACK = "SERVOID_TRACEBACK"
+_NO_MEMORY = (
+    "error: the memory that this process may use is not enough; end other programs, raise its "
+    "limit, or give fewer or smaller images and meshes"
+)
 
 
 def main(arguments: Sequence[str] | None = None) -> NoReturn:
@@ -55,6 +59,8 @@ def _run(arguments: Sequence[str] | None) -> NoReturn:
         _fail(f"error: {error}", FAILED)
     except (KeyboardInterrupt, InterruptedCommand):
         _fail("interrupted; nothing was written", INTERRUPTED)
+    except MemoryError:
+        _fail(_NO_MEMORY, FAILED)
     except Exception as error:
         _fail(_bug(error), BUG)
     except BaseException as error:

@@ -1,5 +1,7 @@
 import math
 from enum import Enum
+from itertools import pairwise
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -17,6 +19,7 @@ from servoid_experiments.sweeping import (
     panels_csv,
     varied,
 )
+from servoid_experiments.sweeping import panels as drawing
 from servoid_experiments.sweeping.panels import Scale, far_apart
 from servoid_experiments.tracking import TrackStudySettings
 
@@ -146,6 +149,20 @@ def test_each_point_of_a_picture_has_its_line_of_numbers() -> None:
     assert lines[0] == "factor,unit,value,series,variant,worth,seeds_low,seeds_high"
     assert "size,mm,2,ours,,2.1,2,2.2" in lines
     assert len(lines) == 1 + 3 + 2 + 2
+
+
+def test_the_title_beside_a_row_of_panels_does_not_reach_into_the_next_row(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(drawing, "png", lambda figure: figure)
+    panels = [Sweep(trials()).panel([SERIES], SIZE, lambda row: row.worth)] * 7
+    figure: Any = draw_panels(panels, Scale("95 % of errors of position below [mm]"))
+    figure.draw_without_rendering()
+    titles = [axes.yaxis.label for axes in figure.axes if axes.get_ylabel()]
+    boxes = sorted((title.get_window_extent() for title in titles), key=lambda box: box.y0)
+    assert len(boxes) == 3
+    for below, above in pairwise(boxes):
+        assert above.y0 - below.y1 > 0.1 * below.height
 
 
 @pytest.mark.parametrize(

@@ -1,10 +1,12 @@
 """What pages tell of pictures to those who cannot see them, or see them on small screens."""
 
 import re
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
-from servoid.view.model import html_page
+from servoid.view.model import curve, html_page
 from servoid.view.page_parts import picture, with_head
 from servoid.view.servo import servo_report
 from servoid.view.track import track_report
@@ -30,3 +32,28 @@ def test_a_picture_can_be_scrolled_by_keys_on_a_small_screen() -> None:
 def test_pages_keep_plots_readable_on_small_screens(name: str) -> None:
     text = with_head(name)
     assert re.search(r"max-width: 640px\) \{ \.wide \{ overflow-x: auto; \}", text)
+
+
+def test_each_table_of_views_can_be_scrolled_by_keys_on_a_small_screen() -> None:
+    text = with_head("report.html")
+    assert re.search(r"\.scroll \{ overflow-x: auto; \}", text)
+    assert re.search(r'<div class="scroll" tabindex="0" [^>]*>\n<table>', text)
+
+
+def test_a_curve_that_lies_on_another_is_seen_beside_it_and_named(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(curve, "png", lambda figure: figure)
+    same, counts = np.array([0.7, 0.8, 0.9]), np.arange(1, 4)
+    ious = SimpleNamespace(counts=counts, used=same, unused=np.full(3, np.nan))
+    steps = [SimpleNamespace(fitness=value) for value in same]
+    result = SimpleNamespace(iou_by_count=ious, steps=steps)
+    [axes] = curve.draw_curve(result).axes  # type: ignore[arg-type, attr-defined]
+    fitness, used = axes.get_lines()
+    assert fitness.get_linewidth() >= 3.0 * used.get_linewidth()
+    assert fitness.get_zorder() <= used.get_zorder()
+    axes.figure.draw_without_rendering()
+    upper, lower = sorted(
+        (text.get_window_extent() for text in axes.texts), key=lambda box: -box.y0
+    )
+    assert upper.y0 >= lower.y1

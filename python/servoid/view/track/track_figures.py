@@ -11,10 +11,12 @@ from numpy.typing import NDArray
 from servoid.track import History, Tracked, TrackResult
 from servoid.view.track.growth_picture import NAMED_SIDES, solids_of
 from servoid.view.track.sides import Sides, sides_of
-from servoid.view.track.timeline_plot import state_of
+from servoid.view.track.timeline_plot import notice_times, state_of
 from servoid.view.track.turning import Cause, Turning, turning_of
 from servoid.words import counted
 
+# The least share of observations for each word.
+_VERDICTS = (("Good", 0.95), ("Rough", 0.7), ("Poor", 0.0))
 _MOST_GAPS = 4
 _MS_PER_S = 1e3
 _NEVER = "The turn was never corrected"
@@ -85,9 +87,17 @@ class TrackFigures:
             "steps": [self._step(place, one) for place, one in enumerate(result.tracked)],
         }
 
+    def verdict(self) -> Iterator[str]:
+        """Say first whether the track is good, and then what most often kept it from that."""
+        word = next(word for word, least in _VERDICTS if self.result.tracked_share >= least)
+        yield f"{word}: it was {self._tracked_words()}"
+        doubts = notice_times([one for one in self.result.tracked if not one.is_tracked])
+        if doubts:
+            words, times = next(iter(doubts.items()))
+            yield f"What the tracker said most often where it was not, {_often(times)}: {words}."
+
     def words(self) -> Iterator[str]:
-        """Say in sentences what became of the track, ready for the page."""
-        yield self._tracked_words()
+        """Say in sentences what became of the object, ready for the page."""
         yield self._turned_words()
         yield self._corrected_words()
         yield self._body_words()
@@ -118,7 +128,7 @@ class TrackFigures:
     def _tracked_words(self) -> str:
         result = self.result
         words = (
-            f"It was tracked in {result.tracked_count} of {len(result)} observations "
+            f"tracked in {result.tracked_count} of {counted(len(result), 'observation')} "
             f"({100.0 * result.tracked_share:.1f} %)"
         )
         longest = sorted(result.gaps, key=lambda gap: -gap.count)[:_MOST_GAPS]
@@ -147,10 +157,9 @@ class TrackFigures:
         for cause in Cause:
             angles = [one.angle for one in self.turning.corrections if one.cause is cause]
             if angles:
-                often = "once" if len(angles) == 1 else f"{len(angles)} times"
                 most = "by" if len(angles) == 1 else "by at most"
                 degrees = np.degrees(max(angles))
-                parts.append(f"{often} {most} {degrees:.1f} degrees: {cause.value}")
+                parts.append(f"{_often(angles)} {most} {degrees:.1f} degrees: {cause.value}")
         corrected = f"The turn was corrected {'; '.join(parts)}" if parts else _NEVER
         drift = self.turning.drift[np.isfinite(self.turning.drift)]
         if not len(drift):
@@ -178,6 +187,10 @@ class TrackFigures:
 
 def _known(value: float) -> float | None:
     return float(value) if np.isfinite(value) else None
+
+
+def _often(cases: list[float]) -> str:
+    return "once" if len(cases) == 1 else f"{len(cases)} times"
 
 
 def _joined(names: list[str]) -> str:

@@ -15,6 +15,7 @@ from servoid.view.page_parts import (
     paragraphs,
     picture,
     read,
+    verdict_list,
     write_report_files,
 )
 from servoid.view.track.growth_picture import FRONT, RIGHT, UP, draw_growth, solids_of
@@ -99,6 +100,7 @@ def _page(figures: TrackFigures, pictures: Mapping[str, bytes], notes: Sequence[
         "track_report.html",
         {
             "title": html.escape(_title(result.name)),
+            "verdict": verdict_list(list(figures.verdict())),
             "words": paragraphs(list(figures.words())),
             "notes": notes_list(notes),
             "pictures": "\n".join(_picture(name, data) for name, data in pictures.items()),

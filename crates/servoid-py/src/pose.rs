@@ -112,8 +112,9 @@ impl Pose {
         let given = floats(angles, wanted)?;
         let numbers: Vec<f64> = given.as_array().iter().copied().collect();
         if numbers.len() != sequence.count() || given.ndim() > 1 {
+            let axes = if sequence.count() == 1 { "axis" } else { "axes" };
             let message = format!(
-                "the sequence has {} axes, but angles are {}; give one in radians for each axis",
+                "the sequence has {} {axes}, but angles are {}; give one in radians for each axis",
                 sequence.count(),
                 told(angles)
             );

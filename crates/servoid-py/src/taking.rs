@@ -127,6 +127,23 @@ pub fn read_numbers<const K: usize>(
     Ok(std::array::from_fn(|_| numbers.next().unwrap_or(f64::NAN)))
 }
 
+/// Reads one number.
+pub fn read_number(given: &Bound<'_, PyAny>, wanted: Wanted) -> PyResult<f64> {
+    given.extract().map_err(|_| wanted.refuse(given))
+}
+
+/// The time of an observation.
+pub struct Seconds(pub f64);
+
+impl<'a, 'py> FromPyObject<'a, 'py> for Seconds {
+    type Error = PyErr;
+
+    fn extract(given: Borrowed<'a, 'py, PyAny>) -> PyResult<Self> {
+        let what = "a number of seconds";
+        read_number(&given, Wanted { name: "time_s", what, class: "TrackError" }).map(Self)
+    }
+}
+
 /// Reads (width, height); a negative side becomes zero, which the core refuses in words.
 pub fn read_size(given: &Bound<'_, PyAny>) -> PyResult<[usize; 2]> {
     let what = "(width, height) in whole pixels";
@@ -219,10 +236,15 @@ impl<'a, 'py> FromPyObject<'a, 'py> for GivenMask<'py> {
         {
             return Ok(Self(array));
         }
-        let array = given.cast::<PyUntypedArray>().ok().filter(|array| array.ndim() == 2);
+        let listed = given.is_instance_of::<PyList>() || given.is_instance_of::<PyTuple>();
+        let made = listed
+            .then(|| given.py().import("numpy")?.call_method1("asarray", (given,)))
+            .and_then(Result::ok);
+        let whole = made.as_ref().unwrap_or(&given);
+        let array = whole.cast::<PyUntypedArray>().ok().filter(|array| array.ndim() == 2);
         match array.map(|array| array.dtype().kind()) {
             Some(b'b' | b'u' | b'i') => {
-                let marked = given.call_method1("__ne__", (0,))?;
+                let marked = whole.call_method1("__ne__", (0,))?;
                 Ok(Self(marked.call_method1("astype", ("uint8",))?.extract()?))
             }
             kind => Err(wrong_mask(&given, kind)),

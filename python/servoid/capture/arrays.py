@@ -105,7 +105,7 @@ def capture_of(
         CaptureError: there is no image, or not one time for each observation.
 
     """
-    instants = [[one] if isinstance(one, PosedImage) else list(one) for one in observations]
+    instants = [_instant(one) for one in observations]
     if not instants or not all(instants):
         raise CaptureError("there is no image, or an observation without one; give at least one")
     if times_s is not None and len(times_s) != len(instants):
@@ -137,6 +137,18 @@ def capture_of(
         times_s=None if times_s is None else tuple(map(float, times_s)),
         rate_hz=rate_hz,
     )
+
+
+def _instant(given: PosedImage | Sequence[PosedImage]) -> list[PosedImage]:
+    """Return the images of an observation."""
+    images = list(given) if isinstance(given, list | tuple) else [given]
+    wrong = next((one for one in images if not isinstance(one, PosedImage)), None)
+    if wrong is not None:
+        raise CaptureError(
+            "an observation must be a PosedImage, or a list of some, but one is of type "
+            f"{type(wrong).__name__}; make PosedImage(camera=, world_from_camera=, image=) of it"
+        )
+    return images  # pyright: ignore[reportReturnType]
 
 
 def views_of(

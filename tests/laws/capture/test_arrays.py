@@ -9,6 +9,8 @@ from servoid.camera import Camera, Lens
 from servoid.capture import CaptureView, PosedImage, View, capture_of, open_capture, views_of
 from servoid.errors import (
     BodyError,
+    CameraError,
+    CaptureError,
     ImageError,
     MaskError,
     MeshError,
@@ -93,7 +95,7 @@ def test_views_and_images_that_do_not_fit_are_refused_in_words(seen: list[Captur
 def test_a_mask_may_be_of_any_whole_number_and_of_no_float(seen: list[CaptureView]) -> None:
     mask = seen[0].mask()
     kinds = (mask != 0, mask.astype(np.int64), mask.astype(np.uint16) * 257, mask // 255)
-    views = {posed_view(seen[0], kind) for kind in kinds}
+    views = {posed_view(seen[0], kind) for kind in (*kinds, mask.tolist())}
     assert len(views) == 1
     with pytest.raises(MaskError, match=r"mask > 0\.5"):
         posed_view(seen[0], mask / 255.0)
@@ -141,6 +143,9 @@ def test_what_makes_no_capture_is_refused(seen: list[CaptureView]) -> None:
         capture_of([])
     with pytest.raises(ServoidError, match="2 observations have 1 time;"):
         capture_of([posed(one) for one in seen[:2]], times_s=[0.0])
+    for wrong in (seen[0].image(), [[seen[0].image()]], ["photos"]):
+        with pytest.raises(CaptureError, match="an observation must be a PosedImage"):
+            capture_of(wrong)  # type: ignore[arg-type]
     with pytest.raises(ServoidError, match="must be a Pose, but it is a ndarray"):
         PosedImage(camera=seen[0].camera, world_from_camera=np.eye(4), image=seen[0].image())  # type: ignore[arg-type]
 
@@ -183,6 +188,15 @@ def test_a_step_before_any_start_is_refused() -> None:
     camera = Camera.from_fov((160, 120), 60.0)
     with pytest.raises(TrackError, match="never started"):
         Tracker(camera, body()).step(0.0, Pose.identity(), np.zeros((120, 160), np.uint8))
+
+
+def test_what_is_no_number_is_refused_by_its_name() -> None:
+    camera = Camera.from_fov((160, 120), 60.0)
+    image = np.zeros((120, 160), np.uint8)
+    with pytest.raises(TrackError, match="time_s must be a number of seconds, but 'now' was given"):
+        Tracker(camera, body()).step("now", Pose.identity(), image)  # type: ignore[arg-type]
+    with pytest.raises(CameraError, match="fov_deg must be a number of degrees, but None was"):
+        Camera.from_fov((160, 120), None)  # type: ignore[arg-type]
 
 
 def test_joints_take_lists_and_refuse_other_counts() -> None:

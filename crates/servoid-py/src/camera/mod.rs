@@ -12,8 +12,8 @@ use servoid::camera as core;
 use crate::errors::{named, raise};
 use crate::pose::{Pose, rows};
 use crate::taking::{
-    GivenMask, Picture, Wanted, floats, hash_numbers, other_class, read_numbers, read_rows,
-    read_size, remade, shorts, taken_in_words, told, valued,
+    GivenMask, Picture, Wanted, floats, hash_numbers, other_class, read_number, read_numbers,
+    read_rows, read_size, remade, shorts, taken_in_words, told, valued,
 };
 
 /// A pinhole camera: pixel (0, 0) is the centre of the top-left pixel.
@@ -90,7 +90,10 @@ impl Camera {
     /// image's. An angle of view from a data sheet is good to some per cent, and so are then all
     /// lengths. Raises CameraError.
     #[staticmethod]
-    fn from_fov(size_px: &Bound<'_, PyAny>, fov_deg: f64) -> PyResult<Self> {
+    fn from_fov(size_px: &Bound<'_, PyAny>, fov_deg: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let what = "a number of degrees";
+        let wanted = Wanted { name: "fov_deg", what, class: "CameraError" };
+        let fov_deg = read_number(fov_deg, wanted)?;
         core::Camera::from_fov(read_size(size_px)?, fov_deg).map(Self).map_err(raise)
     }
 

@@ -16,8 +16,8 @@ use crate::errors::{named, raise};
 use crate::pose::{Pose, read_poses, rows};
 use crate::shape::Body;
 use crate::taking::{
-    GivenMask, Listed, Picture, hashed_by_seed, remade, replace, taken_in_words, told, valued,
-    written,
+    GivenMask, Listed, Picture, Seconds, hashed_by_seed, remade, replace, taken_in_words, told,
+    valued, written,
 };
 use crate::track::estimate::Estimate;
 
@@ -182,7 +182,7 @@ impl Tracker {
     fn start(
         &mut self,
         py: Python<'_>,
-        time_s: f64,
+        time_s: Seconds,
         world_from_camera: Listed<Pose>,
         images: Pictures<'_>,
         world_from_object: Pose,
@@ -192,7 +192,7 @@ impl Tracker {
         let (images, depths) = (read(&images)?, depths.unwrap_or_default().0);
         let masks = masks.unwrap_or_default();
         let masks = read_masks(&masks)?;
-        let observation = observation(time_s, &world_from_camera.0, &images, &depths)?;
+        let observation = observation(time_s.0, &world_from_camera.0, &images, &depths)?;
         let masks = masks.iter().map(mask).collect::<PyResult<Vec<_>>>()?;
         let started = py.detach(|| self.0.start(&observation, world_from_object.0, &masks));
         started.map(Estimate::from).map_err(raise)
@@ -205,13 +205,13 @@ impl Tracker {
     fn step(
         &mut self,
         py: Python<'_>,
-        time_s: f64,
+        time_s: Seconds,
         world_from_camera: Listed<Pose>,
         images: Pictures<'_>,
         depths: Option<Depths<'_>>,
     ) -> PyResult<Estimate> {
         let (images, depths) = (read(&images)?, depths.unwrap_or_default().0);
-        let observation = observation(time_s, &world_from_camera.0, &images, &depths)?;
+        let observation = observation(time_s.0, &world_from_camera.0, &images, &depths)?;
         py.detach(|| self.0.step(&observation)).map(Estimate::from).map_err(raise)
     }
 
@@ -223,14 +223,14 @@ impl Tracker {
     fn find(
         &mut self,
         py: Python<'_>,
-        time_s: f64,
+        time_s: Seconds,
         world_from_camera: Listed<Pose>,
         images: Pictures<'_>,
         near: Option<Pose>,
         depths: Option<Depths<'_>>,
     ) -> PyResult<Estimate> {
         let (images, depths) = (read(&images)?, depths.unwrap_or_default().0);
-        let observation = observation(time_s, &world_from_camera.0, &images, &depths)?;
+        let observation = observation(time_s.0, &world_from_camera.0, &images, &depths)?;
         let near = near.map(|pose| pose.0);
         py.detach(|| self.0.find(&observation, near)).map(Estimate::from).map_err(raise)
     }
@@ -245,7 +245,7 @@ impl Tracker {
     fn score_terms<'py>(
         &self,
         py: Python<'py>,
-        time_s: f64,
+        time_s: Seconds,
         world_from_camera: Listed<Pose>,
         images: Pictures<'py>,
         poses: &Bound<'py, PyAny>,
@@ -253,7 +253,7 @@ impl Tracker {
         threads: usize,
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let images = read(&images)?;
-        let observation = observation(time_s, &world_from_camera.0, &images, &[])?;
+        let observation = observation(time_s.0, &world_from_camera.0, &images, &[])?;
         let poses = read_poses(poses)?;
         let weighed = py.detach(|| self.0.score_terms(&observation, &poses, resolution, threads));
         let weighed = weighed.map_err(raise)?;

@@ -8,7 +8,8 @@ use crate::errors::{named, raise};
 use crate::pose::Pose;
 use crate::shape::Body;
 use crate::taking::{
-    Listed, Wanted, hashed_by_seed, read_numbers, remade, replace, taken_in_words, valued, written,
+    Listed, Seconds, Wanted, hashed_by_seed, read_numbers, remade, replace, taken_in_words, valued,
+    written,
 };
 use crate::track::estimate::Estimate;
 use crate::track::{Masks, Pictures, mask, observation, read, read_masks};
@@ -228,7 +229,7 @@ impl OneStepTracker {
     fn start(
         &mut self,
         py: Python<'_>,
-        time_s: f64,
+        time_s: Seconds,
         world_from_camera: Listed<Pose>,
         images: Pictures<'_>,
         world_from_object: Pose,
@@ -237,7 +238,7 @@ impl OneStepTracker {
         let images = read(&images)?;
         let masks = masks.unwrap_or_default();
         let masks = read_masks(&masks)?;
-        let observation = observation(time_s, &world_from_camera.0, &images, &[])?;
+        let observation = observation(time_s.0, &world_from_camera.0, &images, &[])?;
         let masks = masks.iter().map(mask).collect::<PyResult<Vec<_>>>()?;
         let started = py.detach(|| self.0.start(&observation, world_from_object.0, &masks));
         started.map(Estimate::from).map_err(raise)
@@ -249,12 +250,12 @@ impl OneStepTracker {
     fn step(
         &mut self,
         py: Python<'_>,
-        time_s: f64,
+        time_s: Seconds,
         world_from_camera: Listed<Pose>,
         images: Pictures<'_>,
     ) -> PyResult<Estimate> {
         let images = read(&images)?;
-        let observation = observation(time_s, &world_from_camera.0, &images, &[])?;
+        let observation = observation(time_s.0, &world_from_camera.0, &images, &[])?;
         py.detach(|| self.0.step(&observation)).map(Estimate::from).map_err(raise)
     }
 

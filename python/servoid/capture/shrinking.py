@@ -29,7 +29,7 @@ def shrunk(views: Sequence[CaptureView]) -> tuple[list[CaptureView], str | None]
     before, after = free[0].lens.size_px, _small(free[0].lens, by).size_px
     return made, (
         f"{counted(len(free), 'image')} of {before[0]}x{before[1]} pixels were shrunk to "
-        f"{after[0]}x{after[1]} as they were read, lest they fill the memory; fewer, such "
+        f"{after[0]}x{after[1]} as they were read, so that they fit into memory; fewer, such "
         "as --observations ::4, are shrunk less"
     )
 

@@ -9,6 +9,7 @@ from servoid.batch import Headway
 from servoid.batch.running import Watch
 from servoid.cli.interrupting import INTERRUPTED
 from servoid.cli.progress import progress_bar
+from servoid.words import counted
 
 _MINUTE = 60.0
 
@@ -26,16 +27,18 @@ def watched_batch(task: str) -> Iterator[Watch]:
 
             yield show
     except KeyboardInterrupt as interrupt:
-        done = f"{last[0].done} of {last[0].total} trials" if last else "no trials"
+        done = f"{last[0].done} of {counted(last[0].total, 'trial')}" if last else "no trials"
+        are = "is" if last and last[0].done == 1 else "are"
         typer.echo(
-            f"interrupted: {done} are done and kept; the same command goes on from there", err=True
+            f"interrupted: {done} {are} done and kept; the same command goes on from there",
+            err=True,
         )
         raise typer.Exit(INTERRUPTED) from interrupt
 
 
 def words_of(headway: Headway) -> str:
     """Say how far a batch is."""
-    words = f"{headway.done} of {headway.total} trials"
+    words = f"{headway.done} of {counted(headway.total, 'trial')}"
     if headway.failed:
         words += f", {headway.failed} failed"
     left = headway.seconds_left

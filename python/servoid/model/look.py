@@ -243,9 +243,10 @@ def _with_spread(
         found = []
     missed = len(marked.others) - len(found)
     if missed and found:
+        were = "was" if missed == 1 else "were"
         notes.append(
-            f"{missed} of {len(marked.others)} views without a mask were left out: the object is "
-            "not found in them"
+            f"{missed} of {len(marked.others)} views without a mask {were} left out: the object "
+            "was not found there"
         )
     by_name = {view.name: view for view in (*marked.views, *found)}
     order = sorted((*marked.views, *marked.others), key=lambda view: (view.camera_name, view.index))

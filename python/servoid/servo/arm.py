@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from servoid.errors import ServoError
 from servoid.pose import Pose
+from servoid.words import counted
 
 Floats = NDArray[np.float64]
 
@@ -19,7 +20,11 @@ def _row(what: str, given: object, count: int | None = None) -> Floats:
     except (TypeError, ValueError) as error:
         raise ServoError(f"{what} must be a row of numbers, but is {given!r:.60}") from error
     if numbers.ndim != 1 or count not in (None, len(numbers)):
-        expected = "a row of numbers" if count is None else f"{count} numbers, one for each name"
+        expected = (
+            "a row of numbers"
+            if count is None
+            else f"{counted(count, 'number')}, one for each name"
+        )
         raise ServoError(f"{what} must be {expected}, but has shape {numbers.shape}")
     return numbers
 

@@ -142,7 +142,8 @@ class _Progress:
         if not self.late:
             return ()
         return (
-            f"{self.late} of {self.visited} places, the start among them, were not reached within "
+            f"{self.late} of {self.visited} places, the start among them, "
+            f"{'was' if self.late == 1 else 'were'} not reached within "
             f"{self.settings.patience_s:g} s (servo.look.patience_s); the hand looked from where "
             "it was",
         )

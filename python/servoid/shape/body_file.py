@@ -17,6 +17,7 @@ from servoid.config.strict import check_version, convert
 from servoid.errors import BodyError, located
 from servoid.output import write_whole
 from servoid.shape.layout import lay_out
+from servoid.words import counted
 
 _UNIT_TOLERANCE = 1e-3
 
@@ -145,8 +146,8 @@ def save_body(
     """
     if colors is not None and colors.shape != (len(body), 3):
         raise BodyError(
-            f"a body of {len(body)} ellipsoids needs colors of shape ({len(body)}, 3), not "
-            f"{colors.shape}"
+            f"a body of {counted(len(body), 'ellipsoid')} needs colors of shape "
+            f"({len(body)}, 3), not {colors.shape}"
         )
     pose = body.world_from_object
     file = BodyFile(

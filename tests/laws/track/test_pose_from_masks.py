@@ -30,5 +30,5 @@ def test_masks_images_and_colors_must_belong_together() -> None:
     views, images = marked(true)
     with pytest.raises(ImageError, match="2 cameras needs as many images, but was given 1"):
         pose_from_masks(true, views, images[:1], COLORS)
-    with pytest.raises(TrackError, match="3 ellipsoids has 3 colours, but 2 were given"):
+    with pytest.raises(TrackError, match="3 ellipsoids has as many colours, but 2 were given"):
         pose_from_masks(true, views, images, COLORS[:2])

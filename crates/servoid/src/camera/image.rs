@@ -1,10 +1,13 @@
+use crate::words::s;
+
 /// Why bytes do not make an image or a mask.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ImageError {
     /// The buffer does not hold width x height x channels bytes.
     #[error(
-        "an image of {width}x{height} with {channels} channels has {expected} bytes, not {given}"
+        "an image of {width}x{height} with {channels} channel{} has {expected} bytes, not {given}",
+        s(*channels)
     )]
     Length {
         /// Width in pixels.

@@ -24,7 +24,7 @@ pub use mesh::Details;
 use normals::corner_normals;
 pub use scene::{Placement, Scene};
 
-use crate::words::were;
+use crate::words::{s, were};
 
 /// Longest length in metres: beyond it, single precision sees nothing small any more.
 pub const MAX_LENGTH: f64 = 1e4;
@@ -79,7 +79,10 @@ pub enum RenderError {
         corners: usize,
     },
     /// Something is not given for each corner.
-    #[error("{what} has {given} rows, but the mesh has {corners} vertices; give one row for each")]
+    #[error(
+        "{what} has {given} row{}, but the mesh has {corners} vertices; give one row for each",
+        s(*given)
+    )]
     Details {
         /// Its name.
         what: &'static str,
@@ -142,8 +145,10 @@ pub enum RenderError {
     Toward([f64; 3]),
     /// There are not as many poses as visuals.
     #[error(
-        "moment {moment} has {given} poses of visuals, but the scene holds {visuals} visuals; give \
-         one pose for each, in the order in which they were added"
+        "moment {moment} has {given} pose{} of visuals, but the scene holds {visuals} visual{}; \
+         give one pose for each, in the order in which they were added",
+        s(*given),
+        s(*visuals)
     )]
     Poses {
         /// Which moment.
@@ -155,8 +160,10 @@ pub enum RenderError {
     },
     /// The lens and the visuals are not given at the same moments.
     #[error(
-        "the lens has {lens} poses and the visuals have {visuals} sets of poses, but both must be \
-         given at the same moments, at least one"
+        "the lens has {lens} pose{} and the visuals have {visuals} set{} of poses, but both must be \
+         given at the same moments, at least one",
+        s(*lens),
+        s(*visuals)
     )]
     Moments {
         /// Poses of the lens.
@@ -166,8 +173,9 @@ pub enum RenderError {
     },
     /// More moments than rays in a pixel.
     #[error(
-        "{moments} moments were given, but a pixel has only {rays} rays, one for each moment; \
-         give fewer moments or more samples"
+        "{moments} moments were given, but a pixel has only {rays} ray{}, one for each moment; \
+         give fewer moments or more samples",
+        s(*rays)
     )]
     TooManyMoments {
         /// Moments that were given.

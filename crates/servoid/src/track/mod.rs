@@ -85,8 +85,9 @@ pub enum TrackError {
     NoMask,
     /// Not one colour an ellipsoid.
     #[error(
-        "a body of {ellipsoids} ellipsoids has {ellipsoids} colours, but {given} {} given; give \
-         the colours that were made with it, or none",
+        "a body of {ellipsoids} ellipsoid{} has as many colours, but {given} {} given; give the \
+         colours that were made with it, or none",
+        s(*ellipsoids),
         were(*given)
     )]
     Colors {

@@ -9,6 +9,7 @@ from servoid.camera import Lens, Picture
 from servoid.capture import Capture, CaptureCamera
 from servoid.errors import CaptureError
 from servoid.pose import Pose
+from servoid.words import counted
 
 KeyT = TypeVar("KeyT", bound=Hashable)
 
@@ -48,8 +49,8 @@ def gather(path: Path, cameras: Sequence[ShotCamera]) -> Capture:
         raise CaptureError(f"{path} names no image; nothing can be modelled from it")
     if count * len(cameras) > _MOST_PLACES:
         raise CaptureError(
-            f"{path} has {count} images of {len(cameras)} cameras, more than servoid can hold; let "
-            "images share a camera, or use fewer"
+            f"{path} has {count} images of {counted(len(cameras), 'camera')}, more than servoid "
+            "can hold; let images share a camera, or use fewer"
         )
     first, done = 0, []
     for camera in cameras:

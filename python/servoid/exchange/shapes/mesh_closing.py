@@ -62,7 +62,7 @@ def close_mesh(vertices: Vertices, faces: Faces) -> tuple[Vertices, Faces, tuple
     notes += filled.notes
     turned = int((filled.faces[: len(faces)] != faces).any(axis=1).sum())
     if turned:
-        notes.append(f"{turned} of {len(faces)} faces looked the wrong way and were turned")
+        notes.append(_turned_note(turned, len(faces)))
     return filled.vertices, filled.faces, tuple(notes)
 
 
@@ -179,5 +179,10 @@ def _rebuilt_notes(new: Rebuilt, faces: Faces, fault: MeshError) -> list[str]:
             "guess: there was no face"
         )
     if new.turned:
-        notes.append(f"{new.turned} of {len(faces)} faces looked the wrong way and were turned")
+        notes.append(_turned_note(new.turned, len(faces)))
     return notes
+
+
+def _turned_note(turned: int, count: int) -> str:
+    were = "was" if turned == 1 else "were"
+    return f"{turned} of {count} faces looked the wrong way and {were} turned"

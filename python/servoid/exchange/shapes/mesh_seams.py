@@ -17,7 +17,7 @@ from servoid.exchange.shapes.mesh_repair import (
     signed_volume,
     size,
 )
-from servoid.words import digits
+from servoid.words import counted, digits
 
 _TWIN_FACES = 12  # from which on a part that is there twice is no accident
 _TWIN = 0.01  # of a part's diagonal, by which its copy may be shifted
@@ -53,8 +53,8 @@ def without_twins(vertices: Vertices, faces: Faces, notes: list[str]) -> Faces:
         if shift is not None:
             dropped.add(other)
             notes.append(
-                f"a part of {counts[other]} faces was there twice, {digits(shift)} m apart, around "
-                f"{place(twin)}: one was dropped"
+                f"a part of {counted(int(counts[other]), 'face')} was there twice, "
+                f"{digits(shift)} m apart, around {place(twin)}: one was dropped"
             )
     return faces[~np.isin(part, list(dropped))] if dropped else faces
 

@@ -35,6 +35,7 @@ from servoid.sim.world import Path as ObjectPath
 from servoid.sim.world import World
 from servoid.source import Instant
 from servoid.track import Estimate, Follower, Rememberer
+from servoid.words import counted
 
 _LOOKS = "look"  # folder of what was seen while looking around
 _TRACKING = "tracking"  # a tracker's status
@@ -291,7 +292,7 @@ def _start_tracker(
         if found == needed:
             return tracker
     raise ServoError(
-        f"the tracker did not see the object in {needed} images in a row, of the "
+        f"the tracker did not see the object in {counted(needed, 'image')} in a row, of the "
         f"{needed + _SPARE} after looking around; look "
         "from fewer places (servo.look.count), or choose an object with more pattern"
     )

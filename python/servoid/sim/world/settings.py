@@ -7,6 +7,7 @@ from msgspec import Meta
 from servoid.errors import SimError
 from servoid.sim.world.events.faults import Fault, Occlude, SimSettings
 from servoid.sim.world.lab_settings import IDEAL, LabSettings
+from servoid.words import counted
 
 Triple = tuple[float, float, float]
 Seven = tuple[float, float, float, float, float, float, float]
@@ -133,7 +134,8 @@ class CameraSettings(SimSettings, frozen=True, kw_only=True, forbid_unknown_fiel
         rays = self.samples * self.samples
         if self.moments > rays:
             raise SimError(
-                f"an exposure has {self.moments} moments, but a pixel only {rays} rays; "
+                f"an exposure has {self.moments} moments, but a pixel only "
+                f"{counted(rays, 'ray')}; "
                 "lower cameras.moments or raise cameras.samples"
             )
         if self.exposure_s * self.rate_hz > 1.0:

@@ -4,7 +4,7 @@ import os
 from pathlib import Path
 
 import pytest
-from test_bad_input import check_refused
+from refusals import check_refused
 
 from conftest import Command
 

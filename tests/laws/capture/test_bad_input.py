@@ -1,27 +1,15 @@
 """Every input that cannot be used: a clear error, exit code 1, and nothing written."""
 
-import re
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
+from refusals import Spoil, check_refused, edit
 
-from conftest import SIZE_PX, Command, camera_toml, everything_in, write_png
+from conftest import SIZE_PX, Command, camera_toml, write_png
 
-Spoil = Callable[[Path], object]
 WIDTH, HEIGHT = SIZE_PX
-
-
-def edit(name: str, old: str, new: str) -> Spoil:
-    """Spoil a text file of the capture by replacing the first place where `old` stands."""
-
-    def spoil(folder: Path) -> None:
-        text = (folder / name).read_text()
-        assert old in text
-        (folder / name).write_text(text.replace(old, new, 1))
-
-    return spoil
 
 
 def toml(old: str, new: str) -> Spoil:
@@ -291,20 +279,6 @@ FILES = {
 }
 
 CASES = IMAGES | CAMERAS | FILES
-
-
-def check_refused(
-    command: Command, folder: Path, message: str, *arguments: object, code: int = 1
-) -> None:
-    """Run `servoid ARGUMENTS`; it must fail with one line that matches, and change no file."""
-    before = everything_in(folder)
-    outcome = command(*arguments)
-    assert everything_in(folder) == before
-    assert outcome.code == code, outcome.out + outcome.err
-    assert outcome.out == ""
-    assert outcome.err.startswith("error: ")
-    assert outcome.err.count("\n") == 1, outcome.err
-    assert re.search(message, outcome.err), outcome.err
 
 
 @pytest.mark.parametrize("case", CASES)

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from test_bad_input import check_refused
+from refusals import check_refused
 
 from conftest import Command, capture_toml
 from servoid._native import Body, Camera, ModelSettings

@@ -5,7 +5,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from test_bad_input import check_refused, edit
+from refusals import check_refused, edit
 
 from conftest import CENTER_PX, FOCAL_PX, SIZE_PX, Command, Drawing, write_png
 from servoid.camera import Lens, read_mask, undistortion

@@ -160,10 +160,11 @@ def _in_box(image: Image, target: BoxTarget) -> Found:
     answers = grow_from_box(image, box)
     mask = answers.sharp(image)
     mask[pixels_in(larger(box), image.shape) == 0] = 0
-    return replace(
-        _found(image, mask, answers, "a box moved"),
-        notes=(*_beyond(box, image), *(_far_away(mask, box) if mask.any() else ())),
-    )
+    found, beyond = _found(image, mask, answers, "a box moved"), _beyond(box, image)
+    if found.doubt is not None and beyond:
+        # A box of other numbers is the likelier reason, so it is what an error says first.
+        found, beyond = replace(found, doubt=f"{'; '.join(beyond)}; and {found.doubt}"), ()
+    return replace(found, notes=(*beyond, *(_far_away(mask, box) if mask.any() else ())))
 
 
 def _at_click(image: Image, target: ClickTarget) -> Found:

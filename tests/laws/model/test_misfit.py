@@ -9,10 +9,10 @@ from refusals import check_refused, edit
 
 from conftest import CENTER_PX, FOCAL_PX, SIZE_PX, Command, Drawing, write_png
 from servoid.camera import Lens, read_mask, undistortion
-from servoid.errors import CameraError, MaskError, MeshError
+from servoid.errors import CameraError, DoubtError, MaskError, MeshError
 from servoid.model import fit_mesh
 from servoid.model.misfit import misfit_notes, swapped_note, touches_all_borders
-from servoid.segment import BoxTarget, seek_object
+from servoid.segment import BoxTarget, find_object, finding, seek_object
 
 WIDTH, HEIGHT = SIZE_PX
 
@@ -119,6 +119,17 @@ def test_a_box_that_reaches_beyond_its_image_is_told(
     assert len(told) == bool(sides)
     if sides:
         assert f"at its {sides}: u goes from 0 to 159 and v from 0 to 119" in told[0]
+
+
+def test_a_doubt_about_a_box_that_reaches_beyond_its_image_begins_with_that(
+    drawing: Drawing, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(finding, "STEADY", 1.1)  # every target is doubtful
+    image = drawing.picture(drawing.world_from_cameras()[0])
+    with pytest.raises(DoubtError, match=r"': the box reaches beyond .*; and a box moved by 3 px"):
+        find_object(BoxTarget(40.0, 20.0, 120.0, 160.0), image)
+    with pytest.raises(DoubtError, match="': a box moved by 3 px"):
+        find_object(BoxTarget(40.0, 20.0, 120.0, 110.0), image)
 
 
 def test_an_object_in_the_alpha_channel_alone_is_told(tmp_path: Path) -> None:

@@ -7,6 +7,7 @@ mod exact;
 mod model;
 mod pose;
 mod relay;
+mod settings;
 mod shape;
 mod sim;
 mod taking;

@@ -3,7 +3,7 @@
 
 use numpy::{PyArrayDescrMethods, PyReadonlyArrayDyn, PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::prelude::*;
-use pyo3::types::{PyFloat, PyList, PyString, PyTuple};
+use pyo3::types::{PyFloat, PyInt, PyList, PyString, PyTuple};
 use servoid::words::Digits;
 
 use crate::errors::named;
@@ -50,6 +50,9 @@ pub fn told(given: &Bound<'_, PyAny>) -> String {
     if let Ok(text) = given.cast::<PyString>() {
         let shown: String = text.to_string_lossy().chars().take(40).collect();
         return format!("'{shown}'");
+    }
+    if given.is_instance_of::<PyInt>() || given.is_instance_of::<PyFloat>() {
+        return given.repr().map_or(kind, |shown| shown.to_string().chars().take(40).collect());
     }
     let vowel = kind.starts_with(['A', 'E', 'I', 'O', 'a', 'e', 'i', 'o', 'u']);
     format!("{} {kind}", if vowel { "an" } else { "a" })

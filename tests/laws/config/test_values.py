@@ -8,8 +8,10 @@ from multiprocessing import get_context
 import numpy as np
 import pytest
 
+from servoid._native import OneStepSettings
 from servoid.camera import Camera, Lens
 from servoid.capture import View
+from servoid.errors import ServoidError
 from servoid.model import ModelSettings, PaperSettings, Request, fit
 from servoid.pose import Pose
 from servoid.servo import ServoSettings
@@ -123,6 +125,25 @@ def test_values_go_to_other_processes_and_come_back() -> None:
     with get_context("spawn").Pool(1) as pool:
         [back] = pool.map(moved, [parts])
     assert back == (POSE.inverse(), *parts[1:])
+
+
+@pytest.mark.parametrize(
+    ("kind", "name", "wrong", "words"),
+    [
+        (ModelSettings, "max_ellipsoids", -1, "a whole number, 0 or more, but -1"),
+        (ModelSettings, "delta", "little", "a number, but 'little'"),
+        (ModelSettings, "seed", 2.5, "a whole number from 0 to .*, but 2.5"),
+        (PaperSettings, "alpha", [0.1], "a number, but a list of 1"),
+        (TrackSettings, "adjust", "yes", "True or False, but 'yes'"),
+        (TrackSettings, "budget_s", "short", "a number, but 'short'"),
+        (OneStepSettings, "points", -3, "a whole number, 0 or more, but -3"),
+    ],
+)
+def test_a_setting_of_another_kind_is_refused_by_its_name(
+    kind: type, name: str, wrong: object, words: str
+) -> None:
+    with pytest.raises(ServoidError, match=f"^{name} must be {words} was given$"):
+        kind(**{name: wrong})
 
 
 def test_a_tracker_says_that_it_is_no_value() -> None:

@@ -12,11 +12,13 @@ use crate::camera::{Camera, GivenView, Pixels, View};
 use crate::errors::raise;
 use crate::pose::Pose;
 use crate::relay::relay;
+use crate::settings::Settings;
 use crate::shape::{Body, Mesh};
 use crate::taking::{
-    Picture, Wanted, hashed_by_seed, read_rows, remade, replace, short, taken_in_words, valued,
-    written,
+    Picture, Wanted, hashed_by_seed, read_rows, remade, short, taken_in_words, valued, written,
 };
+
+const SETTINGS: Settings = Settings("ModelError");
 
 /// How modelling proceeds; every default is written in the core.
 ///
@@ -46,23 +48,22 @@ impl ModelSettings {
     #[new]
     #[pyo3(signature = (*, max_ellipsoids=None, delta=None, held_out=None, seed=None, threads=None, quick=false))]
     fn new(
-        max_ellipsoids: Option<usize>,
-        delta: Option<f64>,
-        held_out: Option<bool>,
-        seed: Option<u64>,
-        threads: Option<usize>,
+        max_ellipsoids: Option<&Bound<'_, PyAny>>,
+        delta: Option<&Bound<'_, PyAny>>,
+        held_out: Option<&Bound<'_, PyAny>>,
+        seed: Option<&Bound<'_, PyAny>>,
+        threads: Option<&Bound<'_, PyAny>>,
         quick: bool,
     ) -> PyResult<Self> {
         let default = core::Settings::default();
         let default = if quick { default.quick() } else { default };
-        let settings = default.with(|it| {
-            replace(&mut it.max_ellipsoids, max_ellipsoids);
-            replace(&mut it.delta, delta);
-            replace(&mut it.held_out, held_out);
-            replace(&mut it.seed, seed);
-            replace(&mut it.threads, threads);
-        });
-        settings.checked().map(Self).map_err(raise)
+        let mut it = default;
+        SETTINGS.put(&mut it.max_ellipsoids, "max_ellipsoids", max_ellipsoids)?;
+        SETTINGS.put(&mut it.delta, "delta", delta)?;
+        SETTINGS.put(&mut it.held_out, "held_out", held_out)?;
+        SETTINGS.put(&mut it.seed, "seed", seed)?;
+        SETTINGS.put(&mut it.threads, "threads", threads)?;
+        it.checked().map(Self).map_err(raise)
     }
 
     /// Most ellipsoids.
@@ -187,16 +188,15 @@ impl ModelInput {
         mesh: Option<Mesh>,
         points: Option<&Bound<'_, PyAny>>,
         directions: Option<&Bound<'_, PyAny>>,
-        silhouette_weight: Option<f64>,
-        volume_weight: Option<f64>,
-        depth_weight: Option<f64>,
+        silhouette_weight: Option<&Bound<'_, PyAny>>,
+        volume_weight: Option<&Bound<'_, PyAny>>,
+        depth_weight: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         let samples = read_samples(points, directions)?;
-        let weights = core::Weights::default().with(|it| {
-            replace(&mut it.silhouettes, silhouette_weight);
-            replace(&mut it.volume, volume_weight);
-            replace(&mut it.depth, depth_weight);
-        });
+        let mut weights = core::Weights::default();
+        SETTINGS.put(&mut weights.silhouettes, "silhouette_weight", silhouette_weight)?;
+        SETTINGS.put(&mut weights.volume, "volume_weight", volume_weight)?;
+        SETTINGS.put(&mut weights.depth, "depth_weight", depth_weight)?;
         Ok(Self {
             views: views.unwrap_or_default().into_iter().map(|view| view.0.unbind()).collect(),
             mesh: mesh.map(|mesh| mesh.0),

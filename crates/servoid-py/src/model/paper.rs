@@ -9,8 +9,11 @@ use crate::errors::{named, raise};
 use crate::model::{Step, borrow};
 use crate::pose::read_poses;
 use crate::relay::relay;
+use crate::settings::Settings;
 use crate::shape::Body;
 use crate::taking::{hashed_by_seed, remade, replace, taken_in_words, valued, written};
+
+const SETTINGS: Settings = Settings("ModelError");
 
 /// How the paper's own method proceeds; every default is written in the core.
 ///
@@ -47,16 +50,18 @@ impl PaperSettings {
         alpha=None, alpha_m=None, population=None, generations=None))]
     #[allow(clippy::too_many_arguments, reason = "all of them are named")]
     fn new(
-        max_ellipsoids: Option<usize>,
-        delta: Option<f64>,
-        seed: Option<u64>,
-        threads: Option<usize>,
-        points: Option<usize>,
-        alpha: Option<f64>,
-        alpha_m: Option<f64>,
-        population: Option<usize>,
-        generations: Option<usize>,
+        max_ellipsoids: Option<&Bound<'_, PyAny>>,
+        delta: Option<&Bound<'_, PyAny>>,
+        seed: Option<&Bound<'_, PyAny>>,
+        threads: Option<&Bound<'_, PyAny>>,
+        points: Option<&Bound<'_, PyAny>>,
+        alpha: Option<&Bound<'_, PyAny>>,
+        alpha_m: Option<&Bound<'_, PyAny>>,
+        population: Option<&Bound<'_, PyAny>>,
+        generations: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
+        let alpha = SETTINGS.read("alpha", alpha)?;
+        let alpha_m = SETTINGS.read("alpha_m", alpha_m)?;
         let margin = match (alpha, alpha_m) {
             (Some(_), Some(_)) => {
                 let message = "alpha is a share and alpha_m a length of the same margin: give one";
@@ -64,17 +69,16 @@ impl PaperSettings {
             }
             (share, metres) => share.map(Margin::Share).or(metres.map(Margin::Metres)),
         };
-        let settings = core::PaperSettings::default().with(|it| {
-            replace(&mut it.max_ellipsoids, max_ellipsoids);
-            replace(&mut it.delta, delta);
-            replace(&mut it.seed, seed);
-            replace(&mut it.threads, threads);
-            replace(&mut it.points, points);
-            replace(&mut it.alpha, margin);
-            replace(&mut it.generations, generations);
-            replace(&mut it.search.population, population);
-        });
-        settings.checked().map(Self).map_err(raise)
+        let mut it = core::PaperSettings::default();
+        SETTINGS.put(&mut it.max_ellipsoids, "max_ellipsoids", max_ellipsoids)?;
+        SETTINGS.put(&mut it.delta, "delta", delta)?;
+        SETTINGS.put(&mut it.seed, "seed", seed)?;
+        SETTINGS.put(&mut it.threads, "threads", threads)?;
+        SETTINGS.put(&mut it.points, "points", points)?;
+        replace(&mut it.alpha, margin);
+        SETTINGS.put(&mut it.generations, "generations", generations)?;
+        SETTINGS.put(&mut it.search.population, "population", population)?;
+        it.checked().map(Self).map_err(raise)
     }
 
     /// Most ellipsoids.

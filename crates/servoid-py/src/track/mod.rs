@@ -14,6 +14,7 @@ use servoid::track as core;
 use crate::camera::{Camera, Pixels};
 use crate::errors::{named, raise};
 use crate::pose::{Pose, read_poses, rows};
+use crate::settings::Settings;
 use crate::shape::Body;
 use crate::taking::{
     GivenMask, Listed, Picture, Seconds, hashed_by_seed, remade, replace, taken_in_words, told,
@@ -29,6 +30,8 @@ pub type Masks<'py> = Listed<Option<GivenMask<'py>>>;
 
 /// Depth images as Python gives them, None where a camera measured nothing.
 type Depths<'py> = Listed<Option<Metres>>;
+
+const SETTINGS: Settings = Settings("TrackError");
 
 /// How tracking proceeds; every default is written in the core.
 ///
@@ -64,28 +67,27 @@ impl TrackSettings {
     #[allow(clippy::too_many_arguments, reason = "each is a keyword of its own in Python")]
     #[pyo3(signature = (*, seed=None, population=None, generations=None, budget_s=None, surface=None, region=None, local_colors=None, adjust=None, depth_from_motion=None))]
     fn new(
-        seed: Option<u64>,
-        population: Option<usize>,
-        generations: Option<usize>,
-        budget_s: Option<f64>,
-        surface: Option<bool>,
-        region: Option<bool>,
-        local_colors: Option<bool>,
-        adjust: Option<bool>,
-        depth_from_motion: Option<bool>,
+        seed: Option<&Bound<'_, PyAny>>,
+        population: Option<&Bound<'_, PyAny>>,
+        generations: Option<&Bound<'_, PyAny>>,
+        budget_s: Option<&Bound<'_, PyAny>>,
+        surface: Option<&Bound<'_, PyAny>>,
+        region: Option<&Bound<'_, PyAny>>,
+        local_colors: Option<&Bound<'_, PyAny>>,
+        adjust: Option<&Bound<'_, PyAny>>,
+        depth_from_motion: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
-        let settings = core::TrackSettings::default().with(|it| {
-            replace(&mut it.seed, seed);
-            replace(&mut it.population, population);
-            replace(&mut it.generations, generations);
-            replace(&mut it.budget_s, budget_s.map(Some));
-            replace(&mut it.surface, surface);
-            replace(&mut it.region, region);
-            replace(&mut it.local_colors, local_colors);
-            replace(&mut it.adjust, adjust);
-            replace(&mut it.depth_from_motion, depth_from_motion);
-        });
-        settings.checked().map(Self).map_err(raise)
+        let mut it = core::TrackSettings::default();
+        SETTINGS.put(&mut it.seed, "seed", seed)?;
+        SETTINGS.put(&mut it.population, "population", population)?;
+        SETTINGS.put(&mut it.generations, "generations", generations)?;
+        replace(&mut it.budget_s, SETTINGS.read("budget_s", budget_s)?.map(Some));
+        SETTINGS.put(&mut it.surface, "surface", surface)?;
+        SETTINGS.put(&mut it.region, "region", region)?;
+        SETTINGS.put(&mut it.local_colors, "local_colors", local_colors)?;
+        SETTINGS.put(&mut it.adjust, "adjust", adjust)?;
+        SETTINGS.put(&mut it.depth_from_motion, "depth_from_motion", depth_from_motion)?;
+        it.checked().map(Self).map_err(raise)
     }
 
     /// Seed of every search.

@@ -6,13 +6,15 @@ use servoid::track as core;
 use crate::camera::Camera;
 use crate::errors::{named, raise};
 use crate::pose::Pose;
+use crate::settings::Settings;
 use crate::shape::Body;
 use crate::taking::{
-    Listed, Seconds, Wanted, hashed_by_seed, read_numbers, remade, replace, taken_in_words, valued,
-    written,
+    Listed, Seconds, Wanted, hashed_by_seed, read_numbers, remade, taken_in_words, valued, written,
 };
 use crate::track::estimate::Estimate;
 use crate::track::{Masks, Pictures, mask, observation, read, read_masks};
+
+const SETTINGS: Settings = Settings("TrackError");
 
 /// How the 1-step genetic algorithm tracks; every default is written in the core.
 ///
@@ -53,38 +55,40 @@ impl OneStepSettings {
         least_width=None))]
     #[allow(clippy::too_many_arguments, reason = "all of them are named")]
     fn new(
-        seed: Option<u64>,
-        turns: Option<bool>,
-        region: Option<bool>,
-        points: Option<usize>,
-        alpha: Option<f64>,
-        reach: Option<f64>,
-        turn: Option<f64>,
-        population: Option<usize>,
-        elites: Option<usize>,
-        mutation_rate: Option<f64>,
-        mutation_width: Option<f64>,
-        least_width: Option<f64>,
+        seed: Option<&Bound<'_, PyAny>>,
+        turns: Option<&Bound<'_, PyAny>>,
+        region: Option<&Bound<'_, PyAny>>,
+        points: Option<&Bound<'_, PyAny>>,
+        alpha: Option<&Bound<'_, PyAny>>,
+        reach: Option<&Bound<'_, PyAny>>,
+        turn: Option<&Bound<'_, PyAny>>,
+        population: Option<&Bound<'_, PyAny>>,
+        elites: Option<&Bound<'_, PyAny>>,
+        mutation_rate: Option<&Bound<'_, PyAny>>,
+        mutation_width: Option<&Bound<'_, PyAny>>,
+        least_width: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         let default = core::OneStepSettings::default();
+        let region = SETTINGS.read("region", region)?;
+        let points = SETTINGS.read("points", points)?;
+        let alpha = SETTINGS.read("alpha", alpha)?;
         let objective = objective(default.objective, region, points, alpha)?;
-        let genes = match turns {
+        let genes = match SETTINGS.read("turns", turns)? {
             Some(true) => core::Genes::Pose,
             Some(false) => core::Genes::Place,
             None => default.genes,
         };
-        let settings = default.with(|it| {
-            (it.genes, it.objective) = (genes, objective);
-            replace(&mut it.seed, seed);
-            replace(&mut it.reach, reach);
-            replace(&mut it.turn, turn);
-            replace(&mut it.search.population, population);
-            replace(&mut it.search.elites, elites);
-            replace(&mut it.search.mutation_rate, mutation_rate);
-            replace(&mut it.search.mutation_width, mutation_width);
-            replace(&mut it.search.least_width, least_width);
-        });
-        settings.checked().map(Self).map_err(raise)
+        let mut it = default;
+        (it.genes, it.objective) = (genes, objective);
+        SETTINGS.put(&mut it.seed, "seed", seed)?;
+        SETTINGS.put(&mut it.reach, "reach", reach)?;
+        SETTINGS.put(&mut it.turn, "turn", turn)?;
+        SETTINGS.put(&mut it.search.population, "population", population)?;
+        SETTINGS.put(&mut it.search.elites, "elites", elites)?;
+        SETTINGS.put(&mut it.search.mutation_rate, "mutation_rate", mutation_rate)?;
+        SETTINGS.put(&mut it.search.mutation_width, "mutation_width", mutation_width)?;
+        SETTINGS.put(&mut it.search.least_width, "least_width", least_width)?;
+        it.checked().map(Self).map_err(raise)
     }
 
     /// Seed of the search.

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from servoid.capture import Capture, CaptureView, shrunk
 from servoid.errors import TargetError
 from servoid.segment import Depth, HueTarget, Target, seek_object, undoubted
+from servoid.words import counted
 
 
 @dataclass(frozen=True)
@@ -56,8 +57,8 @@ def mark(
                     raise
     if targets and not marked:
         raise TargetError(
-            f"'{targets[0]}' finds the object in none of the {len(views)} views; choose a wider "
-            "window, or mark the object with a box"
+            f"'{targets[0]}' finds the object in none of {counted(len(views), 'view')}; choose "
+            "a wider window, or mark the object with a box"
         )
     if not targets:
         marked = {view.name: view for view in views if view.has_mask}

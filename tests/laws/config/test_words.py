@@ -1,11 +1,19 @@
 """Numbers in text files and options are those that every program reads alike."""
 
 import math
+from pathlib import Path
 
+import numpy as np
 import pytest
+from fake_tracker import plain_body
 from hypothesis import given
 from hypothesis import strategies as st
 
+from servoid.batch import Headway
+from servoid.cli.headway import words_of
+from servoid.errors import BodyError
+from servoid.exchange.shapes.mesh_closing import close_mesh
+from servoid.shape import save_body
 from servoid.words import counted, digits, in_one_line, number_of, whole_number_of
 
 
@@ -53,3 +61,14 @@ def test_a_number_for_people_has_six_digits_at_most(number: float) -> None:
 
 def test_what_another_library_says_becomes_one_line() -> None:
     assert in_one_line(ValueError("XML Error:\n  no file\n\tx.xml")) == "XML Error: no file x.xml"
+
+
+def test_one_trial_one_ellipsoid_and_one_face_are_singular(tmp_path: Path) -> None:
+    assert words_of(Headway(1, 0, 1, 0, None)) == "1 of 1 trial"
+    with pytest.raises(BodyError, match="a body of 1 ellipsoid needs colors of shape"):
+        save_body(tmp_path / "b.json", plain_body(), np.zeros((2, 3), np.uint8))
+    faces = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
+    faces[0] = faces[0, ::-1]
+    corners = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
+    *_, notes = close_mesh(corners, faces)
+    assert "1 of 4 faces looked the wrong way and was turned" in notes

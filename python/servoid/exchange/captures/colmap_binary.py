@@ -106,5 +106,6 @@ class _Binary:
 
     def _cut_short(self) -> CaptureError:
         return CaptureError(
-            f"{self._path} is cut short after {len(self._data)} bytes; copy the file again"
+            f"{self._path} is cut short after {counted(len(self._data), 'byte')}; copy the file "
+            "again"
         )

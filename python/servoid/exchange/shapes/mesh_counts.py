@@ -9,6 +9,7 @@ import numpy as np
 
 from servoid.errors import MeshError
 from servoid.exchange.shapes.ply_header import read_ply_header
+from servoid.words import counted
 
 _STL_HEAD, _STL_FACE = 84, 50
 _GLB_HEAD, _CHUNK_HEAD = 12, 8
@@ -50,8 +51,8 @@ def _check_stl(path: Path, data: bytes) -> None:
     (count,) = struct.unpack_from("<I", data, 80)
     if _STL_HEAD + _STL_FACE * count > len(data):
         raise MeshError(
-            f"{path}: the header promises {count} faces, which take {_STL_FACE * count} bytes, "
-            f"but {len(data) - _STL_HEAD} follow; {_CUT_SHORT}"
+            f"{path}: the header promises {counted(count, 'face')}, which take "
+            f"{_STL_FACE * count} bytes, but {len(data) - _STL_HEAD} follow; {_CUT_SHORT}"
         )
 
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from servoid._native import Lens, Pose
 from servoid.camera.lenses import make_lens
 from servoid.errors import CaptureError, located
+from servoid.words import counted
 
 CAMERA_INFO = "sensor_msgs/msg/CameraInfo"
 
@@ -192,8 +193,9 @@ def _distortion(info: Info, place: str) -> tuple[str, Sequence[float]]:
     if info.model in _FISHEYE and len(info.d) == 4:
         return "kannala_brandt", info.d
     raise CaptureError(
-        f"{place}: distortion_model is '{info.model}' with {len(info.d)} coefficients; servoid "
-        f"knows {', '.join(_MODELS)}; rectify the images, or calibrate with one of these"
+        f"{place}: distortion_model is '{info.model}' with "
+        f"{counted(len(info.d), 'coefficient')}; servoid knows {', '.join(_MODELS)}; "
+        "rectify the images, or calibrate with one of these"
     )
 
 

@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from servoid._native import __version__
+from servoid.cli.defaults import CommandWithDefaults
 from servoid.cli.interrupting import Commands
 from servoid.cli.model.model_command import model
 from servoid.cli.pick.pick_command import pick
@@ -48,16 +49,16 @@ def servoid(
     del version
 
 
-app.command()(model)
-app.command()(track)
-app.command()(record)
-app.command()(sources)
-app.command()(servo)
-app.command()(pick)
-app.command()(scan)
+app.command(cls=CommandWithDefaults)(model)
+app.command(cls=CommandWithDefaults)(track)
+app.command(cls=CommandWithDefaults)(record)
+app.command(cls=CommandWithDefaults)(sources)
+app.command(cls=CommandWithDefaults)(servo)
+app.command(cls=CommandWithDefaults)(pick)
+app.command(cls=CommandWithDefaults)(scan)
 
 
-@app.command()
+@app.command(cls=CommandWithDefaults)
 def sample(
     directory: Annotated[Path, typer.Argument(metavar="DIR", help="The folder to write.")],
     moving: Annotated[
@@ -72,15 +73,16 @@ def sample(
         typer.Option(
             callback=check_count,
             metavar="N",
-            help="Write so many observations, 30 of them a second (default: 120, or the whole "
-            "turn).",
+            help="Write so many observations, 30 of them a second (default: {sample.count}, or the "
+            "whole turn).",
             show_default=False,
         ),
     ] = None,
     size: Annotated[
         Size | None,
         typer.Option(
-            help="Write images of 320 x 240 pixels, or of 640 x 480 (default: the larger)."
+            help="Write images of 320 x 240 pixels, small, or of 640 x 480, full (default "
+            "{sample.size})."
         ),
     ] = None,
     turn: Annotated[
@@ -129,7 +131,7 @@ def sample(
         run_sample(directory)
 
 
-@app.command()
+@app.command(cls=CommandWithDefaults)
 def demo(
     out: Annotated[
         Path, typer.Option(metavar="DIR", help="The folder for all that is made.")
@@ -145,7 +147,7 @@ def demo(
     run_demo(out)
 
 
-@app.command()
+@app.command(cls=CommandWithDefaults)
 def doctor(
     json: Annotated[
         bool, typer.Option("--json", help="Say it as JSON, for programs and reports of faults.")
@@ -169,7 +171,7 @@ def doctor(
     run_doctor(json=json, tests=test)
 
 
-@app.command()
+@app.command(cls=CommandWithDefaults)
 def export(
     body: Annotated[
         Path, typer.Argument(metavar="BODY", help="A body, a .json file that model wrote.")
@@ -187,14 +189,17 @@ def export(
     ] = None,
     density: Annotated[
         float | None,
-        typer.Option(metavar="D", help="Mass of a cubic metre in kg (default: water's, 1000)."),
+        typer.Option(
+            metavar="D",
+            help="Mass of a cubic metre in kg (default: water's, {export.density_kg_m3}).",
+        ),
     ] = None,
     frame: Annotated[
         str | None,
         typer.Option(
             metavar="object|world",
             help="Whose coordinates to use: the object's own, or the world's, in which it stood "
-            "(default: object).",
+            "(default: {export.frame}).",
         ),
     ] = None,
     name: Annotated[
@@ -205,7 +210,8 @@ def export(
         int | None,
         typer.Option(
             metavar="N",
-            help="Make meshes of 20 * 4^N triangles an ellipsoid, N from 0 to 6 (default 4).",
+            help="Make meshes of 20 * 4^N triangles an ellipsoid, N from 0 to 6 (default "
+            "{export.detail}).",
         ),
     ] = None,
 ) -> None:

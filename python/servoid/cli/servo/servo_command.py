@@ -57,7 +57,7 @@ def servo(
         str | None,
         typer.Option(
             metavar="ARM",
-            help="The arm: pa10, or an MJCF or URDF file (default pa10).",
+            help="The arm: pa10, or an MJCF or URDF file (default {servo.world.arm.name}).",
             rich_help_panel=_WORLD,
         ),
     ] = None,
@@ -67,7 +67,7 @@ def servo(
             "--object",
             metavar="NAME",
             help="What it meets: bottle, drill, mug, painted_ellipsoid, ellipsoid, two_ellipsoids, "
-            "plain_bottle or plain_mug (default bottle).",
+            "plain_bottle or plain_mug (default {servo.world.object.name}).",
             rich_help_panel=_WORLD,
         ),
     ] = None,
@@ -76,7 +76,7 @@ def servo(
         typer.Option(
             metavar="PATH",
             help="How that moves: still, line:0.2@5s, circle:0.1@10s, sine:0.15@10s, random:7 or "
-            "recorded:FILE (default still).",
+            "recorded:FILE (default {servo.world.object.path}).",
             rich_help_panel=_WORLD,
         ),
     ] = None,
@@ -84,7 +84,7 @@ def servo(
         str | None,
         typer.Option(
             metavar="NAME",
-            help="What stands behind it: cluttered or plain (default cluttered).",
+            help="What stands behind it: cluttered or plain (default {servo.world.background}).",
             rich_help_panel=_WORLD,
         ),
     ] = None,
@@ -93,7 +93,8 @@ def servo(
         typer.Option(
             "--ideal/--laboratory",
             help="A world without any error, or with those of a decent laboratory: of calibration, "
-            "sensors, time stamps, joints, and of who marks the object (default: a laboratory).",
+            "sensors, time stamps, joints, and of who marks the object (default: "
+            "{servo.world.ideal:no error|a laboratory}).",
             show_default=False,
             rich_help_panel=_WORLD,
         ),
@@ -104,7 +105,7 @@ def servo(
             metavar="TARGET",
             help="How the object is marked in the first left image: hand, box or click, as a "
             "person does it; or mask:FILE, box:U0,V0,U1,V1, click:U,V or hue:LOW..HIGH, as for "
-            "servoid track (default hand).",
+            "servoid track (default {servo.run.target}).",
             rich_help_panel=_RUN,
         ),
     ] = None,
@@ -119,7 +120,11 @@ def servo(
     ] = None,
     seconds: Annotated[
         float | None,
-        typer.Option(metavar="S", help="How long to servo (default 30).", rich_help_panel=_RUN),
+        typer.Option(
+            metavar="S",
+            help="How long to servo (default {servo.run.seconds}).",
+            rich_help_panel=_RUN,
+        ),
     ] = None,
     looks: Annotated[
         int | None,
@@ -127,7 +132,7 @@ def servo(
             callback=check_count,
             metavar="N",
             help="Places from which the object is looked at before it is modelled; with 1 the "
-            "hand stays where it is (default 5).",
+            "hand stays where it is (default {servo.servo.look.count}).",
             rich_help_panel=_RUN,
         ),
     ] = None,
@@ -136,7 +141,7 @@ def servo(
         typer.Option(
             metavar="X,Y,Z",
             help="Where the object's middle shall be before the hand, which looks along z, in "
-            "metres (default 0,-0.09,0.545).",
+            "metres (default {servo.run.goal}).",
             rich_help_panel=_RUN,
         ),
     ] = None,
@@ -144,7 +149,8 @@ def servo(
         str | None,
         typer.Option(
             metavar="X,Y,Z",
-            help="How far off its goal the hand starts, in metres (default 0,0,0).",
+            help="How far off its goal the hand starts, in metres (default "
+            "{servo.run.start_offset}).",
             rich_help_panel=_RUN,
         ),
     ] = None,
@@ -152,7 +158,8 @@ def servo(
         str | None,
         typer.Option(
             metavar="X,Y,Z",
-            help="How it is turned there: a rotation vector in degrees (default 0,0,0).",
+            help="How it is turned there: a rotation vector in degrees (default "
+            "{servo.run.start_turn_deg}).",
             rich_help_panel=_RUN,
         ),
     ] = None,
@@ -160,7 +167,8 @@ def servo(
         bool | None,
         typer.Option(
             "--feed-forward/--no-feed-forward",
-            help="Add the object's estimated velocity, or let the hand lag (default: add it).",
+            help="Add the object's estimated velocity, or let the hand lag (default: "
+            "{servo.servo.hand.feed_forward:add it|let it lag}).",
             show_default=False,
             rich_help_panel=_RUN,
         ),
@@ -170,13 +178,13 @@ def servo(
         typer.Option(
             metavar="qp|paper",
             help="How a hand velocity becomes joint speeds: within all limits, or by the paper's "
-            "pseudo-inverse (default qp).",
+            "pseudo-inverse (default {servo.servo.joints.law}).",
             rich_help_panel=_RUN,
         ),
     ] = None,
     method: Annotated[
         Method | None,
-        typer.Option(help="How to track (default region).", rich_help_panel=_RUN),
+        typer.Option(help="How to track (default {servo.track.method}).", rich_help_panel=_RUN),
     ] = None,
     paper: Annotated[
         bool,
@@ -192,7 +200,8 @@ def servo(
         typer.Option(
             callback=check_seed,
             metavar="S",
-            help="Of the clutter, the noise, the laboratory and the searches (default 0).",
+            help="Of the clutter, the noise, the laboratory and the searches (default "
+            "{servo.world.seed}).",
             rich_help_panel=_RUN,
         ),
     ] = None,

@@ -65,7 +65,8 @@ Rate = Annotated[
     typer.Option(
         "--rate",
         metavar="HZ",
-        help="How many images there are a second, where nothing says their times (default 30).",
+        help="How many images there are a second, where nothing says their times (default "
+        "{source.ASSUMED_HZ}).",
         rich_help_panel=_CAMERAS,
     ),
 ]

@@ -1,0 +1,75 @@
+"""Shows in a command's help the defaults that settings declare, so that none is written twice."""
+
+from enum import Enum
+from types import SimpleNamespace
+from typing import Any
+
+from typer import Context
+from typer.core import TyperCommand
+
+
+class CommandWithDefaults(TyperCommand):
+    """A command whose help may name a default by its place, such as `{servo.run.seconds}`.
+
+    The place is looked up when help is asked for, so that commands need not import what declares
+    their settings.
+    """
+
+    def format_help(self, ctx: Context, formatter: Any) -> None:
+        """Write the help with each default in its place."""
+        for option in self.params:
+            text = getattr(option, "help", None)
+            if text is not None:
+                option.help = with_defaults(text)  # type: ignore[attr-defined]
+        super().format_help(ctx, formatter)
+
+
+def with_defaults(text: str) -> str:
+    """Return a help text with the value of each `{place}`.
+
+    A truth is written as one of two words: `{servo.world.ideal:ideal|a laboratory}`.
+    """
+    return text.format_map(_Declared())
+
+
+class _Declared(dict[str, "_Shown"]):
+    """What declares defaults, by the first word of a place."""
+
+    def __missing__(self, key: str) -> "_Shown":
+        if key == "servo":
+            from servoid.sim.trial import TrialSettings
+
+            return _Shown(TrialSettings())
+        if key == "sample":
+            from servoid.sim import Scenario
+
+            return _Shown(Scenario())
+        if key == "export":
+            from servoid.exchange.export import export_body
+
+            return _Shown(SimpleNamespace(**(export_body.__kwdefaults__ or {})))
+        if key == "source":
+            from servoid import source
+
+            return _Shown(source)
+        raise KeyError(key)
+
+
+class _Shown:
+    """A default, or a group of them, as a help text writes it."""
+
+    def __init__(self, value: Any) -> None:
+        self._value = value
+
+    def __getattr__(self, name: str) -> "_Shown":
+        return _Shown(getattr(self._value, name))
+
+    def __format__(self, words: str) -> str:
+        value = self._value
+        if isinstance(value, bool):
+            return words.split("|")[0 if value else 1]
+        if isinstance(value, Enum):
+            return str(value.value)
+        if isinstance(value, tuple):
+            return ",".join(f"{number:g}" for number in value)
+        return f"{value:g}" if isinstance(value, float) else str(value)

@@ -22,7 +22,10 @@ from servoid.output import write_whole
 
 sys.path.extend(
     str(Path(__file__).resolve().parents[1] / part)
-    for part in ("tests", "tests/fixtures", "tests/scenes")
+    for part in (
+        *("tests", "tests/fixtures", "tests/fixtures/servo", "tests/fixtures/shape"),
+        "tests/scenes",
+    )
 )
 
 from scene_table import (

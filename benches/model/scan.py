@@ -21,7 +21,7 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tests" / "fixtures"))
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tests" / "fixtures" / "shape"))
 
 from rooms_to_scan import off_after_similarity
 

@@ -31,7 +31,7 @@ from track_speed import LONG_IMAGES, LONG_ROWS, to_and_fro
 
 sys.path.extend(
     str(Path(__file__).resolve().parents[2] / part)
-    for part in ("tests", "tests/fixtures", "tests/scenes")
+    for part in ("tests", "tests/fixtures", "tests/fixtures/shape", "tests/scenes")
 )
 
 from resident_memory import resident_mb

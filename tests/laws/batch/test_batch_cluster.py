@@ -22,7 +22,7 @@ from servoid.errors import StudyError
 
 pytestmark = pytest.mark.extended
 
-FIXTURES = Path(__file__).parents[2] / "fixtures"
+FIXTURES = Path(__file__).parents[2] / "fixtures" / "batch"
 
 
 @contextmanager

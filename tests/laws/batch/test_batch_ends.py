@@ -13,7 +13,7 @@ from tiers import tiered
 pytest.importorskip("pyarrow", reason="tables of trials need pyarrow")
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals are sent to a group")
 
-FIXTURES = Path(__file__).parents[2] / "fixtures"
+FIXTURES = Path(__file__).parents[2] / "fixtures" / "batch"
 PATIENCE_S = 60.0  # a tenth of a trial
 
 

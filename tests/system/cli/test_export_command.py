@@ -196,7 +196,7 @@ def test_when_the_last_of_several_files_fails_the_others_are_as_before(tmp_path:
 
 
 def test_the_page_on_exporting_states_the_numbers_of_the_code() -> None:
-    page = (Path(__file__).parents[2] / "docs" / "howto" / "export.md").read_text("utf-8")
+    page = (Path(__file__).parents[3] / "docs" / "howto" / "export.md").read_text("utf-8")
     stated = (
         f"up to {splat.SPLATS} flat Gaussians",
         f"a sigma of {splat.SIGMA} of the distance",

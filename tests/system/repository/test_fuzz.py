@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 sys.path.insert(0, str(ROOT))
 pytest.importorskip("trimesh", reason="meshes need trimesh")
 pytest.importorskip("daqp", reason="settings of servoing need daqp")

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 sys.path.insert(0, str(ROOT))
 
 from wheels import build  # noqa: E402
@@ -58,8 +58,8 @@ def test_what_is_missing_in_a_wheel_is_found(name: str) -> None:
 
 @pytest.mark.parametrize(
     "name",
-    ["tests/system/test_wheels.py", "servoid_experiments/__init__.py", "servoid/notes.txt",
-     "servoid/__pycache__/words.pyc"],
+    ["tests/system/repository/test_wheels.py", "servoid_experiments/__init__.py",
+     "servoid/notes.txt", "servoid/__pycache__/words.pyc"],
 )  # fmt: skip
 def test_what_does_not_belong_in_a_wheel_is_found(name: str) -> None:
     found = list(content_problems([*WHOLE, name], source_files(), FOLDER))

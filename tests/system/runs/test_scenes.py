@@ -26,7 +26,7 @@ from scene_table import (
 )
 
 SCENES = all_scenes()
-FOLDER = Path(__file__).parents[1]
+FOLDER = Path(__file__).parents[2]
 KEY = ("a scene", "error")
 ROWS: dict[tuple[str, str], Row] = {
     KEY: Row(*KEY, "mm", Sense.AT_MOST, 20, (), 1.0, 2.0, 1.5, 3.0),

@@ -9,7 +9,7 @@ pytestmark = pytest.mark.skipif(
     os.name != "posix" or not shutil.which("make"), reason="there is no make"
 )
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 
 
 def make(*arguments: str) -> subprocess.CompletedProcess[str]:

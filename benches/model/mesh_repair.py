@@ -15,8 +15,10 @@ from pathlib import Path
 
 import numpy as np
 
-sys.path.append(str(Path(__file__).resolve().parents[2] / "tests"))
-sys.path.append(str(Path(__file__).resolve().parents[2] / "tests" / "fixtures" / "shape"))
+sys.path.extend(
+    str(Path(__file__).resolve().parents[2] / part)
+    for part in ("tests", "tests/fixtures", "tests/fixtures/shape")
+)
 
 from body_measures import WorldBody
 from broken_meshes import BREAKS, Faces, Vertices, capped, joined, overlap, teapot

@@ -74,6 +74,14 @@ def check_count(count: int | None) -> int | None:
     return count
 
 
+def check_setting(number: int | None) -> int | None:
+    """Return a number that the core can hold; its settings know their own ranges."""
+    if number is not None and not 0 <= number <= _LARGEST_SEED:
+        other = "larger" if number < 0 else "smaller"
+        raise typer.BadParameter(f"{number} is out of range; choose a {other} number")
+    return number
+
+
 def check_threads(count: int | None) -> int | None:
     """Return a number of threads, or of processes, if so many can be started."""
     most = ModelSettings.MAX_THREADS

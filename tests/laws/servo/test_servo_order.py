@@ -1,15 +1,11 @@
-import re
 import sys
 from pathlib import Path
-from typing import Any
 
 import msgspec
 import pytest
-import typer.main
 
 from conftest import Command, everything_in
 from servoid.cli import extras
-from servoid.cli.app import app
 from servoid.servo import JointLaw, ServoSettings, as_the_paper
 from servoid.sim.trial import TrialSettings, read_trial_settings
 from servoid.track import Method
@@ -53,31 +49,6 @@ def test_a_world_that_cannot_be_leaves_nothing_behind(
     assert everything_in(tmp_path) == {}
 
 
-def test_the_help_names_the_defaults_of_the_settings() -> None:
-    settings = TrialSettings()
-    run, world = settings.run, settings.world
-    defaults = {
-        "world": world.arm.name,
-        "object_name": world.object.name,
-        "path": world.object.path,
-        "background": world.background,
-        "ideal": {False: "a laboratory"}[world.ideal],
-        "target": run.target,
-        "seconds": f"{run.seconds:g}",
-        "looks": str(settings.servo.look.count),
-        "goal": listed(run.goal),
-        "start_offset": listed(run.start_offset),
-        "start_turn": listed(run.start_turn_deg),
-        "feed_forward": {True: "add it"}[settings.servo.hand.feed_forward],
-        "law": settings.servo.joints.law.value,
-        "method": settings.track.method.value,
-        "seed": str(world.seed),
-    }
-    options = {one.name: getattr(one, "help", None) or "" for one in command_of("servo").params}
-    said = {name: re.search(r"\(default:? (.*)\)\.$", text) for name, text in options.items()}
-    assert {name: found[1] for name, found in said.items() if found} == defaults
-
-
 def test_one_option_sets_all_of_the_papers_servoing(
     servoid_command: Command, tmp_path: Path
 ) -> None:
@@ -104,11 +75,3 @@ def test_one_option_sets_all_of_the_papers_servoing(
 def test_the_object_waits_where_the_hand_wants_it() -> None:
     settings = TrialSettings()
     assert settings.world.object.hand_from_object[4:] == settings.run.goal
-
-
-def listed(values: tuple[float, ...]) -> str:
-    return ",".join(f"{value:g}" for value in values)
-
-
-def command_of(name: str) -> Any:
-    return typer.main.get_command(app).commands[name]  # type: ignore[attr-defined]

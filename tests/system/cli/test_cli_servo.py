@@ -227,7 +227,7 @@ def test_a_click_that_may_mean_several_objects_is_shown(
     ("options", "says"),
     [
         ("", "give a folder, such as out/run"),
-        ("--out run --looks 0", "0 is out of range; choose 1"),
+        ("--out run --looks 0", "servo.look.count: expected a whole number >= 1, got 0"),
         ("--out run --goal 1,2", "1,2"),
         ("--out run --method fast", "fast"),
     ],

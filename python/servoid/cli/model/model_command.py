@@ -19,8 +19,8 @@ from servoid.cli.source.options import (
 )
 from servoid.cli.values import (
     Method,
-    check_count,
     check_seed,
+    check_setting,
     check_threads,
     parse_point,
     parse_slice,
@@ -65,7 +65,7 @@ def model(
     max_ellipsoids: Annotated[
         int | None,
         typer.Option(
-            callback=check_count,
+            callback=check_setting,
             metavar="N",
             help="Stop at this many ellipsoids (default: chosen by views that are held out; with "
             f"--delta {_defaults.max_ellipsoids}).",

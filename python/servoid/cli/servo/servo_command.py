@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from servoid.cli.values import Method, check_count, check_seed, parse_triple
+from servoid.cli.values import Method, check_seed, parse_triple
 
 _WORLD = "The world"
 _RUN = "What to do"
@@ -129,7 +129,6 @@ def servo(
     looks: Annotated[
         int | None,
         typer.Option(
-            callback=check_count,
             metavar="N",
             help="Places from which the object is looked at before it is modelled; with 1 the "
             "hand stays where it is (default {servo.servo.look.count}).",

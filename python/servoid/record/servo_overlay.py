@@ -115,7 +115,7 @@ class ServoOverlay:
         return image
 
     def _draw_band(self, page: NDArray[np.uint8], scene: ServoScene) -> None:
-        """Write what is known: confidence, status, stage, time, believed error, and what holds."""
+        """Write what is known: confidence, status, stage, time, estimated error, and what holds."""
         color = _TROUGH if scene.estimate is None else _status_color(scene.estimate)
         fill(page, (0, self._images_px, _WIDTH_PX, _STRIP_PX), color)
         first = self._images_px + _STRIP_PX
@@ -225,7 +225,7 @@ def _error_words(command: Command | None) -> str:
     scalar, *vector = goal.quaternion
     turn = 2.0 * np.arctan2(np.linalg.norm(vector), abs(scalar))
     distance = 1000.0 * np.linalg.norm(goal.translation)
-    return f"believed error {distance:.1f} mm, {np.degrees(turn):.1f} deg"
+    return f"estimated error {distance:.1f} mm, {np.degrees(turn):.1f} deg"
 
 
 def _hold_words(command: Command | None) -> tuple[str, Color]:

@@ -9,8 +9,8 @@ import msgspec
 import typer
 
 from servoid.batch import workers_for
+from servoid.cli.batch_progress import watched_batch
 from servoid.cli.extras import check_extras
-from servoid.cli.headway import watched_batch
 from servoid.cli.wrong_options import OptionError, of_options
 from servoid.output import check_folder, make_folder
 from servoid.servo import settings_toml

@@ -17,6 +17,7 @@ from servoid.renamed import refuse_old_names
         ("servoid.model.Sights", "RangeSamples"),
         ("servoid.model.fit_sights", "fit_range_samples"),
         ("servoid.model.sights_of_cloud", "range_samples_of_cloud"),
+        ("servoid.batch.Headway", "BatchProgress"),
         ("servoid.servo.meet", "explore"),
         ("servoid.servo.Meeting", "Exploration"),
         ("servoid.track.place_body", "pose_from_masks"),

@@ -1,14 +1,20 @@
 """Batches of trials: on one core, on all cores, or on a cluster, with the same numbers."""
 
+from typing import TYPE_CHECKING
+
 from servoid.batch.experiment import Experiment
-from servoid.batch.running import Headway, run_batch
+from servoid.batch.running import BatchProgress, run_batch
 from servoid.batch.work import Done, Results, Work
 from servoid.batch.workers import InProcess, Processes, Workers, workers_for
+from servoid.renamed import refuse_old_names
+
+if not TYPE_CHECKING:
+    __getattr__ = refuse_old_names(__name__, {"Headway": "BatchProgress"})
 
 __all__ = [
+    "BatchProgress",
     "Done",
     "Experiment",
-    "Headway",
     "InProcess",
     "Processes",
     "Results",

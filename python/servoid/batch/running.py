@@ -19,7 +19,7 @@ _SHUFFLE = 5489  # any number: long and short trials shall not come in blocks
 
 
 @dataclass(frozen=True)
-class Headway:
+class BatchProgress:
     """How far a batch is: trials done and failed of all, and the seconds that are left, if known.
 
     `recalled` of those done were done before.
@@ -32,7 +32,7 @@ class Headway:
     seconds_left: float | None
 
 
-Watch = Callable[[Headway], None]
+Watch = Callable[[BatchProgress], None]
 _Where = tuple[int, int]  # a work and a case of it, by their numbers
 
 
@@ -90,7 +90,7 @@ def _run(
     count = sum(map(len, places))
     recalled, ended, failed = len(found) - count, 0, 0
     tell = watch or (lambda _: None)
-    tell(Headway(recalled, 0, len(found), recalled, None))
+    tell(BatchProgress(recalled, 0, len(found), recalled, None))
     began = time.monotonic()
     # Closed when the caller breaks off, so that nothing goes on working for nobody.
     with closing(workers.entries(tasks)) as entries:
@@ -101,7 +101,7 @@ def _run(
             ended += len(places[index])
             failed += len(places[index]) if done.row is None else 0
             left = (time.monotonic() - began) / ended * (count - ended)
-            tell(Headway(recalled + ended, failed, len(found), recalled, left))
+            tell(BatchProgress(recalled + ended, failed, len(found), recalled, left))
 
 
 def _missing(works: Sequence[Work], found: dict[_Where, Done | None]) -> dict[str, list[_Where]]:

@@ -5,7 +5,7 @@ from contextlib import contextmanager
 
 import typer
 
-from servoid.batch import Headway
+from servoid.batch import BatchProgress
 from servoid.batch.running import Watch
 from servoid.cli.interrupting import INTERRUPTED
 from servoid.cli.progress import progress_bar
@@ -17,13 +17,13 @@ _MINUTE = 60.0
 @contextmanager
 def watched_batch(task: str) -> Iterator[Watch]:
     """Show a bar while the block runs a batch with what it gets; Ctrl-C exits with a sentence."""
-    last: list[Headway] = []
+    last: list[BatchProgress] = []
     try:
         with progress_bar(task) as update:
 
-            def show(headway: Headway) -> None:
-                last[:] = [headway]
-                update(headway.done / max(1, headway.total), words_of(headway))
+            def show(progress: BatchProgress) -> None:
+                last[:] = [progress]
+                update(progress.done / max(1, progress.total), words_of(progress))
 
             yield show
     except KeyboardInterrupt as interrupt:
@@ -36,13 +36,13 @@ def watched_batch(task: str) -> Iterator[Watch]:
         raise typer.Exit(INTERRUPTED) from interrupt
 
 
-def words_of(headway: Headway) -> str:
+def words_of(progress: BatchProgress) -> str:
     """Say how far a batch is."""
-    words = f"{headway.done} of {counted(headway.total, 'trial')}"
-    if headway.failed:
-        words += f", {headway.failed} failed"
-    left = headway.seconds_left
-    if left is None or headway.done == headway.total:
+    words = f"{progress.done} of {counted(progress.total, 'trial')}"
+    if progress.failed:
+        words += f", {progress.failed} failed"
+    left = progress.seconds_left
+    if left is None or progress.done == progress.total:
         return words
     about = f"{left / _MINUTE:.0f} min" if left >= 1.5 * _MINUTE else f"{left:.0f} s"
     return f"{words}, about {about} left"

@@ -111,7 +111,8 @@ def _wrong_keys(
 ) -> Iterator[tuple[str, bool]]:
     """Say which keys are missing and, if there is the `text` of the file, which are unknown.
 
-    Each answer comes with whether it is of missing keys.
+    A struct's `RENAMED` holds the new names of keys that it had. Each answer comes with whether it
+    is of missing keys.
     """
     fields = {field.encode_name: field for field in msgspec.structs.fields(struct)}
     tag = struct.__struct_config__.tag_field
@@ -121,7 +122,9 @@ def _wrong_keys(
             # A key that stands on several lines cannot be told apart by its name.
             line = line_of(text, key) if line_of(text, key, 1) is None else None
             on = f", line {line}" if line else ""
-            yield f"{on}{_at(where)}: unknown key '{key}'; {known}", False
+            new = getattr(struct, "RENAMED", {}).get(key)
+            now = f", which is called '{new}' now" if new else ""
+            yield f"{on}{_at(where)}: unknown key '{key}'{now}; {known}", False
     missing = [field for name, field in fields.items() if field.required and name not in data]
     if missing:
         names = ", ".join(f"'{field.encode_name}'" for field in missing)

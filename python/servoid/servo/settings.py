@@ -2,6 +2,7 @@
 
 from enum import Enum
 from pathlib import Path
+from types import MappingProxyType
 from typing import Annotated, Any
 
 from msgspec import Meta
@@ -46,6 +47,8 @@ class _Settings(Checked, frozen=True, kw_only=True, forbid_unknown_fields=True):
 class TargetSettings(_Settings, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """How the motion of the object is filtered and predicted."""
 
+    RENAMED = MappingProxyType({"oddness": "nis_gate"})
+
     use_covariance: Annotated[
         bool, Meta(description="weigh estimates by the tracker's covariance, beside the noise")
     ] = True
@@ -85,8 +88,11 @@ class TargetSettings(_Settings, frozen=True, kw_only=True, forbid_unknown_fields
         float,
         Meta(gt=0, le=1, description="share of an estimate's variance that is new in each image"),
     ] = 0.11
-    oddness: Annotated[
-        float, _above("squared deviation (3 values) from which an estimate is odd and loses weight")
+    nis_gate: Annotated[
+        float,
+        _above(
+            "normalised innovation squared (NIS, 3 values) beyond which an outlier loses weight"
+        ),
     ] = 16.0
     compensate: Annotated[
         bool, Meta(description="move what images showed ahead by the time that has passed since")

@@ -11,9 +11,9 @@ import pyarrow.parquet
 from batch_trials import DRAW, NO_NUMBER, STUMBLE, Case, Inner, Kind, Row, draw
 
 from servoid.batch import (
+    BatchProgress,
     Done,
     Experiment,
-    Headway,
     InProcess,
     Processes,
     Work,
@@ -94,13 +94,13 @@ def test_a_batch_that_is_broken_off_goes_on_where_it_was(tmp_path: Path) -> None
     marks.mkdir()
     work = [Work(DRAW, cases(9, marks))]
 
-    def break_off(headway: Headway) -> None:
-        if headway.done == 4:
+    def break_off(progress: BatchProgress) -> None:
+        if progress.done == 4:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
         run_batch(work, tmp_path / "out", watch=break_off)
-    heard: list[Headway] = []
+    heard: list[BatchProgress] = []
     run_batch(work, tmp_path / "out", watch=heard.append)
     runs = {int(mark.name): len(mark.read_text()) for mark in marks.iterdir()}
     assert set(runs) == set(range(9))

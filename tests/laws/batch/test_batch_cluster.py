@@ -17,7 +17,7 @@ pytest.importorskip("distributed", reason="clusters need dask.distributed")
 
 from batch_trials import DAWDLE, DRAW, Case
 
-from servoid.batch import Headway, Work, run_batch, workers_for
+from servoid.batch import BatchProgress, Work, run_batch, workers_for
 from servoid.errors import StudyError
 
 pytestmark = pytest.mark.extended
@@ -86,8 +86,8 @@ def test_a_batch_goes_through_although_one_of_two_workers_is_killed_midway(
     cases = [Case(seed, folder=str(marks)) for seed in range(16)]
     with workers(address, 2) as processes:
 
-        def kill(headway: Headway) -> None:
-            if headway.done == 6:
+        def kill(progress: BatchProgress) -> None:
+            if progress.done == 6:
                 os.kill(processes[0].pid, signal.SIGKILL)
 
         done = run_batch([Work(DAWDLE, cases)], tmp_path / "far", workers_for(None, address), kill)
@@ -102,13 +102,13 @@ def test_a_scheduler_that_is_lost_midway_is_told_and_what_was_done_is_kept(tmp_p
     cases = [Case(seed) for seed in range(4, 12)]
     with scheduler() as (address, process), workers(address, 1):
 
-        def kill(headway: Headway) -> None:
-            if headway.done == 2:
+        def kill(progress: BatchProgress) -> None:
+            if progress.done == 2:
                 process.kill()
 
         with pytest.raises(StudyError, match=r"was lost .* what is done is kept"):
             run_batch([Work(DAWDLE, cases)], tmp_path, workers_for(None, address), kill)
-    heard: list[Headway] = []
+    heard: list[BatchProgress] = []
     run_batch([Work(DAWDLE, cases)], tmp_path, watch=heard.append)
     assert heard[0].recalled >= 2
 

@@ -7,7 +7,7 @@ import typer
 
 from servoid.batch import Done, workers_for
 from servoid.batch.captures import CaptureCase, model_folder
-from servoid.cli.headway import watched_batch
+from servoid.cli.batch_progress import watched_batch
 from servoid.cli.model.modelling import Order
 from servoid.cli.values import Method
 from servoid.cli.wrong_options import OptionError, of_options

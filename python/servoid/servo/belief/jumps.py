@@ -22,7 +22,7 @@ class Timed(Protocol):
         ...
 
 
-class Verdict(Enum):
+class GateResult(Enum):
     """What became of an estimate."""
 
     USED = "used"
@@ -47,25 +47,25 @@ class Jumps:
         """Return how many jumped since the last that did not."""
         return self._count
 
-    def judge(self, expected: Pose, seen: Pose, elapsed: float, estimate: Timed) -> Verdict:
+    def gate(self, expected: Pose, seen: Pose, elapsed: float, estimate: Timed) -> GateResult:
         """Say what is to become of an estimate: used, left out, or the first of a new start.
 
         It was seen so long after the last used one, where another place was expected.
         """
         if self._can_reach(expected, seen, elapsed):
             self.clear()
-            return Verdict.USED
+            return GateResult.USED
         if self._agreeing:
             last = self._agreeing[-1]
             since = estimate.time_s - last.time_s
             if since <= 0.0:
-                return Verdict.OUTDATED
+                return GateResult.OUTDATED
             if not self._can_reach(last.world_from_object, estimate.world_from_object, since):
                 self._agreeing.clear()
         self._agreeing.append(estimate)
         self._count += 1
         agree = len(self._agreeing) >= self._settings.agreeing
-        return Verdict.RESTARTED if agree else Verdict.TELEPORT
+        return GateResult.RESTARTED if agree else GateResult.TELEPORT
 
     def clear(self) -> None:
         """Forget what jumped."""

@@ -165,18 +165,18 @@ class Motion:
             moved = exact.product(step, self._covariances[mode], step.T)
             self._covariances[mode] = moved + drive
 
-    def correct(self, seen: "Seen", surprise: Floats, oddness: float) -> float:
+    def correct(self, seen: "Seen", innovation: Floats, nis_gate: float) -> float:
         """Take in what was seen, (k,) off what it would be at the reference.
 
-        Return its squared deviation in the filter that it surprises less; beyond `oddness` it loses
-        weight.
+        Return the normalised innovation squared (NIS) of the filter that fits better; beyond
+        `nis_gate` what was seen loses weight.
         """
         look, spread = seen.matrix, seen.spread
-        gaps = surprise - exact.product(self._states, look.T)
+        gaps = innovation - exact.product(self._states, look.T)
         shared = [exact.product(look, one) for one in self._covariances]
         known = [exact.product(one, look.T) for one in shared]
-        odd = min(_squared(one + spread, gap) for one, gap in zip(known, gaps, strict=True))
-        spread = spread * max(1.0, odd / oddness)
+        nis = min(_squared(one + spread, gap) for one, gap in zip(known, gaps, strict=True))
+        spread = spread * max(1.0, nis / nis_gate)
         scores = np.empty(len(self._weights))
         for mode, (gap, part) in enumerate(zip(gaps, shared, strict=True)):
             whole = known[mode] + spread
@@ -188,7 +188,7 @@ class Motion:
         shares = [exact.exp(float(score)) for score in scores - scores.max()]
         weights = self._weights * np.array(shares)
         self._weights = weights / weights.sum()
-        return odd
+        return nis
 
     def loosen(self, unknown: Floats) -> None:
         """Add a covariance (n, n) to what is known of the offset."""

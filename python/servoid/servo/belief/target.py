@@ -8,7 +8,7 @@ import numpy as np
 from servoid.errors import ServoError
 from servoid.pose import Pose, exact
 from servoid.servo.arm import Floats
-from servoid.servo.belief.jumps import Jumps, Verdict
+from servoid.servo.belief.jumps import GateResult, Jumps
 from servoid.servo.belief.motion import Going, Manner, Motion, Noise, Seen, Swinging
 from servoid.servo.belief.unobservable_turns import UnobservableTurns, UnsureEstimate
 from servoid.servo.law.moving import change_between, cross_matrix, shifted_and_turned
@@ -134,26 +134,26 @@ class TargetFilter:
         """
         return self._turn_off
 
-    def update(self, estimate: TargetEstimate) -> Verdict:
+    def update(self, estimate: TargetEstimate) -> GateResult:
         """Take in an estimate, in the order of their times."""
         known = self._known
         if self._time_s is None or known is None:
             self._start(estimate)
-            return Verdict.USED
+            return GateResult.USED
         elapsed = estimate.time_s - self._time_s
         if elapsed <= 0.0:
-            return Verdict.OUTDATED
+            return GateResult.OUTDATED
         expected = self._after(known, min(elapsed, self._settings.horizon_s))
         seen = UnobservableTurns.of(estimate).left_out(expected, estimate.world_from_object)
-        verdict = self._jumps.judge(expected, seen, elapsed, estimate)
-        if verdict is Verdict.RESTARTED:
+        result = self._jumps.gate(expected, seen, elapsed, estimate)
+        if result is GateResult.RESTARTED:
             self._start(estimate)
-        if verdict is Verdict.USED:
+        if result is GateResult.USED:
             if self._begun is not None and self._begun.is_outdone(estimate):
                 self._start(estimate, self._begun)
             else:
                 self._follow(known, estimate, elapsed)
-        return verdict
+        return result
 
     def predict(self, time_s: float) -> Prediction:
         """Return where the object is at a time; no farther ahead than `horizon_s` it stands still.
@@ -212,7 +212,7 @@ class TargetFilter:
         self._known = _Known(shift, turn, turns, hidden)
         if begun is not None:
             # Of a turn that is told badly, what it was before says more.
-            self._known.presume(change_between(seen, begun.was)[3:], begun, self._settings.oddness)
+            self._known.presume(change_between(seen, begun.was)[3:], begun, self._settings.nis_gate)
             self._settle(self._known)
         self._jumps.clear()
 
@@ -224,7 +224,7 @@ class TargetFilter:
         self._settle(known)
         turns = UnobservableTurns.of(estimate)
         change = change_between(self._pose, turns.left_out(self._pose, estimate.world_from_object))
-        odd = known.correct(change, noises, turns, self._settings.oddness)
+        odd = known.correct(change, noises, turns, self._settings.nis_gate)
         known.turn.loosen(_OPEN_WANDER * _OPEN_WANDER * elapsed * turns.spread)
         self._settle(known)
         self._known = replace(known, turns=turns, hidden=hidden)
@@ -300,7 +300,7 @@ class _Known:
         whole[3:, 3:] = exact.product(across, covariances[1], across)
         return whole
 
-    def presume(self, turn: Floats, begun: "_Begun", oddness: float) -> None:
+    def presume(self, turn: Floats, begun: "_Begun", nis_gate: float) -> None:
         """Suppose that it is still turned as it was: by (3,), known as well as before.
 
         The less the tracker doubts that it was turned meanwhile, the less that says.
@@ -311,20 +311,20 @@ class _Known:
         unseen = _TURNED * _TURNED / begun.doubt * np.eye(3)
         spread = begun.before.turn.ahead(0.0)[1][:3, :3] + unseen
         supposed = Seen.of_place(across, spread)
-        self.turn.correct(supposed, exact.product(across, turn), oddness)
+        self.turn.correct(supposed, exact.product(across, turn), nis_gate)
 
     def correct(
-        self, change: Floats, noises: tuple[Noise, Noise], turns: UnobservableTurns, oddness: float
+        self, change: Floats, noises: tuple[Noise, Noise], turns: UnobservableTurns, nis_gate: float
     ) -> bool:
-        """Take in what was seen, shifted and turned by (6,); say if it is odd."""
+        """Take in what was seen, shifted and turned by (6,); say if it is an outlier."""
         place = Seen.along(np.eye(3), noises[0])
-        odd = self.shift.correct(place, change[:3], oddness)
+        nis = self.shift.correct(place, change[:3], nis_gate)
         # About open axes the object is supposed to rest; if nothing said so, the first turn that is
         # told would throw it about, for by then it might be turned and turning in any way.
         seen, axes = turns.observable.T, turns.axes.T
         turned = Seen.along(seen, noises[1]).and_resting(axes, _OPEN_SPEED)
-        surprise = np.concatenate([exact.product(seen, change[3:]), np.zeros(len(axes))])
-        return max(odd, self.turn.correct(turned, surprise, oddness)) > oddness
+        innovation = np.concatenate([exact.product(seen, change[3:]), np.zeros(len(axes))])
+        return max(nis, self.turn.correct(turned, innovation, nis_gate)) > nis_gate
 
 
 def _doubt(estimate: TargetEstimate) -> float:

@@ -5,7 +5,7 @@ from enum import Enum
 import numpy as np
 
 from servoid.pose import Pose, exact
-from servoid.servo.belief.jumps import Verdict
+from servoid.servo.belief.jumps import GateResult
 from servoid.servo.belief.target import Prediction, TargetEstimate, TargetFilter
 from servoid.servo.belief.watchdog import Drifting, Parting, Straying, Watchdog
 from servoid.servo.settings import SafetySettings
@@ -197,13 +197,13 @@ class SafetySupervisor:
             self._parting.clear()
         is_sure = estimate.confidence >= self._settings.least_confidence
         self._sure_in_a_row = self._sure_in_a_row + 1 if is_sure else 0
-        verdict = self._target.update(estimate)
-        if verdict is Verdict.OUTDATED:
+        result = self._target.update(estimate)
+        if result is GateResult.OUTDATED:
             return
-        if verdict is Verdict.TELEPORT:
+        if result is GateResult.TELEPORT:
             self._distrust(Reason.TELEPORT)
             return
-        if verdict is Verdict.RESTARTED:
+        if result is GateResult.RESTARTED:
             self._held, self._in_a_row = True, 0
         self._trusted_s = estimate.time_s
         if self._target.turn_off is not None:

@@ -62,36 +62,39 @@ def serve_arm(
     """
     settings = settings or LinkSettings()
     receiver = CommandReceiver(arm.joints, arm.period_s, settings)
-    desk = _Desk(arm, listener, receiver)
+    connection = _Connection(arm, listener, receiver)
     try:
         while not is_over():
-            step = _step(arm, desk, receiver)
+            step = _step(arm, connection, receiver)
             watch(step)
             arm.command(step.speeds)
     finally:
         receiver.brake("the driver ends")
         try:
-            _brake(arm, desk, receiver, watch)
+            _brake(arm, connection, receiver, watch)
         finally:
-            desk.close()
+            connection.close()
 
 
-def _step(arm: DrivenJoints, desk: "_Desk", receiver: CommandReceiver) -> DriverStep:
+def _step(arm: DrivenJoints, connection: "_Connection", receiver: CommandReceiver) -> DriverStep:
     state = arm.state()
-    desk.hear(state)
+    connection.hear(state)
     speeds = receiver.speeds(state)
     told = _told(receiver, state)
-    desk.tell(told)
+    connection.tell(told)
     return DriverStep(state, speeds, told)
 
 
 def _brake(
-    arm: DrivenJoints, desk: "_Desk", receiver: CommandReceiver, watch: Callable[[DriverStep], None]
+    arm: DrivenJoints,
+    connection: "_Connection",
+    receiver: CommandReceiver,
+    watch: Callable[[DriverStep], None],
 ) -> None:
     """Bring the arm to rest, even if who watches fails; that is raised then."""
     failed: Exception | None = None
     while not receiver.is_at_rest:
-        step = _step(arm, desk, receiver)
+        step = _step(arm, connection, receiver)
         try:
             if failed is None:
                 watch(step)
@@ -102,7 +105,7 @@ def _brake(
         raise failed
 
 
-class _Desk:
+class _Connection:
     """The loop that is connected, if there is one."""
 
     def __init__(

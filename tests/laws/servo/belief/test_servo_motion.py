@@ -55,7 +55,7 @@ def hand_behind(
             image_s, taken = taken / RATE_HZ, taken + 1
             place = path(image_s) + NOISE * random.normal()
             motion.advance(image_s - last_s, noise(told.linear_noise))
-            motion.correct(seen(told.linear_noise), np.array([place - reference]), told.oddness)
+            motion.correct(seen(told.linear_noise), np.array([place - reference]), told.nis_gate)
             reference, last_s = reference + motion.settle()[0], image_s
         state, _ = motion.ahead(time_s - last_s)
         wanted = law.position_gain * (reference + state[0] - hand)

@@ -10,7 +10,7 @@ from tiers import tiered
 
 from servoid.errors import ServoError
 from servoid.pose import Pose
-from servoid.servo.belief.jumps import Verdict
+from servoid.servo.belief.jumps import GateResult
 from servoid.servo.belief.target import TargetFilter
 from servoid.servo.belief.unobservable_turns import UnobservableTurns
 from servoid.servo.law.moving import change_between, shifted_and_turned
@@ -100,7 +100,7 @@ def test_an_estimate_that_cannot_be_is_left_out() -> None:
     time_s = 5.0
     before = target.predict(time_s).world_from_object.matrix()
     away = shifted_and_turned(turning(time_s), np.array([0.3, 0, 0, 0, 0, 0]))
-    assert target.update(seen(away, time_s)) is Verdict.TELEPORT
+    assert target.update(seen(away, time_s)) is GateResult.TELEPORT
     assert np.array_equal(target.predict(time_s).world_from_object.matrix(), before)
 
 
@@ -111,13 +111,13 @@ def test_several_estimates_that_agree_are_believed() -> None:
         away = shifted_and_turned(turning(index / 30), np.array([0.3, 0, 0, 0, 0, 0]))
         verdicts.append(target.update(seen(away, index / 30)))
     agreeing = TargetSettings().agreeing
-    expected = [Verdict.TELEPORT] * (agreeing - 1) + [Verdict.RESTARTED]
-    assert verdicts == expected + [Verdict.USED] * (10 - agreeing)
+    expected = [GateResult.TELEPORT] * (agreeing - 1) + [GateResult.RESTARTED]
+    assert verdicts == expected + [GateResult.USED] * (10 - agreeing)
 
 
 def test_estimates_out_of_order_are_left_out() -> None:
     target = followed(turning, 5)[0]
-    assert target.update(seen(turning(2.0), 2.0)) is Verdict.OUTDATED
+    assert target.update(seen(turning(2.0), 2.0)) is GateResult.OUTDATED
 
 
 def test_what_the_tracker_is_unsure_of_moves_the_filter_little() -> None:
@@ -143,7 +143,7 @@ def test_a_spin_that_images_do_not_tell_is_left_as_it_was() -> None:
     for index in range(300):
         estimate = seen(drifting(index / 30), index / 30)
         estimate.unobservable = np.array([[0.0, 0.02, 0.0, 0.0, 0.0, 1.0]])
-        assert target.update(estimate) is Verdict.USED
+        assert target.update(estimate) is GateResult.USED
     now = 299 / 30
     prediction = target.predict(now)
     error = change_between(prediction.world_from_object, drifting(now))
@@ -196,7 +196,7 @@ def test_a_turn_that_the_tracker_doubts_leads_the_hand_less_astray_than_it_errs(
         time_s = index / 30
         true = to_and_fro(10)(time_s)
         estimate = seen(true @ astray(time_s), time_s, noise, confidence)
-        assert target.update(estimate) is Verdict.USED
+        assert target.update(estimate) is GateResult.USED
         errors.append(change_between(true, target.predict(time_s).world_from_object))
         wrong.append(change_between(true, estimate.world_from_object))
     assert rms(np.array(errors)[:, 3:]) < 0.6 * rms(np.array(wrong)[:, 3:])
@@ -325,7 +325,7 @@ def test_jumps_that_contradict_each_other_are_all_counted_and_none_believed() ->
     for index in range(150, 160):
         aside = np.array([0.6 if index % 2 else -0.6, 0, 0, 0, 0, 0])
         away = shifted_and_turned(turning(5.0), aside)
-        assert target.update(seen(away, index / 30)) is Verdict.TELEPORT
+        assert target.update(seen(away, index / 30)) is GateResult.TELEPORT
     assert target.jumps == 10
 
 

@@ -113,11 +113,11 @@ class Solids:
         """Return the geoms that can be hit: of a body that tells them apart, those that collide."""
         model = self._model
         hits = (model.geom_contype | model.geom_conaffinity) != 0
-        telling = set(model.geom_bodyid[hits].tolist())
+        with_collisions = set(model.geom_bodyid[hits].tolist())
         return [
             index
             for index in range(model.ngeom)
-            if hits[index] or int(model.geom_bodyid[index]) not in telling
+            if hits[index] or int(model.geom_bodyid[index]) not in with_collisions
         ]
 
     def _place(self, positions: Floats) -> None:

@@ -23,7 +23,7 @@ def study(
         Name,
         typer.Argument(
             help="paper: the experiments of the source paper; bode: how recognition, gaze and hand "
-            "answer a moving target; track: what tracking bears; model: what modelling needs.",
+            "answer a moving target; track: what tracking withstands; model: what modelling needs.",
             show_default=False,
         ),
     ],

@@ -4,7 +4,6 @@ from enum import Enum
 from types import SimpleNamespace
 from typing import Any
 
-from typer import Context
 from typer.core import TyperCommand
 
 
@@ -15,7 +14,7 @@ class CommandWithDefaults(TyperCommand):
     their settings.
     """
 
-    def format_help(self, ctx: Context, formatter: Any) -> None:
+    def format_help(self, ctx: Any, formatter: Any) -> None:
         """Write the help with each default in its place."""
         for option in self.params:
             text = getattr(option, "help", None)

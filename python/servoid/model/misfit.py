@@ -1,4 +1,4 @@
-"""Says what speaks against a body that was modelled, or against the masks that it was made of."""
+"""Finds contradictions between a modelled body, its masks and its views."""
 
 from collections.abc import Sequence
 

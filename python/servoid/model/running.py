@@ -1,4 +1,4 @@
-"""Runs the core beside the caller, who hears of progress and can stop it; reads files at once."""
+"""Runs the core beside the caller, to whom it reports progress and who can stop it."""
 
 import os
 from collections.abc import Callable, Iterable

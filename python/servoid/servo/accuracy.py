@@ -1,7 +1,7 @@
 """How true a run was: the true object in the hand against where it was wished.
 
 Nothing here needs to know how the modelled body lies in the true object: the middle of either is
-told from its own shape, and the wished turn is the true one that the hand first had.
+told from its own shape, and the desired turn is the true one that the hand first had.
 """
 
 from dataclasses import dataclass
@@ -20,9 +20,9 @@ _MOMENTS = 24  # of a run at which surfaces are compared
 
 @dataclass(frozen=True, eq=False)
 class Wish:
-    """Where the true object is wished in the hand, and the shapes of object and body.
+    """The desired pose of the true object in the hand, and the shapes of object and body.
 
-    `hand_from_object` is the wished relation of the true object. `middle` (3,), `points` (P, 3) and
+    `hand_from_object` is the desired pose of the true object. `middle` (3,), `points` (P, 3) and
     `normals` (P, 3) are of its true surface, in its frame; `spin_axis` (3,) is one about which it
     looks the same. `body_middle` (3,) and `body_points` (Q, 3) are the modelled body's, in its own
     frame.
@@ -47,12 +47,12 @@ class Wish:
         return np.concatenate([off.translation, turn])
 
     def object_error(self, hand_from_object: Pose) -> float:
-        """Return how far the object's middle is in the hand from where it is wished."""
+        """Return how far the object's middle is in the hand from its desired place."""
         there = _moved(self.hand_from_object, self.middle)
         return exact.norm(_moved(hand_from_object, self.middle) - there)
 
     def surface_error(self, hand_from_object: Pose) -> float:
-        """Return how far points of the true surface are from where they are wished, the mean."""
+        """Return how far points of the true surface are from their desired places, the mean."""
         here = _spun(hand_from_object, self.hand_from_object, self.spin_axis)
         off = here.transform(self.points) - self.hand_from_object.transform(self.points)
         return float(np.mean(exact.lengths(off)))
@@ -78,7 +78,7 @@ class Accuracy:
 
     `position_rms`, `position_95` and `turn_rms` are of the hand against its goal beside the true
     object, and `offset` is the length of the mean of its errors in position. `object_rms` is how
-    far the middle of the true object is in the hand from where it is wished, and `surface` how far
+    far the middle of the true object is in the hand from its desired place, and `surface` how far
     the points of its surface are, the mean. The last two are of what is believed: `middle_rms` from
     the modelled body's middle to the true object's, and `body` from the modelled surface to the
     true one, the mean.

@@ -82,7 +82,7 @@ def explore(
 
     `mask` says where the object is in the first observation, by camera; one camera is enough. The
     observations are written to `folder` as a capture. With one place to look from the hand stays
-    where it is. `watch` hears what is being done and its share, with each observation and command.
+    where it is. `watch` is called with stage and progress at each observation and command.
 
     Raises:
         ServoError: no image comes.

@@ -56,7 +56,7 @@ class ServoLog:
     """All control periods of a run, in order; `start_s` is when servoing began.
 
     `joints` and `eyes` are the arm's, None where nothing is known but the joints' `names`. `wish`
-    is where the true object is wished in the hand, None where the truth is not known.
+    is the desired pose of the true object in the hand, None where the truth is not known.
     """
 
     names: tuple[str, ...]

@@ -97,7 +97,7 @@ def brought_to_rest(
 ) -> Iterator[None]:
     """Halt the arm when the block ends, however it ends: by an error or an interrupt, too.
 
-    `watch` hears of each command that brakes it. If it raises, the arm is braked all the same.
+    `watch` is called with each braking command. If it raises, the arm is braked all the same.
     """
     try:
         yield

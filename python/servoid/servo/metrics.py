@@ -60,7 +60,7 @@ class ServoMetrics:
     The errors are after `settle_s` seconds of servoing; all else is of the whole run.
     `position_rms`, `position_95` (metres) and `turn_rms` (radians) are the repeatability: of the
     hand beside where the body was modelled, whatever was wrong then. `accuracy` is of the true
-    object against where it is wished. `fixation_rms_px` is over all eyes. `tracked_share` is the
+    object against its desired place. `fixation_rms_px` is over all eyes. `tracked_share` is the
     share of observations, `fastest_hand` is in m/s, `control_s` and `track_s` are times on the
     wall.
     """

@@ -1,4 +1,4 @@
-"""What the loop hears of the target: observations that were tracked, in turn or in a thread."""
+"""What the loop receives of the target: observations that were tracked, in turn or in a thread."""
 
 import time
 from collections import deque

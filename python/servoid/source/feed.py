@@ -39,7 +39,7 @@ class Feed:
     ) -> None:
         """Feed from a source, called `name` in messages, until `is_over`.
 
-        `keep` gets each observation that is handed out; `told` hears why nothing comes, and None
+        `keep` gets each observation that is handed out; `told` gets why nothing comes, and None
         once something does.
         """
         self._source, self._name, self._is_over = source, name, is_over

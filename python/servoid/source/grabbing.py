@@ -232,7 +232,7 @@ class Grabber:
             return _said(error), False
         except LostDeviceError as error:
             return _said(error), True
-        except Exception as error:  # whatever a driver raises, the arm must hear of it as silence
+        except Exception as error:  # whatever a driver raises, the arm must take it for silence
             return _said(error), False
         if not found:
             return "the image cannot be decoded", False

@@ -149,7 +149,7 @@ class _Run:
 
 
 def _line(step: TrialStep, trial: ServoTrial | None) -> str:
-    """Say what the arm does, and how far the true object is from where it is wished."""
+    """Say what the arm does, and how far the true object is from its desired place."""
     held = None if step.row is None else step.row.hand_from_object
     if trial is None or trial.log.wish is None or held is None:
         return step.stage

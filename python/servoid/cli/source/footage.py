@@ -55,7 +55,7 @@ class LiveFootage:
     """What a live source delivers from its first image on, for `duration_s` or until Ctrl-C.
 
     Times count in seconds from its opening, `began`. With `record` what is tracked is kept there.
-    `told` hears why nothing comes, and None once something does.
+    `told` is called with why nothing comes, and None once something does.
     """
 
     def __init__(

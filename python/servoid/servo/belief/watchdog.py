@@ -1,4 +1,4 @@
-"""Notices images that stop or hang, and a belief that what is seen does not bear out."""
+"""Notices images that stop or hang, and a target estimate that images contradict."""
 
 import zlib
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""The one place where what a law wishes becomes what joints are told, under all bounds at once."""
+"""The one place where the desired joint speeds become commands, under all bounds at once."""
 
 from dataclasses import dataclass
 
@@ -22,14 +22,14 @@ _NOTED = 1e-3  # m/s and rad/s of the hand: less is no intervention
 
 @dataclass(frozen=True, eq=False)
 class Limited:
-    """Joint speeds (n,) inside all bounds, and the reasons of those that kept them from a wish."""
+    """Joint speeds (n,) inside all bounds, and which bounds kept them from the desired ones."""
 
     velocities: Floats
     reasons: frozenset[Reason]
 
 
 class Limiter:
-    """Finds the joint speeds nearest to a wish that keep every bound, and says which bounds acted.
+    """Finds the joint speeds nearest to the desired ones inside all bounds, and which bounds acted.
 
     Joints never leave their window. Other bounds give way only where they are at odds with it or
     with each other.
@@ -100,7 +100,7 @@ class Limiter:
         return float((lengths / ((1.0 - INSIDE) * self._steps)).max())
 
     def nearest(self, wish: JointWish, bounds: Bounds) -> Limited:
-        """Return the joint speeds nearest to the wish inside the bounds, and what acted."""
+        """Return the joint speeds nearest to the desired ones inside the bounds, and what acted."""
         if bounds.hold(wish.velocities):
             return Limited(wish.velocities, frozenset())
         rows = bounds.rows

@@ -42,7 +42,7 @@ class HandJoints(Protocol):
 
 
 def hand_weights(jacobian: Floats, angular_weight: float) -> Floats:
-    """Return weights (n, n) for which joints that move the hand as wished are nearly all the same.
+    """Return weights (n, n) for which joints that move the hand as desired are nearly all the same.
 
     `jacobian` is (6, n), and `angular_weight` says how many metres weigh as much as a radian.
     """

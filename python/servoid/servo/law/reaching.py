@@ -12,7 +12,7 @@ _CLOSE = 1e-3  # m and rad: so near to the goal joints hold the hand there
 _STEPS = 3  # of the search for such joints, each tick
 _ANEW = 40  # steps after which it begins anew where the arm is
 _PATIENCE_S = 0.15  # after which what holds is told
-_LOST = 0.03  # m/s or so of a wished velocity that a singular pose may swallow
+_LOST = 0.03  # m/s or so of a desired velocity that a singular pose may swallow
 
 
 class Reaching:

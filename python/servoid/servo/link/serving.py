@@ -58,7 +58,7 @@ def serve_arm(
     """Drive an arm at rest, one loop at a time, until `is_over`; then bring it to rest.
 
     `listener` is what `listening` returns. The arm's `command` paces the driver, as it returns a
-    period later. `watch` hears of every period.
+    period later. `watch` is called in every period.
     """
     settings = settings or LinkSettings()
     receiver = CommandReceiver(arm.joints, arm.period_s, settings)

@@ -17,7 +17,7 @@ _TRUSTED = 0.5  # share of the torque that stops, below which servos go on to le
 class ProtectiveStop:
     """Compares torques with those that an arm's model explains, as collaborative arms do.
 
-    What is left pushes the joints from outside. Where it exceeds what a joint bears the arm is
+    What is left pushes the joints from outside. Where it exceeds what a joint withstands the arm is
     stopped, and stays so until `reset`.
     """
 

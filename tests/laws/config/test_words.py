@@ -9,8 +9,8 @@ from fake_tracker import plain_body
 from hypothesis import given
 from hypothesis import strategies as st
 
-from servoid.batch import Headway
-from servoid.cli.headway import words_of
+from servoid.batch import BatchProgress
+from servoid.cli.batch_progress import words_of
 from servoid.errors import BodyError
 from servoid.exchange.shapes.mesh_closing import close_mesh
 from servoid.shape import save_body
@@ -64,7 +64,7 @@ def test_what_another_library_says_becomes_one_line() -> None:
 
 
 def test_one_trial_one_ellipsoid_and_one_face_are_singular(tmp_path: Path) -> None:
-    assert words_of(Headway(1, 0, 1, 0, None)) == "1 of 1 trial"
+    assert words_of(BatchProgress(1, 0, 1, 0, None)) == "1 of 1 trial"
     with pytest.raises(BodyError, match="a body of 1 ellipsoid needs colors of shape"):
         save_body(tmp_path / "b.json", plain_body(), np.zeros((2, 3), np.uint8))
     faces = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])

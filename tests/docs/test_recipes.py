@@ -25,6 +25,7 @@ GROUND = {
     "errors",
     "output",
     "parallel",
+    "rates",
     "renamed",
     "simd",
     "words",

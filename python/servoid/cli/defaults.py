@@ -47,10 +47,10 @@ class _Declared(dict[str, "_Shown"]):
             from servoid.exchange.export import export_body
 
             return _Shown(SimpleNamespace(**(export_body.__kwdefaults__ or {})))
-        if key == "source":
-            from servoid import source
+        if key == "rates":
+            from servoid import rates
 
-            return _Shown(source)
+            return _Shown(rates)
         raise KeyError(key)
 
 

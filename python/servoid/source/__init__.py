@@ -1,11 +1,12 @@
 """Sources of observations: cameras that run, and captures that are played."""
 
+from servoid.rates import ASSUMED_HZ
 from servoid.source.controls import Controls
 from servoid.source.delivery import Delivery, EndedError, LostDeviceError
 from servoid.source.device import Device, opened
 from servoid.source.feed import Feed
 from servoid.source.grabbing import Video
-from servoid.source.instants import ASSUMED_HZ, cameras_of, read_instants, tidy_image
+from servoid.source.instants import cameras_of, read_instants, tidy_image
 from servoid.source.live import Live, LiveCamera, LiveSettings
 from servoid.source.looks import write_looks
 from servoid.source.raw import (

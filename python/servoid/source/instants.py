@@ -11,9 +11,9 @@ from servoid.camera.ideal import Ideal
 from servoid.camera.picture import Picture
 from servoid.capture.capture import Capture, CaptureCamera, Observation
 from servoid.errors import ImageError
+from servoid.rates import ASSUMED_HZ
 from servoid.source.source import Instant
 
-ASSUMED_HZ = 30.0  # observations a second where the capture knows neither times nor a rate
 _MOST_UNKNOWN = 0.5  # an image of which more pixels are unknown shows nothing
 
 

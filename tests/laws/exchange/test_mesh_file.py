@@ -80,7 +80,8 @@ def test_faces_that_look_anywhere_are_turned_outward(tmp_path: Path, seed: int) 
     mesh = read_mesh(write(tmp_path / "ball.ply", BALL.vertices, faces))
     assert is_closed_and_outward(mesh)
     if turned.any():
-        note = f"{turned.sum()} of {len(faces)} faces looked the wrong way and were turned"
+        were = "was" if turned.sum() == 1 else "were"
+        note = f"{turned.sum()} of {len(faces)} faces looked the wrong way and {were} turned"
         assert mesh.notes == (note,)
 
 

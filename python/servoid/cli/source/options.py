@@ -66,7 +66,7 @@ Rate = Annotated[
         "--rate",
         metavar="HZ",
         help="How many images there are a second, where nothing says their times (default "
-        "{source.ASSUMED_HZ}).",
+        "{rates.ASSUMED_HZ}).",
         rich_help_panel=_CAMERAS,
     ),
 ]

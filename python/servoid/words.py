@@ -49,3 +49,13 @@ def in_one_line(error: object) -> str:
 def counted(count: int, thing: str, things: str = "") -> str:
     """Write how many things there are: `1 image`, `3 images`, `1 value was`, `2 values were`."""
     return f"{count} {thing if count == 1 else things or thing + 's'}"
+
+
+def were(count: int) -> str:
+    """Return the verb of so many things that are past."""
+    return "was" if count == 1 else "were"
+
+
+def are(count: int) -> str:
+    """Return the verb of so many things that are there."""
+    return "is" if count == 1 else "are"

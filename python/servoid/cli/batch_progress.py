@@ -9,7 +9,7 @@ from servoid.batch import BatchProgress
 from servoid.batch.running import Watch
 from servoid.cli.interrupting import INTERRUPTED
 from servoid.cli.progress import progress_bar
-from servoid.words import counted
+from servoid.words import are, counted
 
 _MINUTE = 60.0
 
@@ -28,9 +28,9 @@ def watched_batch(task: str) -> Iterator[Watch]:
             yield show
     except KeyboardInterrupt as interrupt:
         done = f"{last[0].done} of {counted(last[0].total, 'trial')}" if last else "no trials"
-        are = "is" if last and last[0].done == 1 else "are"
+        count = last[0].done if last else 0
         typer.echo(
-            f"interrupted: {done} {are} done and kept; the same command goes on from there",
+            f"interrupted: {done} {are(count)} done and kept; the same command goes on from there",
             err=True,
         )
         raise typer.Exit(INTERRUPTED) from interrupt

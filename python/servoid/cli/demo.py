@@ -18,6 +18,7 @@ from servoid.sim import Scenario
 from servoid.sim.accuracy import median_add_m
 from servoid.sim.samples import snail
 from servoid.sim.samples.surface import outer_mesh
+from servoid.words import are
 
 _REPORT_EXTRAS = {"matplotlib": "view"}
 _TRACKED = 2  # the number of the part whose truth is known
@@ -111,8 +112,7 @@ def _lacking(extras: Mapping[str, str]) -> str:
     if not missing:
         return ""
     named = ",".join(dict.fromkeys(extras[library] for library in missing))
-    verb = "is" if len(missing) == 1 else "are"
-    return f"{', '.join(missing)} {verb} not installed; pip install 'servoid[{named}]'"
+    return f"{', '.join(missing)} {are(len(missing))} not installed; pip install 'servoid[{named}]'"
 
 
 def _run(commands: Sequence[Sequence[str]], out: Path) -> None:

@@ -1,11 +1,13 @@
 """Checks the values of options."""
 
 import math
+from collections.abc import Callable
 from enum import Enum
 
 import typer
 
 from servoid._native import ModelSettings
+from servoid.errors import ServoidError
 from servoid.words import number_of
 
 _LARGEST_SEED = 2**64 - 1
@@ -69,17 +71,26 @@ def check_seed(seed: int | None) -> int | None:
 
 def check_count(count: int | None) -> int | None:
     """Return a number of things if it is one."""
-    if count is not None and not 1 <= count <= _LARGEST_COUNT:
+    if count is not None and not _is_count(count):
         raise typer.BadParameter(f"{count} is out of range; choose 1 to {_LARGEST_COUNT}")
     return count
 
 
-def check_setting(number: int | None) -> int | None:
-    """Return a number that the core can hold; its settings know their own ranges."""
-    if number is not None and not 0 <= number <= _LARGEST_SEED:
-        other = "larger" if number < 0 else "smaller"
-        raise typer.BadParameter(f"{number} is out of range; choose a {other} number")
-    return number
+def checked_by(settings: Callable[..., object], name: str) -> Callable[[int | None], int | None]:
+    """Return a callback that refuses what is no count in the words of settings of the core.
+
+    They know its range, and refuse other counts themselves when they are made.
+    """
+
+    def check(number: int | None) -> int | None:
+        if number is not None and not _is_count(number):
+            try:
+                settings(**{name: number})
+            except ServoidError as error:
+                raise typer.BadParameter(str(error)) from error
+        return number
+
+    return check
 
 
 def check_threads(count: int | None) -> int | None:
@@ -88,3 +99,7 @@ def check_threads(count: int | None) -> int | None:
     if count is not None and not 1 <= count <= most:
         raise typer.BadParameter(f"{count} is out of range; choose 1 to {most}")
     return count
+
+
+def _is_count(number: int) -> bool:
+    return 1 <= number <= _LARGEST_COUNT

@@ -26,6 +26,7 @@ from servoid.model.running import Progress, in_parallel
 from servoid.pose import exact
 from servoid.segment import HueTarget, Target
 from servoid.segment.hue import hue_window
+from servoid.words import were
 
 _ONE_SIDE_DEG = 90.0
 NO_METRES = (
@@ -243,10 +244,9 @@ def _with_spread(
         found = []
     missed = len(marked.others) - len(found)
     if missed and found:
-        were = "was" if missed == 1 else "were"
         notes.append(
-            f"{missed} of {len(marked.others)} views without a mask {were} left out: the object "
-            "was not found there"
+            f"{missed} of {len(marked.others)} views without a mask {were(missed)} left out: "
+            "the object was not found there"
         )
     by_name = {view.name: view for view in (*marked.views, *found)}
     order = sorted((*marked.views, *marked.others), key=lambda view: (view.camera_name, view.index))

@@ -22,6 +22,7 @@ from servoid.capture import CaptureView
 from servoid.model.misfit import misfit_notes
 from servoid.model.range_samples import NO_RANGE_SAMPLES, RangeSamples
 from servoid.shape import MadeBy, SeenEntry, save_body
+from servoid.words import are
 
 _NOTEWORTHY = 0.8  # a body of which less was seen is told so
 _HIDDEN = 0.5  # an ellipsoid of which less was seen is a guess
@@ -69,9 +70,8 @@ class Coverage:
             toward = ", ".join(f"{x:.2f}" for x in self.unseen_toward)
             where = f"the side towards ({toward}) in the object's frame is a guess"
         guessed = int((self.by_ellipsoid < _HIDDEN).sum())
-        verb = "is" if guessed == 1 else "are"
         return f"{100.0 * (1.0 - self.share):.0f} % of the surface was never seen: {where}" + (
-            f", and so {verb} {guessed} of the ellipsoids" if guessed else ""
+            f", and so {are(guessed)} {guessed} of the ellipsoids" if guessed else ""
         )
 
 

@@ -20,6 +20,7 @@ from servoid.servo.next_best_view import next_viewpoint, visit
 from servoid.servo.settings import LookSettings
 from servoid.source import Instant, Source, write_looks
 from servoid.track import Estimate, Follower
+from servoid.words import were
 
 Masks = tuple[NDArray[np.uint8] | None, ...]
 Watch = Callable[[str, float, Instant | None, Command | None], None]
@@ -143,7 +144,7 @@ class _Progress:
             return ()
         return (
             f"{self.late} of {self.visited} places, the start among them, "
-            f"{'was' if self.late == 1 else 'were'} not reached within "
+            f"{were(self.late)} not reached within "
             f"{self.settings.patience_s:g} s (servo.look.patience_s); the hand looked from where "
             "it was",
         )

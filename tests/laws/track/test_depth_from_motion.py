@@ -33,7 +33,7 @@ def test_a_real_cube_is_followed_on_where_it_turns_and_not_trusted_where_it_is_w
     found = verdicts(followed, recording.truth, recording.vertices, scaled=True)
     # 2 to 5 degrees with seeds 0 to 7; 16 to 21 where no motion is asked.
     assert np.degrees(np.median(found.turn)) < 9.0
-    assert sum(one.estimate.located for one in followed) > 0.7 * len(followed)
+    assert sum(one.estimate.located for one in followed) > 0.8 * len(followed)
     assert found.trusted_wrong.sum() == 0
 
 

@@ -184,7 +184,10 @@ def test_words_and_ranges_of_options_are_those_of_python(servoid_command: Comman
         (("model", "x", "--out", "y.json", "--max-ellipsoids", "0"), "must be 1 to 64"),
         (("track", "x", "--population", "0"), "must be 8 to 4096"),
         (("track", "x", "--generations", str(2**33)), "must be 1 to 1000"),
-        (("track", "x", "--generations", "-1"), "choose a larger number"),
+        (
+            ("track", "x", "--generations", "-1"),
+            "must be a whole number, 0 or more, but -1 was given",
+        ),
     ):
         outcome = servoid_command(*options)
         assert outcome.code == 2

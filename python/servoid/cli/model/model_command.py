@@ -20,8 +20,8 @@ from servoid.cli.source.options import (
 from servoid.cli.values import (
     Method,
     check_seed,
-    check_setting,
     check_threads,
+    checked_by,
     parse_point,
     parse_slice,
 )
@@ -65,7 +65,7 @@ def model(
     max_ellipsoids: Annotated[
         int | None,
         typer.Option(
-            callback=check_setting,
+            callback=checked_by(ModelSettings, "max_ellipsoids"),
             metavar="N",
             help="Stop at this many ellipsoids (default: chosen by views that are held out; with "
             f"--delta {_defaults.max_ellipsoids}).",

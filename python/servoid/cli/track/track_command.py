@@ -19,7 +19,7 @@ from servoid.cli.source.options import (
     World,
     known_cameras,
 )
-from servoid.cli.values import Method, check_count, check_seed, check_setting, parse_slice
+from servoid.cli.values import Method, check_count, check_seed, checked_by, parse_slice
 
 _defaults = TrackSettings()
 
@@ -182,7 +182,7 @@ def track(
     population: Annotated[
         int | None,
         typer.Option(
-            callback=check_setting,
+            callback=checked_by(TrackSettings, "population"),
             metavar="N",
             help=f"Hypotheses in a generation (default {_defaults.population}).",
             rich_help_panel=_SEARCH,
@@ -191,7 +191,7 @@ def track(
     generations: Annotated[
         int | None,
         typer.Option(
-            callback=check_setting,
+            callback=checked_by(TrackSettings, "generations"),
             metavar="N",
             help="Generations an image; more follow where it is not confirmed (default "
             f"{_defaults.generations}).",

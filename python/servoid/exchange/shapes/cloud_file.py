@@ -10,7 +10,7 @@ from servoid.config.limits import SHAPE_FILE
 from servoid.config.reading import read_bytes
 from servoid.errors import MeshError
 from servoid.exchange.shapes.ply_header import PlyElement, PlyHeader, read_ply_header
-from servoid.words import counted
+from servoid.words import counted, were
 
 _XYZ = ("x", "y", "z")
 _NORMAL = ("nx", "ny", "nz")
@@ -79,8 +79,7 @@ def read_cloud(path: Path) -> CloudFile:
     notes = []
     if not finite.all():
         bad = int((~finite).sum())
-        were = "was" if bad == 1 else "were"
-        notes.append(f"{bad} of {len(points)} points {were} not finite and dropped")
+        notes.append(f"{bad} of {len(points)} points {were(bad)} not finite and dropped")
     if header.element("face") is not None:
         notes.append("the faces were ignored")
     normals = _read_normals(rows)

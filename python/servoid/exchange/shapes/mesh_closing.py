@@ -22,7 +22,7 @@ from servoid.exchange.shapes.mesh_repair import (
     wind,
 )
 from servoid.exchange.shapes.mesh_seams import join_seams, loose, without_twins
-from servoid.words import digits
+from servoid.words import digits, were
 
 _LEAST_VOLUME = 1e-9  # of the cube of the mesh's diagonal
 _LEAST_REBUILT = 1e-4  # likewise, of what was built anew: less lies between the sides of a sheet
@@ -184,5 +184,4 @@ def _rebuilt_notes(new: Rebuilt, faces: Faces, fault: MeshError) -> list[str]:
 
 
 def _turned_note(turned: int, count: int) -> str:
-    were = "was" if turned == 1 else "were"
-    return f"{turned} of {count} faces looked the wrong way and {were} turned"
+    return f"{turned} of {count} faces looked the wrong way and {were(turned)} turned"

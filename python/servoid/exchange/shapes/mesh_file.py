@@ -12,7 +12,7 @@ from servoid.config.reading import read_bytes
 from servoid.errors import MeshError, MissingExtraError, located
 from servoid.exchange.shapes.mesh_closing import close_mesh
 from servoid.exchange.shapes.mesh_counts import check_counts
-from servoid.words import counted, digits
+from servoid.words import are, counted, digits
 
 SUFFIXES = (".ply", ".obj", ".stl", ".off", ".glb")
 _LONGEST = 1e6  # metres; squares and cubes of lengths stay far from overflow
@@ -99,9 +99,8 @@ def _check_numbers(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> N
         )
     if not np.isfinite(vertices).all():
         bad = int((~np.isfinite(vertices)).any(axis=1).sum())
-        are = "is" if bad == 1 else "are"
         raise MeshError(
-            f"{bad} of {len(vertices)} vertices {are} not finite; export the mesh again"
+            f"{bad} of {len(vertices)} vertices {are(bad)} not finite; export the mesh again"
         )
     if np.abs(vertices).max() > _LONGEST:
         raise MeshError(

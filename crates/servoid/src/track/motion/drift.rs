@@ -90,7 +90,7 @@ impl Tracker {
 
     /// Gives the variance of the turn with which a point is known that is learned now.
     pub(crate) fn drift_of_new_points(&self) -> f64 {
-        self.target.points.turn_variance() + (STRAYS * self.motion.turn_sd()).powi(2)
+        self.target.points.drift + (STRAYS * self.motion.turn_sd()).powi(2)
     }
 
     /// Gives the covariance of a pose by what it may have drifted, in the object's frame.

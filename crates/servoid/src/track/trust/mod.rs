@@ -59,6 +59,7 @@ const HELD_RAD: f64 = 0.15;
 /// Standard deviation of what the turn may have drifted, in radians, above which it is not reported, whatever is
 /// recognised, and another pose is sought at which sides that are known better are.
 pub(super) const ADRIFT: f64 = 0.09;
+
 /// Says whether the images confirm how an object is turned that they confirm to be there: what speaks
 /// for its pose makes it likely, and some surface points are among that, with the contrast of a
 /// pattern unless it has many, since highlights, rims and shading go with the camera. `printed` are the

@@ -119,3 +119,45 @@ fn one_new_image_between_two_freezes_does_not_make_what_moves_rest() {
         }
     }
 }
+
+#[test]
+fn eyes_that_went_along_for_a_while_do_not_hide_that_what_circles_went_on() {
+    const RATE_HZ: f64 = 30.0;
+    const FROZEN_FROM: usize = 60;
+    const AWAY: f64 = 0.04; // metres from the middle of its circle, which takes eight seconds
+    let place = |count: usize| {
+        let (sin, cos) = (count as f64 / RATE_HZ * std::f64::consts::FRAC_PI_4).sin_cos();
+        let way = AWAY * Vector3::new(cos - 1.0, sin, 0.0);
+        Pose::from_rotation(start().rotation(), start().translation() + way)
+    };
+    // The eyes rest, but for the time just after the images froze: then they go where it goes.
+    let gone = |count: usize| {
+        place(count.clamp(FROZEN_FROM, FROZEN_FROM + 12)).translation()
+            - place(FROZEN_FROM).translation()
+    };
+    let eyes_of = |count: usize| {
+        eyes().map(|eye| Pose::from_rotation(eye.rotation(), eye.translation() + gone(count)))
+    };
+    let stage = Stage::textured();
+    let taken = |count: usize| {
+        let time_s = count as f64 / RATE_HZ;
+        Shot { time_s, ..stage.shot(count, &eyes_of(count), Some(&place(count))) }
+    };
+    let mut tracker =
+        Tracker::new(&stage.cameras(), &stage.body, TrackSettings::default()).unwrap();
+    tracker.start(&taken(0).observation(), place(0), &[]).unwrap();
+    let mut last = taken(0);
+    for count in 1..FROZEN_FROM + 45 {
+        last = if count <= FROZEN_FROM {
+            taken(count)
+        } else {
+            let (time_s, eyes) = (count as f64 / RATE_HZ, eyes_of(count).to_vec());
+            Shot { time_s, eyes, ..last }
+        };
+        let found = tracker.step(&last.observation()).unwrap();
+        let off = (found.world_from_object.translation() - place(count).translation()).norm();
+        let trusted = found.status == Status::Tracking;
+        assert!(trusted || count > FROZEN_FROM, "{count}: not followed");
+        assert!(!trusted || off < 0.02, "{count}: {off} m");
+    }
+}

@@ -56,13 +56,19 @@ impl Tracker {
     }
 
     /// Says whether all images are those before although the object, as it moved, or the first camera
-    /// must have moved on since they were new: they do not tell where it is now.
+    /// must have moved on since they were new: they do not tell where it is now. A camera that goes along
+    /// with what it expects does not show that it is there.
     pub(crate) fn is_outdated(&self, observation: &Observation<'_>) -> bool {
         let Some(newest) = self.newest.as_ref().filter(|_| self.frame.is_stale()) else {
             return false;
         };
         let radius = self.target.solid.radius;
-        let before = newest.world_from_camera.inverse() * newest.motion.last();
+        let seen = newest.motion.last();
+        let before = newest.world_from_camera.inverse() * seen;
+        let has_moved = |from: &Pose, to: &Pose| {
+            let across = (to.translation() - from.translation()).norm();
+            across + from.rotation().angle_to(&to.rotation()) * radius > MOVED * radius
+        };
         // A speed is foreseen no farther than that, and an object that went so far does not come back.
         let until_s = observation.time_s.min(newest.time_s + 0.99 * FARTHEST_S);
         let soon = newest.motion.predict(until_s);
@@ -70,9 +76,7 @@ impl Tracker {
         let later = newest.way.later(observation.time_s - newest.time_s, radius);
         [Some(soon), recent, later].into_iter().flatten().any(|world_from_object| {
             let now = observation.world_from_camera[0].inverse() * world_from_object;
-            let across = (now.translation() - before.translation()).norm();
-            let turned = before.rotation().angle_to(&now.rotation());
-            across + turned * radius > MOVED * radius
+            has_moved(&before, &now) || has_moved(&seen, &world_from_object)
         })
     }
 }

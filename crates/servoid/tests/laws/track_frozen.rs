@@ -161,3 +161,36 @@ fn eyes_that_went_along_for_a_while_do_not_hide_that_what_circles_went_on() {
         assert!(!trusted || off < 0.02, "{count}: {off} m");
     }
 }
+
+#[test]
+fn what_a_camera_hung_at_is_not_believed_where_the_other_one_fails() {
+    const RATE_HZ: f64 = 30.0;
+    const HANGS_FROM: usize = 10;
+    const ALONE_FROM: usize = 40;
+    let place = |count: usize| moved(0.03 * count as f64 / RATE_HZ, 0.0);
+    let stage = Stage::textured();
+    let mut tracker =
+        Tracker::new(&stage.cameras(), &stage.body, TrackSettings::default()).unwrap();
+    let first = stage.shot(0, &eyes(), Some(&place(0)));
+    tracker.start(&first.observation(), place(0), &[]).unwrap();
+    let hung = stage.shot(HANGS_FROM, &eyes(), Some(&place(HANGS_FROM)));
+    for count in 1..ALONE_FROM + 20 {
+        let mut shot = stage.shot(count, &eyes(), Some(&place(count)));
+        if count > HANGS_FROM {
+            shot.pictures[0].clone_from(&hung.pictures[0]);
+        }
+        let mut observation = shot.observation();
+        if count >= ALONE_FROM {
+            observation.images[1] = None;
+        }
+        let found = tracker.step(&observation).unwrap();
+        let trusted = found.status == Status::Tracking;
+        assert_eq!(trusted, count < ALONE_FROM, "{count}");
+        assert!(found.notices.contains(&Notice::Repeated(0)) == (count > HANGS_FROM));
+    }
+    // Once it shows something new it is asked again.
+    let shot = stage.shot(ALONE_FROM + 20, &eyes(), Some(&place(ALONE_FROM + 20)));
+    let mut observation = shot.observation();
+    observation.images[1] = None;
+    assert!(!tracker.step(&observation).unwrap().notices.contains(&Notice::Repeated(0)));
+}

@@ -6,6 +6,8 @@ use crate::track::estimate::Notice;
 pub(crate) struct InputChecks {
     usable: Vec<bool>,
     prints: Vec<Option<u64>>,
+    /// Whether a camera repeats itself since an image which others had new ones beside.
+    hangs: Vec<bool>,
     time_s: Option<f64>,
     /// Every camera delivered its last image once more.
     stale: bool,
@@ -22,6 +24,7 @@ impl InputChecks {
         Self {
             usable: vec![false; cameras],
             prints: vec![None; cameras],
+            hangs: vec![false; cameras],
             time_s: None,
             stale: false,
         }
@@ -35,7 +38,6 @@ impl InputChecks {
     ) -> Vec<Notice> {
         let mut notices = Vec::new();
         self.check_time(observation.time_s, &mut notices);
-        let mut repeated = 0;
         for (index, (camera, image)) in cameras.iter().zip(&observation.images).enumerate() {
             let wrong = match image {
                 None => Some(Notice::NoImage(index)),
@@ -46,21 +48,25 @@ impl InputChecks {
                 Some(image) => {
                     let print = Some(print(image));
                     let same = std::mem::replace(&mut self.prints[index], print) == print;
-                    repeated += usize::from(same);
+                    self.hangs[index] &= same;
                     same.then_some(Notice::Repeated(index))
                 }
             };
             self.usable[index] = wrong.is_none();
             notices.extend(wrong);
         }
-        // Where nothing moves, all cameras see the same again; where one alone does, it hangs.
-        self.stale = repeated > 0 && !self.usable.contains(&true);
-        if self.stale {
-            let seen = notices.iter().filter_map(|notice| match notice {
-                Notice::Repeated(camera) => Some(*camera),
-                _ => None,
-            });
-            seen.for_each(|camera| self.usable[camera] = true);
+        // Where nothing moves, all cameras see the same again; where one alone does, it hangs, and what it
+        // shows is as old when the others fail.
+        let repeated = notices.iter().filter_map(|notice| match notice {
+            Notice::Repeated(camera) => Some(*camera),
+            _ => None,
+        });
+        if self.usable.contains(&true) {
+            repeated.for_each(|camera| self.hangs[camera] = true);
+            self.stale = false;
+        } else {
+            repeated.for_each(|camera| self.usable[camera] = !self.hangs[camera]);
+            self.stale = self.usable.contains(&true);
         }
         notices
     }

@@ -140,7 +140,7 @@ def filmed(path: Path, way: np.ndarray) -> Path:
 @pytest.mark.extended
 @pytest.mark.usefixtures("folder")
 def test_a_bag_without_a_calibration_is_scanned_and_modelled(servoid_command: Command) -> None:
-    way = around(60, 90.0)
+    way = around(14, 70.0)
     filmed(Path("film.mcap"), way)
     middle = LENS.project(Pose(way[0]).inverse().transform(np.array([[*AIM[:2], 0.06]])))[0]
     u, v = middle

@@ -154,18 +154,6 @@ class Bag:
         with self._damage():
             return read(self._reader.deserialize(message.data, message.kind))
 
-    def in_ros2(self, message: Message) -> bytes:
-        """Return the bytes of a message as ROS 2 has them.
-
-        Raises:
-            CaptureError: its bytes are not what its type says.
-
-        """
-        if not self.is_ros1:
-            return message.data
-        with self._damage():
-            return bytes(self._reader.typestore.ros1_to_cdr(message.data, message.kind))
-
     @contextmanager
     def _damage(self) -> Iterator[None]:
         """Say what is wrong with the bag if reading it fails, however it fails."""

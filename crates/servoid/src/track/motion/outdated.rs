@@ -11,12 +11,12 @@ use crate::track::frame::input_checks::FARTHEST_S;
 use crate::track::motion::Motion;
 use crate::track::tracker::Tracker;
 
-/// What was known when images were new: how the object moved, and where the first camera was.
+/// What was known when images were new: how the object moved, and where the cameras were.
 #[derive(Debug, Clone)]
 pub(crate) struct Newest {
     time_s: f64,
     motion: Motion,
-    world_from_camera: Pose,
+    world_from_camera: Vec<Pose>,
     way: Way,
 }
 
@@ -43,42 +43,59 @@ impl Tracker {
         if self.frame.is_stale() {
             return;
         }
-        let mut way = self.newest.take().map_or_else(Way::new, |before| before.way);
+        let before = self.newest.take();
+        let (mut way, mut world_from_camera) = before.map_or_else(
+            || (Way::new(), Vec::with_capacity(observation.world_from_camera.len())),
+            |before| (before.way, before.world_from_camera),
+        );
+        world_from_camera.clone_from(&observation.world_from_camera);
         if self.status == Status::Tracking {
             way.go_on(observation.time_s, self.motion.last());
         }
         self.newest = Some(Newest {
             time_s: observation.time_s,
             motion: self.motion,
-            world_from_camera: observation.world_from_camera[0],
+            world_from_camera,
             way,
         });
     }
 
-    /// Says whether all images are those before although the object, as it moved, or the first camera
-    /// must have moved on since they were new: they do not tell where it is now. A camera that goes along
-    /// with what it expects does not show that it is there.
+    /// Says whether all images are those before although the object, as it moved, or the cameras must have
+    /// moved on since they were new: they do not tell where it is now. A camera that goes along with what it
+    /// expects does not show that it is there.
     pub(crate) fn is_outdated(&self, observation: &Observation<'_>) -> bool {
         let Some(newest) = self.newest.as_ref().filter(|_| self.frame.is_stale()) else {
             return false;
         };
-        let radius = self.target.solid.radius;
-        let seen = newest.motion.last();
-        let before = newest.world_from_camera.inverse() * seen;
-        let has_moved = |from: &Pose, to: &Pose| {
-            let across = (to.translation() - from.translation()).norm();
-            across + from.rotation().angle_to(&to.rotation()) * radius > MOVED * radius
-        };
+        let (seen, radius) = (newest.motion.last(), self.target.solid.radius);
+        let cameras = observation.world_from_camera.iter().zip(&newest.world_from_camera);
+        let shown = cameras.zip(&observation.images).filter(|(_, image)| image.is_some());
+        // Where its image puts the object, for a camera that is here and was there.
+        let mut shown = shown.map(|((here, there), _)| (here, *here * there.inverse() * seen));
+        let (first, before) = shown.clone().next().unwrap_or((&seen, seen));
         // A speed is foreseen no farther than that, and an object that went so far does not come back.
         let until_s = observation.time_s.min(newest.time_s + 0.99 * FARTHEST_S);
         let soon = newest.motion.predict(until_s);
         let recent = newest.way.soon(until_s - newest.time_s);
         let later = newest.way.later(observation.time_s - newest.time_s, radius);
-        [Some(soon), recent, later].into_iter().flatten().any(|world_from_object| {
-            let now = observation.world_from_camera[0].inverse() * world_from_object;
-            has_moved(&before, &now) || has_moved(&seen, &world_from_object)
-        })
+        let foreseen = [Some(soon), recent, later].into_iter().flatten();
+        let has_moved = |from: &Pose, to: &Pose| {
+            let turned = from.rotation().angle_to(&to.rotation());
+            apart(from, to) + turned * radius > MOVED * radius
+        };
+        let has_gone = |from: &Pose| foreseen.clone().any(|now| has_moved(from, &now));
+        // Eyes that turned otherwise than each other triangulate what they show to another distance.
+        let away = apart(first, &before);
+        let parts = |(here, place): &(&Pose, Pose)| {
+            apart(&before, place) * away > MOVED * radius * apart(first, here)
+        };
+        has_gone(&seen) || shown.any(|one| has_gone(&one.1) || parts(&one))
     }
+}
+
+/// Gives the distance from one place to another.
+fn apart(one: &Pose, other: &Pose) -> f64 {
+    (one.translation() - other.translation()).norm()
 }
 
 /// Where the object was seen in the last second of new images, the newest last, and where before it was

@@ -219,3 +219,31 @@ fn eyes_that_turn_towards_each_other_while_images_are_frozen_measure_no_distance
         assert!(count < 3 || is_told(&found), "{count}");
     }
 }
+
+#[test]
+fn an_image_that_comes_again_after_a_gap_is_as_old_as_before_it() {
+    const RATE_HZ: f64 = 30.0;
+    const NEW_TO: usize = 30;
+    const GONE_TO: usize = 55;
+    let place = |count: usize| moved(0.03 * count as f64 / RATE_HZ, 0.0);
+    let stage = Stage::textured();
+    let mut tracker =
+        Tracker::new(&stage.cameras(), &stage.body, TrackSettings::default()).unwrap();
+    let mut last = stage.shot(0, &eyes(), Some(&place(0)));
+    tracker.start(&last.observation(), place(0), &[]).unwrap();
+    for count in 1..GONE_TO + 15 {
+        if count <= NEW_TO {
+            last = stage.shot(count, &eyes(), Some(&place(count)));
+        }
+        last.time_s = count as f64 / RATE_HZ;
+        let mut observation = last.observation();
+        if count > NEW_TO && count <= GONE_TO {
+            observation.images.fill(None);
+        }
+        let found = tracker.step(&observation).unwrap();
+        let off = (found.world_from_object.translation() - place(count).translation()).norm();
+        let trusted = found.status == Status::Tracking;
+        assert!(trusted || count > NEW_TO, "{count}: not followed");
+        assert!(!trusted || off < 0.02, "{count}: {off} m");
+    }
+}

@@ -40,7 +40,7 @@ const FARTHEST_TURN: f64 = 1.0;
 impl Tracker {
     /// Remembers what is known of an observation whose images are new.
     pub(crate) fn note_newest(&mut self, observation: &Observation<'_>) {
-        if self.frame.is_stale() {
+        if self.frame.is_stale() || !self.frame.can_see() {
             return;
         }
         let before = self.newest.take();

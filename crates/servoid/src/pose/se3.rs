@@ -119,6 +119,11 @@ impl Pose {
         self.0.translation.vector
     }
 
+    /// Gives the distance from this place to another one's, in metres.
+    pub(crate) fn apart(&self, other: &Self) -> f64 {
+        (self.translation() - other.translation()).norm()
+    }
+
     /// Gives the quaternion (w, x, y, z) with w >= 0.
     #[must_use]
     pub fn quaternion(&self) -> [f64; 4] {

@@ -99,12 +99,6 @@ proptest! {
         }
     }
 
-}
-
-// Each of these is sought all over the images.
-proptest! {
-    #![proptest_config(ProptestConfig { cases: 96, failure_persistence: None, ..Default::default() })]
-
     #[test]
     fn an_object_that_leaps_anywhere_does_no_harm(
         size in prop::array::uniform2(24..100_usize), radius in 1e-4..10.0_f64,

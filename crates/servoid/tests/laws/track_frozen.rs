@@ -19,6 +19,19 @@ fn moved(across: f64, turn: f64) -> Pose {
     Pose::from_rotation(turn * start.rotation(), start.translation() + way)
 }
 
+/// Starts a tracker of the drawn object where a first shot shows it.
+fn started(stage: &Stage, first: &Shot, pose: Pose) -> Tracker {
+    let settings = TrackSettings::default();
+    let mut tracker = Tracker::new(&stage.cameras(), &stage.body, settings).unwrap();
+    tracker.start(&first.observation(), pose, &[]).unwrap();
+    tracker
+}
+
+/// Gives how far an estimate's place is off, in metres.
+fn off(found: &Estimate, pose: &Pose) -> f64 {
+    (found.world_from_object.translation() - pose.translation()).norm()
+}
+
 fn shot(grain: usize, count: usize, pose: &Pose) -> Shot {
     let time_s = count as f64 / RATE_HZ;
     Shot { time_s, ..Stage::textured().shot(grain, &eyes(), Some(pose)) }
@@ -28,10 +41,8 @@ fn shot(grain: usize, count: usize, pose: &Pose) -> Shot {
 /// tracker says of those, with the seconds since it was new.
 fn frozen(poses: &[Pose], grain: GrainOf, seconds: f64) -> Vec<(f64, Estimate)> {
     let stage = Stage::textured();
-    let settings = TrackSettings::default();
-    let mut tracker = Tracker::new(&stage.cameras(), &stage.body, settings).unwrap();
-    tracker.start(&shot(grain(0), 0, &poses[0]).observation(), poses[0], &[]).unwrap();
     let mut last = shot(grain(0), 0, &poses[0]);
+    let mut tracker = started(&stage, &last, poses[0]);
     for (count, pose) in poses.iter().enumerate().skip(1) {
         last = shot(grain(count), count, pose);
         tracker.step(&last.observation()).unwrap();
@@ -67,7 +78,7 @@ fn images_that_freeze_before_what_moves_slowly_are_told_before_they_are_wrong() 
         let said = frozen(&poses, |count| count, 10.0);
         for (seconds, found) in &said {
             let true_pose = place(24.0 / RATE_HZ + seconds);
-            let off = (found.world_from_object.translation() - true_pose.translation()).norm();
+            let off = off(found, &true_pose);
             let turned = found.world_from_object.rotation().angle_to(&true_pose.rotation());
             let wrong = off > 0.02 || turned > 15_f64.to_radians();
             assert!(!(wrong && found.status == Status::Tracking), "{seconds} s: {off} m, {turned}");
@@ -103,16 +114,14 @@ fn one_new_image_between_two_freezes_does_not_make_what_moves_rest() {
         Shot { time_s, ..stage.shot(count, &eyes(), Some(&place(count))) }
     };
     for single in [43, 58] {
-        let mut tracker =
-            Tracker::new(&stage.cameras(), &stage.body, TrackSettings::default()).unwrap();
-        tracker.start(&taken(0).observation(), place(0), &[]).unwrap();
         let mut last = taken(0);
+        let mut tracker = started(&stage, &last, place(0));
         for count in 1..single + 20 {
             let is_new = count < 33 || count == single;
             last =
                 if is_new { taken(count) } else { Shot { time_s: count as f64 / RATE_HZ, ..last } };
             let found = tracker.step(&last.observation()).unwrap();
-            let off = (found.world_from_object.translation() - place(count).translation()).norm();
+            let off = off(&found, &place(count));
             let trusted = found.status == Status::Tracking;
             assert!(trusted || count != single, "{count}: not found again");
             assert!(!trusted || off < 0.02, "{single}, {count}: {off} m");
@@ -143,10 +152,8 @@ fn eyes_that_went_along_for_a_while_do_not_hide_that_what_circles_went_on() {
         let time_s = count as f64 / RATE_HZ;
         Shot { time_s, ..stage.shot(count, &eyes_of(count), Some(&place(count))) }
     };
-    let mut tracker =
-        Tracker::new(&stage.cameras(), &stage.body, TrackSettings::default()).unwrap();
-    tracker.start(&taken(0).observation(), place(0), &[]).unwrap();
     let mut last = taken(0);
+    let mut tracker = started(&stage, &last, place(0));
     for count in 1..FROZEN_FROM + 45 {
         last = if count <= FROZEN_FROM {
             taken(count)
@@ -155,7 +162,7 @@ fn eyes_that_went_along_for_a_while_do_not_hide_that_what_circles_went_on() {
             Shot { time_s, eyes, ..last }
         };
         let found = tracker.step(&last.observation()).unwrap();
-        let off = (found.world_from_object.translation() - place(count).translation()).norm();
+        let off = off(&found, &place(count));
         let trusted = found.status == Status::Tracking;
         assert!(trusted || count > FROZEN_FROM, "{count}: not followed");
         assert!(!trusted || off < 0.02, "{count}: {off} m");
@@ -169,10 +176,8 @@ fn what_a_camera_hung_at_is_not_believed_where_the_other_one_fails() {
     const ALONE_FROM: usize = 40;
     let place = |count: usize| moved(0.03 * count as f64 / RATE_HZ, 0.0);
     let stage = Stage::textured();
-    let mut tracker =
-        Tracker::new(&stage.cameras(), &stage.body, TrackSettings::default()).unwrap();
     let first = stage.shot(0, &eyes(), Some(&place(0)));
-    tracker.start(&first.observation(), place(0), &[]).unwrap();
+    let mut tracker = started(&stage, &first, place(0));
     let hung = stage.shot(HANGS_FROM, &eyes(), Some(&place(HANGS_FROM)));
     for count in 1..ALONE_FROM + 20 {
         let mut shot = stage.shot(count, &eyes(), Some(&place(count)));
@@ -186,23 +191,22 @@ fn what_a_camera_hung_at_is_not_believed_where_the_other_one_fails() {
         let found = tracker.step(&observation).unwrap();
         let trusted = found.status == Status::Tracking;
         assert_eq!(trusted, count < ALONE_FROM, "{count}");
-        assert!(found.notices.contains(&Notice::Repeated(0)) == (count > HANGS_FROM));
+        assert_eq!(found.notices.contains(&Notice::Repeated(0)), count > HANGS_FROM, "{count}");
     }
     // Once it shows something new it is asked again.
     let shot = stage.shot(ALONE_FROM + 20, &eyes(), Some(&place(ALONE_FROM + 20)));
     let mut observation = shot.observation();
     observation.images[1] = None;
-    assert!(!tracker.step(&observation).unwrap().notices.contains(&Notice::Repeated(0)));
+    let found = tracker.step(&observation).unwrap();
+    assert!(!found.notices.contains(&Notice::Repeated(0)) && found.evidence.is_some());
 }
 
 #[test]
 fn eyes_that_turn_towards_each_other_while_images_are_frozen_measure_no_distance() {
     const FROZEN_FROM: usize = 10;
     let stage = Stage::textured();
-    let mut tracker =
-        Tracker::new(&stage.cameras(), &stage.body, TrackSettings::default()).unwrap();
     let mut last = stage.shot(0, &eyes(), Some(&start()));
-    tracker.start(&last.observation(), start(), &[]).unwrap();
+    let mut tracker = started(&stage, &last, start());
     for count in 1..=FROZEN_FROM {
         last = stage.shot(count, &eyes(), Some(&start()));
         assert_eq!(tracker.step(&last.observation()).unwrap().status, Status::Tracking);
@@ -214,7 +218,7 @@ fn eyes_that_turn_towards_each_other_while_images_are_frozen_measure_no_distance
         last.eyes[1] = Pose::from_rotation(eyes()[1].rotation() * turn, eyes()[1].translation());
         last.time_s += 1.0 / 30.0;
         let found = tracker.step(&last.observation()).unwrap();
-        let off = (found.world_from_object.translation() - start().translation()).norm();
+        let off = off(&found, &start());
         assert!(found.status != Status::Tracking || off < 0.02, "{count}: {off} m");
         assert!(count < 3 || is_told(&found), "{count}");
     }
@@ -227,10 +231,8 @@ fn an_image_that_comes_again_after_a_gap_is_as_old_as_before_it() {
     const GONE_TO: usize = 55;
     let place = |count: usize| moved(0.03 * count as f64 / RATE_HZ, 0.0);
     let stage = Stage::textured();
-    let mut tracker =
-        Tracker::new(&stage.cameras(), &stage.body, TrackSettings::default()).unwrap();
     let mut last = stage.shot(0, &eyes(), Some(&place(0)));
-    tracker.start(&last.observation(), place(0), &[]).unwrap();
+    let mut tracker = started(&stage, &last, place(0));
     for count in 1..GONE_TO + 15 {
         if count <= NEW_TO {
             last = stage.shot(count, &eyes(), Some(&place(count)));
@@ -241,7 +243,7 @@ fn an_image_that_comes_again_after_a_gap_is_as_old_as_before_it() {
             observation.images.fill(None);
         }
         let found = tracker.step(&observation).unwrap();
-        let off = (found.world_from_object.translation() - place(count).translation()).norm();
+        let off = off(&found, &place(count));
         let trusted = found.status == Status::Tracking;
         assert!(trusted || count > NEW_TO, "{count}: not followed");
         assert!(!trusted || off < 0.02, "{count}: {off} m");

@@ -6,7 +6,7 @@ use crate::track::estimate::Notice;
 pub(crate) struct InputChecks {
     usable: Vec<bool>,
     prints: Vec<Option<u64>>,
-    /// Whether a camera repeats itself since an image which others had new ones beside.
+    /// Whether a camera has only repeated itself since another one had a new image beside.
     hangs: Vec<bool>,
     time_s: Option<f64>,
     /// Every camera delivered its last image once more.

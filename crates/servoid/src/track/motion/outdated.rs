@@ -45,7 +45,7 @@ impl Tracker {
         }
         let before = self.newest.take();
         let (mut way, mut world_from_camera) = before.map_or_else(
-            || (Way::new(), Vec::with_capacity(observation.world_from_camera.len())),
+            || (Way::new(), Vec::new()),
             |before| (before.way, before.world_from_camera),
         );
         world_from_camera.clone_from(&observation.world_from_camera);
@@ -81,21 +81,16 @@ impl Tracker {
         let foreseen = [Some(soon), recent, later].into_iter().flatten();
         let has_moved = |from: &Pose, to: &Pose| {
             let turned = from.rotation().angle_to(&to.rotation());
-            apart(from, to) + turned * radius > MOVED * radius
+            from.apart(to) + turned * radius > MOVED * radius
         };
         let has_gone = |from: &Pose| foreseen.clone().any(|now| has_moved(from, &now));
         // Eyes that turned otherwise than each other triangulate what they show to another distance.
-        let away = apart(first, &before);
+        let away = first.apart(&before);
         let parts = |(here, place): &(&Pose, Pose)| {
-            apart(&before, place) * away > MOVED * radius * apart(first, here)
+            before.apart(place) * away > MOVED * radius * first.apart(here)
         };
         has_gone(&seen) || shown.any(|one| has_gone(&one.1) || parts(&one))
     }
-}
-
-/// Gives the distance from one place to another.
-fn apart(one: &Pose, other: &Pose) -> f64 {
-    (one.translation() - other.translation()).norm()
 }
 
 /// Where the object was seen in the last second of new images, the newest last, and where before it was

@@ -74,7 +74,7 @@ impl Relocalizer {
         let scorer = Scorer { inputs, probes: Probes::Facing(&self.around), area };
         let bare = Scorer { probes: Probes::Facing(&[]), ..scorer };
         let mut evaluations = places(&bare, (near, far), &mut rng, &mut self.ranked);
-        keep(&mut self.ranked, PLACES, |one, other| apart(one, other) > 0.7 * inputs.solid.radius);
+        keep(&mut self.ranked, PLACES, |one, other| one.apart(other) > 0.7 * inputs.solid.radius);
         self.best.clear();
         for place in &self.ranked {
             for _ in 0..TURNS {
@@ -86,7 +86,7 @@ impl Relocalizer {
         evaluations += self.best.len();
         keep(&mut self.best, KEPT, |one, other| {
             let turn = (one.rotation().inverse() * other.rotation()).angle();
-            apart(one, other) > 0.3 * inputs.solid.radius || turn > 0.4
+            one.apart(other) > 0.3 * inputs.solid.radius || turn > 0.4
         });
         let search_range = (NEAR.0 * inputs.solid.radius, NEAR.1);
         for found in &mut self.best {
@@ -106,10 +106,6 @@ impl Relocalizer {
         self.around.clear();
         self.around.extend((0..count.min(PROBES)).map(|i| i * count / count.min(PROBES)));
     }
-}
-
-fn apart(one: &Pose, other: &Pose) -> f64 {
-    (one.translation() - other.translation()).norm()
 }
 
 /// Scores the body, turned at random, at places all over the first open camera's image.

@@ -23,8 +23,8 @@ BY_SEQUENCE, BY_VARIANT = (
 PICTURE = DOCS / "images" / "trust.png"
 LEAST = 20  # images in a step of the confidence that is drawn
 TITLES = ("images", "tracked", "right", "wrong, median", "wrong, worst", "in a row")
-FURTHER = ("lost", "found", "after", "ADD mm", "place", "turn", "both")
-PARTS = ("place", "turn", "both")
+FURTHER = ("lost", "found", "after", "ADD mm", "position", "rotation", "both")
+PARTS = ("position", "rotation", "both")
 
 
 def write_pages(rows: Sequence[Row]) -> None:

@@ -1,4 +1,4 @@
-"""Makes a simulated arm explore and follow a drill, and prints how well hand and eyes follow.
+"""Makes a simulated arm explore and follow a drill, and prints how well hand and cameras follow.
 
 Run it with `.venv/bin/python examples/servo_to_an_object.py`; it takes about ten seconds.
 """

@@ -1,7 +1,7 @@
-"""Servos an arm that a driver moves in a process of its own, with the tracker in a thread.
+"""Servos an arm whose driver runs in a process of its own, with the tracker in a thread.
 
-Run it after `make samples`: `.venv/bin/python examples/drive_an_arm.py out/moving`. The driver is
-that of a simulated arm, and the cameras play a recording: as the toy moves in it, so does the hand.
+Run it after `make samples`: `.venv/bin/python examples/drive_an_arm.py out/moving`. The driver
+moves a simulated arm, and the cameras play a recording: the hand moves as the toy does in it.
 """
 
 import sys
@@ -40,23 +40,24 @@ def main(folder: str, address: str) -> None:
                 ticks.append(tick)
                 if source.is_over and tick.instant is None:
                     break
-        told = linked.told
+        counts = linked.told
     hands = [arm.world_from_hand(tick.state.positions).translation for tick in ticks]
     moved_mm = 1e3 * np.linalg.norm(np.subtract(hands, start.translation), axis=1)
-    seen = [tick for tick in ticks if tick.instant is not None]
-    looks_ms = 1e3 * np.median([tick.track_s for tick in seen])
-    dropped = sum(tick.dropped for tick in seen)
-    print(f"{len(ticks)} control periods, {len(seen)} observations, {dropped} dropped")
-    print(f"the tracker took {looks_ms:.1f} ms (median); the hand moved {moved_mm.max():.0f} mm")
+    tracked = [tick for tick in ticks if tick.instant is not None]
+    track_ms = 1e3 * np.median([tick.track_s for tick in tracked])
+    dropped = sum(tick.dropped for tick in tracked)
+    print(f"{len(ticks)} control periods, {len(tracked)} observations, {dropped} dropped")
+    print(f"the tracker took {track_ms:.1f} ms (median); the hand moved {moved_mm.max():.0f} mm")
     print(
-        f"the driver took {told.accepted} commands, missed {told.missing}, refused {told.refused}"
+        f"the driver took {counts.accepted} commands, "
+        f"missed {counts.missing}, refused {counts.refused}"
     )
 
 
 if __name__ == "__main__":
     with tempfile.TemporaryDirectory() as folder:
-        place = str(Path(folder) / "arm")
-        driver = get_context("spawn").Process(target=drive_joints, args=(place,), daemon=True)
+        address = str(Path(folder) / "arm")
+        driver = get_context("spawn").Process(target=drive_joints, args=(address,), daemon=True)
         driver.start()
-        main(sys.argv[1] if len(sys.argv) > 1 else "out/moving", place)
+        main(sys.argv[1] if len(sys.argv) > 1 else "out/moving", address)
         driver.terminate()

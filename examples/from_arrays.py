@@ -1,7 +1,7 @@
 """Models, tracks and servos with arrays alone: no file is written.
 
-Run it after `make samples`: `.venv/bin/python examples/from_arrays.py out/moving`. What a webcam
-and an arm would deliver is taken from a recording and a simulated arm.
+Run it after `make samples`: `.venv/bin/python examples/from_arrays.py out/moving`. A
+recording stands in for a webcam, and a simulated arm for a real one.
 """
 
 import sys
@@ -33,7 +33,7 @@ Image = NDArray[np.uint8]
 def model_from_masks(
     camera: Camera, poses: list[Pose], images: list[Image], masks: list[Image]
 ) -> ModelResult:
-    """Model what masks show in images of one camera at several places."""
+    """Model an object from masks in images of one camera at several positions."""
     views = [
         View(camera=camera, world_from_camera=pose, mask=mask)
         for pose, mask in zip(poses, masks, strict=True)
@@ -42,15 +42,15 @@ def model_from_masks(
 
 
 def model_from_pair(left: PosedImage, right: PosedImage) -> ModelResult:
-    """Model what the left image's mask shows; the depth is measured by the pair.
+    """Model an object from the left image's mask and the depth that the pair measures.
 
-    With `targets=[parse_target("box:120,80,420,400")]` a box does in place of the mask.
+    `targets=[parse_target("box:120,80,420,400")]` gives a box in place of the mask.
     """
     return fit_capture(capture_of([[left, right]]), Request(max_ellipsoids=4, delta=0.0))
 
 
 def model_from_points(points: NDArray[np.float64], eye: tuple[float, float, float]) -> ModelResult:
-    """Model a point cloud that was seen from one place."""
+    """Model a point cloud that was seen from one position."""
     return fit_range_samples(
         range_samples_of_cloud(points, None, eye), Request(max_ellipsoids=4, delta=0.0)
     )
@@ -70,7 +70,7 @@ def track(camera: Camera, body: Body, stream: Iterator[tuple[float, Image]]) -> 
 def servo(
     arm: Arm, tracker: Tracker, goal_from_object: Pose, stream: Iterator[tuple[float, Image]]
 ) -> None:
-    """Keep an object where it should be before the hand, by images of a camera at rest."""
+    """Keep the object at its goal in the hand's frame, by images of a camera at rest."""
     controller = Controller(arm)
     for time_s, image in stream:
         controller.see(None, tracker.step(time_s, Pose.identity(), image))
@@ -79,7 +79,7 @@ def servo(
 
 
 def main(folder: str) -> None:
-    """Do each of it with the arrays of a recording."""
+    """Run each of these functions with the arrays of a recording."""
     views = open_capture(folder).all_views()
     left = [view for view in views if view.camera_name == views[0].camera_name]
     right = [view for view in views if view.camera_name != views[0].camera_name]
@@ -101,9 +101,9 @@ def main(folder: str) -> None:
     cloud = model_from_points(points, (0.0, 0.0, 0.0))
     print(f"{len(points)} points: {len(cloud.body)} ellipsoids")
     masks = [one.mask() for one in result.used_views]
-    places = [one.world_from_camera for one in result.used_views]
-    seen = [one.image() for one in result.used_views]
-    modelled = model_from_masks(camera, places, seen, masks)
+    camera_poses = [one.world_from_camera for one in result.used_views]
+    used_images = [one.image() for one in result.used_views]
+    modelled = model_from_masks(camera, camera_poses, used_images, masks)
     print(f"masks: {len(modelled.body)} ellipsoids, IoU {modelled.iou_used.mean():.3f}")
     times_s = 0.04 * np.arange(len(images))
     poses = list(track(camera, result.body, zip(times_s, images, strict=True)))

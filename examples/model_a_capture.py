@@ -1,4 +1,4 @@
-"""Models a capture, and shows how each further ellipsoid helps.
+"""Models a capture, and prints how much each further ellipsoid helps.
 
 Run it after `make samples`: `.venv/bin/python examples/model_a_capture.py out/sample`
 """
@@ -10,12 +10,12 @@ from servoid.model import Progress, fit
 
 
 def show(progress: Progress) -> None:
-    """Write progress on one line that is overwritten."""
+    """Show progress on one line that is overwritten."""
     print(f"\r{progress.share:4.0%}  {progress.count} ellipsoids", end="", file=sys.stderr)
 
 
 def main(folder: str) -> None:
-    """Model every second view of the capture in `folder`, and judge with the others too."""
+    """Model every second view of the capture in `folder`, and evaluate the others too."""
     capture = open_capture(folder)
     result = fit(
         capture.views(), max_ellipsoids=5, delta=0.0, views=slice(0, None, 2), progress=show

@@ -1,4 +1,4 @@
-"""Lets a simulated arm meet a drill that moves, and says how well hand and eyes follow it.
+"""Makes a simulated arm explore and follow a drill, and prints how well hand and cameras follow.
 
 Run it with `.venv/bin/python examples/servo_to_an_object.py`; it takes about ten seconds.
 """
@@ -19,12 +19,12 @@ VALUES = {
 
 
 def main() -> None:
-    """Meet the drill, model it, and follow it for three seconds."""
+    """Explore the drill, model it, and follow it for three seconds."""
     settings = changed(TrialSettings(), VALUES, "this example")
     with tempfile.TemporaryDirectory() as folder:
         trial = run_servo_trial(settings, folder)
     body, looks = trial.exploration.body, trial.exploration.looks
-    print(f"a body of {len(body)} ellipsoids, looked at from {len(looks)} places")
+    print(f"a body of {len(body)} ellipsoids, looked at from {len(looks)} viewpoints")
     for name, value in ServoMetrics.of(trial.log, settings.run.settle_s).figures().items():
         print(f"{name}: {value}")
 

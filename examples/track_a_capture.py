@@ -14,21 +14,21 @@ from servoid.track import TrackStep, follow
 
 
 def show(step: TrackStep) -> None:
-    """Write how the object fares on one line that is overwritten."""
+    """Show the status of the object on one line that is overwritten."""
     estimate = step.tracked[0].estimate
     words = f"{estimate.time_s:6.2f} s  {estimate.status}, {estimate.confidence:4.0%}"
     print(f"\r{words:40}", end="", file=sys.stderr)
 
 
 def main(folder: str) -> None:
-    """Track with nothing but the mask of the first image, and measure each estimate."""
+    """Track from the mask of the first image alone, and measure the error of each estimate."""
     truth = read_trajectory(Path(folder) / "truth" / "left_from_object.csv")
     away_mm, turned_deg, first_from_true = [], [], None
     for step in follow(open_capture(folder)):
         show(step)
         found = step.tracked[0].estimate.world_from_object
         true = truth[step.instant.index].world_from_object
-        # The frames of the body and of the toy differ, and stay as they are to each other.
+        # The frames of the body and of the toy differ by a constant pose.
         first_from_true = first_from_true or found.inverse() @ true
         error = (true.inverse() @ found @ first_from_true).log()
         away_mm.append(1e3 * np.linalg.norm(error[:3]))

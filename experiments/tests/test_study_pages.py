@@ -140,7 +140,7 @@ def bode_sentences(kept: Kept) -> Iterator[str]:
 
     following, still = "servoid, eyes follow", "servoid, fixed eyes"
     yield f"stamps may be wrong by {1e3 * edge(following, '0.04', '30'):.0f} ms"
-    yield f"with fixed eyes by {1e3 * edge(still, '0.04', '30'):.0f} ms"
+    yield f"with fixed cameras by {1e3 * edge(still, '0.04', '30'):.0f} ms"
     bare = "neither feed-forward nor prediction, eyes follow"
     borne = [1e3 * float(row["edge"]) for row in kept.rows("margins", loop=bare)]
     yield f"Without feed-forward and prediction it is {min(borne):.0f} to {max(borne):.0f} ms"

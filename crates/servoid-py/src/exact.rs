@@ -49,13 +49,13 @@ elementary! {
     exact_log = libm::log;
 }
 
-/// Gives atan2(y, x) of numbers.
+/// Returns atan2(y, x) of numbers.
 #[pyfunction]
 pub fn exact_arctan2(y: f64, x: f64) -> f64 {
     libm::atan2(y, x)
 }
 
-/// Gives x to the power y, for numbers.
+/// Returns x to the power y, for numbers.
 #[pyfunction]
 pub fn exact_power(x: f64, y: f64) -> f64 {
     libm::pow(x, y)
@@ -113,7 +113,8 @@ pub fn exact_solve<'py>(
     rows(py, &x)
 }
 
-/// Gives the eigenvalues (N) of a symmetric matrix, the least first, and the eigenvectors as columns.
+/// Returns the eigenvalues (N) of a symmetric matrix, the least first, and the eigenvectors as
+/// columns.
 #[pyfunction]
 pub fn exact_eigh<'py>(py: Python<'py>, a: PyReadonlyArray2<'py, f64>) -> PyResult<Eigen<'py>> {
     let a = matrix(&a);
@@ -129,7 +130,7 @@ pub fn exact_eigh<'py>(py: Python<'py>, a: PyReadonlyArray2<'py, f64>) -> PyResu
     Ok((values.as_slice().to_vec().into_pyarray(py), rows(py, &vectors)?))
 }
 
-/// Gives the length of a vector.
+/// Returns the length of a vector.
 #[pyfunction]
 pub fn exact_norm(x: PyReadonlyArray1<'_, f64>) -> f64 {
     x.as_array().iter().fold(0.0, |sum, x| sum + x * x).sqrt()

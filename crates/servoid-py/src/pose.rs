@@ -63,13 +63,14 @@ impl Pose {
         core::Pose::from_matrix(&matrix).map(Self).map_err(raise)
     }
 
-    /// Gives the motion that moves nothing.
+    /// Returns the motion that moves nothing.
     #[staticmethod]
     fn identity() -> Self {
         Self(core::Pose::identity())
     }
 
-    /// Joins a translation (x, y, z) in metres and a unit quaternion (w, x, y, z). Raises PoseError.
+    /// Joins a translation (x, y, z) in metres and a unit quaternion (w, x, y, z). Raises
+    /// PoseError.
     #[staticmethod]
     fn from_parts(translation: &Bound<'_, PyAny>, quaternion: &Bound<'_, PyAny>) -> PyResult<Self> {
         let quaternion = read_numbers(quaternion, wanted("quaternion", "4 numbers (w, x, y, z)"))?;
@@ -86,8 +87,8 @@ impl Pose {
         core::Pose::from_parts(translation, [w, x, y, z]).map(Self).map_err(raise)
     }
 
-    /// Joins OpenCV's rotation vector and translation, 3 numbers each, as `solvePnP` gives them: of a
-    /// camera's they are camera_from_object. Raises PoseError.
+    /// Joins OpenCV's rotation vector and translation, 3 numbers each, as `solvePnP` gives them: of
+    /// a camera's they are camera_from_object. Raises PoseError.
     #[staticmethod]
     fn from_rvec_tvec(rvec: &Bound<'_, PyAny>, tvec: &Bound<'_, PyAny>) -> PyResult<Self> {
         let rvec: [f64; 3] = read_numbers(rvec, wanted("rvec", "3 numbers in radians"))?;
@@ -134,36 +135,37 @@ impl Pose {
         Ok(Self(core::Pose::exp(&Vector6::from(twist))))
     }
 
-    /// Gives the twist (linear, angular), (6,) float64, whose exponential this is.
+    /// Returns the twist (linear, angular), (6,) float64, whose exponential this is.
     fn log<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         PyArray1::from_slice(py, self.0.log().as_slice())
     }
 
-    /// Gives the adjoint, (6, 6) float64, that carries twists (linear, angular) along.
+    /// Returns the adjoint, (6, 6) float64, that carries twists (linear, angular) along.
     fn adjoint<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
         rows(py, self.0.adjoint().transpose().as_slice(), 6)
     }
 
-    /// Gives the motion back.
+    /// Returns the motion back.
     fn inverse(&self) -> Self {
         Self(self.0.inverse())
     }
 
-    /// Gives the homogeneous matrix, (4, 4) float64.
+    /// Returns the homogeneous matrix, (4, 4) float64.
     fn matrix<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
         rows(py, self.0.matrix().transpose().as_slice(), 4)
     }
 
-    /// Gives OpenCV's rotation vector and translation, (3,) float64 each, in radians and metres.
+    /// Returns OpenCV's rotation vector and translation, (3,) float64 each, in radians and metres.
     fn rvec_tvec<'py>(&self, py: Python<'py>) -> (Vector<'py>, Vector<'py>) {
         let rvec = self.0.rotation().scaled_axis();
         let tvec = self.0.translation();
         (PyArray1::from_slice(py, rvec.as_slice()), PyArray1::from_slice(py, tvec.as_slice()))
     }
 
-    /// Gives the three angles in radians about the axes of a sequence, as `from_euler` names it:
-    /// (3,) float64. The second is in -π/2 to π/2, or in 0 to π if the first and the last axis are the
-    /// same; where it leaves only the sum of the others known, the last one is 0. Raises PoseError.
+    /// Returns the three angles in radians about the axes of a sequence, as `from_euler` names it:
+    /// (3,) float64. The second is in -π/2 to π/2, or in 0 to π if the first and the last axis are
+    /// the same; where it leaves only the sum of the others known, the last one is 0. Raises
+    /// PoseError.
     fn euler<'py>(&self, py: Python<'py>, sequence: &str) -> PyResult<Vector<'py>> {
         let sequence = core::EulerSequence::from_name(sequence).map_err(raise)?;
         Ok(PyArray1::from_slice(py, &sequence.angles(&self.0).map_err(raise)?))
@@ -279,7 +281,7 @@ fn not_joined(py: Python<'_>, other: &Bound<'_, PyAny>) -> PyResult<Py<PyAny>> {
     Err(named("PoseError", message))
 }
 
-/// Gives a float64 array of rows of a length.
+/// Returns a float64 array of rows of a length.
 pub fn rows<'py>(py: Python<'py>, values: &[f64], length: usize) -> Bound<'py, PyArray2<f64>> {
     let array = PyArray2::zeros(py, [values.len() / length, length], false);
     // SAFETY: the array was just made and nobody else holds it.

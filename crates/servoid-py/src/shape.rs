@@ -12,8 +12,8 @@ use crate::taking::{Wanted, hash_numbers, read_index_rows, read_rows, shorts, ta
 
 /// A rigid set of ellipsoids in the object's frame, and where that frame is in the world.
 ///
-/// It is made of centers (K, 3) and radii (K, 3) in metres and rotations (K, 4) as (w, x, y, z), all
-/// in the object's frame; BodyError is raised if they make no body.
+/// It is made of centers (K, 3) and radii (K, 3) in metres and rotations (K, 4) as (w, x, y, z),
+/// all in the object's frame; BodyError is raised if they make no body.
 #[pyclass(frozen, eq, hash, module = "servoid.shape")]
 #[derive(Clone, PartialEq)]
 pub struct Body(pub core::Body);
@@ -208,7 +208,7 @@ impl Body {
         self.0.ellipsoids().len()
     }
 
-    /// Gives each ellipsoid's outline as centre (2,) and matrix S (2, 2) of the ellipse
+    /// Returns each ellipsoid's outline as centre (2,) and matrix S (2, 2) of the ellipse
     /// (x - c)ᵀ S⁻¹ (x - c) = 1, in pixels; None for one not wholly in front of the camera.
     fn outlines<'py>(
         &self,
@@ -225,7 +225,7 @@ impl Body {
         self.0.in_world().iter().map(ellipse).collect()
     }
 
-    /// Gives volume, centroid (3,) and inertia about it (3, 3) of the union at unit density, in
+    /// Returns volume, centroid (3,) and inertia about it (3, 3) of the union at unit density, in
     /// the object's frame: m³, m and m⁵.
     fn mass_properties<'py>(&self, py: Python<'py>) -> MassParts<'py> {
         let mass = py.detach(|| self.0.mass_properties());

@@ -196,7 +196,7 @@ impl Scene {
         PyArray1::from_vec(py, image).reshape([height, width, 3])
     }
 
-    /// Gives depth along the lens's z through each pixel's centre, (H, W) float32 in metres, NaN
+    /// Returns depth along the lens's z through each pixel's centre, (H, W) float32 in metres, NaN
     /// where nothing is, and the numbers of the visuals, (H, W) int32, -1 where nothing is: for one
     /// pose of the lens, (7,), and of all visuals, (T, 7), float64. Raises SimError.
     #[pyo3(signature = (*, lens, world_from_lens, world_from_visual))]

@@ -345,7 +345,7 @@ pub fn written<T>(of: &Bound<'_, T>, names: &[&str]) -> PyResult<String> {
     Ok(format!("{}({})", of.as_any().get_type().name()?, values?.join(", ")))
 }
 
-/// Gives what `pickle` and `copy` call to make an object again: its class with these keywords.
+/// Returns what `pickle` and `copy` call to make an object again: its class with these keywords.
 pub fn remade<'py, T>(
     of: &Bound<'py, T>,
     keywords: &[(&str, Bound<'py, PyAny>)],

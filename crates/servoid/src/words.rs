@@ -30,8 +30,8 @@ impl Display for Digits {
 /// Beyond so many seconds a time stamp is none of a clock.
 const LAST_SECOND: f64 = 1e12;
 
-/// A time stamp to a millisecond, however many digits a clock that began long ago has; what no clock
-/// says has six digits at most.
+/// A time stamp to a millisecond, however many digits a clock that began long ago has; what no
+/// clock says has six digits at most.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Seconds(pub f64);
 
@@ -46,12 +46,12 @@ impl Display for Seconds {
     }
 }
 
-/// Gives `was` for one thing and `were` for others.
+/// Returns `was` for one thing and `were` for others.
 pub(crate) fn were(count: usize) -> &'static str {
     if count == 1 { "was" } else { "were" }
 }
 
-/// Gives the `s` that one thing lacks.
+/// Returns the `s` that one thing lacks.
 pub(crate) fn s(count: usize) -> &'static str {
     if count == 1 { "" } else { "s" }
 }

@@ -17,8 +17,8 @@ use crate::taking::{
 /// A camera with a lens that may bend straight lines: pinhole, brown_conrady or kannala_brandt.
 ///
 /// It is made of (width, height), (fx, fy) and (cx, cy), all in pixels, and the coefficients of its
-/// model in OpenCV's order; CameraError is raised if there is no such lens. `Lens.from_matrix` takes
-/// OpenCV's K.
+/// model in OpenCV's order; CameraError is raised if there is no such lens. `Lens.from_matrix`
+/// takes OpenCV's K.
 ///
 /// x points right, y down, z forward along the axis; pixel (0, 0) is the centre of the top-left
 /// pixel.
@@ -100,7 +100,7 @@ impl Lens {
         core::Lens::new(read_size(size_px)?, focal, center, distortion).map(Self).map_err(raise)
     }
 
-    /// Gives OpenCV's matrix K, (3, 3) float64.
+    /// Returns OpenCV's matrix K, (3, 3) float64.
     fn matrix<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
         rows(py, self.0.camera().matrix().transpose().as_slice(), 3)
     }
@@ -156,8 +156,8 @@ impl Lens {
         Ok(rows(py, &pixels, 2))
     }
 
-    /// Gives the directions in which pixels, (N, 2) float64, are seen: (N, 3) float64 of length 1;
-    /// NaN where the lens sees nothing.
+    /// Returns the directions in which pixels, (N, 2) float64, are seen: (N, 3) float64 of length
+    /// 1; NaN where the lens sees nothing.
     fn rays<'py>(
         &self,
         py: Python<'py>,
@@ -169,7 +169,7 @@ impl Lens {
         Ok(rows(py, &rays, 3))
     }
 
-    /// Gives where the lens's image holds what each pixel of an ideal camera at the same place
+    /// Returns where the lens's image holds what each pixel of an ideal camera at the same place
     /// sees: (H, W, 2) float32 as (u, v), -10000 twice where it does not hold it; raises
     /// CameraError if lens_from_camera is more than a rotation.
     fn map_to<'py>(

@@ -18,8 +18,9 @@ use crate::taking::{
 
 /// A pinhole camera: pixel (0, 0) is the centre of the top-left pixel.
 ///
-/// It is made of (width, height), (fx, fy) and (cx, cy), all in pixels; CameraError is raised if there
-/// is no such camera. `Camera.from_matrix` takes OpenCV's K, `Camera.from_fov` an angle of view.
+/// It is made of (width, height), (fx, fy) and (cx, cy), all in pixels; CameraError is raised if
+/// there is no such camera. `Camera.from_matrix` takes OpenCV's K, `Camera.from_fov` an angle of
+/// view.
 #[pyclass(frozen, eq, hash, module = "servoid.camera")]
 #[derive(Clone, PartialEq)]
 pub struct Camera(pub core::Camera);
@@ -65,8 +66,8 @@ impl Camera {
     }
 
     /// Makes a camera of OpenCV's matrix K, (3, 3), and (width, height) in pixels. A camera has no
-    /// distortion: of `distortion` only zeros are taken, and `Lens.from_matrix` takes others. Raises
-    /// CameraError.
+    /// distortion: of `distortion` only zeros are taken, and `Lens.from_matrix` takes others.
+    /// Raises CameraError.
     #[staticmethod]
     #[pyo3(signature = (matrix, size_px, distortion=None))]
     fn from_matrix(
@@ -86,9 +87,9 @@ impl Camera {
     }
 
     /// Makes a camera of (width, height) in pixels and its angle of view from the left to the right
-    /// border in degrees, more than 0 and less than 180: its pixels are square and its centre is the
-    /// image's. An angle of view from a data sheet is good to some per cent, and so are then all
-    /// lengths. Raises CameraError.
+    /// border in degrees, more than 0 and less than 180: its pixels are square and its centre is
+    /// the image's. An angle of view from a data sheet is good to some per cent, and so are then
+    /// all lengths. Raises CameraError.
     #[staticmethod]
     fn from_fov(size_px: &Bound<'_, PyAny>, fov_deg: &Bound<'_, PyAny>) -> PyResult<Self> {
         let what = "a number of degrees";
@@ -97,7 +98,7 @@ impl Camera {
         core::Camera::from_fov(read_size(size_px)?, fov_deg).map(Self).map_err(raise)
     }
 
-    /// Gives OpenCV's matrix K, (3, 3) float64.
+    /// Returns OpenCV's matrix K, (3, 3) float64.
     fn matrix<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
         rows(py, self.0.matrix().transpose().as_slice(), 3)
     }
@@ -218,8 +219,8 @@ impl<'a> Pixels<'a> {
 
 /// One picture that says where the object is: a camera, its pose, and a mask.
 ///
-/// The mask is (H, W) of bool or whole numbers, not zero on the object. MaskError is raised if none or
-/// all of its pixels are, ImageError if it has not the camera's size.
+/// The mask is (H, W) of bool or whole numbers, not zero on the object. MaskError is raised if none
+/// or all of its pixels are, ImageError if it has not the camera's size.
 #[pyclass(frozen, eq, hash, module = "servoid.capture")]
 #[derive(PartialEq)]
 pub struct View {

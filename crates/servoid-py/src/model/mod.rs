@@ -136,8 +136,8 @@ impl Step {
         self.0.body.ellipsoids().len()
     }
 
-    /// F: the agreement with all that was given, at the resolution of the fit; of the paper's method
-    /// its own.
+    /// F: the agreement with all that was given, at the resolution of the fit; of the paper's
+    /// method its own.
     #[getter]
     fn fitness(&self) -> f64 {
         self.0.fitness
@@ -231,8 +231,9 @@ pub fn fit_body(
 }
 
 /// Models the object roughly from views with their images, which teach its colours, and pictures
-/// that do not say where it is: (camera, world_from_camera, image). Points (N, 3) of its surface and
-/// the directions (N, 3) in which they were seen say where to look, if given. Raises ModelError.
+/// that do not say where it is: (camera, world_from_camera, image). Points (N, 3) of its surface
+/// and the directions (N, 3) in which they were seen say where to look, if given. Raises
+/// ModelError.
 #[pyfunction]
 #[allow(clippy::too_many_arguments, reason = "each is a keyword of its own in Python")]
 #[pyo3(signature = (views, images, pictures, settings, points=None, directions=None))]
@@ -298,7 +299,7 @@ fn read_samples(
     RangeSample::join(&read(points, "points")?, &read(directions, "directions")?).map_err(raise)
 }
 
-/// Gives the intersection over union of the body's silhouette and the mask in each view, (V,)
+/// Returns the intersection over union of the body's silhouette and the mask in each view, (V,)
 /// float64.
 #[pyfunction]
 pub fn silhouette_ious<'py>(
@@ -311,7 +312,7 @@ pub fn silhouette_ious<'py>(
     Ok(PyArray1::from_vec(py, ious))
 }
 
-/// Gives each ellipsoid's median colour over the images in which it is foremost, (K, 3) uint8.
+/// Returns each ellipsoid's median colour over the images in which it is foremost, (K, 3) uint8.
 #[pyfunction]
 pub fn ellipsoid_colors<'py>(
     py: Python<'py>,

@@ -44,7 +44,7 @@ impl Distortion {
         Ok(distortion)
     }
 
-    /// Gives the model's name, one of [`Distortion::MODELS`].
+    /// Returns the model's name, one of [`Distortion::MODELS`].
     #[must_use]
     pub fn name(&self) -> &'static str {
         match self {
@@ -54,7 +54,7 @@ impl Distortion {
         }
     }
 
-    /// Gives the coefficients in the model's order.
+    /// Returns the coefficients in the model's order.
     #[must_use]
     pub fn coefficients(&self) -> &[f64] {
         match self {

@@ -68,7 +68,7 @@ pub enum Channels {
 }
 
 impl Channels {
-    /// Gives the bytes a pixel.
+    /// Returns the bytes a pixel.
     #[must_use]
     pub fn count(self) -> usize {
         match self {
@@ -105,32 +105,32 @@ impl<'a> ImageView<'a> {
         Ok(Self { data, size_px, channels })
     }
 
-    /// Gives (width, height) in pixels.
+    /// Returns (width, height) in pixels.
     #[must_use]
     pub fn size_px(&self) -> [usize; 2] {
         self.size_px
     }
 
-    /// Gives the kind of its pixels.
+    /// Returns the kind of its pixels.
     #[must_use]
     pub fn channels(&self) -> Channels {
         self.channels
     }
 
-    /// Gives all bytes, row by row.
+    /// Returns all bytes, row by row.
     #[must_use]
     pub fn bytes(&self) -> &'a [u8] {
         self.data
     }
 
-    /// Gives the bytes of row `v`, empty beyond the image.
+    /// Returns the bytes of row `v`, empty beyond the image.
     #[must_use]
     pub fn row(&self, v: usize) -> &'a [u8] {
         let pitch = self.size_px[0] * self.channels.count();
         self.data.get(v * pitch..(v + 1) * pitch).unwrap_or(&[])
     }
 
-    /// Gives the colour of a pixel; grey counts as equal red, green and blue.
+    /// Returns the colour of a pixel; grey counts as equal red, green and blue.
     #[must_use]
     pub fn rgb(&self, u: usize, v: usize) -> [u8; 3] {
         let row = self.row(v);
@@ -180,7 +180,7 @@ impl<'a> Mask<'a> {
         }
     }
 
-    /// Says whether the pixel nearest to a place is the object's.
+    /// Returns whether the pixel nearest to a place is the object's.
     #[must_use]
     pub fn holds(&self, u: f64, v: f64) -> bool {
         let (u, v) = (libm::round(u), libm::round(v));
@@ -189,25 +189,25 @@ impl<'a> Mask<'a> {
         inside && self.image.row(v as usize)[u as usize] != 0
     }
 
-    /// Gives the pixels as an image.
+    /// Returns the pixels as an image.
     #[must_use]
     pub fn image(&self) -> ImageView<'a> {
         self.image
     }
 
-    /// Gives how many pixels belong to the object.
+    /// Returns how many pixels belong to the object.
     #[must_use]
     pub fn area_px(&self) -> usize {
         self.area_px
     }
 
-    /// Gives the first and last column and row that hold the object: ((u, v), (u, v)).
+    /// Returns the first and last column and row that hold the object: ((u, v), (u, v)).
     #[must_use]
     pub fn bounds_px(&self) -> ([usize; 2], [usize; 2]) {
         (self.first_px, self.last_px)
     }
 
-    /// Gives the mean position of the object's pixels.
+    /// Returns the mean position of the object's pixels.
     #[must_use]
     pub fn centroid_px(&self) -> [f64; 2] {
         let (mut sum_u, mut sum_v) = (0_u64, 0_u64);

@@ -10,7 +10,7 @@ use super::roots::{first_zero, reach};
 /// The widest angle off the axis that a lens may see.
 pub(super) const MAX_ANGLE: f64 = 2.0 * PI / 3.0;
 
-/// Gives the distance from the centre of an angle off the axis, in focal lengths, and its
+/// Returns the distance from the centre of an angle off the axis, in focal lengths, and its
 /// derivative: (S27).
 pub(super) fn distance(k: &[f64; 4], angle: f64) -> (f64, f64) {
     let s = angle * angle;
@@ -19,14 +19,14 @@ pub(super) fn distance(k: &[f64; 4], angle: f64) -> (f64, f64) {
     (angle * sum(*k), sum([3.0 * k1, 5.0 * k2, 7.0 * k3, 9.0 * k4]))
 }
 
-/// Gives the angle up to which the distance rises, at most [`MAX_ANGLE`].
+/// Returns the angle up to which the distance rises, at most [`MAX_ANGLE`].
 pub(super) fn limit(k: &[f64; 4]) -> f64 {
     let [k1, k2, k3, k4] = *k;
     let slope = [1.0, 3.0 * k1, 5.0 * k2, 7.0 * k3, 9.0 * k4];
     first_zero(&slope, MAX_ANGLE * MAX_ANGLE).map_or(MAX_ANGLE, f64::sqrt)
 }
 
-/// Gives the angle off the axis that the lens puts at a distance, if it lies within `limit`.
+/// Returns the angle off the axis that the lens puts at a distance, if it lies within `limit`.
 pub(super) fn angle(k: &[f64; 4], limit: f64, far: f64) -> Option<f64> {
     let angle = reach(|angle| distance(k, angle), far, limit);
     let miss = (distance(k, angle).0 - far).abs();

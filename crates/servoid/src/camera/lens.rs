@@ -40,19 +40,19 @@ impl Lens {
         Ok(Self { camera, distortion, reach })
     }
 
-    /// Gives the pinhole camera of the same size, focal lengths and principal point.
+    /// Returns the pinhole camera of the same size, focal lengths and principal point.
     #[must_use]
     pub fn camera(&self) -> Camera {
         self.camera
     }
 
-    /// Gives the distortion.
+    /// Returns the distortion.
     #[must_use]
     pub fn distortion(&self) -> Distortion {
         self.distortion
     }
 
-    /// Gives the angle off the axis below which the lens sees.
+    /// Returns the angle off the axis below which the lens sees.
     ///
     /// It is less than 90 degrees for Brown-Conrady and at most 120 for Kannala-Brandt, and smaller
     /// where the distortion stops rising before.
@@ -93,8 +93,8 @@ impl Lens {
         pixel.iter().all(|x| x.is_finite()).then_some(pixel)
     }
 
-    /// Gives the direction, of length 1, in which the lens sees a pixel; `None` if it sees nothing
-    /// there.
+    /// Returns the direction, of length 1, in which the lens sees a pixel; `None` if it sees
+    /// nothing there.
     #[must_use]
     pub fn ray(&self, pixel: [f64; 2]) -> Option<Vector3<f64>> {
         let flat = self.camera.ray(pixel);
@@ -135,7 +135,8 @@ impl Lens {
         map
     }
 
-    /// Says if a place lies in the image, or so close that interpolation still reads from it.
+    /// Returns whether a place lies in the image, or so close that interpolation still reads from
+    /// it.
     fn holds(&self, pixel: &Vector2<f64>) -> bool {
         let size = self.camera.size_px();
         (0..2).all(|i| pixel[i] > -1.0 && pixel[i] < size[i] as f64)

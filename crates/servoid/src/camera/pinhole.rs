@@ -113,25 +113,25 @@ impl Camera {
         Self::new(size_px, [focal; 2], [0.5 * (width - 1.0), 0.5 * (height - 1.0)])
     }
 
-    /// Gives (width, height) in pixels.
+    /// Returns (width, height) in pixels.
     #[must_use]
     pub fn size_px(&self) -> [usize; 2] {
         self.size_px
     }
 
-    /// Gives (fx, fy) in pixels.
+    /// Returns (fx, fy) in pixels.
     #[must_use]
     pub fn focal_px(&self) -> [f64; 2] {
         self.focal_px
     }
 
-    /// Gives the principal point (cx, cy) in pixels.
+    /// Returns the principal point (cx, cy) in pixels.
     #[must_use]
     pub fn center_px(&self) -> [f64; 2] {
         self.center_px
     }
 
-    /// Gives the 3x3 calibration matrix K.
+    /// Returns the 3x3 calibration matrix K.
     #[must_use]
     pub fn matrix(&self) -> Matrix3<f64> {
         let ([fx, fy], [cx, cy]) = (self.focal_px, self.center_px);
@@ -146,14 +146,14 @@ impl Camera {
         (p.z > 0.0).then(|| Vector2::new(fx * p.x / p.z + cx, fy * p.y / p.z + cy))
     }
 
-    /// Gives the direction, with z = 1, in which the camera sees a pixel.
+    /// Returns the direction, with z = 1, in which the camera sees a pixel.
     #[must_use]
     pub fn ray(&self, pixel: [f64; 2]) -> Vector3<f64> {
         let ([fx, fy], [cx, cy]) = (self.focal_px, self.center_px);
         Vector3::new((pixel[0] - cx) / fx, (pixel[1] - cy) / fy, 1.0)
     }
 
-    /// Gives the camera that sees the part of the image starting at pixel `corner`, shrunk so that
+    /// Returns the camera that sees the part of the image starting at pixel `corner`, shrunk so that
     /// `shrink` pixels along each side become one.
     ///
     /// # Errors

@@ -19,13 +19,13 @@ pub struct Sample {
 }
 
 impl Plane {
-    /// Gives (width, height) in pixels.
+    /// Returns (width, height) in pixels.
     #[must_use]
     pub fn size_px(&self) -> [usize; 2] {
         self.size_px
     }
 
-    /// Says whether a place lies between four pixels of the plane.
+    /// Returns whether a place lies between four pixels of the plane.
     #[inline]
     #[must_use]
     pub fn holds(&self, u: f64, v: f64) -> bool {
@@ -56,22 +56,22 @@ impl Plane {
         }
     }
 
-    /// Gives the standard deviation of the brightness.
+    /// Returns the standard deviation of the brightness.
     #[must_use]
     pub fn deviation(&self) -> f32 {
         let (count, mean) = (self.data.len().max(1) as f32, self.mean());
         (self.data.iter().map(|x| (x - mean) * (x - mean)).sum::<f32>() / count).sqrt()
     }
 
-    /// Gives the mean brightness.
+    /// Returns the mean brightness.
     #[must_use]
     pub fn mean(&self) -> f32 {
         self.data.iter().sum::<f32>() / self.data.len().max(1) as f32
     }
 
     /// Estimates the standard deviation of the noise, in grey levels: from the median of a second
-    /// difference across and down, which edges and slopes hardly change (after Immerkaer, Fast noise
-    /// variance estimation, 1996).
+    /// difference across and down, which edges and slopes hardly change (after Immerkaer, Fast
+    /// noise variance estimation, 1996).
     fn noise(&self, scratch: &mut Vec<f32>) -> f32 {
         let [width, height] = self.size_px;
         scratch.clear();
@@ -145,8 +145,8 @@ impl Plane {
 
 /// Pixels from one at which noise is estimated to the next.
 const NOISE_STRIDE: usize = 5;
-/// Median size of a normal variable, and standard deviation of the second difference across and down
-/// of independent ones, in their standard deviations.
+/// Median size of a normal variable, and standard deviation of the second difference across and
+/// down of independent ones, in their standard deviations.
 const MEDIAN: f32 = 0.6745;
 const SECOND: f32 = 6.0;
 
@@ -205,13 +205,13 @@ impl Pyramid {
         }
     }
 
-    /// Gives the plane of a level; 0 is the finest, those beyond the last are the last.
+    /// Returns the plane of a level; 0 is the finest, those beyond the last are the last.
     #[must_use]
     pub fn plane(&self, level: usize) -> &Plane {
         &self.planes[level.min(Self::LEVELS - 1)]
     }
 
-    /// Gives the first column and row of the window in the image.
+    /// Returns the first column and row of the window in the image.
     #[must_use]
     pub fn first_px(&self) -> [usize; 2] {
         self.first_px

@@ -9,7 +9,7 @@ pub enum RigError {
     /// A rig needs a camera.
     #[error("a rig needs at least one camera")]
     NoCamera,
-    /// A list has not one entry a camera.
+    /// A list has not one entry per camera.
     #[error(
         "a rig of {cameras} camera{} needs as many {what}, but was given {given}",
         s(*cameras)
@@ -54,7 +54,8 @@ pub struct Observation<'a> {
     pub world_from_camera: Vec<Pose>,
     /// What each camera saw.
     pub images: Vec<Option<ImageView<'a>>>,
-    /// How far each camera saw it, in the pixels of its image; empty where no camera measures depth.
+    /// How far each camera saw it, in the pixels of its image; empty where no camera measures
+    /// depth.
     pub depths: Vec<Option<DepthView<'a>>>,
 }
 
@@ -62,7 +63,7 @@ impl Rig {
     /// Mounts cameras at their resting poses.
     ///
     /// # Errors
-    /// If there is no camera or not one pose a camera.
+    /// If there is no camera or not one pose per camera.
     pub fn new(cameras: Vec<Camera>, rig_from_camera: Vec<Pose>) -> Result<Self, RigError> {
         if cameras.is_empty() {
             return Err(RigError::NoCamera);
@@ -71,7 +72,7 @@ impl Rig {
         Ok(Self { cameras, rig_from_camera })
     }
 
-    /// Gives the cameras.
+    /// Returns the cameras.
     #[must_use]
     pub fn cameras(&self) -> &[Camera] {
         &self.cameras
@@ -81,7 +82,7 @@ impl Rig {
     /// each camera saw.
     ///
     /// # Errors
-    /// If the time is not finite, a list has not one entry a camera, or an image has not its
+    /// If the time is not finite, a list has not one entry per camera, or an image has not its
     /// camera's size.
     pub fn observation<'a>(
         &self,

@@ -1,6 +1,6 @@
 //! Zeros of polynomials and of rising functions: what it takes to turn a lens's formula around.
 
-/// Gives the smallest zero in (0, `until`) at which a polynomial changes its sign.
+/// Returns the smallest zero in (0, `until`) at which a polynomial changes its sign.
 ///
 /// Coefficients come in rising order. Between neighbouring zeros of its derivative a polynomial
 /// rises or falls, so each such piece has one zero at most, and halving finds it.
@@ -43,8 +43,8 @@ fn value(polynomial: &[f64], x: f64) -> f64 {
     polynomial.iter().rev().fold(0.0, |sum, a| sum * x + a)
 }
 
-/// Gives the place in [0, `until`] where a rising function reaches `target`, or the end that comes
-/// closest to it. The function gives its value and its slope.
+/// Returns the place in [0, `until`] where a rising function reaches `target`, or the end that
+/// comes closest to it. The function gives its value and its slope.
 pub(super) fn reach(function: impl Fn(f64) -> (f64, f64), target: f64, until: f64) -> f64 {
     let (mut low, mut high) = (0.0, until);
     if function(high).0 <= target {

@@ -19,19 +19,19 @@ impl<'a> View<'a> {
         Ok(Self { camera, world_from_camera, mask })
     }
 
-    /// Gives the camera.
+    /// Returns the camera.
     #[must_use]
     pub fn camera(&self) -> &Camera {
         &self.camera
     }
 
-    /// Gives the pose of the camera in the world.
+    /// Returns the pose of the camera in the world.
     #[must_use]
     pub fn world_from_camera(&self) -> Pose {
         self.world_from_camera
     }
 
-    /// Gives the mask.
+    /// Returns the mask.
     #[must_use]
     pub fn mask(&self) -> &Mask<'a> {
         &self.mask

@@ -140,7 +140,7 @@ impl Ga {
         })
     }
 
-    /// Gives the individuals of this generation, to be scored in this order.
+    /// Returns the individuals of this generation, to be scored in this order.
     #[must_use]
     pub fn ask(&self) -> &[Individual] {
         &self.population
@@ -170,7 +170,7 @@ impl Ga {
         Ok(())
     }
 
-    /// Gives the best individual of the generation that was told last.
+    /// Returns the best individual of the generation that was told last.
     #[must_use]
     pub fn best(&self) -> &Individual {
         &self.best

@@ -11,7 +11,7 @@ pub use ga::{Ga, GaError, GaSettings, Individual};
 /// The random numbers of all searches: the same seed gives the same bits on every machine.
 pub type Rng = rand_pcg::Pcg64;
 
-/// Gives the generator of branch `branch` of a search with a seed.
+/// Returns the generator of branch `branch` of a search with a seed.
 #[must_use]
 pub fn rng(seed: u64, branch: u64) -> Rng {
     Rng::new(u128::from(seed), u128::from(branch))

@@ -36,13 +36,13 @@ impl ColorModel {
         Ok(Self { object, background, table })
     }
 
-    /// Gives the log-likelihood ratio of a colour, in nats.
+    /// Returns the log-likelihood ratio of a colour, in nats.
     #[must_use]
     pub fn score(&self, rgb: [u8; 3]) -> f64 {
         f64::from(self.table[Self::bin(rgb)]) * super::ScoreMap::QUANTUM
     }
 
-    /// Gives how many pixels of a colour's bin belonged to the object and to the background.
+    /// Returns how many pixels of a colour's bin belonged to the object and to the background.
     #[must_use]
     pub fn counts(&self, rgb: [u8; 3]) -> (f64, f64) {
         (self.object[Self::bin(rgb)], self.background[Self::bin(rgb)])

@@ -60,7 +60,7 @@ pub fn contour(
     }
 }
 
-/// Gives a place on an ellipse and its unit normal there.
+/// Returns a place on an ellipse and its unit normal there.
 fn place(outline: &Outline, angle: f64) -> (Vector2<f64>, Vector2<f64>) {
     let (sin, cos) = libm::sincos(angle);
     let below = outline.half_height * sin;
@@ -70,7 +70,7 @@ fn place(outline: &Outline, angle: f64) -> (Vector2<f64>, Vector2<f64>) {
     (outline.center_px() + Vector2::new(right, below), normal.normalize())
 }
 
-/// Gives the point at which the plane through the camera and a tangent touches the ellipsoid.
+/// Returns the point at which the plane through the camera and a tangent touches the ellipsoid.
 fn rim(
     projection: &Projection,
     quadric: &Quadric,

@@ -51,7 +51,7 @@ use crate::shape::{Quadric, QuadricGradient};
 /// assert!((rise - slope[0].center.z).abs() < 1e-5, "the gradient is that of the score");
 /// ```
 pub trait Evidence: Differentiable + Send {
-    /// Gives what one more ellipsoid would gain beside those that stand: the object's places that
+    /// Returns what one more ellipsoid would gain beside those that stand: the object's places that
     /// they leave open count for it, places beside the object against it.
     fn open(&self, standing: &[Quadric]) -> Box<dyn Fitness + Send>;
 }
@@ -79,13 +79,13 @@ impl Total {
         }
     }
 
-    /// Says whether there is no evidence at all.
+    /// Returns whether there is no evidence at all.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
 
-    /// Gives the kind that counts most, if there is any.
+    /// Returns the kind that counts most, if there is any.
     #[must_use]
     pub fn lead(&self) -> Option<&dyn Evidence> {
         let heavier = |a: &&Weighted, b: &&Weighted| a.weight.total_cmp(&b.weight);

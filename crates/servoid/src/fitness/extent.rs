@@ -15,7 +15,7 @@ pub struct Extent {
 const HELD: f64 = 0.95;
 
 impl Extent {
-    /// Gives the ball of seen points; `None` if there are none or all are one.
+    /// Returns the ball of seen points; `None` if there are none or all are one.
     #[must_use]
     pub fn of(points: &[Vector3<f64>]) -> Option<Self> {
         let middle = points.iter().sum::<Vector3<f64>>() / points.len() as f64;
@@ -25,7 +25,7 @@ impl Extent {
         (radius > 0.0).then_some(Self { middle, radius })
     }
 
-    /// Gives how far a centre is outside of the ball, in radii and squared, and how that changes
+    /// Returns how far a centre is outside of the ball, in radii and squared, and how that changes
     /// with the centre. It is 0 inside.
     #[must_use]
     pub fn beyond(&self, quadric: &Quadric) -> (f64, Vector3<f64>) {

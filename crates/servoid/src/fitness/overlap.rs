@@ -41,14 +41,14 @@ impl Overlap {
         Self { views, region, filled_px }
     }
 
-    /// Gives the overlap in each image.
+    /// Returns the overlap in each image.
     #[must_use]
     pub fn by_view(&self, hypothesis: &[Quadric]) -> Vec<f64> {
         let views = self.region.views().iter().zip(&self.filled_px);
         views.map(|(view, &px)| agreement(self.region.sums(view, hypothesis), px).0).collect()
     }
 
-    /// Gives the overlap of a body that stands at a pose, its ellipsoids in its own frame.
+    /// Returns the overlap of a body that stands at a pose, its ellipsoids in its own frame.
     #[must_use]
     pub fn score_at(&self, world_from_object: &Pose, body: &[Quadric]) -> f64 {
         let views = self.region.views().iter().zip(&self.filled_px);
@@ -59,8 +59,8 @@ impl Overlap {
         self.mean(views.map(of_view).sum())
     }
 
-    /// Gives the overlap of a body that stands at a pose, and how it changes with a small motion in
-    /// the object's frame.
+    /// Returns the overlap of a body that stands at a pose, and how it changes with a small motion
+    /// in the object's frame.
     #[must_use]
     pub fn slope_at(&self, world_from_object: &Pose, body: &[Quadric]) -> (f64, Twist) {
         let mut gradient = vec![QuadricGradient::default(); body.len()];
@@ -102,12 +102,12 @@ impl Overlap {
     }
 }
 
-/// Gives ℓ = 2 filled - 1 of each place: 1 where the object is, -1 where it is not.
+/// Returns ℓ = 2 filled - 1 of each place: 1 where the object is, -1 where it is not.
 pub(super) fn balance(filled: &[f64]) -> Vec<f64> {
     filled.iter().map(|filled| 2.0 * filled - 1.0).collect()
 }
 
-/// Gives intersection over union, and its slopes by Σ ℓ and by the area.
+/// Returns intersection over union, and its slopes by Σ ℓ and by the area.
 pub(super) fn agreement(sums: Sums, filled_px: f64) -> (f64, f64, f64) {
     let both = 0.5 * (sums.score + sums.area);
     // Nothing in the mask and nothing seen is no overlap.

@@ -77,8 +77,8 @@ impl<'a> PointsView<'a> {
         Ok(Self { camera, camera_from_world, matches })
     }
 
-    /// Gives p: 1 where a point is seen at a pixel of the target's hue, 0 at another pixel, beside
-    /// the image and behind the camera.
+    /// Returns p: 1 where a point is seen at a pixel of the target's hue, 0 at another pixel,
+    /// beside the image and behind the camera.
     fn match_value(&self, point_in_world: &Vector3<f64>) -> i64 {
         let (rotation, translation) = &self.camera_from_world;
         let Some(pixel) = self.camera.project(&(rotation * point_in_world + translation)) else {
@@ -129,7 +129,7 @@ impl<'a> Points<'a> {
         Ok(Self { views, directions, alpha })
     }
 
-    /// Says whether a number of points and a margin can be used.
+    /// Returns whether a number of points and a margin can be used.
     pub(crate) fn check(count: usize, alpha: Margin) -> Result<(), PointsError> {
         if count == 0 || count > Self::MAX_COUNT {
             return Err(PointsError::Count { given: count, max: Self::MAX_COUNT });
@@ -141,8 +141,8 @@ impl<'a> Points<'a> {
         Ok(())
     }
 
-    /// Gives m points of the surface, each with that of the envelope in the same direction, in the
-    /// world.
+    /// Returns m points of the surface, each with that of the envelope in the same direction, in
+    /// the world.
     pub fn pairs_in_world(&self, ellipsoid: &Ellipsoid) -> impl Iterator<Item = [Vector3<f64>; 2]> {
         let (center, radii) = (ellipsoid.center(), ellipsoid.radii());
         let rotation = ellipsoid.rotation().to_rotation_matrix().into_inner();
@@ -180,7 +180,7 @@ impl Fitness for Points<'_> {
     }
 }
 
-/// Gives (sin θ, cos θ sin φ, cos θ cos φ) for one of `count` pairs of angles.
+/// Returns (sin θ, cos θ sin φ, cos θ cos φ) for one of `count` pairs of angles.
 ///
 /// The paper lets both angles run from -π to π, which covers an ellipsoid twice, and does not say
 /// how they are chosen. Here θ runs from -π/2 to π/2, which covers it once: sin θ in even steps,

@@ -112,7 +112,7 @@ impl RangeSamples {
         Self { samples, before, behind }
     }
 
-    /// Gives where the window of a line begins.
+    /// Returns where the window of a line begins.
     fn from(&self, sample: &RangeSample) -> f64 {
         -self.before.max(sample.eye)
     }
@@ -122,7 +122,7 @@ impl RangeSamples {
         self.behind * self.samples.len() as f64
     }
 
-    /// Gives the intervals of one line, cut to its window, sorted by where they begin.
+    /// Returns the intervals of one line, cut to its window, sorted by where they begin.
     fn intervals(&self, sample: &RangeSample, balls: &[Ball], out: &mut Vec<Interval>) {
         out.clear();
         let first = self.from(sample);
@@ -159,8 +159,8 @@ impl RangeSamples {
         visit(first, last);
     }
 
-    /// Says whether an end lies inside its line's window, and whether it is before (-1) or behind
-    /// (1) the surface.
+    /// Returns whether an end lies inside its line's window, and whether it is before (-1) or
+    /// behind (1) the surface.
     fn weight_at(&self, sample: &RangeSample, at: f64) -> Option<f64> {
         (at > self.from(sample) && at < self.behind).then(|| if at < 0.0 { -1.0 } else { 1.0 })
     }

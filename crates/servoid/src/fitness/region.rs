@@ -38,7 +38,7 @@ impl Region {
         Self { views, backend }
     }
 
-    /// Gives the images.
+    /// Returns the images.
     #[must_use]
     pub fn views(&self) -> &[RegionView] {
         &self.views

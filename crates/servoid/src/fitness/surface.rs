@@ -24,8 +24,8 @@ pub struct SurfacePoint {
     pub position: Vector3<f64>,
     /// Unit vector out of the surface.
     pub normal: Vector3<f64>,
-    /// Steps along the surface that moved it one grain right and one down where it was learned: half
-    /// of the way from one place of its template to the next.
+    /// Steps along the surface that moved it one grain right and one down where it was learned:
+    /// half of the way from one place of its template to the next.
     pub steps: [Vector3<f64>; 2],
     /// Unit vector to the camera that it was learned in.
     pub toward: Vector3<f64>,
@@ -46,8 +46,8 @@ pub struct Agreement {
     pub correlation: f64,
     /// Sum of the squared gradients of the normalised patch, per square pixel.
     pub tensor: Matrix2<f64>,
-    /// Gradients times differences: `tensor⁻¹ pull` is the move, in pixels, that brings the image of
-    /// the point to where its template is.
+    /// Gradients times differences: `tensor⁻¹ pull` is the move, in pixels, that brings the image
+    /// of the point to where its template is.
     pub pull: Vector2<f64>,
     /// Standard deviation of the image's patch, in grey levels.
     pub contrast: f64,
@@ -94,8 +94,8 @@ impl SurfacePoint {
         self.toward = motion.rotation() * self.toward;
     }
 
-    /// Reads the patch that shows the piece of surface in an image; `None` if it is not wholly inside or
-    /// shows no pattern.
+    /// Reads the patch that shows the piece of surface in an image; `None` if it is not wholly
+    /// inside or shows no pattern.
     #[must_use]
     pub fn patch(&self, projection: &Projection, pyramid: &Pyramid, level: usize) -> Option<Patch> {
         let (pixel, slope) = projection.pixel(&self.position)?;
@@ -105,7 +105,8 @@ impl SurfacePoint {
         (length > LEAST_CONTRAST * (SAMPLES as f32).sqrt()).then_some(patch)
     }
 
-    /// Gives the normalised cross-correlation between the template of the piece of surface and an image.
+    /// Returns the normalised cross-correlation between the template of the piece of surface and an
+    /// image.
     #[must_use]
     pub fn correlation(
         &self,
@@ -118,9 +119,10 @@ impl SurfacePoint {
         self.likeness(template, (pixel, &slope), pyramid, level).map(f64::from)
     }
 
-    /// Compares the template of the piece of surface with an image in places around where it should be, a
-    /// pixel of the resolution from one to the next, row by row, up to `reach` of them to each side;
-    /// what lies outside the image correlates by 0. Nothing where it has no template or is not seen.
+    /// Compares the template of the piece of surface with an image in places around where it should
+    /// be, a pixel of the resolution from one to the next, row by row, up to `reach` of them to
+    /// each side; what lies outside the image correlates by 0. Nothing where it has no template or
+    /// is not seen.
     pub fn correlations(
         &self,
         projection: &Projection,
@@ -155,9 +157,9 @@ impl SurfacePoint {
         Some(patch.iter().zip(template).map(|(a, b)| a * b).sum())
     }
 
-    /// Gives how far to the right and down of its middle the samples of the piece of surface reach, in
-    /// pixels of an image; `None` if it has no template at this resolution. `slope` says how its pixel
-    /// moves with the point.
+    /// Returns how far to the right and down of its middle the samples of the piece of surface
+    /// reach, in pixels of an image; `None` if it has no template at this resolution. `slope` says
+    /// how its pixel moves with the point.
     #[must_use]
     pub fn reach_px(&self, slope: &Matrix2x3<f64>, level: usize) -> Option<Vector2<f64>> {
         self.templates[level].as_ref()?;
@@ -184,8 +186,8 @@ impl SurfacePoint {
         }
         let (patch, length) = normalized(values)?;
         let correlation: f32 = patch.iter().zip(template).map(|(a, b)| a * b).sum();
-        // What a shift changes of the normalised patch: its gradients without their mean and without
-        // what only changes the contrast.
+        // What a shift changes of the normalised patch: its gradients without their mean and
+        // without what only changes the contrast.
         let (right, down) = (flattened(right, &patch, length), flattened(down, &patch, length));
         let dot =
             |a: &Patch, b: &Patch| f64::from(a.iter().zip(b).map(|(a, b)| a * b).sum::<f32>());

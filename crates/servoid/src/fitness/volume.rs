@@ -56,7 +56,7 @@ fn sections(grid: &Grid, hypothesis: &[Quadric]) -> Vec<Reaching> {
     hypothesis.iter().take(Body::MAX_ELLIPSOIDS).enumerate().filter_map(section).collect()
 }
 
-/// Gives the sections that a slice cuts, with their places in the list.
+/// Returns the sections that a slice cuts, with their places in the list.
 fn reaching(sections: &[Reaching], z: usize) -> impl Iterator<Item = (usize, &Section)> {
     let z = z as f64;
     let all = sections.iter().enumerate();

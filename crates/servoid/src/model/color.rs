@@ -5,7 +5,7 @@ use super::ModelError;
 use crate::camera::{ImageView, RigError, View, check_image_size};
 use crate::shape::{Body, Ellipsoid};
 
-/// Gives each ellipsoid's colour (red, green, blue): the median over the object's pixels in which
+/// Returns each ellipsoid's colour (red, green, blue): the median over the object's pixels in which
 /// it is the foremost. One that is never seen takes the median of the whole object.
 ///
 /// # Errors
@@ -33,7 +33,7 @@ pub fn ellipsoid_colors(
     Ok((0..count).map(|which| median(&seen(which)).or(whole).unwrap_or([0; 3])).collect())
 }
 
-/// Gives the median of each channel.
+/// Returns the median of each channel.
 fn median(colors: &[[u8; 3]]) -> Option<[u8; 3]> {
     let middle = |channel: usize| {
         let mut values: Vec<u8> = colors.iter().map(|rgb| rgb[channel]).collect();
@@ -43,8 +43,8 @@ fn median(colors: &[[u8; 3]]) -> Option<[u8; 3]> {
     (!colors.is_empty()).then(|| [0, 1, 2].map(middle))
 }
 
-/// Gives which ellipsoid is foremost, and the colour, at the object's pixels of every third row and
-/// column, which are enough for a median.
+/// Returns which ellipsoid is foremost, and the colour, at the object's pixels of every third row
+/// and column, which are enough for a median.
 fn seen_in_view(body: &Body, view: &View<'_>, image: &ImageView<'_>) -> Vec<(usize, [u8; 3])> {
     let camera_from_world = view.world_from_camera().inverse();
     let surfaces: Vec<_> = body
@@ -82,7 +82,7 @@ impl Surface {
         Self { unit_from_camera: inverse, center: inverse * in_camera.center() }
     }
 
-    /// Gives the depth at which a ray with z = 1 enters, if it does.
+    /// Returns the depth at which a ray with z = 1 enters, if it does.
     fn depth(&self, ray: &Vector3<f64>) -> Option<f64> {
         let ray = self.unit_from_camera * ray;
         let (square, along) = (ray.norm_squared(), ray.dot(&self.center));

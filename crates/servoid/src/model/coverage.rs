@@ -70,7 +70,7 @@ pub fn coverage(body: &Body, views: &[View<'_>], samples: &[RangeSample]) -> Cov
     }
 }
 
-/// Gives the share of the places' area that was seen; 1 where there is none.
+/// Returns the share of the places' area that was seen; 1 where there is none.
 fn share<'a>(places: impl IntoIterator<Item = &'a (Place, bool)>) -> f64 {
     let (mut seen, mut all) = (0.0, 0.0);
     for (place, is_seen) in places {
@@ -80,7 +80,7 @@ fn share<'a>(places: impl IntoIterator<Item = &'a (Place, bool)>) -> f64 {
     if all > 0.0 { seen / all } else { 1.0 }
 }
 
-/// Gives the side on which places lie, if they lie on one.
+/// Returns the side on which places lie, if they lie on one.
 fn side_of<'a>(places: impl Iterator<Item = &'a Place>) -> Option<Vector3<f64>> {
     let (mut toward, mut area) = (Vector3::zeros(), 0.0);
     for place in places {

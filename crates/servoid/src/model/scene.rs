@@ -96,7 +96,7 @@ fn frame_and_unit(given: &ModelInput<'_>) -> Result<(Pose, f64), ModelError> {
     Err(ModelError::TooFewViews(given.views.len()))
 }
 
-/// Gives the axes of the first camera at the views' common point, and the object's mean radius.
+/// Returns the axes of the first camera at the views' common point, and the object's mean radius.
 fn about_views(views: &[View<'_>], origin: Vector3<f64>) -> (Pose, f64) {
     let rotation = views[0].world_from_camera().rotation();
     (Pose::from_rotation(rotation, origin), mean_radius(views, &origin))
@@ -105,7 +105,7 @@ fn about_views(views: &[View<'_>], origin: Vector3<f64>) -> (Pose, f64) {
 /// Fewer seen points than this say nothing of a shape.
 const LEAST_SAMPLES: usize = 50;
 
-/// Gives the principal frame of seen points and their mean distance from its origin.
+/// Returns the principal frame of seen points and their mean distance from its origin.
 fn about_samples(samples: &[RangeSample]) -> (Pose, f64) {
     let count = samples.len() as f64;
     let centroid = samples.iter().map(|sample| sample.point).sum::<Vector3<f64>>() / count;
@@ -116,20 +116,20 @@ fn about_samples(samples: &[RangeSample]) -> (Pose, f64) {
     (Pose::principal(centroid, &spread, lean), radius)
 }
 
-/// What a unit of anisotropy costs in F: so little that it only decides where the views do not; more
-/// where all views look from one side, which leaves the thickness open.
+/// What a unit of anisotropy costs in F: so little that it only decides where the views do not;
+/// more where all views look from one side, which leaves the thickness open.
 pub(super) const ANISOTROPY_COST: f64 = 3e-4;
 const ONE_LOOK_COST: f64 = 3e-3;
 /// Cosine of the angle between views beyond which they look from more than one side.
 const ONE_SIDE: f64 = 0.7;
 
-/// Says whether views look from more than one side.
+/// Returns whether views look from more than one side.
 fn wide(cameras: &[CameraFromScene]) -> bool {
     let directions: Vec<_> = cameras.iter().map(direction).collect();
     directions.iter().any(|one| directions.iter().any(|two| one.dot(two) < ONE_SIDE))
 }
 
-/// Gives the direction from the origin to a camera.
+/// Returns the direction from the origin to a camera.
 fn direction((rotation, translation): &CameraFromScene) -> Vector3<f64> {
     -(rotation.transpose() * translation).normalize()
 }
@@ -196,8 +196,8 @@ impl<'a> Prepared<'a> {
     }
 }
 
-/// Gives rotation and translation from the scene to a camera, in the scene's unit, rounded so that
-/// the same scene seen in another world has the same bits.
+/// Returns rotation and translation from the scene to a camera, in the scene's unit, rounded so
+/// that the same scene seen in another world has the same bits.
 pub(super) fn camera_from_scene(
     world_from_camera: &Pose,
     world_from_scene: &Pose,
@@ -252,12 +252,12 @@ pub(super) fn common_point(views: &[View<'_>]) -> Result<Vector3<f64>, ModelErro
     Ok(point)
 }
 
-/// Least distance between cameras, as a share of theirs from the object and from the world's origin:
-/// a thousandth of a radian of parallax, and what is left of rounding.
+/// Least distance between cameras, as a share of theirs from the object and from the world's
+/// origin: a thousandth of a radian of parallax, and what is left of rounding.
 const LEAST_PARALLAX: f64 = 1e-3;
 const LEAST_APART: f64 = 1e-9;
 
-/// Says whether cameras stand at different places, as seen from a point. Where all stand at one,
+/// Returns whether cameras stand at different places, as seen from a point. Where all stand at one,
 /// their lines of sight meet in it, whatever the masks are.
 fn is_apart(views: &[View<'_>], point: &Vector3<f64>) -> bool {
     let places: Vec<_> = views.iter().map(|view| view.world_from_camera().translation()).collect();
@@ -267,7 +267,7 @@ fn is_apart(views: &[View<'_>], point: &Vector3<f64>) -> bool {
     apart > LEAST_PARALLAX * far(point) && apart > LEAST_APART * far(&Vector3::zeros())
 }
 
-/// Gives the direction, in the world, in which a view sees its mask's centre.
+/// Returns the direction, in the world, in which a view sees its mask's centre.
 pub(super) fn line_of_sight(view: &View<'_>) -> Vector3<f64> {
     let ray = view.camera().ray(view.mask().centroid_px()).normalize();
     view.world_from_camera().rotation() * ray
@@ -288,7 +288,7 @@ fn disagreement(view: &View<'_>, point: &Vector3<f64>) -> Option<&'static str> {
     (!(near(0) && near(1))).then_some("sees far from its mask")
 }
 
-/// Gives the median radius of the discs that fill as many pixels as the masks.
+/// Returns the median radius of the discs that fill as many pixels as the masks.
 pub(super) fn mean_radius(views: &[View<'_>], origin: &Vector3<f64>) -> f64 {
     let radius = |view: &View<'_>| {
         let depth = view.world_from_camera().inverse().transform(origin).z;
@@ -300,7 +300,7 @@ pub(super) fn mean_radius(views: &[View<'_>], origin: &Vector3<f64>) -> f64 {
     radii[radii.len() / 2]
 }
 
-/// Gives the intersection over union of the body's silhouette and the mask in each view, pixel by
+/// Returns the intersection over union of the body's silhouette and the mask in each view, pixel by
 /// pixel.
 #[must_use]
 pub fn silhouette_ious(body: &Body, views: &[View<'_>]) -> Vec<f64> {

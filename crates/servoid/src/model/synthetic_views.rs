@@ -55,7 +55,7 @@ impl SyntheticView {
             .collect()
     }
 
-    /// Gives the picture as a view.
+    /// Returns the picture as a view.
     ///
     /// # Errors
     /// If the silhouette is empty.
@@ -80,7 +80,7 @@ pub(super) fn synthetic_views(mesh: &Mesh) -> Result<Vec<SyntheticView>, ModelEr
     (0..COUNT).into_par_iter().map(draw).collect()
 }
 
-/// Gives direction `index` of a spiral of `count` over the half ball z > 0.
+/// Returns direction `index` of a spiral of `count` over the half ball z > 0.
 #[must_use]
 pub fn half_ball_direction(index: usize, count: usize) -> Vector3<f64> {
     even_direction(index, 1.0 - (index as f64 + 0.5) / count as f64)

@@ -17,9 +17,8 @@ pub struct EulerSequence {
 impl EulerSequence {
     /// Reads a sequence of one to three axes.
     ///
-    /// # Errors
-    /// If there is none or more than three, a letter is no axis, cases are mixed, or an axis follows
-    /// itself.
+    /// # Errors If there is none or more than three, a letter is no axis, cases are mixed, or an
+    /// axis follows itself.
     pub fn from_name(name: &str) -> Result<Self, PoseError> {
         let wrong = || PoseError::Euler(name.chars().take(8).collect());
         let moving = name.chars().all(|letter| letter.is_ascii_uppercase());
@@ -37,13 +36,13 @@ impl EulerSequence {
         Ok(Self { axes, moving })
     }
 
-    /// Gives how many angles belong to the sequence.
+    /// Returns how many angles belong to the sequence.
     #[must_use]
     pub fn count(&self) -> usize {
         self.axes.len()
     }
 
-    /// Gives the rotation by angles in radians, in the sequence's order.
+    /// Returns the rotation by angles in radians, in the sequence's order.
     #[must_use]
     pub fn rotation(&self, angles: &[f64]) -> UnitQuaternion<f64> {
         let mut ordered = angles.to_vec();
@@ -54,7 +53,7 @@ impl EulerSequence {
         turns.fold(UnitQuaternion::identity(), |sum, turn| sum * turn)
     }
 
-    /// Gives the three angles in radians of a pose's rotation, in the sequence's order: the second in
+    /// Returns the three angles in radians of a pose's rotation, in the sequence's order: the second in
     /// -π/2 to π/2, or in 0 to π if the first and the last axis are the same; the others in -π to π. If
     /// the second leaves only the sum of the others known, the last one is 0.
     ///
@@ -96,7 +95,7 @@ fn about(axis: usize, angle: f64) -> UnitQuaternion<f64> {
     UnitQuaternion::from_scaled_axis(unit(axis) * angle)
 }
 
-/// Gives the angle, -π to π, of a rotation that is about one axis.
+/// Returns the angle, -π to π, of a rotation that is about one axis.
 fn left_about(axis: usize, rotation: &UnitQuaternion<f64>) -> f64 {
     let turn = rotation.scaled_axis();
     turn[axis]

@@ -16,7 +16,7 @@ pub fn even_turn(first: f64, second: f64, third: f64) -> UnitQuaternion<f64> {
     UnitQuaternion::new_normalize(q)
 }
 
-/// Gives the unit vector at a height, -1 to 1 along z, on a spiral that turns by the golden angle
+/// Returns the unit vector at a height, -1 to 1 along z, on a spiral that turns by the golden angle
 /// from each index to the next: over heights in even steps, directions are evenly distributed.
 ///
 /// Source: Swinbank, Purser, *Fibonacci grids: a novel approach to global modelling* (2006).

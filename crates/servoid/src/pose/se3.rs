@@ -16,7 +16,7 @@ pub type Twist = Vector6<f64>;
 pub struct Pose(Isometry3<f64>);
 
 impl Pose {
-    /// Gives the motion that moves nothing.
+    /// Returns the motion that moves nothing.
     #[must_use]
     pub fn identity() -> Self {
         Self(Isometry3::identity())
@@ -68,7 +68,7 @@ impl Pose {
         Self::from_rotation(UnitQuaternion::from_scaled_axis(angular), translation)
     }
 
-    /// Gives the twist whose exponential this motion is; the angle is at most π.
+    /// Returns the twist whose exponential this motion is; the angle is at most π.
     #[must_use]
     pub fn log(&self) -> Twist {
         let angular = self.rotation().scaled_axis();
@@ -76,7 +76,7 @@ impl Pose {
         Twist::new(linear.x, linear.y, linear.z, angular.x, angular.y, angular.z)
     }
 
-    /// Gives the 6x6 matrix that carries twists along: `exp(Ad ξ) = T exp(ξ) T⁻¹`.
+    /// Returns the 6x6 matrix that carries twists along: `exp(Ad ξ) = T exp(ξ) T⁻¹`.
     #[must_use]
     pub fn adjoint(&self) -> Matrix6<f64> {
         let rotation = self.rotation().to_rotation_matrix().into_inner();
@@ -88,43 +88,44 @@ impl Pose {
         out
     }
 
-    /// Gives the motion back.
+    /// Returns the motion back.
     #[must_use]
     pub fn inverse(&self) -> Self {
         Self(self.0.inverse())
     }
 
-    /// Takes out what rounding has left in the length of the quaternion: products of many poses add it up.
+    /// Takes out what rounding has left in the length of the quaternion: products of many poses add
+    /// it up.
     #[must_use]
     pub(crate) fn renormalized(&self) -> Self {
         let rotation = UnitQuaternion::new_normalize(self.rotation().into_inner());
         Self::from_rotation(rotation, self.translation())
     }
 
-    /// Gives the rotation.
+    /// Returns the rotation.
     #[must_use]
     pub fn rotation(&self) -> UnitQuaternion<f64> {
         self.0.rotation
     }
 
-    /// Gives the rotation as a 3x3 matrix.
+    /// Returns the rotation as a 3x3 matrix.
     #[must_use]
     pub fn rotation_matrix(&self) -> Matrix3<f64> {
         self.0.rotation.to_rotation_matrix().into_inner()
     }
 
-    /// Gives the translation in metres.
+    /// Returns the translation in metres.
     #[must_use]
     pub fn translation(&self) -> Vector3<f64> {
         self.0.translation.vector
     }
 
-    /// Gives the distance from this place to another one's, in metres.
+    /// Returns the distance from this place to another one's, in metres.
     pub(crate) fn apart(&self, other: &Self) -> f64 {
         (self.translation() - other.translation()).norm()
     }
 
-    /// Gives the quaternion (w, x, y, z) with w >= 0.
+    /// Returns the quaternion (w, x, y, z) with w >= 0.
     #[must_use]
     pub fn quaternion(&self) -> [f64; 4] {
         let q = self.0.rotation.quaternion();
@@ -132,7 +133,7 @@ impl Pose {
         [q.w, q.i, q.j, q.k].map(|x| sign * x)
     }
 
-    /// Gives the 4x4 homogeneous matrix.
+    /// Returns the 4x4 homogeneous matrix.
     #[must_use]
     pub fn matrix(&self) -> Matrix4<f64> {
         self.0.to_homogeneous()
@@ -160,7 +161,7 @@ fn halves(twist: &Twist) -> (Vector3<f64>, Vector3<f64>) {
 /// Below this angle (radians) the Taylor series is more exact than the closed form.
 const SMALL_ANGLE: f64 = 1e-4;
 
-/// Gives how fast a rotation turns, in the fixed frame, as its scaled axis changes.
+/// Returns how fast a rotation turns, in the fixed frame, as its scaled axis changes.
 pub(crate) fn left_jacobian(angular: &Vector3<f64>) -> Matrix3<f64> {
     let angle = angular.norm();
     let cross = angular.cross_matrix();

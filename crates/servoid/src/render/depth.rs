@@ -21,7 +21,7 @@ pub struct Depth {
 }
 
 impl Scene {
-    /// Gives what lies behind each pixel's centre.
+    /// Returns what lies behind each pixel's centre.
     ///
     /// # Errors
     /// If there is not one pose for each visual, or one of them is too far away.

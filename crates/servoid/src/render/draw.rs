@@ -235,7 +235,7 @@ fn expose<L: Single>(
     }
 }
 
-/// Gives the light that eight rays bring back.
+/// Returns the light that eight rays bring back.
 #[inline(always)]
 fn light<L: Single>(
     job: &Job<'_>,
@@ -261,7 +261,7 @@ fn light<L: Single>(
 /// How far off a surface shadows are looked for, as a share of the distance.
 const LIFT: f64 = 1e-4;
 
-/// Gives the first pixel of a packet.
+/// Returns the first pixel of a packet.
 #[inline(always)]
 fn place([tile, band]: [usize; 2], packet: usize) -> (usize, usize) {
     (tile * TILE_PX[0] + packet % ACROSS * EIGHT, band * TILE_PX[1] + packet / ACROSS)
@@ -294,7 +294,7 @@ impl<L: Single> Reach<L> {
         self.along = is_lit.select(along, far).min(self.along);
     }
 
-    /// Gives what surrounds them, with a margin for being lifted off the surface.
+    /// Returns what surrounds them, with a margin for being lifted off the surface.
     #[inline(always)]
     fn beam(&self) -> Option<Beam> {
         let along = least(self.along);
@@ -354,7 +354,7 @@ fn develop<L: Single>(
     }
 }
 
-/// Gives grey levels of strengths.
+/// Returns grey levels of strengths.
 #[inline(always)]
 fn levels<L: Single>(grey: Grey, strength: L, noise: [f32; EIGHT]) -> [i32; EIGHT] {
     let level = grey.of_root(strength.min(L::of(1.0)).sqrt()) + L::read(noise);

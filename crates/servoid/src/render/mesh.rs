@@ -189,7 +189,7 @@ impl Mesh {
         }
     }
 
-    /// Gives which rays go through a box before `until`, and where they enter it.
+    /// Returns which rays go through a box before `until`, and where they enter it.
     #[inline(always)]
     fn enters<L: RayLanes>(
         &self,

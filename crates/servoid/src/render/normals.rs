@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 /// Faces that meet at a flatter angle than this look like one curved surface; its cosine.
 const SMOOTH: f64 = 0.766;
 
-/// Gives the normal at each corner of each triangle: the mean of the triangles that meet there
+/// Returns the normal at each corner of each triangle: the mean of the triangles that meet there
 /// almost in a plane, weighted by area.
 pub(super) fn corner_normals(vertices: &[[f64; 3]], faces: &[[usize; 3]]) -> Vec<[[f32; 3]; 3]> {
     let across: Vec<Vector3<f64>> = faces

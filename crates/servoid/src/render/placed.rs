@@ -125,7 +125,7 @@ fn placed<S: Scalar>(
     }
 }
 
-/// Gives two directions at right angles to one and to each other.
+/// Returns two directions at right angles to one and to each other.
 fn across(toward: &Vector3<f64>) -> [Vector3<f64>; 2] {
     let least = toward.iamin();
     let first = toward.cross(&Vector3::ith(least, 1.0)).normalize();

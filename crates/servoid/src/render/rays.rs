@@ -33,7 +33,7 @@ pub(super) struct Rays<S> {
     cones: Vec<Option<Cone>>,
 }
 
-/// Gives the places of samples in a pixel: one in each of as many rows and columns.
+/// Returns the places of samples in a pixel: one in each of as many rows and columns.
 fn offsets(samples: usize) -> Vec<[f64; 2]> {
     let n = samples as f64;
     let mut out = Vec::with_capacity(samples * samples);
@@ -95,23 +95,23 @@ impl<S: Scalar> Rays<S> {
         rays
     }
 
-    /// Gives how many tiles there are across and down.
+    /// Returns how many tiles there are across and down.
     pub fn tiles(&self) -> [usize; 2] {
         let [width, height] = self.lens.camera().size_px();
         [width.div_ceil(TILE_PX[0]), height.div_ceil(TILE_PX[1])]
     }
 
-    /// Gives the rays of a pixel.
+    /// Returns the rays of a pixel.
     pub fn per_pixel(&self) -> usize {
         self.first.len()
     }
 
-    /// Gives a cone around all rays of a tile; `None` if the lens sees nothing there.
+    /// Returns a cone around all rays of a tile; `None` if the lens sees nothing there.
     pub fn cone_of(&self, [across, down]: [usize; 2]) -> Option<&Cone> {
         self.cones[down * self.tiles()[0] + across].as_ref()
     }
 
-    /// Gives the directions of eight pixels of a row.
+    /// Returns the directions of eight pixels of a row.
     #[inline(always)]
     pub fn eight<L: RayLanes<Scalar = S>>(&self, sample: usize, u: usize, v: usize) -> Vector<L> {
         if let Some(planes) = self.table.get(sample) {
@@ -138,7 +138,7 @@ impl<S: Scalar> Rays<S> {
         Some(Cone { axis, cosine: libm::cos(angle), sine: libm::sin(angle) })
     }
 
-    /// Gives the unit directions that bound a tile.
+    /// Returns the unit directions that bound a tile.
     fn directions(&self, u: usize, v: usize) -> Vec<Vector3<f64>> {
         let [width, height] = self.lens.camera().size_px();
         let (right, bottom) = ((u + TILE_PX[0]).min(width), (v + TILE_PX[1]).min(height));

@@ -50,7 +50,7 @@ impl Scene {
         Self::default()
     }
 
-    /// Gives how many visuals there are.
+    /// Returns how many visuals there are.
     #[must_use]
     pub fn count(&self) -> usize {
         self.visuals.len()

@@ -48,7 +48,7 @@ impl Noise {
         (sigma > 0.0).then(|| Self { sigma: sigma as f32, seed, table: &QUANTILES })
     }
 
-    /// Gives the noise in the three channels of eight pixels in a row, in grey levels.
+    /// Returns the noise in the three channels of eight pixels in a row, in grey levels.
     #[inline(always)]
     pub fn eight(self, first: u64) -> [[f32; EIGHT]; 3] {
         let mut out = [[0.0; EIGHT]; 3];

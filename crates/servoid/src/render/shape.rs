@@ -16,7 +16,7 @@ pub(super) enum Shape {
 }
 
 impl Shape {
-    /// Gives the sizes that [`span`] reads.
+    /// Returns the sizes that [`span`] reads.
     pub fn sizes(&self) -> [f64; 3] {
         match *self {
             Self::Ellipsoid { radii } => radii.map(|r| 1.0 / r),
@@ -29,7 +29,7 @@ impl Shape {
         }
     }
 
-    /// Gives centre and radius of a ball around it, in its own frame.
+    /// Returns centre and radius of a ball around it, in its own frame.
     pub fn ball(&self) -> ([f64; 3], f64) {
         let radius = match self {
             Self::Ellipsoid { radii } => radii.iter().copied().fold(0.0, f64::max),
@@ -72,7 +72,7 @@ impl<L: RayLanes> Span<L> {
         Self { enter: self.enter.min(other.enter), leave: self.leave.max(other.leave) }
     }
 
-    /// Gives the first place beyond `near` where the surface is met, or infinity.
+    /// Returns the first place beyond `near` where the surface is met, or infinity.
     #[inline(always)]
     pub fn first(self, near: L) -> L {
         let t = near.less(self.enter).select(self.enter, self.leave);
@@ -81,7 +81,7 @@ impl<L: RayLanes> Span<L> {
     }
 }
 
-/// Gives where rays are inside a convex shape of some sizes; a mesh is none and gives nothing.
+/// Returns where rays are inside a convex shape of some sizes; a mesh is none and gives nothing.
 #[inline(always)]
 pub(super) fn span<L: RayLanes>(
     shape: &Shape,

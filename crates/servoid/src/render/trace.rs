@@ -13,7 +13,7 @@ pub(super) const NOTHING: f64 = -1.0;
 /// Visuals nearer to the lens than this, as a multiple of a ray's direction, are not seen.
 const NEAR: f64 = 1e-4;
 
-/// Gives what rays from the lens meet first of some visuals.
+/// Returns what rays from the lens meet first of some visuals.
 #[inline(always)]
 pub(super) fn nearest<L: RayLanes>(
     visuals: &[Visual],
@@ -42,7 +42,7 @@ pub(super) fn nearest<L: RayLanes>(
     hit
 }
 
-/// Gives where something stands between places, in the lens's frame, and the lamp; `open` says
+/// Returns where something stands between places, in the lens's frame, and the lamp; `open` says
 /// for which places that matters.
 #[inline(always)]
 pub(super) fn shaded<L: RayLanes>(

@@ -9,19 +9,19 @@ pub(super) struct Vector<T> {
     pub z: T,
 }
 
-/// Gives eight times the same vector.
+/// Returns eight times the same vector.
 #[inline(always)]
 pub(super) fn splat<L: RayLanes>(v: [L::Scalar; 3]) -> Vector<L> {
     Vector { x: L::splat(v[0]), y: L::splat(v[1]), z: L::splat(v[2]) }
 }
 
-/// Gives eight times the same vector of single precision.
+/// Returns eight times the same vector of single precision.
 #[inline(always)]
 pub(super) fn splat_single<L: RayLanes>(v: [f32; 3]) -> Vector<L> {
     Vector { x: L::splat_single(v[0]), y: L::splat_single(v[1]), z: L::splat_single(v[2]) }
 }
 
-/// Gives three numbers as a scene stores them.
+/// Returns three numbers as a scene stores them.
 pub(super) fn stored<S: Scalar>(v: [f64; 3]) -> [S; 3] {
     v.map(S::of)
 }

@@ -42,19 +42,19 @@ impl Body {
         Self::new(world_from_object, ellipsoids_in_world.iter().map(moved).collect())
     }
 
-    /// Gives the pose of the object in the world.
+    /// Returns the pose of the object in the world.
     #[must_use]
     pub fn world_from_object(&self) -> Pose {
         self.world_from_object
     }
 
-    /// Gives the ellipsoids in the object's frame.
+    /// Returns the ellipsoids in the object's frame.
     #[must_use]
     pub fn ellipsoids(&self) -> &[Ellipsoid] {
         &self.ellipsoids
     }
 
-    /// Gives the ellipsoids in the world.
+    /// Returns the ellipsoids in the world.
     #[must_use]
     pub fn in_world(&self) -> Vec<Ellipsoid> {
         self.ellipsoids.iter().map(|e| e.transformed(&self.world_from_object, 1.0)).collect()
@@ -105,7 +105,7 @@ fn weighted_points(ellipsoids: &[Ellipsoid]) -> Vec<(Vector3<f64>, f64)> {
     out
 }
 
-/// Gives point `i` of a Fibonacci spiral wound through the unit ball.
+/// Returns point `i` of a Fibonacci spiral wound through the unit ball.
 fn ball_point(i: usize) -> Vector3<f64> {
     let share = (i as f64 + 0.5) / MOMENT_POINTS as f64;
     // A second irrational step decouples the radius from the height.

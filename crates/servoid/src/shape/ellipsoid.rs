@@ -62,63 +62,63 @@ impl Ellipsoid {
         Self { center: quadric.center, radii, rotation }
     }
 
-    /// Gives the ellipsoid as optimisation sees it.
+    /// Returns the ellipsoid as optimisation sees it.
     #[must_use]
     pub fn quadric(&self) -> Quadric {
         Quadric { center: self.center, factor: self.factor() }
     }
 
-    /// Gives the centre in metres.
+    /// Returns the centre in metres.
     #[must_use]
     pub fn center(&self) -> Vector3<f64> {
         self.center
     }
 
-    /// Gives the three radii in metres.
+    /// Returns the three radii in metres.
     #[must_use]
     pub fn radii(&self) -> Vector3<f64> {
         self.radii
     }
 
-    /// Gives the orientation.
+    /// Returns the orientation.
     #[must_use]
     pub fn rotation(&self) -> UnitQuaternion<f64> {
         self.rotation
     }
 
-    /// Gives the orientation as a quaternion (w, x, y, z) with w >= 0.
+    /// Returns the orientation as a quaternion (w, x, y, z) with w >= 0.
     #[must_use]
     pub fn quaternion(&self) -> [f64; 4] {
         Pose::from_rotation(self.rotation, Vector3::zeros()).quaternion()
     }
 
-    /// Gives F = R diag(radii): it maps the unit ball to the ellipsoid about its centre.
+    /// Returns F = R diag(radii): it maps the unit ball to the ellipsoid about its centre.
     #[must_use]
     pub fn factor(&self) -> Matrix3<f64> {
         self.rotation.to_rotation_matrix().into_inner() * Matrix3::from_diagonal(&self.radii)
     }
 
-    /// Gives the shape matrix Σ = F Fᵀ in square metres.
+    /// Returns the shape matrix Σ = F Fᵀ in square metres.
     #[must_use]
     pub fn shape_matrix(&self) -> Matrix3<f64> {
         let factor = self.factor();
         factor * factor.transpose()
     }
 
-    /// Gives the volume in cubic metres.
+    /// Returns the volume in cubic metres.
     #[must_use]
     pub fn volume(&self) -> f64 {
         4.0 / 3.0 * std::f64::consts::PI * self.radii.product()
     }
 
-    /// Says whether a point is inside.
+    /// Returns whether a point is inside.
     #[must_use]
     pub fn contains(&self, point: &Vector3<f64>) -> bool {
         let local = self.rotation.inverse_transform_vector(&(point - self.center));
         local.component_div(&self.radii).norm_squared() < 1.0
     }
 
-    /// Says whether the straight line between two points meets the inside.
+    /// Returns whether the straight line between two points meets the inside.
     #[must_use]
     pub fn meets(&self, from: &Vector3<f64>, to: &Vector3<f64>) -> bool {
         let local = |point: &Vector3<f64>| {

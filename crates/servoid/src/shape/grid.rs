@@ -16,7 +16,7 @@ pub struct Grid {
 }
 
 impl Grid {
-    /// Gives an ellipsoid in units of voxels, counted from the centre of the first.
+    /// Returns an ellipsoid in units of voxels, counted from the centre of the first.
     #[must_use]
     pub fn to_voxels(&self, quadric: &Quadric) -> Quadric {
         let scale = 1.0 / self.pitch;

@@ -24,7 +24,7 @@ const RINGS: usize = 192;
 const LINES: usize = 384;
 
 impl Body {
-    /// Gives the mass properties of the union of the ellipsoids, in the object's frame.
+    /// Returns the mass properties of the union of the ellipsoids, in the object's frame.
     ///
     /// What several ellipsoids hold counts once. The relative error is below about 1e-4, and below
     /// 1e-8 where ellipsoids do not meet.
@@ -186,7 +186,7 @@ impl Part {
 }
 
 impl Carver {
-    /// Gives the interval of the line along z above `foot` that the ellipsoid holds.
+    /// Returns the interval of the line along z above `foot` that the ellipsoid holds.
     fn span(&self, foot: &Vector3<f64>) -> Option<(f64, f64)> {
         let start = self.turn * foot + self.shift;
         let along = self.turn.column(2);

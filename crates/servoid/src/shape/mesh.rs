@@ -43,19 +43,19 @@ impl Mesh {
         Ok(Self { vertices, faces, volume, centroid, spread })
     }
 
-    /// Gives the corners.
+    /// Returns the corners.
     #[must_use]
     pub fn vertices(&self) -> &[Vector3<f64>] {
         &self.vertices
     }
 
-    /// Gives the volume in cubic metres.
+    /// Returns the volume in cubic metres.
     #[must_use]
     pub fn volume(&self) -> f64 {
         self.volume
     }
 
-    /// Gives the frame at the centroid whose x lies along the longest principal axis and y along
+    /// Returns the frame at the centroid whose x lies along the longest principal axis and y along
     /// the next, each pointing to the side that reaches farther.
     #[must_use]
     pub fn principal_frame(&self) -> Pose {
@@ -66,13 +66,13 @@ impl Mesh {
         })
     }
 
-    /// Gives the radius of the ball that is spread as far about its centroid as the solid is.
+    /// Returns the radius of the ball that is spread as far about its centroid as the solid is.
     #[must_use]
     pub fn extent(&self) -> f64 {
         (self.spread.trace() * 5.0 / 3.0).sqrt()
     }
 
-    /// Gives how many times the mean thickness, 2 V / A, goes into the longest side.
+    /// Returns how many times the mean thickness, 2 V / A, goes into the longest side.
     #[must_use]
     pub fn slenderness(&self) -> f64 {
         let corners = |face: &[usize; 3]| face.map(|i| self.vertices[i]);
@@ -206,7 +206,7 @@ fn moments(vertices: &[Vector3<f64>], faces: &[[usize; 3]]) -> (f64, Vector3<f64
     (volume, pivot + off, second / volume - off * off.transpose())
 }
 
-/// Gives twice the signed area of a flat triangle.
+/// Returns twice the signed area of a flat triangle.
 fn turn(flat: &[[f64; 2]], [a, b, c]: [usize; 3]) -> f64 {
     side(flat[a], flat[b], flat[c])
 }
@@ -215,7 +215,7 @@ fn side(a: [f64; 2], b: [f64; 2], p: [f64; 2]) -> f64 {
     (b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0])
 }
 
-/// Gives the side on which a place lies; one on the line counts as moved by ever so little to the
+/// Returns the side on which a place lies; one on the line counts as moved by ever so little to the
 /// right, and up by far less, so that all triangles about an edge or a corner agree on who has it.
 fn side_or_beside(a: [f64; 2], b: [f64; 2], p: [f64; 2]) -> f64 {
     let (value, [along, up]) = (side(a, b, p), [b[0] - a[0], b[1] - a[1]]);
@@ -259,7 +259,7 @@ fn for_each_covered(
     }
 }
 
-/// Gives the intervals of a line that lie inside.
+/// Returns the intervals of a line that lie inside.
 fn inside(crossings: &[(f64, i32)]) -> Vec<(f64, f64)> {
     let mut sorted = crossings.to_vec();
     sorted.sort_by(|a, b| a.0.total_cmp(&b.0));

@@ -63,7 +63,7 @@ impl Projection {
         moved
     }
 
-    /// Gives where the camera is; `None` if what is seen is flat.
+    /// Returns where the camera is; `None` if what is seen is flat.
     #[must_use]
     pub fn eye(&self) -> Option<Vector3<f64>> {
         Some(-self.linear.try_inverse()? * self.offset)
@@ -75,7 +75,8 @@ impl Projection {
         self.linear * point + self.offset
     }
 
-    /// Projects a point to pixels and says how they move with the point; `None` if it is not in front.
+    /// Projects a point to pixels and says how they move with the point; `None` if it is not in
+    /// front.
     #[must_use]
     pub fn pixel(&self, point: &Vector3<f64>) -> Option<(Vector2<f64>, Matrix2x3<f64>)> {
         let h = self.apply(point);
@@ -89,7 +90,7 @@ impl Projection {
         Some((pixel, Matrix2x3::from_rows(&rows) * per_z))
     }
 
-    /// Gives the outline of an ellipsoid, or `None` where it has none: an ellipsoid that is not
+    /// Returns the outline of an ellipsoid, or `None` where it has none: an ellipsoid that is not
     /// wholly in front of the camera counts as unseen.
     #[must_use]
     pub fn outline(&self, quadric: &Quadric) -> Option<Outline> {
@@ -171,20 +172,20 @@ impl Projection {
 const TINY: f64 = 1e-9;
 
 impl Outline {
-    /// Gives the share of `1 - t²`, with t from -1 at the first row to 1 at the last, below which a
-    /// row counts as at a pole when rows are `stride` pixels apart.
+    /// Returns the share of `1 - t²`, with t from -1 at the first row to 1 at the last, below which
+    /// a row counts as at a pole when rows are `stride` pixels apart.
     #[must_use]
     pub fn bluntness(&self, stride: f64) -> f64 {
         0.5 * stride / self.half_height.max(TINY)
     }
 
-    /// Gives how far from the centre rows are that hold something of the outline.
+    /// Returns how far from the centre rows are that hold something of the outline.
     #[must_use]
     pub fn reach(&self, stride: f64) -> f64 {
         self.half_height * (1.0 + self.bluntness(stride)).sqrt()
     }
 
-    /// Gives the interval of columns that stands for the whole strip of `stride` pixels about row
+    /// Returns the interval of columns that stands for the whole strip of `stride` pixels about row
     /// `v`, if any. Near the poles, where the outline opens like a root, it is about the mean over
     /// the strip, so that what is summed over rows changes smoothly with the outline.
     #[must_use]
@@ -197,7 +198,7 @@ impl Outline {
         (root > 0.0).then_some((middle - half, middle + half))
     }
 
-    /// Gives the interval of columns that row `v` holds, if any.
+    /// Returns the interval of columns that row `v` holds, if any.
     #[must_use]
     pub fn interval(&self, v: f64) -> Option<(f64, f64)> {
         let below = v - self.center_v;
@@ -206,14 +207,14 @@ impl Outline {
         (root > 0.0).then_some((middle - half, middle + half))
     }
 
-    /// Gives the outline that lies `by_px` pixels outside, about; inside if that is negative.
+    /// Returns the outline that lies `by_px` pixels outside, about; inside if that is negative.
     #[must_use]
     pub fn grown(&self, by_px: f64) -> Self {
         let longer = |half: f64| (half + by_px).max(0.1);
         Self { half_width: longer(self.half_width), half_height: longer(self.half_height), ..*self }
     }
 
-    /// Says whether a pixel is inside.
+    /// Returns whether a pixel is inside.
     #[must_use]
     pub fn contains(&self, pixel: &Vector2<f64>) -> bool {
         let below = pixel.y - self.center_v;
@@ -221,13 +222,13 @@ impl Outline {
         across * across + (below / self.half_height).powi(2) < 1.0
     }
 
-    /// Gives the centre in pixels.
+    /// Returns the centre in pixels.
     #[must_use]
     pub fn center_px(&self) -> Vector2<f64> {
         Vector2::new(self.center_u, self.center_v)
     }
 
-    /// Gives the 2x2 matrix S of the ellipse (x - c)ᵀ S⁻¹ (x - c) = 1, in square pixels.
+    /// Returns the 2x2 matrix S of the ellipse (x - c)ᵀ S⁻¹ (x - c) = 1, in square pixels.
     #[must_use]
     pub fn covariance_px(&self) -> Matrix2<f64> {
         let vv = self.half_height * self.half_height;

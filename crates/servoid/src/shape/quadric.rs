@@ -31,13 +31,13 @@ impl QuadricGradient {
 }
 
 impl Quadric {
-    /// Gives the shape matrix Σ = F Fᵀ.
+    /// Returns the shape matrix Σ = F Fᵀ.
     #[must_use]
     pub fn shape_matrix(&self) -> Matrix3<f64> {
         self.factor * self.factor.transpose()
     }
 
-    /// Gives two ellipsoids that fill the halves on both sides of the middle, across principal axis
+    /// Returns two ellipsoids that fill the halves on both sides of the middle, across principal axis
     /// `axis` (0 to 2, the longest first).
     #[must_use]
     pub fn halves(&self, axis: usize) -> [Self; 2] {
@@ -47,7 +47,7 @@ impl Quadric {
         [-0.5, 0.5].map(|side| Self { center: self.center + radius * side, factor })
     }
 
-    /// Gives the quantity that the volume is proportional to, |det F|.
+    /// Returns the quantity that the volume is proportional to, |det F|.
     #[must_use]
     pub fn bulk(&self) -> f64 {
         self.factor.determinant().abs()

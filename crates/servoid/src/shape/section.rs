@@ -57,14 +57,14 @@ impl Section {
         })
     }
 
-    /// Gives the first and the last z that the ellipsoid reaches.
+    /// Returns the first and the last z that the ellipsoid reaches.
     #[must_use]
     pub fn extent(&self) -> (f64, f64) {
         let reach = self.reach_squared.sqrt();
         (self.center.z - reach, self.center.z + reach)
     }
 
-    /// Gives the cut by the plane at `z`, with x as u and y as v; `None` where there is none.
+    /// Returns the cut by the plane at `z`, with x as u and y as v; `None` where there is none.
     #[must_use]
     pub fn at(&self, z: f64) -> Option<Outline> {
         let off = z - self.center.z;

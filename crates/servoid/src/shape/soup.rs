@@ -60,12 +60,12 @@ impl Soup {
         Ok(Self { vertices, triangles, nodes })
     }
 
-    /// Says how often the triangles wind around a point: 1 inside of a closed surface and 0 outside,
-    /// and something between where it has holes.
+    /// Says how often the triangles wind around a point: 1 inside of a closed surface and 0
+    /// outside, and something between where it has holes.
     ///
-    /// Source: Jacobson, Kavan, Sorkine-Hornung, *Robust inside-outside segmentation using generalized
-    /// winding numbers* (2013); far triangles together as in Barill and others, *Fast winding numbers
-    /// for soups and clouds* (2018).
+    /// Source: Jacobson, Kavan, Sorkine-Hornung, *Robust inside-outside segmentation using
+    /// generalized winding numbers* (2013); far triangles together as in Barill and others, *Fast
+    /// winding numbers for soups and clouds* (2018).
     #[must_use]
     pub fn winding(&self, point: &Vector3<f64>) -> f64 {
         let mut sum = 0.0;
@@ -92,7 +92,7 @@ impl Soup {
         points.par_iter().map(|point| self.winding(point)).collect()
     }
 
-    /// Says whether nothing is met on the way from a point into a direction.
+    /// Returns whether nothing is met on the way from a point into a direction.
     fn is_clear(&self, from: &Vector3<f64>, along: &Vector3<f64>) -> bool {
         let mut waiting = Vec::with_capacity(64);
         waiting.extend(self.nodes.first());
@@ -116,7 +116,8 @@ impl Soup {
         true
     }
 
-    /// Says, from -1 to 1, how much more of the sky the fronts of some triangles see than their backs.
+    /// Says, from -1 to 1, how much more of the sky the fronts of some triangles see than their
+    /// backs.
     ///
     /// # Errors
     /// If a triangle names a corner that is not there.
@@ -160,7 +161,7 @@ impl Soup {
         &self.triangles
     }
 
-    /// Gives the corners of the box about all triangles, if there are any.
+    /// Returns the corners of the box about all triangles, if there are any.
     pub(super) fn bounds(&self) -> Option<(Vector3<f64>, Vector3<f64>)> {
         let mut corners = self.triangles.iter().flatten();
         let first = *corners.next()?;
@@ -188,7 +189,7 @@ impl Node {
         Self { center, radius, first, count: triangles.len(), children: None, dipole, spread }
     }
 
-    /// Gives the solid angle of all triangles by two terms of a series; `away` is to the centre.
+    /// Returns the solid angle of all triangles by two terms of a series; `away` is to the centre.
     fn seen_from_afar(&self, away: &Vector3<f64>, far: f64) -> f64 {
         let cube = far.powi(3);
         let slope = self.spread.trace() - 3.0 * away.dot(&(self.spread * away)) / (far * far);
@@ -222,7 +223,7 @@ fn split(triangles: &mut [[Vector3<f64>; 3]], at: usize, nodes: &mut Vec<Node>) 
     }
 }
 
-/// Gives the solid angle of a triangle, positive where its back is seen.
+/// Returns the solid angle of a triangle, positive where its back is seen.
 ///
 /// Source: van Oosterom, Strackee, *The solid angle of a plane triangle* (1983).
 fn solid_angle([a, b, c]: &[Vector3<f64>; 3], point: &Vector3<f64>) -> f64 {
@@ -233,7 +234,7 @@ fn solid_angle([a, b, c]: &[Vector3<f64>; 3], point: &Vector3<f64>) -> f64 {
     2.0 * libm::atan2(above, below)
 }
 
-/// Says whether a way meets a triangle.
+/// Returns whether a way meets a triangle.
 fn meets([a, b, c]: &[Vector3<f64>; 3], from: &Vector3<f64>, along: &Vector3<f64>) -> bool {
     let (one, two, gap) = (b - a, c - a, from - a);
     let across = along.cross(&two);

@@ -36,7 +36,7 @@ impl Backend {
     /// Runs everywhere.
     pub const PORTABLE: Self = Self(Kind::Portable);
 
-    /// Gives the one that is used: that which was forced last, or the fastest.
+    /// Returns the one that is used: that which was forced last, or the fastest.
     #[must_use]
     pub fn used() -> Self {
         let place = FORCED.load(Ordering::Relaxed);
@@ -61,7 +61,7 @@ impl Backend {
         })
     }
 
-    /// Gives its name: `portable`, `avx2` or `avx512`.
+    /// Returns its name: `portable`, `avx2` or `avx512`.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self.0 {
@@ -73,19 +73,19 @@ impl Backend {
         }
     }
 
-    /// Gives the fastest one that this machine has.
+    /// Returns the fastest one that this machine has.
     #[must_use]
     pub fn fastest() -> Self {
         Self::found().last().unwrap_or(Self::PORTABLE)
     }
 
-    /// Gives all that this machine has, the fastest last.
+    /// Returns all that this machine has, the fastest last.
     #[must_use]
     pub fn available() -> Vec<Self> {
         Self::found().collect()
     }
 
-    /// Gives the same without taking memory.
+    /// Returns the same without taking memory.
     fn found() -> impl Iterator<Item = Self> {
         #[cfg(not(target_arch = "x86_64"))]
         let vectors: [Option<Kind>; 2] = [None; 2];

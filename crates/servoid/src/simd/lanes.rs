@@ -25,14 +25,14 @@ pub(crate) trait Lanes:
 
     fn splat(value: Self::Scalar) -> Self;
     fn sqrt(self) -> Self;
-    /// Gives the lesser; `other` where one is no number.
+    /// Returns the lesser; `other` where one is no number.
     fn min(self, other: Self) -> Self;
-    /// Gives the greater; `other` where one is no number.
+    /// Returns the greater; `other` where one is no number.
     fn max(self, other: Self) -> Self;
     fn less(self, other: Self) -> Self::Truth;
     fn at_most(self, other: Self) -> Self::Truth;
 
-    /// Gives `self * factor + term`, rounded twice.
+    /// Returns `self * factor + term`, rounded twice.
     #[inline(always)]
     fn mul_add(self, factor: Self, term: Self) -> Self {
         self * factor + term
@@ -47,7 +47,7 @@ pub(crate) trait Truth<L>: Copy {
     fn and_not(self, other: Self) -> Self;
     /// Takes `yes` where this holds, `no` elsewhere.
     fn select(self, yes: L, no: L) -> L;
-    /// Gives one bit for each truth, the first lowest.
+    /// Returns one bit for each truth, the first lowest.
     fn bits(self) -> u32;
 
     #[inline(always)]
@@ -66,9 +66,9 @@ pub(crate) trait RowLanes: Lanes<Scalar = f32> {
     /// One offset into a table a row.
     type Offsets: Copy;
 
-    /// Gives first, first + 1, ...
+    /// Returns first, first + 1, ...
     fn ramp(first: usize) -> Self;
-    /// Gives first * pitch, (first + 1) * pitch, ...
+    /// Returns first * pitch, (first + 1) * pitch, ...
     fn offsets(first: usize, pitch: usize) -> Self::Offsets;
     /// Adds sixteen running sums up, in halves: 8 to 8, 4 to 4, 2 to 2. Where one register holds
     /// them all, `other` is left out.

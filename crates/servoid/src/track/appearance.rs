@@ -31,7 +31,7 @@ const NUMBERS: usize = 16;
 const MOST: usize = 100_000;
 
 impl Appearance {
-    /// Gives the number of surface points.
+    /// Returns the number of surface points.
     #[must_use]
     pub fn points(&self) -> usize {
         self.points.len()
@@ -148,7 +148,7 @@ impl Reader<'_> {
 }
 
 impl Tracker {
-    /// Gives what the object looks like, as far as it was learned.
+    /// Returns what the object looks like, as far as it was learned.
     #[must_use]
     pub fn appearance(&self) -> Appearance {
         let points =

@@ -18,11 +18,11 @@ const START_MARGIN: f64 = 0.5;
 
 impl Tracker {
     /// Learns colours and surface points from an observation in which the object's pose is known.
-    /// Masks, one a camera where there is one, tell its pixels; without, its outline does. Where they
-    /// contradict the pose, the object is sought from then on.
+    /// Masks, one a camera where there is one, tell its pixels; without, its outline does. Where
+    /// they contradict the pose, the object is sought from then on.
     ///
     /// # Errors
-    /// If there is not one entry a camera, the time stamp is no finite number, a mask has not its
+    /// If there is not one entry per camera, the time stamp is not finite, a mask has not its
     /// camera's size, or the object is in none of the images.
     pub fn start(
         &mut self,
@@ -83,7 +83,7 @@ impl Tracker {
         Ok(estimate)
     }
 
-    /// Says why the first observation does not show the object.
+    /// Returns why the first observation does not show the object.
     fn unseen_at_first(&mut self) -> TrackError {
         let mut notices = std::mem::take(&mut self.frame.notices);
         notices.retain(|notice| notice.is_of_image());
@@ -94,7 +94,7 @@ impl Tracker {
     /// there.
     ///
     /// # Errors
-    /// If there is not one entry a camera, the time stamp is no finite number, or nothing is known of
+    /// If there is not one entry per camera, the time stamp is not finite, or nothing is known of
     /// the object's look.
     pub fn find(
         &mut self,
@@ -183,8 +183,8 @@ impl Tracker {
     }
 
     /// Takes all that the images show for background, where only the object's colours are known: it
-    /// is small among the rest. Colours and brightness do not say anything of each other: in images of
-    /// another kind surface points alone must do, and they do near a pose only.
+    /// is small among the rest. Colours and brightness do not say anything of each other: in images
+    /// of another kind surface points alone must do, and they do near a pose only.
     fn count_surroundings(
         &mut self,
         observation: &Observation<'_>,

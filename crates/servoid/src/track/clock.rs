@@ -22,7 +22,7 @@ impl Clock {
         self.last = now;
     }
 
-    /// Says whether a budget is spent.
+    /// Returns whether a budget is spent.
     pub(super) fn is_over(&self, budget_s: Option<f64>) -> bool {
         budget_s.is_some_and(|budget| self.begin.elapsed().as_secs_f64() > budget)
     }

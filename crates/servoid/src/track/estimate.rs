@@ -11,15 +11,15 @@ use crate::words::Seconds;
 pub enum Status {
     /// The images confirm the pose.
     Tracking,
-    /// The images do not confirm a pose; the object is sought near where it was, or everywhere if it
-    /// was never tracked.
+    /// The images do not confirm a pose; the object is sought near where it was, or everywhere if
+    /// it was never tracked.
     Searching,
     /// It was not found for a while; it is sought everywhere.
     Lost,
 }
 
 impl Status {
-    /// Gives the word that files use.
+    /// Returns the word that files use.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -106,7 +106,7 @@ pub enum Notice {
 }
 
 impl Notice {
-    /// Says whether an image itself is at fault, wherever the object is.
+    /// Returns whether an image itself is at fault, wherever the object is.
     pub(super) fn is_of_image(&self) -> bool {
         matches!(self, Self::NoImage(_) | Self::WrongSize { .. } | Self::Blank(_))
     }
@@ -147,12 +147,12 @@ pub struct Estimate {
     pub evidence: Option<Evidence>,
     /// What the tracker believes.
     pub status: Status,
-    /// Whether the images confirm where the object is: while they leave its turn open, it is located,
-    /// but not tracked.
+    /// Whether the images confirm where the object is: while they leave its turn open, it is
+    /// located, but not tracked.
     pub located: bool,
-    /// Number and pose, `world_from_object`, of the keyframe that the pose belongs to, if the object is
-    /// followed, and of the one that the last pose belonged to if that was another one: as its keyframe is
-    /// corrected later, so is the pose.
+    /// Number and pose, `world_from_object`, of the keyframe that the pose belongs to, if the
+    /// object is followed, and of the one that the last pose belonged to if that was another one:
+    /// as its keyframe is corrected later, so is the pose.
     pub keyframes: [Option<(usize, Pose)>; 2],
     /// Whether the body changed since the last estimate, as it evolved in the worker.
     pub evolved: bool,

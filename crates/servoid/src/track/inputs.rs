@@ -54,7 +54,8 @@ impl<'a> Inputs<'a> {
         }
     }
 
-    /// Gives a camera's depth image of it at a pose, if its image can be used and the depth image is of its pixels.
+    /// Returns a camera's depth image of it at a pose, if its image can be used and the depth image
+    /// is of its pixels.
     pub(super) fn rangefinder(&self, camera: usize, pose: &Pose) -> Option<Rangefinder<'a>> {
         let depth = self.depths.get(camera)?.as_ref()?;
         let image = self.images[camera].filter(|_| self.windows[camera].is_open())?;

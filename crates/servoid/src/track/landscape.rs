@@ -16,11 +16,11 @@ impl Tracker {
     /// weighs them where it seeks the object anywhere. Nothing is learned from it.
     ///
     /// `resolution` is that of the surface points: 0 is the image's own, with which a pose is made
-    /// precise; each further one is half as fine, up to the coarsest, with which poses are sought. On
-    /// any number of `threads`, 0 for as many as the machine has, the bits are the same.
+    /// precise; each further one is half as fine, up to the coarsest, with which poses are sought.
+    /// On any number of `threads`, 0 for as many as the machine has, the bits are the same.
     ///
     /// # Errors
-    /// If there is not one entry a camera, the time stamp is no finite number, there is no such
+    /// If there is not one entry per camera, the time stamp is not finite, there is no such
     /// resolution, or the object's look was never learned.
     pub fn score_terms(
         &self,

@@ -43,7 +43,7 @@ pub enum TrackError {
         /// What was given.
         given: String,
     },
-    /// The observation has not one entry a camera.
+    /// The observation has not one entry per camera.
     #[error(
         "the tracker has {cameras} camera{} and needs as many {what}, but was given {given}",
         s(*cameras)

@@ -101,7 +101,7 @@ impl Tracker {
     /// Says where the object is in the next observation.
     ///
     /// # Errors
-    /// If there is not one entry a camera, the time stamp is no finite number, or nothing was started,
+    /// If there is not one entry per camera, the time stamp is not finite, or nothing was started,
     /// recalled or found before.
     pub fn step(&mut self, observation: &Observation<'_>) -> Result<Estimate, TrackError> {
         let mut clock = Clock::start();
@@ -169,7 +169,7 @@ impl Tracker {
         Ok(estimate)
     }
 
-    /// Gives the body, at its newest pose.
+    /// Returns the body, at its newest pose.
     ///
     /// # Errors
     /// Never, as long as the body that was given is one.
@@ -177,12 +177,12 @@ impl Tracker {
         Body::new(self.motion.last(), self.target.body.ellipsoids().to_vec())
     }
 
-    /// Gives where the object stood at a keyframe, by its number, as far as that is known by now.
+    /// Returns where the object stood at a keyframe, by its number, as far as that is known by now.
     pub fn keyframe_pose(&self, number: usize) -> Option<Pose> {
         self.target.keyframes.pose(number)
     }
 
-    /// Gives the surface points in the object's frame.
+    /// Returns the surface points in the object's frame.
     pub fn surface(&self) -> impl Iterator<Item = &SurfacePoint> {
         self.target.points.features.iter().map(|known| &known.point)
     }
@@ -241,8 +241,8 @@ impl Tracker {
         self.innovation.1 += 0.3 * gains.1 * (turned - self.innovation.1);
     }
 
-    /// Gives the share of the object's size by which windows are larger than it: so that they hold it
-    /// where it may be.
+    /// Returns the share of the object's size by which windows are larger than it: so that they
+    /// hold it where it may be.
     fn margin(&self) -> f64 {
         let (across, turned) = self.search_range();
         // The object's image is about two radii long.
@@ -273,7 +273,8 @@ impl Tracker {
         }
     }
 
-    /// Gives the surface points of each camera that are recognised and known as part of a pattern.
+    /// Returns the surface points of each camera that are recognised and known as part of a
+    /// pattern.
     pub(super) fn printed(&self, quality: &Quality) -> f64 {
         quality.printed / self.frame.open().max(1) as f64
     }

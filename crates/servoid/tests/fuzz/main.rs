@@ -1,6 +1,6 @@
-//! Gives the core numbers that no one should, drawn by a seed: nothing may panic, take long, or answer
-//! what cannot be. `cargo test` takes the corpus and some inputs; SERVOID_FUZZ_SECONDS goes on for so
-//! long, from SERVOID_FUZZ_SEED on.
+//! Returns the core numbers that no one should, drawn by a seed: nothing may panic, take long, or
+//! answer what cannot be. `cargo test` takes the corpus and some inputs; SERVOID_FUZZ_SECONDS goes
+//! on for so long, from SERVOID_FUZZ_SEED on.
 
 #![allow(
     clippy::disallowed_methods,
@@ -48,8 +48,8 @@ fn tried(name: &str, target: Target, seed: u64) -> Option<String> {
     wrong.map(|words| format!("{name} {seed}: {words}"))
 }
 
-/// Goes round all targets as often as asked, or until time is over; gives findings, and words that say
-/// how many inputs each target had.
+/// Goes round all targets as often as asked, or until time is over; gives findings, and words that
+/// say how many inputs each target had.
 fn round(seed: u64, rounds: usize, until: Option<Instant>) -> (Vec<String>, String) {
     let (mut found, mut turns, mut told) = (Vec::new(), 0, Instant::now());
     for turn in 0.. {

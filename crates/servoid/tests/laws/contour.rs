@@ -28,7 +28,7 @@ fn points_of(quadrics: &[Quadric], spacing_px: f64) -> Vec<ContourPoint> {
     points
 }
 
-/// Gives how far an outline reaches along a direction.
+/// Returns how far an outline reaches along a direction.
 fn reach(outline: &Outline, normal: &Vector2<f64>) -> f64 {
     let spread = normal.dot(&(outline.covariance_px() * normal));
     normal.dot(&outline.center_px()) + spread.sqrt()

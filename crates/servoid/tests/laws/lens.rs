@@ -32,12 +32,12 @@ fn wild() -> impl Strategy<Value = Distortion> {
     ]
 }
 
-/// Gives the direction at an angle off the axis, turned around it.
+/// Returns the direction at an angle off the axis, turned around it.
 fn direction(angle: f64, turn: f64) -> Vector3<f64> {
     Vector3::new(angle.sin() * turn.cos(), angle.sin() * turn.sin(), angle.cos())
 }
 
-/// Gives how far from the principal point, in focal lengths, a lens puts a direction.
+/// Returns how far from the principal point, in focal lengths, a lens puts a direction.
 fn distance(lens: &Lens, angle: f64, turn: f64) -> f64 {
     let pixel = lens.project(&direction(angle, turn)).unwrap();
     let ([fx, fy], [cx, cy]) = (lens.camera().focal_px(), lens.camera().center_px());

@@ -100,8 +100,8 @@ fn by_pixels(body: &[Quadric], map: &ScoreMap) -> (f64, f64) {
     (score, area)
 }
 
-/// Gives by how much an area in single precision may differ: each end of a row's interval by some of the
-/// last bits of how far its outline reaches.
+/// Returns by how much an area in single precision may differ: each end of a row's interval by some
+/// of the last bits of how far its outline reaches.
 fn slack(body: &[Quadric]) -> f64 {
     let outlines = body.iter().filter_map(|q| projection().outline(q));
     let reach = |outline: Outline| {
@@ -196,7 +196,7 @@ proptest! {
     }
 }
 
-/// Gives every bit of sums and gradient.
+/// Returns every bit of sums and gradient.
 fn bits(region: &Region, body: &[Quadric]) -> Vec<u64> {
     let sums = region.sums(&region.views()[0], body);
     let mut slopes = vec![QuadricGradient::default(); body.len()];

@@ -171,8 +171,8 @@ fn a_climb_without_a_usable_slope_stays_where_it_is() {
     }
 }
 
-/// Gives how far a population spreads on a plateau, where no child is better, so that the mutations
-/// narrow as far as they may.
+/// Returns how far a population spreads on a plateau, where no child is better, so that the
+/// mutations narrow as far as they may.
 pub fn spread(seed: u64, least_width: f64) -> f64 {
     let settings = GaSettings::default().with(|it| it.least_width = least_width);
     let mut ga = Ga::new(&[(-1.0, 1.0)], settings, rng(seed, 0)).unwrap();

@@ -53,8 +53,8 @@ fn places() -> impl Strategy<Value = [f64; 2]> {
     (40.0..120.0, 40.0..80.0).prop_map(|(u, v)| [u, v])
 }
 
-/// Gives how far from a shift of the picture four steps end, in pixels; `None` where the pattern has
-/// no corner, so that a shift along its bands changes nothing.
+/// Returns how far from a shift of the picture four steps end, in pixels; `None` where the pattern
+/// has no corner, so that a shift along its bands changes nothing.
 fn left_after_steps(place: [f64; 2], shift: Vector2<f64>, level: usize) -> Option<f64> {
     let point = learned(place, 100.0)?;
     let moved = pyramid(&picture([shift.x, shift.y], |x| 2.0 * x + 13.0));

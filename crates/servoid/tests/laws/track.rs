@@ -22,7 +22,7 @@ pub fn moving(index: usize) -> Pose {
     Pose::from_rotation(turn * start().rotation(), start().translation() + shift)
 }
 
-/// Gives a stage and settings with a seed.
+/// Returns a stage and settings with a seed.
 pub fn seeded(seed: u64, stage: Stage) -> (Stage, TrackSettings) {
     (Stage { seed, ..stage }, TrackSettings::default().with(|it| it.seed = seed))
 }

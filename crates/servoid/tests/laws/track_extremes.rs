@@ -55,7 +55,7 @@ fn shown(tracker: &mut Tracker, camera: &Camera, first: There, then: There) -> V
     said
 }
 
-/// Says whether numbers are numbers.
+/// Returns whether numbers are numbers.
 fn is_sound(said: &Estimate) -> bool {
     let pose = said.world_from_object.matrix();
     (0.0..=1.0).contains(&said.confidence)

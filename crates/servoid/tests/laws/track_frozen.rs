@@ -27,7 +27,7 @@ fn started(stage: &Stage, first: &Shot, pose: Pose) -> Tracker {
     tracker
 }
 
-/// Gives how far an estimate's place is off, in metres.
+/// Returns how far an estimate's place is off, in metres.
 fn off(found: &Estimate, pose: &Pose) -> f64 {
     (found.world_from_object.translation() - pose.translation()).norm()
 }
@@ -37,8 +37,8 @@ fn shot(grain: usize, count: usize, pose: &Pose) -> Shot {
     Shot { time_s, ..Stage::textured().shot(grain, &eyes(), Some(pose)) }
 }
 
-/// Follows an object through new images, then for so many seconds sees the last of them; gives what the
-/// tracker says of those, with the seconds since it was new.
+/// Follows an object through new images, then for so many seconds sees the last of them; gives what
+/// the tracker says of those, with the seconds since it was new.
 fn frozen(poses: &[Pose], grain: GrainOf, seconds: f64) -> Vec<(f64, Estimate)> {
     let stage = Stage::textured();
     let mut last = shot(grain(0), 0, &poses[0]);
@@ -62,7 +62,8 @@ fn is_told(found: &Estimate) -> bool {
     found.notices.contains(&Notice::Outdated)
 }
 
-/// How far an object went, in radii, that goes evenly for a second, then slows down for two, and rests.
+/// How far an object went, in radii, that goes evenly for a second, then slows down for two, and
+/// rests.
 fn slowed_down(count: usize) -> f64 {
     let seconds = count as f64 / RATE_HZ;
     let slowing = (0.5 * (seconds - 1.0)).clamp(0.0, 1.0);

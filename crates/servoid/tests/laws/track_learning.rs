@@ -145,7 +145,7 @@ fn before_anything_is_seen_no_body_evolves() {
     assert_eq!(tracker.body().unwrap(), stage.body);
 }
 
-/// Gives how far from what the stage shows the surface points lie that a tracker learned, the
+/// Returns how far from what the stage shows the surface points lie that a tracker learned, the
 /// median in millimetres.
 pub fn depth_error(tracker: &Tracker, stage: &Stage) -> f64 {
     let off = |place: &Vector3<f64>, solid: &Ellipsoid| {

@@ -64,7 +64,7 @@ impl Course {
         larger(&self.said[index].world_from_object, 1.0 / self.scale)
     }
 
-    /// Gives a covariance in the metres of the world as it was.
+    /// Returns a covariance in the metres of the world as it was.
     fn covariance(&self, index: usize) -> Matrix6<f64> {
         let unit = 1.0 / self.scale;
         let units = Matrix6::from_diagonal(&Twist::new(unit, unit, unit, 1.0, 1.0, 1.0));
@@ -106,9 +106,9 @@ fn the_world_in_other_units_is_tracked_alike() {
         let stage = Stage { seed, ..Stage::textured() };
         let shots = pictures(&stage);
         let usual = Course::of(&stage, seed, &shots, 1.0);
-        // What is rounded in one image goes on to the next with the motion that is foreseen; with powers of
-        // two nothing is rounded otherwise. Looks that are learned on the way keep it, too: 2e-8 with 10.0,
-        // where it was 1e-9 without them.
+        // What is rounded in one image goes on to the next with the motion that is foreseen; with
+        // powers of two nothing is rounded otherwise. Looks that are learned on the way keep it,
+        // too: 2e-8 with 10.0, where it was 1e-9 without them.
         for (scale, bound) in [(0.25, 1e-15), (64.0, 1e-15), (0.1, 1e-7), (3.0, 1e-7), (10.0, 1e-7)]
         {
             let other = Course::of(&stage, seed, &shots, scale);

@@ -38,8 +38,9 @@ impl<L: RowLanes> Lean<L> {
     }
 }
 
-/// Half of the running sums over the exposed ends of one outline, or all where a vector holds them: of the weight w, of w·below, of w·root, and of
-/// w times both parts of the [`Lean`], where the left end counts with the opposite sign.
+/// Half of the running sums over the exposed ends of one outline, or all where a vector holds them:
+/// of the weight w, of w·below, of w·root, and of w times both parts of the [`Lean`], where the
+/// left end counts with the opposite sign.
 #[derive(Clone, Copy)]
 struct Moments<L: RowLanes>([L; 5]);
 
@@ -154,7 +155,7 @@ unsafe fn union_gradients<L: RowLanes, const ROOM: usize>(
     }
 }
 
-/// Gives the score and the area of a vector of rows, and adds it to the outlines' moments.
+/// Returns the score and the area of a vector of rows, and adds it to the outlines' moments.
 ///
 /// # Safety
 /// `row` must be a kept row; there is one written moment an outline, and there are at most `ROOM`.

@@ -126,32 +126,33 @@ impl ScoreMap {
         }
     }
 
-    /// Gives (width, height) of the image in pixels.
+    /// Returns (width, height) of the image in pixels.
     #[must_use]
     pub fn size_px(&self) -> [usize; 2] {
         self.size_px
     }
 
-    /// Gives the row stride.
+    /// Returns the row stride.
     #[must_use]
     pub fn stride(&self) -> usize {
         self.stride
     }
 
-    /// Gives the number of rows that are kept.
+    /// Returns the number of rows that are kept.
     #[must_use]
     pub fn rows(&self) -> usize {
         self.rows
     }
 
-    /// Gives the score of the pixel in kept row `row` and column `u`.
+    /// Returns the score of the pixel in kept row `row` and column `u`.
     #[must_use]
     pub fn score(&self, u: usize, row: usize) -> f64 {
         let at = row * self.pitch + u;
         Self::QUANTUM * f64::from(self.prefix[at + 1] - self.prefix[at])
     }
 
-    /// One over the row stride, rounded: rows found with it may be one too many, which hold nothing.
+    /// One over the row stride, rounded: rows found with it may be one too many, which hold
+    /// nothing.
     pub(in crate::fitness) fn per_stride(&self) -> f64 {
         self.per_stride
     }
@@ -161,7 +162,8 @@ impl ScoreMap {
         self.pitch
     }
 
-    /// Prefix sums in quanta: entry k of a row is the sum of its first k scores; [`PADDING_ROWS`] follow.
+    /// Prefix sums in quanta: entry k of a row is the sum of its first k scores; [`PADDING_ROWS`]
+    /// follow.
     pub(in crate::fitness) fn prefix(&self) -> &[f32] {
         &self.prefix
     }

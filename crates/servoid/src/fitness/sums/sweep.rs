@@ -95,7 +95,7 @@ unsafe fn union_sums<L: RowLanes, const ROOM: usize>(
     }
 }
 
-/// Gives the score and the area of a vector of rows.
+/// Returns the score and the area of a vector of rows.
 ///
 /// # Safety
 /// `row` must be a kept row, and there are at most `ROOM` outlines.

@@ -16,7 +16,7 @@ pub(in crate::model) struct BestByCount {
 }
 
 impl BestByCount {
-    /// Gives the best body of a count; beyond the last, the last.
+    /// Returns the best body of a count; beyond the last, the last.
     pub fn at(&self, count: usize) -> &Fit {
         let best = self.fits.get(count.min(self.fits.len()).wrapping_sub(1));
         if count == 0 { &self.empty } else { best.unwrap_or(&self.empty) }
@@ -26,12 +26,12 @@ impl BestByCount {
         self.at(count).fitness
     }
 
-    /// Gives the greatest count.
+    /// Returns the greatest count.
     pub fn max_count(&self) -> usize {
         self.fits.len()
     }
 
-    /// Gives the best body of the greatest count.
+    /// Returns the best body of the greatest count.
     pub fn top(&self) -> &Fit {
         self.at(self.fits.len())
     }
@@ -53,7 +53,7 @@ impl BestByCount {
         other.fits.iter().for_each(|fit| self.offer(fit.clone()));
     }
 
-    /// Says whether an ellipsoid too many has been added: ΔF = F_p - F_(p-1) < δ.
+    /// Returns whether an ellipsoid too many has been added: ΔF = F_p - F_(p-1) < δ.
     pub fn stops_at(&self, count: usize, settings: &Settings) -> bool {
         let gain = (self.fitness(count) - self.fitness(count - 1)).max(0.0); // ΔF
         count > 1 && gain < settings.delta

@@ -20,8 +20,8 @@ pub(in crate::model) struct HoldOut<'a> {
 }
 
 impl<'a> HoldOut<'a> {
-    /// Holds a part of the views and of the seen points out; `None` where there are too few of those
-    /// that count. Evidence without weight stays in the first part: it could not select.
+    /// Holds a part of the views and of the seen points out; `None` where there are too few of
+    /// those that count. Evidence without weight stays in the first part: it could not select.
     pub fn of(given: &ModelInput<'a>) -> Option<Self> {
         if given.mesh.is_some() {
             return None;
@@ -38,7 +38,7 @@ impl<'a> HoldOut<'a> {
         any.then_some(Self { views, samples })
     }
 
-    /// Gives the part to model from.
+    /// Returns the part to model from.
     pub fn training<'b>(&'b self, given: &ModelInput<'a>) -> ModelInput<'b>
     where
         'a: 'b,

@@ -24,8 +24,8 @@ use crate::shape::Body;
 pub struct Step {
     /// The body.
     pub body: Body,
-    /// F: the agreement with all that was given, at the resolution of the fit; of the paper's method
-    /// its own.
+    /// F: the agreement with all that was given, at the resolution of the fit; of the paper's
+    /// method its own.
     pub fitness: f64,
 }
 
@@ -35,7 +35,7 @@ pub type Progress<'a> = &'a mut (dyn FnMut(usize, f64, f64) -> bool + Send);
 
 /// Models what was given by the paper's progressive flow (Fig. 1, Sec. 2.2).
 ///
-/// Gives one step for each count of ellipsoids, up to that at which F stops to rise by δ. The
+/// Returns one step for each count of ellipsoids, up to that at which F stops to rise by δ. The
 /// overlap with the masks never falls from step to step.
 ///
 /// # Errors

@@ -23,13 +23,13 @@ pub(in crate::model) struct Objective {
 const EXTENT_COST: f64 = 0.03;
 
 impl Objective {
-    /// Gives what an ellipsoid costs.
+    /// Returns what an ellipsoid costs.
     fn cost(&self, quadric: &Quadric) -> f64 {
         let beyond = self.extent.map_or(0.0, |extent| extent.beyond(quadric).0);
         self.anisotropy_cost * anisotropy(quadric) + EXTENT_COST * beyond
     }
 
-    /// Gives how that changes; `None` for an ellipsoid without volume.
+    /// Returns how that changes; `None` for an ellipsoid without volume.
     fn cost_gradient(&self, quadric: &Quadric) -> Option<QuadricGradient> {
         let beyond = self.extent.map_or_else(Vector3::zeros, |extent| extent.beyond(quadric).1);
         let factor = anisotropy_gradient(quadric)?.factor * self.anisotropy_cost;
@@ -66,7 +66,7 @@ impl Fit {
         Self { quadrics, ..Self::default() }
     }
 
-    /// Gives the ellipsoids without some of them.
+    /// Returns the ellipsoids without some of them.
     pub fn without(&self, gone: &[usize]) -> Vec<Quadric> {
         let stays =
             |(index, quadric): (usize, &Quadric)| (!gone.contains(&index)).then_some(*quadric);

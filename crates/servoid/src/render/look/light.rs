@@ -40,7 +40,7 @@ impl Lighting {
     /// Strongest light.
     pub const MAX_STRENGTH: f64 = 1e3;
 
-    /// Says whether every number is in range.
+    /// Returns whether every number is in range.
     ///
     /// # Errors
     /// If the direction is none, or a strength is negative or above [`Lighting::MAX_STRENGTH`].
@@ -65,7 +65,7 @@ static LINEAR: LazyLock<[f32; 256]> = LazyLock::new(|| {
     })
 });
 
-/// Gives the linear strengths of an sRGB colour.
+/// Returns the linear strengths of an sRGB colour.
 pub(in crate::render) fn linear(color: [u8; 3]) -> [f32; 3] {
     color.map(|c| LINEAR[usize::from(c)])
 }
@@ -91,7 +91,7 @@ impl Grey {
         Self(&GREY)
     }
 
-    /// Gives the grey levels of strengths whose roots, from 0 to 1, are given.
+    /// Returns the grey levels of strengths whose roots, from 0 to 1, are given.
     #[inline(always)]
     pub fn of_root<L: Single>(self, root: L) -> L {
         let places = (root * L::of((STEPS - 1) as f64) + L::of(0.5)).whole();

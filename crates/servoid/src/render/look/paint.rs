@@ -41,7 +41,7 @@ impl Texture {
         Ok(Self { size: [width as f32, height as f32], pitch, texels })
     }
 
-    /// Gives the colours at places, for the rays in `lanes`; (0, 0) is the first pixel's corner,
+    /// Returns the colours at places, for the rays in `lanes`; (0, 0) is the first pixel's corner,
     /// (1, 1) the last one's.
     #[inline(always)]
     pub(in crate::render) fn at<L: Single>(&self, [u, v]: [L; 2], lanes: u32) -> Vector<L> {
@@ -66,7 +66,7 @@ impl Texture {
     }
 }
 
-/// Gives the stored pixel before a place, and how far it is to the next.
+/// Returns the stored pixel before a place, and how far it is to the next.
 #[inline(always)]
 fn split<L: Single>(place: L, count: f32) -> ([i32; EIGHT], [f32; EIGHT]) {
     let share = place - place.trunc();

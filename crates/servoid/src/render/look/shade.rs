@@ -29,14 +29,14 @@ impl Lamp {
         }
     }
 
-    /// Gives what a ray that meets nothing sees.
+    /// Returns what a ray that meets nothing sees.
     #[inline(always)]
     pub fn background<L: Single>(&self, moment: &Moment<f32>, ray: Vector<L>) -> Vector<L> {
         let up = ray.unit().dot(splat(moment.up));
         splat::<L>(self.sky) * (up * L::of(0.5 - 0.5 * BELOW) + L::of(0.5 + 0.5 * BELOW))
     }
 
-    /// Gives what a surface sends back: Lambert's law, and Blinn's highlight where it is glossy.
+    /// Returns what a surface sends back: Lambert's law, and Blinn's highlight where it is glossy.
     #[inline(always)]
     pub fn shine<L: Single>(
         &self,

@@ -40,7 +40,7 @@ fn plain<L>((normal, place): (Vector<L>, [L; 2])) -> Surface<L> {
     Surface { normal, place, tint: None }
 }
 
-/// Gives the colours of a surface, the texture's and the corners' included.
+/// Returns the colours of a surface, the texture's and the corners' included.
 #[inline(always)]
 pub(in crate::render) fn albedo<L: Single>(
     paint: &Paint,
@@ -111,13 +111,13 @@ fn sign<L: RayLanes>(x: L) -> L {
     x.less(L::of(0.0)).select(L::of(-1.0), L::of(1.0))
 }
 
-/// Gives how far round z a place is, from 0 at -x over 1/4 at -y to 1.
+/// Returns how far round z a place is, from 0 at -x over 1/4 at -y to 1.
 #[inline(always)]
 fn around<L: RayLanes>(x: L, y: L) -> L {
     angle(y, x) * L::of(0.5 / std::f64::consts::PI) + L::of(0.5)
 }
 
-/// Gives the angle of (x, y) from the x axis, to about 1e-5.
+/// Returns the angle of (x, y) from the x axis, to about 1e-5.
 ///
 /// Source: Abramowitz and Stegun, *Handbook of Mathematical Functions* (1964), 4.4.49.
 #[inline(always)]

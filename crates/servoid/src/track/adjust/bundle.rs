@@ -1,5 +1,5 @@
-//! Bundle adjustment: the poses of keyframes and the places of landmarks that explain best where the
-//! landmarks were seen. Everything is moved by what the object moves in its own frame.
+//! Bundle adjustment: the poses of keyframes and the places of landmarks that explain best where
+//! the landmarks were seen. Everything is moved by what the object moves in its own frame.
 
 use nalgebra::{DVector, Matrix2, Matrix3, Matrix6, Vector2, Vector3};
 
@@ -78,8 +78,8 @@ pub(crate) struct Solution {
     pub(crate) distance_variances: Vec<Option<f64>>,
 }
 
-/// Most steps, the same where only motion tells distances, and the part of the cost by which the last one
-/// lowers it.
+/// Most steps, the same where only motion tells distances, and the part of the cost by which the
+/// last one lowers it.
 const STEPS: (usize, usize) = (5, 12);
 const CONVERGED: f64 = 3e-3;
 /// Standard deviations from which on a sighting counts by its distance instead of its square.
@@ -123,8 +123,8 @@ impl Bundle {
         Some(Solution { bundle, turn_variances, distance_variances })
     }
 
-    /// Gives how far landmarks lie from where they were learned, rms in standard deviations; nothing if they are
-    /// too few.
+    /// Returns how far landmarks lie from where they were learned, rms in standard deviations;
+    /// nothing if they are too few.
     pub(crate) fn misfit(&self) -> Option<f64> {
         let off =
             self.landmarks.iter().filter_map(|one| Some(self.anchored(one)?.0.norm_squared()));
@@ -132,7 +132,7 @@ impl Bundle {
         (count >= FEW).then(|| (sum / f64::from(count)).sqrt())
     }
 
-    /// Gives how badly everything is explained.
+    /// Returns how badly everything is explained.
     pub(crate) fn cost(&self) -> f64 {
         let sightings = self.sightings.iter().map(|one| match self.seen(one) {
             Some((off, _)) => robust(off.dot(&(one.information * off))).0,
@@ -149,7 +149,7 @@ impl Bundle {
         sightings.sum::<f64>() + anchors.sum::<f64>() + beliefs.sum::<f64>()
     }
 
-    /// Gives how far a sighting is off in pixels, and the projection of the object's frame.
+    /// Returns how far a sighting is off in pixels, and the projection of the object's frame.
     pub(super) fn seen(&self, sighting: &Sighting) -> Option<(Vector2<f64>, Projection)> {
         let pose = &self.keyframes[sighting.keyframe].world_from_object;
         let projection = sighting.world.moved(pose);
@@ -157,8 +157,8 @@ impl Bundle {
         Some((sighting.pixel - pixel, projection))
     }
 
-    /// Gives how far a landmark is off from where it was learned, in standard deviations, by how much that
-    /// changes with its place in the object's frame.
+    /// Returns how far a landmark is off from where it was learned, in standard deviations, by how
+    /// much that changes with its place in the object's frame.
     pub(super) fn anchored(&self, landmark: &Landmark) -> Option<(Vector3<f64>, Matrix3<f64>)> {
         let anchor = landmark.anchor.as_ref()?;
         let object = self.keyframes[anchor.keyframe].world_from_object.inverse();
@@ -169,7 +169,7 @@ impl Bundle {
         Some((deviations * (position - landmark.position), deviations))
     }
 
-    /// Gives by which motion, in the object's frame, a keyframe is off from what was believed.
+    /// Returns by which motion, in the object's frame, a keyframe is off from what was believed.
     pub(super) fn off(&self, station: &Station) -> Option<Twist> {
         let belief = station.belief?;
         let from = belief.from.map_or_else(Pose::identity, |i| self.keyframes[i].world_from_object);
@@ -197,7 +197,7 @@ impl Bundle {
     }
 }
 
-/// Gives what a squared distance in standard deviations costs, and how much its square counts.
+/// Returns what a squared distance in standard deviations costs, and how much its square counts.
 pub(super) fn robust(square: f64) -> (f64, f64) {
     if square <= HUBER * HUBER {
         return (square, 1.0);
@@ -206,8 +206,8 @@ pub(super) fn robust(square: f64) -> (f64, f64) {
     (HUBER * (2.0 * off - HUBER), HUBER / off)
 }
 
-/// Draws a turning object before two cameras, the poses of keyframes but the first off by about so many
-/// radians.
+/// Draws a turning object before two cameras, the poses of keyframes but the first off by about so
+/// many radians.
 #[cfg(test)]
 pub(super) fn scene(seed: u64, off: f64) -> Bundle {
     use rand::RngExt;

@@ -1,5 +1,6 @@
-//! Keyframes and landmarks are adjusted together, beside the tracker: the turn drifts while an object shows
-//! new sides, and what was seen of them later, at best of a side that was known before, tells by how much.
+//! Keyframes and landmarks are adjusted together, beside the tracker: the turn drifts while an
+//! object shows new sides, and what was seen of them later, at best of a side that was known
+//! before, tells by how much.
 
 mod bundle;
 mod schur;
@@ -23,9 +24,9 @@ use crate::pose::Pose;
 const DELAY: usize = 3;
 /// Keyframes from which on there is something to adjust.
 const LEAST_KEYFRAMES: usize = 3;
-/// Standard deviation, in radians, of the turn from one keyframe to the next as it was tracked, of the same
-/// while distances are guesses, and of an object that was lost between; a place errs by this part of the
-/// radius a radian.
+/// Standard deviation, in radians, of the turn from one keyframe to the next as it was tracked, of
+/// the same while distances are guesses, and of an object that was lost between; a place errs by
+/// this part of the radius a radian.
 const STEP_RAD: f64 = 0.03;
 const GUESS_RAD: f64 = 0.15;
 const LOST_RAD: f64 = 0.3;
@@ -51,8 +52,8 @@ pub(super) struct Pending {
 }
 
 impl Tracker {
-    /// Gives the number and the pose of the keyframe that a pose belongs to, and before the first those that it
-    /// will have.
+    /// Returns the number and the pose of the keyframe that a pose belongs to, and before the first
+    /// those that it will have.
     pub(super) fn keyframe_around(
         &self,
         observation: &Observation<'_>,
@@ -64,8 +65,8 @@ impl Tracker {
         keyframe.map_or(upcoming, |one| (one.number, one.world_from_object))
     }
 
-    /// Gives the keyframe that a pose belongs to, and the one that the last pose belonged to, each by its number
-    /// with its pose.
+    /// Returns the keyframe that a pose belongs to, and the one that the last pose belonged to,
+    /// each by its number with its pose.
     pub(super) fn keyframes_around(
         &mut self,
         observation: &Observation<'_>,
@@ -79,7 +80,8 @@ impl Tracker {
         [Some(own), last.and_then(|last| Some((last, self.target.keyframes.pose(last)?)))]
     }
 
-    /// Keeps a pose that is believed where the object shows another side, and has all that was kept adjusted.
+    /// Keeps a pose that is believed where the object shows another side, and has all that was kept
+    /// adjusted.
     pub(super) fn keep_keyframe(&mut self, observation: &Observation<'_>, hypothesis: &Hypothesis) {
         let eyes = observation.world_from_camera[0];
         let object_from_camera = (hypothesis.pose.inverse() * eyes).rotation();
@@ -106,7 +108,7 @@ impl Tracker {
         self.begin_adjusting(if guesses { 1 } else { DELAY });
     }
 
-    /// Says whether the distances of most points that are recognised are guesses yet.
+    /// Returns whether the distances of most points that are recognised are guesses yet.
     fn guesses(&self) -> bool {
         if !self.target.relief.is_open {
             return false;
@@ -154,7 +156,7 @@ impl Tracker {
 }
 
 impl Target {
-    /// Gives what is known of keyframes and landmarks, and the numbers of the landmarks.
+    /// Returns what is known of keyframes and landmarks, and the numbers of the landmarks.
     fn bundle(&self) -> (Bundle, Vec<usize>) {
         let all = &self.keyframes.all;
         let radius = self.solid.radius;
@@ -198,8 +200,8 @@ impl Target {
         })
     }
 
-    /// Says whether a keyframe would be moved farther than anything drifts: sightings that contradict each other
-    /// tear the keyframes apart.
+    /// Returns whether a keyframe would be moved farther than anything drifts: sightings that
+    /// contradict each other tear the keyframes apart.
     fn is_torn(&self, solution: &Solution, numbers: &[usize]) -> bool {
         let far = |(number, station): (&usize, &Station)| {
             let all = &self.keyframes.all;
@@ -211,8 +213,8 @@ impl Target {
         numbers.iter().zip(&solution.bundle.keyframes).any(far)
     }
 
-    /// Moves everything to where it was adjusted to; gives the motion of the newest keyframe, in the object's
-    /// frame.
+    /// Moves everything to where it was adjusted to; gives the motion of the newest keyframe, in
+    /// the object's frame.
     fn correct(&mut self, solution: &Solution, (numbers, ids): (&[usize], &[usize])) -> Pose {
         let moves = self.keyframe_moves(solution, numbers);
         let last = moves.last().map_or_else(Pose::identity, |(_, by)| *by);
@@ -253,7 +255,7 @@ impl Target {
         last
     }
 
-    /// Gives how each keyframe is moved, and notes how far its turn may have drifted.
+    /// Returns how each keyframe is moved, and notes how far its turn may have drifted.
     fn keyframe_moves(&mut self, solution: &Solution, numbers: &[usize]) -> Vec<(usize, Pose)> {
         let mut moves = Vec::with_capacity(numbers.len());
         let found = solution.bundle.keyframes.iter().zip(&solution.turn_variances);
@@ -279,8 +281,8 @@ impl Target {
     }
 }
 
-/// Gives what is believed of a keyframe: the motion from the one before, or that it stands about where it
-/// was found.
+/// Returns what is believed of a keyframe: the motion from the one before, or that it stands about
+/// where it was found.
 fn station(all: &[Keyframe], at: usize, one: &Keyframe, radius: f64) -> Station {
     let from = one.step.and_then(|(from, motion)| {
         let place = all[..at].binary_search_by_key(&from, |other| other.number).ok()?;

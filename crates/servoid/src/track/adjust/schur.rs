@@ -6,7 +6,8 @@ use super::bundle::{Bundle, Landmark, robust};
 use crate::pose::Pose;
 use crate::track::target::points::by_motion;
 
-/// Part of what is said of a landmark that is believed of it in directions of which nothing is said.
+/// Part of what is said of a landmark that is believed of it in directions of which nothing is
+/// said.
 const RIDGE: f64 = 1e-9;
 
 /// The normal equations about where everything is.
@@ -18,7 +19,8 @@ pub(super) struct Reduced {
     landmarks: Vec<Block>,
 }
 
-/// What is left of the keyframes' curvature and slope, and the inverses of the landmarks' own curvatures.
+/// What is left of the keyframes' curvature and slope, and the inverses of the landmarks' own
+/// curvatures.
 type Eliminated = (DMatrix<f64>, DVector<f64>, Vec<Matrix3<f64>>);
 
 /// What is said of a landmark, and of it with the keyframes that saw it.
@@ -141,7 +143,7 @@ impl Reduced {
         }
     }
 
-    /// Gives by what keyframes and landmarks are to be moved.
+    /// Returns by what keyframes and landmarks are to be moved.
     pub(super) fn step(&self, damping: f64) -> Option<(DVector<f64>, Vec<Vector3<f64>>)> {
         let (matrix, slope, inverses) = self.eliminated(damping)?;
         let motions = matrix.cholesky()?.solve(&slope);
@@ -154,7 +156,8 @@ impl Reduced {
         Some((motions, shifts))
     }
 
-    /// Gives the variance of each keyframe's turn, and of the distance of each landmark for which it is asked.
+    /// Returns the variance of each keyframe's turn, and of the distance of each landmark for which
+    /// it is asked.
     pub(super) fn variances(&self, bundle: &Bundle) -> Option<(Vec<f64>, Vec<Option<f64>>)> {
         let (matrix, _, inverses) = self.eliminated(0.0)?;
         let factor = matrix.cholesky()?.unpack();

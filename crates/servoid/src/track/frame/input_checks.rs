@@ -55,8 +55,8 @@ impl InputChecks {
             self.usable[index] = wrong.is_none();
             notices.extend(wrong);
         }
-        // Where nothing moves, all cameras see the same again; where one alone does, it hangs, and what it
-        // shows is as old when the others fail.
+        // Where nothing moves, all cameras see the same again; where one alone does, it hangs, and
+        // what it shows is as old when the others fail.
         let repeated = notices.iter().filter_map(|notice| match notice {
             Notice::Repeated(camera) => Some(*camera),
             _ => None,
@@ -81,7 +81,7 @@ impl InputChecks {
         }
     }
 
-    /// Says whether a camera's image can be used.
+    /// Returns whether a camera's image can be used.
     pub(crate) fn can_use(&self, camera: usize) -> bool {
         self.usable[camera]
     }
@@ -91,13 +91,13 @@ impl InputChecks {
         self.usable.fill(false);
     }
 
-    /// Says whether every camera only repeated itself: nothing new can be learned.
+    /// Returns whether every camera only repeated itself: nothing new can be learned.
     pub(crate) fn is_stale(&self) -> bool {
         self.stale
     }
 }
 
-/// Gives a number that differs between images (FNV-1a over some of their bytes).
+/// Returns a number that differs between images (FNV-1a over some of their bytes).
 fn print(image: &ImageView<'_>) -> u64 {
     let mut hash = 0xcbf2_9ce4_8422_2325_u64;
     for byte in image.bytes().iter().step_by(PRINT_STEP) {

@@ -16,8 +16,8 @@ use super::target::solid::Solid;
 use crate::camera::{Camera, ImageView, Observation};
 use crate::pose::Pose;
 
-/// The cameras and what they see now: a window in each image that can be used, and what is wrong with
-/// the others. Memory is kept from image to image.
+/// The cameras and what they see now: a window in each image that can be used, and what is wrong
+/// with the others. Memory is kept from image to image.
 #[derive(Debug, Clone)]
 pub(super) struct Frame {
     pub(super) cameras: Vec<Camera>,
@@ -65,8 +65,8 @@ impl Frame {
         Ok(())
     }
 
-    /// Looks around where the body is at a pose; `false` if no camera sees it. Windows are larger than
-    /// its image by `margin` of its size.
+    /// Looks around where the body is at a pose; `false` if no camera sees it. Windows are larger
+    /// than its image by `margin` of its size.
     pub(super) fn open_windows(
         &mut self,
         observation: &Observation<'_>,
@@ -102,7 +102,7 @@ impl Frame {
         }
     }
 
-    /// Gives the images that can be used.
+    /// Returns the images that can be used.
     pub(super) fn images<'a>(
         &self,
         observation: &Observation<'a>,
@@ -111,7 +111,7 @@ impl Frame {
         cameras.filter_map(|camera| observation.images[camera])
     }
 
-    /// Says whether any camera delivered an image.
+    /// Returns whether any camera delivered an image.
     pub(super) fn can_see(&self) -> bool {
         (0..self.cameras.len()).any(|camera| self.input_checks.can_use(camera))
     }
@@ -122,7 +122,7 @@ impl Frame {
         self.notices.push(Notice::Outdated);
     }
 
-    /// Says whether every camera only repeated itself: nothing new can be learned.
+    /// Returns whether every camera only repeated itself: nothing new can be learned.
     pub(super) fn is_stale(&self) -> bool {
         self.input_checks.is_stale()
     }
@@ -132,7 +132,7 @@ impl Frame {
         self.windows.iter().filter(|window| window.is_open()).count()
     }
 
-    /// Gives the pixels that the body's outlines hold at a pose.
+    /// Returns the pixels that the body's outlines hold at a pose.
     pub(super) fn area(&self, pose: &Pose, solid: &Solid) -> f64 {
         let held = self
             .windows
@@ -141,8 +141,8 @@ impl Frame {
         held.sum()
     }
 
-    /// Gives by how many pixels the object's image moves for a metre across, in the camera where it
-    /// moves most.
+    /// Returns by how many pixels the object's image moves for a metre across, in the camera where
+    /// it moves most.
     pub(super) fn px_per_meter(&self, pose: &Pose) -> f64 {
         let slopes = self.windows.iter().filter_map(|window| {
             let (_, slope) = window.projection(pose)?.pixel(&Vector3::zeros())?;

@@ -1,6 +1,6 @@
 //! Where something hides the object: for each camera a grid of cells about the object's image, with
-//! the log-odds that it shows there. What was hidden a moment ago probably still is, so the grid has a
-//! memory; each image adds what its surface points and its colours say.
+//! the log-odds that it shows there. What was hidden a moment ago probably still is, so the grid
+//! has a memory; each image adds what its surface points and its colours say.
 
 use nalgebra::Vector2;
 
@@ -34,19 +34,20 @@ const PRIOR: f64 = 1.5;
 const MOST: f64 = 3.0;
 /// Share of what was known that is left in the next image.
 const KEPT: f64 = 0.5;
-/// Log-odds that a surface point brings which is recognised, and one which is not, and the least and
-/// the most that all of a cell's do.
+/// Log-odds that a surface point brings which is recognised, and one which is not, and the least
+/// and the most that all of a cell's do.
 const POINT: (f64, f64) = (1.5, -1.0);
 const POINTS: (f64, f64) = (-2.0, 3.0);
 /// Correlations below which a point is not recognised, and from which on it is.
 const RECOGNISED: (f64, f64) = (0.4, 0.6);
-/// Log-odds that colours bring, for each reference ratio of log-likelihoods above `STRANGE`, and most.
+/// Log-odds that colours bring, for each reference ratio of log-likelihoods above `STRANGE`, and
+/// most.
 const COLOR: f64 = 3.0;
 const COLORS: f64 = 2.5;
 /// Share of the object's reference log-likelihood ratio below which colours are strange.
 const STRANGE: f64 = 0.25;
-/// Log-odds that a measured depth brings: of what lies before the body by more than a part of its radius, and of
-/// the body itself.
+/// Log-odds that a measured depth brings: of what lies before the body by more than a part of its
+/// radius, and of the body itself.
 const DEPTH: (f64, f64) = (-4.0, 1.0);
 const BEFORE: f64 = 0.35;
 /// Places along one side of a cell whose colours are asked.
@@ -81,7 +82,7 @@ impl Grid {
         }
     }
 
-    /// Gives the cell that holds a pixel.
+    /// Returns the cell that holds a pixel.
     fn cell(&self, pixel: &Vector2<f64>) -> Option<usize> {
         let at = (pixel - self.first) / self.cell_px;
         let inside = at.iter().all(|x| (0.0..SIDE as f64).contains(x));
@@ -126,7 +127,8 @@ impl Grid {
         }
     }
 
-    /// Reads whether something lies before the object in the cells that outlines hold, by a depth image.
+    /// Reads whether something lies before the object in the cells that outlines hold, by a depth
+    /// image.
     fn measure(&mut self, outlines: &[Outline], is_before: impl Fn(&Vector2<f64>) -> Option<bool>) {
         for cell in 0..CELLS {
             let middle = self.middle(cell);
@@ -190,8 +192,8 @@ impl Occlusion {
         self.grids.iter_mut().for_each(|grid| *grid = Grid::new());
     }
 
-    /// Says for each cell whether the object shows there at a pose; `reference` is what its colours are
-    /// usually worth.
+    /// Says for each cell whether the object shows there at a pose; `reference` is what its colours
+    /// are usually worth.
     pub(crate) fn observe(
         &mut self,
         inputs: &Inputs<'_>,
@@ -247,14 +249,14 @@ impl Occlusion {
         self.grids.iter_mut().for_each(Grid::remember);
     }
 
-    /// Gives how far a pixel's cell counts as hidden, 0 to 1.
+    /// Returns how far a pixel's cell counts as hidden, 0 to 1.
     pub(crate) fn hides(&self, camera: usize, pixel: &Vector2<f64>) -> f64 {
         let hidden = self.grids.get(camera).and_then(|grid| Some(grid.hidden[grid.cell(pixel)?]));
         hidden.map_or(0.0, share)
     }
 
-    /// Gives the mean log-likelihood ratio of the cells that are clear, and their share; nothing where
-    /// the outline holds none.
+    /// Returns the mean log-likelihood ratio of the cells that are clear, and their share; nothing
+    /// where the outline holds none.
     pub(crate) fn clear(&self) -> Option<(f64, f64)> {
         let (mut sum, mut clear, mut all) = (0.0, 0.0, 0.0);
         for grid in &self.grids {
@@ -271,8 +273,8 @@ impl Occlusion {
     }
 }
 
-/// Says whether a depth image shows something well before the body at a pixel, or about it; nothing where it
-/// shows what lies behind, or nothing.
+/// Returns whether a depth image shows something well before the body at a pixel, or about it;
+/// nothing where it shows what lies behind, or nothing.
 fn before(seen: &Rangefinder<'_>, solid: &Solid, pixel: &Vector2<f64>) -> Option<bool> {
     let (found, _) = seen.place(pixel)?;
     let way = found - seen.eye;
@@ -282,7 +284,7 @@ fn before(seen: &Rangefinder<'_>, solid: &Solid, pixel: &Vector2<f64>) -> Option
     (nearer > -most).then_some(nearer > most)
 }
 
-/// Gives how far a cell counts as hidden that is with a probability.
+/// Returns how far a cell counts as hidden that is with a probability.
 fn share(probability: f64) -> f64 {
     ((probability - HIDDEN.0) / (HIDDEN.1 - HIDDEN.0)).clamp(0.0, 1.0)
 }

@@ -14,14 +14,15 @@ pub(crate) struct Rangefinder<'a> {
 }
 
 impl<'a> Rangefinder<'a> {
-    /// Looks at a depth image whose camera projects the object's frame like this; none if it does not see it.
+    /// Looks at a depth image whose camera projects the object's frame like this; none if it does
+    /// not see it.
     pub(crate) fn new(depth: &'a DepthView<'a>, projection: Projection) -> Option<Self> {
         let (eye, object_from_ray) = (projection.eye()?, projection.linear.try_inverse()?);
         Some(Self { projection, eye, depth, object_from_ray })
     }
 
-    /// Gives the place that is seen at the pixel nearest to one, and its distance along the camera's axis, in
-    /// metres, if that was measured.
+    /// Returns the place that is seen at the pixel nearest to one, and its distance along the
+    /// camera's axis, in metres, if that was measured.
     pub(crate) fn place(&self, pixel: &Vector2<f64>) -> Option<(Vector3<f64>, f64)> {
         let metres = self.depth.at(pixel.x, pixel.y)?;
         Some((self.back_project(pixel, metres), metres))

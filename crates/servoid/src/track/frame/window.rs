@@ -28,9 +28,9 @@ pub(crate) struct Window {
 /// Rows of the image a row of the map.
 const STRIDE: usize = 4;
 
-/// Standard deviation of a patch without its noise, as a share of the light in its window, from which
-/// on no shading makes it: courses of plain objects have at most 21 such points a camera, and those
-/// with a print seldom less than 25.
+/// Standard deviation of a patch without its noise, as a share of the light in its window, from
+/// which on no shading makes it: courses of plain objects have at most 21 such points a camera, and
+/// those with a print seldom less than 25.
 const TEXTURED: f64 = 0.08;
 
 impl Window {
@@ -86,7 +86,7 @@ impl Window {
         }
     }
 
-    /// Gives on which side of the object a pixel lies.
+    /// Returns on which side of the object a pixel lies.
     #[inline]
     fn side(&self, u: usize, v: usize) -> usize {
         self.middle.map_or(colors::ANY_SIDE, |middle| {
@@ -94,17 +94,17 @@ impl Window {
         })
     }
 
-    /// Says whether a piece of surface has the contrast of a pattern.
+    /// Returns whether a piece of surface has the contrast of a pattern.
     pub(crate) fn shows_texture(&self, found: &Agreement) -> bool {
         found.contrast >= libm::hypot(TEXTURED * self.light, self.noise)
     }
 
-    /// Gives how the camera sees the object at a pose, if it looked.
+    /// Returns how the camera sees the object at a pose, if it looked.
     pub(crate) fn projection(&self, world_from_object: &Pose) -> Option<Projection> {
         Some(self.from_world?.moved(world_from_object))
     }
 
-    /// Gives first column and row, and width and height, in pixels of the image.
+    /// Returns first column and row, and width and height, in pixels of the image.
     pub(crate) fn place_px(&self) -> ([usize; 2], [usize; 2]) {
         (self.first_px, self.size_px)
     }
@@ -114,7 +114,7 @@ impl Window {
         self.from_world = None;
     }
 
-    /// Says whether the window shows nothing at all: one brightness everywhere.
+    /// Returns whether the window shows nothing at all: one brightness everywhere.
     pub(crate) fn is_blank(&self) -> bool {
         self.pyramid.plane(Pyramid::LEVELS - 1).deviation() < BLANK
     }
@@ -145,8 +145,8 @@ impl Window {
         });
     }
 
-    /// Gives where the camera is and unit rays through places all over the window, `columns` a row;
-    /// fewer where it is so high that there would be more than twice as many rows.
+    /// Returns where the camera is and unit rays through places all over the window, `columns` a
+    /// row; fewer where it is so high that there would be more than twice as many rows.
     pub(crate) fn rays(
         &self,
         columns: usize,
@@ -166,14 +166,14 @@ impl Window {
         Some((eye, rays))
     }
 
-    /// Gives the sum of the scores inside the body's outline at a pose, and the pixels inside.
+    /// Returns the sum of the scores inside the body's outline at a pose, and the pixels inside.
     pub(crate) fn region(&self, projection: &Projection, solid: &Solid) -> (f64, f64) {
         let here = projection.shifted(self.first_px.map(|x| x as f64));
         let sums = self.map.sums(Backend::used(), &here, &solid.quadrics);
         (sums.score, sums.area)
     }
 
-    /// Gives the log-likelihood ratio of the pixel nearest to a place; `None` outside the window.
+    /// Returns the log-likelihood ratio of the pixel nearest to a place; `None` outside the window.
     pub(crate) fn ratio(
         &self,
         image: &ImageView<'_>,
@@ -257,7 +257,7 @@ const TEACHING_STRIDE: usize = 3;
 /// Most of them in a row.
 const MOST_LABELS: usize = Camera::MAX_SIDE_PX.div_ceil(TEACHING_STRIDE);
 
-/// Gives the box around the outlines in the image, if there are any.
+/// Returns the box around the outlines in the image, if there are any.
 pub(crate) fn bounds(
     outlines: impl IntoIterator<Item = Outline>,
 ) -> Option<(Vector2<f64>, Vector2<f64>)> {

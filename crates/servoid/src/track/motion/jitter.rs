@@ -21,8 +21,8 @@ const UNEVEN: f64 = 0.2;
 const RATE: f64 = 0.05;
 /// Variance of the third difference of independent values.
 const THIRD: f64 = 20.0;
-/// Variance of an error beside that of the part of it that differs from image to image: objects with
-/// and without a pattern err by about three times as much as shows.
+/// Variance of an error beside that of the part of it that differs from image to image: objects
+/// with and without a pattern err by about three times as much as shows.
 const LASTING: f64 = 9.0;
 
 /// Standard deviation, in radii and radians, that is supposed before images were compared.
@@ -59,12 +59,12 @@ impl Jitter {
         (self.last, self.steps) = (None, [None; 2]);
     }
 
-    /// Says whether any images were compared yet.
+    /// Returns whether any images were compared yet.
     pub(crate) fn is_measured(&self) -> bool {
         self.count > 1.0
     }
 
-    /// Gives the covariance of an error, in the object's frame, as far as it shows from image to
+    /// Returns the covariance of an error, in the object's frame, as far as it shows from image to
     /// image.
     pub(crate) fn covariance(&self) -> Matrix6<f64> {
         LASTING * self.covariance

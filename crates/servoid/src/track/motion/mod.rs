@@ -11,9 +11,9 @@ use super::pose::search::Deviation;
 use super::pose::uncertainty::inverse;
 use crate::pose::{Pose, Twist};
 
-/// Where the object was seen and how it moved: its middle evenly through the world, and turning evenly
-/// about it. While it is not seen it is foreseen to go on, ever more slowly. What is not certain of it
-/// goes along, by a Kalman filter whose speed may jump from image to image.
+/// Where the object was seen and how it moved: its middle evenly through the world, and turning
+/// evenly about it. While it is not seen it is foreseen to go on, ever more slowly. What is not
+/// certain of it goes along, by a Kalman filter whose speed may jump from image to image.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Motion {
     seen: At,
@@ -32,8 +32,8 @@ struct At {
     world_from_object: Pose,
 }
 
-/// What is believed of a pose before the image is seen: where it is, and its information about a small
-/// motion from there, in the object's frame.
+/// What is believed of a pose before the image is seen: where it is, and its information about a
+/// small motion from there, in the object's frame.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Prior {
     pub(super) pose: Pose,
@@ -41,7 +41,7 @@ pub(super) struct Prior {
 }
 
 impl Prior {
-    /// Gives the information and its pull on a pose, about small motions from that.
+    /// Returns the information and its pull on a pose, about small motions from that.
     pub(super) fn at(&self, pose: &Pose) -> (Matrix6<f64>, Vector6<f64>) {
         let off: Twist = (pose.inverse() * self.pose).log();
         (self.information, self.information * off)
@@ -50,8 +50,8 @@ impl Prior {
 
 /// Factor of the standard deviation of what is foreseen: speeds do not change by chance.
 const WIDE: f64 = 1.5;
-/// Factor of the variance that images leave, beyond which they tell nothing of what is foreseen: points err
-/// together.
+/// Factor of the variance that images leave, beyond which they tell nothing of what is foreseen:
+/// points err together.
 const LASTING: f64 = 9.0;
 /// Time in which a motion that is not seen loses all but a factor of e.
 const FADES_S: f64 = 0.1;
@@ -68,7 +68,7 @@ impl Motion {
         self.seen.world_from_object
     }
 
-    /// Gives the standard deviation of the turn at which it was seen last, in radians.
+    /// Returns the standard deviation of the turn at which it was seen last, in radians.
     pub(super) fn turn_sd(&self) -> f64 {
         self.place.fixed_view::<3, 3>(3, 3).trace().sqrt()
     }
@@ -82,8 +82,8 @@ impl Motion {
         Pose::from_rotation(turn * here.rotation(), here.translation() + self.velocity() * dt)
     }
 
-    /// Gives what is believed of the pose at a time, if the speed changes by about what `process_noise`
-    /// amounts to until then.
+    /// Returns what is believed of the pose at a time, if the speed changes by about what
+    /// `process_noise` amounts to until then.
     pub(super) fn prior(&self, time_s: f64, process_noise: Deviation) -> Prior {
         let mut later = *self;
         later.pass(time_s, process_noise);
@@ -93,7 +93,7 @@ impl Motion {
         Prior { pose, information }
     }
 
-    /// Gives the variance of the turn at a time, in square radians.
+    /// Returns the variance of the turn at a time, in square radians.
     pub(super) fn turn_variance_at(&self, time_s: f64, process_noise: Deviation) -> f64 {
         let mut later = *self;
         later.pass(time_s, process_noise);
@@ -107,8 +107,8 @@ impl Motion {
         }
     }
 
-    /// Goes on to a pose that was found, and whose error has a covariance in the object's frame; gives
-    /// which part of the uncertainty of place and turn it removed.
+    /// Goes on to a pose that was found, and whose error has a covariance in the object's frame;
+    /// gives which part of the uncertainty of place and turn it removed.
     pub(super) fn follow(
         &mut self,
         time_s: f64,
@@ -200,7 +200,7 @@ fn gain(before: &Matrix6<f64>, after: &Matrix6<f64>, from: usize) -> f64 {
     if before > 0.0 { (1.0 - LASTING * after / before).clamp(0.0, 1.0) } else { 0.0 }
 }
 
-/// Gives the seconds from one time to a later one, unless that is too far.
+/// Returns the seconds from one time to a later one, unless that is too far.
 fn passed(from_s: f64, to_s: f64) -> Option<f64> {
     let dt = to_s - from_s;
     (dt > 0.0 && dt < FARTHEST_S).then_some(dt)

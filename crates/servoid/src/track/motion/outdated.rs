@@ -20,11 +20,14 @@ pub(crate) struct Newest {
     way: Way,
 }
 
-/// How far what images show may have moved since, in radii of the object: half of what makes a pose wrong.
+/// How far what images show may have moved since, in radii of the object: half of what makes a pose
+/// wrong.
 const MOVED: f64 = 0.1;
-/// Span of the newest places that tells a speed by itself, at least, and at most where there are more.
+/// Span of the newest places that tells a speed by itself, at least, and at most where there are
+/// more.
 const SPAN_S: [f64; 2] = [0.1, 0.3];
-/// Time over which a motion must have been steady to be believed for longer than `FARTHEST_S`, in seconds.
+/// Time over which a motion must have been steady to be believed for longer than `FARTHEST_S`, in
+/// seconds.
 const STEADY_S: f64 = 1.0;
 /// Parts of that time, which are compared.
 const PARTS: usize = 4;
@@ -60,9 +63,9 @@ impl Tracker {
         });
     }
 
-    /// Says whether all images are those before although the object, as it moved, or the cameras must have
-    /// moved on since they were new: they do not tell where it is now. A camera that goes along with what it
-    /// expects does not show that it is there.
+    /// Returns whether all images are those before although the object, as it moved, or the cameras
+    /// must have moved on since they were new: they do not tell where it is now. A camera that goes
+    /// along with what it expects does not show that it is there.
     pub(crate) fn is_outdated(&self, observation: &Observation<'_>) -> bool {
         let Some(newest) = self.newest.as_ref().filter(|_| self.frame.is_stale()) else {
             return false;
@@ -73,7 +76,8 @@ impl Tracker {
         // Where its image puts the object, for a camera that is here and was there.
         let mut shown = shown.map(|((here, there), _)| (here, *here * there.inverse() * seen));
         let (first, before) = shown.clone().next().unwrap_or((&seen, seen));
-        // A speed is foreseen no farther than that, and an object that went so far does not come back.
+        // A speed is foreseen no farther than that, and an object that went so far does not come
+        // back.
         let until_s = observation.time_s.min(newest.time_s + 0.99 * FARTHEST_S);
         let soon = newest.motion.predict(until_s);
         let recent = newest.way.soon(until_s - newest.time_s);
@@ -84,7 +88,8 @@ impl Tracker {
             from.apart(to) + turned * radius > MOVED * radius
         };
         let has_gone = |from: &Pose| foreseen.clone().any(|now| has_moved(from, &now));
-        // Eyes that turned otherwise than each other triangulate what they show to another distance.
+        // Eyes that turned otherwise than each other triangulate what they show to another
+        // distance.
         let away = first.apart(&before);
         let parts = |(here, place): &(&Pose, Pose)| {
             before.apart(place) * away > MOVED * radius * first.apart(here)
@@ -93,8 +98,8 @@ impl Tracker {
     }
 }
 
-/// Where the object was seen in the last second of new images, the newest last, and where before it was
-/// not seen for long.
+/// Where the object was seen in the last second of new images, the newest last, and where before it
+/// was not seen for long.
 #[derive(Debug, Clone)]
 struct Way {
     places: VecDeque<(f64, Pose)>,
@@ -107,8 +112,8 @@ impl Way {
         Self { places: VecDeque::with_capacity(PLACES + PARTS), before: None }
     }
 
-    /// Adds where the object is; where time does not go on, or jumps, all before is forgotten but the
-    /// last.
+    /// Adds where the object is; where time does not go on, or jumps, all before is forgotten but
+    /// the last.
     fn go_on(&mut self, time_s: f64, world_from_object: Pose) {
         let goes_on = |last_s: f64| time_s > last_s && time_s - last_s < FARTHEST_S;
         if let Some(&last) = self.places.back().filter(|(last_s, _)| !goes_on(*last_s)) {
@@ -126,9 +131,9 @@ impl Way {
         }
     }
 
-    /// Says where the object is so many seconds after it was seen last, if it goes on as between the
-    /// newest places. A motion forgets its speed while nothing new is seen; a single new image does not
-    /// teach it anew, but says how far the object went meanwhile.
+    /// Says where the object is so many seconds after it was seen last, if it goes on as between
+    /// the newest places. A motion forgets its speed while nothing new is seen; a single new image
+    /// does not teach it anew, but says how far the object went meanwhile.
     fn soon(&self, seconds: f64) -> Option<Pose> {
         let (last_s, last) = self.places.back().filter(|_| seconds > 0.0)?;
         let mut older = self.places.iter().rev().skip_while(|(at_s, _)| last_s - at_s < SPAN_S[0]);
@@ -142,8 +147,8 @@ impl Way {
         Some(Pose::from_rotation(turn * last.rotation(), last.translation() + across))
     }
 
-    /// Says where the object is so many seconds after it was seen last, if it moved as steadily before
-    /// that it certainly goes on; `None` where it rested, or moved this way and that.
+    /// Says where the object is so many seconds after it was seen last, if it moved as steadily
+    /// before that it certainly goes on; `None` where it rested, or moved this way and that.
     fn later(&self, seconds: f64, radius: f64) -> Option<Pose> {
         let (Some((first_s, _)), Some((last_s, last))) = (self.places.front(), self.places.back())
         else {
@@ -170,8 +175,8 @@ impl Way {
     }
 }
 
-/// Gives the part of speeds that is certain: their mean, less by as much as chance can make of it, and no
-/// more than the last.
+/// Returns the part of speeds that is certain: their mean, less by as much as chance can make of
+/// it, and no more than the last.
 fn steady(speeds: &[Vector3<f64>]) -> Vector3<f64> {
     let mean = speeds.iter().sum::<Vector3<f64>>() / speeds.len() as f64;
     let Some(along) = mean.try_normalize(0.0) else { return mean };

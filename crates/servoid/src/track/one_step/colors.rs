@@ -44,7 +44,7 @@ impl Colors {
         pixels.map(|rgb| u8::from(self.model.score(rgb) > 0.0)).collect()
     }
 
-    /// Gives the share of what should be seen of the object that the images confirm, and which
+    /// Returns the share of what should be seen of the object that the images confirm, and which
     /// images show nothing of it.
     pub fn confidence(&self, usable: &[UsableImage<'_>], body: &Body) -> (f64, Vec<usize>) {
         let (mut sum, mut area, mut outside) = (0.0, 0, vec![]);

@@ -42,7 +42,7 @@ impl Life {
         Ok(())
     }
 
-    /// Gives the poses that are to be scored.
+    /// Returns the poses that are to be scored.
     pub fn poses(&self) -> Vec<Pose> {
         self.ga.ask().iter().map(|individual| self.decode(&individual.genes)).collect()
     }
@@ -52,7 +52,7 @@ impl Life {
         Ok(self.ga.tell(scores)?)
     }
 
-    /// Gives the score of the best individual of the newest generation.
+    /// Returns the score of the best individual of the newest generation.
     pub fn best_score(&self) -> f64 {
         self.ga.best().score
     }

@@ -132,7 +132,7 @@ impl OneStep {
         estimate
     }
 
-    /// Gives the score of the best individual in the newest image; `None` before the start.
+    /// Returns the score of the best individual in the newest image; `None` before the start.
     #[must_use]
     pub fn best_score(&self) -> Option<f64> {
         self.started.as_ref().map(|started| started.life.best_score())
@@ -273,7 +273,7 @@ impl OneStep {
     }
 }
 
-/// Gives an object's size in metres: how far it reaches from the mean of its ellipsoids' centres.
+/// Returns an object's size in metres: how far it reaches from the mean of its ellipsoids' centres.
 fn size(body: &Body) -> f64 {
     let ellipsoids = body.ellipsoids();
     let sum: Vector3<f64> = ellipsoids.iter().map(|e| e.center()).sum();

@@ -68,13 +68,13 @@ impl PopulationMoments {
         scale * about_best * scale
     }
 
-    /// Gives the covariance of an object that may be anywhere in the range.
+    /// Returns the covariance of an object that may be anywhere in the range.
     pub fn anywhere(&self) -> Matrix6<f64> {
         let scales = self.range.scales();
         Matrix6::from_diagonal(&scales.component_mul(&scales)) / 3.0
     }
 
-    /// Gives the unit motions that the images leave open.
+    /// Returns the unit motions that the images leave open.
     ///
     /// If scores depend on B x alone, selection narrows the moments to A - A Bᵀ (..) B A. Then
     /// S v = A v only where B A v = 0, and A v is a motion that no score tells.
@@ -97,7 +97,7 @@ impl PopulationMoments {
         open.map(motion).collect()
     }
 
-    /// Gives the motions from the best to each, as shares of the range.
+    /// Returns the motions from the best to each, as shares of the range.
     fn motions(&self, ranked: &[Pose]) -> Vec<Twist> {
         let scales = self.range.scales();
         let share = |by: f64, scale: f64| if scale > 0.0 { by / scale } else { 0.0 };
@@ -110,7 +110,7 @@ impl PopulationMoments {
     }
 }
 
-/// Gives the weighted second moments about the origin and about the mean.
+/// Returns the weighted second moments about the origin and about the mean.
 fn moments(motions: &[Twist], weights: &[f64]) -> (Matrix6<f64>, Matrix6<f64>) {
     let total: f64 = weights.iter().sum();
     let both = || motions.iter().zip(weights);

@@ -18,12 +18,13 @@ const VOTERS: usize = 32;
 const VOTE: f32 = 0.6;
 /// What the votes for a place must come to: four points that agree wholly, each worth 1 - `VOTE`.
 const LEAST: f32 = 1.6;
-/// Standard deviation of a vote, in pixels of the image, and of where the object is foreseen, in radii.
+/// Standard deviation of a vote, in pixels of the image, and of where the object is foreseen, in
+/// radii.
 const VOTE_PX: f64 = 1.5;
 const FORESEEN: f64 = 0.3;
 
-/// Moves a pose to where most of the surface points in view are found, without a turn; nothing if they
-/// do not agree in any camera.
+/// Moves a pose to where most of the surface points in view are found, without a turn; nothing if
+/// they do not agree in any camera.
 pub(crate) fn align(inputs: &Inputs<'_>, pose: &Pose, in_view: &[InView]) -> Option<Pose> {
     let mut curvature = Matrix3::identity() * (FORESEEN * inputs.solid.radius).powi(-2);
     let mut slope = Vector3::zeros();
@@ -85,7 +86,8 @@ mod tests {
         (mixed >> 56) as f64
     }
 
-    /// Brightness all over, so that each place has a pattern of its own; another one of another kind.
+    /// Brightness all over, so that each place has a pattern of its own; another one of another
+    /// kind.
     fn pattern(u: f64, v: f64, kind: u64) -> f64 {
         let (x, y) = (u / BLOT_PX, v / BLOT_PX);
         let (column, row) = (x.floor(), y.floor());
@@ -96,8 +98,8 @@ mod tests {
         along(row) + (y - row) * (along(row + 1.0) - along(row))
     }
 
-    /// What the camera sees after the pattern went some pixels right and down; what `is_hidden` shows
-    /// another one.
+    /// What the camera sees after the pattern went some pixels right and down; what `is_hidden`
+    /// shows another one.
     fn picture(off: [f64; 2], is_hidden: impl Fn(usize, usize) -> bool) -> Vec<u8> {
         let pixel = |i: usize| {
             let (u, v) = (i % SIZE[0], i / SIZE[0]);
@@ -134,7 +136,7 @@ mod tests {
         align(&inputs, &at(0.0, 0.0), &tracker.workspace.in_view)
     }
 
-    /// Gives by how many pixels a pose is off from the ball's in the middle.
+    /// Returns by how many pixels a pose is off from the ball's in the middle.
     fn off_px(pose: &Pose) -> [f64; 2] {
         let place = pose.translation() * (FOCAL_PX / DISTANCE);
         assert_eq!(pose.rotation(), Pose::identity().rotation());

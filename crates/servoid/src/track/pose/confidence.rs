@@ -1,8 +1,8 @@
 //! How likely a pose is right: all that speaks for it, added up as log-odds.
 //!
 //! The weights are those of a logistic regression over recordings and drawn courses, in which each
-//! sequence counts the same. `benches/trust/confidence.py` does one over fewer, and says how well it
-//! does on sequences that were left out.
+//! sequence counts the same. `benches/trust/confidence.py` does one over fewer, and says how well
+//! it does on sequences that were left out.
 
 use std::f64::consts::SQRT_2;
 
@@ -11,8 +11,8 @@ use crate::track::estimate::Status;
 /// What speaks for and against the pose of an object that is followed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Evidence {
-    /// Share of what should be seen that is, 0 to 1; what something hides counts the less, the more is
-    /// seen elsewhere.
+    /// Share of what should be seen that is, 0 to 1; what something hides counts the less, the more
+    /// is seen elsewhere.
     pub share: f64,
     /// Surface points that are recognised, in the mean over the cameras that see the object.
     pub recognised: f64,
@@ -26,8 +26,8 @@ pub struct Evidence {
     pub turn_rad: f64,
     /// The same by what poses differ from image to image without any motion.
     pub jitter_rad: f64,
-    /// Standard deviation of the turn since the first image by what the sides that are seen were learned
-    /// with, in radians.
+    /// Standard deviation of the turn since the first image by what the sides that are seen were
+    /// learned with, in radians.
     pub drift_rad: f64,
 }
 
@@ -38,23 +38,23 @@ const SHARE: f64 = 0.56;
 /// What it adds that an object is textured all over: so many points a camera have the contrast of a
 /// pattern, and so large a part of those that are recognised, times the share.
 const TEXTURED: (f64, f64, f64) = (30.0, 0.72, 1.98);
-/// Points a camera that usually have that contrast from which on each adds, up to the second number, and
-/// what all of these add.
+/// Points a camera that usually have that contrast from which on each adds, up to the second
+/// number, and what all of these add.
 const REFERENCE: (f64, f64, f64) = (15.0, 40.0, 1.94);
-/// Standard deviation of the turn by noise at which it adds nothing, the least and the most that are
-/// told apart, all in radians, and what it takes for each factor of e.
+/// Standard deviation of the turn by noise at which it adds nothing, the least and the most that
+/// are told apart, all in radians, and what it takes for each factor of e.
 const TURN: (f64, f64, f64, f64) = (0.02, 0.001, 1.0, 0.99);
 /// The same of what poses jitter: an object that jumps seems to jitter, too.
 const JITTER: (f64, f64, f64, f64) = (0.05, 0.003, 0.0675, 3.44);
-/// What poses are supposed to jitter of an object of which no images were compared yet: it cannot have
-/// turned far unseen.
+/// What poses are supposed to jitter of an object of which no images were compared yet: it cannot
+/// have turned far unseen.
 pub(crate) const UNMEASURED: f64 = 0.03;
 /// What it adds that the object is proved to be the one that was lost, or was never lost.
 const PROVED: f64 = 2.15;
 /// Turn by which a right pose may be off, in radians.
 const MOST_RAD: f64 = 0.26;
-/// Part of the points that usually have the contrast of a pattern which, recognised, tell in full how far the
-/// turn may have drifted: of fewer, the less is believed.
+/// Part of the points that usually have the contrast of a pattern which, recognised, tell in full
+/// how far the turn may have drifted: of fewer, the less is believed.
 const WITNESSES: f64 = 0.8;
 /// Standard deviation of the turn, in radians, for which any will do.
 const SURE_RAD: f64 = 0.04;
@@ -62,8 +62,8 @@ const SURE_RAD: f64 = 0.04;
 const UNSEEN: f64 = 0.1;
 
 impl Evidence {
-    /// Gives the probability that the pose is right: not more than 20 mm, or a tenth of the object's
-    /// diameter if that is more, and 15 degrees off.
+    /// Returns the probability that the pose is right: not more than 20 mm, or a tenth of the
+    /// object's diameter if that is more, and 15 degrees off.
     #[must_use]
     pub fn probability(&self) -> f64 {
         let ramp = |x: f64, (from, to, most): (f64, f64, f64)| {
@@ -85,21 +85,21 @@ impl Evidence {
         self.on_course() / (1.0 + libm::exp(-odds))
     }
 
-    /// Says whether the turn drifted by no more than a standard deviation, as far as the points tell that are
-    /// recognised: those that slip along drift together, and tell nothing of it.
+    /// Returns whether the turn drifted by no more than a standard deviation, as far as the points
+    /// tell that are recognised: those that slip along drift together, and tell nothing of it.
     pub(crate) fn drifts_little(&self, most_rad: f64) -> bool {
         let part = (self.textured / (WITNESSES * self.reference_textured)).min(1.0);
         self.drift_rad <= (part * most_rad).max(SURE_RAD)
     }
 
-    /// Gives the probability that the turn did not drift too far since the first image.
+    /// Returns the probability that the turn did not drift too far since the first image.
     fn on_course(&self) -> f64 {
         libm::erf(MOST_RAD / (SQRT_2 * self.drift_rad))
     }
 }
 
-/// Gives the probability that the pose of an object that is not followed is right: it is where it was
-/// last.
+/// Returns the probability that the pose of an object that is not followed is right: it is where it
+/// was last.
 pub(crate) fn unseen(status: Status) -> f64 {
     if status == Status::Lost { 0.0 } else { UNSEEN }
 }

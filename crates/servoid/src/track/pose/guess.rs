@@ -1,6 +1,6 @@
-//! Points whose distance is a guess: one camera sees a new point lie somewhere on its ray. Where the images
-//! put it is solved with each pose, by the Schur complement, and forgotten; the keyframes together tell
-//! where it is.
+//! Points whose distance is a guess: one camera sees a new point lie somewhere on its ray. Where
+//! the images put it is solved with each pose, by the Schur complement, and forgotten; the
+//! keyframes together tell where it is.
 
 use nalgebra::{Matrix2, Matrix2x6, Vector2, Vector6};
 
@@ -28,7 +28,8 @@ pub(crate) struct Ray {
 }
 
 impl Distance {
-    /// Adds to a pose what a match says of it, wherever its point lies on its ray; gives what it says of that.
+    /// Adds to a pose what a match says of it, wherever its point lies on its ray; gives what it
+    /// says of that.
     pub(crate) fn taken_out(
         at: usize,
         normal: &mut Normal,
@@ -45,7 +46,7 @@ impl Distance {
         Self { at, curvature, slope, with_pose }
     }
 
-    /// Gives by how much the point is to be moved while the pose is.
+    /// Returns by how much the point is to be moved while the pose is.
     pub(crate) fn step(&self, motion: &Twist) -> f64 {
         (self.slope - self.with_pose.dot(motion)) / self.curvature
     }
@@ -59,7 +60,8 @@ impl Workspace {
         self.distances.clear();
     }
 
-    /// Moves points whose distance is a guess to where the images put them while the pose moves by a step.
+    /// Moves points whose distance is a guess to where the images put them while the pose moves by
+    /// a step.
     pub(crate) fn move_guesses(&mut self, step: &Twist, radius: f64) {
         let most = MOST_STEP * radius;
         for distance in &self.distances {

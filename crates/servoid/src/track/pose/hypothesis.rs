@@ -127,7 +127,7 @@ impl Tracker {
         Ok((found.pose, found.evaluations))
     }
 
-    /// Says whether the object may move so fast that its image is blurred.
+    /// Returns whether the object may move so fast that its image is blurred.
     pub(crate) fn foresee_blur(&mut self, expected: &Pose) {
         // A pose that jumped must not be judged by what is coarse alone, unless all else is lost.
         self.frame.is_blurred = self.target.relief.is_open
@@ -135,7 +135,7 @@ impl Tracker {
             && self.goes_px(expected) > BLURRED_PX;
     }
 
-    /// Gives by how many pixels the object may go from where it was last.
+    /// Returns by how many pixels the object may go from where it was last.
     fn goes_px(&self, expected: &Pose) -> f64 {
         let way = (self.motion.last().inverse() * *expected).log();
         let (across, turned) = (way.fixed_rows::<3>(0).norm(), way.fixed_rows::<3>(3).norm());
@@ -143,19 +143,19 @@ impl Tracker {
         goes * self.frame.px_per_meter(expected) + self.off_px(expected)
     }
 
-    /// Gives by how many pixels the object may be off where it is expected.
+    /// Returns by how many pixels the object may be off where it is expected.
     fn off_px(&self, expected: &Pose) -> f64 {
         let off = self.innovation.0 + self.innovation.1 * self.target.solid.radius;
         off * self.frame.px_per_meter(expected)
     }
 
-    /// Gives the pixels that the body's outlines hold at a pose.
+    /// Returns the pixels that the body's outlines hold at a pose.
     pub(crate) fn area(&self, pose: &Pose) -> f64 {
         self.frame.area(pose, &self.target.solid)
     }
 
-    /// Makes a guess precise. Where the outcome is doubtful, it is made so from the coarsest resolution,
-    /// too, and what is better supported is kept.
+    /// Makes a guess precise. Where the outcome is doubtful, it is made so from the coarsest
+    /// resolution, too, and what is better supported is kept.
     pub(crate) fn precise(
         &mut self,
         observation: &Observation<'_>,
@@ -167,8 +167,8 @@ impl Tracker {
         let prior = prior.as_ref();
         let mut hypothesis = self.hypothesis(observation, guess, self.coarsest(expected), prior);
         if self.needs_retry(&hypothesis.quality) {
-            // What hides much of the object draws the search away, and what jumps is not where it was
-            // foreseen; what shows of its surface tells.
+            // What hides much of the object draws the search away, and what jumps is not where it
+            // was foreseen; what shows of its surface tells.
             self.points_in_view(expected);
             let inputs = Inputs::new(&self.frame, observation, &self.target, &self.settings);
             let aligned = align(&inputs, expected, &self.workspace.in_view);

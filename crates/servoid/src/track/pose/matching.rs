@@ -10,8 +10,8 @@ use crate::shape::Projection;
 use crate::track::inputs::Inputs;
 use crate::track::target::points::Match;
 
-/// Correlation from which on a point's image is sharp, and by how much it must agree better at a coarser
-/// resolution to be blurred.
+/// Correlation from which on a point's image is sharp, and by how much it must agree better at a
+/// coarser resolution to be blurred.
 const SHARP: f64 = 0.8;
 const CLEARER: f64 = 0.05;
 
@@ -50,8 +50,8 @@ pub(crate) fn match_points(
     }
 }
 
-/// Compares a point with an image at a level, or, if the image may be blurred, at a coarser one where it agrees
-/// better; gives the level, too.
+/// Compares a point with an image at a level, or, if the image may be blurred, at a coarser one
+/// where it agrees better; gives the level, too.
 fn agreement(
     inputs: &Inputs<'_>,
     point: &SurfacePoint,
@@ -75,7 +75,7 @@ fn agreement(
     found
 }
 
-/// Says whether an image shows a place with all that lies within a reach of it.
+/// Returns whether an image shows a place with all that lies within a reach of it.
 fn holds(image: &ImageView<'_>, pixel: &Vector2<f64>, reach: &Vector2<f64>) -> bool {
     let size = image.size_px().map(|n| n as f64 - 1.0);
     (0..2).all(|i| pixel[i] - reach[i] >= 0.0 && pixel[i] + reach[i] < size[i])

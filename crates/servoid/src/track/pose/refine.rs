@@ -65,8 +65,8 @@ pub(crate) struct Workspace {
 
 /// Longest step, in radii and radians.
 pub(crate) const MOST_STEP: f64 = 0.35;
-/// Most steps at each resolution, the finest first. They end where they have converged: a quarter of
-/// these left the pose of an object that turns behind, until another one looked better.
+/// Most steps at each resolution, the finest first. They end where they have converged: a quarter
+/// of these left the pose of an object that turns behind, until another one looked better.
 const STEPS: [usize; Pyramid::LEVELS] = [16, 12, 12];
 /// Size of a step, in radii, from which on it is one of the last, at the finest resolution.
 const CONVERGED: f64 = 1e-3;
@@ -80,7 +80,8 @@ const SHAPE_PX: f64 = 6.0;
 const NEAR_PX: f64 = 2.5;
 /// Pixels inside the outline at which it is asked whether something hides a line.
 const INSIDE_PX: f64 = 4.0;
-/// Standard deviation of a point's place, in radii, where it is seen across the way in which it was learned.
+/// Standard deviation of a point's place, in radii, where it is seen across the way in which it was
+/// learned.
 const BENT: f64 = 0.02;
 /// Most steps to where the images put points of a pose that stays.
 const GUESSES: usize = 4;
@@ -97,12 +98,12 @@ impl Normal {
         Self { curvature: belief, belief, slope: none.1, outline: none, freed: none }
     }
 
-    /// Gives what all but the outline said.
+    /// Returns what all but the outline said.
     pub(crate) fn rest(&self) -> Information {
         (self.curvature - self.freed.0, self.slope - self.freed.1)
     }
 
-    /// Gives the covariance that is left, with what was believed before.
+    /// Returns the covariance that is left, with what was believed before.
     pub(crate) fn covariance(&self) -> Matrix6<f64> {
         inverse(&self.curvature).unwrap_or_else(Matrix6::identity)
     }
@@ -146,8 +147,8 @@ pub(crate) fn refine(
     found
 }
 
-/// Compares what should be seen at a pose with what is, and leaves it there; the matches stay in the
-/// workspace.
+/// Compares what should be seen at a pose with what is, and leaves it there; the matches stay in
+/// the workspace.
 pub(crate) fn look_at(
     inputs: &Inputs<'_>,
     pose: Pose,
@@ -169,7 +170,7 @@ pub(crate) fn look_at(
     found
 }
 
-/// Says whether the object was seen a moment ago: only then is it believed where it is.
+/// Returns whether the object was seen a moment ago: only then is it believed where it is.
 fn last_seen(prior: Option<&Prior>) -> LastSeen {
     if prior.is_some() { LastSeen::There } else { LastSeen::Elsewhere }
 }
@@ -179,8 +180,8 @@ fn bounded(step: Twist, radius: f64) -> Twist {
     step * (MOST_STEP / size.max(MOST_STEP))
 }
 
-/// Sums what surface points and outline say about a pose, and what was believed of it before; the matches
-/// are those in the workspace.
+/// Sums what surface points and outline say about a pose, and what was believed of it before; the
+/// matches are those in the workspace.
 fn linearize(
     inputs: &Inputs<'_>,
     (pose, prior): (Pose, Option<&Prior>),
@@ -233,7 +234,7 @@ fn linearize(
     sum
 }
 
-/// Gives the direction from the object to the first open camera, in the object's frame.
+/// Returns the direction from the object to the first open camera, in the object's frame.
 pub(crate) fn toward(inputs: &Inputs<'_>, pose: &Pose) -> Vector3<f64> {
     let eye = inputs.windows.iter().find_map(|window| window.projection(pose)?.eye());
     eye.map_or_else(Vector3::z, |eye| eye.normalize())
@@ -292,8 +293,8 @@ fn add_ranges(
     }
 }
 
-/// Gives which share of what a line could say it says: none where its variance is that of a boundary
-/// that may be anywhere on it. // (S47)
+/// Returns which share of what a line could say it says: none where its variance is that of a
+/// boundary that may be anywhere on it. // (S47)
 fn informed_share(variance_px: f64, (reach, step_px): (usize, f64)) -> f64 {
     let places = (2 * reach + 2) as f64;
     let even = (places * places - 1.0) / 12.0 * step_px * step_px;
@@ -317,7 +318,8 @@ fn add_point(
     let position = feature.point.position + toward * moved;
     let is_guess = feature.is_guess(inputs.solid.radius);
     let by_motion = by_motion(&agreement.slope, &position);
-    // Along the way to where it was learned its place is known the less, the more it is seen from aside.
+    // Along the way to where it was learned its place is known the less, the more it is seen from
+    // aside.
     let aside = eye.map_or(0.0, |eye| {
         (1.0 - (eye - position).normalize().dot(&feature.template(view.template).toward)).max(0.0)
     });

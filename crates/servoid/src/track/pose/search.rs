@@ -118,7 +118,7 @@ pub struct ScoreTerms {
 }
 
 impl ScoreTerms {
-    /// Gives what both kinds say together: what poses are sought by. // (S48)
+    /// Returns what both kinds say together: what poses are sought by. // (S48)
     #[must_use]
     pub fn total(&self) -> f64 {
         self.region + self.surface
@@ -131,8 +131,8 @@ impl Scorer<'_> {
         self.terms(pose, Pyramid::LEVELS - 1).total()
     }
 
-    /// Scores a pose by each kind of evidence, with points at the resolution `level`, or a finer one at which
-    /// they were learned.
+    /// Scores a pose by each kind of evidence, with points at the resolution `level`, or a finer
+    /// one at which they were learned.
     pub(crate) fn terms(&self, pose: &Pose, level: usize) -> ScoreTerms {
         let mut region = 0.0;
         let (mut surface, mut points) = (0.0, 0.0);

@@ -40,8 +40,8 @@ impl Tracker {
         }
     }
 
-    /// Seeks a pose near a hypothesis's at which more is recognised, since the turn may have drifted; gives the
-    /// number of scores.
+    /// Seeks a pose near a hypothesis's at which more is recognised, since the turn may have
+    /// drifted; gives the number of scores.
     pub(in crate::track) fn compare_with_rival(
         &mut self,
         observation: &Observation<'_>,
@@ -125,8 +125,8 @@ impl Tracker {
         Ok(evaluations)
     }
 
-    /// Makes candidates precise and keeps the best, if it is better than the hypothesis; windows are
-    /// those of the best in the end.
+    /// Makes candidates precise and keeps the best, if it is better than the hypothesis; windows
+    /// are those of the best in the end.
     fn choose(
         &mut self,
         observation: &Observation<'_>,
@@ -151,7 +151,7 @@ impl Tracker {
         self.penalize_unrecognised(hypothesis);
     }
 
-    /// Gives how far from the first camera the object was last, if it was met.
+    /// Returns how far from the first camera the object was last, if it was met.
     fn last_distance(&self, observation: &Observation<'_>) -> Option<f64> {
         let eye = observation.world_from_camera.first()?.translation();
         self.trust.is_met().then(|| (self.motion.last().translation() - eye).norm())

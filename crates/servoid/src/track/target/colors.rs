@@ -9,8 +9,8 @@ pub(crate) struct Colors {
     rgb: Palette,
 }
 
-/// Colours in pictures of one kind: they follow the light, and the background is told apart by where
-/// it lies.
+/// Colours in pictures of one kind: they follow the light, and the background is told apart by
+/// where it lies.
 ///
 /// A [`ColorModel`](crate::fitness::ColorModel) counts once what masks show; these histograms are
 /// shares, of which each lesson replaces a part.
@@ -91,7 +91,7 @@ impl Colors {
         Self { grey: Palette::new(local), rgb: Palette::new(local) }
     }
 
-    /// Gives what is known of pictures of a kind.
+    /// Returns what is known of pictures of a kind.
     #[inline]
     pub(crate) fn of(&self, channels: Channels) -> &Palette {
         match channels {
@@ -125,13 +125,13 @@ impl Colors {
         self.rgb.take_anywhere();
     }
 
-    /// Says whether there is such a bin.
+    /// Returns whether there is such a bin.
     pub(crate) fn holds(bin: usize) -> bool {
         bin < BINS
     }
 
-    /// Gives the object's bins that are not empty, with their shares, and whether they are of grey
-    /// pictures: colours say more where both are known.
+    /// Returns the object's bins that are not empty, with their shares, and whether they are of
+    /// grey pictures: colours say more where both are known.
     pub(crate) fn object_shares(&self) -> (bool, Vec<(u32, f32)>) {
         let grey = !self.rgb.object.known && self.grey.object.known;
         let palette = if grey { &self.grey } else { &self.rgb };
@@ -144,12 +144,12 @@ impl Colors {
         palette.recall(shares);
     }
 
-    /// Says whether colours of the object were learned in pictures of this kind.
+    /// Returns whether colours of the object were learned in pictures of this kind.
     pub(crate) fn know_object(&self, channels: Channels) -> bool {
         self.of(channels).object.known
     }
 
-    /// Says whether colours of the object and of the background were learned.
+    /// Returns whether colours of the object and of the background were learned.
     pub(crate) fn are_known(&self) -> bool {
         self.grey.is_known() || self.rgb.is_known()
     }
@@ -240,20 +240,20 @@ impl Palette {
         }
     }
 
-    /// Gives the log-likelihood ratio of a bin on a side, in nats.
+    /// Returns the log-likelihood ratio of a bin on a side, in nats.
     #[inline]
     pub(crate) fn ratio(&self, bin: usize, side: usize) -> f32 {
         self.tables[side * BINS + bin]
     }
 
-    /// Gives the ratios of a bin on a side in quanta of a map.
+    /// Returns the ratios of a bin on a side in quanta of a map.
     #[inline]
     pub(crate) fn quanta(&self, bin: usize, side: usize) -> i16 {
         (self.ratio(bin, side) * (1.0 / ScoreMap::QUANTUM as f32)) as i16
     }
 }
 
-/// Gives the bin of a pixel.
+/// Returns the bin of a pixel.
 #[inline]
 pub(crate) fn bin(image: &ImageView<'_>, u: usize, v: usize) -> usize {
     match image.channels() {
@@ -277,7 +277,7 @@ pub(crate) fn grey_bin(grey: u8) -> usize {
     usize::from(grey >> 2)
 }
 
-/// Gives in which of eight directions a place lies.
+/// Returns in which of eight directions a place lies.
 #[inline]
 pub(crate) fn side(right: f32, down: f32) -> usize {
     usize::from(right > 0.0)

@@ -15,15 +15,15 @@ pub(crate) struct Feature {
     pub(crate) origin: Origin,
     /// Variance of its place along `toward`, in square metres.
     pub(crate) variance: f64,
-    /// Variance of the object's turn since the first image where it was detected, in square radians: what it
-    /// tells is only as true.
+    /// Variance of the object's turn since the first image where it was detected, in square
+    /// radians: what it tells is only as true.
     pub(crate) drift: f64,
     /// Whether the body alone told its distance where it was detected.
     pub(crate) is_guessed: bool,
     /// Whether only motion tells its distance.
     pub(crate) by_motion: bool,
-    /// How far the object had turned since then when it was recognised among many others, in radians: it does
-    /// not slip that far.
+    /// How far the object had turned since then when it was recognised among many others, in
+    /// radians: it does not slip that far.
     pub(super) proved: f64,
     pub(super) record: Record,
     texture: Texture,
@@ -49,7 +49,8 @@ impl Feature {
         }
     }
 
-    /// Notes the keyframe, at its pose, by which the point was detected, and how well the turn was known then.
+    /// Notes the keyframe, at its pose, by which the point was detected, and how well the turn was
+    /// known then.
     pub(crate) fn set_origin(&mut self, (keyframe, pose): (usize, &Pose), drift: f64) {
         self.origin.keyframe = Some(keyframe);
         self.origin.position = pose.transform(&self.point.position);
@@ -57,12 +58,13 @@ impl Feature {
         self.drift = drift;
     }
 
-    /// Gives one of its templates, at its place.
+    /// Returns one of its templates, at its place.
     pub(crate) fn template(&self, index: usize) -> &SurfacePoint {
         index.checked_sub(1).and_then(|at| self.further.get(at)).unwrap_or(&self.point)
     }
 
-    /// Gives the template that was learned nearest to a way to a camera, and the cosine between the two.
+    /// Returns the template that was learned nearest to a way to a camera, and the cosine between
+    /// the two.
     pub(crate) fn nearest_template(&self, way: &Vector3<f64>) -> (usize, f64) {
         let mut best = (0, way.dot(&self.point.toward));
         for (at, other) in self.further.iter().enumerate() {
@@ -74,7 +76,7 @@ impl Feature {
         best
     }
 
-    /// Says whether there is room for another template.
+    /// Returns whether there is room for another template.
     pub(crate) fn has_room(&self) -> bool {
         self.further.len() < MOST_FURTHER
     }
@@ -97,7 +99,8 @@ impl Feature {
         self.further.iter_mut().for_each(|other| other.position = position);
     }
 
-    /// Says whether its distance is solved with each pose, since motion is to tell it and did not yet.
+    /// Returns whether its distance is solved with each pose, since motion is to tell it and did
+    /// not yet.
     pub(crate) fn is_guess(&self, radius: f64) -> bool {
         self.by_motion && self.variance > (WORST * radius).powi(2)
     }
@@ -112,15 +115,16 @@ impl Feature {
         self.texture.showed = self.texture.showed.saturating_add(u32::from(shows));
     }
 
-    /// Says whether it is known as part of a pattern: it had the contrast of one in most images, and
-    /// need not have it in each.
+    /// Returns whether it is known as part of a pattern: it had the contrast of one in most images,
+    /// and need not have it in each.
     pub(crate) fn is_printed(&self) -> bool {
         let Texture { images, showed } = self.texture;
         images >= LEAST_LOOKS && showed >= images.div_ceil(2)
     }
 }
 
-/// In how many images a point was recognised, and in how many of these it had the contrast of a pattern.
+/// In how many images a point was recognised, and in how many of these it had the contrast of a
+/// pattern.
 #[derive(Debug, Clone, Copy, Default)]
 struct Texture {
     images: u32,
@@ -132,13 +136,15 @@ const LEAST_LOOKS: u32 = 8;
 
 /// Most templates beside the first.
 const MOST_FURTHER: usize = 4;
-/// Largest standard deviation of a point's distance that is measured, as a share of the body's radius.
+/// Largest standard deviation of a point's distance that is measured, as a share of the body's
+/// radius.
 pub(crate) const WORST: f64 = 0.05;
 
 /// Where a point was when it was detected, in the world's frame.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Origin {
-    /// The keyframe that its view belonged to: the point moves with it. None for a point that was given.
+    /// The keyframe that its view belonged to: the point moves with it. None for a point that was
+    /// given.
     pub(crate) keyframe: Option<usize>,
     pub(crate) position: Vector3<f64>,
     pub(crate) toward: Vector3<f64>,
@@ -147,8 +153,8 @@ pub(crate) struct Origin {
 }
 
 impl Origin {
-    /// Has a point move with another keyframe if its own one is no more; `moved` leads from where the object
-    /// stood then to where it stood now.
+    /// Has a point move with another keyframe if its own one is no more; `moved` leads from where
+    /// the object stood then to where it stood now.
     pub(crate) fn adopt(&mut self, dropped: usize, (heir, moved): (usize, &Pose)) {
         if self.keyframe == Some(dropped) {
             self.keyframe = Some(heir);

@@ -36,7 +36,8 @@ pub(crate) struct Sighting {
     pub(crate) information: Matrix2<f64>,
 }
 
-/// What a keyframe is made of: the pose, how the first camera is turned, and how each sees the world.
+/// What a keyframe is made of: the pose, how the first camera is turned, and how each sees the
+/// world.
 pub(crate) struct Stand {
     pub(crate) world_from_object: Pose,
     pub(crate) object_from_camera: UnitQuaternion<f64>,
@@ -62,8 +63,8 @@ pub(crate) struct Keyframes {
     next: usize,
     /// Whether the object was followed since the last one.
     pub(crate) followed: bool,
-    /// Where the object would stand by the keyframes of the way on which it came to a side that was known
-    /// before: the next one ties the ends of that loop.
+    /// Where the object would stand by the keyframes of the way on which it came to a side that was
+    /// known before: the next one ties the ends of that loop.
     tie: Option<(usize, Pose)>,
     /// How many more are to be kept whatever they show, once a loop was tied.
     closing: usize,
@@ -92,21 +93,21 @@ impl Keyframes {
         Self { next: before.next, ..Self::default() }
     }
 
-    /// Gives the number that the next one will have.
+    /// Returns the number that the next one will have.
     pub(crate) fn upcoming(&self) -> usize {
         self.next
     }
 
-    /// Gives the one that a view belongs to, from where a camera is turned in the object's frame: the newest,
-    /// unless the object has turned away from it to a side that another one knows.
+    /// Returns the one that a view belongs to, from where a camera is turned in the object's frame:
+    /// the newest, unless the object has turned away from it to a side that another one knows.
     pub(crate) fn around(&self, object_from_camera: &UnitQuaternion<f64>) -> Option<&Keyframe> {
         let away = |one: &Keyframe| one.object_from_camera.angle_to(object_from_camera);
         let newest = self.all.last().filter(|one| away(one) < NEAR);
         newest.or_else(|| self.all.iter().min_by(|a, b| away(a).total_cmp(&away(b))))
     }
 
-    /// Says whether a view differs enough from the last one, and, unless `all_over` is wanted, from
-    /// all others.
+    /// Returns whether a view differs enough from the last one, and, unless `all_over` is wanted,
+    /// from all others.
     pub(crate) fn is_new(
         &self,
         object_from_camera: &UnitQuaternion<f64>,
@@ -124,7 +125,8 @@ impl Keyframes {
         if all_over { differs(last) } else { self.all.iter().all(differs) }
     }
 
-    /// Keeps a pose with the points that are recognised in it; gives the one that makes room for it.
+    /// Keeps a pose with the points that are recognised in it; gives the one that makes room for
+    /// it.
     pub(crate) fn keep(
         &mut self,
         stand: Stand,
@@ -185,7 +187,7 @@ impl Keyframes {
         dropped
     }
 
-    /// Gives those after one, and those that were, each with the one that it was tied to.
+    /// Returns those after one, and those that were, each with the one that it was tied to.
     pub(crate) fn newer_than(&self, number: usize) -> Vec<(usize, usize)> {
         let former = self.former.iter().map(|one| (one.number, one.from));
         let all = self.all.iter().map(|one| (one.number, one.step.map(|(from, _)| from)));
@@ -202,25 +204,26 @@ impl Keyframes {
         }
     }
 
-    /// Notes where the object stands by the way on which it came, and has the next one tie the ends of that loop.
+    /// Notes where the object stands by the way on which it came, and has the next one tie the ends
+    /// of that loop.
     pub(crate) fn tie(&mut self, expected: &Pose) {
         let last = self.all.last().filter(|_| self.followed);
         self.tie = last.map(|last| (last.number, last.world_from_object.inverse() * *expected));
     }
 
-    /// Says whether the ends of a loop wait to be tied.
+    /// Returns whether the ends of a loop wait to be tied.
     pub(crate) fn is_open(&self) -> bool {
         self.tie.is_some()
     }
 
-    /// Gives the number of the last one whose turn is known as well as by a variance: those after it are the way
-    /// on which it drifted.
+    /// Returns the number of the last one whose turn is known as well as by a variance: those after
+    /// it are the way on which it drifted.
     pub(crate) fn last_known(&self, variance: f64) -> Option<usize> {
         self.all.iter().rev().find(|one| one.drift <= variance).map(|one| one.number)
     }
 
-    /// Turns back those of the way since one of them, each by its share of a motion that closes a loop; `drifts`
-    /// are the variances of the turn before that and after it.
+    /// Turns back those of the way since one of them, each by its share of a motion that closes a
+    /// loop; `drifts` are the variances of the turn before that and after it.
     pub(crate) fn turn_back(&mut self, off: &Twist, drifts: (f64, f64), since: Option<usize>) {
         let former = self.former.iter_mut();
         let former = former.map(|one| (one.number, &mut one.world_from_object, &mut one.drift));
@@ -246,7 +249,8 @@ impl Keyframes {
         }
     }
 
-    /// Gives where the object stood at one of them, or at one that was, as far as that is known by now.
+    /// Returns where the object stood at one of them, or at one that was, as far as that is known
+    /// by now.
     pub(crate) fn pose(&self, number: usize) -> Option<Pose> {
         if let Ok(at) = self.all.binary_search_by_key(&number, |one| one.number) {
             return Some(self.all[at].world_from_object);
@@ -255,7 +259,7 @@ impl Keyframes {
         Some(self.former[at].world_from_object)
     }
 
-    /// Gives the place of the one with a number, or else of the last one before it.
+    /// Returns the place of the one with a number, or else of the last one before it.
     pub(crate) fn place(&self, number: usize) -> Option<usize> {
         self.all.partition_point(|one| one.number <= number).checked_sub(1)
     }

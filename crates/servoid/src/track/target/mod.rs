@@ -61,7 +61,7 @@ impl Target {
         }
     }
 
-    /// Says whether anything is known of how the object looks.
+    /// Returns whether anything is known of how the object looks.
     pub(super) fn knows_a_look(&self) -> bool {
         let colors = [Channels::Grey, Channels::Rgb].map(|kind| self.colors.know_object(kind));
         colors.contains(&true) || self.colors.are_known() || !self.points.features.is_empty()

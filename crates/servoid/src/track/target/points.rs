@@ -26,13 +26,14 @@ pub(crate) struct Match {
     pub(crate) level: usize,
     /// Where it should be.
     pub(crate) pixel: Option<Vector2<f64>>,
-    /// Its place among those in view, and by how many metres it is moved towards where it was learned.
+    /// Its place among those in view, and by how many metres it is moved towards where it was
+    /// learned.
     pub(crate) at: usize,
     pub(crate) moved: f64,
 }
 
 impl Match {
-    /// Says whether the image shows the point.
+    /// Returns whether the image shows the point.
     pub(crate) fn is_recognised(&self) -> bool {
         self.agreement.is_some_and(|agreement| agreement.correlation >= RECOGNISED)
     }
@@ -59,7 +60,8 @@ const LEAST_FACING: f64 = 0.3;
 const LEAST_LIKE: f64 = 0.6;
 /// The same of a point whose distance is a guess: so is its normal.
 const LEAST_OF_GUESS: (f64, f64) = (0.5, 0.92);
-/// Pixels inside the outline between which a point lies on the rim: bodies are not made of ellipsoids.
+/// Pixels inside the outline between which a point lies on the rim: bodies are not made of
+/// ellipsoids.
 const RIM_PX: (f64, f64) = (-3.0, 4.0);
 /// Points are kept up to this number.
 const MOST: usize = 600;
@@ -125,8 +127,8 @@ impl Points {
         self.features.append(fresh);
     }
 
-    /// Judges points by what images said of them where nothing hides them, and drops those that no longer
-    /// agree.
+    /// Judges points by what images said of them where nothing hides them, and drops those that no
+    /// longer agree.
     pub(crate) fn count_hits(
         &mut self,
         matches: &[Match],
@@ -156,8 +158,8 @@ impl Points {
         }
     }
 
-    /// Turns points back that were learned with keyframes since one of them, each by its share of a motion that
-    /// closes a loop; `drifts` are the variances of the turn before that and after it.
+    /// Turns points back that were learned with keyframes since one of them, each by its share of a
+    /// motion that closes a loop; `drifts` are the variances of the turn before that and after it.
     pub(crate) fn turn_back(&mut self, off: &Twist, drifts: (f64, f64), since: Option<usize>) {
         for feature in self.features.iter_mut().filter(|feature| feature.origin.keyframe >= since) {
             let (share, left) = bridged(feature.drift, drifts);
@@ -168,14 +170,14 @@ impl Points {
         }
     }
 
-    /// Gives the numbers of the points that were recognised last, and where they are.
+    /// Returns the numbers of the points that were recognised last, and where they are.
     pub(crate) fn seen(&self) -> Vec<(usize, Vector3<f64>)> {
         let features = self.seen.iter().filter_map(|id| self.with_id(*id));
         features.map(|feature| (feature.id, feature.point.position)).collect()
     }
 
-    /// Gives the small motion of the object that leaves points about where they were in the world before they
-    /// were moved; nothing if they are too few.
+    /// Returns the small motion of the object that leaves points about where they were in the world
+    /// before they were moved; nothing if they are too few.
     pub(crate) fn moved_since(&self, before: &[(usize, Vector3<f64>)]) -> Option<Twist> {
         let (mut curvature, mut slope) = (Matrix6::zeros(), Twist::zeros());
         let mut count = 0;
@@ -192,7 +194,7 @@ impl Points {
         (count >= LEAST_KNOWN).then(|| curvature.cholesky())?.map(|normal| normal.solve(&slope))
     }
 
-    /// Gives the point that was counted so.
+    /// Returns the point that was counted so.
     pub(crate) fn with_id(&self, id: usize) -> Option<&Feature> {
         self.place(id).map(|at| &self.features[at])
     }
@@ -202,7 +204,8 @@ impl Points {
         self.features.binary_search_by_key(&id, |feature| feature.id).ok()
     }
 
-    /// Takes over how far the turn may have drifted where points were seen, as variances: the least counts.
+    /// Takes over how far the turn may have drifted where points were seen, as variances: the least
+    /// counts.
     pub(crate) fn know_drift(&mut self, seen: impl Iterator<Item = (usize, f64)>) {
         let mut drifts = vec![f64::INFINITY; self.features.len()];
         for (id, drift) in seen {
@@ -217,8 +220,9 @@ impl Points {
         }
     }
 
-    /// Gives the covariance of a point's pixel, in square pixels, by what the turn had drifted further when
-    /// it was learned than by the points that were seen last. `by_motion` says how it moves with the object.
+    /// Returns the covariance of a point's pixel, in square pixels, by what the turn had drifted
+    /// further when it was learned than by the points that were seen last. `by_motion` says how it
+    /// moves with the object.
     pub(crate) fn strayed(&self, point: usize, by_motion: &Matrix2x6<f64>) -> Matrix2<f64> {
         let excess = (self.features[point].drift - self.drift).max(0.0);
         let by_turn = by_motion.fixed_view::<2, 3>(0, 3);
@@ -254,8 +258,8 @@ impl Points {
 
 /// Features that must agree for the turn by them to count as known.
 pub(crate) const LEAST_KNOWN: usize = 12;
-/// Says whether a point lies about where the body's outline is: its image is that of the outline, which
-/// does not move as the surface does.
+/// Returns whether a point lies about where the body's outline is: its image is that of the
+/// outline, which does not move as the surface does.
 fn is_on_rim(projection: &Projection, rims: &Rims, point: &Vector3<f64>) -> bool {
     let margin = projection.pixel(point).map(|(pixel, _)| rims.margin(&pixel));
     margin.is_some_and(|margin| (RIM_PX.0..RIM_PX.1).contains(&margin))
@@ -274,8 +278,8 @@ pub(crate) fn noise(correlation: f64) -> f64 {
     (2.0 * (1.0 - correlation) / 16.0).max(0.0) + 4e-4
 }
 
-/// Gives how the pixel of a point of the object moves with a small motion of the object in its own
-/// frame.
+/// Returns how the pixel of a point of the object moves with a small motion of the object in its
+/// own frame.
 pub(crate) fn by_motion(slope: &Matrix2x3<f64>, point: &Vector3<f64>) -> Matrix2x6<f64> {
     let mut out = Matrix2x6::zeros();
     out.fixed_view_mut::<2, 3>(0, 0).copy_from(slope);
@@ -289,8 +293,8 @@ fn thin(all: &[InView], most: usize, out: &mut Vec<InView>) {
     out.extend((0..kept).map(|at| all[at * count / kept]));
 }
 
-/// Gives the share of a drift that had come about where a point was learned, and what is left of its
-/// variance once the loop is closed: that of a random walk whose ends are known.
+/// Returns the share of a drift that had come about where a point was learned, and what is left of
+/// its variance once the loop is closed: that of a random walk whose ends are known.
 pub(crate) fn bridged(variance: f64, (before, after): (f64, f64)) -> (f64, f64) {
     let share = ((variance - after) / (before - after)).clamp(0.0, 1.0);
     (share, after.min(variance) + (variance - after).max(0.0) * (1.0 - share))

@@ -1,5 +1,5 @@
-//! Places of the surface whose distance depth images measured: they tell of a pose also where nothing is
-//! textured.
+//! Places of the surface whose distance depth images measured: they tell of a pose also where
+//! nothing is textured.
 
 use nalgebra::{Vector2, Vector3, Vector6};
 
@@ -20,8 +20,8 @@ pub(crate) struct Range {
     pub(crate) toward: Vector3<f64>,
     /// The keyframe that its view belonged to: it moves with that.
     keyframe: usize,
-    /// Variance of its place along the normal, in square metres, and of the object's turn since the first
-    /// image, in square radians.
+    /// Variance of its place along the normal, in square metres, and of the object's turn since the
+    /// first image, in square radians.
     variance: f64,
     drift: f64,
     record: Record,
@@ -30,7 +30,8 @@ pub(crate) struct Range {
 /// How far a measured place is off at a pose, along its normal.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Residual {
-    /// How far the surface lies beyond where it should be, in metres, and how that changes with a small motion.
+    /// How far the surface lies beyond where it should be, in metres, and how that changes with a
+    /// small motion.
     pub(crate) off: f64,
     pub(crate) by_motion: Vector6<f64>,
     pub(crate) information: f64,
@@ -64,8 +65,8 @@ const SHARE: f64 = 0.25;
 const FARTHEST: (f64, f64) = (4.0, 0.06);
 
 impl Ranges {
-    /// Adds places where a depth image shows the surface, where nothing near is known; `drift` is the variance of
-    /// the object's turn, `keyframe` that which the view belongs to.
+    /// Adds places where a depth image shows the surface, where nothing near is known; `drift` is
+    /// the variance of the object's turn, `keyframe` that which the view belongs to.
     pub(crate) fn add(
         &mut self,
         seen: &Rangefinder<'_>,
@@ -93,7 +94,7 @@ impl Ranges {
         }
     }
 
-    /// Says whether something nearer than `least` is known that looks the same way.
+    /// Returns whether something nearer than `least` is known that looks the same way.
     fn is_known(&self, found: &Range, least: f64) -> bool {
         self.all.iter().any(|one| {
             (one.position - found.position).norm_squared() < least.powi(2)
@@ -101,8 +102,8 @@ impl Ranges {
         })
     }
 
-    /// Judges places by a depth image of a pose that is believed, where nothing hides the object, and drops
-    /// those that no longer agree: what was measured there was something else.
+    /// Judges places by a depth image of a pose that is believed, where nothing hides the object,
+    /// and drops those that no longer agree: what was measured there was something else.
     pub(crate) fn count_hits(
         &mut self,
         seen: &Rangefinder<'_>,
@@ -118,8 +119,8 @@ impl Ranges {
         self.all.retain(|one| one.record.is_good());
     }
 
-    /// Gives what a depth image says of a pose at the places that its camera should see; `drift` is the variance
-    /// of the object's turn now.
+    /// Returns what a depth image says of a pose at the places that its camera should see; `drift`
+    /// is the variance of the object's turn now.
     pub(crate) fn residuals(
         &self,
         seen: &Rangefinder<'_>,
@@ -159,7 +160,8 @@ impl Ranges {
         }
     }
 
-    /// Turns those back that were measured since a keyframe, each by its share of a motion that closes a loop.
+    /// Turns those back that were measured since a keyframe, each by its share of a motion that
+    /// closes a loop.
     pub(crate) fn turn_back(&mut self, off: &Twist, drifts: (f64, f64), since: Option<usize>) {
         for one in self.all.iter_mut().filter(|one| Some(one.keyframe) >= since) {
             let (share, left) = bridged(one.drift, drifts);
@@ -172,8 +174,9 @@ impl Ranges {
 }
 
 impl Range {
-    /// Gives the pixel where a camera should see it, how far beyond it the surface is there, along its normal, and
-    /// the measured distance, in metres; nothing where it should not be seen, or was not measured.
+    /// Returns the pixel where a camera should see it, how far beyond it the surface is there,
+    /// along its normal, and the measured distance, in metres; nothing where it should not be seen,
+    /// or was not measured.
     fn off(&self, seen: &Rangefinder<'_>, solid: &Solid) -> Option<(Vector2<f64>, f64, f64)> {
         let way = (seen.eye - self.position).normalize();
         if way.dot(&self.normal) < FACING || solid.hides(&self.position, &seen.eye) {
@@ -191,7 +194,7 @@ impl Range {
     }
 }
 
-/// Gives what a depth image shows of the object's surface at a pixel.
+/// Returns what a depth image shows of the object's surface at a pixel.
 fn measured(seen: &Rangefinder<'_>, solid: &Solid, pixel: &Vector2<f64>) -> Option<Range> {
     let (position, metres) = seen.place(pixel)?;
     let way = (position - seen.eye).normalize();

@@ -27,12 +27,12 @@ impl Record {
         }
     }
 
-    /// Gives the share of the images in which it was recognised.
+    /// Returns the share of the images in which it was recognised.
     pub(crate) fn hit_rate(&self) -> f32 {
         self.agreed / self.seen
     }
 
-    /// Says whether it still agrees often enough to be kept.
+    /// Returns whether it still agrees often enough to be kept.
     pub(crate) fn is_good(&self) -> bool {
         self.hit_rate() > LEAST_HIT_RATE
     }

@@ -1,15 +1,16 @@
-//! Whether distances that the body alone tells are believed: one camera sees a point lie somewhere on its ray,
-//! and the body says where, as far as it has the object's shape.
+//! Whether distances that the body alone tells are believed: one camera sees a point lie somewhere
+//! on its ray, and the body says where, as far as it has the object's shape.
 
 use super::points::{Match, Points};
 
-/// Standard deviation of the guess, as a share of the body's radius: as far as the body is believed, and where
-/// motion is to tell distances.
+/// Standard deviation of the guess, as a share of the body's radius: as far as the body is
+/// believed, and where motion is to tell distances.
 pub(crate) const GUESS: (f64, f64) = (0.1, 0.25);
-/// Part of the usual share below which an object is about to be lost, and its body is no more believed.
+/// Part of the usual share below which an object is about to be lost, and its body is no more
+/// believed.
 const DENIED: f64 = 0.6;
-/// Standard deviations by which points lie off the body's surface, rms over those that keyframes saw together,
-/// up to which these confirm it.
+/// Standard deviations by which points lie off the body's surface, rms over those that keyframes
+/// saw together, up to which these confirm it.
 const CONFIRMED: f64 = 0.55;
 
 /// What became of the belief that points lie on the body's surface.
@@ -33,21 +34,21 @@ impl Relief {
         }
     }
 
-    /// Says whether keyframes confirm the body.
+    /// Returns whether keyframes confirm the body.
     pub(crate) fn is_confirmed(&self) -> bool {
         self.misfit.is_some_and(|rms| rms <= CONFIRMED)
     }
 
-    /// Says whether a share of what should be seen, of which `usual` is usual, speaks against the body, and
-    /// keyframes do not speak for it.
+    /// Returns whether a share of what should be seen, of which `usual` is usual, speaks against
+    /// the body, and keyframes do not speak for it.
     pub(crate) fn is_denied(&self, share: f64, usual: f64) -> bool {
         !self.is_open && !self.is_confirmed() && share < DENIED * usual
     }
 }
 
 impl Points {
-    /// Says whether the body alone told the distances of most points that are recognised, where they were
-    /// detected.
+    /// Returns whether the body alone told the distances of most points that are recognised, where
+    /// they were detected.
     pub(crate) fn are_guessed(&self, matches: &[Match]) -> bool {
         let seen = matches.iter().filter(|one| one.is_recognised());
         let guessed = |one: &&Match| self.features[one.view.point].is_guessed;

@@ -36,8 +36,8 @@ pub(crate) struct Sides {
     next: usize,
 }
 
-/// The masks that were made of sides, each by its `id`; none for a side in which the colours disagree with the
-/// body's outline.
+/// The masks that were made of sides, each by its `id`; none for a side in which the colours
+/// disagree with the body's outline.
 pub(crate) type Marks = Vec<(usize, Option<Vec<u8>>)>;
 
 /// Least angle between the sides of two of them, in radians.
@@ -58,8 +58,9 @@ const CLEAR: f32 = 0.8 * (BLOCK * BLOCK) as f32;
 const LEAST_OVERLAP: f64 = 0.6;
 
 impl Sides {
-    /// Keeps what an open window shows, if none was kept from this side; a given mask as it is. Where there are
-    /// enough, one of the two that are nearest to each other makes room for one that is farther from all.
+    /// Keeps what an open window shows, if none was kept from this side; a given mask as it is.
+    /// Where there are enough, one of the two that are nearest to each other makes room for one
+    /// that is farther from all.
     pub(crate) fn offer(
         &mut self,
         (window, image, camera): (&Window, &ImageView<'_>, &Camera),
@@ -95,7 +96,8 @@ impl Sides {
         self.next += 1;
     }
 
-    /// Gives the later of the two that are nearest to each other, if they are nearer than `apart`.
+    /// Returns the later of the two that are nearest to each other, if they are nearer than
+    /// `apart`.
     fn redundant(&self, apart: f64) -> Option<usize> {
         let mut nearest = (apart, None);
         for (at, one) in self.all.iter().enumerate().filter(|(_, one)| !one.is_given) {
@@ -118,8 +120,8 @@ impl Sides {
         }
     }
 
-    /// Tells the object's pixels by their colours where no mask was given; drops views in which they
-    /// disagree with the body's outline. Gives the masks that were made.
+    /// Tells the object's pixels by their colours where no mask was given; drops views in which
+    /// they disagree with the body's outline. Gives the masks that were made.
     pub(crate) fn mark(&mut self, solid: &Solid, colors: &Colors) -> Marks {
         let mut marks = Marks::new();
         self.all.retain_mut(|one| {
@@ -144,7 +146,7 @@ impl Sides {
         }
     }
 
-    /// Gives directions from the object to the sides from which nothing was kept.
+    /// Returns directions from the object to the sides from which nothing was kept.
     pub(crate) fn unseen(&self) -> impl Iterator<Item = Vector3<f64>> + '_ {
         // From the opposite side an outline is nearly the same.
         let known = |way: &Vector3<f64>| {
@@ -153,7 +155,7 @@ impl Sides {
         (0..SIDES).map(|side| half_ball_direction(side, SIDES)).filter(move |way| !known(way))
     }
 
-    /// Gives those that have a mask as views in the object's frame.
+    /// Returns those that have a mask as views in the object's frame.
     pub(crate) fn views(&self) -> Vec<View<'_>> {
         self.all.iter().filter_map(Side::view).collect()
     }
@@ -225,7 +227,7 @@ impl Side {
     }
 }
 
-/// Says whether outlines, grown by some pixels, hold a pixel.
+/// Returns whether outlines, grown by some pixels, hold a pixel.
 fn holds(outlines: &[Outline], by_px: f64, [u, v]: [usize; 2]) -> bool {
     outlines.iter().any(|outline| {
         let held = outline.grown(by_px).interval(v as f64);

@@ -29,12 +29,12 @@ impl Solid {
         Self { quadrics, to_ball, radius }
     }
 
-    /// Gives the outlines of its ellipsoids in a camera that sees the object's frame.
+    /// Returns the outlines of its ellipsoids in a camera that sees the object's frame.
     pub(crate) fn outlines(&self, projection: &Projection) -> impl Iterator<Item = Outline> {
         self.quadrics.iter().filter_map(|quadric| projection.outline(quadric))
     }
 
-    /// Gives where a ray first meets the body.
+    /// Returns where a ray first meets the body.
     pub(crate) fn hit(&self, origin: &Vector3<f64>, direction: &Vector3<f64>) -> Option<Hit> {
         let mut nearest: Option<(f64, usize, Vector3<f64>)> = None;
         let solids = self.quadrics.iter().zip(&self.to_ball).enumerate();
@@ -55,7 +55,7 @@ impl Solid {
         })
     }
 
-    /// Says whether the body hides a point of its surface from a camera. Points may lie somewhat
+    /// Returns whether the body hides a point of its surface from a camera. Points may lie somewhat
     /// inside the ellipsoids, so the way begins a little nearer to the camera.
     pub(crate) fn hides(&self, point: &Vector3<f64>, eye: &Vector3<f64>) -> bool {
         let way = eye - point;
@@ -84,7 +84,7 @@ impl Rims {
         self.0.extend(solid.outlines(projection).map(|outline| (outline, inverse(&outline))));
     }
 
-    /// Gives about how many pixels a pixel lies inside; not positive if outside.
+    /// Returns about how many pixels a pixel lies inside; not positive if outside.
     pub(crate) fn margin(&self, pixel: &Vector2<f64>) -> f64 {
         let depth = |(outline, inverse): &(Outline, Matrix2<f64>)| {
             let away = pixel - outline.center_px();

@@ -4,16 +4,17 @@ use nalgebra::Vector3;
 
 use super::points::{Feature, LEAST_KNOWN, Match, Points};
 
-/// Standard deviation of what slips while the object turns by a radian, in radians, below which it is
-/// proved that points do not.
+/// Standard deviation of what slips while the object turns by a radian, in radians, below which it
+/// is proved that points do not.
 const PROVES: f64 = 0.15;
 /// Angle between the ways to two cameras, in radians, that is no turn.
 const EYES_APART: f64 = 0.2;
 
 impl Points {
-    /// Gives how far the turn may have drifted by the points that agree with images, as a variance: half of
-    /// them know it at least so well. Nothing if they are too few. `toward` is the direction to the camera,
-    /// and `slip` the variance by which points slip along while the object turns by a radian.
+    /// Returns how far the turn may have drifted by the points that agree with images, as a
+    /// variance: half of them know it at least so well. Nothing if they are too few. `toward` is
+    /// the direction to the camera, and `slip` the variance by which points slip along while the
+    /// object turns by a radian.
     pub(crate) fn drift_seen(
         &mut self,
         matches: &[Match],
@@ -40,12 +41,12 @@ impl Points {
     }
 }
 
-/// Gives by how much the object has turned since a point was learned, in radians, at least.
+/// Returns by how much the object has turned since a point was learned, in radians, at least.
 fn turned(feature: &Feature, toward: &Vector3<f64>) -> f64 {
     (feature.point.toward.angle(toward) - EYES_APART).max(0.0)
 }
 
-/// Gives the median of values, nothing if they are too few.
+/// Returns the median of values, nothing if they are too few.
 fn median(values: &mut [f64]) -> Option<f64> {
     let half = values.len() / 2;
     let enough = values.len() >= LEAST_KNOWN;

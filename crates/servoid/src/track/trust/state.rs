@@ -13,10 +13,12 @@ const MISSED: usize = 3;
 const COOLDOWN: usize = 8;
 /// Share from which on colours are learned.
 const COLOR_SHARE: f64 = 0.65;
-/// Share and part of the reference surface points that prove that an object which was found again is
-/// the one that was lost, at its true pose, and no look-alike's: one that teaches is wrong for good.
+/// Share and part of the reference surface points that prove that an object which was found again
+/// is the one that was lost, at its true pose, and no look-alike's: one that teaches is wrong for
+/// good.
 const PROVED: (f64, f64) = (0.92, 0.5);
-/// Share, part of the reference points with the contrast of a pattern, and the least number of those, that prove the same.
+/// Share, part of the reference points with the contrast of a pattern, and the least number of
+/// those, that prove the same.
 const RECOGNISABLE: (f64, f64, f64) = (0.75, 0.8, 40.0);
 /// Share that proves one that is met for the first time, by what it looked like elsewhere.
 const FOUND: f64 = 0.85;
@@ -34,7 +36,8 @@ pub(in crate::track) struct Trust {
     cooldown: usize,
     /// Whether the object that was found again last was proved to be the one that was lost.
     pub(super) proved: bool,
-    /// Whether it ever was: only then may it have turned unseen to a side that looks like a known one.
+    /// Whether it ever was: only then may it have turned unseen to a side that looks like a known
+    /// one.
     pub(super) confirmed: bool,
     /// Images since it was known well how it is turned.
     pub(in crate::track) adrift: usize,
@@ -61,12 +64,12 @@ impl Trust {
         self.proved
     }
 
-    /// Says whether the object was met and never missed since.
+    /// Returns whether the object was met and never missed since.
     pub(in crate::track) fn is_unbroken(&self) -> bool {
         self.met && self.unseen == 0
     }
 
-    /// Says whether the object was missed in few images at most, so that it went on as foreseen.
+    /// Returns whether the object was missed in few images at most, so that it went on as foreseen.
     pub(in crate::track) fn was_followed(&self) -> bool {
         self.met && self.unseen <= MISSED
     }
@@ -75,7 +78,7 @@ impl Trust {
         self.unseen <= LOST_AFTER
     }
 
-    /// Gives the status of an object that was not found once more.
+    /// Returns the status of an object that was not found once more.
     pub(in crate::track) fn without(&self) -> Status {
         if self.was_seen_lately() { Status::Searching } else { Status::Lost }
     }
@@ -84,8 +87,8 @@ impl Trust {
         self.unseen += 1;
     }
 
-    /// Takes a pose that is believed for proved, if so much is seen at it, or if the last one was and
-    /// this one `goes_on` from there; at a share below the `usual` one print proves nothing.
+    /// Takes a pose that is believed for proved, if so much is seen at it, or if the last one was
+    /// and this one `goes_on` from there; at a share below the `usual` one print proves nothing.
     pub(in crate::track) fn meet(
         &mut self,
         quality: &Quality,

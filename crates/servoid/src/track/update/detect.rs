@@ -14,8 +14,8 @@ use crate::track::target::points::{Feature, InView, PLACE_PX, WORST, noise};
 use crate::track::target::relief::GUESS;
 use crate::track::target::solid::{Hit, Rims};
 
-/// Pixels of the object's radius in an image from which on points are a pixel's grain, and the least
-/// grain: in a smaller image there are as many, which hold as much of the surface.
+/// Pixels of the object's radius in an image from which on points are a pixel's grain, and the
+/// least grain: in a smaller image there are as many, which hold as much of the surface.
 const FULL_PX: f64 = 80.0;
 const FINEST: f64 = 0.5;
 /// Grains along the side of a cell in which one point is detected.
@@ -46,7 +46,7 @@ pub(crate) struct DetectionPlan<'a> {
     pub(crate) cells: usize,
     /// Most places of a window that are looked at closely.
     pub(crate) tries: usize,
-    /// What is known of the object's pixels, one entry a camera or none at all.
+    /// What is known of the object's pixels, one entry per camera or none at all.
     pub(crate) masks: &'a [Option<Mask<'a>>],
 }
 
@@ -73,13 +73,14 @@ pub(crate) fn detect(
     }
 }
 
-/// Gives the pixels that a grain is in a camera's image of the object.
+/// Returns the pixels that a grain is in a camera's image of the object.
 pub(crate) fn grain(inputs: &Inputs<'_>, projection: &Projection) -> Option<f64> {
     let (_, by_place) = projection.pixel(&Vector3::zeros())?;
     Some((inputs.solid.radius * by_place.row(0).norm() / FULL_PX).clamp(FINEST, 1.0))
 }
 
-/// Gives corners in a camera's image that are the object's, each in a free cell that has its turn.
+/// Returns corners in a camera's image that are the object's, each in a free cell that has its
+/// turn.
 fn corners<'a>(
     inputs: &'a Inputs<'_>,
     (camera, projection): (usize, &'a Projection),
@@ -112,7 +113,7 @@ fn corners<'a>(
     })
 }
 
-/// Says whether a mask, or else the colours around, do not speak against a pixel.
+/// Returns whether a mask, or else the colours around, do not speak against a pixel.
 fn is_object(
     inputs: &Inputs<'_>,
     (camera, mask): (usize, Option<&Mask<'_>>),
@@ -132,7 +133,7 @@ fn is_object(
     ratios.sum::<f64>() > AGAINST && is_within((window, image), colors, pixel, grain)
 }
 
-/// Says whether the colours all around a patch do not speak against it: its pattern would be the
+/// Returns whether the colours all around a patch do not speak against it: its pattern would be the
 /// outline, which does not move as the surface does.
 fn is_within(
     (window, image): (&Window, &ImageView<'_>),
@@ -163,7 +164,7 @@ fn is_taken(
     })
 }
 
-/// Gives the place in a cell around which the picture changes most in its least direction.
+/// Returns the place in a cell around which the picture changes most in its least direction.
 fn best_corner(plane: &Plane, [left, top]: [usize; 2], grain: f64) -> Option<[f64; 2]> {
     let mut best = (LEAST_CORNER, None);
     for at in 0..9 {

@@ -18,11 +18,11 @@ use crate::track::tracker::Tracker;
 /// Surface points whose distance is known at least this well, as a share of the body's radius, say
 /// where the surface is.
 const WELL_KNOWN: f64 = 0.03;
-/// A body may reach as far from the middle as this, in radii of the body before: beyond, it fits what
-/// is none of it.
+/// A body may reach as far from the middle as this, in radii of the body before: beyond, it fits
+/// what is none of it.
 const FARTHEST: f64 = 1.4;
-/// Observations after which a body that evolved in the worker is taken over: the same bits, however long
-/// it takes.
+/// Observations after which a body that evolved in the worker is taken over: the same bits, however
+/// long it takes.
 const DELAY: usize = 5;
 
 /// A body that evolves beside the tracker.
@@ -62,9 +62,9 @@ impl Tracker {
         Ok(self.target.grow(growth.evolved()?))
     }
 
-    /// Begins to let the body evolve as `evolve` does, in a thread of its own; says whether there is
-    /// anything new to evolve by. An estimate says when the body has `evolved`: exactly a few observations
-    /// later, so that the same observations give the same bits.
+    /// Begins to let the body evolve as `evolve` does, in a thread of its own; says whether there
+    /// is anything new to evolve by. An estimate says when the body has `evolved`: exactly a few
+    /// observations later, so that the same observations give the same bits.
     pub fn begin_evolving(&mut self) -> bool {
         if self.evolving.is_some() {
             return false;
@@ -98,7 +98,7 @@ impl Tracker {
 }
 
 impl Target {
-    /// Gives what the body can evolve by; nothing where no side is new.
+    /// Returns what the body can evolve by; nothing where no side is new.
     fn growth(&mut self, settings: &TrackSettings) -> Option<Growth> {
         if std::mem::take(&mut self.sides.fresh) == 0 {
             return None;
@@ -138,7 +138,7 @@ impl Target {
 }
 
 impl Growth {
-    /// Gives the body as it evolves; nothing where too few views tell of it.
+    /// Returns the body as it evolves; nothing where too few views tell of it.
     fn evolved(mut self) -> Result<Evolved, ModelError> {
         let marks = self.sides.mark(&self.solid, &self.colors);
         // Of the sides that were not seen, what is believed so far stays.

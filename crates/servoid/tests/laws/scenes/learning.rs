@@ -129,7 +129,7 @@ fn in_colour(seed: u64) -> Figures {
 const LOOKS: u64 = 4;
 const COURSES: u64 = 5;
 
-/// Gives the shares of courses whose pose is called tracked, and is right or is not.
+/// Returns the shares of courses whose pose is called tracked, and is right or is not.
 fn in_grey(seed: u64) -> Figures {
     let (mut right, mut wrong) = (0, 0);
     for look in 0..LOOKS {

@@ -14,8 +14,8 @@ use super::{Figures, ROWS, Scene, all};
 /// Seeds that are told, the worst first.
 const TOLD: usize = 4;
 
-/// Gives the scenes whose names begin as one of the words of `SERVOID_SCENES` does, between commas;
-/// all without it.
+/// Returns the scenes whose names begin as one of the words of `SERVOID_SCENES` does, between
+/// commas; all without it.
 fn chosen() -> Vec<&'static Scene> {
     let starts = env::var("SERVOID_SCENES").unwrap_or_default();
     let starts: Vec<_> = starts.split(',').map(str::trim).collect();

@@ -109,7 +109,7 @@ pub fn holds_for(name: &str, seeds: std::ops::Range<u64>) {
     assert!(beyond.is_empty(), "{}", beyond.join("\n"));
 }
 
-/// Gives how far two poses are apart, in millimetres and degrees.
+/// Returns how far two poses are apart, in millimetres and degrees.
 fn apart(one: &Pose, other: &Pose) -> (f64, f64) {
     let off = one.inverse() * *other;
     (1000.0 * off.translation().norm(), off.rotation().angle().to_degrees())
@@ -136,12 +136,12 @@ impl Worst {
         (self.off, self.turned) = (self.off.max(off), self.turned.max(turned));
     }
 
-    /// Gives the figures of `NOT_LOCATED`, `OFF` and `TURNED`, of an object whose turn is open.
+    /// Returns the figures of `NOT_LOCATED`, `OFF` and `TURNED`, of an object whose turn is open.
     fn plain_figures(&self) -> Figures {
         vec![("not located", self.not_located), ("off", self.off), ("turned", self.turned)]
     }
 
-    /// Gives the figures of `NOT_TRACKING`, `OFF` and `TURNED`.
+    /// Returns the figures of `NOT_TRACKING`, `OFF` and `TURNED`.
     fn figures(&self) -> Figures {
         vec![("not tracking", self.not_tracking), ("off", self.off), ("turned", self.turned)]
     }

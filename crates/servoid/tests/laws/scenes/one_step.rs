@@ -120,8 +120,8 @@ fn gone(seed: u64) -> Figures {
 const COURSES: u64 = 20;
 const IMAGES: usize = 27;
 
-/// Gives the share of courses in which the motions left open of an object that stays at rest are as
-/// asked for.
+/// Returns the share of courses in which the motions left open of an object that stays at rest are
+/// as asked for.
 fn share_open(seed: u64, body: &Body, asked: fn(&[Twist]) -> bool) -> f64 {
     let still = vec![at(0.0, 0.0, 0.0); IMAGES];
     let as_asked = |course: &u64| {

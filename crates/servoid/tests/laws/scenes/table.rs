@@ -61,7 +61,7 @@ impl Row {
         Self { scene, measure, unit, sense, seeds, median, worst, margin, bound }
     }
 
-    /// Says whether a value is beyond the bound, or is no number.
+    /// Returns whether a value is beyond the bound, or is no number.
     pub fn breaks(&self, value: f64) -> bool {
         let kept = match self.sense {
             Sense::AtMost => value <= self.bound,
@@ -80,7 +80,7 @@ fn rounded(value: f64, digits: usize) -> f64 {
     format!("{value:.*e}", digits - 1).parse().unwrap()
 }
 
-/// Gives the bound that follows from the worst value and a margin.
+/// Returns the bound that follows from the worst value and a margin.
 pub fn bound_of(worst: f64, margin: f64, sense: Sense) -> f64 {
     let far = if sense == Sense::AtMost { worst * margin } else { worst / margin };
     rounded(far, BOUND_DIGITS)

@@ -57,7 +57,7 @@ impl Seen {
     }
 }
 
-/// Gives what is worst once the object is as far as it goes.
+/// Returns what is worst once the object is as far as it goes.
 fn followed(
     seed: u64,
     count: usize,

@@ -97,7 +97,7 @@ impl Stage {
         silhouette(&self.body.at(*object), &self.camera, eye)
     }
 
-    /// Gives the columns and rows outside of which no ray meets the object.
+    /// Returns the columns and rows outside of which no ray meets the object.
     fn near(&self, eye: &Pose, object: &Pose) -> [Range<usize>; 2] {
         let mask = self.mask(eye, object);
         let seen = (0..mask.len()).filter(|at| mask[*at] != 0);

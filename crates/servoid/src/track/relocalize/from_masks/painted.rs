@@ -54,7 +54,7 @@ impl Painted {
         total / f64::max(views, 1.0)
     }
 
-    /// Gives what the colours in an image differ by from those of the foremost ellipsoids.
+    /// Returns what the colours in an image differ by from those of the foremost ellipsoids.
     fn differences(
         &self,
         solid: &Solid,
@@ -70,7 +70,7 @@ impl Painted {
     }
 }
 
-/// Gives the mean colours of small blocks in the mask, and the rays in which they are seen.
+/// Returns the mean colours of small blocks in the mask, and the rays in which they are seen.
 fn rays(view: &View<'_>, image: &ImageView<'_>) -> Vec<(Vector3<f64>, Vector3<f64>)> {
     let (first, last) = view.mask().bounds_px();
     let extent = (last[0] - first[0]).max(last[1] - first[1]) + 1;
@@ -81,7 +81,7 @@ fn rays(view: &View<'_>, image: &ImageView<'_>) -> Vec<(Vector3<f64>, Vector3<f6
     corners.filter_map(block).collect()
 }
 
-/// Gives the mean colour of a block, and the middle of its ray; none if half of it is background.
+/// Returns the mean colour of a block, and the middle of its ray; none if half of it is background.
 fn block_mean(
     view: &View<'_>,
     image: &ImageView<'_>,

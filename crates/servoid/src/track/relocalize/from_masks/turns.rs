@@ -14,7 +14,7 @@ use crate::track::target::solid::Solid;
 const EVEN_STEPS: [f64; 3] =
     [0.819_172_513_396_164_4, 0.671_043_606_703_789_2, 0.549_700_477_901_970_4];
 
-/// Gives turns spread evenly over all that there are; the seed moves all of them.
+/// Returns turns spread evenly over all that there are; the seed moves all of them.
 pub(super) fn spread(count: usize, seed: u64) -> Vec<UnitQuaternion<f64>> {
     let mut rng = evolve::rng(seed, u64::MAX);
     let first: [f64; 3] = std::array::from_fn(|_| rng.random());
@@ -25,7 +25,7 @@ pub(super) fn spread(count: usize, seed: u64) -> Vec<UnitQuaternion<f64>> {
 /// Steps in which a turned body is brought to its mask.
 const STEPS: usize = 3;
 
-/// Gives the pose with a turn, in a camera's frame, at which the outlines lie about the middle of
+/// Returns the pose with a turn, in a camera's frame, at which the outlines lie about the middle of
 /// the mask and are as large.
 pub(super) fn centred(solid: &Solid, turn: UnitQuaternion<f64>, view: &View<'_>) -> Pose {
     let (first, last) = view.mask().bounds_px();

@@ -14,11 +14,11 @@ pub enum ImageError {
         width: usize,
         /// Height in pixels.
         height: usize,
-        /// Bytes a pixel.
+        /// Bytes per pixel.
         channels: usize,
-        /// Bytes that there should be.
+        /// Bytes required.
         expected: usize,
-        /// Bytes that there are.
+        /// Bytes given.
         given: usize,
     },
     /// The buffer does not hold width x height depths.
@@ -28,7 +28,7 @@ pub enum ImageError {
         width: usize,
         /// Height in pixels.
         height: usize,
-        /// Values that there are.
+        /// Values given.
         given: usize,
     },
     /// A mask must be grey.
@@ -68,7 +68,7 @@ pub enum Channels {
 }
 
 impl Channels {
-    /// Returns the bytes a pixel.
+    /// Returns the number of bytes per pixel.
     #[must_use]
     pub fn count(self) -> usize {
         match self {
@@ -87,7 +87,7 @@ pub struct ImageView<'a> {
 }
 
 impl<'a> ImageView<'a> {
-    /// Looks at `data` as an image of (width, height).
+    /// Interprets `data` as an image of (width, height).
     ///
     /// # Errors
     /// If the number of bytes does not fit.
@@ -123,14 +123,14 @@ impl<'a> ImageView<'a> {
         self.data
     }
 
-    /// Returns the bytes of row `v`, empty beyond the image.
+    /// Returns the bytes of row `v`, or none if it lies outside the image.
     #[must_use]
     pub fn row(&self, v: usize) -> &'a [u8] {
         let pitch = self.size_px[0] * self.channels.count();
         self.data.get(v * pitch..(v + 1) * pitch).unwrap_or(&[])
     }
 
-    /// Returns the colour of a pixel; grey counts as equal red, green and blue.
+    /// Returns the colour of a pixel; a grey value is repeated for red, green and blue.
     #[must_use]
     pub fn rgb(&self, u: usize, v: usize) -> [u8; 3] {
         let row = self.row(v);
@@ -141,7 +141,7 @@ impl<'a> ImageView<'a> {
     }
 }
 
-/// An image that says where the object is: non-zero pixels belong to it, and neither none nor all.
+/// An image that marks the object: its pixels are non-zero. Neither none nor all pixels are.
 #[derive(Debug, Clone, Copy)]
 pub struct Mask<'a> {
     image: ImageView<'a>,
@@ -151,7 +151,7 @@ pub struct Mask<'a> {
 }
 
 impl<'a> Mask<'a> {
-    /// Looks at a grey image as a mask.
+    /// Interprets a grey image as a mask.
     ///
     /// # Errors
     /// If it is not grey, no pixel is non-zero or every pixel is.
@@ -180,7 +180,7 @@ impl<'a> Mask<'a> {
         }
     }
 
-    /// Returns whether the pixel nearest to a place is the object's.
+    /// Returns whether the pixel nearest to a position belongs to the object.
     #[must_use]
     pub fn holds(&self, u: f64, v: f64) -> bool {
         let (u, v) = (libm::round(u), libm::round(v));
@@ -195,13 +195,13 @@ impl<'a> Mask<'a> {
         self.image
     }
 
-    /// Returns how many pixels belong to the object.
+    /// Returns the number of pixels that belong to the object.
     #[must_use]
     pub fn area_px(&self) -> usize {
         self.area_px
     }
 
-    /// Returns the first and last column and row that hold the object: ((u, v), (u, v)).
+    /// Returns the first and last column and row that contain the object: ((u, v), (u, v)).
     #[must_use]
     pub fn bounds_px(&self) -> ([usize; 2], [usize; 2]) {
         (self.first_px, self.last_px)

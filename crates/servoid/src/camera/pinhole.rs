@@ -7,7 +7,7 @@ use crate::words::were;
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum CameraError {
-    /// An angle of view is none.
+    /// An angle of view is not between 0 and 180 degrees.
     #[error(
         "an angle of view must be more than 0 and less than 180 degrees, but it is {0}; it is the \
          angle from the left to the right border of the image"
@@ -98,8 +98,9 @@ impl Camera {
         Ok(Self { size_px, focal_px, center_px })
     }
 
-    /// Makes a camera of (width, height) in pixels and its angle of view from the left to the right
-    /// border in degrees: its pixels are square and its centre is the image's.
+    /// Makes a camera of (width, height) in pixels and the angle of view from the left to the right
+    /// border of the image in degrees. Its pixels are square and its principal point is the centre
+    /// of the image.
     ///
     /// # Errors
     /// If the angle is not between 0 and 180 degrees, or as for [`Camera::new`].
@@ -153,7 +154,7 @@ impl Camera {
         Vector3::new((pixel[0] - cx) / fx, (pixel[1] - cy) / fy, 1.0)
     }
 
-    /// Returns the camera that sees the part of the image starting at pixel `corner`, shrunk so that
+    /// Returns the camera of the part of the image that starts at pixel `corner`, shrunk so that
     /// `shrink` pixels along each side become one.
     ///
     /// # Errors
@@ -165,7 +166,8 @@ impl Camera {
         shrink: usize,
     ) -> Result<Self, CameraError> {
         let scale = 1.0 / shrink as f64;
-        // The centre of a shrunk pixel lies (shrink - 1) / 2 pixels after its first one's centre.
+        // The centre of a shrunk pixel lies (shrink - 1) / 2 pixels from the centre of the first
+        // pixel in it.
         let shift = 0.5 * (shrink as f64 - 1.0);
         let center = |i: usize| (self.center_px[i] - corner[i] as f64 - shift) * scale;
         Self::new(size_px, self.focal_px.map(|f| f * scale), [center(0), center(1)])

@@ -8,7 +8,7 @@ pub fn anisotropy(quadric: &Quadric) -> f64 {
     3.0 * libm::log(quadric.factor.norm_squared() / 3.0) - 2.0 * libm::log(quadric.bulk())
 }
 
-/// Returns how the anisotropy changes with the quadric; `None` for one without volume.
+/// Returns the gradient of the anisotropy by the quadric; `None` for one without volume.
 #[must_use]
 pub fn anisotropy_gradient(quadric: &Quadric) -> Option<QuadricGradient> {
     let inverse = quadric.factor.try_inverse()?;

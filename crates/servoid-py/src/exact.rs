@@ -1,4 +1,4 @@
-//! Elementary functions and small linear algebra whose bits are the same on every processor.
+//! Elementary functions and small linear algebra with the same bits on every processor.
 
 use nalgebra::{DMatrix, DVector};
 use numpy::{
@@ -29,7 +29,7 @@ impl<'py> Numbers<'py> {
 
 macro_rules! elementary {
     ($($name:ident = $function:path;)*) => {$(
-        #[doc = concat!("Gives ", stringify!($function), " of a number, or of each in an array.")]
+        #[doc = concat!("Returns ", stringify!($function), " of a number, or of each in an array.")]
         #[pyfunction]
         pub fn $name<'py>(py: Python<'py>, x: Numbers<'py>) -> PyResult<Bound<'py, PyAny>> {
             x.map(py, $function)
@@ -72,7 +72,7 @@ fn rows<'py>(py: Python<'py>, x: &DMatrix<f64>) -> PyResult<Bound<'py, PyArray2<
     numpy::PyArrayMethods::reshape(&numbers, [x.nrows(), x.ncols()])
 }
 
-/// Multiplies two matrices, sums taken in the order of the inner index.
+/// Multiplies two matrices; sums are in the order of the inner index.
 #[pyfunction]
 pub fn exact_product<'py>(
     py: Python<'py>,
@@ -97,7 +97,7 @@ pub fn exact_product<'py>(
     numpy::PyArrayMethods::reshape(&out.into_pyarray(py), vec![count, width])
 }
 
-/// Solves a x = b for the columns of b.
+/// Solves a x = b for each column of b.
 #[pyfunction]
 pub fn exact_solve<'py>(
     py: Python<'py>,
@@ -136,7 +136,7 @@ pub fn exact_norm(x: PyReadonlyArray1<'_, f64>) -> f64 {
     x.as_array().iter().fold(0.0, |sum, x| sum + x * x).sqrt()
 }
 
-/// Adds all of this to the module.
+/// Adds these functions to the module.
 pub fn add_to(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(exact_sin, module)?)?;
     module.add_function(wrap_pyfunction!(exact_cos, module)?)?;

@@ -1,4 +1,5 @@
-//! Laws of the kinds of evidence that bodies are fitted to: solids, seen points, and both together.
+//! Laws of the kinds of evidence that bodies are fitted to: solids, measured points, and both
+//! together.
 
 use nalgebra::{Matrix3, Vector3};
 use proptest::prelude::*;
@@ -59,8 +60,9 @@ fn both() -> Total {
     total
 }
 
-/// Compares one slope with finite differences, unless a kink is near: one at the very place leaves
-/// differences of any step alike, as where a pole touches a slice, but not those ahead and behind.
+/// Compares one slope with finite differences, unless the score is not differentiable nearby. At
+/// such a point itself, differences with any step agree, as where a pole touches a slice; those
+/// ahead and behind do not.
 fn slope_holds(
     evidence: &dyn Differentiable,
     body: &[Quadric],

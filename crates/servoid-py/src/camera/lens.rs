@@ -181,7 +181,7 @@ impl Lens {
         let moved = lens_from_camera.0.translation();
         if moved.norm() > 0.0 {
             let message = format!(
-                "an ideal camera stands where its lens does, but lens_from_camera moves by {:?}; \
+                "an ideal camera is at the position of its lens, but lens_from_camera moves by {:?}; \
                  give a rotation",
                 <[f64; 3]>::from(moved)
             );

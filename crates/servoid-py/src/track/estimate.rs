@@ -218,7 +218,7 @@ impl Estimate {
         let states = [core::Status::Tracking, core::Status::Searching, core::Status::Lost];
         let status = states.into_iter().find(|one| one.name() == status);
         let (Some(status), 36) = (status, covariance.len()) else {
-            return Err(named("TrackError", "these parts make no estimate".into()));
+            return Err(named("TrackError", "these parts do not make an estimate".into()));
         };
         let evidence = evidence.map(|(counts, proved, turns)| {
             let (

@@ -22,7 +22,7 @@ pub enum ImageError {
         given: usize,
     },
     /// The buffer does not hold width x height depths.
-    #[error("a depth image of {width}x{height} has one value a pixel, but {given} were given")]
+    #[error("a depth image of {width}x{height} has one value per pixel, but {given} were given")]
     DepthLength {
         /// Width in pixels.
         width: usize,

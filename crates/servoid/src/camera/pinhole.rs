@@ -40,8 +40,8 @@ pub enum CameraError {
     },
     /// A coefficient of distortion is not finite or absurdly large.
     #[error(
-        "a distortion coefficient must be a finite number of size {max:e} at most, but the one at \
-         index {index} is {value}"
+        "a distortion coefficient must be a finite number of magnitude {max:e} at most, but the \
+         one at index {index} is {value}"
     )]
     Coefficient {
         /// Which one, from 0.

@@ -62,7 +62,7 @@ pub enum GaError {
         range: (f64, f64),
     },
     /// There is not one score per individual.
-    #[error("{expected} individuals were asked about, but {given} scores were told")]
+    #[error("{expected} individuals need as many scores, but {given} were given")]
     Scores {
         /// Individuals.
         expected: usize,

@@ -14,7 +14,7 @@ use crate::shape::{Quadric, QuadricGradient};
 /// use servoid::fitness::{Differentiable, Evidence, Fitness, Total};
 /// use servoid::shape::{Quadric, QuadricGradient};
 ///
-/// /// A place that the object is known to lie near.
+/// /// A position near which the object is known to lie.
 /// #[derive(Clone)]
 /// struct Near(Vector3<f64>);
 ///

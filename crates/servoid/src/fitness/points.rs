@@ -182,9 +182,9 @@ impl Fitness for Points<'_> {
 
 /// Returns (sin θ, cos θ sin φ, cos θ cos φ) for one of `count` pairs of angles.
 ///
-/// The paper lets both angles run from -π to π, which covers an ellipsoid twice, and does not say
-/// how they are chosen. Here θ runs from -π/2 to π/2, which covers it once: sin θ in even steps,
-/// φ on by the golden angle each time, so that every part of a sphere gets as many points.
+/// The paper lets both angles run from -π to π, which covers an ellipsoid twice, and does not
+/// specify how they are chosen. Here θ runs from -π/2 to π/2, which covers it once: sin θ in even
+/// steps, and φ in steps of the golden angle, so that points are evenly distributed on a sphere.
 fn direction(index: usize, count: usize) -> Vector3<f64> {
     let unit = even_direction(index, (2 * index + 1) as f64 / count as f64 - 1.0);
     Vector3::new(unit.z, unit.y, unit.x) // Eq. (1), adapted: covers it once

@@ -22,7 +22,7 @@ pub struct RangeSample {
 #[non_exhaustive]
 pub enum RangeSampleError {
     /// There is not one direction per point.
-    #[error("{points} seen points need as many directions, but {directions} {} given", were(*directions))]
+    #[error("{points} points need as many directions, but {directions} {} given", were(*directions))]
     Count {
         /// Points given.
         points: usize,
@@ -31,7 +31,7 @@ pub enum RangeSampleError {
     },
     /// A number is not finite, or a direction has no length.
     #[error(
-        "seen point {index}: place and direction must be finite numbers and the direction must \
+        "point {index}: position and direction must be finite numbers and the direction must \
          have a length, but they are {point:?} and {direction:?}"
     )]
     Numbers {

@@ -34,8 +34,8 @@ use crate::words::{Digits, were};
 pub enum ModelError {
     /// There are too few views.
     #[error(
-        "modelling needs at least two views from different places, but {} {} given: one picture \
-         cannot tell a small near object from a large far one",
+        "modelling needs at least two views from different places, but {} {} given: one image \
+         cannot distinguish a small near object from a large far one",
         .0,
         were(*.0)
     )]
@@ -53,9 +53,9 @@ pub enum ModelError {
     },
     /// The lines of sight are parallel or the cameras are at one position.
     #[error(
-        "the views' lines of sight to the object are parallel or start at one place, so its \
-         distance is open: pictures cannot tell a small near object from a large far one; add views \
-         from other places, and check that each has its own pose"
+        "the views' lines of sight to the object are parallel or start at one position, so its \
+         distance is not determined: images cannot distinguish a small near object from a large \
+         far one; add views from other positions, and check that each has its own pose"
     )]
     NoBaseline,
     /// Every kind of evidence has weight 0.
@@ -106,7 +106,7 @@ pub enum ModelError {
     #[error(transparent)]
     Shape(#[from] crate::shape::ShapeError),
     /// The worker threads could not be started.
-    #[error("{0} worker threads could not be started; ask for fewer")]
+    #[error("{0} worker threads could not be started; use fewer")]
     Threads(usize),
     /// The caller's progress callback requested a stop.
     #[error("modelling was stopped")]

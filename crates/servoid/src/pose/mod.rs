@@ -23,7 +23,7 @@ pub enum PoseError {
     #[error(
         "the 3x3 block of a pose must be a rotation, but its columns are off by {deviation:.3e} \
          from orthonormal (allowed: {allowed:.0e}) and its determinant is {determinant:.6}; a \
-         matrix with scale, shear or a mirrored axis is no rigid motion"
+         matrix with scale, shear or a mirrored axis is not a rigid motion"
     )]
     NotRigid {
         /// Largest entry of |RᵀR − 1|.
@@ -41,8 +41,9 @@ pub enum PoseError {
     NotUnit(f64),
     /// A name is not a sequence of axes.
     #[error(
-        "a sequence of axes is one to three of x, y, z, none twice in a row, in lower case about axes \
-         that stay and in upper case about axes that turn along, such as 'xyz' or 'ZYX', but it is '{0}'"
+        "a sequence of axes is one to three of x, y, z, none twice in a row, in lower case for \
+         fixed axes and in upper case for axes that rotate with the object, such as 'xyz' or 'ZYX', \
+         but it is '{0}'"
     )]
     Euler(String),
     /// Angles were requested for a sequence that does not have three axes.

@@ -96,8 +96,8 @@ pub enum RenderError {
     TexturePlace(f64),
     /// The triangles lie on top of each other.
     #[error(
-        "the {faces} faces of the mesh overlap so much that no tree of boxes tells them apart; \
-         remove doubled faces"
+        "the {faces} faces of the mesh overlap so much that no tree of boxes separates them; \
+         remove duplicate faces"
     )]
     Tangled {
         /// Triangles of the mesh.
@@ -127,8 +127,8 @@ pub enum RenderError {
     },
     /// The size of a texture does not match its bytes.
     #[error(
-        "a texture has from 1 to {max} pixels along a side and 3 bytes a pixel, but {given} bytes \
-         were given for {width}x{height} pixels"
+        "a texture has from 1 to {max} pixels along a side and 3 bytes per pixel, but {given} \
+         bytes were given for {width}x{height} pixels"
     )]
     Texture {
         /// Width in pixels.
@@ -184,7 +184,7 @@ pub enum RenderError {
         rays: usize,
     },
     /// Something is too far away.
-    #[error("{what} stands {distance} m from the origin; bring it within {MAX_LENGTH} m")]
+    #[error("{what} is {distance} m from the origin; bring it within {MAX_LENGTH} m")]
     Far {
         /// What it is.
         what: String,
@@ -192,7 +192,7 @@ pub enum RenderError {
         distance: f64,
     },
     /// The threads could not be started.
-    #[error("{threads} threads could not be started: {reason}; ask for fewer, or 0 for all cores")]
+    #[error("{threads} threads could not be started: {reason}; use fewer, or 0 for all cores")]
     Threads {
         /// Threads requested.
         threads: usize,

@@ -65,7 +65,7 @@ pub enum ShapeError {
         max: usize,
     },
     /// A vertex of a mesh is not finite.
-    #[error("corner {index} of the mesh must be three finite numbers, but it is {corner:?}")]
+    #[error("vertex {index} of the mesh must be three finite numbers, but it is {corner:?}")]
     Corner {
         /// Index of the vertex.
         index: usize,
@@ -73,7 +73,7 @@ pub enum ShapeError {
         corner: [f64; 3],
     },
     /// A triangle refers to a vertex that does not exist.
-    #[error("the mesh has {corners} corners, counted from 0, but a triangle names {face:?}")]
+    #[error("the mesh has {corners} vertices, counted from 0, but a triangle refers to {face:?}")]
     Face {
         /// The triangle.
         face: [usize; 3],
@@ -83,7 +83,7 @@ pub enum ShapeError {
     /// The surface has a hole, or triangles with inconsistent orientation.
     #[error(
         "the mesh is not closed: {edges} of its edges do not have as many triangles on one side \
-         as on the other; fill its holes and turn its triangles the same way"
+         as on the other; fill its holes and orient its triangles consistently"
     )]
     Open {
         /// Edges that are not balanced.
@@ -91,8 +91,8 @@ pub enum ShapeError {
     },
     /// The mesh encloses no volume, or it is inside out.
     #[error(
-        "the mesh has a volume of {0} cubic metres; it must be positive: corners go round \
-         counter-clockwise seen from outside"
+        "the mesh has a volume of {0} cubic metres; it must be positive: vertices are in \
+         counter-clockwise order seen from outside"
     )]
     Volume(f64),
 }

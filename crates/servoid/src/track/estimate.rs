@@ -60,13 +60,13 @@ pub enum Notice {
         given: [usize; 2],
     },
     /// An image is black, white or of a single colour where the object should be.
-    #[error("camera {0}: the image says nothing where the object should be")]
+    #[error("camera {0}: the image shows nothing where the object should be")]
     Blank(usize),
     /// An image is identical to the previous one.
-    #[error("camera {0}: the image is the one before, once more")]
+    #[error("camera {0}: the image repeats the previous one")]
     Repeated(usize),
     /// All images are identical to the previous ones, although the object or the cameras moved.
-    #[error("the images are those before, but what they show must have moved on since")]
+    #[error("the images repeat the previous ones, but their content must have moved since")]
     Outdated,
     /// Time did not advance.
     #[error("time goes back or stands still: {} s, then {} s", Seconds(*before), Seconds(*now))]
@@ -83,7 +83,7 @@ pub enum Notice {
     #[error("camera {0}: the object is not in the image")]
     OutOfImage(usize),
     /// The images determine the object's position, but its orientation not well enough.
-    #[error("the images tell where the object is, but not how it is turned")]
+    #[error("the images determine the object's position, but not its orientation")]
     TurnOpen,
     /// A side that is known better is seen again, and the drift accumulated since is corrected.
     #[error("a known side is seen again: the turn is corrected by {degrees:.1} degrees")]
@@ -98,7 +98,7 @@ pub enum Notice {
         degrees: f64,
     },
     /// Part of the object is hidden.
-    #[error("{hidden:.0} % of what should be seen of the object is not")]
+    #[error("{hidden:.0} % of the part of the object that should be visible is not seen")]
     Hidden {
         /// Hidden share in per cent.
         hidden: f64,

@@ -64,24 +64,24 @@ pub enum TrackError {
     Time(f64),
     /// Neither colours nor surface points of the object are known.
     #[error(
-        "nothing is known of how the object looks, so it cannot be sought: give a mask or another \
-         target in the first observation, or its pose there"
+        "nothing is known of the object's appearance, so it cannot be found: give a mask or \
+         another target in the first observation, or its pose there"
     )]
     NothingKnown,
     /// `step` was called before any start.
     #[error(
-        "the tracker was never started, so it knows nothing of how the object looks: call start with \
-         the object's pose in the first images, or find where its look was recalled"
+        "the tracker was never started, so the object's appearance is unknown: call start with the \
+         object's pose in the first images, or recall an appearance and call find"
     )]
     NotStarted,
     /// The bytes are not an appearance.
     #[error(
-        "these {0} bytes are no appearance that this version reads; leave the appearance out, or save \
-         the body again"
+        "these {0} bytes are not an appearance that this version can read; leave the appearance \
+         out, or save the body again"
     )]
     Appearance(usize),
     /// A pose was sought from masks, but there is no mask.
-    #[error("a body is placed in masks, and there is none; give a target or a start")]
+    #[error("a pose is estimated from masks, but there is none; give a target or a start")]
     NoMask,
     /// There is not one colour per ellipsoid.
     #[error(
@@ -110,7 +110,7 @@ pub enum TrackError {
     NotInView,
     /// No image of the first observation can be used.
     #[error(
-        "no image tells where the object is: {}; give images of each camera's size that show the \
+        "no image shows where the object is: {}; give images of each camera's size that show the \
          object",
         .0.iter().map(ToString::to_string).collect::<Vec<_>>().join("; ")
     )]

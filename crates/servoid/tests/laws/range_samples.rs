@@ -275,5 +275,5 @@ fn numbers_that_are_no_lines_of_sight_are_refused() {
         assert!(matches!(error, RangeSampleError::Numbers { index: 1, .. }));
     }
     let error = RangeSample::join(&[[f64::NAN; 3]], &ok[..1]).unwrap_err();
-    assert!(error.to_string().starts_with("seen point 0"));
+    assert!(error.to_string().starts_with("point 0"));
 }

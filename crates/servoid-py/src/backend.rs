@@ -3,10 +3,10 @@ use servoid::fitness::Backend;
 
 use crate::errors::{named, raise};
 
-/// The environment variable that forces a back end by name.
+/// The environment variable that forces a backend by name.
 const VARIABLE: &str = "SERVOID_BACKEND";
 
-/// Forces the back end that the environment names, if it names one.
+/// Forces the backend named by the environment variable, if it is set.
 pub fn force_named() -> PyResult<()> {
     let Some(name) = std::env::var_os(VARIABLE) else { return Ok(()) };
     match Backend::named(&name.to_string_lossy()) {
@@ -19,19 +19,19 @@ pub fn force_named() -> PyResult<()> {
     Ok(())
 }
 
-/// Names the back end that this process uses.
+/// Returns the name of the backend that this process uses.
 #[pyfunction]
 pub fn backend() -> &'static str {
     Backend::used().name()
 }
 
-/// Names all back ends that this machine has, the fastest last.
+/// Returns the names of all backends of this machine, the fastest last.
 #[pyfunction]
 pub fn backends() -> Vec<&'static str> {
     Backend::available().into_iter().map(Backend::name).collect()
 }
 
-/// Lets this process use the back end of a name from now on.
+/// Makes this process use the backend of a name from now on.
 #[pyfunction]
 pub fn force_backend(name: &str) -> PyResult<()> {
     Backend::named(name).map(Backend::force).map_err(raise)

@@ -1,7 +1,7 @@
 use pyo3::prelude::*;
 use servoid::{camera, evolve, fitness, model, pose, render, shape, track};
 
-/// An error of the core that knows its class in `servoid.errors`.
+/// An error of the core with a class in `servoid.errors`.
 pub trait Named: std::error::Error {
     fn class(&self) -> &'static str;
 }
@@ -96,7 +96,7 @@ impl Named for render::RenderError {
     }
 }
 
-/// Makes the Python exception of an error of the core.
+/// Converts an error of the core to a Python exception.
 pub fn raise(error: impl Named) -> PyErr {
     named(error.class(), error.to_string())
 }

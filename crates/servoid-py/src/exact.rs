@@ -1,4 +1,4 @@
-//! Elementary functions and small linear algebra whose bits are the same on every processor.
+//! Elementary functions and small linear algebra with the same bits on every processor.
 
 use nalgebra::{DMatrix, DVector};
 use numpy::{
@@ -29,7 +29,7 @@ impl<'py> Numbers<'py> {
 
 macro_rules! elementary {
     ($($name:ident = $function:path;)*) => {$(
-        #[doc = concat!("Gives ", stringify!($function), " of a number, or of each in an array.")]
+        #[doc = concat!("Returns ", stringify!($function), " of a number, or of each in an array.")]
         #[pyfunction]
         pub fn $name<'py>(py: Python<'py>, x: Numbers<'py>) -> PyResult<Bound<'py, PyAny>> {
             x.map(py, $function)
@@ -49,13 +49,13 @@ elementary! {
     exact_log = libm::log;
 }
 
-/// Gives atan2(y, x) of numbers.
+/// Returns atan2(y, x) of numbers.
 #[pyfunction]
 pub fn exact_arctan2(y: f64, x: f64) -> f64 {
     libm::atan2(y, x)
 }
 
-/// Gives x to the power y, for numbers.
+/// Returns x to the power y, for numbers.
 #[pyfunction]
 pub fn exact_power(x: f64, y: f64) -> f64 {
     libm::pow(x, y)
@@ -72,7 +72,7 @@ fn rows<'py>(py: Python<'py>, x: &DMatrix<f64>) -> PyResult<Bound<'py, PyArray2<
     numpy::PyArrayMethods::reshape(&numbers, [x.nrows(), x.ncols()])
 }
 
-/// Multiplies two matrices, sums taken in the order of the inner index.
+/// Multiplies two matrices; sums are in the order of the inner index.
 #[pyfunction]
 pub fn exact_product<'py>(
     py: Python<'py>,
@@ -97,7 +97,7 @@ pub fn exact_product<'py>(
     numpy::PyArrayMethods::reshape(&out.into_pyarray(py), vec![count, width])
 }
 
-/// Solves a x = b for the columns of b.
+/// Solves a x = b for each column of b.
 #[pyfunction]
 pub fn exact_solve<'py>(
     py: Python<'py>,
@@ -113,7 +113,8 @@ pub fn exact_solve<'py>(
     rows(py, &x)
 }
 
-/// Gives the eigenvalues (N) of a symmetric matrix, the least first, and the eigenvectors as columns.
+/// Returns the eigenvalues (N) of a symmetric matrix, the least first, and the eigenvectors as
+/// columns.
 #[pyfunction]
 pub fn exact_eigh<'py>(py: Python<'py>, a: PyReadonlyArray2<'py, f64>) -> PyResult<Eigen<'py>> {
     let a = matrix(&a);
@@ -129,13 +130,13 @@ pub fn exact_eigh<'py>(py: Python<'py>, a: PyReadonlyArray2<'py, f64>) -> PyResu
     Ok((values.as_slice().to_vec().into_pyarray(py), rows(py, &vectors)?))
 }
 
-/// Gives the length of a vector.
+/// Returns the length of a vector.
 #[pyfunction]
 pub fn exact_norm(x: PyReadonlyArray1<'_, f64>) -> f64 {
     x.as_array().iter().fold(0.0, |sum, x| sum + x * x).sqrt()
 }
 
-/// Adds all of this to the module.
+/// Adds these functions to the module.
 pub fn add_to(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(exact_sin, module)?)?;
     module.add_function(wrap_pyfunction!(exact_cos, module)?)?;

@@ -1,4 +1,4 @@
-//! The Python face of the core: converts, releases the interpreter, calls, converts back.
+//! Python bindings of the core: convert arguments, release the interpreter, call, convert results.
 
 mod backend;
 mod camera;
@@ -21,7 +21,7 @@ fn native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(backend::backend, module)?)?;
     module.add_function(wrap_pyfunction!(backend::backends, module)?)?;
     module.add_function(wrap_pyfunction!(backend::force_backend, module)?)?;
-    // A wrong name is told by the import, and not by each call that would use it.
+    // An invalid name is reported at import, and not by each call that would use it.
     backend::force_named()?;
     exact::add_to(module)?;
     module.add_class::<pose::Pose>()?;

@@ -13,8 +13,8 @@ use crate::taking::{
 
 /// A rigid motion, an element of SE(3): `a_from_b` maps coordinates in `b` to coordinates in `a`.
 ///
-/// It is made of a homogeneous matrix, (4, 4); PoseError is raised if that is no rigid motion.
-/// `a_from_b @ b_from_c` is `a_from_c`.
+/// It is constructed from a homogeneous matrix, (4, 4); PoseError is raised if that is not a rigid
+/// motion. `a_from_b @ b_from_c` is `a_from_c`.
 #[pyclass(frozen, eq, hash, module = "servoid.pose")]
 #[derive(Clone, PartialEq)]
 pub struct Pose(pub core::Pose);
@@ -29,7 +29,7 @@ taken_in_words!(
 impl Hash for Pose {
     fn hash<H: Hasher>(&self, state: &mut H) {
         hash_numbers(self.0.translation().as_slice(), state);
-        // A quaternion and its negative turn alike.
+        // A quaternion and its negative are the same rotation.
         let quaternion = self.0.quaternion();
         let first = quaternion.iter().find(|&&x| x != 0.0).copied().unwrap_or(1.0);
         hash_numbers(&quaternion.map(|x| x * first.signum()), state);
@@ -44,7 +44,7 @@ const TRANSLATION: Wanted = wanted("translation", "3 numbers (x, y, z) in metres
 
 #[pymethods]
 impl Pose {
-    /// Says that arrays leave `@` to poses.
+    /// Makes arrays leave `@` to poses.
     #[classattr]
     #[pyo3(name = "__array_ufunc__")]
     const ARRAY_UFUNC: Option<bool> = None;
@@ -63,13 +63,14 @@ impl Pose {
         core::Pose::from_matrix(&matrix).map(Self).map_err(raise)
     }
 
-    /// Gives the motion that moves nothing.
+    /// Returns the identity.
     #[staticmethod]
     fn identity() -> Self {
         Self(core::Pose::identity())
     }
 
-    /// Joins a translation (x, y, z) in metres and a unit quaternion (w, x, y, z). Raises PoseError.
+    /// Makes a pose of a translation (x, y, z) in metres and a unit quaternion (w, x, y, z). Raises
+    /// PoseError.
     #[staticmethod]
     fn from_parts(translation: &Bound<'_, PyAny>, quaternion: &Bound<'_, PyAny>) -> PyResult<Self> {
         let quaternion = read_numbers(quaternion, wanted("quaternion", "4 numbers (w, x, y, z)"))?;
@@ -77,8 +78,8 @@ impl Pose {
         core::Pose::from_parts(translation, quaternion).map(Self).map_err(raise)
     }
 
-    /// Joins a translation (x, y, z) in metres and a unit quaternion (x, y, z, w), as ROS and SciPy
-    /// order it. Raises PoseError.
+    /// Makes a pose of a translation (x, y, z) in metres and a unit quaternion (x, y, z, w), in the
+    /// order of ROS and SciPy. Raises PoseError.
     #[staticmethod]
     fn from_xyzw(translation: &Bound<'_, PyAny>, xyzw: &Bound<'_, PyAny>) -> PyResult<Self> {
         let [x, y, z, w] = read_numbers(xyzw, wanted("xyzw", "4 numbers (x, y, z, w)"))?;
@@ -86,8 +87,8 @@ impl Pose {
         core::Pose::from_parts(translation, [w, x, y, z]).map(Self).map_err(raise)
     }
 
-    /// Joins OpenCV's rotation vector and translation, 3 numbers each, as `solvePnP` gives them: of a
-    /// camera's they are camera_from_object. Raises PoseError.
+    /// Makes a pose of OpenCV's rotation vector and translation, 3 numbers each, as `solvePnP`
+    /// returns them: for a camera they are camera_from_object. Raises PoseError.
     #[staticmethod]
     fn from_rvec_tvec(rvec: &Bound<'_, PyAny>, tvec: &Bound<'_, PyAny>) -> PyResult<Self> {
         let rvec: [f64; 3] = read_numbers(rvec, wanted("rvec", "3 numbers in radians"))?;
@@ -97,9 +98,9 @@ impl Pose {
         Ok(Self(core::Pose::from_rotation(rotation, tvec.into())))
     }
 
-    /// Joins a turn by angles in radians and a translation (x, y, z) in metres. The sequence names
-    /// one to three axes as SciPy does: "xyz" in lower case turns about axes that stay where they
-    /// are, x first; "XYZ" in upper case about axes that turn along. Raises PoseError.
+    /// Makes a pose of a rotation by angles in radians and a translation (x, y, z) in metres. The
+    /// sequence names one to three axes as in SciPy: "xyz" in lower case rotates about fixed axes,
+    /// x first; "XYZ" in upper case about axes that rotate with the object. Raises PoseError.
     #[staticmethod]
     #[pyo3(signature = (sequence, angles, translation=None))]
     fn from_euler(
@@ -126,7 +127,7 @@ impl Pose {
         Ok(Self(core::Pose::from_rotation(rotation, translation.into())))
     }
 
-    /// Follows a twist (linear, angular), 6 numbers, for unit time. Raises PoseError.
+    /// Integrates a twist (linear, angular), 6 numbers, over unit time. Raises PoseError.
     #[staticmethod]
     fn exp(twist: &Bound<'_, PyAny>) -> PyResult<Self> {
         let twist = read_numbers::<6>(twist, wanted("twist", "6 numbers (linear, angular)"))?;
@@ -134,36 +135,37 @@ impl Pose {
         Ok(Self(core::Pose::exp(&Vector6::from(twist))))
     }
 
-    /// Gives the twist (linear, angular), (6,) float64, whose exponential this is.
+    /// Returns the twist (linear, angular), (6,) float64, whose exponential is this pose.
     fn log<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         PyArray1::from_slice(py, self.0.log().as_slice())
     }
 
-    /// Gives the adjoint, (6, 6) float64, that carries twists (linear, angular) along.
+    /// Returns the adjoint, (6, 6) float64, which transforms twists (linear, angular).
     fn adjoint<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
         rows(py, self.0.adjoint().transpose().as_slice(), 6)
     }
 
-    /// Gives the motion back.
+    /// Returns the inverse motion.
     fn inverse(&self) -> Self {
         Self(self.0.inverse())
     }
 
-    /// Gives the homogeneous matrix, (4, 4) float64.
+    /// Returns the homogeneous matrix, (4, 4) float64.
     fn matrix<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
         rows(py, self.0.matrix().transpose().as_slice(), 4)
     }
 
-    /// Gives OpenCV's rotation vector and translation, (3,) float64 each, in radians and metres.
+    /// Returns OpenCV's rotation vector and translation, (3,) float64 each, in radians and metres.
     fn rvec_tvec<'py>(&self, py: Python<'py>) -> (Vector<'py>, Vector<'py>) {
         let rvec = self.0.rotation().scaled_axis();
         let tvec = self.0.translation();
         (PyArray1::from_slice(py, rvec.as_slice()), PyArray1::from_slice(py, tvec.as_slice()))
     }
 
-    /// Gives the three angles in radians about the axes of a sequence, as `from_euler` names it:
-    /// (3,) float64. The second is in -π/2 to π/2, or in 0 to π if the first and the last axis are the
-    /// same; where it leaves only the sum of the others known, the last one is 0. Raises PoseError.
+    /// Returns the three angles in radians about the axes of a sequence, named as in `from_euler`:
+    /// (3,) float64. The second is in -π/2 to π/2, or in 0 to π if the first and the last axis are
+    /// the same. Where only the sum of the first and the last angle is determined, the last one is
+    /// 0. Raises PoseError.
     fn euler<'py>(&self, py: Python<'py>, sequence: &str) -> PyResult<Vector<'py>> {
         let sequence = core::EulerSequence::from_name(sequence).map_err(raise)?;
         Ok(PyArray1::from_slice(py, &sequence.angles(&self.0).map_err(raise)?))
@@ -189,7 +191,7 @@ impl Pose {
         (x, y, z, w)
     }
 
-    /// Moves points, (N, 3), or one point, (3,), in metres: float64 of the same shape. Raises
+    /// Transforms points, (N, 3), or one point, (3,), in metres: float64 of the same shape. Raises
     /// PoseError.
     fn transform<'py>(
         &self,
@@ -230,7 +232,7 @@ impl Pose {
         Ok((slf.getattr("_of_parts")?, parts))
     }
 
-    /// Joins parts as they were, to the last bit.
+    /// Restores a pose from its parts, to the last bit.
     #[classmethod]
     fn _of_parts(
         _class: &Bound<'_, PyType>,
@@ -250,7 +252,7 @@ type Numbers = ([f64; 3], [f64; 4]);
 const NOT_A_MATRIX: &str = "a translation and a quaternion are joined by Pose.from_parts or \
                             Pose.from_xyzw, OpenCV's rvec and tvec by Pose.from_rvec_tvec";
 
-/// Takes a quaternion (w, x, y, z) that is known to be of unit length, to the last bit.
+/// Makes a rotation of a quaternion (w, x, y, z) known to have unit length, to the last bit.
 pub fn as_it_was(quaternion: [f64; 4]) -> UnitQuaternion<f64> {
     let [w, x, y, z] = quaternion;
     UnitQuaternion::new_unchecked(Quaternion::new(w, x, y, z))
@@ -263,7 +265,7 @@ fn finite(numbers: &[f64]) -> PyResult<()> {
     }
 }
 
-/// Refuses to join a pose and points; what else there may be has its own say.
+/// Raises an error for a pose and points; other types may implement the operation themselves.
 fn not_joined(py: Python<'_>, other: &Bound<'_, PyAny>) -> PyResult<Py<PyAny>> {
     let points = other.is_instance_of::<PyUntypedArray>()
         || other.is_instance_of::<PyList>()
@@ -279,10 +281,10 @@ fn not_joined(py: Python<'_>, other: &Bound<'_, PyAny>) -> PyResult<Py<PyAny>> {
     Err(named("PoseError", message))
 }
 
-/// Gives a float64 array of rows of a length.
+/// Returns a float64 array of rows of a given length.
 pub fn rows<'py>(py: Python<'py>, values: &[f64], length: usize) -> Bound<'py, PyArray2<f64>> {
     let array = PyArray2::zeros(py, [values.len() / length, length], false);
-    // SAFETY: the array was just made and nobody else holds it.
+    // SAFETY: the array was just created and has no other references.
     unsafe {
         if let Ok(place) = array.as_slice_mut() {
             place.copy_from_slice(values);

@@ -3,8 +3,9 @@ use servoid::model::{ModelError, Progress, Step};
 
 use crate::errors::raise;
 
-/// Runs long work without the interpreter's lock. `progress` is called with the count, F and the
-/// share of the work that is done; what it raises, and Ctrl-C, end the work and come out.
+/// Runs long work without the interpreter's lock. `progress` is called with the number of
+/// ellipsoids, F and the share of the work that is done. An exception that it raises, or Ctrl-C,
+/// ends the work and is raised.
 pub fn relay(
     py: Python<'_>,
     progress: Option<&Py<PyAny>>,

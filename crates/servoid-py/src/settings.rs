@@ -1,12 +1,12 @@
-//! Reads settings one by one, and refuses what is no value of theirs by its name.
+//! Reads settings one by one, and rejects invalid values with the setting's name.
 
 use pyo3::prelude::*;
 
 use crate::taking::{Wanted, replace};
 
-/// What a setting may be, by the kind of its value.
+/// Valid values of a setting, by type.
 pub trait Setting<'py>: FromPyObjectOwned<'py> {
-    /// Says so in words.
+    /// Their description in words.
     const WHAT: &'static str;
 }
 
@@ -26,11 +26,11 @@ impl Setting<'_> for bool {
     const WHAT: &'static str = "True or False";
 }
 
-/// Reads settings; what is none is an error of this class.
+/// Reads settings; an invalid value raises an error of this class.
 pub struct Settings(pub &'static str);
 
 impl Settings {
-    /// Reads one by its name; None is left as it is.
+    /// Reads a setting by its name; None stays None.
     pub fn read<'py, T: Setting<'py>>(
         &self,
         name: &'static str,
@@ -40,7 +40,7 @@ impl Settings {
         given.map(|given| given.extract().map_err(|_| wanted.refuse(given))).transpose()
     }
 
-    /// Writes one over its default.
+    /// Overwrites a default if a value is given.
     pub fn put<'py, T: Setting<'py>>(
         &self,
         place: &mut T,

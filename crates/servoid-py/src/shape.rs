@@ -10,10 +10,10 @@ use crate::errors::{named, raise};
 use crate::pose::{Pose, as_it_was, rows};
 use crate::taking::{Wanted, hash_numbers, read_index_rows, read_rows, shorts, taken_in_words};
 
-/// A rigid set of ellipsoids in the object's frame, and where that frame is in the world.
+/// A rigid set of ellipsoids in the object's frame, and the pose of that frame in the world.
 ///
-/// It is made of centers (K, 3) and radii (K, 3) in metres and rotations (K, 4) as (w, x, y, z), all
-/// in the object's frame; BodyError is raised if they make no body.
+/// It is constructed from centers (K, 3) and radii (K, 3) in metres and rotations (K, 4) as (w, x,
+/// y, z), all in the object's frame; BodyError is raised if they do not make a body.
 #[pyclass(frozen, eq, hash, module = "servoid.shape")]
 #[derive(Clone, PartialEq)]
 pub struct Body(pub core::Body);
@@ -43,8 +43,9 @@ const METRES: &str = "numbers of shape (N, 3), in metres";
 
 /// A closed surface of triangles.
 ///
-/// It is made of corners (V, 3) in metres, and triangles (F, 3) of whole numbers that name them,
-/// counted from 0, counter-clockwise seen from outside; BodyError is raised if it is not closed.
+/// It is constructed from vertices (V, 3) in metres, and triangles (F, 3) of whole numbers that
+/// refer to them, counted from 0, counter-clockwise seen from outside; BodyError is raised if it is
+/// not closed.
 #[pyclass(frozen, module = "servoid._native")]
 #[derive(Clone)]
 pub struct Mesh(pub core::Mesh);
@@ -60,21 +61,22 @@ impl Mesh {
         core::Mesh::new(vertices, read_faces(faces)?).map(Self).map_err(raise)
     }
 
-    /// The volume in cubic metres.
+    /// Volume in cubic metres.
     #[getter]
     fn volume(&self) -> f64 {
         self.0.volume()
     }
 }
 
-/// Triangles that need not be closed, nor agree on what is outside.
+/// Triangles that need not be closed or consistently oriented.
 ///
-/// It is made of corners (V, 3) in metres, and triangles (F, 3) of whole numbers that name them,
-/// counted from 0; BodyError is raised if one names a corner that is not there.
+/// It is constructed from vertices (V, 3) in metres, and triangles (F, 3) of whole numbers that
+/// refer to them, counted from 0; BodyError is raised if one refers to a vertex that does not
+/// exist.
 #[pyclass(frozen, module = "servoid._native")]
 pub struct Soup(core::Soup);
 
-/// Corners (V, 3), triangles (F, 3), the leaps of the winding number (V,), and a cell's side.
+/// Vertices (V, 3), triangles (F, 3), the jumps of the winding number (V,), and the side of a cell.
 type Rebuilt<'py> =
     (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<i64>>, Bound<'py, PyArray1<f64>>, f64);
 
@@ -94,9 +96,10 @@ impl Soup {
         core::Soup::new(&vertices, &read_faces(faces)?).map(Self).map_err(raise)
     }
 
-    /// Say how often the triangles wind around points (N, 3) in metres, (N,) float64.
+    /// Return the winding numbers of the triangles around points (N, 3) in metres, (N,) float64.
     ///
-    /// It is 1 inside of a closed surface, 0 outside, and something between where it has holes.
+    /// A winding number is 1 inside a closed surface, 0 outside, and a value in between where it
+    /// has holes.
     fn windings<'py>(
         &self,
         py: Python<'py>,
@@ -107,22 +110,22 @@ impl Soup {
         Ok(PyArray1::from_vec(py, py.detach(|| self.0.windings(&points))))
     }
 
-    /// Say, from -1 to 1, how much more of the sky the fronts of some triangles (F, 3) see than
+    /// Return, from -1 to 1, how much more of the sky the fronts of some triangles (F, 3) see than
     /// their backs.
     ///
     /// Raises:
-    ///     BodyError: a triangle names a corner that is not there.
+    ///     BodyError: a triangle refers to a vertex that does not exist.
     fn openness(&self, py: Python<'_>, faces: &Bound<'_, PyAny>) -> PyResult<f64> {
         let faces = read_faces(faces)?;
         py.detach(|| self.0.openness(&faces)).map_err(raise)
     }
 
-    /// Rebuild a closed surface where the winding number is a half, on a grid with so many cells
-    /// along the longest side; None where nothing is wound around.
+    /// Rebuild a closed surface where the winding number is a half, on a grid with this many cells
+    /// along the longest side; None if the triangles enclose nothing.
     ///
-    /// Return corners (V, 3) in metres, triangles (F, 3), how far the winding number leaps across
-    /// the surface at each corner, (V,), about 1 where the surface was given and less where it is
-    /// guessed, and the side of a cell in metres.
+    /// Return vertices (V, 3) in metres, triangles (F, 3), the jump of the winding number across
+    /// the surface at each vertex, (V,), about 1 on the given triangles and less where the surface
+    /// is interpolated, and the side of a cell in metres.
     fn rebuilt<'py>(&self, py: Python<'py>, cells: usize) -> PyResult<Option<Rebuilt<'py>>> {
         let Some(found) = py.detach(|| self.0.rebuilt(cells)) else { return Ok(None) };
         let faces: Vec<i64> = found.faces.iter().flatten().map(|&i| i as i64).collect();
@@ -145,7 +148,7 @@ type MassParts<'py> = (f64, Bound<'py, PyArray1<f64>>, Bound<'py, PyArray2<f64>>
 
 #[pymethods]
 impl Body {
-    /// Most ellipsoids of a body.
+    /// Most ellipsoids in a body.
     #[classattr]
     const MAX_ELLIPSOIDS: usize = core::Body::MAX_ELLIPSOIDS;
 
@@ -208,8 +211,8 @@ impl Body {
         self.0.ellipsoids().len()
     }
 
-    /// Gives each ellipsoid's outline as centre (2,) and matrix S (2, 2) of the ellipse
-    /// (x - c)ᵀ S⁻¹ (x - c) = 1, in pixels; None for one not wholly in front of the camera.
+    /// Returns each ellipsoid's outline as centre (2,) and matrix S (2, 2) of the ellipse (x - c)ᵀ
+    /// S⁻¹ (x - c) = 1, in pixels; None for an ellipsoid not completely in front of the camera.
     fn outlines<'py>(
         &self,
         py: Python<'py>,
@@ -225,8 +228,8 @@ impl Body {
         self.0.in_world().iter().map(ellipse).collect()
     }
 
-    /// Gives volume, centroid (3,) and inertia about it (3, 3) of the union at unit density, in
-    /// the object's frame: m³, m and m⁵.
+    /// Returns volume, centroid (3,) and inertia about the centroid (3, 3) of the union at unit
+    /// density, in the object's frame: m³, m and m⁵.
     fn mass_properties<'py>(&self, py: Python<'py>) -> MassParts<'py> {
         let mass = py.detach(|| self.0.mass_properties());
         let centroid = PyArray1::from_slice(py, mass.centroid.as_slice());
@@ -261,7 +264,7 @@ impl Body {
         Ok((slf.getattr("_of_parts")?, (Pose(body.world_from_object()), parts)))
     }
 
-    /// Joins parts as they were, to the last bit.
+    /// Restores a body from its parts, to the last bit.
     #[classmethod]
     fn _of_parts(
         _class: &Bound<'_, PyType>,

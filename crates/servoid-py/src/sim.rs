@@ -8,10 +8,10 @@ use crate::camera::lens::Lens;
 use crate::errors::{named, raise};
 use crate::taking::replace;
 
-/// What a surface looks like.
+/// Appearance of a surface.
 ///
-/// Takes a colour in linear RGB, 0 to 1, which multiplies a texture, (H, W, 3) uint8 sRGB, that
-/// repeats so often over u and v; gloss lies from 0 to 1. Raises SimError.
+/// It has a colour in linear RGB, 0 to 1, which multiplies a texture, (H, W, 3) uint8 sRGB, that is
+/// repeated a number of times over u and v; gloss is between 0 and 1. Raises SimError.
 #[pyclass(frozen, module = "servoid._native", from_py_object)]
 #[derive(Clone)]
 pub struct Paint(core::Paint);
@@ -51,10 +51,10 @@ fn read_texture(texture: &PyReadonlyArrayDyn<'_, u8>) -> PyResult<core::Texture>
     core::Texture::new(&bytes, [width, height]).map_err(raise)
 }
 
-/// A far lamp, and light from above and below.
+/// A distant lamp, and ambient light from above and below.
 ///
-/// Takes the direction towards the lamp in the world, and strengths in linear RGB of the lamp,
-/// of the light from above and of that from below; raises SimError.
+/// It has the direction towards the lamp in the world, and the strengths in linear RGB of the lamp,
+/// of the light from above and of the light from below; raises SimError.
 #[pyclass(frozen, module = "servoid._native", from_py_object)]
 #[derive(Clone)]
 pub struct Lighting(core::Lighting);
@@ -82,13 +82,13 @@ impl Lighting {
     }
 }
 
-/// Visuals, which are shapes with paint, drawn by casting rays.
+/// Visuals (shapes with paint) that are drawn by ray casting.
 ///
-/// Makes an empty scene.
+/// A new scene is empty.
 #[pyclass(module = "servoid._native")]
 pub struct Scene(core::Scene);
 
-/// Depth (H, W) and numbers of visuals (H, W).
+/// Depth (H, W) and indices of visuals (H, W).
 type DepthParts<'py> = (Bound<'py, PyArray2<f32>>, Bound<'py, PyArray2<i32>>);
 
 #[pymethods]
@@ -98,35 +98,35 @@ impl Scene {
         Self(core::Scene::new())
     }
 
-    /// Adds an ellipsoid by its radii in metres and returns its number; raises SimError.
+    /// Adds an ellipsoid by its radii in metres and returns its index; raises SimError.
     fn add_ellipsoid(&mut self, radii: [f64; 3], paint: Paint) -> PyResult<usize> {
         self.0.add_ellipsoid(radii, paint.0).map_err(raise)
     }
 
-    /// Adds a capsule along z, in metres, and returns its number; raises SimError.
+    /// Adds a capsule along z, in metres, and returns its index; raises SimError.
     fn add_capsule(&mut self, radius: f64, half_length: f64, paint: Paint) -> PyResult<usize> {
         self.0.add_capsule(radius, half_length, paint.0).map_err(raise)
     }
 
-    /// Adds a cylinder with flat ends along z, in metres, and returns its number; raises SimError.
+    /// Adds a cylinder with flat ends along z, in metres, and returns its index; raises SimError.
     fn add_cylinder(&mut self, radius: f64, half_length: f64, paint: Paint) -> PyResult<usize> {
         self.0.add_cylinder(radius, half_length, paint.0).map_err(raise)
     }
 
-    /// Adds a box by half its sides in metres and returns its number; raises SimError.
+    /// Adds a box by half its sides in metres and returns its index; raises SimError.
     fn add_box(&mut self, half_size: [f64; 3], paint: Paint) -> PyResult<usize> {
         self.0.add_box(half_size, paint.0).map_err(raise)
     }
 
-    /// Adds a rectangle in x and y by half its sides in metres, seen from both sides, and returns
-    /// its number; raises SimError.
+    /// Adds a rectangle in the xy plane by half its sides in metres, visible from both sides, and
+    /// returns its index; raises SimError.
     fn add_plane(&mut self, half_size: [f64; 2], paint: Paint) -> PyResult<usize> {
         self.0.add_plane(half_size, paint.0).map_err(raise)
     }
 
-    /// Adds triangles, (M, 3) int64, between vertices, (N, 3) float64 in metres, with places in the
-    /// texture, (N, 2) float64 from its first pixel's corner, and colours, (N, 3) uint8 sRGB;
-    /// returns its number and raises SimError.
+    /// Adds triangles, (M, 3) int64, between vertices, (N, 3) float64 in metres, with texture
+    /// coordinates, (N, 2) float64 from the corner of the first pixel, and colours, (N, 3) uint8
+    /// sRGB; returns its index and raises SimError.
     #[pyo3(signature = (vertices, faces, paint, texture_coordinates = None, colors = None))]
     fn add_mesh(
         &mut self,
@@ -150,15 +150,15 @@ impl Scene {
         self.0.add_mesh(&vertices, &faces, &details, paint.0).map_err(raise)
     }
 
-    /// How many visuals there are.
+    /// Number of visuals.
     #[getter]
     fn count(&self) -> usize {
         self.0.count()
     }
 
-    /// Draws an image, (H, W, 3) uint8 sRGB: poses of the lens, (M, 7), and of all visuals,
+    /// Draws an image, (H, W, 3) uint8 sRGB, with poses of the lens, (M, 7), and of all visuals,
     /// (M, T, 7), float64 as (w, x, y, z, tx, ty, tz), at the moments that the samples x samples
-    /// rays of a pixel take in turn; noise in grey levels. Raises SimError.
+    /// rays of a pixel use in turn; noise in grey levels. Raises SimError.
     #[pyo3(signature = (
         *, lens, world_from_lens, world_from_visual, lighting, samples = None, noise = None,
         seed = None, threads = None
@@ -177,7 +177,7 @@ impl Scene {
         threads: Option<usize>,
     ) -> PyResult<Bound<'py, PyArray3<u8>>> {
         let exposure = core::Exposure::default().with(|it| {
-            // A negative number becomes zero, which the core refuses in words.
+            // A negative number becomes zero, which the core rejects with a message.
             replace(&mut it.samples, samples.map(|n| usize::try_from(n).unwrap_or(0)));
             replace(&mut it.noise, noise);
             replace(&mut it.seed, seed);
@@ -196,9 +196,10 @@ impl Scene {
         PyArray1::from_vec(py, image).reshape([height, width, 3])
     }
 
-    /// Gives depth along the lens's z through each pixel's centre, (H, W) float32 in metres, NaN
-    /// where nothing is, and the numbers of the visuals, (H, W) int32, -1 where nothing is: for one
-    /// pose of the lens, (7,), and of all visuals, (T, 7), float64. Raises SimError.
+    /// Returns the depth along the lens's z at each pixel's centre, (H, W) float32 in metres, NaN
+    /// where there is nothing, and the indices of the visuals, (H, W) int32, -1 where there is
+    /// nothing, for one pose of the lens, (7,), and of all visuals, (T, 7), float64. Raises
+    /// SimError.
     #[pyo3(signature = (*, lens, world_from_lens, world_from_visual))]
     fn depth<'py>(
         &self,

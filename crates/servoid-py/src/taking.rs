@@ -1,5 +1,5 @@
-//! Takes what Python gives: arrays of any kind of number, lists, one for several. What does not fit
-//! is refused in words, as an error of servoid.
+//! Converts Python arguments: arrays of any numeric type, lists, a single item for a list of one.
+//! Invalid arguments raise an error of servoid that describes them.
 
 use numpy::{PyArrayDescrMethods, PyReadonlyArrayDyn, PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::prelude::*;
@@ -8,7 +8,7 @@ use servoid::words::Digits;
 
 use crate::errors::named;
 
-/// What an argument is called, what it must be, and the class of the error if it is not.
+/// Name of an argument, its valid values, and the class of the error for others.
 #[derive(Clone, Copy)]
 pub struct Wanted {
     pub name: &'static str,
@@ -17,21 +17,21 @@ pub struct Wanted {
 }
 
 impl Wanted {
-    /// Says what was given in place of what is wanted.
+    /// Makes the error for an invalid value.
     pub fn refuse(&self, given: &Bound<'_, PyAny>) -> PyErr {
         let Self { name, what, class } = self;
         named(class, format!("{name} must be {what}, but {} was given", told(given)))
     }
 }
 
-/// Writes what was given over a default; None leaves it.
+/// Overwrites a default if a value is given; None keeps it.
 pub fn replace<T>(default: &mut T, given: Option<T>) {
     if let Some(given) = given {
         *default = given;
     }
 }
 
-/// Says in a few words what Python gave.
+/// Describes a Python value briefly.
 pub fn told(given: &Bound<'_, PyAny>) -> String {
     let kind = given.get_type().name().map_or_else(|_| "an object".into(), |name| name.to_string());
     if let Ok(array) = given.cast::<PyUntypedArray>() {
@@ -58,7 +58,7 @@ pub fn told(given: &Bound<'_, PyAny>) -> String {
     format!("{} {kind}", if vowel { "an" } else { "a" })
 }
 
-/// Turns lists and arrays of any kind of number into an array of float64.
+/// Converts lists and arrays of any numeric type to an array of float64.
 pub fn floats<'py>(
     given: &Bound<'py, PyAny>,
     wanted: Wanted,
@@ -78,7 +78,7 @@ fn converted<'py, T: numpy::Element>(
     let numpy = given.py().import("numpy")?;
     let array = numpy.call_method1("asarray", (given,)).map_err(|_| wanted.refuse(given))?;
     let array = array.cast_into::<PyUntypedArray>().map_err(PyErr::from)?;
-    // What a list of nothing holds is of no kind.
+    // The items of an empty list have no type.
     if array.len() > 0 && !kinds.contains(char::from(array.dtype().kind())) {
         return Err(wanted.refuse(given));
     }
@@ -116,7 +116,7 @@ fn rows_of<T: Copy + numpy::Element, const K: usize>(
     }
 }
 
-/// Reads K numbers, of which a column or a row of a matrix is one form.
+/// Reads K numbers, which may be a column or a row of a matrix.
 pub fn read_numbers<const K: usize>(
     given: &Bound<'_, PyAny>,
     wanted: Wanted,
@@ -147,7 +147,7 @@ impl<'a, 'py> FromPyObject<'a, 'py> for Seconds {
     }
 }
 
-/// Reads (width, height); a negative side becomes zero, which the core refuses in words.
+/// Reads (width, height); a negative side becomes zero, which the core rejects with a message.
 pub fn read_size(given: &Bound<'_, PyAny>) -> PyResult<[usize; 2]> {
     let what = "(width, height) in whole pixels";
     let wanted = Wanted { name: "size_px", what, class: "CameraError" };
@@ -159,7 +159,7 @@ pub fn read_size(given: &Bound<'_, PyAny>) -> PyResult<[usize; 2]> {
     Ok(sides.map(|side| side.max(0.0) as usize))
 }
 
-/// Several things, or one thing in place of a list of one.
+/// Several items, or a single item instead of a list of one.
 pub struct Listed<T>(pub Vec<T>);
 
 impl<T> Default for Listed<T> {
@@ -186,7 +186,7 @@ impl<'a, 'py, T: FromPyObjectOwned<'py>> FromPyObject<'a, 'py> for Listed<T> {
     }
 }
 
-/// An image as Python gives it: (H, W) or (H, W, 3) uint8.
+/// An image from Python: (H, W) or (H, W, 3) uint8.
 pub struct Picture<'py>(pub PyReadonlyArrayDyn<'py, u8>);
 
 impl<'a, 'py> FromPyObject<'a, 'py> for Picture<'py> {
@@ -227,7 +227,7 @@ fn wrong_picture(given: &Bound<'_, PyAny>) -> PyErr {
     named("ImageError", message)
 }
 
-/// A mask as Python gives it: (H, W) of bool or of whole numbers, not zero on the object.
+/// A mask from Python: (H, W) of bool or of whole numbers, not zero on the object.
 pub struct GivenMask<'py>(pub PyReadonlyArrayDyn<'py, u8>);
 
 impl<'a, 'py> FromPyObject<'a, 'py> for GivenMask<'py> {
@@ -268,12 +268,12 @@ fn wrong_mask(given: &Bound<'_, PyAny>, kind: Option<u8>) -> PyErr {
     named("MaskError", message)
 }
 
-/// Refuses a thing of another class than is needed, and says how to make the right one.
+/// Rejects a value of another class than required, with a message how to make the right one.
 pub fn other_class(given: &Bound<'_, PyAny>, needed: &str, error: &str, cure: &str) -> PyErr {
     named(error, format!("{needed} is needed, but {} was given; {cure}", told(given)))
 }
 
-/// Takes an object of a class, and refuses all else in words.
+/// Implements conversion from Python for a class, with an error that describes other values.
 macro_rules! taken_in_words {
     ($class:ty, $error:literal, $needed:literal, $cure:literal) => {
         impl<'a, 'py> pyo3::FromPyObject<'a, 'py> for $class {
@@ -290,7 +290,7 @@ macro_rules! taken_in_words {
 }
 pub(crate) use taken_in_words;
 
-/// Hashes settings by their seed: those that are equal have the same.
+/// Hashes settings by their seed: equal settings have equal hashes.
 macro_rules! hashed_by_seed {
     ($class:ty) => {
         impl std::hash::Hash for $class {
@@ -302,9 +302,9 @@ macro_rules! hashed_by_seed {
 }
 pub(crate) use hashed_by_seed;
 
-/// Writes a number with at most six digits, as `format(x, ".6g")` does in Python.
+/// Formats a number with at most six digits, as `format(x, ".6g")` does in Python.
 pub fn short(x: f64) -> String {
-    // A sum with 0.0 makes 0.0 of -0.0.
+    // Adding 0.0 turns -0.0 into 0.0.
     let text = Digits(x + 0.0).to_string();
     match text.split_once('e').map(|(digits, power)| (digits, power.parse::<i32>())) {
         Some((digits, Ok(power))) => format!("{digits}e{power:+03}"),
@@ -312,16 +312,16 @@ pub fn short(x: f64) -> String {
     }
 }
 
-/// Writes numbers as a tuple, each with at most six digits.
+/// Formats numbers as a tuple, each with at most six digits.
 pub fn shorts(numbers: &[f64]) -> String {
     let parts: Vec<_> = numbers.iter().map(|&x| short(x)).collect();
     format!("({})", parts.join(", "))
 }
 
-/// Feeds numbers to a hasher so that equal ones, 0.0 and -0.0 too, give the same.
+/// Feeds numbers to a hasher so that equal ones, including 0.0 and -0.0, give the same hash.
 pub fn hash_numbers(numbers: &[f64], state: &mut impl std::hash::Hasher) {
     for number in numbers {
-        // A sum with 0.0 makes 0.0 of -0.0.
+        // Adding 0.0 turns -0.0 into 0.0.
         state.write_u64((number + 0.0).to_bits());
     }
 }
@@ -335,7 +335,7 @@ pub fn valued<'py, 'a, T>(
     names.iter().map(|&name| of.getattr(name).map(|value| (name, value))).collect()
 }
 
-/// Writes an object as its class with the values of members.
+/// Formats an object as its class with the values of members.
 pub fn written<T>(of: &Bound<'_, T>, names: &[&str]) -> PyResult<String> {
     let write = |(name, value): (&str, Bound<'_, PyAny>)| match value.cast::<PyFloat>() {
         Ok(number) => Ok(format!("{name}={}", short(number.value()))),
@@ -345,7 +345,7 @@ pub fn written<T>(of: &Bound<'_, T>, names: &[&str]) -> PyResult<String> {
     Ok(format!("{}({})", of.as_any().get_type().name()?, values?.join(", ")))
 }
 
-/// Gives what `pickle` and `copy` call to make an object again: its class with these keywords.
+/// Returns what `pickle` and `copy` call to recreate an object: its class with these keywords.
 pub fn remade<'py, T>(
     of: &Bound<'py, T>,
     keywords: &[(&str, Bound<'py, PyAny>)],

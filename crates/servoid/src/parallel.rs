@@ -1,25 +1,25 @@
-//! Work on several threads, or on the caller's alone where the feature `parallel` is off: the results
-//! are the same bits.
+//! Runs work on several threads, or on the caller's thread alone where the feature `parallel` is
+//! off. The results have the same bits.
 
 #[cfg(feature = "parallel")]
 pub(crate) use rayon::prelude::*;
 #[cfg(not(feature = "parallel"))]
 pub(crate) use sequential::*;
 
-/// Threads that work is installed on.
+/// Threads that run installed work.
 #[cfg(feature = "parallel")]
 pub(crate) type Pool = rayon::ThreadPool;
-/// The caller's thread, on which work is installed.
+/// The caller's thread, which runs installed work.
 #[cfg(not(feature = "parallel"))]
 pub(crate) struct Pool;
 
-/// Starts threads, 0 for as many as the machine has; the error is the system's reason.
+/// Starts threads, 0 for as many as the machine has; the error is the operating system's reason.
 #[cfg(feature = "parallel")]
 pub(crate) fn pool(threads: usize) -> Result<Pool, String> {
     rayon::ThreadPoolBuilder::new().num_threads(threads).build().map_err(|error| error.to_string())
 }
 
-/// Takes the caller's thread, however many are asked for.
+/// Returns the caller's thread, whatever number is requested.
 #[cfg(not(feature = "parallel"))]
 pub(crate) fn pool(_threads: usize) -> Result<Pool, String> {
     Ok(Pool)
@@ -33,7 +33,7 @@ impl Pool {
     }
 }
 
-/// The names that rayon gives to iterators over several threads, for those of one.
+/// Rayon's parallel-iterator names for sequential iterators.
 #[cfg(not(feature = "parallel"))]
 mod sequential {
     #[cfg(feature = "render")]

@@ -1,12 +1,12 @@
-//! Writes numbers for people, and the words that hang on them.
+//! Formats numbers for people, and the words that depend on them.
 
 use std::fmt::{Display, Formatter, Result};
 
-/// Digits of a number that a person reads.
+/// Most digits of a number in a message.
 const MOST: usize = 6;
 
-/// A number that is written with six digits at most, and with an exponent where it is very large
-/// or very small.
+/// A number written with six digits at most, and with an exponent where it is very large or very
+/// small.
 #[derive(Debug, Clone, Copy)]
 pub struct Digits(pub f64);
 
@@ -15,7 +15,7 @@ impl Display for Digits {
         let Self(number) = *self;
         let rounded = format!("{number:.*e}", MOST - 1);
         let Some((digits, exponent)) = rounded.split_once('e') else {
-            return write!(formatter, "{number}"); // what is no number, or endless
+            return write!(formatter, "{number}"); // NaN or infinite
         };
         match exponent.parse::<i32>() {
             Ok(exponent) if (-4..MOST as i32).contains(&exponent) => {
@@ -27,11 +27,11 @@ impl Display for Digits {
     }
 }
 
-/// Beyond so many seconds a time stamp is none of a clock.
+/// Time stamps from this on, in seconds, cannot come from a clock.
 const LAST_SECOND: f64 = 1e12;
 
-/// A time stamp to a millisecond, however many digits a clock that began long ago has; what no clock
-/// says has six digits at most.
+/// A time stamp to a millisecond, however long ago the clock's epoch was; a number that no clock
+/// reports has six digits at most.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Seconds(pub f64);
 
@@ -46,17 +46,17 @@ impl Display for Seconds {
     }
 }
 
-/// Gives `was` for one thing and `were` for others.
+/// Returns `was` for a count of one and `were` for others.
 pub(crate) fn were(count: usize) -> &'static str {
     if count == 1 { "was" } else { "were" }
 }
 
-/// Gives the `s` that one thing lacks.
+/// Returns the plural `s`, or nothing for a count of one.
 pub(crate) fn s(count: usize) -> &'static str {
     if count == 1 { "" } else { "s" }
 }
 
-/// Leaves zeros out that end a number's fraction.
+/// Removes trailing zeros of a number's fraction.
 fn short(text: &str) -> &str {
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { text }
 }

@@ -1,4 +1,4 @@
-//! Law of the tracker's memory; alone in its file, since it counts what is allocated.
+//! Law of the tracker's memory; alone in its file, since it counts allocations.
 
 #![allow(
     clippy::disallowed_methods,
@@ -17,7 +17,7 @@ use servoid::pose::Pose;
 use servoid::track::{Status, TrackSettings, Tracker};
 use shapes::drawn::{Stage, eyes};
 
-/// Counts what a thread asks for while it is told to.
+/// Counts the allocations of a thread while counting is enabled.
 struct Counting;
 
 thread_local! {
@@ -35,12 +35,12 @@ fn note(size: usize) {
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         note(layout.size());
-        // SAFETY: the caller keeps the contract of `alloc`, which is passed on.
+        // SAFETY: the caller fulfils the contract of `alloc`, which is passed on.
         unsafe { System.alloc(layout) }
     }
 
     unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: all that is given back here came from the system.
+        // SAFETY: all memory that is freed here came from the system allocator.
         unsafe { System.dealloc(pointer, layout) }
     }
 
@@ -54,7 +54,7 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
 
-/// Where an object is that swings to and fro.
+/// Pose of an object that swings to and fro.
 fn swinging(index: usize) -> Pose {
     let share = (0.4 * index as f64).sin();
     let turn = UnitQuaternion::from_euler_angles(0.3, -0.4 + 0.05 * share, 0.2);

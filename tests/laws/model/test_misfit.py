@@ -81,7 +81,8 @@ def test_views_that_all_have_one_pose_are_refused(
     lines = [header, *(first for _ in (first, *rest))]
     (drawn_capture / "poses.csv").write_text("\n".join(lines) + "\n")
     check_refused(
-        servoid_command, tmp_path, r"start at one place, so its distance is open.*own pose",
+        servoid_command, tmp_path,
+        r"start at one position, so its distance is not determined.*own pose",
         "model", drawn_capture, "--out", tmp_path / "body.json",
     )  # fmt: skip
 

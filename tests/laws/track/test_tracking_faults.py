@@ -19,9 +19,9 @@ FAULTS = faults(STRIKES)
 SAID = {
     "both images dropped": "delivered no image",
     "right image dropped": "camera 1 delivered no image",
-    "images repeated": "the image is the one before",
-    "images black": "says nothing",
-    "images white": "says nothing",
+    "images repeated": "the image repeats the previous one",
+    "images black": "shows nothing",
+    "images white": "shows nothing",
     "left image of another size": "camera 0: the image is 320x120 pixels",
     "clock jumps ahead": "time jumps",
     "clock runs back": "time goes back",

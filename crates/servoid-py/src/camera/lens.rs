@@ -14,11 +14,11 @@ use crate::taking::{
     valued,
 };
 
-/// A camera with a lens that may bend straight lines: pinhole, brown_conrady or kannala_brandt.
+/// A camera with a lens that may have distortion: pinhole, brown_conrady or kannala_brandt.
 ///
-/// It is made of (width, height), (fx, fy) and (cx, cy), all in pixels, and the coefficients of its
-/// model in OpenCV's order; CameraError is raised if there is no such lens. `Lens.from_matrix` takes
-/// OpenCV's K.
+/// It is constructed from (width, height), (fx, fy) and (cx, cy), all in pixels, and the
+/// coefficients of its model in OpenCV's order; CameraError is raised if they do not make a lens.
+/// `Lens.from_matrix` takes OpenCV's K.
 ///
 /// x points right, y down, z forward along the axis; pixel (0, 0) is the centre of the top-left
 /// pixel.
@@ -75,9 +75,9 @@ impl Lens {
         core::Lens::new(read_size(size_px)?, focal, center, distortion).map(Self).map_err(raise)
     }
 
-    /// Makes a lens of OpenCV's matrix K, (3, 3), (width, height) in pixels and what
-    /// `cv2.calibrateCamera` gives as distortion: none, 4, 5 or 8 coefficients, or more of which the
-    /// rest are zeros; with `fisheye` the 4 of `cv2.fisheye.calibrate`. Raises CameraError.
+    /// Makes a lens of OpenCV's matrix K, (3, 3), (width, height) in pixels and the distortion that
+    /// `cv2.calibrateCamera` returns: none, 4, 5 or 8 coefficients, or more if the rest are zeros;
+    /// with `fisheye` the 4 of `cv2.fisheye.calibrate`. Raises CameraError.
     #[staticmethod]
     #[pyo3(signature = (matrix, size_px, distortion=None, *, fisheye=false))]
     fn from_matrix(
@@ -100,7 +100,7 @@ impl Lens {
         core::Lens::new(read_size(size_px)?, focal, center, distortion).map(Self).map_err(raise)
     }
 
-    /// Gives OpenCV's matrix K, (3, 3) float64.
+    /// Returns OpenCV's matrix K, (3, 3) float64.
     fn matrix<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
         rows(py, self.0.camera().matrix().transpose().as_slice(), 3)
     }
@@ -135,7 +135,7 @@ impl Lens {
         PyTuple::new(py, self.0.distortion().coefficients())
     }
 
-    /// Angle off the axis below which the lens sees.
+    /// Angle off the axis, in radians, up to which the lens sees.
     #[getter]
     fn limit(&self) -> f64 {
         self.0.limit()
@@ -156,8 +156,8 @@ impl Lens {
         Ok(rows(py, &pixels, 2))
     }
 
-    /// Gives the directions in which pixels, (N, 2) float64, are seen: (N, 3) float64 of length 1;
-    /// NaN where the lens sees nothing.
+    /// Returns the directions in which pixels, (N, 2) float64, are seen: (N, 3) float64 of length
+    /// 1; NaN where the lens sees nothing.
     fn rays<'py>(
         &self,
         py: Python<'py>,
@@ -169,9 +169,9 @@ impl Lens {
         Ok(rows(py, &rays, 3))
     }
 
-    /// Gives where the lens's image holds what each pixel of an ideal camera at the same place
-    /// sees: (H, W, 2) float32 as (u, v), -10000 twice where it does not hold it; raises
-    /// CameraError if lens_from_camera is more than a rotation.
+    /// Returns, for each pixel of an ideal camera at the same position, where the lens's image
+    /// shows the same direction: (H, W, 2) float32 as (u, v), -10000 twice where the image does not
+    /// contain it; raises CameraError if lens_from_camera is more than a rotation.
     fn map_to<'py>(
         &self,
         py: Python<'py>,
@@ -181,7 +181,7 @@ impl Lens {
         let moved = lens_from_camera.0.translation();
         if moved.norm() > 0.0 {
             let message = format!(
-                "an ideal camera stands where its lens does, but lens_from_camera moves by {:?}; \
+                "an ideal camera is at the position of its lens, but lens_from_camera moves by {:?}; \
                  give a rotation",
                 <[f64; 3]>::from(moved)
             );

@@ -18,8 +18,9 @@ use crate::taking::{
 
 /// A pinhole camera: pixel (0, 0) is the centre of the top-left pixel.
 ///
-/// It is made of (width, height), (fx, fy) and (cx, cy), all in pixels; CameraError is raised if there
-/// is no such camera. `Camera.from_matrix` takes OpenCV's K, `Camera.from_fov` an angle of view.
+/// It is constructed from (width, height), (fx, fy) and (cx, cy), all in pixels; CameraError is
+/// raised if they do not make a camera. `Camera.from_matrix` takes OpenCV's K, `Camera.from_fov` an
+/// angle of view.
 #[pyclass(frozen, eq, hash, module = "servoid.camera")]
 #[derive(Clone, PartialEq)]
 pub struct Camera(pub core::Camera);
@@ -65,7 +66,7 @@ impl Camera {
     }
 
     /// Makes a camera of OpenCV's matrix K, (3, 3), and (width, height) in pixels. A camera has no
-    /// distortion: of `distortion` only zeros are taken, and `Lens.from_matrix` takes others. Raises
+    /// distortion, so `distortion` must be zeros; `Lens.from_matrix` takes other values. Raises
     /// CameraError.
     #[staticmethod]
     #[pyo3(signature = (matrix, size_px, distortion=None))]
@@ -85,10 +86,10 @@ impl Camera {
         core::Camera::new(read_size(size_px)?, focal, center).map(Self).map_err(raise)
     }
 
-    /// Makes a camera of (width, height) in pixels and its angle of view from the left to the right
-    /// border in degrees, more than 0 and less than 180: its pixels are square and its centre is the
-    /// image's. An angle of view from a data sheet is good to some per cent, and so are then all
-    /// lengths. Raises CameraError.
+    /// Makes a camera of (width, height) in pixels and the angle of view from the left to the right
+    /// border of the image in degrees, more than 0 and less than 180. Its pixels are square and its
+    /// principal point is the centre of the image. An angle of view from a data sheet is accurate
+    /// to a few per cent, and so are all lengths that follow from it. Raises CameraError.
     #[staticmethod]
     fn from_fov(size_px: &Bound<'_, PyAny>, fov_deg: &Bound<'_, PyAny>) -> PyResult<Self> {
         let what = "a number of degrees";
@@ -97,7 +98,7 @@ impl Camera {
         core::Camera::from_fov(read_size(size_px)?, fov_deg).map(Self).map_err(raise)
     }
 
-    /// Gives OpenCV's matrix K, (3, 3) float64.
+    /// Returns OpenCV's matrix K, (3, 3) float64.
     fn matrix<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
         rows(py, self.0.matrix().transpose().as_slice(), 3)
     }
@@ -167,7 +168,7 @@ pub fn read_matrix(given: &Bound<'_, PyAny>) -> PyResult<([f64; 2], [f64; 2])> {
     }
 }
 
-/// Reads OpenCV's coefficients of distortion, in a row, a column or a list.
+/// Reads OpenCV's distortion coefficients, in a row, a column or a list.
 pub fn read_distortion(given: Option<&Bound<'_, PyAny>>) -> PyResult<Vec<f64>> {
     let wanted = wanted("distortion", "a row of numbers in OpenCV's order");
     let Some(given) = given else { return Ok(Vec::new()) };
@@ -177,7 +178,7 @@ pub fn read_distortion(given: Option<&Bound<'_, PyAny>>) -> PyResult<Vec<f64>> {
     if lean { Ok(numbers) } else { Err(wanted.refuse(given)) }
 }
 
-/// The bytes of an image in a numpy array, which nobody may change while they are looked at.
+/// The bytes of an image in a numpy array, which must not change while they are used.
 #[derive(PartialEq)]
 pub struct Pixels<'a> {
     data: Cow<'a, [u8]>,
@@ -186,7 +187,7 @@ pub struct Pixels<'a> {
 }
 
 impl<'a> Pixels<'a> {
-    /// Looks at an (H, W) or (H, W, 3) uint8 array; one that has gaps is copied.
+    /// Borrows an (H, W) or (H, W, 3) uint8 array; an array with gaps is copied.
     pub fn new(array: &'a PyReadonlyArrayDyn<'_, u8>) -> PyResult<Self> {
         let (height, width, channels) = match *array.shape() {
             [height, width] => (height, width, core::Channels::Grey),
@@ -197,7 +198,8 @@ impl<'a> Pixels<'a> {
                 return Err(named("ImageError", message));
             }
         };
-        // What numpy calls contiguous may lie column by column; iterating goes row by row.
+        // An array that numpy calls contiguous may be stored column by column; iteration goes row
+        // by row.
         let data = match array.as_slice() {
             Ok(bytes) if array.is_c_contiguous() => Cow::Borrowed(bytes),
             _ => Cow::Owned(array.as_array().iter().copied().collect()),
@@ -205,7 +207,7 @@ impl<'a> Pixels<'a> {
         Ok(Self { data, size_px: [width, height], channels })
     }
 
-    /// Takes a copy that lives on.
+    /// Returns an owned copy.
     fn into_owned(self) -> Pixels<'static> {
         let Self { data, size_px, channels } = self;
         Pixels { data: Cow::Owned(data.into_owned()), size_px, channels }
@@ -216,10 +218,10 @@ impl<'a> Pixels<'a> {
     }
 }
 
-/// One picture that says where the object is: a camera, its pose, and a mask.
+/// An image in which the object is marked: a camera, its pose, and a mask.
 ///
-/// The mask is (H, W) of bool or whole numbers, not zero on the object. MaskError is raised if none or
-/// all of its pixels are, ImageError if it has not the camera's size.
+/// The mask is (H, W) of bool or whole numbers, not zero on the object. MaskError is raised if none
+/// or all of its pixels are, ImageError if it does not have the camera's size.
 #[pyclass(frozen, eq, hash, module = "servoid.capture")]
 #[derive(PartialEq)]
 pub struct View {
@@ -241,7 +243,7 @@ impl Hash for View {
     }
 }
 
-/// A view as Python gives it.
+/// A view from Python.
 pub struct GivenView<'py>(pub Bound<'py, View>);
 
 impl<'a, 'py> FromPyObject<'a, 'py> for GivenView<'py> {
@@ -304,7 +306,7 @@ impl View {
     }
 }
 
-/// Takes an image, (H, W) or (H, W, 3) uint8, and gives it as (H, W, 3); raises ImageError.
+/// Converts an image, (H, W) or (H, W, 3) uint8, to (H, W, 3); raises ImageError.
 #[pyfunction]
 pub fn taken_image<'py>(py: Python<'py>, image: Picture<'py>) -> PyResult<Bound<'py, PyAny>> {
     let array = image.0.as_any();
@@ -314,8 +316,8 @@ pub fn taken_image<'py>(py: Python<'py>, image: Picture<'py>) -> PyResult<Bound<
     py.import("numpy")?.call_method1("stack", ((array, array, array), -1))
 }
 
-/// Takes a mask, (H, W) of bool or whole numbers, and gives it as uint8: 255 where it is not zero.
-/// Raises MaskError.
+/// Converts a mask, (H, W) of bool or whole numbers, to uint8: 255 where it is not zero. Raises
+/// MaskError.
 #[pyfunction]
 pub fn taken_mask<'py>(py: Python<'py>, mask: GivenMask<'py>) -> Bound<'py, PyArray2<u8>> {
     let (height, width) = (mask.0.shape()[0], mask.0.shape()[1]);

@@ -20,10 +20,10 @@ use crate::taking::{
 
 const SETTINGS: Settings = Settings("ModelError");
 
-/// How modelling proceeds; every default is written in the core.
+/// Settings of modelling; their defaults are those of the core.
 ///
-/// Takes the defaults, except where a value is given; `quick` searches less, for a body that is
-/// only a step to another.
+/// Arguments that are None keep their defaults; `quick` searches less, for a body that is only an
+/// intermediate step.
 #[pyclass(frozen, eq, hash, module = "servoid.model")]
 #[derive(Clone, PartialEq)]
 pub struct ModelSettings(core::Settings);
@@ -72,13 +72,14 @@ impl ModelSettings {
         self.0.max_ellipsoids
     }
 
-    /// Least gain in F for which another ellipsoid is added; 0 goes on to the maximum.
+    /// Least gain in F for which another ellipsoid is added; with 0 modelling continues to the
+    /// maximum.
     #[getter]
     fn delta(&self) -> f64 {
         self.0.delta
     }
 
-    /// Whether a part of the evidence is held out to choose the count by.
+    /// Whether a part of the evidence is held out to select the number of ellipsoids.
     #[getter]
     fn held_out(&self) -> bool {
         self.0.held_out
@@ -90,7 +91,7 @@ impl ModelSettings {
         self.0.seed
     }
 
-    /// Worker threads; 0 takes as many as the machine has. The result does not depend on it.
+    /// Worker threads; 0 uses as many as the machine has. The result does not depend on it.
     #[getter]
     fn threads(&self) -> usize {
         self.0.threads
@@ -117,7 +118,7 @@ impl ModelSettings {
     }
 }
 
-/// What modelling had reached with one count of ellipsoids.
+/// The result of modelling with a given number of ellipsoids.
 #[pyclass(frozen, eq, hash, module = "servoid.model")]
 #[derive(PartialEq)]
 pub struct Step(pub core::Step);
@@ -130,14 +131,14 @@ impl Hash for Step {
 
 #[pymethods]
 impl Step {
-    /// Ellipsoids.
+    /// Number of ellipsoids.
     #[getter]
     fn count(&self) -> usize {
         self.0.body.ellipsoids().len()
     }
 
-    /// F: the agreement with all that was given, at the resolution of the fit; of the paper's method
-    /// its own.
+    /// F: the agreement with all evidence, at the resolution of the fit; for the paper's method,
+    /// its own F.
     #[getter]
     fn fitness(&self) -> f64 {
         self.0.fitness
@@ -158,18 +159,18 @@ impl Step {
         Ok((slf.getattr("_of_parts")?, (Body(step.body.clone()), step.fitness)))
     }
 
-    /// Joins a body and its fitness.
+    /// Restores a step from its body and fitness.
     #[classmethod]
     fn _of_parts(_class: &Bound<'_, PyType>, body: Body, fitness: f64) -> Self {
         Self(core::Step { body: body.0, fitness })
     }
 }
 
-/// What modelling starts from: views, a closed mesh, and seen points of the surface.
+/// The evidence to model from: views, a closed mesh, and measured points of the surface.
 ///
-/// Joins views; a mesh; seen points (N, 3) in metres with the directions (N, 3) in which they
-/// were seen, float64, as long as the eye is away or short where only the side is known; and
-/// how often each kind counts, None being the core's default. Raises BodyError.
+/// It combines views; a mesh; measured points (N, 3) in metres with the directions (N, 3) in which
+/// they were seen, float64, whose length is the distance of the eye, or short if only the direction
+/// is known; and the weight of each kind, where None is the core's default. Raises BodyError.
 #[pyclass(frozen, module = "servoid._native")]
 pub struct ModelInput {
     views: Vec<Py<View>>,
@@ -206,9 +207,9 @@ impl ModelInput {
     }
 }
 
-/// Models what is given; gives one step for each count of ellipsoids. `progress` is called
-/// with the count, F and the share of the work that is done; what it raises ends the work. Raises
-/// ModelError.
+/// Models an object from evidence; returns one step for each number of ellipsoids. `progress` is
+/// called with the number of ellipsoids, F and the share of the work that is done; an exception
+/// that it raises ends the work. Raises ModelError.
 #[pyfunction]
 #[pyo3(signature = (given, settings, progress=None))]
 pub fn fit_body(
@@ -230,9 +231,10 @@ pub fn fit_body(
     Ok(relay(py, progress.as_ref(), fit)?.into_iter().map(Step).collect())
 }
 
-/// Models the object roughly from views with their images, which teach its colours, and pictures
-/// that do not say where it is: (camera, world_from_camera, image). Points (N, 3) of its surface and
-/// the directions (N, 3) in which they were seen say where to look, if given. Raises ModelError.
+/// Computes an initial model from views with their images, which teach the object's colours, and
+/// images in which the object is not marked: (camera, world_from_camera, image). Points (N, 3) of
+/// its surface and the directions (N, 3) in which they were seen give its position, if present.
+/// Raises ModelError.
 #[pyfunction]
 #[allow(clippy::too_many_arguments, reason = "each is a keyword of its own in Python")]
 #[pyo3(signature = (views, images, pictures, settings, points=None, directions=None))]
@@ -263,12 +265,12 @@ pub fn initial_body(
     found.map(Body).map_err(raise)
 }
 
-/// Shares by ellipsoid (K,), of the whole, and the direction to what was not seen.
+/// Shares by ellipsoid (K,), the share of the whole, and the direction to the unseen side.
 type SeenSurface<'py> = (Bound<'py, PyArray1<f64>>, f64, Option<[f64; 3]>);
 
-/// Says which share of each ellipsoid's surface (K,) float64 the views or the seen points show,
-/// which share of the whole, and the direction in the object's frame to the side that they do not
-/// show, None if there is none or it lies all around.
+/// Returns the share of each ellipsoid's surface (K,) float64 that the views or the measured points
+/// show, the share of the whole, and the direction in the object's frame to the side that they do
+/// not show, None if there is none or it lies all around.
 #[pyfunction]
 #[pyo3(signature = (body, views, points=None, directions=None))]
 pub fn surface_coverage<'py>(
@@ -298,7 +300,7 @@ fn read_samples(
     RangeSample::join(&read(points, "points")?, &read(directions, "directions")?).map_err(raise)
 }
 
-/// Gives the intersection over union of the body's silhouette and the mask in each view, (V,)
+/// Returns the intersection over union of the body's silhouette and the mask in each view, (V,)
 /// float64.
 #[pyfunction]
 pub fn silhouette_ious<'py>(
@@ -311,7 +313,7 @@ pub fn silhouette_ious<'py>(
     Ok(PyArray1::from_vec(py, ious))
 }
 
-/// Gives each ellipsoid's median colour over the images in which it is foremost, (K, 3) uint8.
+/// Returns each ellipsoid's median colour over the images in which it is foremost, (K, 3) uint8.
 #[pyfunction]
 pub fn ellipsoid_colors<'py>(
     py: Python<'py>,

@@ -15,9 +15,9 @@ use crate::taking::{hashed_by_seed, remade, replace, taken_in_words, valued, wri
 
 const SETTINGS: Settings = Settings("ModelError");
 
-/// How the paper's own method proceeds; every default is written in the core.
+/// Settings of the paper's own method; their defaults are those of the core.
 ///
-/// Takes the defaults, except where a value is given.
+/// Arguments that are None keep their defaults.
 #[pyclass(frozen, eq, hash, module = "servoid.model")]
 #[derive(Clone, PartialEq)]
 pub struct PaperSettings(core::PaperSettings);
@@ -99,7 +99,7 @@ impl PaperSettings {
         self.0.seed
     }
 
-    /// Worker threads; 0 takes as many as the machine has. The result does not depend on it.
+    /// Worker threads; 0 uses as many as the machine has. The result does not depend on it.
     #[getter]
     fn threads(&self) -> usize {
         self.0.threads
@@ -130,7 +130,7 @@ impl PaperSettings {
         }
     }
 
-    /// Individuals a generation.
+    /// Individuals per generation.
     #[getter]
     fn population(&self) -> usize {
         self.0.search.population
@@ -153,9 +153,10 @@ impl PaperSettings {
     }
 }
 
-/// Models what the views show by the paper's own method, the mask of each being where the hue
-/// matches; gives one step for each count of ellipsoids. `progress` is called with the count, F and
-/// the share of the work that is done; what it raises ends the work. Raises ModelError.
+/// Models from the views by the paper's own method, with the mask of each as the pixels where the
+/// hue matches; returns one step for each number of ellipsoids. `progress` is called with the
+/// number of ellipsoids, F and the share of the work that is done; an exception that it raises ends
+/// the work. Raises ModelError.
 #[pyfunction]
 #[pyo3(signature = (views, settings, progress=None))]
 pub fn fit_paper(
@@ -169,9 +170,10 @@ pub fn fit_paper(
     Ok(relay(py, progress.as_ref(), fit)?.into_iter().map(Step).collect())
 }
 
-/// Scores a body at poses by the paper's fitness, the mask of each view being where the hue matches:
-/// poses (N, 7) float64, world_from_object as (w, x, y, z, tx, ty, tz), scores (N,) float64. Of the
-/// settings only points, alpha and threads count. Raises ModelError, PoseError.
+/// Scores a body at poses by the paper's fitness, with the mask of each view as the pixels where
+/// the hue matches: poses (N, 7) float64, world_from_object as (w, x, y, z, tx, ty, tz), scores
+/// (N,) float64. Of the settings only points, alpha and threads matter. Raises ModelError,
+/// PoseError.
 #[pyfunction]
 #[pyo3(signature = (views, body, poses, settings))]
 #[allow(clippy::needless_pass_by_value, reason = "as Python hands it over")]

@@ -11,9 +11,9 @@ use crate::errors::named;
 use crate::pose::{Pose, rows};
 use crate::taking::{hash_numbers, short, shorts};
 
-/// Where the object is, and how well that is known.
+/// The pose of the object, with its uncertainty.
 ///
-/// Two estimates are equal if they say the same, whatever time they took.
+/// Two estimates are equal if they differ at most in their timing.
 #[pyclass(frozen, eq, hash, module = "servoid.track")]
 #[derive(Clone)]
 pub struct Estimate {
@@ -44,13 +44,13 @@ impl Hash for Estimate {
 
 #[pymethods]
 impl Estimate {
-    /// When, in seconds.
+    /// Time stamp in seconds.
     #[getter]
     fn time_s(&self) -> f64 {
         self.core.time_s
     }
 
-    /// Pose of the object in the world; while it is not tracked, where it was last or is supposed.
+    /// Pose of the object in the world; while it is not tracked, the last pose or the best guess.
     #[getter]
     fn world_from_object(&self) -> Pose {
         Pose(self.core.world_from_object)
@@ -63,26 +63,27 @@ impl Estimate {
         rows(py, self.core.covariance.transpose().as_slice(), 6)
     }
 
-    /// Unit motions that the images leave open, (K, 6) float64: linear in object sizes, angular in
-    /// radians, in the object's frame.
+    /// Unit motions that the images do not constrain, (K, 6) float64: linear in object sizes,
+    /// angular in radians, in the object's frame.
     #[getter]
     fn unobservable<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
         let axes = self.core.unobservable.iter();
         rows(py, &axes.flat_map(|axis| axis.iter().copied()).collect::<Vec<_>>(), 6)
     }
 
-    /// Probability that the pose is right, 0 to 1: not more than 20 mm, or a tenth of the object's
-    /// diameter if that is more, and 15 degrees off.
+    /// Probability that the pose is right, 0 to 1. A pose is right if it is not off by more than 20
+    /// mm, or a tenth of the object's diameter if that is more, and 15 degrees.
     #[getter]
     fn confidence(&self) -> f64 {
         self.core.confidence
     }
 
-    /// What speaks for the pose, where the object is followed, else None: `share` of what should be
-    /// seen that is; `recognised`, surface points a camera, `textured`, those with the contrast of a
-    /// pattern, and `reference_textured`; `proved`, 1 if the object was never lost or is proved to be the one
-    /// that was; `turn_rad`, `jitter_rad` and `drift_rad`, standard deviations of the turn by the images'
-    /// noise, by what poses differ from image to image without any motion, and since the first image.
+    /// The evidence for the pose if the object is followed, else None: `share`, the share of what
+    /// should be visible that is seen; `recognised`, surface points per camera, `textured`, those
+    /// with the contrast of a pattern, and `reference_textured`, the usual number of those;
+    /// `proved`, 1 if the object was never lost or is proved to be the lost one; `turn_rad`,
+    /// `jitter_rad` and `drift_rad`, standard deviations of the orientation due to image noise,
+    /// from how poses differ from image to image without any motion, and since the first image.
     #[getter]
     fn evidence<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
         let Some(core::Evidence {
@@ -114,27 +115,28 @@ impl Estimate {
         Ok(Some(out))
     }
 
-    /// What the tracker believes: "tracking", "searching" or "lost".
+    /// Status of the tracker: "tracking", "searching" or "lost".
     #[getter]
     fn status(&self) -> &'static str {
         self.core.status.name()
     }
 
-    /// Whether the images confirm where the object is; its turn, too, if the status is "tracking".
+    /// Whether the images confirm the object's position; if the status is "tracking", its
+    /// orientation as well.
     #[getter]
     fn located(&self) -> bool {
         self.core.located
     }
 
-    /// Number and pose, world_from_object, of the keyframe that the pose belongs to, if the object is
-    /// followed, and of the one that the last pose belonged to if that was another one: as its keyframe
-    /// is corrected later, so is the pose.
+    /// Number and pose, world_from_object, of the keyframe to which this pose belongs, if the
+    /// object is followed, and of the keyframe of the previous pose if that was another one. A
+    /// later correction of a keyframe applies to its poses as well.
     #[getter]
     fn keyframes(&self) -> Vec<(usize, Pose)> {
         self.core.keyframes.iter().flatten().map(|(number, pose)| (*number, Pose(*pose))).collect()
     }
 
-    /// Whether the body changed since the last estimate, as it evolved in the worker.
+    /// Whether the body changed since the last estimate because it evolved in the worker.
     #[getter]
     fn evolved(&self) -> bool {
         self.core.evolved
@@ -146,13 +148,13 @@ impl Estimate {
         self.notices.clone()
     }
 
-    /// Hypotheses that were scored.
+    /// Number of hypotheses scored.
     #[getter]
     fn evaluations(&self) -> usize {
         self.core.evaluations
     }
 
-    /// Seconds that each stage took: prepare, search, refine, verify, update.
+    /// Seconds spent in each stage: prepare, search, refine, verify, update.
     #[getter]
     fn seconds<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let core::Timing { prepare, search, refine, verify, update } = self.core.timing;
@@ -197,7 +199,7 @@ impl Estimate {
         Ok((slf.getattr("_of_parts")?, parts))
     }
 
-    /// Joins parts as they were, to the last bit.
+    /// Restores an estimate from its parts, to the last bit.
     #[classmethod]
     #[allow(clippy::too_many_arguments, reason = "an estimate has so many parts")]
     fn _of_parts(
@@ -216,7 +218,7 @@ impl Estimate {
         let states = [core::Status::Tracking, core::Status::Searching, core::Status::Lost];
         let status = states.into_iter().find(|one| one.name() == status);
         let (Some(status), 36) = (status, covariance.len()) else {
-            return Err(named("TrackError", "these parts make no estimate".into()));
+            return Err(named("TrackError", "these parts do not make an estimate".into()));
         };
         let evidence = evidence.map(|(counts, proved, turns)| {
             let (

@@ -8,9 +8,9 @@ use crate::pose::Pose;
 use crate::shape::Body;
 use crate::taking::{Listed, Picture, Wanted, read_index_rows};
 
-/// Finds the pose at which a body's outlines agree with masks, and how well they do there. Turns
-/// that look alike are told apart by the colours of its ellipsoids, (K, 3) uint8, in images, one a
-/// view. Raises TrackError.
+/// Finds the pose at which a body's outlines agree with masks, and their overlap there.
+/// Orientations that look alike are distinguished by the colours of its ellipsoids, (K, 3) uint8,
+/// in images, one per view. Raises TrackError.
 #[pyfunction]
 #[pyo3(signature = (body, views, images=None, colors=None, seed=0))]
 #[allow(clippy::needless_pass_by_value, reason = "as Python hands it over")]

@@ -22,20 +22,20 @@ use crate::taking::{
 };
 use crate::track::estimate::Estimate;
 
-/// Images as Python gives them, None where a camera delivered nothing.
+/// Images from Python, None where a camera delivered nothing.
 pub type Pictures<'py> = Listed<Option<Picture<'py>>>;
 
-/// Masks as Python gives them, None where there is none.
+/// Masks from Python, None where there is none.
 pub type Masks<'py> = Listed<Option<GivenMask<'py>>>;
 
-/// Depth images as Python gives them, None where a camera measured nothing.
+/// Depth images from Python, None where a camera measured nothing.
 type Depths<'py> = Listed<Option<Metres>>;
 
 const SETTINGS: Settings = Settings("TrackError");
 
-/// How tracking proceeds; every default is written in the core.
+/// Settings of tracking; their defaults are those of the core.
 ///
-/// Takes the defaults, except where a value is given.
+/// Arguments that are None keep their defaults.
 #[pyclass(frozen, eq, hash, module = "servoid.track")]
 #[derive(Clone, PartialEq)]
 pub struct TrackSettings(core::TrackSettings);
@@ -96,19 +96,19 @@ impl TrackSettings {
         self.0.seed
     }
 
-    /// Hypotheses a generation.
+    /// Hypotheses per generation.
     #[getter]
     fn population(&self) -> usize {
         self.0.population
     }
 
-    /// Generations an image.
+    /// Generations per image.
     #[getter]
     fn generations(&self) -> usize {
         self.0.generations
     }
 
-    /// Seconds after which no further generation is begun; None leaves it to the counts.
+    /// Seconds after which no further generation starts; with None only the counts decide.
     #[getter]
     fn budget_s(&self) -> Option<f64> {
         self.0.budget_s
@@ -126,19 +126,19 @@ impl TrackSettings {
         self.0.region
     }
 
-    /// Whether the background's colours are told apart by where they lie.
+    /// Whether the background's colours are learned separately for the sides of the object.
     #[getter]
     fn local_colors(&self) -> bool {
         self.0.local_colors
     }
 
-    /// Whether keyframes and surface points are adjusted together, in a thread of its own.
+    /// Whether keyframes and surface points are adjusted together, in a separate thread.
     #[getter]
     fn adjust(&self) -> bool {
         self.0.adjust
     }
 
-    /// Whether motion tells the distances of points that one camera sees alone.
+    /// Whether the distances of points that only one camera sees are estimated from motion.
     #[getter]
     fn depth_from_motion(&self) -> bool {
         self.0.depth_from_motion
@@ -155,15 +155,15 @@ impl TrackSettings {
     }
 }
 
-/// Follows a body in six degrees of freedom from observation to observation.
+/// Tracks a body in six degrees of freedom from observation to observation.
 ///
-/// Makes a tracker for cameras and a body; raises TrackError.
+/// It is constructed from cameras and a body; raises TrackError.
 #[pyclass(module = "servoid.track")]
 pub struct Tracker(core::Tracker);
 
 #[pymethods]
 impl Tracker {
-    /// Says that observations may hold depth images.
+    /// States that observations may contain depth images.
     #[classattr]
     const TAKES_DEPTHS: bool = true;
 
@@ -177,7 +177,7 @@ impl Tracker {
     }
 
     /// Learns colours and surface points from images in which the object's pose is known; masks,
-    /// (H, W) uint8 and None where there is none, tell its pixels. Raises TrackError.
+    /// (H, W) uint8 and None where there is none, mark its pixels. Raises TrackError.
     #[pyo3(signature = (time_s, world_from_camera, images, world_from_object, masks=None, depths=None))]
     #[allow(clippy::too_many_arguments, reason = "an observation has four parts")]
     #[allow(clippy::needless_pass_by_value, reason = "as Python hands it over")]
@@ -200,8 +200,9 @@ impl Tracker {
         started.map(Estimate::from).map_err(raise)
     }
 
-    /// Says where the object is in the next images, None where a camera delivered nothing; `depths` are
-    /// depth images in their pixels, (H, W) float32, metres along z. Raises TrackError.
+    /// Estimates the object's pose in the next images, None where a camera delivered nothing;
+    /// `depths` are depth images with the same pixels, (H, W) float32, metres along z. Raises
+    /// TrackError.
     #[pyo3(signature = (time_s, world_from_camera, images, depths=None))]
     #[allow(clippy::needless_pass_by_value, reason = "as Python hands it over")]
     fn step(
@@ -217,8 +218,8 @@ impl Tracker {
         py.detach(|| self.0.step(&observation)).map(Estimate::from).map_err(raise)
     }
 
-    /// Seeks the object with all that is known of it, near a pose if one is given, and goes on from
-    /// there. Raises TrackError.
+    /// Searches for the object with all that is known of it, near a pose if one is given, and
+    /// continues tracking from there. Raises TrackError.
     #[pyo3(signature = (time_s, world_from_camera, images, near=None, depths=None))]
     #[allow(clippy::too_many_arguments, reason = "an observation has four parts")]
     #[allow(clippy::needless_pass_by_value, reason = "as Python hands it over")]
@@ -237,10 +238,10 @@ impl Tracker {
         py.detach(|| self.0.find(&observation, near)).map(Estimate::from).map_err(raise)
     }
 
-    /// Scores poses in images, by what was learned so far: poses (N, 7) float64,
-    /// world_from_object as (w, x, y, z, tx, ty, tz); (N, 2) float64, by regions and by surface
-    /// points, whose sum is the whole. Surface points are compared at a `resolution`, 0 the image's
-    /// own, 2 the coarsest. Nothing is learned. Raises TrackError, PoseError.
+    /// Scores poses in images by what was learned so far: poses (N, 7) float64, world_from_object
+    /// as (w, x, y, z, tx, ty, tz). Returns (N, 2) float64, the scores by regions and by surface
+    /// points, whose sum is the total. Surface points are compared at a `resolution`, 0 for the
+    /// image's own, 2 for the coarsest. Nothing is learned. Raises TrackError, PoseError.
     #[pyo3(signature = (time_s, world_from_camera, images, poses, *, resolution=0, threads=0))]
     #[allow(clippy::too_many_arguments, reason = "an observation has three parts")]
     #[allow(clippy::needless_pass_by_value, reason = "as Python hands it over")]
@@ -263,36 +264,36 @@ impl Tracker {
         Ok(rows(py, &values, 2))
     }
 
-    /// What the object looks like, as far as it was learned, as bytes.
+    /// The object's appearance as far as it was learned, as bytes.
     fn appearance<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
         PyBytes::new(py, &self.0.appearance().to_bytes())
     }
 
-    /// Takes over what the object looks like, as `appearance` gave it. Raises TrackError.
+    /// Restores the appearance of an object, as returned by `appearance`. Raises TrackError.
     fn recall(&mut self, appearance: &[u8]) -> PyResult<()> {
         self.0.recall(&core::Appearance::from_bytes(appearance).map_err(raise)?);
         Ok(())
     }
 
-    /// Begins to let the body evolve by the sides that were seen, in a thread of its own; says whether
-    /// there is anything new. An estimate says when it has `evolved`: the fifth from now on.
+    /// Starts to evolve the body by the sides that were seen, in a separate thread; returns whether
+    /// there is anything new. The fifth estimate after this call reports that it has `evolved`.
     fn begin_evolving(&mut self) -> bool {
         self.0.begin_evolving()
     }
 
-    /// Lets the body evolve by the sides that were seen, between images, and waits for it; says whether
-    /// it changed. Raises TrackError, ModelError.
+    /// Evolves the body by the sides that were seen, between images, and waits for the result;
+    /// returns whether it changed. Raises TrackError, ModelError.
     fn evolve(&mut self, py: Python<'_>) -> PyResult<bool> {
         py.detach(|| self.0.evolve()).map_err(raise)
     }
 
-    /// Where the object stood at a keyframe, by its number in `Estimate.keyframes`, as far as that is
-    /// known by now; None if there was none.
+    /// Returns the pose of the object at a keyframe, by its number in `Estimate.keyframes`, as
+    /// currently estimated; None if there was none.
     fn keyframe_pose(&self, number: usize) -> Option<Pose> {
         self.0.keyframe_pose(number).map(Pose)
     }
 
-    /// The body, at its newest pose.
+    /// The body at its latest pose.
     #[getter]
     fn body(&self) -> PyResult<Body> {
         self.0.body().map(Body).map_err(raise)
@@ -384,7 +385,7 @@ impl Metres {
     }
 }
 
-/// Takes a depth image, (H, W) of floats, metres along z, and gives it as float32; raises ImageError.
+/// Converts a depth image, (H, W) of floats, metres along z, to float32; raises ImageError.
 #[pyfunction]
 pub fn taken_depth(py: Python<'_>, depth: Metres) -> PyResult<Bound<'_, PyArray2<f32>>> {
     let [width, height] = depth.size_px;

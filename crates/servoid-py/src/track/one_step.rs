@@ -16,9 +16,9 @@ use crate::track::{Masks, Pictures, mask, observation, read, read_masks};
 
 const SETTINGS: Settings = Settings("TrackError");
 
-/// How the 1-step genetic algorithm tracks; every default is written in the core.
+/// Settings of tracking with the 1-step genetic algorithm; their defaults are those of the core.
 ///
-/// Takes the defaults, except where a value is given.
+/// Arguments that are None keep their defaults.
 #[pyclass(frozen, eq, hash, module = "servoid._native")]
 #[derive(Clone, PartialEq)]
 pub struct OneStepSettings(core::OneStepSettings);
@@ -97,13 +97,13 @@ impl OneStepSettings {
         self.0.seed
     }
 
-    /// Whether the orientation is sought, too, and not only the place.
+    /// Whether the orientation is estimated in addition to the position.
     #[getter]
     fn turns(&self) -> bool {
         self.0.genes == core::Genes::Pose
     }
 
-    /// Whether whole areas are scored, and not the paper's points.
+    /// Whether whole areas are scored instead of the paper's points.
     #[getter]
     fn region(&self) -> bool {
         self.0.objective == core::Objective::Region
@@ -128,25 +128,25 @@ impl OneStepSettings {
         }
     }
 
-    /// How far from the last place the next one is sought, along each axis, in object sizes.
+    /// Search range around the last position, along each axis, in object sizes.
     #[getter]
     fn reach(&self) -> f64 {
         self.0.reach
     }
 
-    /// How far the next orientation is sought from the last, about each axis, in radians.
+    /// Search range around the last orientation, about each axis, in radians.
     #[getter]
     fn turn(&self) -> f64 {
         self.0.turn
     }
 
-    /// Individuals a generation.
+    /// Individuals per generation.
     #[getter]
     fn population(&self) -> usize {
         self.0.search.population
     }
 
-    /// Best individuals that live on unchanged.
+    /// Best individuals that survive unchanged.
     #[getter]
     fn elites(&self) -> usize {
         self.0.search.elites
@@ -203,9 +203,9 @@ fn objective(
     }
 }
 
-/// Tracks a body by one generation of a genetic algorithm an image, as the paper does.
+/// Tracks a body by one generation of a genetic algorithm per image, as the paper does.
 ///
-/// Joins the cameras, the body that is followed, and how; raises TrackError, ImageError.
+/// It is constructed from the cameras, the body and the settings; raises TrackError, ImageError.
 #[pyclass(module = "servoid._native")]
 pub struct OneStepTracker(core::OneStep);
 
@@ -248,8 +248,8 @@ impl OneStepTracker {
         started.map(Estimate::from).map_err(raise)
     }
 
-    /// Says where the object is in the next images, None where a camera delivered nothing. Raises
-    /// TrackError, ImageError.
+    /// Estimates the object's pose in the next images, None where a camera delivered nothing.
+    /// Raises TrackError, ImageError.
     #[allow(clippy::needless_pass_by_value, reason = "as Python hands it over")]
     fn step(
         &mut self,
@@ -263,8 +263,8 @@ impl OneStepTracker {
         py.detach(|| self.0.step(&observation)).map(Estimate::from).map_err(raise)
     }
 
-    /// Tells the orientation of the object in the world, a unit quaternion (w, x, y, z), where it
-    /// is known. Raises TrackError before the start, PoseError.
+    /// Sets the orientation of the object in the world, a unit quaternion (w, x, y, z), where it is
+    /// known. Raises TrackError before the start, PoseError.
     fn set_orientation(&mut self, world_from_object: &Bound<'_, PyAny>) -> PyResult<()> {
         let what = "4 numbers (w, x, y, z)";
         let wanted = Wanted { name: "world_from_object", what, class: "PoseError" };

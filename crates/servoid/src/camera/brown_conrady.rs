@@ -7,10 +7,10 @@ use nalgebra::{Matrix2, Vector2};
 
 use super::roots::{first_zero, reach};
 
-/// Where a tangent counts as 90 degrees off the axis, and no lens of this model sees.
+/// The tangent that stands for 90 degrees off the axis, which no lens of this model sees.
 const MAX_TANGENT: f64 = 1e3;
 
-/// Gives the numerator and the denominator of the radial part as polynomials in r².
+/// Returns the numerator and the denominator of the radial part as polynomials in r².
 fn quotient(k: &[f64; 8]) -> ([f64; 4], [f64; 4]) {
     ([1.0, k[0], k[1], k[4]], [1.0, k[5], k[6], k[7]])
 }
@@ -23,21 +23,21 @@ fn cubic_slope(a: &[f64; 4], x: f64) -> f64 {
     a[1] + x * (2.0 * a[2] + x * 3.0 * a[3])
 }
 
-/// Gives the radial factor ρ and its derivative by r².
+/// Returns the radial factor ρ and its derivative with respect to r².
 fn radial(k: &[f64; 8], r2: f64) -> (f64, f64) {
     let (over, under) = quotient(k);
     let (n, d) = (cubic(&over, r2), cubic(&under, r2));
     (n / d, (cubic_slope(&over, r2) - n / d * cubic_slope(&under, r2)) / d)
 }
 
-/// Gives where the lens puts a point of the plane: (S24).
+/// Returns where the lens images a point of the plane: (S24).
 pub(super) fn distort(k: &[f64; 8], point: &Vector2<f64>) -> Vector2<f64> {
     let decentring = Vector2::new(k[3], k[2]);
     let r2 = point.norm_squared();
     point * (radial(k, r2).0 + 2.0 * point.dot(&decentring)) + decentring * r2
 }
 
-/// Gives the derivative of [`distort`], a symmetric matrix: (S25).
+/// Returns the derivative of [`distort`], a symmetric matrix: (S25).
 fn slope(k: &[f64; 8], point: &Vector2<f64>) -> Matrix2<f64> {
     let decentring = Vector2::new(k[3], k[2]);
     let (factor, change) = radial(k, point.norm_squared());
@@ -47,7 +47,7 @@ fn slope(k: &[f64; 8], point: &Vector2<f64>) -> Matrix2<f64> {
         + (mixed + mixed.transpose()) * 2.0
 }
 
-/// Gives the tangent of the angle off the axis up to which the model is one to one: (S26).
+/// Returns the tangent of the angle off the axis up to which the model is one-to-one: (S26).
 pub(super) fn limit(k: &[f64; 8]) -> f64 {
     let (over, under) = quotient(k);
     let pull = 6.0 * libm::hypot(k[2], k[3]);
@@ -74,7 +74,7 @@ fn product(a: &[f64; 4], b: &[f64; 4]) -> [f64; 7] {
     out
 }
 
-/// Gives a(r²) - pull r b(r²) as a polynomial in r.
+/// Returns a(r²) - pull r b(r²) as a polynomial in r.
 fn less(a: &[f64], pull: f64, b: &[f64]) -> Vec<f64> {
     let mut out = vec![0.0; 2 * a.len().max(b.len())];
     for (i, x) in a.iter().enumerate() {
@@ -86,9 +86,10 @@ fn less(a: &[f64], pull: f64, b: &[f64]) -> Vec<f64> {
     out
 }
 
-/// Gives the point of the plane that the lens puts at `target`, if it lies within `limit`.
+/// Returns the point of the plane that the lens images at `target`, if it lies within `limit`.
 ///
-/// Newton's method from the answer without decentring, with steps halved until they come closer.
+/// Newton's method, started from the solution without decentring; a step is halved until it reduces
+/// the residual.
 pub(super) fn undistort(k: &[f64; 8], limit: f64, target: &Vector2<f64>) -> Option<Vector2<f64>> {
     let far = target.norm();
     let along = |r: f64| {
@@ -110,7 +111,7 @@ pub(super) fn undistort(k: &[f64; 8], limit: f64, target: &Vector2<f64>) -> Opti
 
 type Pair = (Vector2<f64>, Vector2<f64>);
 
-/// Gives a point that misses the target by less, and by how much.
+/// Returns a point with a smaller residual, and that residual.
 fn step(
     k: &[f64; 8],
     limit: f64,

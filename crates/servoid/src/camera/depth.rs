@@ -1,20 +1,21 @@
 use super::ImageError;
 
-/// A borrowed depth image, row by row without gaps: metres along z for each pixel of its camera; what is not
-/// positive and finite is not known.
+/// A borrowed depth image, row by row without gaps: metres along z for each pixel of its camera. A
+/// value that is not positive and finite is unknown.
 #[derive(Debug, Clone, Copy)]
 pub struct DepthView<'a> {
     data: &'a [f32],
     size_px: [usize; 2],
 }
 
-/// Standard deviation of a depth camera's measurement at 0.4 m, in metres, and what is added for each square
-/// metre of the square of the distance beyond (Nguyen, Izadi and Lovell, 2012, for structured light).
+/// Standard deviation of a depth camera's measurement at 0.4 m, in metres, and its increase per
+/// square metre of the squared distance beyond that (Nguyen, Izadi and Lovell, 2012, for structured
+/// light).
 const NOISE: (f64, f64) = (1.2e-3, 1.9e-3);
 const NEAREST_M: f64 = 0.4;
 
 impl<'a> DepthView<'a> {
-    /// Looks at `data` as a depth image of (width, height).
+    /// Interprets `data` as a depth image of (width, height).
     ///
     /// # Errors
     /// If the number of values does not fit.
@@ -26,13 +27,13 @@ impl<'a> DepthView<'a> {
         Ok(Self { data, size_px })
     }
 
-    /// Gives (width, height).
+    /// Returns (width, height).
     #[must_use]
     pub fn size_px(&self) -> [usize; 2] {
         self.size_px
     }
 
-    /// Gives the depth at the pixel nearest to a place, in metres, if it is known.
+    /// Returns the depth at the pixel nearest to a position, in metres, if it is known.
     #[must_use]
     pub fn at(&self, u: f64, v: f64) -> Option<f64> {
         let (u, v) = (libm::round(u), libm::round(v));
@@ -45,7 +46,7 @@ impl<'a> DepthView<'a> {
     }
 }
 
-/// Gives the standard deviation of a measured depth, in metres.
+/// Returns the standard deviation of a measured depth, in metres.
 #[must_use]
 pub fn depth_noise(depth_m: f64) -> f64 {
     NOISE.0 + NOISE.1 * (depth_m - NEAREST_M).max(0.0).powi(2)

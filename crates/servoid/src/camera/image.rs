@@ -14,21 +14,21 @@ pub enum ImageError {
         width: usize,
         /// Height in pixels.
         height: usize,
-        /// Bytes a pixel.
+        /// Bytes per pixel.
         channels: usize,
-        /// Bytes that there should be.
+        /// Bytes required.
         expected: usize,
-        /// Bytes that there are.
+        /// Bytes given.
         given: usize,
     },
     /// The buffer does not hold width x height depths.
-    #[error("a depth image of {width}x{height} has one value a pixel, but {given} were given")]
+    #[error("a depth image of {width}x{height} has one value per pixel, but {given} were given")]
     DepthLength {
         /// Width in pixels.
         width: usize,
         /// Height in pixels.
         height: usize,
-        /// Values that there are.
+        /// Values given.
         given: usize,
     },
     /// A mask must be grey.
@@ -68,7 +68,7 @@ pub enum Channels {
 }
 
 impl Channels {
-    /// Gives the bytes a pixel.
+    /// Returns the number of bytes per pixel.
     #[must_use]
     pub fn count(self) -> usize {
         match self {
@@ -87,7 +87,7 @@ pub struct ImageView<'a> {
 }
 
 impl<'a> ImageView<'a> {
-    /// Looks at `data` as an image of (width, height).
+    /// Interprets `data` as an image of (width, height).
     ///
     /// # Errors
     /// If the number of bytes does not fit.
@@ -105,32 +105,32 @@ impl<'a> ImageView<'a> {
         Ok(Self { data, size_px, channels })
     }
 
-    /// Gives (width, height) in pixels.
+    /// Returns (width, height) in pixels.
     #[must_use]
     pub fn size_px(&self) -> [usize; 2] {
         self.size_px
     }
 
-    /// Gives the kind of its pixels.
+    /// Returns the kind of its pixels.
     #[must_use]
     pub fn channels(&self) -> Channels {
         self.channels
     }
 
-    /// Gives all bytes, row by row.
+    /// Returns all bytes, row by row.
     #[must_use]
     pub fn bytes(&self) -> &'a [u8] {
         self.data
     }
 
-    /// Gives the bytes of row `v`, empty beyond the image.
+    /// Returns the bytes of row `v`, or none if it lies outside the image.
     #[must_use]
     pub fn row(&self, v: usize) -> &'a [u8] {
         let pitch = self.size_px[0] * self.channels.count();
         self.data.get(v * pitch..(v + 1) * pitch).unwrap_or(&[])
     }
 
-    /// Gives the colour of a pixel; grey counts as equal red, green and blue.
+    /// Returns the colour of a pixel; a grey value is repeated for red, green and blue.
     #[must_use]
     pub fn rgb(&self, u: usize, v: usize) -> [u8; 3] {
         let row = self.row(v);
@@ -141,7 +141,7 @@ impl<'a> ImageView<'a> {
     }
 }
 
-/// An image that says where the object is: non-zero pixels belong to it, and neither none nor all.
+/// An image that marks the object: its pixels are non-zero. Neither none nor all pixels are.
 #[derive(Debug, Clone, Copy)]
 pub struct Mask<'a> {
     image: ImageView<'a>,
@@ -151,7 +151,7 @@ pub struct Mask<'a> {
 }
 
 impl<'a> Mask<'a> {
-    /// Looks at a grey image as a mask.
+    /// Interprets a grey image as a mask.
     ///
     /// # Errors
     /// If it is not grey, no pixel is non-zero or every pixel is.
@@ -180,7 +180,7 @@ impl<'a> Mask<'a> {
         }
     }
 
-    /// Says whether the pixel nearest to a place is the object's.
+    /// Returns whether the pixel nearest to a position belongs to the object.
     #[must_use]
     pub fn holds(&self, u: f64, v: f64) -> bool {
         let (u, v) = (libm::round(u), libm::round(v));
@@ -189,25 +189,25 @@ impl<'a> Mask<'a> {
         inside && self.image.row(v as usize)[u as usize] != 0
     }
 
-    /// Gives the pixels as an image.
+    /// Returns the pixels as an image.
     #[must_use]
     pub fn image(&self) -> ImageView<'a> {
         self.image
     }
 
-    /// Gives how many pixels belong to the object.
+    /// Returns the number of pixels that belong to the object.
     #[must_use]
     pub fn area_px(&self) -> usize {
         self.area_px
     }
 
-    /// Gives the first and last column and row that hold the object: ((u, v), (u, v)).
+    /// Returns the first and last column and row that contain the object: ((u, v), (u, v)).
     #[must_use]
     pub fn bounds_px(&self) -> ([usize; 2], [usize; 2]) {
         (self.first_px, self.last_px)
     }
 
-    /// Gives the mean position of the object's pixels.
+    /// Returns the mean position of the object's pixels.
     #[must_use]
     pub fn centroid_px(&self) -> [f64; 2] {
         let (mut sum_u, mut sum_v) = (0_u64, 0_u64);

@@ -3,14 +3,14 @@ use nalgebra::{UnitQuaternion, Vector2, Vector3};
 
 use super::{Camera, CameraError, Distortion, brown_conrady, kannala_brandt};
 
-/// What [`Lens::map_to`] writes, twice, where the lens sees nothing.
+/// Both coordinates that [`Lens::map_to`] writes where the lens sees nothing.
 pub const NOWHERE_PX: f32 = -1e4;
 
-/// A camera with a lens that may bend straight lines.
+/// A camera with a lens that may have distortion.
 ///
 /// x points right, y down, z forward along the axis; pixel (0, 0) is the centre of the top-left
-/// pixel. A lens sees directions up to [`Lens::limit`] off its axis, and each of them at a pixel of
-/// its own: beyond, the formulas of distortion turn back and would show things twice.
+/// pixel. A lens sees directions up to [`Lens::limit`] off its axis, each at a different pixel.
+/// Beyond that angle the distortion formulas are no longer one-to-one and would show things twice.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Lens {
     camera: Camera,
@@ -40,22 +40,22 @@ impl Lens {
         Ok(Self { camera, distortion, reach })
     }
 
-    /// Gives the pinhole camera of the same size, focal lengths and principal point.
+    /// Returns the pinhole camera of the same size, focal lengths and principal point.
     #[must_use]
     pub fn camera(&self) -> Camera {
         self.camera
     }
 
-    /// Gives the distortion.
+    /// Returns the distortion.
     #[must_use]
     pub fn distortion(&self) -> Distortion {
         self.distortion
     }
 
-    /// Gives the angle off the axis below which the lens sees.
+    /// Returns the angle off the axis, in radians, up to which the lens sees.
     ///
-    /// It is less than 90 degrees for Brown-Conrady and at most 120 for Kannala-Brandt, and smaller
-    /// where the distortion stops rising before.
+    /// It is less than 90 degrees for Brown-Conrady and at most 120 degrees for Kannala-Brandt, and
+    /// smaller where the distorted radius stops increasing before that.
     #[must_use]
     pub fn limit(&self) -> f64 {
         match self.distortion {
@@ -93,8 +93,8 @@ impl Lens {
         pixel.iter().all(|x| x.is_finite()).then_some(pixel)
     }
 
-    /// Gives the direction, of length 1, in which the lens sees a pixel; `None` if it sees nothing
-    /// there.
+    /// Returns the unit vector of the direction in which the lens sees a pixel; `None` if it sees
+    /// nothing there.
     #[must_use]
     pub fn ray(&self, pixel: [f64; 2]) -> Option<Vector3<f64>> {
         let flat = self.camera.ray(pixel);
@@ -117,8 +117,9 @@ impl Lens {
         }
     }
 
-    /// Gives, row by row, where the lens's image holds what each pixel of an ideal camera at the
-    /// same place sees; [`NOWHERE_PX`], twice, where the image does not hold it.
+    /// Returns, for each pixel of an ideal camera at the same position, row by row, where the
+    /// lens's image shows the same direction; [`NOWHERE_PX`], twice, where the image does not
+    /// contain it.
     #[must_use]
     pub fn map_to(&self, camera: &Camera, lens_from_camera: &UnitQuaternion<f64>) -> Vec<[f32; 2]> {
         let [width, height] = camera.size_px();
@@ -135,7 +136,8 @@ impl Lens {
         map
     }
 
-    /// Says if a place lies in the image, or so close that interpolation still reads from it.
+    /// Returns whether a position lies in the image, or so close to it that interpolation still
+    /// reads from the image.
     fn holds(&self, pixel: &Vector2<f64>) -> bool {
         let size = self.camera.size_px();
         (0..2).all(|i| pixel[i] > -1.0 && pixel[i] < size[i] as f64)

@@ -1,4 +1,4 @@
-//! What cameras say: calibrated cameras and lenses, rigs that move and turn, images and masks.
+//! Calibrated cameras and lenses, rigs of cameras that move, images and masks.
 
 mod brown_conrady;
 mod depth;

@@ -7,7 +7,7 @@ use crate::words::were;
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum CameraError {
-    /// An angle of view is none.
+    /// An angle of view is not between 0 and 180 degrees.
     #[error(
         "an angle of view must be more than 0 and less than 180 degrees, but it is {0}; it is the \
          angle from the left to the right border of the image"
@@ -40,8 +40,8 @@ pub enum CameraError {
     },
     /// A coefficient of distortion is not finite or absurdly large.
     #[error(
-        "a distortion coefficient must be a finite number of size {max:e} at most, but the one at \
-         index {index} is {value}"
+        "a distortion coefficient must be a finite number of magnitude {max:e} at most, but the \
+         one at index {index} is {value}"
     )]
     Coefficient {
         /// Which one, from 0.
@@ -98,8 +98,9 @@ impl Camera {
         Ok(Self { size_px, focal_px, center_px })
     }
 
-    /// Makes a camera of (width, height) in pixels and its angle of view from the left to the right
-    /// border in degrees: its pixels are square and its centre is the image's.
+    /// Makes a camera of (width, height) in pixels and the angle of view from the left to the right
+    /// border of the image in degrees. Its pixels are square and its principal point is the centre
+    /// of the image.
     ///
     /// # Errors
     /// If the angle is not between 0 and 180 degrees, or as for [`Camera::new`].
@@ -113,25 +114,25 @@ impl Camera {
         Self::new(size_px, [focal; 2], [0.5 * (width - 1.0), 0.5 * (height - 1.0)])
     }
 
-    /// Gives (width, height) in pixels.
+    /// Returns (width, height) in pixels.
     #[must_use]
     pub fn size_px(&self) -> [usize; 2] {
         self.size_px
     }
 
-    /// Gives (fx, fy) in pixels.
+    /// Returns (fx, fy) in pixels.
     #[must_use]
     pub fn focal_px(&self) -> [f64; 2] {
         self.focal_px
     }
 
-    /// Gives the principal point (cx, cy) in pixels.
+    /// Returns the principal point (cx, cy) in pixels.
     #[must_use]
     pub fn center_px(&self) -> [f64; 2] {
         self.center_px
     }
 
-    /// Gives the 3x3 calibration matrix K.
+    /// Returns the 3x3 calibration matrix K.
     #[must_use]
     pub fn matrix(&self) -> Matrix3<f64> {
         let ([fx, fy], [cx, cy]) = (self.focal_px, self.center_px);
@@ -146,14 +147,14 @@ impl Camera {
         (p.z > 0.0).then(|| Vector2::new(fx * p.x / p.z + cx, fy * p.y / p.z + cy))
     }
 
-    /// Gives the direction, with z = 1, in which the camera sees a pixel.
+    /// Returns the direction, with z = 1, in which the camera sees a pixel.
     #[must_use]
     pub fn ray(&self, pixel: [f64; 2]) -> Vector3<f64> {
         let ([fx, fy], [cx, cy]) = (self.focal_px, self.center_px);
         Vector3::new((pixel[0] - cx) / fx, (pixel[1] - cy) / fy, 1.0)
     }
 
-    /// Gives the camera that sees the part of the image starting at pixel `corner`, shrunk so that
+    /// Returns the camera of the part of the image that starts at pixel `corner`, shrunk so that
     /// `shrink` pixels along each side become one.
     ///
     /// # Errors
@@ -165,7 +166,8 @@ impl Camera {
         shrink: usize,
     ) -> Result<Self, CameraError> {
         let scale = 1.0 / shrink as f64;
-        // The centre of a shrunk pixel lies (shrink - 1) / 2 pixels after its first one's centre.
+        // The centre of a shrunk pixel lies (shrink - 1) / 2 pixels from the centre of the first
+        // pixel in it.
         let shift = 0.5 * (shrink as f64 - 1.0);
         let center = |i: usize| (self.center_px[i] - corner[i] as f64 - shift) * scale;
         Self::new(size_px, self.focal_px.map(|f| f * scale), [center(0), center(1)])

@@ -7,25 +7,25 @@ pub struct Plane {
     data: Vec<f32>,
 }
 
-/// Brightness at a place between pixels, and how it changes to the right and downwards.
+/// Brightness at a position between pixels, and its derivatives to the right and downwards.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Sample {
     /// Brightness, 0 to 255.
     pub value: f32,
-    /// Change a pixel to the right.
+    /// Change per pixel to the right.
     pub right: f32,
-    /// Change a pixel down.
+    /// Change per pixel down.
     pub down: f32,
 }
 
 impl Plane {
-    /// Gives (width, height) in pixels.
+    /// Returns (width, height) in pixels.
     #[must_use]
     pub fn size_px(&self) -> [usize; 2] {
         self.size_px
     }
 
-    /// Says whether a place lies between four pixels of the plane.
+    /// Returns whether a position lies between four pixels of the plane.
     #[inline]
     #[must_use]
     pub fn holds(&self, u: f64, v: f64) -> bool {
@@ -33,8 +33,8 @@ impl Plane {
         u >= 0.0 && v >= 0.0 && u + 1.0 < width as f64 && v + 1.0 < height as f64
     }
 
-    /// Interpolates between four pixels; the place must lie inside ([`Plane::holds`]), what one
-    /// outside gives means nothing.
+    /// Interpolates between four pixels. The position must lie inside ([`Plane::holds`]); outside,
+    /// the result is meaningless.
     #[inline(always)]
     #[must_use]
     pub fn sample(&self, u: f32, v: f32) -> Sample {
@@ -56,22 +56,22 @@ impl Plane {
         }
     }
 
-    /// Gives the standard deviation of the brightness.
+    /// Returns the standard deviation of the brightness.
     #[must_use]
     pub fn deviation(&self) -> f32 {
         let (count, mean) = (self.data.len().max(1) as f32, self.mean());
         (self.data.iter().map(|x| (x - mean) * (x - mean)).sum::<f32>() / count).sqrt()
     }
 
-    /// Gives the mean brightness.
+    /// Returns the mean brightness.
     #[must_use]
     pub fn mean(&self) -> f32 {
         self.data.iter().sum::<f32>() / self.data.len().max(1) as f32
     }
 
-    /// Estimates the standard deviation of the noise, in grey levels: from the median of a second
-    /// difference across and down, which edges and slopes hardly change (after Immerkaer, Fast noise
-    /// variance estimation, 1996).
+    /// Estimates the standard deviation of the noise, in grey levels, from the median of a second
+    /// difference across and down, on which edges and slopes have little effect (after Immerkaer,
+    /// Fast noise variance estimation, 1996).
     fn noise(&self, scratch: &mut Vec<f32>) -> f32 {
         let [width, height] = self.size_px;
         scratch.clear();
@@ -90,13 +90,13 @@ impl Plane {
         *median / (MEDIAN * SECOND)
     }
 
-    /// Averages each pixel with those around it, by binomial weights; the border stays.
+    /// Averages each pixel with its neighbours, by binomial weights; the border stays as it is.
     fn smooth(&mut self, scratch: &mut Vec<f32>) {
         let [width, height] = self.size_px;
         if width < 3 || height < 3 {
             return;
         }
-        // First across, then down, from row to row, so that each row is read before it changes.
+        // First across, then down, row by row, so that each row is read before it changes.
         scratch.clear();
         for row in self.data.chunks_exact(width) {
             scratch.push(row[0]);
@@ -112,7 +112,7 @@ impl Plane {
         }
     }
 
-    /// Becomes half as large in both directions as another plane: each pixel the mean of four.
+    /// Replaces this plane by another at half its resolution: each pixel is the mean of four.
     fn halve(&mut self, from: &Self) {
         let [width, height] = from.size_px.map(|n| n / 2);
         self.size_px = [width, height];
@@ -143,14 +143,14 @@ impl Plane {
     }
 }
 
-/// Pixels from one at which noise is estimated to the next.
+/// Pixels between the pixels at which noise is estimated.
 const NOISE_STRIDE: usize = 5;
-/// Median size of a normal variable, and standard deviation of the second difference across and down
-/// of independent ones, in their standard deviations.
+/// Median absolute value of a standard normal variable, and standard deviation of the second
+/// difference across and down of independent variables, in their standard deviations.
 const MEDIAN: f32 = 0.6745;
 const SECOND: f32 = 6.0;
 
-/// Noise from which on an image is smoothed, in grey levels, and the share of it that is left then.
+/// Noise above which an image is smoothed, in grey levels, and the share of it that remains then.
 const NOISY: f32 = 6.0;
 const SMOOTHED: f32 = 0.375;
 
@@ -159,7 +159,7 @@ fn luma([r, g, b]: [u8; 3]) -> f32 {
     0.299 * f32::from(r) + 0.587 * f32::from(g) + 0.114 * f32::from(b)
 }
 
-/// Brightness of a window of an image at several resolutions, each half of the one before.
+/// Brightness of a window of an image at several resolutions, each half of the previous one.
 #[derive(Debug, Clone, Default)]
 pub struct Pyramid {
     first_px: [usize; 2],
@@ -171,7 +171,7 @@ impl Pyramid {
     /// Number of resolutions.
     pub const LEVELS: usize = 3;
 
-    /// Reads a window of an image, cut to the image, in the memory of the one before.
+    /// Reads a window of an image, clipped to the image; reuses the memory of the previous one.
     pub fn read(&mut self, image: &ImageView<'_>, first_px: [usize; 2], size_px: [usize; 2]) {
         let whole = image.size_px();
         let first = [0, 1].map(|i| first_px[i].min(whole[i]));
@@ -182,7 +182,7 @@ impl Pyramid {
         self.coarsen();
     }
 
-    /// Smooths what has much noise; gives the standard deviation of the noise that is left, in grey
+    /// Smooths a noisy image; returns the standard deviation of the remaining noise, in grey
     /// levels.
     pub fn denoise(&mut self) -> f32 {
         let [finest, ..] = &mut self.planes;
@@ -195,7 +195,7 @@ impl Pyramid {
         noise * SMOOTHED
     }
 
-    /// Makes the coarser planes of the finest.
+    /// Computes the coarser planes from the finest.
     fn coarsen(&mut self) {
         let [finest, coarser @ ..] = &mut self.planes;
         let mut from: &Plane = finest;
@@ -205,19 +205,19 @@ impl Pyramid {
         }
     }
 
-    /// Gives the plane of a level; 0 is the finest, those beyond the last are the last.
+    /// Returns the plane of a level; 0 is the finest, and a level beyond the last returns the last.
     #[must_use]
     pub fn plane(&self, level: usize) -> &Plane {
         &self.planes[level.min(Self::LEVELS - 1)]
     }
 
-    /// Gives the first column and row of the window in the image.
+    /// Returns the first column and row of the window in the image.
     #[must_use]
     pub fn first_px(&self) -> [usize; 2] {
         self.first_px
     }
 
-    /// Carries a pixel of the image to a level's plane.
+    /// Maps a pixel of the image to a level's plane.
     #[inline]
     #[must_use]
     pub fn place(&self, u: f64, v: f64, level: usize) -> [f64; 2] {
@@ -236,14 +236,14 @@ mod tests {
 
     const SIDE: usize = 120;
 
-    /// Draws bars and a slope, with noise of a standard deviation.
+    /// Draws bars and a slope, with noise of a given standard deviation.
     fn drawn(noise: f64) -> Pyramid {
         let mut rng = Rng::seed_from_u64(3);
         let pixels: Vec<u8> = (0..SIDE * SIDE)
             .map(|at| {
                 let (u, v) = (at % SIDE, at / SIDE);
                 let bars = if u / 12 % 2 == 0 { 90.0 } else { 140.0 };
-                // The sum of twelve even variables is nearly normal.
+                // The sum of twelve uniform variables is nearly normal.
                 let normal = (0..12).map(|_| rng.random::<f64>()).sum::<f64>() - 6.0;
                 (bars + 0.2 * v as f64 + noise * normal).round().clamp(0.0, 255.0) as u8
             })

@@ -9,7 +9,7 @@ pub enum RigError {
     /// A rig needs a camera.
     #[error("a rig needs at least one camera")]
     NoCamera,
-    /// A list has not one entry a camera.
+    /// A list does not have one entry per camera.
     #[error(
         "a rig of {cameras} camera{} needs as many {what}, but was given {given}",
         s(*cameras)
@@ -37,24 +37,25 @@ pub enum RigError {
     Time(f64),
 }
 
-/// Cameras on a common mount. The mount may move and the eyes may turn, so poses come with each
-/// observation; `rig_from_camera` is where the cameras rest.
+/// Cameras on a common mount. The mount and the cameras on it may move, so each observation has its
+/// own poses; `rig_from_camera` are the poses of the cameras at rest.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Rig {
     cameras: Vec<Camera>,
     rig_from_camera: Vec<Pose>,
 }
 
-/// One instant of all cameras of a rig; a camera that delivered nothing has no image.
+/// The images of all cameras of a rig at one instant; a camera that delivered nothing has no image.
 #[derive(Debug, Clone)]
 pub struct Observation<'a> {
-    /// When, in seconds.
+    /// Time stamp in seconds.
     pub time_s: f64,
-    /// Where each camera was.
+    /// Pose of each camera.
     pub world_from_camera: Vec<Pose>,
-    /// What each camera saw.
+    /// Image of each camera.
     pub images: Vec<Option<ImageView<'a>>>,
-    /// How far each camera saw it, in the pixels of its image; empty where no camera measures depth.
+    /// Depth image of each camera, in the pixels of its image; empty where no camera measures
+    /// depth.
     pub depths: Vec<Option<DepthView<'a>>>,
 }
 
@@ -62,7 +63,7 @@ impl Rig {
     /// Mounts cameras at their resting poses.
     ///
     /// # Errors
-    /// If there is no camera or not one pose a camera.
+    /// If there is no camera, or not one pose per camera.
     pub fn new(cameras: Vec<Camera>, rig_from_camera: Vec<Pose>) -> Result<Self, RigError> {
         if cameras.is_empty() {
             return Err(RigError::NoCamera);
@@ -71,18 +72,18 @@ impl Rig {
         Ok(Self { cameras, rig_from_camera })
     }
 
-    /// Gives the cameras.
+    /// Returns the cameras.
     #[must_use]
     pub fn cameras(&self) -> &[Camera] {
         &self.cameras
     }
 
-    /// Joins one instant: where the rig was, how its eyes were turned (`None`: at rest), and what
-    /// each camera saw.
+    /// Makes the observation of one instant: the pose of the rig, the poses of its cameras in it
+    /// (`None`: at rest), and the image of each camera.
     ///
     /// # Errors
-    /// If the time is not finite, a list has not one entry a camera, or an image has not its
-    /// camera's size.
+    /// If the time is not finite, a list does not have one entry per camera, or an image does not
+    /// have its camera's size.
     pub fn observation<'a>(
         &self,
         time_s: f64,
@@ -107,7 +108,7 @@ impl Rig {
     }
 }
 
-/// Checks that an image has the size that its camera, or what else it belongs to, expects.
+/// Checks that an image has the size of its camera, or of whatever else it belongs to.
 pub(crate) fn check_image_size(
     camera: usize,
     expected: [usize; 2],

@@ -1,9 +1,9 @@
-//! Zeros of polynomials and of rising functions: what it takes to turn a lens's formula around.
+//! Zeros of polynomials and of increasing functions, as needed to invert a lens model.
 
-/// Gives the smallest zero in (0, `until`) at which a polynomial changes its sign.
+/// Returns the smallest zero in (0, `until`) at which a polynomial changes its sign.
 ///
-/// Coefficients come in rising order. Between neighbouring zeros of its derivative a polynomial
-/// rises or falls, so each such piece has one zero at most, and halving finds it.
+/// Coefficients are in increasing order of powers. Between neighbouring zeros of its derivative a
+/// polynomial is monotonic, so each such interval has one zero at most, and bisection finds it.
 pub(super) fn first_zero(polynomial: &[f64], until: f64) -> Option<f64> {
     zeros(polynomial, until).first().copied()
 }
@@ -43,15 +43,15 @@ fn value(polynomial: &[f64], x: f64) -> f64 {
     polynomial.iter().rev().fold(0.0, |sum, a| sum * x + a)
 }
 
-/// Gives the place in [0, `until`] where a rising function reaches `target`, or the end that comes
-/// closest to it. The function gives its value and its slope.
+/// Returns the argument in [0, `until`] at which an increasing function reaches `target`, or the
+/// end of the interval that comes closest to it. The function returns its value and its slope.
 pub(super) fn reach(function: impl Fn(f64) -> (f64, f64), target: f64, until: f64) -> f64 {
     let (mut low, mut high) = (0.0, until);
     if function(high).0 <= target {
         return high;
     }
     let mut at = target.clamp(low, high);
-    // Newton's steps, and halves where a step would leave the bracket.
+    // Newton's steps, and bisection where a step would leave the bracket.
     for _ in 0..100 {
         let (value, slope) = function(at);
         if (value - target).abs() <= 4.0 * f64::EPSILON * target {

@@ -1,47 +1,47 @@
-/// When a climb ends.
+/// Settings of a gradient ascent.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct ClimbSettings {
     /// Most steps.
     pub steps: usize,
-    /// Length of the first step, in the units of the numbers.
+    /// Length of the first step, in the units of the variables.
     pub first_step: f64,
-    /// Least gain a step, as an average over a few steps.
+    /// Least gain per step, averaged over a few steps.
     pub least_gain: f64,
 }
 
 impl ClimbSettings {
-    /// Returns settings of three numbers, in the order in which they stand here.
+    /// Makes settings of the three fields, in their order.
     #[must_use]
     pub const fn new(steps: usize, first_step: f64, least_gain: f64) -> Self {
         Self { steps, first_step, least_gain }
     }
 }
 
-/// What a climb reached.
+/// The result of a gradient ascent.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Climb {
-    /// The numbers.
+    /// The variables.
     pub at: Vec<f64>,
     /// Their score.
     pub score: f64,
-    /// How often the score was asked for.
+    /// Number of evaluations of the score.
     pub evaluations: usize,
 }
 
-/// Pairs of steps and slope changes that stand for the curvature.
+/// Pairs of steps and slope changes that approximate the curvature.
 const MEMORY: usize = 8;
 /// Share of the predicted gain that a step must reach (Armijo).
 const SUFFICIENT: f64 = 1e-4;
-/// Halvings of a step before the climb gives up on its direction.
+/// Halvings of a step before its direction is given up.
 const HALVINGS: usize = 10;
 /// Steps over which the gain is averaged.
 const PATIENCE: usize = 5;
 
-/// Climbs a score along its gradient by limited-memory BFGS with a backtracking search; never
-/// ends below its start.
+/// Maximises a score along its gradient by limited-memory BFGS with a backtracking line search;
+/// never ends below its start.
 ///
-/// `slope(at, gradient)` writes the gradient and gives the score.
+/// `slope(at, gradient)` writes the gradient and returns the score.
 ///
 /// Source: Nocedal, *Updating quasi-Newton matrices with limited storage* (1980).
 pub fn climb(
@@ -59,7 +59,7 @@ pub fn climb(
         let fresh = history.is_empty();
         let direction = history.direction(&here.uphill);
         let rise = dot(&direction, &here.uphill);
-        // Also ends where the slope is not a number.
+        // Ends also if the slope is not a number.
         let rises = rise > 0.0 && rise.is_finite();
         let first =
             if fresh { settings.first_step / dot(&direction, &direction).sqrt() } else { 1.0 };
@@ -92,7 +92,7 @@ struct Place {
     score: f64,
 }
 
-/// Halves a step until it gains enough; gives the tries that took, or `None` if none does.
+/// Halves a step until it gains enough; returns the number of tries, or `None` if no step does.
 fn search(
     here: &Place,
     next: &mut Place,
@@ -129,7 +129,7 @@ impl History {
     fn push(&mut self, here: &Place, next: &Place) {
         let step: Vec<f64> = next.at.iter().zip(&here.at).map(|(b, a)| b - a).collect();
         let bend: Vec<f64> = here.uphill.iter().zip(&next.uphill).map(|(a, b)| a - b).collect();
-        // Only a step along which the slope falls tells of a summit.
+        // Only a step along which the slope decreases gives information about a maximum.
         if dot(&step, &bend) > 1e-10 * dot(&bend, &bend) {
             if self.steps.len() == MEMORY {
                 self.steps.remove(0);

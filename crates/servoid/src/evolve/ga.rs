@@ -3,13 +3,13 @@ use rand::RngExt;
 use super::{Rng, operators};
 use crate::changing::changeable;
 
-/// How a population breeds.
+/// Settings of a genetic algorithm.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct GaSettings {
-    /// Individuals a generation.
+    /// Individuals per generation.
     pub population: usize,
-    /// Best individuals that live on unchanged.
+    /// Best individuals that survive unchanged.
     pub elites: usize,
     /// Individuals that compete to become a parent.
     pub rivals: usize,
@@ -39,7 +39,7 @@ impl Default for GaSettings {
     }
 }
 
-/// Why a population cannot be made or told.
+/// Why a population cannot be created or scored.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum GaError {
@@ -61,8 +61,8 @@ pub enum GaError {
         /// Its range.
         range: (f64, f64),
     },
-    /// Not one score an individual.
-    #[error("{expected} individuals were asked about, but {given} scores were told")]
+    /// There is not one score per individual.
+    #[error("{expected} individuals need as many scores, but {given} were given")]
     Scores {
         /// Individuals.
         expected: usize,
@@ -71,7 +71,7 @@ pub enum GaError {
     },
 }
 
-/// A hypothesis and what it is worth; before it is told, that is minus infinity.
+/// A hypothesis and its score; before it is scored, that is minus infinity.
 #[derive(Debug, PartialEq)]
 pub struct Individual {
     /// Its numbers.
@@ -94,23 +94,23 @@ impl Clone for Individual {
 /// A real-coded genetic algorithm with elitism (De Jong 1975), tournament selection, blend
 /// crossover and Gaussian mutation whose width follows success (Rechenberg's one-fifth rule, 1973).
 ///
-/// `ask` gives the individuals to score, `tell` takes the scores and breeds the next generation.
-/// All of them are asked about each time, the elites too: a new image may judge them otherwise,
-/// and so one generation an image is the paper's 1-step GA.
+/// `ask` returns the individuals to score, `tell` takes the scores and breeds the next generation.
+/// All individuals are scored each time, including the elites: a new image may change their scores.
+/// One generation per image is the paper's 1-step GA.
 #[derive(Debug, Clone)]
 pub struct Ga {
     settings: GaSettings,
     ranges: Vec<(f64, f64)>,
     population: Vec<Individual>,
-    /// Room for the next generation, so that breeding takes no memory.
+    /// Memory of the next generation, so that breeding allocates none.
     next: Vec<Individual>,
     best: Individual,
     width: f64,
     rng: Rng,
 }
 
-/// How the mutation width grows after a success; it shrinks by the fourth root after a failure, so
-/// that it stands still at one success in five.
+/// Growth of the mutation width after a success; it shrinks by the fourth root after a failure, so
+/// it stays constant at one success in five.
 const WIDTH_GROWTH: f64 = 1.22;
 /// Largest population: all of it is in memory at once.
 const MOST: usize = 100_000;
@@ -118,7 +118,7 @@ const MOST: usize = 100_000;
 const WIDEST: f64 = 0.5;
 
 impl Ga {
-    /// Draws the first generation evenly from the genes' ranges.
+    /// Draws the first generation uniformly from the genes' ranges.
     ///
     /// # Errors
     /// If a setting is out of its range or a gene's range is empty or not finite.
@@ -140,7 +140,7 @@ impl Ga {
         })
     }
 
-    /// Gives the individuals of this generation, to be scored in this order.
+    /// Returns the individuals of this generation, to be scored in this order.
     #[must_use]
     pub fn ask(&self) -> &[Individual] {
         &self.population
@@ -150,7 +150,7 @@ impl Ga {
     /// the worst.
     ///
     /// # Errors
-    /// If there is not one score an individual.
+    /// If there is not one score per individual.
     pub fn tell(&mut self, scores: &[f64]) -> Result<(), GaError> {
         let (expected, given) = (self.population.len(), scores.len());
         if expected != given {
@@ -170,14 +170,14 @@ impl Ga {
         Ok(())
     }
 
-    /// Gives the best individual of the generation that was told last.
+    /// Returns the best individual of the generation that was scored last.
     #[must_use]
     pub fn best(&self) -> &Individual {
         &self.best
     }
 
-    /// Moves the individuals that will be asked about next, in order, elites first: for a world
-    /// that moved since they were told. What leaves its range is reflected.
+    /// Moves the individuals that are scored next, in order, elites first: for a world that has
+    /// moved since they were scored. A gene that leaves its range is reflected.
     pub fn move_each(&mut self, mut change: impl FnMut(usize, &mut [f64])) {
         for (index, individual) in self.population.iter_mut().enumerate() {
             change(index, &mut individual.genes);
@@ -201,7 +201,7 @@ impl Ga {
     }
 }
 
-/// Sorts individuals by falling score, in place; of equals, the first stays first.
+/// Sorts individuals by decreasing score, in place; the sort is stable.
 fn sort(population: &mut [Individual]) {
     for end in 1..population.len() {
         let at = population[..end].partition_point(|other| other.score >= population[end].score);
@@ -210,7 +210,7 @@ fn sort(population: &mut [Individual]) {
 }
 
 impl GaSettings {
-    /// Passes the settings on if they are in their ranges.
+    /// Returns the settings if all are in their ranges.
     pub(crate) fn checked(self) -> Result<Self, GaError> {
         check(&[], &self)?;
         Ok(self)

@@ -2,7 +2,7 @@ use rand::RngExt;
 
 use super::{Individual, Rng};
 
-/// Picks the better of `rivals` individuals drawn at random.
+/// Selects the best of `rivals` individuals drawn at random.
 ///
 /// Source: Goldberg, Deb, *A comparative analysis of selection schemes used in genetic algorithms*
 /// (1991).

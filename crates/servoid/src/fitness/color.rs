@@ -2,10 +2,10 @@ use crate::camera::{ImageView, Mask, RigError, check_image_size};
 
 use super::sums::map::quanta;
 
-/// Colour histograms of the object and of what is beside it.
+/// Colour histograms of the object and of its surroundings.
 ///
-/// Each channel falls into 32 bins. The score of a colour is its log-likelihood ratio; one count
-/// spread over all bins keeps colours that were never seen undecided.
+/// Each channel is divided into 32 bins. The score of a colour is its log-likelihood ratio; one
+/// count spread over all bins keeps the score of unseen colours near zero.
 #[derive(Debug, Clone)]
 pub struct ColorModel {
     object: Vec<f64>,
@@ -36,13 +36,13 @@ impl ColorModel {
         Ok(Self { object, background, table })
     }
 
-    /// Gives the log-likelihood ratio of a colour, in nats.
+    /// Returns the log-likelihood ratio of a colour, in nats.
     #[must_use]
     pub fn score(&self, rgb: [u8; 3]) -> f64 {
         f64::from(self.table[Self::bin(rgb)]) * super::ScoreMap::QUANTUM
     }
 
-    /// Gives how many pixels of a colour's bin belonged to the object and to the background.
+    /// Returns the number of object pixels and of background pixels in a colour's bin.
     #[must_use]
     pub fn counts(&self, rgb: [u8; 3]) -> (f64, f64) {
         (self.object[Self::bin(rgb)], self.background[Self::bin(rgb)])
@@ -55,7 +55,7 @@ impl ColorModel {
     }
 
     pub(super) fn table(&self) -> &[i16; BINS] {
-        // The table is made with BINS entries; an empty one would score nothing.
+        // The table has BINS entries; an empty one would score nothing.
         const NOTHING: &[i16; BINS] = &[0; BINS];
         self.table.as_slice().try_into().unwrap_or(NOTHING)
     }
@@ -65,7 +65,7 @@ fn log_ratios(object: &[f64], background: &[f64]) -> Vec<i16> {
     let (objects, backgrounds) = (object.iter().sum::<f64>(), background.iter().sum::<f64>());
     let share = |count: f64, total: f64| (count + 1.0 / BINS as f64) / (total + 1.0);
     let pairs = object.iter().zip(background);
-    // A bin that neither histogram has seen says nothing.
+    // A bin that is empty in both histograms carries no information.
     let ratio = |(&o, &b): (&f64, &f64)| {
         if o + b == 0.0 { 0.0 } else { libm::log(share(o, objects) / share(b, backgrounds)) }
     };

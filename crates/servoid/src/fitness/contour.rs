@@ -2,32 +2,32 @@ use nalgebra::{Matrix2x3, Vector2, Vector3};
 
 use crate::shape::{Outline, Projection, Quadric};
 
-/// A place on the outline of a body in an image.
+/// A point on the outline of a body in an image.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContourPoint {
-    /// Where it is, in pixels.
+    /// Its position, in pixels.
     pub pixel: Vector2<f64>,
     /// Unit vector out of the outline, in the image.
     pub normal: Vector2<f64>,
-    /// The point of the surface whose image it is.
+    /// The point of the surface that is imaged there.
     pub rim: Vector3<f64>,
-    /// How the pixel moves with that point.
+    /// Derivative of the pixel by that point.
     pub slope: Matrix2x3<f64>,
 }
 
-/// Where the boundary of the object lies beside a [`ContourPoint`].
+/// Position of the object's boundary relative to a [`ContourPoint`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Offset {
-    /// Pixels outwards, the mean over where it may be.
+    /// Distance outwards in pixels, as the mean of its posterior.
     pub mean_px: f64,
     /// Its variance, in square pixels.
     pub variance_px: f64,
 }
 
-/// Most places along one outline.
+/// Most points along one outline.
 const MOST: usize = 48;
 
-/// Lays places along the outline of the union of ellipsoids, about `spacing_px` apart.
+/// Places points along the outline of the union of ellipsoids, about `spacing_px` apart.
 pub fn contour(
     projection: &Projection,
     quadrics: &[Quadric],
@@ -60,7 +60,7 @@ pub fn contour(
     }
 }
 
-/// Gives a place on an ellipse and its unit normal there.
+/// Returns a point on an ellipse and its unit normal.
 fn place(outline: &Outline, angle: f64) -> (Vector2<f64>, Vector2<f64>) {
     let (sin, cos) = libm::sincos(angle);
     let below = outline.half_height * sin;
@@ -70,7 +70,7 @@ fn place(outline: &Outline, angle: f64) -> (Vector2<f64>, Vector2<f64>) {
     (outline.center_px() + Vector2::new(right, below), normal.normalize())
 }
 
-/// Gives the point at which the plane through the camera and a tangent touches the ellipsoid.
+/// Returns the point at which the plane through the camera and a tangent touches the ellipsoid.
 fn rim(
     projection: &Projection,
     quadric: &Quadric,
@@ -83,12 +83,13 @@ fn rim(
     quadric.center + quadric.factor * reach / reach.norm().max(f64::MIN_POSITIVE)
 }
 
-/// Finds the boundary along the normal at a place of the outline, among `2 reach + 1` pixels one
-/// `step_px` apart: it may lie between any two of them, before the first or behind the last, and is
-/// as likely there as the pixels inside it are the object's and those outside are not (S45).
+/// Locates the boundary along the normal at a point of the outline, among `2 reach + 1` pixels at
+/// intervals of `step_px`. It may lie between any two of them, before the first or behind the last.
+/// Its posterior is the likelihood that the pixels inside of it are the object's and those outside
+/// are not (S45).
 ///
-/// `score` gives the log-likelihood ratio of a pixel, `None` beyond the image. `None` if the line
-/// leaves the image; where nothing is known, every place is as likely.
+/// `score` returns the log-likelihood ratio of a pixel, `None` outside the image. Returns `None` if
+/// the line leaves the image; without information all positions are equally likely.
 ///
 /// Source: the idea of a likelihood along lines is that of Stoiber, Pfanne, Strobl, Triebel,
 /// Albu-Schaeffer, *SRT3D: A Sparse Region-Based 3D Object Tracking Approach for the Real World*
@@ -112,7 +113,7 @@ pub fn boundary(
     most = most.max(0.0);
     let (mut total, mut first, mut second) = (0.0, 0.0, 0.0);
     for (at, sum) in sums.iter().take(count + 1).enumerate() {
-        // The boundary lies between two places.
+        // The boundary lies between two samples.
         let offset = (at as f64 - reach as f64 - 0.5) * step_px;
         let weight = libm::exp(sum - most);
         total += weight;
@@ -123,5 +124,5 @@ pub fn boundary(
     Some(Offset { mean_px, variance_px: (second / total - mean_px * mean_px).max(0.0) })
 }
 
-/// Most places on one side of a line.
+/// Most samples on one side of a line.
 const MOST_REACH: usize = 16;

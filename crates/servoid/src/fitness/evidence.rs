@@ -3,17 +3,18 @@ use crate::shape::{Quadric, QuadricGradient};
 
 /// A term of the fitness: how well a body agrees with one kind of evidence, between 0 and 1.
 ///
-/// An agreement is a Jaccard index: of all that body or object fill, the share that both fill. Its
-/// logarithm is the log-likelihood that a place drawn from the union of the two lies in both.
+/// An agreement is a Jaccard index: of everything that body or object fill, the share that both
+/// fill. Its logarithm is the log-likelihood that a point drawn from the union of the two lies in
+/// both.
 ///
-/// A term of one's own says how well ellipsoids agree with what it knows, and how that changes:
+/// A custom term returns how well ellipsoids agree with its evidence, and the gradient of that:
 ///
 /// ```
 /// use nalgebra::{Matrix3, Vector3};
 /// use servoid::fitness::{Differentiable, Evidence, Fitness, Total};
 /// use servoid::shape::{Quadric, QuadricGradient};
 ///
-/// /// A place that the object is known to lie near.
+/// /// A position near which the object is known to lie.
 /// #[derive(Clone)]
 /// struct Near(Vector3<f64>);
 ///
@@ -51,15 +52,15 @@ use crate::shape::{Quadric, QuadricGradient};
 /// assert!((rise - slope[0].center.z).abs() < 1e-5, "the gradient is that of the score");
 /// ```
 pub trait Evidence: Differentiable + Send {
-    /// Gives what one more ellipsoid would gain beside those that stand: the object's places that
-    /// they leave open count for it, places beside the object against it.
+    /// Returns the fitness of one more ellipsoid beside the existing ones: parts of the object that
+    /// they leave open count for it, parts beside the object against it.
     fn open(&self, standing: &[Quadric]) -> Box<dyn Fitness + Send>;
 }
 
 /// Several kinds of evidence as one: F = exp(Σ w ln J / Σ w), the weighted mean of the
-/// log-likelihoods, carried back to a share. // (S35)
+/// log-likelihoods, converted back to a share. // (S35)
 ///
-/// A weight says how often a kind counts: with weight 2 it speaks as if it had been seen twice.
+/// With weight 2 a kind of evidence counts as if it had been observed twice.
 #[derive(Default)]
 pub struct Total(Vec<Weighted>);
 
@@ -68,7 +69,7 @@ struct Weighted {
     evidence: Box<dyn Evidence>,
 }
 
-/// Agreement below which the logarithm ends.
+/// Lower bound of the agreement in the logarithm.
 const LEAST: f64 = 1e-4;
 
 impl Total {
@@ -79,13 +80,13 @@ impl Total {
         }
     }
 
-    /// Says whether there is no evidence at all.
+    /// Returns whether there is no evidence at all.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
 
-    /// Gives the kind that counts most, if there is any.
+    /// Returns the kind with the largest weight, if there is any.
     #[must_use]
     pub fn lead(&self) -> Option<&dyn Evidence> {
         let heavier = |a: &&Weighted, b: &&Weighted| a.weight.total_cmp(&b.weight);

@@ -2,20 +2,21 @@ use nalgebra::Vector3;
 
 use crate::shape::Quadric;
 
-/// A ball about what was seen of an object: it tells how far an ellipsoid strays from that.
+/// A ball around the measured points of an object, to measure how far an ellipsoid strays from
+/// them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Extent {
-    /// Middle of the seen points.
+    /// Middle of the measured points.
     pub middle: Vector3<f64>,
-    /// How far they reach from it.
+    /// Their reach from it.
     pub radius: f64,
 }
 
-/// Share of the seen points that the ball holds; the others may be wrong.
+/// Share of the measured points inside the ball; the others may be wrong.
 const HELD: f64 = 0.95;
 
 impl Extent {
-    /// Gives the ball of seen points; `None` if there are none or all are one.
+    /// Returns the ball of measured points; `None` if there are none or all coincide.
     #[must_use]
     pub fn of(points: &[Vector3<f64>]) -> Option<Self> {
         let middle = points.iter().sum::<Vector3<f64>>() / points.len() as f64;
@@ -25,8 +26,8 @@ impl Extent {
         (radius > 0.0).then_some(Self { middle, radius })
     }
 
-    /// Gives how far a centre is outside of the ball, in radii and squared, and how that changes
-    /// with the centre. It is 0 inside.
+    /// Returns the squared distance of a centre beyond the ball, in radii, and its gradient by the
+    /// centre. It is 0 inside.
     #[must_use]
     pub fn beyond(&self, quadric: &Quadric) -> (f64, Vector3<f64>) {
         let offset = quadric.center - self.middle;

@@ -2,7 +2,7 @@ use super::overlap::open_map;
 use super::{Differentiable, Evidence, Fitness, Region, RegionView};
 use crate::shape::{Projection, Quadric, QuadricGradient};
 
-/// One image of the likelihood: log-likelihood ratios of its pixels, and how the camera sees the
+/// One image of the likelihood: log-likelihood ratios of its pixels, and the projection of the
 /// world.
 #[derive(Debug, Clone)]
 pub struct LikelihoodView {
@@ -10,12 +10,12 @@ pub struct LikelihoodView {
     pub scores: Vec<f64>,
     /// (width, height) in pixels.
     pub size_px: [usize; 2],
-    /// From the world to these pixels.
+    /// Projection from the world to these pixels.
     pub projection: Projection,
 }
 
-/// The region score as evidence: in each image the sum of the log-likelihood ratios inside, as a
-/// share of what it could be at most; the mean over the images.
+/// The region score as evidence: in each image the sum of the log-likelihood ratios inside the
+/// outline, as a share of its maximum; averaged over the images.
 #[derive(Debug, Clone)]
 pub struct Likelihood {
     views: Vec<LikelihoodView>,
@@ -23,7 +23,7 @@ pub struct Likelihood {
 }
 
 impl Likelihood {
-    /// Joins the images.
+    /// Makes the term of its images.
     #[must_use]
     pub fn new(views: Vec<LikelihoodView>) -> Self {
         let region = region(&views, &[]);

@@ -1,4 +1,4 @@
-//! What a hypothesis is worth: bodies in, scores out.
+//! Scores hypotheses: bodies in, scores out.
 
 mod anisotropy;
 mod color;
@@ -36,8 +36,8 @@ use crate::shape::{Quadric, QuadricGradient};
 
 /// Scores hypotheses; higher is better.
 ///
-/// A hypothesis is a set of ellipsoids in the world, each given as a [`Quadric`]; beyond
-/// [`crate::shape::Body::MAX_ELLIPSOIDS`] they are not looked at.
+/// A hypothesis is a set of ellipsoids in the world, each given as a [`Quadric`]; those beyond
+/// [`crate::shape::Body::MAX_ELLIPSOIDS`] are ignored.
 pub trait Fitness: Sync {
     /// Scores one hypothesis.
     fn score(&self, hypothesis: &[Quadric]) -> f64;
@@ -49,8 +49,8 @@ pub trait Fitness: Sync {
     }
 }
 
-/// Scores hypotheses and says how the score changes with them.
+/// Scores hypotheses and computes the gradient of the score.
 pub trait Differentiable: Fitness {
-    /// Scores one hypothesis and writes the gradient, one entry an ellipsoid.
+    /// Scores one hypothesis and writes the gradient, one entry per ellipsoid.
     fn score_and_gradient(&self, hypothesis: &[Quadric], gradient: &mut [QuadricGradient]) -> f64;
 }

@@ -4,15 +4,15 @@ use super::{Backend, Differentiable, Evidence, Fitness, Region, RegionView, Scor
 use crate::pose::{Pose, Twist};
 use crate::shape::{Outline, Projection, Quadric, QuadricGradient};
 
-/// One image of the overlap: how much of each pixel the object fills, and how the camera sees the
-/// world.
+/// One image of the overlap: the share of each pixel that the object fills, and the projection of
+/// the world.
 #[derive(Debug, Clone)]
 pub struct OverlapView {
     /// Share of each pixel that the object fills, row by row, 0 to 1.
     pub filled: Vec<f64>,
     /// (width, height) in pixels.
     pub size_px: [usize; 2],
-    /// From the world to these pixels.
+    /// Projection from the world to these pixels.
     pub projection: Projection,
 }
 
@@ -28,7 +28,7 @@ pub struct Overlap {
 }
 
 impl Overlap {
-    /// Joins the images.
+    /// Makes the term of its images.
     #[must_use]
     pub fn new(views: Vec<OverlapView>) -> Self {
         let region_view = |view: &OverlapView| {
@@ -41,14 +41,14 @@ impl Overlap {
         Self { views, region, filled_px }
     }
 
-    /// Gives the overlap in each image.
+    /// Returns the overlap in each image.
     #[must_use]
     pub fn by_view(&self, hypothesis: &[Quadric]) -> Vec<f64> {
         let views = self.region.views().iter().zip(&self.filled_px);
         views.map(|(view, &px)| agreement(self.region.sums(view, hypothesis), px).0).collect()
     }
 
-    /// Gives the overlap of a body that stands at a pose, its ellipsoids in its own frame.
+    /// Returns the overlap of a body at a pose; its ellipsoids are in its own frame.
     #[must_use]
     pub fn score_at(&self, world_from_object: &Pose, body: &[Quadric]) -> f64 {
         let views = self.region.views().iter().zip(&self.filled_px);
@@ -59,8 +59,8 @@ impl Overlap {
         self.mean(views.map(of_view).sum())
     }
 
-    /// Gives the overlap of a body that stands at a pose, and how it changes with a small motion in
-    /// the object's frame.
+    /// Returns the overlap of a body at a pose, and its gradient by a small motion in the object's
+    /// frame.
     #[must_use]
     pub fn slope_at(&self, world_from_object: &Pose, body: &[Quadric]) -> (f64, Twist) {
         let mut gradient = vec![QuadricGradient::default(); body.len()];
@@ -77,7 +77,7 @@ impl Overlap {
         (score, slope)
     }
 
-    /// Scores ellipsoids, seen where they are or from a pose, and adds the gradient.
+    /// Scores ellipsoids in the world or in the object's frame at a pose, and adds the gradient.
     fn add_views(
         &self,
         at: Option<&Pose>,
@@ -102,15 +102,15 @@ impl Overlap {
     }
 }
 
-/// Gives ℓ = 2 filled - 1 of each place: 1 where the object is, -1 where it is not.
+/// Returns ℓ = 2 filled - 1 of each cell: 1 where the object is, -1 where it is not.
 pub(super) fn balance(filled: &[f64]) -> Vec<f64> {
     filled.iter().map(|filled| 2.0 * filled - 1.0).collect()
 }
 
-/// Gives intersection over union, and its slopes by Σ ℓ and by the area.
+/// Returns intersection over union, and its slopes by Σ ℓ and by the area.
 pub(super) fn agreement(sums: Sums, filled_px: f64) -> (f64, f64, f64) {
     let both = 0.5 * (sums.score + sums.area);
-    // Nothing in the mask and nothing seen is no overlap.
+    // An empty mask and an empty body have no overlap.
     let union = (filled_px + sums.area - both).max(f64::MIN_POSITIVE.sqrt());
     let half = 0.5 / (union * union);
     (both / union, half * (union + both), half * (union - both))
@@ -143,7 +143,7 @@ impl Evidence for Overlap {
     }
 }
 
-/// Makes the map of scores that count nothing where standing ellipsoids are seen.
+/// Makes the map of scores that are zero where existing ellipsoids are seen.
 pub(super) fn open_map(
     mut scores: Vec<f64>,
     size_px: [usize; 2],

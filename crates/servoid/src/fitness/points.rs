@@ -5,7 +5,7 @@ use crate::camera::{Camera, Channels, ImageError, ImageView, RigError, check_ima
 use crate::pose::{Pose, even_direction};
 use crate::shape::{Body, Ellipsoid, Quadric};
 
-/// Why views and numbers make no points term.
+/// Why views and numbers do not make a points term.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PointsError {
@@ -23,17 +23,17 @@ pub enum PointsError {
     /// The match image is not grey.
     #[error(transparent)]
     Image(#[from] ImageError),
-    /// The match image has not its camera's size, or there is no camera.
+    /// The match image does not have its camera's size, or there is no camera.
     #[error(transparent)]
     Rig(#[from] RigError),
 }
 
-/// α: by how much the radii of the envelope exceed those of its ellipsoid.
+/// α: the amount by which the radii of the envelope exceed those of its ellipsoid.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Margin {
-    /// One length in metres for all ellipsoids, as the paper writes it. A splinter at the target's
-    /// rim then scores more than what fills the target: all of its surface is on the hue, and half
-    /// of its envelope is beside it.
+    /// One length in metres for all ellipsoids, as in the paper. A splinter at the target's rim
+    /// then scores more than an ellipsoid that fills the target: all of its surface is on the hue,
+    /// and half of its envelope is beside it.
     Metres(f64),
     /// A share of each ellipsoid's smallest radius, so that the fitness does not depend on scale
     /// and cannot be raised by stretching the radius that is not seen.
@@ -49,7 +49,7 @@ impl Margin {
     }
 }
 
-/// One camera of the points term, and which of its pixels have the target's hue.
+/// One camera of the points term, with the pixels that have the target's hue.
 #[derive(Debug, Clone, Copy)]
 pub struct PointsView<'a> {
     camera: Camera,
@@ -58,10 +58,10 @@ pub struct PointsView<'a> {
 }
 
 impl<'a> PointsView<'a> {
-    /// Joins a camera, its pose and a grey image that is non-zero where the hue matches.
+    /// Combines a camera, its pose and a grey image that is non-zero where the hue matches.
     ///
     /// # Errors
-    /// If the image is not grey or has not the camera's size.
+    /// If the image is not grey or does not have the camera's size.
     pub fn new(
         camera: Camera,
         world_from_camera: &Pose,
@@ -77,7 +77,7 @@ impl<'a> PointsView<'a> {
         Ok(Self { camera, camera_from_world, matches })
     }
 
-    /// Gives p: 1 where a point is seen at a pixel of the target's hue, 0 at another pixel, beside
+    /// Returns p: 1 if a point is seen at a pixel of the target's hue, 0 at another pixel, outside
     /// the image and behind the camera.
     fn match_value(&self, point_in_world: &Vector3<f64>) -> i64 {
         let (rotation, translation) = &self.camera_from_world;
@@ -85,21 +85,21 @@ impl<'a> PointsView<'a> {
             return 0;
         };
         let [width, height] = self.matches.size_px().map(|side| side as f64);
-        // The pixel whose square holds the point.
+        // The pixel whose square contains the point.
         let (u, v) = (pixel.x + 0.5, pixel.y + 0.5);
         let inside = u >= 0.0 && v >= 0.0 && u < width && v < height;
         i64::from(inside && self.matches.row(v as usize)[u as usize] != 0)
     }
 }
 
-/// The paper's fitness: points on an ellipsoid's surface count for it where they are seen on the
-/// target's hue, points on the envelope around it count against it there.
+/// The paper's fitness: points on an ellipsoid's surface that are seen on the target's hue count
+/// for it, points on the envelope around it that are seen there count against it.
 ///
 /// It is highest where the surface just fits into the hue and the envelope's rim lies beside it.
-/// The paper halves the sum over two cameras; here it is divided by any number of cameras, and by
-/// the number of points m, so that one ellipsoid's share lies between -1 and 1 whatever they are.
-/// Ellipsoids are summed one by one: none hides another, and pixels that two of them cover count
-/// twice.
+/// The paper halves the sum over two cameras; here it is divided by the number of cameras, and by
+/// the number of points m, so that the contribution of one ellipsoid lies between -1 and 1 for any
+/// number of either. Ellipsoids are summed one by one: none hides another, and pixels covered by
+/// two of them count twice.
 #[derive(Debug, Clone)]
 pub struct Points<'a> {
     views: Vec<PointsView<'a>>,
@@ -108,11 +108,11 @@ pub struct Points<'a> {
 }
 
 impl<'a> Points<'a> {
-    /// Most points of an ellipsoid.
+    /// Most points per ellipsoid.
     pub const MAX_COUNT: usize = 65_536;
 
-    /// Joins cameras; `count` is m, the points on each surface, and `alpha` the margin of the
-    /// envelopes.
+    /// Makes the term of its cameras; `count` is m, the number of points on each surface, and
+    /// `alpha` the margin of the envelopes.
     ///
     /// # Errors
     /// If there is no camera, `count` is out of its range or `alpha` is not positive.
@@ -129,7 +129,7 @@ impl<'a> Points<'a> {
         Ok(Self { views, directions, alpha })
     }
 
-    /// Says whether a number of points and a margin can be used.
+    /// Returns whether a number of points and a margin can be used.
     pub(crate) fn check(count: usize, alpha: Margin) -> Result<(), PointsError> {
         if count == 0 || count > Self::MAX_COUNT {
             return Err(PointsError::Count { given: count, max: Self::MAX_COUNT });
@@ -141,8 +141,8 @@ impl<'a> Points<'a> {
         Ok(())
     }
 
-    /// Gives m points of the surface, each with that of the envelope in the same direction, in the
-    /// world.
+    /// Returns m points of the surface, each with the point of the envelope in the same direction,
+    /// in the world.
     pub fn pairs_in_world(&self, ellipsoid: &Ellipsoid) -> impl Iterator<Item = [Vector3<f64>; 2]> {
         let (center, radii) = (ellipsoid.center(), ellipsoid.radii());
         let rotation = ellipsoid.rotation().to_rotation_matrix().into_inner();
@@ -180,11 +180,11 @@ impl Fitness for Points<'_> {
     }
 }
 
-/// Gives (sin θ, cos θ sin φ, cos θ cos φ) for one of `count` pairs of angles.
+/// Returns (sin θ, cos θ sin φ, cos θ cos φ) for one of `count` pairs of angles.
 ///
-/// The paper lets both angles run from -π to π, which covers an ellipsoid twice, and does not say
-/// how they are chosen. Here θ runs from -π/2 to π/2, which covers it once: sin θ in even steps,
-/// φ on by the golden angle each time, so that every part of a sphere gets as many points.
+/// The paper lets both angles run from -π to π, which covers an ellipsoid twice, and does not
+/// specify how they are chosen. Here θ runs from -π/2 to π/2, which covers it once: sin θ in even
+/// steps, and φ in steps of the golden angle, so that points are evenly distributed on a sphere.
 fn direction(index: usize, count: usize) -> Vector3<f64> {
     let unit = even_direction(index, (2 * index + 1) as f64 / count as f64 - 1.0);
     Vector3::new(unit.z, unit.y, unit.x) // Eq. (1), adapted: covers it once

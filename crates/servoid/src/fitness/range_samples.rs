@@ -6,23 +6,23 @@ use super::{Differentiable, Evidence, Fitness};
 use crate::shape::{Body, Quadric, QuadricGradient};
 use crate::words::were;
 
-/// A point of a surface that was seen, and the direction in which it was seen.
+/// A measured point of a surface, and the direction in which it was seen.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RangeSample {
-    /// Where the surface is.
+    /// Position of the surface point.
     pub point: Vector3<f64>,
     /// Unit vector from the eye to the surface and on into the object.
     pub direction: Vector3<f64>,
-    /// How far before the point the eye is; 0 where only the side is known.
+    /// Distance of the eye from the point; 0 if only the direction is known.
     pub eye: f64,
 }
 
-/// Why numbers are no seen points.
+/// Why numbers do not make range samples.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum RangeSampleError {
-    /// Not one direction a point.
-    #[error("{points} seen points need as many directions, but {directions} {} given", were(*directions))]
+    /// There is not one direction per point.
+    #[error("{points} points need as many directions, but {directions} {} given", were(*directions))]
     Count {
         /// Points given.
         points: usize,
@@ -31,7 +31,7 @@ pub enum RangeSampleError {
     },
     /// A number is not finite, or a direction has no length.
     #[error(
-        "seen point {index}: place and direction must be finite numbers and the direction must \
+        "point {index}: position and direction must be finite numbers and the direction must \
          have a length, but they are {point:?} and {direction:?}"
     )]
     Numbers {
@@ -45,11 +45,11 @@ pub enum RangeSampleError {
 }
 
 impl RangeSample {
-    /// Joins points, in metres, and the directions in which they were seen; a direction is as long
-    /// as the eye is away, or short where only the side is known.
+    /// Combines points, in metres, and the directions in which they were seen; the length of a
+    /// direction is the distance of the eye, or short if only the direction is known.
     ///
     /// # Errors
-    /// If there are not as many of both, a number is not finite or a direction has no length.
+    /// If their numbers differ, a number is not finite or a direction has no length.
     pub fn join(
         points: &[[f64; 3]],
         directions: &[[f64; 3]],
@@ -60,7 +60,7 @@ impl RangeSample {
         }
         let sample = |(index, (&point, &direction)): (usize, (&[f64; 3], &[f64; 3]))| {
             let finite = point.iter().chain(&direction).all(|x| x.is_finite());
-            // Scaled first: the square of a great length is infinite.
+            // Scaled first: the square of a large length is infinite.
             let most = Vector3::from(direction).amax();
             if !finite || most == 0.0 {
                 return Err(RangeSampleError::Numbers { index, point, direction });
@@ -73,12 +73,13 @@ impl RangeSample {
     }
 }
 
-/// The depth term: before a seen surface there is nothing, just behind it is the object.
+/// The depth term: there is nothing in front of a measured surface, and just behind it is the
+/// object.
 ///
-/// Each line of sight is a row like that of an image: an ellipsoid holds one interval of it, and
-/// the agreement is the share that both fill of what body or object fill there, between the eye and
-/// `behind` the surface. What lies deeper was not seen and is not judged; where the eye is not known,
-/// nor is what lies farther than `before` the surface.
+/// Each line of sight is treated like the row of an image: an ellipsoid covers one interval of it,
+/// and the agreement is the share filled by both of what body or object fill there, between the eye
+/// and `behind` the surface. What lies deeper was not seen and is not scored; if the eye is not
+/// known, nor is what lies farther than `before` the surface.
 #[derive(Debug, Clone)]
 pub struct RangeSamples {
     samples: Vec<RangeSample>,
@@ -86,11 +87,11 @@ pub struct RangeSamples {
     behind: f64,
 }
 
-/// Least cosine-like slope of an end along a line of sight: where a line only grazes an ellipsoid
+/// Lower bound of the slope of an end along a line of sight: where a line only grazes an ellipsoid,
 /// its end moves without bound.
 const GRAZING: f64 = 0.05;
 
-/// An interval along a line of sight, counted from the surface.
+/// An interval along a line of sight, relative to the surface.
 #[derive(Debug, Clone, Copy)]
 struct Interval {
     begin: f64,
@@ -98,7 +99,7 @@ struct Interval {
     index: usize,
 }
 
-/// An ellipsoid made ready to be met by lines.
+/// An ellipsoid prepared for intersection with lines.
 struct Ball {
     index: usize,
     center: Vector3<f64>,
@@ -106,23 +107,24 @@ struct Ball {
 }
 
 impl RangeSamples {
-    /// Joins lines of sight and how far before (at least) and behind the surface they judge.
+    /// Makes the term of lines of sight and of the distances before (at least) and behind the
+    /// surface that are scored.
     #[must_use]
     pub fn new(samples: Vec<RangeSample>, before: f64, behind: f64) -> Self {
         Self { samples, before, behind }
     }
 
-    /// Gives where the window of a line begins.
+    /// Returns the start of a line's window.
     fn from(&self, sample: &RangeSample) -> f64 {
         -self.before.max(sample.eye)
     }
 
-    /// Length of all that the object is known to fill.
+    /// Returns the total length that the object is known to fill.
     fn filled(&self) -> f64 {
         self.behind * self.samples.len() as f64
     }
 
-    /// Gives the intervals of one line, cut to its window, sorted by where they begin.
+    /// Returns the intervals of one line, clipped to its window, sorted by their start.
     fn intervals(&self, sample: &RangeSample, balls: &[Ball], out: &mut Vec<Interval>) {
         out.clear();
         let first = self.from(sample);
@@ -143,7 +145,7 @@ impl RangeSamples {
         out.sort_by(|a, b| a.begin.total_cmp(&b.begin));
     }
 
-    /// Visits the union of sorted intervals, with those that hold its ends.
+    /// Visits the union of sorted intervals, with the intervals that contribute its ends.
     fn union(sorted: &[Interval], mut visit: impl FnMut(&Interval, &Interval)) {
         let mut rest = sorted.iter();
         let Some(mut first) = rest.next() else { return };
@@ -159,14 +161,15 @@ impl RangeSamples {
         visit(first, last);
     }
 
-    /// Says whether an end lies inside its line's window, and whether it is before (-1) or behind
-    /// (1) the surface.
+    /// Returns whether an end lies inside its line's window, and whether it is in front of (-1) or
+    /// behind (1) the surface.
     fn weight_at(&self, sample: &RangeSample, at: f64) -> Option<f64> {
         (at > self.from(sample) && at < self.behind).then(|| if at < 0.0 { -1.0 } else { 1.0 })
     }
 }
 
-/// Adds what lies between two places of a line: against the body before the surface, for it behind.
+/// Adds the part of a line between two positions: against the body in front of the surface, for it
+/// behind.
 fn add(sums: &mut Sums, begin: f64, end: f64) {
     if begin < end {
         sums.score += end.abs() - begin.abs();
@@ -182,7 +185,7 @@ fn balls(hypothesis: &[Quadric]) -> Vec<Ball> {
     hypothesis.iter().take(Body::MAX_ELLIPSOIDS).enumerate().filter_map(ball).collect()
 }
 
-/// Slopes of one end of an interval: by the centre and by the factor.
+/// Returns the derivatives of one end of an interval by the centre and by the factor.
 fn end_slopes(sample: &RangeSample, ball: &Ball, at: f64) -> QuadricGradient {
     let unit = ball.inverse * (sample.point + sample.direction * at - ball.center);
     let normal = ball.inverse.transpose() * unit;
@@ -251,7 +254,7 @@ impl Evidence for RangeSamples {
     }
 }
 
-/// Lines of sight of which parts no longer count.
+/// Lines of sight with parts that no longer count.
 struct OpenRangeSamples {
     samples: RangeSamples,
     covered: Vec<Vec<(f64, f64)>>,

@@ -4,21 +4,21 @@ use super::sums::sweep::sums as sums_of;
 use super::{Backend, Differentiable, Fitness, ScoreMap};
 use crate::shape::{Body, Outline, Projection, Quadric, QuadricGradient};
 
-/// One image of the region score: its map and how the camera sees the world.
+/// One image of the region score: its map and the projection of the world.
 #[derive(Debug, Clone)]
 pub struct RegionView {
     /// Scores of the pixels.
     pub map: ScoreMap,
-    /// From the world to the map's pixels.
+    /// Projection from the world to the map's pixels.
     pub projection: Projection,
-    /// How much this image counts.
+    /// Weight of this image.
     pub weight: f64,
 }
 
 /// The region score: each image's map summed over the union of the outlines. // Eq. (7)
 ///
-/// It is the paper's fitness taken to its limit: what is inside counts for the hypothesis and
-/// background inside counts against it, over whole areas and not at sampled points.
+/// It is the limit of the paper's fitness: object pixels inside count for the hypothesis and
+/// background inside counts against it, over whole areas instead of sampled points.
 #[derive(Debug, Clone)]
 pub struct Region {
     views: Vec<RegionView>,
@@ -26,19 +26,19 @@ pub struct Region {
 }
 
 impl Region {
-    /// Joins the images.
+    /// Makes the score of its images.
     #[must_use]
     pub fn new(views: Vec<RegionView>) -> Self {
         Self::with_backend(views, Backend::used())
     }
 
-    /// Joins the images and chooses the vector instructions.
+    /// Makes the score of its images, with given vector instructions.
     #[must_use]
     pub fn with_backend(views: Vec<RegionView>, backend: Backend) -> Self {
         Self { views, backend }
     }
 
-    /// Gives the images.
+    /// Returns the images.
     #[must_use]
     pub fn views(&self) -> &[RegionView] {
         &self.views
@@ -50,7 +50,7 @@ impl Region {
         self.sums_by(view, &view.projection, hypothesis)
     }
 
-    /// Sums one image's map over the union of the outlines as another projection sees them.
+    /// Sums one image's map over the union of the outlines in another projection.
     pub(super) fn sums_by(
         &self,
         view: &RegionView,
@@ -60,8 +60,8 @@ impl Region {
         view.map.sums(self.backend, projection, hypothesis)
     }
 
-    /// Sums one image, as a projection sees it, and adds the gradient of `chain(sums)`, where the
-    /// chain gives its slopes by Σ ℓ and by the area.
+    /// Sums one image in a projection, and adds the gradient of `chain(sums)`, where the chain
+    /// returns its derivatives by Σ ℓ and by the area.
     pub(super) fn add_gradient(
         &self,
         (map, projection): (&ScoreMap, &Projection),
@@ -95,7 +95,7 @@ impl Region {
 }
 
 impl ScoreMap {
-    /// Sums the map over the union of the ellipsoids' outlines, as a camera sees them.
+    /// Sums the map over the union of the ellipsoids' outlines in a camera.
     #[must_use]
     pub fn sums(&self, backend: Backend, projection: &Projection, quadrics: &[Quadric]) -> Sums {
         let mut outlines = RowOutlines::new();
@@ -109,7 +109,7 @@ impl ScoreMap {
     }
 }
 
-/// Room for the outlines of one hypothesis in one view, kept from call to call.
+/// Memory for the outlines of one hypothesis in one view, reused from call to call.
 #[derive(Default)]
 struct Scratch {
     seen: Vec<(usize, Outline)>,

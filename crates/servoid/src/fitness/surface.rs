@@ -8,55 +8,55 @@ use crate::shape::Projection;
 const SIDE: usize = 4;
 /// Samples of a patch.
 const SAMPLES: usize = SIDE * SIDE;
-/// Grains, pixels of its level or less, from one sample of a patch to the next.
+/// Grains, of one pixel of its level or less, between the samples of a patch.
 const SPACING: f64 = 2.0;
-/// Least standard deviation of a patch, in grey levels, that is a pattern and not noise.
+/// Least standard deviation of a pattern, in grey levels; a patch with less is noise.
 const LEAST_CONTRAST: f32 = 3.0;
 
-/// A small piece of the surface in an image, without its brightness and contrast: zero mean, unit
-/// length.
+/// A small piece of the surface in an image, normalised for brightness and contrast: zero mean,
+/// unit length.
 pub type Patch = [f32; SAMPLES];
 
 /// A point of the object's surface that can be recognised.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SurfacePoint {
-    /// Where it is, in the object's frame.
+    /// Its position, in the object's frame.
     pub position: Vector3<f64>,
     /// Unit vector out of the surface.
     pub normal: Vector3<f64>,
-    /// Steps along the surface that moved it one grain right and one down where it was learned: half
-    /// of the way from one place of its template to the next.
+    /// Steps along the surface that moved its image one grain right and one down where it was
+    /// learned: half of the spacing of its template.
     pub steps: [Vector3<f64>; 2],
-    /// Unit vector to the camera that it was learned in.
+    /// Unit vector to the camera by which it was learned.
     pub toward: Vector3<f64>,
-    /// Its template at each resolution at which it lay wholly on the object.
+    /// Its template at each resolution at which it lay completely on the object.
     pub templates: [Option<Patch>; Pyramid::LEVELS],
     /// Its colour.
     pub color: [u8; 3],
 }
 
-/// How a piece of the surface agrees with an image, and where to it should move.
+/// Agreement of a piece of the surface with an image, and its shift to a better agreement.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Agreement {
-    /// Where it is, in pixels.
+    /// Its pixel.
     pub pixel: Vector2<f64>,
-    /// How its pixel moves with the point in the object's frame.
+    /// Derivative of its pixel by the point in the object's frame.
     pub slope: Matrix2x3<f64>,
     /// Normalised cross-correlation with its template, -1 to 1.
     pub correlation: f64,
     /// Sum of the squared gradients of the normalised patch, per square pixel.
     pub tensor: Matrix2<f64>,
-    /// Gradients times differences: `tensor⁻¹ pull` is the move, in pixels, that brings the image of
-    /// the point to where its template is.
+    /// Gradients times differences: `tensor⁻¹ pull` is the shift, in pixels, that moves the image
+    /// of the point to where its template is.
     pub pull: Vector2<f64>,
     /// Standard deviation of the image's patch, in grey levels.
     pub contrast: f64,
 }
 
 impl SurfacePoint {
-    /// Learns the piece of surface at `position` with a normal from the image that it is seen in;
-    /// `None` where the surface is seen too flatly or shows no pattern. Its `grain` is 1 pixel, or less
-    /// where the object's image is small; `reach_px` is how far the object goes on around it.
+    /// Extracts the piece of surface at `position` with a normal from an image; `None` if the
+    /// surface is seen at too flat an angle or shows no pattern. Its `grain` is 1 pixel, or less
+    /// where the object's image is small; `reach_px` is how far the object extends around it.
     #[must_use]
     pub fn extract(
         projection: &Projection,
@@ -86,7 +86,7 @@ impl SurfacePoint {
         point.templates[0].is_some().then_some(point)
     }
 
-    /// Moves the piece of surface in the object's frame; its template stays.
+    /// Moves the piece of surface in the object's frame; its templates do not change.
     pub fn move_by(&mut self, motion: &Pose) {
         self.position = motion.transform(&self.position);
         self.steps = self.steps.map(|way| motion.rotation() * way);
@@ -94,8 +94,8 @@ impl SurfacePoint {
         self.toward = motion.rotation() * self.toward;
     }
 
-    /// Reads the patch that shows the piece of surface in an image; `None` if it is not wholly inside or
-    /// shows no pattern.
+    /// Reads the patch of the piece of surface in an image; `None` if it is not completely inside
+    /// or shows no pattern.
     #[must_use]
     pub fn patch(&self, projection: &Projection, pyramid: &Pyramid, level: usize) -> Option<Patch> {
         let (pixel, slope) = projection.pixel(&self.position)?;
@@ -105,7 +105,8 @@ impl SurfacePoint {
         (length > LEAST_CONTRAST * (SAMPLES as f32).sqrt()).then_some(patch)
     }
 
-    /// Gives the normalised cross-correlation between the template of the piece of surface and an image.
+    /// Returns the normalised cross-correlation between the template of the piece of surface and an
+    /// image.
     #[must_use]
     pub fn correlation(
         &self,
@@ -118,9 +119,10 @@ impl SurfacePoint {
         self.likeness(template, (pixel, &slope), pyramid, level).map(f64::from)
     }
 
-    /// Compares the template of the piece of surface with an image in places around where it should be, a
-    /// pixel of the resolution from one to the next, row by row, up to `reach` of them to each side;
-    /// what lies outside the image correlates by 0. Nothing where it has no template or is not seen.
+    /// Correlates the template of the piece of surface with an image at positions around its
+    /// expected one, in steps of a pixel of the resolution, row by row, up to `reach` steps to each
+    /// side; outside the image the correlation is 0. Does nothing if it has no template or is not
+    /// in view.
     pub fn correlations(
         &self,
         projection: &Projection,
@@ -141,7 +143,8 @@ impl SurfacePoint {
         }
     }
 
-    /// Correlates a template with the image at a pixel; `None` if it is not wholly inside or even.
+    /// Correlates a template with the image at a pixel; `None` if it is not completely inside or
+    /// uniform.
     #[inline(always)]
     fn likeness(
         &self,
@@ -155,9 +158,9 @@ impl SurfacePoint {
         Some(patch.iter().zip(template).map(|(a, b)| a * b).sum())
     }
 
-    /// Gives how far to the right and down of its middle the samples of the piece of surface reach, in
-    /// pixels of an image; `None` if it has no template at this resolution. `slope` says how its pixel
-    /// moves with the point.
+    /// Returns how far the samples of the piece of surface reach to the right and down of its
+    /// centre, in pixels of an image; `None` if it has no template at this resolution. `slope` is
+    /// the derivative of its pixel by the point.
     #[must_use]
     pub fn reach_px(&self, slope: &Matrix2x3<f64>, level: usize) -> Option<Vector2<f64>> {
         self.templates[level].as_ref()?;
@@ -184,8 +187,8 @@ impl SurfacePoint {
         }
         let (patch, length) = normalized(values)?;
         let correlation: f32 = patch.iter().zip(template).map(|(a, b)| a * b).sum();
-        // What a shift changes of the normalised patch: its gradients without their mean and without
-        // what only changes the contrast.
+        // The change of the normalised patch by a shift: its gradients without their mean and
+        // without the part that only changes the contrast.
         let (right, down) = (flattened(right, &patch, length), flattened(down, &patch, length));
         let dot =
             |a: &Patch, b: &Patch| f64::from(a.iter().zip(b).map(|(a, b)| a * b).sum::<f32>());
@@ -203,7 +206,7 @@ impl SurfacePoint {
         })
     }
 
-    /// Lays the samples over a level's plane; `None` if one lies outside.
+    /// Places the samples on a level's plane; `None` if one lies outside.
     #[inline(always)]
     fn grid(
         &self,
@@ -227,7 +230,7 @@ impl SurfacePoint {
     }
 }
 
-/// Where the samples of a patch lie.
+/// Positions of the samples of a patch.
 struct Grid {
     first: [f32; 2],
     right: [f32; 2],
@@ -254,7 +257,7 @@ impl Grid {
     }
 }
 
-/// Takes mean and length out of a patch, and gives the length; `None` if nothing is left.
+/// Normalises a patch and returns its length; `None` if nothing is left.
 #[inline(always)]
 fn normalized(values: Patch) -> Option<(Patch, f32)> {
     let mean = values.iter().sum::<f32>() / SAMPLES as f32;
@@ -263,7 +266,7 @@ fn normalized(values: Patch) -> Option<(Patch, f32)> {
     (length > 1e-3).then(|| (centered.map(|x| x / length), length))
 }
 
-/// Takes out of a patch's gradient what normalising takes out.
+/// Removes from a patch's gradient what normalisation removes.
 #[inline(always)]
 fn flattened(gradient: Patch, patch: &Patch, length: f32) -> Patch {
     let mean = gradient.iter().sum::<f32>() / SAMPLES as f32;
@@ -271,7 +274,7 @@ fn flattened(gradient: Patch, patch: &Patch, length: f32) -> Patch {
     std::array::from_fn(|i| (gradient[i] - mean - along * patch[i]) / length)
 }
 
-/// The axis to which a vector is least parallel.
+/// Returns the axis to which a vector is least parallel.
 fn least_axis(vector: &Vector3<f64>) -> Vector3<f64> {
     Vector3::ith(vector.iamin(), 1.0)
 }

@@ -7,8 +7,8 @@ use crate::shape::{Body, Grid, Quadric, QuadricGradient, Section, SectionGradien
 
 /// The volumetric overlap, intersection over union, between the body and a solid.
 ///
-/// The solid is cut into slices, and a slice is to an ellipsoid what an image is: each row of it
-/// holds one interval. So the sums over the union are those of the region score, slice by slice.
+/// The solid is cut into slices, and each slice is treated like an image: an ellipsoid covers one
+/// interval of each row. The sums over the union are those of the region score, slice by slice.
 #[derive(Debug, Clone)]
 pub struct Volume {
     grid: Grid,
@@ -45,7 +45,7 @@ impl Volume {
     }
 }
 
-/// A section with its place in the hypothesis and its first and last z.
+/// A section with its index in the hypothesis and its first and last z.
 type Reaching = (usize, Section, (f64, f64));
 
 fn sections(grid: &Grid, hypothesis: &[Quadric]) -> Vec<Reaching> {
@@ -56,7 +56,7 @@ fn sections(grid: &Grid, hypothesis: &[Quadric]) -> Vec<Reaching> {
     hypothesis.iter().take(Body::MAX_ELLIPSOIDS).enumerate().filter_map(section).collect()
 }
 
-/// Gives the sections that a slice cuts, with their places in the list.
+/// Returns the sections that a slice cuts, with their indices in the list.
 fn reaching(sections: &[Reaching], z: usize) -> impl Iterator<Item = (usize, &Section)> {
     let z = z as f64;
     let all = sections.iter().enumerate();
@@ -128,7 +128,7 @@ impl Evidence for Volume {
     }
 }
 
-/// A volume whose filled places no longer count.
+/// A volume with filled cells that no longer count.
 struct OpenVolume(Volume);
 
 impl Fitness for OpenVolume {

@@ -5,11 +5,11 @@ use super::ModelError;
 use crate::camera::{ImageView, RigError, View, check_image_size};
 use crate::shape::{Body, Ellipsoid};
 
-/// Gives each ellipsoid's colour (red, green, blue): the median over the object's pixels in which
-/// it is the foremost. One that is never seen takes the median of the whole object.
+/// Returns each ellipsoid's colour (red, green, blue): the median over the object's pixels in which
+/// it is foremost. An ellipsoid that is never seen gets the median of the whole object.
 ///
 /// # Errors
-/// If there is not one image a view or an image has not its view's size.
+/// If there is not one image per view or an image does not have its view's size.
 pub fn ellipsoid_colors(
     body: &Body,
     views: &[View<'_>],
@@ -33,7 +33,7 @@ pub fn ellipsoid_colors(
     Ok((0..count).map(|which| median(&seen(which)).or(whole).unwrap_or([0; 3])).collect())
 }
 
-/// Gives the median of each channel.
+/// Returns the median of each channel.
 fn median(colors: &[[u8; 3]]) -> Option<[u8; 3]> {
     let middle = |channel: usize| {
         let mut values: Vec<u8> = colors.iter().map(|rgb| rgb[channel]).collect();
@@ -43,7 +43,7 @@ fn median(colors: &[[u8; 3]]) -> Option<[u8; 3]> {
     (!colors.is_empty()).then(|| [0, 1, 2].map(middle))
 }
 
-/// Gives which ellipsoid is foremost, and the colour, at the object's pixels of every third row and
+/// Returns the foremost ellipsoid and the colour at the object's pixels in every third row and
 /// column, which are enough for a median.
 fn seen_in_view(body: &Body, view: &View<'_>, image: &ImageView<'_>) -> Vec<(usize, [u8; 3])> {
     let camera_from_world = view.world_from_camera().inverse();
@@ -69,7 +69,7 @@ fn seen_in_view(body: &Body, view: &View<'_>, image: &ImageView<'_>) -> Vec<(usi
     seen
 }
 
-/// An ellipsoid in a camera's frame, ready to be met by rays from its centre.
+/// An ellipsoid in a camera's frame, prepared for intersection with rays from its centre.
 struct Surface {
     unit_from_camera: Matrix3<f64>,
     center: Vector3<f64>,
@@ -77,12 +77,12 @@ struct Surface {
 
 impl Surface {
     fn new(in_camera: &Ellipsoid) -> Self {
-        // Radii are positive, so that the factor has an inverse.
+        // Radii are positive, so the factor has an inverse.
         let inverse = in_camera.factor().try_inverse().unwrap_or_default();
         Self { unit_from_camera: inverse, center: inverse * in_camera.center() }
     }
 
-    /// Gives the depth at which a ray with z = 1 enters, if it does.
+    /// Returns the depth at which a ray with z = 1 enters, if it does.
     fn depth(&self, ray: &Vector3<f64>) -> Option<f64> {
         let ray = self.unit_from_camera * ray;
         let (square, along) = (ray.norm_squared(), ray.dot(&self.center));

@@ -6,37 +6,37 @@ use crate::fitness::RangeSample;
 use crate::pose::even_direction;
 use crate::shape::{Body, Ellipsoid};
 
-/// Which share of a body's surface was seen.
+/// The share of a body's surface that was seen.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Coverage {
-    /// Share of each ellipsoid's exposed surface; 1 for one that other ellipsoids hide wholly.
+    /// Share of each ellipsoid's exposed surface; 1 for an ellipsoid that others hide completely.
     pub by_ellipsoid: Vec<f64>,
     /// Share of the whole surface.
     pub share: f64,
-    /// Unit vector, in the object's frame, to the side that was not seen; `None` if all of it was,
-    /// or if what was not seen lies all around.
+    /// Unit vector, in the object's frame, towards the unseen side; `None` if everything was seen,
+    /// or if the unseen parts lie all around.
     pub unseen_toward: Option<[f64; 3]>,
 }
 
-/// Places on each ellipsoid at which it is asked what was seen.
+/// Sample positions on each ellipsoid.
 const PLACES: usize = 240;
-/// A surface counts as seen if a point was seen within this share of the body's size.
+/// A position counts as seen if a point was measured within this share of the body's size.
 const NEAR: f64 = 0.12;
-/// Length of the mean normal of what was not seen, 0 to 1, below which that lies on no one side. It
-/// is 0.5 for half a ball, and 0 for opposite sides.
+/// Length of the mean normal of the unseen surface, 0 to 1, below which it lies on no particular
+/// side. It is 0.5 for half a ball, and 0 for opposite sides.
 const LEAST_LEAN: f64 = 0.2;
 
-/// A place on the body's surface.
+/// A position on the body's surface.
 struct Place {
     point: Vector3<f64>,
     normal: Vector3<f64>,
     area: f64,
 }
 
-/// Says how much of a body's surface a camera or a line of sight has seen.
+/// Computes how much of a body's surface a camera or a line of sight has seen.
 ///
-/// A place is seen by a camera in front of it if its projection lies in the image and no other part
-/// of the body is in between.
+/// A position in front of a camera is seen if it projects into the image and no other part of the
+/// body is in between.
 #[must_use]
 pub fn coverage(body: &Body, views: &[View<'_>], samples: &[RangeSample]) -> Coverage {
     let ellipsoids = body.in_world();
@@ -70,7 +70,7 @@ pub fn coverage(body: &Body, views: &[View<'_>], samples: &[RangeSample]) -> Cov
     }
 }
 
-/// Gives the share of the places' area that was seen; 1 where there is none.
+/// Returns the share of the positions' area that was seen; 1 if there is none.
 fn share<'a>(places: impl IntoIterator<Item = &'a (Place, bool)>) -> f64 {
     let (mut seen, mut all) = (0.0, 0.0);
     for (place, is_seen) in places {
@@ -80,7 +80,7 @@ fn share<'a>(places: impl IntoIterator<Item = &'a (Place, bool)>) -> f64 {
     if all > 0.0 { seen / all } else { 1.0 }
 }
 
-/// Gives the side on which places lie, if they lie on one.
+/// Returns the direction of the side on which positions lie, if they lie on one.
 fn side_of<'a>(places: impl Iterator<Item = &'a Place>) -> Option<Vector3<f64>> {
     let (mut toward, mut area) = (Vector3::zeros(), 0.0);
     for place in places {
@@ -90,10 +90,10 @@ fn side_of<'a>(places: impl Iterator<Item = &'a Place>) -> Option<Vector3<f64>> 
     toward.try_normalize((LEAST_LEAN * area).max(f64::MIN_POSITIVE))
 }
 
-/// Spreads places over an ellipsoid, each with the area it stands for.
+/// Spreads positions over an ellipsoid, each with the area it represents.
 fn places(ellipsoid: &Ellipsoid) -> Vec<Place> {
     let factor = ellipsoid.factor();
-    // Radii are positive, so that the factor has an inverse.
+    // Radii are positive, so the factor has an inverse.
     let turned = factor.try_inverse().unwrap_or_default().transpose();
     let place = |i: usize| {
         let unit = even_direction(i, 1.0 - 2.0 * (i as f64 + 0.5) / PLACES as f64);

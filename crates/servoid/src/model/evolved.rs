@@ -5,13 +5,13 @@ use super::{ModelError, ModelInput, Settings};
 use crate::pose::Pose;
 use crate::shape::{Ellipsoid, Quadric};
 
-/// Steps of a climb that fits all ellipsoids together.
+/// Steps of an ascent that fits all ellipsoids together.
 const STEPS: usize = 60;
-/// Loss of fitness for which an ellipsoid is given up.
+/// Loss of fitness up to which an ellipsoid is removed.
 const WORTHLESS: f64 = 5e-4;
 
-/// Lets the ellipsoids of an object evolve in its own frame, in which everything is given: fits them
-/// to what is known now, gives up those that nothing speaks for, and adds one where that earns δ.
+/// Evolves the ellipsoids of an object in its own frame, in which all evidence is given: fits them
+/// to the current evidence, removes those that do not contribute, and adds one where that gains δ.
 /// The frame does not move.
 ///
 /// # Errors
@@ -39,7 +39,7 @@ pub fn evolved(
     Ok(scene.ellipsoids(&fit.quadrics))
 }
 
-/// Takes ellipsoids away as long as the others do as well without.
+/// Removes ellipsoids as long as the others fit as well without.
 fn lean(scene: &Scene, mut fit: Fit) -> Fit {
     while fit.quadrics.len() > 1 {
         let without = |gone: usize| refine(&scene.middle, &fit.without(&[gone]), STEPS / 4);

@@ -15,46 +15,48 @@ use crate::fitness::{ColorModel, Likelihood, LikelihoodView, RangeSample, Total}
 use crate::pose::Pose;
 use crate::shape::{Body, Projection, silhouette};
 
-/// A picture that does not say where the object is.
+/// An image in which the object is not marked.
 #[derive(Debug, Clone, Copy)]
 pub struct UnmaskedImage<'a> {
     /// The camera.
     pub camera: Camera,
     /// Its pose.
     pub world_from_camera: Pose,
-    /// What it saw.
+    /// Its image.
     pub image: ImageView<'a>,
 }
 
 impl UnmaskedImage<'_> {
-    /// Passes the picture on if its image has the camera's size.
+    /// Returns the image if it has the camera's size.
     ///
     /// # Errors
-    /// If it has another.
+    /// If it has another size.
     pub fn checked(self) -> Result<Self, ModelError> {
         check_image_size(0, self.camera.size_px(), self.image)?;
         Ok(self)
     }
 }
 
-/// Pixels that the object's longer side spans after shrinking.
+/// Length of the object's longer side after shrinking, in pixels.
 const EXTENT_PX: f64 = 64.0;
-/// What a mask's pixel says, in nats.
+/// Score of a pixel of a mask, in nats.
 const MASK_SCORE: f64 = 2.0;
-/// The most that a colour may say.
+/// Largest score of a colour, in nats.
 const COLOR_SCORE: f64 = 3.0;
-/// Most views that are looked at.
+/// Most views that are used.
 const MOST_VIEWS: usize = 24;
 
-/// Models the object roughly from few pictures that say where it is and others that do not: the
-/// first teach the object's colours and those beside it, by which it is sought in the others.
+/// Computes an initial model from a few images in which the object is marked and others in which it
+/// is not: the marked images teach the colours of the object and of its surroundings, by which it
+/// is found in the others.
 ///
-/// Seen points of the surface, if there are any, say where to look; else it is where the lines of
-/// sight to the masks come closest to each other and to the middles of the other pictures.
+/// Measured points of the surface, if there are any, give the object's position. Otherwise it is
+/// where the lines of sight to the masks come closest to each other and to the centres of the other
+/// images.
 ///
 /// # Errors
-/// If no picture says where the object is, the place of the object is open, or an image has not its
-/// camera's size.
+/// If the object is marked in no image, its position is not determined, or an image does not have
+/// its camera's size.
 pub fn initial_body(
     marked: &[(View<'_>, ImageView<'_>)],
     unmasked: &[UnmaskedImage<'_>],
@@ -67,13 +69,13 @@ pub fn initial_body(
     workers(settings.threads)?.install(|| {
         let frame = Frame::new(marked, &some, samples)?;
         let one = Settings { max_ellipsoids: 1, ..settings };
-        // What lies beside one ellipsoid in the other pictures teaches the background there.
+        // What surrounds the one ellipsoid in the other images teaches the background there.
         let coarse = frame.fit(marked, &some, &colors(marked, &[], None)?, &one)?;
         frame.fit(marked, &some, &colors(marked, &some, Some(&coarse))?, &settings)
     })
 }
 
-/// Learns colours where the object is marked and, with a body, where that is seen.
+/// Learns colours where the object is marked and, if a body is given, where that body is seen.
 fn colors(
     marked: &[(View<'_>, ImageView<'_>)],
     unmasked: &[UnmaskedImage<'_>],
@@ -92,13 +94,13 @@ fn colors(
     Ok(ColorModel::learn(&pairs)?)
 }
 
-/// Looks at a silhouette as a mask; one that leaves the image, or fills it, teaches nothing.
+/// Interprets a silhouette as a mask; none if it lies outside the image, or fills it.
 fn drawn_mask<'a>(pixels: &'a [u8], one: &UnmaskedImage<'_>) -> Option<Mask<'a>> {
     let image = ImageView::new(pixels, one.camera.size_px(), Channels::Grey).ok()?;
     Mask::new(image).ok()
 }
 
-/// The frame and the unit in which an initial body is sought.
+/// The frame and the unit in which an initial body is fitted.
 struct Frame {
     world_from_scene: Pose,
     unit: f64,
@@ -167,7 +169,7 @@ impl Frame {
     }
 }
 
-/// Guesses where the object is.
+/// Estimates the object's position.
 fn place(
     views: &[View<'_>],
     unmasked: &[UnmaskedImage<'_>],
@@ -195,7 +197,7 @@ fn place(
     if open { Err(ModelError::NoBaseline) } else { Ok(pose.translation() + sight * depth) }
 }
 
-/// Shrinks a picture so that the object spans about [`EXTENT_PX`].
+/// Shrinks an image so that the object spans about [`EXTENT_PX`].
 fn shrunk(
     camera: &Camera,
     (rotation, translation): &CameraFromScene,

@@ -4,21 +4,21 @@ use crate::changing::changeable;
 use crate::fitness::RangeSample;
 use crate::shape::Mesh;
 
-/// What modelling starts from; at least one part must say something.
+/// The evidence to model from; at least one part must not be empty.
 #[derive(Debug, Clone, Copy, Default)]
 #[non_exhaustive]
 pub struct ModelInput<'a> {
-    /// Pictures that say where the object is.
+    /// Images in which the object is marked.
     pub views: &'a [View<'a>],
-    /// The object's surface, whole and closed.
+    /// The object's complete, closed surface.
     pub mesh: Option<&'a Mesh>,
-    /// Points of its surface that were seen.
+    /// Measured points of its surface.
     pub samples: &'a [RangeSample],
-    /// How often each of them counts.
+    /// Weight of each kind of evidence.
     pub weights: Weights,
 }
 
-/// How often each kind of evidence counts: with weight 2 it speaks as if it had been seen twice.
+/// Weight of each kind of evidence: with weight 2 it counts as if it had been observed twice.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct Weights {
@@ -26,14 +26,14 @@ pub struct Weights {
     pub silhouettes: f64,
     /// The volume of a mesh.
     pub volume: f64,
-    /// Seen points of the surface.
+    /// Measured points of the surface.
     pub depth: f64,
 }
 
 changeable!(ModelInput<'_>, Weights);
 
 impl Weights {
-    /// Checks that each is a number of at least 0.
+    /// Checks that each weight is a number of at least 0.
     pub(super) fn check(&self) -> Result<(), ModelError> {
         let Self { silhouettes, volume, depth } = *self;
         for (name, given) in

@@ -6,10 +6,11 @@ use crate::camera::{Mask, View};
 use crate::fitness::{Overlap, OverlapView};
 use crate::shape::Projection;
 
-/// How much of the views a level keeps.
+/// How much of the evidence a level uses.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Resolution {
-    /// Pixels that the object's longer side spans; a picture in which it is smaller stays as it is.
+    /// Length of the object's longer side in pixels; an image in which it is smaller is not
+    /// changed.
     pub extent_px: usize,
     /// Most views.
     pub views: usize,
@@ -29,10 +30,10 @@ pub(super) const FINEST: Resolution =
 /// Background kept around the object, as a share of its longer side.
 const MARGIN: f64 = 0.3;
 
-/// A camera's rotation and translation from the scene.
+/// Rotation and translation from the scene to a camera.
 pub(super) type CameraFromScene = (Matrix3<f64>, Vector3<f64>);
 
-/// Cuts views to the object, shrinks them and makes a score of bodies of them.
+/// Crops views to the object, shrinks them and makes an overlap score of them.
 pub(super) fn overlap(
     views: &[(&View<'_>, &CameraFromScene)],
     extent_px: usize,
@@ -44,8 +45,8 @@ pub(super) fn overlap(
     Ok(Overlap::new(views))
 }
 
-/// Shrinks the masks of a scene that is the world until the object's longer side spans about
-/// `extent_px` pixels in each, and makes a score of bodies of them.
+/// Shrinks the masks of a scene whose frame is the world until the object's longer side spans about
+/// `extent_px` pixels in each, and makes an overlap score of them.
 pub(crate) fn shrunk_overlap(views: &[View<'_>], extent_px: usize) -> Result<Overlap, ModelError> {
     let camera = |view: &View<'_>| {
         let camera_from_world = view.world_from_camera().inverse();
@@ -79,8 +80,8 @@ fn shrunk(
     })
 }
 
-/// Averages the mask over blocks of `shrink` x `shrink` pixels; a block that the border cuts is
-/// averaged over what it has.
+/// Averages the mask over blocks of `shrink` x `shrink` pixels; a block cut by the border is
+/// averaged over its remaining pixels.
 fn fill_shares(
     mask: &Mask<'_>,
     corner: [usize; 2],
@@ -104,7 +105,7 @@ fn fill_shares(
     out
 }
 
-/// Averages what `value(u, v)` says over blocks of `shrink` x `shrink` pixels.
+/// Averages `value(u, v)` over blocks of `shrink` x `shrink` pixels.
 pub(super) fn block_means(
     [width, height]: [usize; 2],
     shrink: usize,

@@ -1,4 +1,5 @@
-//! Observations become a body: the progressive flow of the paper's Fig. 1, and what makes it fast.
+//! Computes a body from observations: the progressive flow of the paper's Fig. 1, and what makes it
+//! fast.
 
 mod color;
 mod coverage;
@@ -27,19 +28,19 @@ pub use synthetic_views::{SyntheticView, half_ball_direction};
 
 use crate::words::{Digits, were};
 
-/// Why no body comes out.
+/// Why an object cannot be modelled.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ModelError {
     /// There are too few views.
     #[error(
-        "modelling needs at least two views from different places, but {} {} given: one picture \
-         cannot tell a small near object from a large far one",
+        "modelling needs at least two views from different places, but {} {} given: one image \
+         cannot distinguish a small near object from a large far one",
         .0,
         were(*.0)
     )]
     TooFewViews(usize),
-    /// There are too few seen points, and no views.
+    /// There are too few measured points, and no views.
     #[error(
         "modelling needs at least {least} points of the surface, but {given} {} given; measure more",
         were(*given)
@@ -47,14 +48,14 @@ pub enum ModelError {
     TooFewRangeSamples {
         /// Points given.
         given: usize,
-        /// Points that are needed.
+        /// Points required.
         least: usize,
     },
-    /// The lines of sight are parallel or the cameras stand at one place.
+    /// The lines of sight are parallel or the cameras are at one position.
     #[error(
-        "the views' lines of sight to the object are parallel or start at one place, so its \
-         distance is open: pictures cannot tell a small near object from a large far one; add views \
-         from other places, and check that each has its own pose"
+        "the views' lines of sight to the object are parallel or start at one position, so its \
+         distance is not determined: images cannot distinguish a small near object from a large \
+         far one; add views from other positions, and check that each has its own pose"
     )]
     NoBaseline,
     /// Every kind of evidence has weight 0.
@@ -71,7 +72,7 @@ pub enum ModelError {
     NoCommonPoint {
         /// Where the lines of sight come closest.
         point: [f64; 3],
-        /// The first view that disagrees, by its place in the list of used views.
+        /// Index of the first view that disagrees, in the list of used views.
         view: usize,
         /// How it disagrees.
         what: &'static str,
@@ -86,28 +87,28 @@ pub enum ModelError {
         /// What was given.
         given: String,
     },
-    /// A picture shows nothing of the object.
+    /// An image does not show the object.
     #[error(transparent)]
     Picture(#[from] crate::camera::ImageError),
     /// An image does not fit its view.
     #[error(transparent)]
     Image(#[from] crate::camera::RigError),
-    /// A camera cannot be cut to the object.
+    /// A camera cannot be cropped to the object.
     #[error(transparent)]
     Camera(#[from] crate::camera::CameraError),
-    /// The views make no points term.
+    /// The views do not make a points term.
     #[error(transparent)]
     Points(#[from] crate::fitness::PointsError),
-    /// The search was misconfigured.
+    /// A setting of the search is out of its range.
     #[error(transparent)]
     Search(#[from] crate::evolve::GaError),
-    /// The ellipsoids make no body.
+    /// The ellipsoids do not make a body.
     #[error(transparent)]
     Shape(#[from] crate::shape::ShapeError),
     /// The worker threads could not be started.
-    #[error("{0} worker threads could not be started; ask for fewer")]
+    #[error("{0} worker threads could not be started; use fewer")]
     Threads(usize),
-    /// The caller's progress callback asked to stop.
+    /// The caller's progress callback requested a stop.
     #[error("modelling was stopped")]
     Stopped,
 }

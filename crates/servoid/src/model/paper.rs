@@ -11,7 +11,7 @@ use crate::fitness::{Margin, Points, PointsView};
 use crate::pose::{Pose, even_turn};
 use crate::shape::{Body, Ellipsoid};
 
-/// How the paper's own method proceeds. The paper gives none of these numbers.
+/// Settings of the paper's own method. The paper gives none of these numbers.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct PaperSettings {
@@ -21,15 +21,15 @@ pub struct PaperSettings {
     pub delta: f64,
     /// Seed of every search.
     pub seed: u64,
-    /// Worker threads; 0 takes as many as the machine has. The result does not depend on it.
+    /// Worker threads; 0 uses as many as the machine has. The result does not depend on it.
     pub threads: usize,
     /// m: points on each surface, and on each envelope.
     pub points: usize,
-    /// α: by how much an envelope's radii exceed its ellipsoid's.
+    /// α: the amount by which an envelope's radii exceed its ellipsoid's.
     pub alpha: Margin,
     /// Generations for each ellipsoid.
     pub generations: usize,
-    /// How the population breeds.
+    /// Settings of the genetic algorithm.
     pub search: GaSettings,
 }
 
@@ -51,10 +51,10 @@ impl Default for PaperSettings {
 }
 
 impl PaperSettings {
-    /// Passes the settings on if they are in their ranges.
+    /// Returns the settings if all are in their ranges.
     ///
     /// # Errors
-    /// If one is not.
+    /// If a setting is out of its range.
     pub fn checked(self) -> Result<Self, ModelError> {
         check_common(self.max_ellipsoids, self.delta)?;
         check_count("generations", self.generations, 1)?;
@@ -63,16 +63,16 @@ impl PaperSettings {
     }
 }
 
-/// How far from the common point of the lines of sight a first centre is sought, along each axis
-/// of the first camera, and the radii that are sought, in the object's mean radius.
+/// Search range of the first centre around the common point of the lines of sight, along each axis
+/// of the first camera, and range of the radii, both in the object's mean radius.
 const REACH: f64 = 2.0;
 const RADII: (f64, f64) = (0.15, 2.5);
 
 /// Models by the paper's own method, the baseline: its points term and a plain genetic algorithm,
-/// in the flow of its Fig. 1. Each view's mask says which pixels have the target's hue.
+/// in the flow of its Fig. 1. Each view's mask marks the pixels with the target's hue.
 ///
 /// The first ellipsoid is the largest that fits into the hue; the centres of all others lie on the
-/// surface of the first. An ellipsoid that was found is not moved again. The fitness is a plain
+/// surface of the first. An ellipsoid is not moved again once it is found. The fitness is a plain
 /// sum over the ellipsoids, in which nothing keeps a later one away from what others cover.
 ///
 /// # Errors
@@ -101,11 +101,11 @@ pub fn paper(
     })
 }
 
-/// Poses that one thread scores in a row.
+/// Poses that one thread scores in a batch.
 const PIECE: usize = 256;
 
 /// Scores a body at poses by the points term; of the settings only `points`, `alpha` and `threads`
-/// count. On any number of threads the bits are the same.
+/// matter. The bits are the same on any number of threads.
 ///
 /// # Errors
 /// If there is no view, or a setting is out of its range.
@@ -133,7 +133,7 @@ fn points_of<'a>(views: &[View<'a>], settings: &PaperSettings) -> Result<Points<
     Ok(Points::new(eyes, settings.points, settings.alpha)?)
 }
 
-/// What every ellipsoid is sought with.
+/// Data of the search for each ellipsoid.
 struct Search<'a> {
     points: Points<'a>,
     settings: &'a PaperSettings,
@@ -158,7 +158,7 @@ impl<'a> Search<'a> {
         Ok(Self { points, settings, world_from_box, unit, progress })
     }
 
-    /// Evolves one more ellipsoid. Those that stand add the same to every candidate's F, so only
+    /// Evolves one more ellipsoid. The existing ones add the same to every candidate's F, so only
     /// the candidates are scored.
     fn next(&mut self, standing: &[Ellipsoid], reached: f64) -> Result<Ellipsoid, ModelError> {
         let PaperSettings { generations, max_ellipsoids, seed, search, .. } = *self.settings;
@@ -181,8 +181,9 @@ impl<'a> Search<'a> {
         self.decode(&ga.best().genes, standing.first())
     }
 
-    /// Reads the genes of an ellipsoid: place (3), logarithms of the radii (3), turn (3). The place
-    /// is a point of the box or, once there is a first ellipsoid, a direction to its surface.
+    /// Decodes the genes of an ellipsoid: position (3), logarithms of the radii (3), rotation (3).
+    /// The position is a point of the box or, once there is a first ellipsoid, a direction to its
+    /// surface.
     fn decode(&self, genes: &[f64], first: Option<&Ellipsoid>) -> Result<Ellipsoid, ModelError> {
         let place = Vector3::new(genes[0], genes[1], genes[2]);
         let center = match first {

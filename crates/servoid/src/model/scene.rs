@@ -8,30 +8,31 @@ use crate::fitness::{Extent, RangeSample, RangeSamples, Total, Volume};
 use crate::pose::Pose;
 use crate::shape::{Body, Ellipsoid, Mesh, Quadric, silhouette};
 
-/// What was given, in a frame and a unit of its own: for views the axes of the first camera and the
-/// point where the lines of sight meet, for a mesh its principal frame; the object's mean radius is
-/// the unit. Whatever moves, turns or scales the world leaves it as it is, and so the search that
-/// runs in it.
+/// The evidence in a frame and a unit of its own. For views the frame has the axes of the first
+/// camera and its origin where the lines of sight meet, for a mesh it is the principal frame; the
+/// unit is the object's mean radius. Moving, rotating or scaling the world does not change the
+/// scene, nor the search that runs in it.
 pub(super) struct Scene {
     pub world_from_scene: Pose,
     pub unit: f64,
-    /// On which searches run.
+    /// For searches.
     pub coarse: Objective,
-    /// On which their finalists are compared.
+    /// For comparing their finalists.
     pub middle: Objective,
-    /// Everything, for the last touch.
+    /// All of the evidence, for the final fit.
     pub finest: Objective,
 }
 
-/// Below this share of the unit a radius is no solid.
+/// Smallest radius of a solid ellipsoid, as a share of the unit.
 const LEAST_RADIUS: f64 = 1e-3;
-/// How far before (if the eye is not farther) and behind a seen surface places are judged, in the
-/// scene's unit.
+/// Distances before (unless the eye is farther) and behind a measured surface within which
+/// positions are scored, in the scene's unit.
 const SIGHT_BEFORE: f64 = 0.6;
 const SIGHT_BEHIND: f64 = 0.25;
-/// Nothing that is kept around a solid, as a share of its longest side.
+/// Empty margin around a solid, as a share of its longest side.
 const MARGIN: f64 = 0.2;
-/// Voxels across a solid's mean thickness that are wanted, and most along its side for that.
+/// Desired number of voxels across a solid's mean thickness, and most voxels along its side for
+/// that.
 const VOXELS_ACROSS: f64 = 3.0;
 const MOST_COARSE_VOXELS: usize = 48;
 
@@ -41,7 +42,7 @@ impl Scene {
         Self::in_frame(given, world_from_scene, unit)
     }
 
-    /// Prepares what was given in a frame and a unit that were chosen before.
+    /// Prepares the evidence in a given frame and unit.
     pub fn in_frame(
         given: &ModelInput<'_>,
         world_from_scene: Pose,
@@ -57,7 +58,7 @@ impl Scene {
         Ok(Self { world_from_scene, unit, coarse, middle, finest })
     }
 
-    /// Carries ellipsoids back to the world.
+    /// Transforms ellipsoids to the world.
     pub fn ellipsoids(&self, quadrics: &[Quadric]) -> Vec<Ellipsoid> {
         let solid = |q: &Quadric| {
             Ellipsoid::from_quadric(q, LEAST_RADIUS).transformed(&self.world_from_scene, self.unit)
@@ -65,13 +66,13 @@ impl Scene {
         quadrics.iter().map(solid).collect()
     }
 
-    /// Carries ellipsoids back to the world and makes them a body.
+    /// Transforms ellipsoids to the world and makes them a body.
     pub fn body(&self, quadrics: &[Quadric]) -> Result<Body, ModelError> {
         Ok(Body::around(&self.ellipsoids(quadrics))?)
     }
 }
 
-/// Chooses the frame and the unit.
+/// Selects the frame and the unit.
 fn frame_and_unit(given: &ModelInput<'_>) -> Result<(Pose, f64), ModelError> {
     if let Some(mesh) = given.mesh {
         return Ok((mesh.principal_frame(), mesh.extent()));
@@ -79,7 +80,7 @@ fn frame_and_unit(given: &ModelInput<'_>) -> Result<(Pose, f64), ModelError> {
     let has_samples = given.samples.len() >= LEAST_SAMPLES;
     if given.views.len() >= 2 {
         match common_point(given.views) {
-            // Depth says how far the object is, also where all views are from one place.
+            // Depth gives the object's distance, even if all views are from one position.
             Err(ModelError::NoBaseline) if has_samples => {}
             found => return Ok(about_views(given.views, found?)),
         }
@@ -96,16 +97,16 @@ fn frame_and_unit(given: &ModelInput<'_>) -> Result<(Pose, f64), ModelError> {
     Err(ModelError::TooFewViews(given.views.len()))
 }
 
-/// Gives the axes of the first camera at the views' common point, and the object's mean radius.
+/// Returns the axes of the first camera at the views' common point, and the object's mean radius.
 fn about_views(views: &[View<'_>], origin: Vector3<f64>) -> (Pose, f64) {
     let rotation = views[0].world_from_camera().rotation();
     (Pose::from_rotation(rotation, origin), mean_radius(views, &origin))
 }
 
-/// Fewer seen points than this say nothing of a shape.
+/// Fewer measured points than this do not determine a shape.
 const LEAST_SAMPLES: usize = 50;
 
-/// Gives the principal frame of seen points and their mean distance from its origin.
+/// Returns the principal frame of measured points and their mean distance from its origin.
 fn about_samples(samples: &[RangeSample]) -> (Pose, f64) {
     let count = samples.len() as f64;
     let centroid = samples.iter().map(|sample| sample.point).sum::<Vector3<f64>>() / count;
@@ -116,25 +117,25 @@ fn about_samples(samples: &[RangeSample]) -> (Pose, f64) {
     (Pose::principal(centroid, &spread, lean), radius)
 }
 
-/// What a unit of anisotropy costs in F: so little that it only decides where the views do not; more
-/// where all views look from one side, which leaves the thickness open.
+/// Cost of a unit of anisotropy in F: small enough to matter only where the views do not decide;
+/// larger if all views look from one side, which does not constrain the thickness.
 pub(super) const ANISOTROPY_COST: f64 = 3e-4;
 const ONE_LOOK_COST: f64 = 3e-3;
-/// Cosine of the angle between views beyond which they look from more than one side.
+/// Cosine of the angle between two views below which they look from different sides.
 const ONE_SIDE: f64 = 0.7;
 
-/// Says whether views look from more than one side.
+/// Returns whether views look from more than one side.
 fn wide(cameras: &[CameraFromScene]) -> bool {
     let directions: Vec<_> = cameras.iter().map(direction).collect();
     directions.iter().any(|one| directions.iter().any(|two| one.dot(two) < ONE_SIDE))
 }
 
-/// Gives the direction from the origin to a camera.
+/// Returns the direction from the origin to a camera.
 fn direction((rotation, translation): &CameraFromScene) -> Vector3<f64> {
     -(rotation.transpose() * translation).normalize()
 }
 
-/// What was given, carried to the scene's frame and unit.
+/// The evidence in the scene's frame and unit.
 struct Prepared<'a> {
     given: &'a ModelInput<'a>,
     cameras: Vec<CameraFromScene>,
@@ -190,14 +191,14 @@ impl<'a> Prepared<'a> {
         let settled = whole || wide(&self.cameras);
         let anisotropy_cost = if settled { ANISOTROPY_COST } else { ONE_LOOK_COST };
         let extent = if settled { None } else { self.extent };
-        // A volume has so many rows that its slope is smooth, and a climb soon near its end.
+        // A volume has so many rows that its slope is smooth, and an ascent soon converges.
         let least_gain = if whole { 5e-6 } else { 1e-6 };
         Ok(Objective { total, anisotropy_cost, extent, least_gain })
     }
 }
 
-/// Gives rotation and translation from the scene to a camera, in the scene's unit, rounded so that
-/// the same scene seen in another world has the same bits.
+/// Returns rotation and translation from the scene to a camera, in the scene's unit, rounded so
+/// that the same scene in another world frame has the same bits.
 pub(super) fn camera_from_scene(
     world_from_camera: &Pose,
     world_from_scene: &Pose,
@@ -209,8 +210,8 @@ pub(super) fn camera_from_scene(
     (pose.rotation_matrix().map(rounded), (pose.translation() / unit).map(rounded))
 }
 
-/// Orders views so that the first n look from as different directions as n views can: each next
-/// one is the farthest from all before it.
+/// Orders views so that the first n have the most different directions: each next one is the
+/// farthest from all before it.
 fn spread_out(cameras: &[CameraFromScene]) -> Vec<usize> {
     let directions: Vec<Vector3<f64>> = cameras.iter().map(direction).collect();
     if directions.is_empty() {
@@ -219,7 +220,7 @@ fn spread_out(cameras: &[CameraFromScene]) -> Vec<usize> {
     let mut order = vec![0];
     let mut nearest: Vec<f64> = directions.iter().map(|d| (d - directions[0]).norm()).collect();
     while order.len() < directions.len() {
-        // Chosen ones are nearest to themselves; marking them keeps twins from coming twice.
+        // Selected ones are nearest to themselves; marking them prevents selecting twins twice.
         order.iter().for_each(|&chosen| nearest[chosen] = -1.0);
         let farthest = (0..nearest.len()).rev().max_by(|&a, &b| nearest[a].total_cmp(&nearest[b]));
         let Some(next) = farthest else { break };
@@ -252,13 +253,13 @@ pub(super) fn common_point(views: &[View<'_>]) -> Result<Vector3<f64>, ModelErro
     Ok(point)
 }
 
-/// Least distance between cameras, as a share of theirs from the object and from the world's origin:
-/// a thousandth of a radian of parallax, and what is left of rounding.
+/// Least distance between cameras, as a share of their distance from the object and from the
+/// world's origin: a thousandth of a radian of parallax, and the remaining rounding error.
 const LEAST_PARALLAX: f64 = 1e-3;
 const LEAST_APART: f64 = 1e-9;
 
-/// Says whether cameras stand at different places, as seen from a point. Where all stand at one,
-/// their lines of sight meet in it, whatever the masks are.
+/// Returns whether cameras are at different positions, as seen from a point. If all are at one
+/// position, their lines of sight meet there, whatever the masks are.
 fn is_apart(views: &[View<'_>], point: &Vector3<f64>) -> bool {
     let places: Vec<_> = views.iter().map(|view| view.world_from_camera().translation()).collect();
     let far =
@@ -267,14 +268,14 @@ fn is_apart(views: &[View<'_>], point: &Vector3<f64>) -> bool {
     apart > LEAST_PARALLAX * far(point) && apart > LEAST_APART * far(&Vector3::zeros())
 }
 
-/// Gives the direction, in the world, in which a view sees its mask's centre.
+/// Returns the direction, in the world, in which a view sees its mask's centre.
 pub(super) fn line_of_sight(view: &View<'_>) -> Vector3<f64> {
     let ray = view.camera().ray(view.mask().centroid_px()).normalize();
     view.world_from_camera().rotation() * ray
 }
 
-/// Says how a view contradicts an object at a point: it must lie in front of the camera and be
-/// seen within one mask's size of the mask.
+/// Returns how a view contradicts an object at a point, if it does: the point must lie in front of
+/// the camera and project to within one mask's size of the mask.
 fn disagreement(view: &View<'_>, point: &Vector3<f64>) -> Option<&'static str> {
     let in_camera = view.world_from_camera().inverse().transform(point);
     let Some(pixel) = view.camera().project(&in_camera) else {
@@ -288,7 +289,7 @@ fn disagreement(view: &View<'_>, point: &Vector3<f64>) -> Option<&'static str> {
     (!(near(0) && near(1))).then_some("sees far from its mask")
 }
 
-/// Gives the median radius of the discs that fill as many pixels as the masks.
+/// Returns the median radius of the discs with the areas of the masks.
 pub(super) fn mean_radius(views: &[View<'_>], origin: &Vector3<f64>) -> f64 {
     let radius = |view: &View<'_>| {
         let depth = view.world_from_camera().inverse().transform(origin).z;
@@ -300,7 +301,7 @@ pub(super) fn mean_radius(views: &[View<'_>], origin: &Vector3<f64>) -> f64 {
     radii[radii.len() / 2]
 }
 
-/// Gives the intersection over union of the body's silhouette and the mask in each view, pixel by
+/// Returns the intersection over union of the body's silhouette and the mask in each view, pixel by
 /// pixel.
 #[must_use]
 pub fn silhouette_ious(body: &Body, views: &[View<'_>]) -> Vec<f64> {

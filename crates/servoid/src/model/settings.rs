@@ -4,42 +4,42 @@ use crate::evolve::GaSettings;
 use crate::parallel::{Pool, pool};
 use crate::shape::Body;
 
-/// How modelling proceeds.
+/// Settings of modelling.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct Settings {
     /// Most ellipsoids.
     pub max_ellipsoids: usize,
-    /// Modelling stops when another ellipsoid raises F by less; 0 goes on to the maximum.
+    /// Modelling stops when another ellipsoid raises F by less; with 0 it continues to the maximum.
     pub delta: f64,
-    /// Whether a part of the evidence is held out to choose the count by, where there is enough of
-    /// it; δ is then what an ellipsoid must earn there.
+    /// Whether a part of the evidence is held out to select the number of ellipsoids, if there is
+    /// enough of it; δ is then the gain that each ellipsoid must reach there.
     pub held_out: bool,
     /// Seed of every search.
     pub seed: u64,
-    /// Worker threads; 0 takes as many as the machine has. The result does not depend on it.
+    /// Worker threads; 0 uses as many as the machine has. The result does not depend on it.
     pub threads: usize,
-    /// Places that are searched independently for each new ellipsoid.
+    /// Independent searches for each new ellipsoid.
     pub islands: usize,
-    /// Splits of standing ellipsoids that are tried for each new one.
+    /// Splits of existing ellipsoids that are tried for each new one.
     pub splits: usize,
     /// Generations of each search.
     pub generations: usize,
-    /// How each search breeds.
+    /// Settings of the genetic algorithm.
     pub search: GaSettings,
-    /// Rounds, for each count, in which ellipsoids are taken out and sought anew.
+    /// Rounds, for each number of ellipsoids, in which some are removed and searched anew.
     pub reseeds: usize,
-    /// Single ellipsoids that each such round tries to take out.
+    /// Single ellipsoids that each such round tries to remove.
     pub singles: usize,
-    /// Pairs of ellipsoids that each such round tries to take out.
+    /// Pairs of ellipsoids that each such round tries to remove.
     pub pairs: usize,
-    /// Independent lines of growth, which are crossed in the end.
+    /// Independent lines of growth, which are combined in the end.
     pub lines: usize,
-    /// Ellipsoids by which the count exceeds the maximum before it goes down.
+    /// Number of ellipsoids beyond the maximum up to which a line grows before it shrinks.
     pub overshoot: usize,
 }
 
-/// Up to this count independent lines of growth cost little.
+/// Number of ellipsoids up to which independent lines of growth cost little.
 const FEW: usize = 10;
 
 changeable!(Settings);
@@ -66,30 +66,31 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// Most worker threads that are started.
+    /// Most worker threads.
     pub const MAX_THREADS: usize = 256;
 
-    /// Searches as little as gives a useful body, for one that is only a step to another.
+    /// Returns settings for a short search, for a body that is only an intermediate step.
     #[must_use]
     pub fn quick(self) -> Self {
         Self { lines: 1, islands: 2, splits: 2, reseeds: 0, overshoot: 0, ..self }
     }
 
-    /// Searches less: a volume leaves less open than outlines do, and costs more to score.
+    /// Returns settings for a shorter search: a volume constrains more than outlines do, and costs
+    /// more to score.
     pub(super) fn for_solids(self) -> Self {
         let lines = if self.max_ellipsoids > FEW { 2 } else { 4 };
         Self { lines, islands: 3, splits: 3, reseeds: 0, overshoot: 1, ..self }
     }
 
-    /// Searches less still: seen points say where the surface is.
+    /// Returns settings for an even shorter search: measured points determine the surface.
     pub(super) fn for_samples(self) -> Self {
         Self { lines: 2, islands: 2, splits: 2, reseeds: 0, overshoot: 1, ..self }
     }
 
-    /// Passes the settings on if they are in their ranges.
+    /// Returns the settings if all are in their ranges.
     ///
     /// # Errors
-    /// If one is not.
+    /// If a setting is out of its range.
     pub fn checked(self) -> Result<Self, ModelError> {
         check_common(self.max_ellipsoids, self.delta)?;
         check_threads(self.threads)?;
@@ -106,7 +107,7 @@ impl Settings {
     }
 }
 
-/// Checks what every method is told.
+/// Checks the settings that all methods share.
 pub(super) fn check_common(max_ellipsoids: usize, delta: f64) -> Result<(), ModelError> {
     check_range("max_ellipsoids", max_ellipsoids, 1, Body::MAX_ELLIPSOIDS)?;
     if !(0.0..1.0).contains(&delta) {
@@ -119,10 +120,10 @@ pub(super) fn check_common(max_ellipsoids: usize, delta: f64) -> Result<(), Mode
     Ok(())
 }
 
-/// Largest count that a setting may ask for: each costs time or memory.
+/// Largest value of a count in the settings: each costs time or memory.
 const MOST: usize = 10_000;
 
-/// Checks a count that is at least `least`.
+/// Checks that a count is at least `least`.
 pub(super) fn check_count(
     name: &'static str,
     given: usize,
@@ -148,7 +149,7 @@ fn check_range(
     Err(ModelError::Setting { name, allowed, given })
 }
 
-/// Starts worker threads; 0 takes as many as the machine has.
+/// Starts worker threads; 0 uses as many as the machine has.
 pub(crate) fn workers(threads: usize) -> Result<Pool, ModelError> {
     check_threads(threads)?;
     pool(threads).map_err(|_| ModelError::Threads(threads))

@@ -6,14 +6,14 @@ use crate::camera::{Camera, Channels, ImageView, Mask, View};
 use crate::pose::{Pose, even_direction};
 use crate::shape::{Body, Ellipsoid, Mesh, Projection, silhouette};
 
-/// Pictures that are taken of a mesh, from all sides.
+/// Number of silhouettes that are drawn of a mesh, from all sides.
 const COUNT: usize = 6;
 /// Their width and height in pixels.
 const SIDE_PX: usize = 256;
-/// Distance of the cameras from the mesh's middle, in radii of the ball around it.
+/// Distance of the cameras from the mesh's centre, in radii of the ball around it.
 const DISTANCE: f64 = 6.0;
 
-/// A silhouette that was drawn, not taken.
+/// A silhouette that was drawn, not recorded.
 #[derive(Debug, Clone)]
 pub struct SyntheticView {
     camera: Camera,
@@ -22,7 +22,7 @@ pub struct SyntheticView {
 }
 
 impl SyntheticView {
-    /// Draws a silhouette of a ball's content from a direction.
+    /// Draws a silhouette of the content of a ball from a direction.
     fn draw(
         (middle, radius): (&Vector3<f64>, f64),
         away: &Vector3<f64>,
@@ -55,7 +55,7 @@ impl SyntheticView {
             .collect()
     }
 
-    /// Gives the picture as a view.
+    /// Returns the silhouette as a view.
     ///
     /// # Errors
     /// If the silhouette is empty.
@@ -65,8 +65,8 @@ impl SyntheticView {
     }
 }
 
-/// Draws silhouettes of a mesh, from places that lie evenly on a half ball about it: from opposite
-/// sides a silhouette is nearly the same.
+/// Draws silhouettes of a mesh from directions evenly spread over a half ball: from opposite sides
+/// a silhouette is nearly the same.
 pub(super) fn synthetic_views(mesh: &Mesh) -> Result<Vec<SyntheticView>, ModelError> {
     let world_from_mesh = mesh.principal_frame();
     let middle = world_from_mesh.translation();
@@ -80,13 +80,13 @@ pub(super) fn synthetic_views(mesh: &Mesh) -> Result<Vec<SyntheticView>, ModelEr
     (0..COUNT).into_par_iter().map(draw).collect()
 }
 
-/// Gives direction `index` of a spiral of `count` over the half ball z > 0.
+/// Returns direction `index` of a spiral of `count` over the half ball z > 0.
 #[must_use]
 pub fn half_ball_direction(index: usize, count: usize) -> Vector3<f64> {
     even_direction(index, 1.0 - (index as f64 + 0.5) / count as f64)
 }
 
-/// Turns z to a direction.
+/// Returns the rotation of z to a direction.
 fn looking_along(forward: &Vector3<f64>) -> UnitQuaternion<f64> {
     let mut least = Vector3::zeros();
     least[forward.iamin()] = 1.0;

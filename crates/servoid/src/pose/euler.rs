@@ -2,14 +2,15 @@ use nalgebra::{UnitQuaternion, Vector3};
 
 use super::{Pose, PoseError};
 
-/// Below it, as a sine, the first and the last axis are one, and only their sum is known.
+/// Below this sine the first and the last axis coincide (gimbal lock), and only the sum of their
+/// angles is determined.
 const LOCKED: f64 = 1e-7;
 
-/// Axes about which a thing is turned, one after another: `xyz` in lower case about axes that stay
-/// where they are, `XYZ` in upper case about axes that turn along.
+/// Axes of successive rotations: `xyz` in lower case for fixed axes (extrinsic), `XYZ` in upper
+/// case for axes that rotate with the object (intrinsic).
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct EulerSequence {
-    /// As turns are multiplied from left to right.
+    /// In the order in which the rotations are multiplied, from left to right.
     axes: Vec<usize>,
     moving: bool,
 }
@@ -18,8 +19,8 @@ impl EulerSequence {
     /// Reads a sequence of one to three axes.
     ///
     /// # Errors
-    /// If there is none or more than three, a letter is no axis, cases are mixed, or an axis follows
-    /// itself.
+    /// If there is none or more than three, a letter is not an axis, cases are mixed, or an axis
+    /// follows itself.
     pub fn from_name(name: &str) -> Result<Self, PoseError> {
         let wrong = || PoseError::Euler(name.chars().take(8).collect());
         let moving = name.chars().all(|letter| letter.is_ascii_uppercase());
@@ -37,13 +38,13 @@ impl EulerSequence {
         Ok(Self { axes, moving })
     }
 
-    /// Gives how many angles belong to the sequence.
+    /// Returns the number of angles of the sequence.
     #[must_use]
     pub fn count(&self) -> usize {
         self.axes.len()
     }
 
-    /// Gives the rotation by angles in radians, in the sequence's order.
+    /// Returns the rotation by angles in radians, in the sequence's order.
     #[must_use]
     pub fn rotation(&self, angles: &[f64]) -> UnitQuaternion<f64> {
         let mut ordered = angles.to_vec();
@@ -54,21 +55,22 @@ impl EulerSequence {
         turns.fold(UnitQuaternion::identity(), |sum, turn| sum * turn)
     }
 
-    /// Gives the three angles in radians of a pose's rotation, in the sequence's order: the second in
-    /// -π/2 to π/2, or in 0 to π if the first and the last axis are the same; the others in -π to π. If
-    /// the second leaves only the sum of the others known, the last one is 0.
+    /// Returns the three angles in radians of a pose's rotation, in the sequence's order: the
+    /// second in -π/2 to π/2, or in 0 to π if the first and the last axis are the same; the others
+    /// in -π to π. If the second angle makes the first and the last axis coincide, only the sum of
+    /// their angles is determined, and the last one is 0.
     ///
     /// # Errors
-    /// If the sequence has not three axes.
+    /// If the sequence does not have three axes.
     pub fn angles(&self, pose: &Pose) -> Result<[f64; 3], PoseError> {
         let &[a, b, c] = self.axes.as_slice() else {
             return Err(PoseError::EulerCount(self.axes.len()));
         };
         let rotation = pose.rotation();
         let proper = a == c;
-        let rest = 3 - a - b; // the axis that is neither
+        let rest = 3 - a - b; // the remaining axis
         let sign = if (b + 3 - a) % 3 == 1 { 1.0 } else { -1.0 };
-        // Where the first two turns bring the last axis: the third leaves it where it is.
+        // Where the first two rotations move the last axis; the third leaves it there.
         let last = rotation * unit(c);
         let (second, across, along) = if proper {
             let across = libm::hypot(last[b], last[rest]);
@@ -96,7 +98,7 @@ fn about(axis: usize, angle: f64) -> UnitQuaternion<f64> {
     UnitQuaternion::from_scaled_axis(unit(axis) * angle)
 }
 
-/// Gives the angle, -π to π, of a rotation that is about one axis.
+/// Returns the angle, -π to π, of a rotation about one axis.
 fn left_about(axis: usize, rotation: &UnitQuaternion<f64>) -> f64 {
     let turn = rotation.scaled_axis();
     turn[axis]

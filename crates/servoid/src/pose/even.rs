@@ -1,6 +1,6 @@
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
-/// Turns three even shares, 0 to 1 each, into an evenly distributed rotation.
+/// Maps three uniform numbers, 0 to 1 each, to a uniformly distributed rotation.
 ///
 /// Source: Shoemake, *Uniform random rotations* (Graphics Gems III, 1992).
 #[must_use]
@@ -16,8 +16,9 @@ pub fn even_turn(first: f64, second: f64, third: f64) -> UnitQuaternion<f64> {
     UnitQuaternion::new_normalize(q)
 }
 
-/// Gives the unit vector at a height, -1 to 1 along z, on a spiral that turns by the golden angle
-/// from each index to the next: over heights in even steps, directions are evenly distributed.
+/// Returns the unit vector at a height, -1 to 1 along z, on a spiral that advances by the golden
+/// angle from each index to the next. For evenly spaced heights the directions are evenly
+/// distributed.
 ///
 /// Source: Swinbank, Purser, *Fibonacci grids: a novel approach to global modelling* (2006).
 #[must_use]

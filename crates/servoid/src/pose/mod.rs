@@ -19,11 +19,11 @@ pub enum PoseError {
     /// A number is NaN or infinite.
     #[error("a pose must be made of finite numbers, but it holds {0}")]
     NotFinite(f64),
-    /// The 3x3 block is no rotation.
+    /// The 3x3 block is not a rotation.
     #[error(
         "the 3x3 block of a pose must be a rotation, but its columns are off by {deviation:.3e} \
          from orthonormal (allowed: {allowed:.0e}) and its determinant is {determinant:.6}; a \
-         matrix with scale, shear or a mirrored axis is no rigid motion"
+         matrix with scale, shear or a mirrored axis is not a rigid motion"
     )]
     NotRigid {
         /// Largest entry of |RᵀR − 1|.
@@ -39,18 +39,19 @@ pub enum PoseError {
     /// The quaternion is too far from unit length to be meant as a rotation.
     #[error("a rotation quaternion must have length 1 (within 1e-3), but its length is {0:.6}")]
     NotUnit(f64),
-    /// A name is no sequence of axes.
+    /// A name is not a sequence of axes.
     #[error(
-        "a sequence of axes is one to three of x, y, z, none twice in a row, in lower case about axes \
-         that stay and in upper case about axes that turn along, such as 'xyz' or 'ZYX', but it is '{0}'"
+        "a sequence of axes is one to three of x, y, z, none twice in a row, in lower case for \
+         fixed axes and in upper case for axes that rotate with the object, such as 'xyz' or 'ZYX', \
+         but it is '{0}'"
     )]
     Euler(String),
-    /// Angles of another count of axes than three were asked for.
+    /// Angles were requested for a sequence that does not have three axes.
     #[error("a rotation has angles about three axes, but the sequence has {0}; give three")]
     EulerCount(usize),
 }
 
-/// Largest entry of |RᵀR − 1| that still counts as printing noise.
+/// Largest entry of |RᵀR − 1| that is accepted as rounding of printed numbers.
 const RIGID_TOLERANCE: f64 = 1e-4;
 
 fn check_rigid(matrix: &Matrix4<f64>) -> Result<(), PoseError> {

@@ -3,8 +3,8 @@ use nalgebra::{Matrix3, Rotation3, SymmetricEigen, UnitQuaternion, Vector3};
 use super::Pose;
 
 impl Pose {
-    /// Gives the frame at a centroid whose x lies along the longest axis of a spread (a covariance)
-    /// and y along the next, each turned so that its `lean` is not negative.
+    /// Returns the frame at a centroid whose x lies along the longest principal axis of `spread` (a
+    /// covariance) and y along the next, each with the sign that makes its `lean` non-negative.
     #[must_use]
     pub fn principal(
         centroid: Vector3<f64>,

@@ -16,7 +16,7 @@ pub type Twist = Vector6<f64>;
 pub struct Pose(Isometry3<f64>);
 
 impl Pose {
-    /// Gives the motion that moves nothing.
+    /// Returns the identity.
     #[must_use]
     pub fn identity() -> Self {
         Self(Isometry3::identity())
@@ -25,7 +25,7 @@ impl Pose {
     /// Reads a 4x4 homogeneous matrix.
     ///
     /// # Errors
-    /// If a number is not finite, the 3x3 block is no rotation or the last row is not 0 0 0 1.
+    /// If a number is not finite, the 3x3 block is not a rotation or the last row is not 0 0 0 1.
     pub fn from_matrix(matrix: &Matrix4<f64>) -> Result<Self, PoseError> {
         check_rigid(matrix)?;
         let block: Matrix3<f64> = matrix.fixed_view::<3, 3>(0, 0).into();
@@ -35,7 +35,7 @@ impl Pose {
         Ok(Self::from_rotation(rotation, matrix.fixed_view::<3, 1>(0, 3).into()))
     }
 
-    /// Joins a translation in metres and a quaternion (w, x, y, z).
+    /// Makes a pose of a translation in metres and a quaternion (w, x, y, z).
     ///
     /// # Errors
     /// If a number is not finite or the quaternion is not of unit length.
@@ -51,13 +51,13 @@ impl Pose {
         Ok(Self::from_rotation(UnitQuaternion::new_normalize(quaternion), translation.into()))
     }
 
-    /// Joins a rotation and a translation.
+    /// Makes a pose of a rotation and a translation.
     #[must_use]
     pub fn from_rotation(rotation: UnitQuaternion<f64>, translation: Vector3<f64>) -> Self {
         Self(Isometry3::from_parts(Translation3::from(translation), rotation))
     }
 
-    /// Follows a constant twist for unit time: the exponential of se(3).
+    /// Integrates a constant twist over unit time: the exponential of se(3).
     ///
     /// Source: Murray, Li, Sastry, *A Mathematical Introduction to Robotic Manipulation* (1994),
     /// Sec. 2.3.
@@ -68,7 +68,7 @@ impl Pose {
         Self::from_rotation(UnitQuaternion::from_scaled_axis(angular), translation)
     }
 
-    /// Gives the twist whose exponential this motion is; the angle is at most π.
+    /// Returns the twist whose exponential is this motion; its angle is at most π.
     #[must_use]
     pub fn log(&self) -> Twist {
         let angular = self.rotation().scaled_axis();
@@ -76,7 +76,7 @@ impl Pose {
         Twist::new(linear.x, linear.y, linear.z, angular.x, angular.y, angular.z)
     }
 
-    /// Gives the 6x6 matrix that carries twists along: `exp(Ad ξ) = T exp(ξ) T⁻¹`.
+    /// Returns the 6x6 adjoint matrix, which transforms twists: `exp(Ad ξ) = T exp(ξ) T⁻¹`.
     #[must_use]
     pub fn adjoint(&self) -> Matrix6<f64> {
         let rotation = self.rotation().to_rotation_matrix().into_inner();
@@ -88,43 +88,44 @@ impl Pose {
         out
     }
 
-    /// Gives the motion back.
+    /// Returns the inverse motion.
     #[must_use]
     pub fn inverse(&self) -> Self {
         Self(self.0.inverse())
     }
 
-    /// Takes out what rounding has left in the length of the quaternion: products of many poses add it up.
+    /// Returns the pose with its quaternion normalised: rounding errors of its length accumulate in
+    /// products of many poses.
     #[must_use]
     pub(crate) fn renormalized(&self) -> Self {
         let rotation = UnitQuaternion::new_normalize(self.rotation().into_inner());
         Self::from_rotation(rotation, self.translation())
     }
 
-    /// Gives the rotation.
+    /// Returns the rotation.
     #[must_use]
     pub fn rotation(&self) -> UnitQuaternion<f64> {
         self.0.rotation
     }
 
-    /// Gives the rotation as a 3x3 matrix.
+    /// Returns the rotation as a 3x3 matrix.
     #[must_use]
     pub fn rotation_matrix(&self) -> Matrix3<f64> {
         self.0.rotation.to_rotation_matrix().into_inner()
     }
 
-    /// Gives the translation in metres.
+    /// Returns the translation in metres.
     #[must_use]
     pub fn translation(&self) -> Vector3<f64> {
         self.0.translation.vector
     }
 
-    /// Gives the distance from this place to another one's, in metres.
+    /// Returns the distance between the positions of two poses, in metres.
     pub(crate) fn apart(&self, other: &Self) -> f64 {
         (self.translation() - other.translation()).norm()
     }
 
-    /// Gives the quaternion (w, x, y, z) with w >= 0.
+    /// Returns the quaternion (w, x, y, z) with w >= 0.
     #[must_use]
     pub fn quaternion(&self) -> [f64; 4] {
         let q = self.0.rotation.quaternion();
@@ -132,13 +133,13 @@ impl Pose {
         [q.w, q.i, q.j, q.k].map(|x| sign * x)
     }
 
-    /// Gives the 4x4 homogeneous matrix.
+    /// Returns the 4x4 homogeneous matrix.
     #[must_use]
     pub fn matrix(&self) -> Matrix4<f64> {
         self.0.to_homogeneous()
     }
 
-    /// Moves a point.
+    /// Transforms a point.
     #[must_use]
     pub fn transform(&self, point: &Vector3<f64>) -> Vector3<f64> {
         self.0.transform_point(&Point3::from(*point)).coords
@@ -157,10 +158,11 @@ fn halves(twist: &Twist) -> (Vector3<f64>, Vector3<f64>) {
     (twist.fixed_rows::<3>(0).into(), twist.fixed_rows::<3>(3).into())
 }
 
-/// Below this angle (radians) the Taylor series is more exact than the closed form.
+/// Below this angle (radians) the Taylor series is more accurate than the closed form.
 const SMALL_ANGLE: f64 = 1e-4;
 
-/// Gives how fast a rotation turns, in the fixed frame, as its scaled axis changes.
+/// Returns the derivative of a rotation, as a rotation vector in the fixed frame, by its scaled
+/// axis.
 pub(crate) fn left_jacobian(angular: &Vector3<f64>) -> Matrix3<f64> {
     let angle = angular.norm();
     let cross = angular.cross_matrix();

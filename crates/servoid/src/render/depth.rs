@@ -11,17 +11,17 @@ use crate::camera::Lens;
 use crate::pose::Pose;
 use crate::simd::{EIGHT, RayLanes};
 
-/// What lies behind each pixel's centre, row by row.
+/// The depth at each pixel's centre, row by row.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Depth {
-    /// Metres along the lens's z; NaN where nothing is.
+    /// Metres along the lens's z; NaN where there is nothing.
     pub depth: Vec<f32>,
-    /// Numbers of the visuals; -1 where nothing is.
+    /// Index of the visual; -1 where there is nothing.
     pub visual: Vec<i32>,
 }
 
 impl Scene {
-    /// Gives what lies behind each pixel's centre.
+    /// Returns the depth and the visual at each pixel's centre.
     ///
     /// # Errors
     /// If there is not one pose for each visual, or one of them is too far away.

@@ -1,4 +1,4 @@
-//! The conductor: tiles of pixels, their rays, what they meet, its light, the bytes.
+//! Draws an image: tiles of pixels, their rays, what these hit, its light, and the bytes.
 
 use crate::parallel::*;
 
@@ -17,18 +17,18 @@ use crate::changing::changeable;
 use crate::model::Settings;
 use crate::simd::{Backend, EIGHT, RayKernel, Single};
 
-/// How an image is taken.
+/// Settings of an exposure.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct Exposure {
-    /// Rays of a pixel, along each side: as many, squared, in all. Ray after ray takes the moments
-    /// in turn.
+    /// Rays along each side of a pixel, which has the square of that in all. Successive rays use
+    /// successive moments in turn.
     pub samples: usize,
     /// Standard deviation of the sensor's noise, in grey levels.
     pub noise: f64,
     /// Seed of the noise.
     pub seed: u64,
-    /// Threads, 0 for all cores.
+    /// Threads; 0 for all cores.
     pub threads: usize,
 }
 
@@ -54,7 +54,7 @@ impl Exposure {
     }
 }
 
-/// All that a band of tiles needs.
+/// The data for a band of tiles.
 pub(super) struct Job<'a> {
     scene: &'a Scene,
     moments: Vec<Moment<f32>>,
@@ -105,7 +105,7 @@ impl Scene {
     }
 }
 
-/// Runs on so many threads, or on all cores.
+/// Runs work on a number of threads, or on all cores.
 pub(super) fn with_threads<T: Send>(
     threads: usize,
     work: impl FnOnce() -> T + Send,
@@ -122,7 +122,7 @@ pub(super) fn with_threads<T: Send>(
     Ok(pool.install(work))
 }
 
-/// Eight rays of a tile, from the lens to what they see.
+/// Eight rays of a tile, from the lens to what they hit.
 struct Packet<L> {
     index: usize,
     ray: Vector<L>,
@@ -132,10 +132,10 @@ struct Packet<L> {
     facing: L,
 }
 
-/// What is put together for one ray in each pixel of a tile.
+/// Reused memory for one ray in each pixel of a tile.
 struct Work<L> {
     packets: Vec<Packet<L>>,
-    /// Visuals that may stand before the lamp.
+    /// Visuals that may lie between a surface and the lamp.
     between: Vec<usize>,
 }
 
@@ -148,7 +148,7 @@ impl<L> Work<L> {
 const PACKETS: usize = TILE_PX[0] * TILE_PX[1] / EIGHT;
 const ACROSS: usize = TILE_PX[0] / EIGHT;
 
-/// A band of tiles that is to be drawn.
+/// A band of tiles to be drawn.
 struct Band<'a> {
     job: &'a Job<'a>,
     band: usize,
@@ -210,7 +210,7 @@ fn expose<L: Single>(
         let met = zero.at_most(hit.visual);
         let bits = met.bits();
         if bits != 0xff {
-            // A ray that the lens does not have is no number, and sees nothing.
+            // A ray outside the lens's field of view is NaN, and sees nothing.
             let is_ray = ray.z.at_most(ray.z);
             let sky = job.lamp.background(moment, ray);
             let black = Vector { x: zero, y: zero, z: zero };
@@ -235,7 +235,7 @@ fn expose<L: Single>(
     }
 }
 
-/// Gives the light that eight rays bring back.
+/// Returns the light along eight rays.
 #[inline(always)]
 fn light<L: Single>(
     job: &Job<'_>,
@@ -250,7 +250,7 @@ fn light<L: Single>(
     let open = zero.less(*facing);
     let mut dark = zero.less(zero);
     if open.bits() != 0 && !between.is_empty() {
-        // A little off the surface, so that it does not shade itself by rounding.
+        // Slightly off the surface, so that it does not shade itself because of rounding.
         let place = *ray * t + seen.normal * (t * L::of(LIFT));
         dark = shaded(&job.scene.visuals, moment, between, (place, open));
     }
@@ -258,16 +258,16 @@ fn light<L: Single>(
     Vector::select(met, light, Vector { x: zero, y: zero, z: zero })
 }
 
-/// How far off a surface shadows are looked for, as a share of the distance.
+/// Offset from a surface at which shadow rays start, as a share of the distance.
 const LIFT: f64 = 1e-4;
 
-/// Gives the first pixel of a packet.
+/// Returns the first pixel of a packet.
 #[inline(always)]
 fn place([tile, band]: [usize; 2], packet: usize) -> (usize, usize) {
     (tile * TILE_PX[0] + packet % ACROSS * EIGHT, band * TILE_PX[1] + packet / ACROSS)
 }
 
-/// Where the places lie that the lamp may reach.
+/// Bounds of the positions that the lamp may reach.
 struct Reach<L> {
     low: [L; 2],
     high: [L; 2],
@@ -294,7 +294,7 @@ impl<L: Single> Reach<L> {
         self.along = is_lit.select(along, far).min(self.along);
     }
 
-    /// Gives what surrounds them, with a margin for being lifted off the surface.
+    /// Returns a beam around them, with a margin for the offset from the surface.
     #[inline(always)]
     fn beam(&self) -> Option<Beam> {
         let along = least(self.along);
@@ -322,7 +322,7 @@ fn least<L: Single>(x: L) -> f32 {
     out
 }
 
-/// Turns the light of a tile into bytes.
+/// Converts the light of a tile to bytes.
 #[inline(always)]
 fn develop<L: Single>(
     job: &Job<'_>,
@@ -354,7 +354,7 @@ fn develop<L: Single>(
     }
 }
 
-/// Gives grey levels of strengths.
+/// Returns the grey levels of linear strengths.
 #[inline(always)]
 fn levels<L: Single>(grey: Grey, strength: L, noise: [f32; EIGHT]) -> [i32; EIGHT] {
     let level = grey.of_root(strength.min(L::of(1.0)).sqrt()) + L::read(noise);

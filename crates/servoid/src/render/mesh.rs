@@ -1,4 +1,4 @@
-//! Triangles in a tree of boxes, which packets of rays go through together.
+//! Triangles in a tree of boxes, which packets of rays traverse together.
 
 use obvhs::{BvhBuildParams, bvh2::builder::build_bvh2_from_tris, triangle::Triangle};
 use std::time::Duration;
@@ -10,13 +10,14 @@ use super::{RenderError, corner_normals};
 use crate::changing::changeable;
 use crate::simd::{RayLanes, Scalar};
 
-/// Most boxes that wait while others are looked into: as many as the tree is deep.
+/// Most boxes on the traversal stack: the depth of the tree.
 const DEPTH: usize = 128;
 
-/// How far a ray may pass a triangle, in shares of its sides, so that none slips between two.
+/// Distance by which a ray may miss a triangle, relative to its sides, so that no ray slips between
+/// two.
 const MARGIN: f64 = 1e-6;
 
-/// A box that holds two boxes, or triangles if `count` is not zero.
+/// A box that contains two boxes, or triangles if `count` is not zero.
 #[derive(Debug, Clone, Copy)]
 struct Node {
     low: [f32; 3],
@@ -25,7 +26,7 @@ struct Node {
     count: u32,
 }
 
-/// What the surface looks like at the corners of one triangle.
+/// Surface attributes at the corners of one triangle.
 #[derive(Debug, Clone)]
 pub(super) struct Corners {
     pub normals: [[f32; 3]; 3],
@@ -33,11 +34,11 @@ pub(super) struct Corners {
     pub colors: [[f32; 3]; 3],
 }
 
-/// What may be given at each corner besides its place.
+/// Optional attributes of each vertex.
 #[derive(Debug, Clone, Default)]
 #[non_exhaustive]
 pub struct Details {
-    /// Place in the texture: (0, 0) is its first pixel's corner, (1, 1) its last one's.
+    /// Texture coordinates: (0, 0) is the corner of the first pixel, (1, 1) that of the last.
     pub texture_coordinates: Option<Vec<[f64; 2]>>,
     /// Colour as sRGB.
     pub colors: Option<Vec<[u8; 3]>>,
@@ -45,7 +46,7 @@ pub struct Details {
 
 changeable!(Details);
 
-/// A surface of triangles that is seen from both sides.
+/// A surface of triangles that is visible from both sides.
 #[derive(Debug, Clone)]
 pub(super) struct Mesh {
     nodes: Vec<Node>,
@@ -54,13 +55,13 @@ pub(super) struct Mesh {
     has_colors: bool,
 }
 
-/// Where rays meet what they see first.
+/// The first hits of rays.
 #[derive(Clone, Copy)]
 pub(super) struct Hit<L> {
     pub t: L,
     pub visual: L,
     pub triangle: L,
-    /// Shares of the second and the third corner.
+    /// Weights of the second and the third corner.
     pub shares: [L; 2],
 }
 
@@ -77,7 +78,7 @@ impl Mesh {
             .iter()
             .map(|f| Triangle { v0: vector(f[0]), v1: vector(f[1]), v2: vector(f[2]) })
             .collect();
-        // The triangles stay whole, so that each is looked at once.
+        // Triangles are not split, so that each is tested once.
         let settings = BvhBuildParams { pre_split: false, ..BvhBuildParams::medium_build() };
         let tree = build_bvh2_from_tris(&given, settings, &mut Duration::default());
         let nodes: Vec<Node> = tree
@@ -131,7 +132,7 @@ impl Mesh {
         self.has_colors
     }
 
-    /// Looks for what lies before `hit.t`, for rays that start beyond `near`.
+    /// Finds hits before `hit.t`, for rays that start beyond `near`.
     #[inline(always)]
     pub fn meet<L: RayLanes>(
         &self,
@@ -189,7 +190,7 @@ impl Mesh {
         }
     }
 
-    /// Gives which rays go through a box before `until`, and where they enter it.
+    /// Returns which rays pass through a box before `until`, and where they enter it.
     #[inline(always)]
     fn enters<L: RayLanes>(
         &self,
@@ -207,7 +208,7 @@ impl Mesh {
         (enter.at_most(leave).bits(), enter)
     }
 
-    /// Keeps a triangle where it is met first.
+    /// Records a triangle where it is the first hit.
     ///
     /// Source: Möller and Trumbore, *Fast, minimum storage ray-triangle intersection* (1997).
     #[inline(always)]
@@ -266,7 +267,7 @@ fn depth(nodes: &[Node]) -> usize {
     deepest
 }
 
-/// Most triangles of a mesh: their numbers are kept as single-precision numbers.
+/// Most triangles of a mesh: their indices are stored in single precision.
 const MAX_FACES: usize = 1 << 24;
 
 fn check(

@@ -1,7 +1,7 @@
-//! A small ray-caster: what cameras see of simple shapes and meshes under one far lamp.
+//! A small ray-caster: images of simple shapes and meshes under one distant lamp.
 //!
-//! A [`Scene`] holds visuals; where they are is said anew for each image, at one moment or at
-//! several moments of one exposure. Images are the same, bit for bit, on any number of threads.
+//! A [`Scene`] contains visuals; their poses are given for each image, at one moment or at several
+//! moments of one exposure. Images are the same, bit for bit, on any number of threads.
 
 mod depth;
 mod draw;
@@ -26,17 +26,17 @@ pub use scene::{Placement, Scene};
 
 use crate::words::{s, were};
 
-/// Longest length in metres: beyond it, single precision sees nothing small any more.
+/// Longest length in metres: beyond it, single precision no longer resolves small details.
 pub const MAX_LENGTH: f64 = 1e4;
 
-/// Shortest length in metres that a shape has.
+/// Shortest length of a shape, in metres.
 pub const MIN_LENGTH: f64 = 1e-6;
 
-/// Why no image comes out.
+/// Why an image cannot be drawn.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum RenderError {
-    /// A size is no length that a visual can have.
+    /// A size is not a length that a visual can have.
     #[error(
         "{what} is {value}, but a size must be a number of metres from {MIN_LENGTH} to {MAX_LENGTH}"
     )]
@@ -51,21 +51,21 @@ pub enum RenderError {
     Faces {
         /// What was given.
         given: usize,
-        /// The most.
+        /// Most faces.
         max: usize,
     },
-    /// A corner is not where visuals can be.
+    /// A vertex is not finite, or too far away.
     #[error(
         "vertex {index} of the mesh is {corner:?}, but its coordinates must be finite and within \
          {MAX_LENGTH} m of zero"
     )]
     Corner {
-        /// Which corner.
+        /// Index of the vertex.
         index: usize,
-        /// Its place.
+        /// Its coordinates.
         corner: [f64; 3],
     },
-    /// A triangle names a corner that is not there.
+    /// A triangle refers to a vertex that does not exist.
     #[error(
         "face {index} of the mesh names the vertices {}, but there are {corners}, counted from 0",
         shown(face)
@@ -73,12 +73,12 @@ pub enum RenderError {
     Face {
         /// Which triangle.
         index: usize,
-        /// The corners that it names.
+        /// Its vertex indices.
         face: [usize; 3],
-        /// How many corners there are.
+        /// Number of vertices.
         corners: usize,
     },
-    /// Something is not given for each corner.
+    /// An attribute is not given for each vertex.
     #[error(
         "{what} has {given} row{}, but the mesh has {corners} vertices; give one row for each",
         s(*given)
@@ -86,18 +86,18 @@ pub enum RenderError {
     Details {
         /// Its name.
         what: &'static str,
-        /// Rows that were given.
+        /// Rows given.
         given: usize,
-        /// Corners of the mesh.
+        /// Vertices of the mesh.
         corners: usize,
     },
-    /// A place in the texture is no place.
+    /// A texture coordinate is out of range.
     #[error("texture_coordinates has {0}, but each number must lie within 10000 of zero")]
     TexturePlace(f64),
     /// The triangles lie on top of each other.
     #[error(
-        "the {faces} faces of the mesh overlap so much that no tree of boxes tells them apart; \
-         remove doubled faces"
+        "the {faces} faces of the mesh overlap so much that no tree of boxes separates them; \
+         remove duplicate faces"
     )]
     Tangled {
         /// Triangles of the mesh.
@@ -110,7 +110,7 @@ pub enum RenderError {
         what: &'static str,
         /// What was given.
         value: Vec<f64>,
-        /// The most.
+        /// Largest value.
         max: f64,
     },
     /// A number is out of range.
@@ -120,27 +120,27 @@ pub enum RenderError {
         what: &'static str,
         /// What was given.
         value: f64,
-        /// The least.
+        /// Smallest value.
         min: f64,
-        /// The most.
+        /// Largest value.
         max: f64,
     },
-    /// A texture has not the size that its bytes have.
+    /// The size of a texture does not match its bytes.
     #[error(
-        "a texture has from 1 to {max} pixels along a side and 3 bytes a pixel, but {given} bytes \
-         were given for {width}x{height} pixels"
+        "a texture has from 1 to {max} pixels along a side and 3 bytes per pixel, but {given} \
+         bytes were given for {width}x{height} pixels"
     )]
     Texture {
         /// Width in pixels.
         width: usize,
         /// Height in pixels.
         height: usize,
-        /// Bytes that were given.
+        /// Bytes given.
         given: usize,
         /// Most pixels along a side.
         max: usize,
     },
-    /// The direction towards the lamp is none.
+    /// The direction towards the lamp is not a direction.
     #[error("toward is {0:?}, but it must be a direction: three finite numbers, not all zero")]
     Toward([f64; 3]),
     /// There are not as many poses as visuals.
@@ -153,7 +153,7 @@ pub enum RenderError {
     Poses {
         /// Which moment.
         moment: usize,
-        /// Poses that were given.
+        /// Poses given.
         given: usize,
         /// Visuals of the scene.
         visuals: usize,
@@ -171,43 +171,43 @@ pub enum RenderError {
         /// Sets of poses of the visuals.
         visuals: usize,
     },
-    /// More moments than rays in a pixel.
+    /// There are more moments than rays in a pixel.
     #[error(
         "{moments} moments were given, but a pixel has only {rays} ray{}, one for each moment; \
          give fewer moments or more samples",
         s(*rays)
     )]
     TooManyMoments {
-        /// Moments that were given.
+        /// Moments given.
         moments: usize,
         /// Rays of a pixel.
         rays: usize,
     },
-    /// Something stands too far away.
-    #[error("{what} stands {distance} m from the origin; bring it within {MAX_LENGTH} m")]
+    /// Something is too far away.
+    #[error("{what} is {distance} m from the origin; bring it within {MAX_LENGTH} m")]
     Far {
         /// What it is.
         what: String,
-        /// How far it is from the origin of the world.
+        /// Its distance from the world's origin.
         distance: f64,
     },
     /// The threads could not be started.
-    #[error("{threads} threads could not be started: {reason}; ask for fewer, or 0 for all cores")]
+    #[error("{threads} threads could not be started: {reason}; use fewer, or 0 for all cores")]
     Threads {
-        /// Threads that were asked for.
+        /// Threads requested.
         threads: usize,
-        /// What the system said.
+        /// The operating system's reason.
         reason: String,
     },
 }
 
-/// A corner that no count reaches is one that was negative.
+/// An index of `usize::MAX` stands for a negative one.
 fn shown(face: &[usize; 3]) -> String {
     let name = |&i: &usize| if i == usize::MAX { "a negative one".into() } else { i.to_string() };
     face.iter().map(name).collect::<Vec<_>>().join(", ")
 }
 
-/// Lets a number through that lies in a range.
+/// Returns a number if it lies in a range.
 fn within(what: &'static str, value: f64, [min, max]: [f64; 2]) -> Result<f64, RenderError> {
     if (min..=max).contains(&value) {
         Ok(value)
@@ -216,7 +216,7 @@ fn within(what: &'static str, value: f64, [min, max]: [f64; 2]) -> Result<f64, R
     }
 }
 
-/// Lets a colour through, or the strengths of a light in red, green and blue.
+/// Returns a colour, or the strengths of a light in red, green and blue, if it is in range.
 fn color(what: &'static str, value: [f64; 3], max: f64) -> Result<[f64; 3], RenderError> {
     if value.iter().all(|x| (0.0..=max).contains(x)) {
         Ok(value)

@@ -2,11 +2,11 @@ use std::collections::HashMap;
 
 use nalgebra::Vector3;
 
-/// Faces that meet at a flatter angle than this look like one curved surface; its cosine.
+/// Cosine of the angle between adjacent faces below which they are shaded as one curved surface.
 const SMOOTH: f64 = 0.766;
 
-/// Gives the normal at each corner of each triangle: the mean of the triangles that meet there
-/// almost in a plane, weighted by area.
+/// Returns the normal at each corner of each triangle: the mean of the triangles that meet there at
+/// a flat angle, weighted by area.
 pub(super) fn corner_normals(vertices: &[[f64; 3]], faces: &[[usize; 3]]) -> Vec<[[f32; 3]; 3]> {
     let across: Vec<Vector3<f64>> = faces
         .iter()
@@ -15,7 +15,7 @@ pub(super) fn corner_normals(vertices: &[[f64; 3]], faces: &[[usize; 3]]) -> Vec
             (b - a).cross(&(c - a))
         })
         .collect();
-    // Corners at one place count as one, also where a texture's seam has doubled them.
+    // Vertices at the same position count as one, even if a texture's seam has duplicated them.
     let place = |i: usize| vertices[i].map(|x| (x + 0.0).to_bits());
     let mut meeting: HashMap<[u64; 3], Vec<usize>> = HashMap::new();
     for (index, face) in faces.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! Where visuals are before a lens at one moment, and which of them a bundle of rays can meet.
+//! Visuals relative to a lens at one moment, and which of them a bundle of rays can hit.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -7,7 +7,7 @@ use super::vector::stored;
 use crate::pose::Pose;
 use crate::simd::Scalar;
 
-/// One moment, seen from the lens.
+/// One moment, in the lens's frame.
 pub(super) struct Moment<S> {
     pub visuals: Vec<Placed<S>>,
     /// Up in the world, in the lens's frame.
@@ -18,15 +18,15 @@ pub(super) struct Moment<S> {
     pub across: [[S; 3]; 2],
 }
 
-/// One visual, seen from the lens.
+/// One visual, relative to the lens.
 pub(super) struct Placed<S> {
     /// Rows of the rotation.
     pub visual_from_lens: [[S; 3]; 3],
-    /// Where the lens is, in the visual's frame.
+    /// Position of the lens, in the visual's frame.
     pub lens_in_visual: [S; 3],
     /// Towards the lamp, in the visual's frame.
     pub toward: [S; 3],
-    /// What the shape reads.
+    /// Sizes read by the shape.
     pub sizes: [S; 3],
     ball: Ball,
 }
@@ -35,11 +35,11 @@ pub(super) struct Placed<S> {
 struct Ball {
     direction: Vector3<f64>,
     radius: f64,
-    /// Sine and cosine of half the angle under which the lens sees it; `None` from inside.
+    /// Sine and cosine of half the angle that it subtends at the lens; `None` from inside.
     half_angle: Option<[f64; 2]>,
-    /// Its centre across the light.
+    /// Coordinates of its centre across the light.
     across: [f64; 2],
-    /// How far its centre is along the light.
+    /// Coordinate of its centre along the light.
     along: f64,
 }
 
@@ -51,12 +51,12 @@ pub(super) struct Cone {
     pub sine: f64,
 }
 
-/// What rays that run towards the lamp start from: a rectangle across the light.
+/// The start of rays towards the lamp: a rectangle across the light.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Beam {
     pub low: [f64; 2],
     pub high: [f64; 2],
-    /// The place farthest from the lamp.
+    /// The coordinate farthest from the lamp.
     pub along: f64,
 }
 
@@ -82,14 +82,14 @@ impl<S: Scalar> Moment<S> {
         }
     }
 
-    /// Lists what a cone of rays may meet.
+    /// Lists the visuals that a cone of rays may hit.
     pub fn in_cone(&self, cone: &Cone, into: &mut Vec<usize>) {
         into.clear();
         let may = |placed: &Placed<S>| placed.ball.meets_cone(cone);
         into.extend(self.visuals.iter().enumerate().filter(|(_, t)| may(t)).map(|(i, _)| i));
     }
 
-    /// Lists what may stand between a beam and the lamp.
+    /// Lists the visuals that may lie between a beam and the lamp.
     pub fn in_beam(&self, beam: &Beam, into: &mut Vec<usize>) {
         into.clear();
         let may = |placed: &Placed<S>| placed.ball.meets_beam(beam);
@@ -106,7 +106,7 @@ fn placed<S: Scalar>(
     let turn: Matrix3<f64> = visual_from_lens.rotation_matrix();
     let (center, radius) = visual.ball;
     let center = lens_from_visual.transform(&Vector3::from(center));
-    // A little more, for what rounding moves.
+    // Slightly larger, to allow for rounding.
     let radius = radius * (1.0 + 1e-6) + 1e-6;
     let distance = center.norm();
     let sine = radius / distance;
@@ -125,7 +125,7 @@ fn placed<S: Scalar>(
     }
 }
 
-/// Gives two directions at right angles to one and to each other.
+/// Returns two directions at right angles to a given one and to each other.
 fn across(toward: &Vector3<f64>) -> [Vector3<f64>; 2] {
     let least = toward.iamin();
     let first = toward.cross(&Vector3::ith(least, 1.0)).normalize();

@@ -1,4 +1,4 @@
-//! In which directions the pixels of a lens look.
+//! Directions of the pixels of a lens.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -10,10 +10,10 @@ use super::vector::Vector;
 use crate::camera::{Distortion, Lens};
 use crate::simd::{EIGHT, RayLanes, Scalar};
 
-/// Pixels that are looked at together, across and down.
+/// Size of a tile in pixels, across and down.
 pub(super) const TILE_PX: [usize; 2] = [16, 8];
 
-/// Lenses whose rays are kept.
+/// Number of lenses whose rays are cached.
 const KEPT: usize = 4;
 
 /// The rays of all pixels and samples of a lens.
@@ -21,11 +21,12 @@ const KEPT: usize = 4;
 pub(super) struct Rays<S> {
     lens: Lens,
     samples: usize,
-    /// Directions, sample by sample, row by row, with rows filled up to whole lanes; NaN where the
-    /// lens sees nothing. Empty for a pinhole, whose rays are quicker made than read.
+    /// Directions, sample by sample, row by row, with rows padded to whole lanes; NaN where the
+    /// lens sees nothing. Empty for a pinhole, whose rays are faster computed than read.
     table: Vec<[Vec<S>; 3]>,
     pitch: usize,
-    /// Tangents of pixel (0, 0) for each sample, and from pixel to pixel, of a pinhole.
+    /// For a pinhole: tangents of pixel (0, 0) for each sample, and their steps from pixel to
+    /// pixel.
     first: Vec<[S; 2]>,
     step: [S; 2],
     /// 0 to 7.
@@ -33,12 +34,13 @@ pub(super) struct Rays<S> {
     cones: Vec<Option<Cone>>,
 }
 
-/// Gives the places of samples in a pixel: one in each of as many rows and columns.
+/// Returns the positions of samples in a pixel: one in each of as many rows and columns.
 fn offsets(samples: usize) -> Vec<[f64; 2]> {
     let n = samples as f64;
     let mut out = Vec::with_capacity(samples * samples);
     for down in 0..samples {
-        // Each row begins one further, so that moments in turn spread over rows and columns.
+        // Each row starts one sample further, so that successive moments spread over rows and
+        // columns.
         for across in (0..samples).map(|i| (i + down) % samples) {
             let (x, y) = (across as f64, down as f64);
             out.push([(x + (y + 0.5) / n) / n - 0.5, (y + (n - x - 0.5) / n) / n - 0.5]);
@@ -48,14 +50,14 @@ fn offsets(samples: usize) -> Vec<[f64; 2]> {
 }
 
 impl<S: Scalar> Rays<S> {
-    /// Takes the rays of a lens from those that were kept, or makes them.
+    /// Returns the cached rays of a lens, or computes them.
     pub fn of(lens: &Lens, samples: usize, kept: &Mutex<Vec<Arc<Self>>>) -> Arc<Self> {
         let is_it = |rays: &Arc<Self>| rays.lens == *lens && rays.samples == samples;
         let lock = || kept.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(rays) = lock().iter().find(|rays| is_it(rays)) {
             return Arc::clone(rays);
         }
-        // Made while nobody is locked out: threads that wait may do other work that comes here.
+        // Computed without holding the lock: waiting threads may run other work that comes here.
         let rays = Arc::new(Self::new(lens, samples));
         let mut kept = lock();
         if kept.len() == KEPT {
@@ -95,23 +97,23 @@ impl<S: Scalar> Rays<S> {
         rays
     }
 
-    /// Gives how many tiles there are across and down.
+    /// Returns the numbers of tiles across and down.
     pub fn tiles(&self) -> [usize; 2] {
         let [width, height] = self.lens.camera().size_px();
         [width.div_ceil(TILE_PX[0]), height.div_ceil(TILE_PX[1])]
     }
 
-    /// Gives the rays of a pixel.
+    /// Returns the number of rays per pixel.
     pub fn per_pixel(&self) -> usize {
         self.first.len()
     }
 
-    /// Gives a cone around all rays of a tile; `None` if the lens sees nothing there.
+    /// Returns a cone around all rays of a tile; `None` if the lens sees nothing there.
     pub fn cone_of(&self, [across, down]: [usize; 2]) -> Option<&Cone> {
         self.cones[down * self.tiles()[0] + across].as_ref()
     }
 
-    /// Gives the directions of eight pixels of a row.
+    /// Returns the directions of eight pixels of a row.
     #[inline(always)]
     pub fn eight<L: RayLanes<Scalar = S>>(&self, sample: usize, u: usize, v: usize) -> Vector<L> {
         if let Some(planes) = self.table.get(sample) {
@@ -133,12 +135,12 @@ impl<S: Scalar> Rays<S> {
         let sum: Vector3<f64> = directions.iter().sum();
         let axis = sum.try_normalize(0.0)?;
         let cosine = directions.iter().map(|d| d.dot(&axis)).fold(1.0, f64::min);
-        // A little more, for what rounding moves.
+        // Slightly larger, to allow for rounding.
         let angle = libm::acos(cosine) + 1e-5;
         Some(Cone { axis, cosine: libm::cos(angle), sine: libm::sin(angle) })
     }
 
-    /// Gives the unit directions that bound a tile.
+    /// Returns the unit directions that bound a tile.
     fn directions(&self, u: usize, v: usize) -> Vec<Vector3<f64>> {
         let [width, height] = self.lens.camera().size_px();
         let (right, bottom) = ((u + TILE_PX[0]).min(width), (v + TILE_PX[1]).min(height));

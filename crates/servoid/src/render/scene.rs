@@ -8,14 +8,14 @@ use super::{Lighting, MAX_LENGTH, MIN_LENGTH, RenderError};
 use crate::camera::Lens;
 use crate::pose::Pose;
 
-/// Visuals, which are shapes with paint, drawn by casting rays.
+/// Visuals (shapes with paint) that are drawn by ray casting.
 #[derive(Debug, Default)]
 pub struct Scene {
     pub(super) visuals: Vec<Visual>,
     pub(super) kept: Kept,
 }
 
-/// Rays of the lenses that were last drawn through: the inverse of a distortion takes its time.
+/// Cache of the rays of the last lenses: inverting a distortion takes time.
 #[derive(Debug, Default)]
 pub(super) struct Kept {
     pub rays: Mutex<Vec<std::sync::Arc<Rays<f32>>>>,
@@ -26,11 +26,11 @@ pub(super) struct Kept {
 pub(super) struct Visual {
     pub shape: Shape,
     pub paint: Paint,
-    /// Centre and radius of a ball around it, in its own frame.
+    /// Centre and radius of a bounding ball, in its own frame.
     pub ball: ([f64; 3], f64),
 }
 
-/// Where a lens and the visuals of a scene are during one exposure.
+/// Poses of a lens and of the visuals of a scene during one exposure.
 #[derive(Debug, Clone, Copy)]
 pub struct Placement<'a> {
     /// The lens.
@@ -50,25 +50,25 @@ impl Scene {
         Self::default()
     }
 
-    /// Gives how many visuals there are.
+    /// Returns the number of visuals.
     #[must_use]
     pub fn count(&self) -> usize {
         self.visuals.len()
     }
 
-    /// Adds an ellipsoid by its radii; gives its number. A texture goes round z once, and from +z
-    /// down to -z.
+    /// Adds an ellipsoid by its radii; returns its index. A texture wraps around z once, and runs
+    /// from +z down to -z.
     ///
     /// # Errors
-    /// If a radius is no length.
+    /// If a radius is not a valid length.
     pub fn add_ellipsoid(&mut self, radii: [f64; 3], paint: Paint) -> Result<usize, RenderError> {
         Ok(self.add(Shape::Ellipsoid { radii: sizes("radii", radii)? }, paint))
     }
 
-    /// Adds a capsule along z: a cylinder of that half length with half balls on its ends.
+    /// Adds a capsule along z: a cylinder of the given half length with half balls on its ends.
     ///
     /// # Errors
-    /// If a size is no length.
+    /// If a size is not a valid length.
     pub fn add_capsule(
         &mut self,
         radius: f64,
@@ -82,7 +82,7 @@ impl Scene {
     /// Adds a cylinder along z with flat ends.
     ///
     /// # Errors
-    /// If a size is no length.
+    /// If a size is not a valid length.
     pub fn add_cylinder(
         &mut self,
         radius: f64,
@@ -96,25 +96,25 @@ impl Scene {
     /// Adds a box; a texture lies on each of its faces.
     ///
     /// # Errors
-    /// If a size is no length.
+    /// If a size is not a valid length.
     pub fn add_box(&mut self, half_size: [f64; 3], paint: Paint) -> Result<usize, RenderError> {
         Ok(self.add(Shape::Box { half_size: sizes("half_size", half_size)? }, paint))
     }
 
-    /// Adds a rectangle in the plane of x and y that is seen from both sides; the top of a texture
-    /// lies towards +y.
+    /// Adds a rectangle in the xy plane that is visible from both sides; the top of a texture lies
+    /// towards +y.
     ///
     /// # Errors
-    /// If a size is no length.
+    /// If a size is not a valid length.
     pub fn add_plane(&mut self, half_size: [f64; 2], paint: Paint) -> Result<usize, RenderError> {
         Ok(self.add(Shape::Plane { half_size: sizes("half_size", half_size)? }, paint))
     }
 
-    /// Adds triangles that are seen from both sides; corners in metres.
+    /// Adds triangles that are visible from both sides; vertices in metres.
     ///
     /// # Errors
-    /// If there is no triangle, a corner is not finite or not there, or `details` are not given for
-    /// each corner.
+    /// If there is no triangle, a vertex is not finite or does not exist, or `details` are not
+    /// given for each vertex.
     pub fn add_mesh(
         &mut self,
         vertices: &[[f64; 3]],

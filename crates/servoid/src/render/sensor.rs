@@ -1,13 +1,13 @@
-//! Noise of a sensor: normal numbers that depend on seed, pixel and channel alone.
+//! Sensor noise: normal variables that depend on seed, pixel and channel alone.
 
 use crate::simd::EIGHT;
 use std::sync::LazyLock;
 
-/// Entries of the table of the normal distribution's quantiles.
+/// Size of the table of the normal distribution's quantiles.
 const STEPS: usize = 1024;
 
-/// Quantiles of equal shares and a 2048th of the rise to the next, scaled to standard deviation 1
-/// as they are read: interpolated between neighbours.
+/// Quantiles of equal shares, and a 2048th of the difference to the next, for linear interpolation;
+/// scaled so that interpolated values have a standard deviation of 1.
 static QUANTILES: LazyLock<[[f32; 2]; STEPS]> = LazyLock::new(|| {
     let mut table = Vec::with_capacity(STEPS + 1);
     let (mut x, mut below, step): (f64, f64, f64) = (-6.0, 0.0, 1e-4);
@@ -42,20 +42,20 @@ pub(super) struct Noise {
 }
 
 impl Noise {
-    /// Takes the standard deviation in grey levels; without any there is no noise.
+    /// Makes noise of a standard deviation in grey levels; none if it is not positive.
     pub fn new(sigma: f64, seed: u64) -> Option<Self> {
         let seed = mixed(seed ^ 0x5e_ed0f_5e45_0111);
         (sigma > 0.0).then(|| Self { sigma: sigma as f32, seed, table: &QUANTILES })
     }
 
-    /// Gives the noise in the three channels of eight pixels in a row, in grey levels.
+    /// Returns the noise in the three channels of eight pixels in a row, in grey levels.
     #[inline(always)]
     pub fn eight(self, first: u64) -> [[f32; EIGHT]; 3] {
         let mut out = [[0.0; EIGHT]; 3];
         for lane in 0..EIGHT {
             let pixel = first + lane as u64;
             let bits = mixed(self.seed.wrapping_add(pixel.wrapping_mul(0x9e37_79b9_7f4a_7c15)));
-            // 21 bits a channel: 10 choose the entry, 11 the place up to the next.
+            // 21 bits per channel: 10 select the entry, 11 the position up to the next.
             for (channel, levels) in out.iter_mut().enumerate() {
                 let part = (bits >> (21 * channel)) as i32 & 0x1f_ffff;
                 let [low, rise] = self.table[part as usize >> 11];

@@ -1,10 +1,10 @@
-//! Where rays enter and leave the simple shapes, each about the origin of its own frame.
+//! Entry and exit of rays through the simple shapes, each about the origin of its own frame.
 
 use super::mesh::Mesh;
 use super::vector::{Vector, splat};
 use crate::simd::RayLanes;
 
-/// What a visual is, in metres.
+/// The shape of a visual, in metres.
 #[derive(Debug, Clone)]
 pub(super) enum Shape {
     Ellipsoid { radii: [f64; 3] },
@@ -16,7 +16,7 @@ pub(super) enum Shape {
 }
 
 impl Shape {
-    /// Gives the sizes that [`span`] reads.
+    /// Returns the sizes that [`span`] reads.
     pub fn sizes(&self) -> [f64; 3] {
         match *self {
             Self::Ellipsoid { radii } => radii.map(|r| 1.0 / r),
@@ -29,7 +29,7 @@ impl Shape {
         }
     }
 
-    /// Gives centre and radius of a ball around it, in its own frame.
+    /// Returns centre and radius of a bounding ball, in its own frame.
     pub fn ball(&self) -> ([f64; 3], f64) {
         let radius = match self {
             Self::Ellipsoid { radii } => radii.iter().copied().fold(0.0, f64::max),
@@ -43,8 +43,8 @@ impl Shape {
     }
 }
 
-/// Where a ray is inside a convex shape, as multiples of its direction; empty if `enter` is beyond
-/// `leave`.
+/// Interval of a ray inside a convex shape, in multiples of its direction; empty if `enter` is
+/// beyond `leave`.
 #[derive(Clone, Copy)]
 pub(super) struct Span<L> {
     pub enter: L,
@@ -52,7 +52,7 @@ pub(super) struct Span<L> {
 }
 
 impl<L: RayLanes> Span<L> {
-    /// Is empty where a truth does not hold.
+    /// Returns the span where a truth holds, an empty one elsewhere.
     #[inline(always)]
     fn where_true(self, truth: L) -> Self {
         Self {
@@ -72,7 +72,7 @@ impl<L: RayLanes> Span<L> {
         Self { enter: self.enter.min(other.enter), leave: self.leave.max(other.leave) }
     }
 
-    /// Gives the first place beyond `near` where the surface is met, or infinity.
+    /// Returns the first position beyond `near` on the surface, or infinity.
     #[inline(always)]
     pub fn first(self, near: L) -> L {
         let t = near.less(self.enter).select(self.enter, self.leave);
@@ -81,7 +81,7 @@ impl<L: RayLanes> Span<L> {
     }
 }
 
-/// Gives where rays are inside a convex shape of some sizes; a mesh is none and gives nothing.
+/// Returns the intervals of rays inside a convex shape of given sizes; empty for a mesh.
 #[inline(always)]
 pub(super) fn span<L: RayLanes>(
     shape: &Shape,
@@ -103,7 +103,7 @@ pub(super) fn span<L: RayLanes>(
     }
 }
 
-/// Is never so close to zero that its inverse overflows.
+/// Returns a number whose inverse does not overflow.
 #[inline(always)]
 pub(super) fn nudged<L: RayLanes>(x: L) -> L {
     x.abs().less(L::of(1e-20)).select(L::of(1e-20), x)
@@ -113,7 +113,7 @@ pub(super) fn nudged<L: RayLanes>(x: L) -> L {
 fn ball<L: RayLanes>(from: Vector<L>, along: Vector<L>, radius: L) -> Span<L> {
     let a = along.dot(along);
     let middle = -(from.dot(along) / a);
-    // Taken at the place closest to the centre, where nothing cancels.
+    // Evaluated at the position closest to the centre, where nothing cancels.
     let closest = from + along * middle;
     let room = radius * radius - closest.dot(closest);
     let half = (room.max(L::of(0.0)) / a).sqrt();
@@ -121,7 +121,7 @@ fn ball<L: RayLanes>(from: Vector<L>, along: Vector<L>, radius: L) -> Span<L> {
     Span { enter: middle - half, leave: middle + half }.where_true(inside)
 }
 
-/// An endless cylinder along z.
+/// Intersects an infinite cylinder along z.
 #[inline(always)]
 fn tube<L: RayLanes>(from: Vector<L>, along: Vector<L>, radius: L) -> Span<L> {
     let a = (along.x * along.x + along.y * along.y).max(L::of(1e-20));

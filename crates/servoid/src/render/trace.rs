@@ -1,4 +1,4 @@
-//! What rays meet first, and whether anything stands between a place and the lamp.
+//! First hits of rays, and shadows.
 
 use super::mesh::Hit;
 use super::placed::Moment;
@@ -7,13 +7,13 @@ use super::shape::{Shape, span};
 use super::vector::{Vector, splat};
 use crate::simd::RayLanes;
 
-/// Marks rays that meet nothing.
+/// Marks rays without a hit.
 pub(super) const NOTHING: f64 = -1.0;
 
-/// Visuals nearer to the lens than this, as a multiple of a ray's direction, are not seen.
+/// Visuals nearer to the lens than this, as a multiple of a ray's direction, are ignored.
 const NEAR: f64 = 1e-4;
 
-/// Gives what rays from the lens meet first of some visuals.
+/// Returns the first hits of rays from the lens among some visuals.
 #[inline(always)]
 pub(super) fn nearest<L: RayLanes>(
     visuals: &[Visual],
@@ -42,8 +42,8 @@ pub(super) fn nearest<L: RayLanes>(
     hit
 }
 
-/// Gives where something stands between places, in the lens's frame, and the lamp; `open` says
-/// for which places that matters.
+/// Returns where something lies between positions, in the lens's frame, and the lamp; `open` marks
+/// the positions for which that matters.
 #[inline(always)]
 pub(super) fn shaded<L: RayLanes>(
     visuals: &[Visual],

@@ -9,19 +9,19 @@ pub(super) struct Vector<T> {
     pub z: T,
 }
 
-/// Gives eight times the same vector.
+/// Returns eight copies of a vector.
 #[inline(always)]
 pub(super) fn splat<L: RayLanes>(v: [L::Scalar; 3]) -> Vector<L> {
     Vector { x: L::splat(v[0]), y: L::splat(v[1]), z: L::splat(v[2]) }
 }
 
-/// Gives eight times the same vector of single precision.
+/// Returns eight copies of a vector of single precision.
 #[inline(always)]
 pub(super) fn splat_single<L: RayLanes>(v: [f32; 3]) -> Vector<L> {
     Vector { x: L::splat_single(v[0]), y: L::splat_single(v[1]), z: L::splat_single(v[2]) }
 }
 
-/// Gives three numbers as a scene stores them.
+/// Converts three numbers to the precision in which a scene stores them.
 pub(super) fn stored<S: Scalar>(v: [f64; 3]) -> [S; 3] {
     v.map(S::of)
 }
@@ -77,7 +77,7 @@ impl<L: RayLanes> Vector<L> {
         }
     }
 
-    /// Multiplies each part with its own number.
+    /// Multiplies componentwise.
     #[inline(always)]
     pub fn times(self, o: Self) -> Self {
         Self { x: self.x * o.x, y: self.y * o.y, z: self.z * o.z }
@@ -98,7 +98,7 @@ impl<L: RayLanes> Vector<L> {
         }
     }
 
-    /// Turns by a matrix of rows.
+    /// Multiplies by a matrix of rows.
     #[inline(always)]
     pub fn turned(self, rows: &[[L::Scalar; 3]; 3]) -> Self {
         Self {
@@ -108,7 +108,7 @@ impl<L: RayLanes> Vector<L> {
         }
     }
 
-    /// Turns by the transpose of a matrix of rows.
+    /// Multiplies by the transpose of a matrix of rows.
     #[inline(always)]
     pub fn turned_back(self, rows: &[[L::Scalar; 3]; 3]) -> Self {
         splat::<L>(rows[0]) * self.x + splat::<L>(rows[1]) * self.y + splat::<L>(rows[2]) * self.z

@@ -3,21 +3,21 @@ use nalgebra::{Matrix3, Vector3};
 use super::{Ellipsoid, ShapeError};
 use crate::pose::{Pose, even_direction};
 
-/// A rigid set of ellipsoids in the object's own frame, and where that frame is in the world.
+/// A rigid set of ellipsoids in the object's own frame, and the pose of that frame in the world.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Body {
     world_from_object: Pose,
     ellipsoids: Vec<Ellipsoid>,
 }
 
-/// Points that stand for one ellipsoid when the union's moments are summed.
+/// Sample points per ellipsoid for the moments of the union.
 const MOMENT_POINTS: usize = 256;
 
 impl Body {
-    /// Most ellipsoids that a body holds.
+    /// Most ellipsoids in a body.
     pub const MAX_ELLIPSOIDS: usize = 64;
 
-    /// Joins ellipsoids, given in the object's frame, and that frame's pose.
+    /// Makes a body of ellipsoids, given in the object's frame, and the pose of that frame.
     ///
     /// # Errors
     /// If there is no ellipsoid or there are more than [`Body::MAX_ELLIPSOIDS`].
@@ -29,8 +29,8 @@ impl Body {
         Ok(Self { world_from_object, ellipsoids })
     }
 
-    /// Joins ellipsoids given in the world and chooses the object's frame: its origin at the
-    /// centroid of their union, x along its longest principal axis, y along the next, each
+    /// Makes a body of ellipsoids given in the world and chooses the object's frame: its origin at
+    /// the centroid of their union, x along its longest principal axis, y along the next, each
     /// pointing to the heavier side.
     ///
     /// # Errors
@@ -42,31 +42,31 @@ impl Body {
         Self::new(world_from_object, ellipsoids_in_world.iter().map(moved).collect())
     }
 
-    /// Gives the pose of the object in the world.
+    /// Returns the pose of the object in the world.
     #[must_use]
     pub fn world_from_object(&self) -> Pose {
         self.world_from_object
     }
 
-    /// Gives the ellipsoids in the object's frame.
+    /// Returns the ellipsoids in the object's frame.
     #[must_use]
     pub fn ellipsoids(&self) -> &[Ellipsoid] {
         &self.ellipsoids
     }
 
-    /// Gives the ellipsoids in the world.
+    /// Returns the ellipsoids in the world.
     #[must_use]
     pub fn in_world(&self) -> Vec<Ellipsoid> {
         self.ellipsoids.iter().map(|e| e.transformed(&self.world_from_object, 1.0)).collect()
     }
 
-    /// Puts the whole to another pose.
+    /// Returns the body at another pose.
     #[must_use]
     pub fn at(&self, world_from_object: Pose) -> Self {
         Self { world_from_object, ellipsoids: self.ellipsoids.clone() }
     }
 
-    /// Scales about the world's origin, then moves the whole.
+    /// Scales about the world's origin, then transforms by a pose.
     #[must_use]
     pub fn transformed(&self, pose: &Pose, scale: f64) -> Self {
         let here = self.world_from_object;
@@ -90,8 +90,8 @@ fn principal_frame(ellipsoids: &[Ellipsoid]) -> Pose {
     })
 }
 
-/// Spreads points evenly over each ellipsoid, weighted by volume; a point that several ellipsoids
-/// hold is shared among them, so that the sum is over the union.
+/// Spreads points evenly over each ellipsoid, weighted by volume; a point inside several ellipsoids
+/// is shared among them, so that sums are over the union.
 fn weighted_points(ellipsoids: &[Ellipsoid]) -> Vec<(Vector3<f64>, f64)> {
     let mut out = Vec::with_capacity(ellipsoids.len() * MOMENT_POINTS);
     for ellipsoid in ellipsoids {
@@ -105,7 +105,7 @@ fn weighted_points(ellipsoids: &[Ellipsoid]) -> Vec<(Vector3<f64>, f64)> {
     out
 }
 
-/// Gives point `i` of a Fibonacci spiral wound through the unit ball.
+/// Returns point `i` of a Fibonacci spiral through the unit ball.
 fn ball_point(i: usize) -> Vector3<f64> {
     let share = (i as f64 + 0.5) / MOMENT_POINTS as f64;
     // A second irrational step decouples the radius from the height.

@@ -5,8 +5,8 @@ use crate::pose::Pose;
 
 /// An ellipsoid: the points `center + R diag(radii) x` with |x| <= 1.
 ///
-/// Everything that is projected or compared uses its shape matrix Σ = R diag(radii²) Rᵀ; with the
-/// centre c it is the dual quadric of the surface.
+/// Projections and comparisons use its shape matrix Σ = R diag(radii²) Rᵀ; with the centre c it is
+/// the dual quadric of the surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ellipsoid {
     center: Vector3<f64>,
@@ -15,8 +15,8 @@ pub struct Ellipsoid {
 }
 
 impl Ellipsoid {
-    /// Makes an ellipsoid of centre and radii in metres and an orientation (w, x, y, z).
-    /// `index` is how errors name it.
+    /// Makes an ellipsoid of centre and radii in metres and an orientation (w, x, y, z). Errors
+    /// refer to it by `index`.
     ///
     /// # Errors
     /// If a number is not finite, a radius is not positive or the quaternion is not of unit length.
@@ -40,14 +40,14 @@ impl Ellipsoid {
         Ok(Self { center: center.into(), radii: radii.into(), rotation })
     }
 
-    /// Turns the ellipsoid to an orientation, which is taken to the last bit.
+    /// Returns the ellipsoid with another orientation, which is stored to the last bit.
     #[must_use]
     pub fn turned_to(self, rotation: UnitQuaternion<f64>) -> Self {
         Self { rotation, ..self }
     }
 
-    /// Makes the ellipsoid of a quadric, radii falling. Radii below `least` are raised to it, so
-    /// that a flat one still makes a solid.
+    /// Makes the ellipsoid of a quadric, with decreasing radii. Radii below `least` are raised to
+    /// it, so that a flat quadric still makes a solid.
     #[must_use]
     pub fn from_quadric(quadric: &Quadric, least: f64) -> Self {
         let eigen = SymmetricEigen::new(quadric.shape_matrix());
@@ -62,63 +62,63 @@ impl Ellipsoid {
         Self { center: quadric.center, radii, rotation }
     }
 
-    /// Gives the ellipsoid as optimisation sees it.
+    /// Returns the ellipsoid as a quadric, as used by optimisation.
     #[must_use]
     pub fn quadric(&self) -> Quadric {
         Quadric { center: self.center, factor: self.factor() }
     }
 
-    /// Gives the centre in metres.
+    /// Returns the centre in metres.
     #[must_use]
     pub fn center(&self) -> Vector3<f64> {
         self.center
     }
 
-    /// Gives the three radii in metres.
+    /// Returns the three radii in metres.
     #[must_use]
     pub fn radii(&self) -> Vector3<f64> {
         self.radii
     }
 
-    /// Gives the orientation.
+    /// Returns the orientation.
     #[must_use]
     pub fn rotation(&self) -> UnitQuaternion<f64> {
         self.rotation
     }
 
-    /// Gives the orientation as a quaternion (w, x, y, z) with w >= 0.
+    /// Returns the orientation as a quaternion (w, x, y, z) with w >= 0.
     #[must_use]
     pub fn quaternion(&self) -> [f64; 4] {
         Pose::from_rotation(self.rotation, Vector3::zeros()).quaternion()
     }
 
-    /// Gives F = R diag(radii): it maps the unit ball to the ellipsoid about its centre.
+    /// Returns F = R diag(radii): it maps the unit ball to the ellipsoid about its centre.
     #[must_use]
     pub fn factor(&self) -> Matrix3<f64> {
         self.rotation.to_rotation_matrix().into_inner() * Matrix3::from_diagonal(&self.radii)
     }
 
-    /// Gives the shape matrix Σ = F Fᵀ in square metres.
+    /// Returns the shape matrix Σ = F Fᵀ in square metres.
     #[must_use]
     pub fn shape_matrix(&self) -> Matrix3<f64> {
         let factor = self.factor();
         factor * factor.transpose()
     }
 
-    /// Gives the volume in cubic metres.
+    /// Returns the volume in cubic metres.
     #[must_use]
     pub fn volume(&self) -> f64 {
         4.0 / 3.0 * std::f64::consts::PI * self.radii.product()
     }
 
-    /// Says whether a point is inside.
+    /// Returns whether a point is inside.
     #[must_use]
     pub fn contains(&self, point: &Vector3<f64>) -> bool {
         let local = self.rotation.inverse_transform_vector(&(point - self.center));
         local.component_div(&self.radii).norm_squared() < 1.0
     }
 
-    /// Says whether the straight line between two points meets the inside.
+    /// Returns whether the straight line between two points passes through the inside.
     #[must_use]
     pub fn meets(&self, from: &Vector3<f64>, to: &Vector3<f64>) -> bool {
         let local = |point: &Vector3<f64>| {
@@ -132,7 +132,7 @@ impl Ellipsoid {
         (begin + way * nearest).norm_squared() < 1.0
     }
 
-    /// Scales about the origin, then moves.
+    /// Scales about the origin, then transforms by a pose.
     #[must_use]
     pub fn transformed(&self, pose: &Pose, scale: f64) -> Self {
         Self {
@@ -143,7 +143,8 @@ impl Ellipsoid {
     }
 }
 
-/// An axis and its opposite are the same axis: picks the one whose largest entry is positive.
+/// Of an axis and its opposite, which are the same axis, returns the one whose largest entry is
+/// positive.
 fn upright(axis: Vector3<f64>) -> Vector3<f64> {
     if axis[axis.iamax()] < 0.0 { -axis } else { axis }
 }

@@ -20,21 +20,21 @@ pub struct MassProperties {
 
 /// Rings of lines through one ellipsoid.
 const RINGS: usize = 192;
-/// Lines of one ring.
+/// Lines per ring.
 const LINES: usize = 384;
 
 impl Body {
-    /// Gives the mass properties of the union of the ellipsoids, in the object's frame.
+    /// Returns the mass properties of the union of the ellipsoids, in the object's frame.
     ///
-    /// What several ellipsoids hold counts once. The relative error is below about 1e-4, and below
-    /// 1e-8 where ellipsoids do not meet.
+    /// A part inside several ellipsoids counts once. The relative error is below about 1e-4, and
+    /// below 1e-8 where ellipsoids do not intersect.
     #[must_use]
     pub fn mass_properties(&self) -> MassProperties {
         union_moments(self.ellipsoids(), RINGS, LINES)
     }
 }
 
-/// Sums, over all ellipsoids, what each holds and none of the larger ones does.
+/// Sums, over all ellipsoids, the part of each that is in none of the larger ones.
 fn union_moments(ellipsoids: &[Ellipsoid], rings: usize, lines: usize) -> MassProperties {
     let mut order: Vec<&Ellipsoid> = ellipsoids.iter().collect();
     order.sort_by(|a, b| b.volume().total_cmp(&a.volume()));
@@ -45,7 +45,7 @@ fn union_moments(ellipsoids: &[Ellipsoid], rings: usize, lines: usize) -> MassPr
         .into_par_iter()
         .map(|job| parts[job / rings].ring(job % rings, rings, lines))
         .collect();
-    // About a point amid the body, so that a far origin costs no digits.
+    // About a point within the body, so that a far origin does not cost precision.
     let middle = order.iter().map(|e| e.center()).sum::<Vector3<f64>>() / order.len() as f64;
     let total: Moments = sums
         .chunks(rings)
@@ -87,7 +87,7 @@ impl Sum for Moments {
     }
 }
 
-/// An ellipsoid as the unit ball, and the larger ellipsoids that cut into it.
+/// An ellipsoid as the unit ball, and the larger ellipsoids that intersect it.
 struct Part {
     center: Vector3<f64>,
     factor: Matrix3<f64>,
@@ -117,10 +117,12 @@ impl Part {
 
     /// Sums over the lines of one ring, in the coordinates of the unit ball.
     ///
-    /// Lines run along z. Rings are even in the half length s of the lines instead of in their
-    /// distance from the axis: ρ dρ = s ds, and sums over a whole ball are exact polynomials in s.
+    /// Lines run along z. Rings are spaced evenly in the half length s of the lines instead of in
+    /// their distance from the axis: ρ dρ = s ds, and sums over a whole ball are exact polynomials
+    /// in s.
     fn ring(&self, ring: usize, rings: usize, lines: usize) -> Moments {
-        // Two nodes of Gauss to a cell; each ring is turned, so that no seam meets all in step.
+        // Two Gauss nodes per cell; each ring is rotated, so that no boundary coincides with the
+        // lines of all rings.
         let cell = (ring / 2) as f64 + 0.5;
         let node = if ring.is_multiple_of(2) { -0.5 } else { 0.5 } / 3.0_f64.sqrt();
         let half = (cell + node) * 2.0 / rings as f64;
@@ -146,8 +148,8 @@ impl Part {
         sums
     }
 
-    /// Integrates 1, z and z² over the part of the line |z| < half above `foot` that no larger
-    /// ellipsoid holds.
+    /// Integrates 1, z and z² over the part of the line |z| < half above `foot` that is in no
+    /// larger ellipsoid.
     fn rest(&self, foot: &Vector3<f64>, half: f64, spans: &mut Vec<(f64, f64)>) -> [f64; 3] {
         spans.clear();
         spans.extend(self.carvers.iter().filter_map(|carver| carver.span(foot)));
@@ -166,7 +168,7 @@ impl Part {
         sums
     }
 
-    /// Moves sums from the unit ball to where the ellipsoid is, about `origin`.
+    /// Transforms sums from the unit ball to the ellipsoid, about `origin`.
     fn place(&self, sums: &Moments, origin: &Vector3<f64>) -> Moments {
         let center = self.center - origin;
         let bulk = self.factor.determinant().abs();
@@ -186,7 +188,7 @@ impl Part {
 }
 
 impl Carver {
-    /// Gives the interval of the line along z above `foot` that the ellipsoid holds.
+    /// Returns the interval of the line along z above `foot` that is inside the ellipsoid.
     fn span(&self, foot: &Vector3<f64>) -> Option<(f64, f64)> {
         let start = self.turn * foot + self.shift;
         let along = self.turn.column(2);

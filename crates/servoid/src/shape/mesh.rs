@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Vector3};
 use super::{Grid, Projection, ShapeError};
 use crate::pose::Pose;
 
-/// A closed surface of triangles, whose corners go round counter-clockwise seen from outside.
+/// A closed triangle mesh with vertices in counter-clockwise order seen from outside.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Mesh {
     vertices: Vec<Vector3<f64>>,
@@ -15,15 +15,15 @@ pub struct Mesh {
     spread: Matrix3<f64>,
 }
 
-/// Lines along each side of a voxel on which filling is measured.
+/// Lines along each side of a voxel on which the filled share is measured.
 const LINES: usize = 2;
 
 impl Mesh {
-    /// Joins corners, in metres, and triangles.
+    /// Makes a mesh of vertices, in metres, and triangles.
     ///
     /// # Errors
-    /// If a number is not finite, a triangle names a corner that is not there, the surface is not
-    /// closed or its volume is not positive.
+    /// If a number is not finite, a triangle refers to a vertex that does not exist, the surface is
+    /// not closed or its volume is not positive.
     pub fn new(vertices: Vec<[f64; 3]>, faces: Vec<[usize; 3]>) -> Result<Self, ShapeError> {
         if let Some(index) = vertices.iter().position(|v| !v.iter().all(|x| x.is_finite())) {
             return Err(ShapeError::Corner { index, corner: vertices[index] });
@@ -43,19 +43,19 @@ impl Mesh {
         Ok(Self { vertices, faces, volume, centroid, spread })
     }
 
-    /// Gives the corners.
+    /// Returns the vertices.
     #[must_use]
     pub fn vertices(&self) -> &[Vector3<f64>] {
         &self.vertices
     }
 
-    /// Gives the volume in cubic metres.
+    /// Returns the volume in cubic metres.
     #[must_use]
     pub fn volume(&self) -> f64 {
         self.volume
     }
 
-    /// Gives the frame at the centroid whose x lies along the longest principal axis and y along
+    /// Returns the frame at the centroid whose x lies along the longest principal axis and y along
     /// the next, each pointing to the side that reaches farther.
     #[must_use]
     pub fn principal_frame(&self) -> Pose {
@@ -66,13 +66,14 @@ impl Mesh {
         })
     }
 
-    /// Gives the radius of the ball that is spread as far about its centroid as the solid is.
+    /// Returns the radius of the ball with the same mean squared distance from its centroid as the
+    /// solid.
     #[must_use]
     pub fn extent(&self) -> f64 {
         (self.spread.trace() * 5.0 / 3.0).sqrt()
     }
 
-    /// Gives how many times the mean thickness, 2 V / A, goes into the longest side.
+    /// Returns the ratio of the longest side to the mean thickness, 2 V / A.
     #[must_use]
     pub fn slenderness(&self) -> f64 {
         let corners = |face: &[usize; 3]| face.map(|i| self.vertices[i]);
@@ -82,7 +83,7 @@ impl Mesh {
         (high - low).max() * total / (2.0 * self.volume)
     }
 
-    /// Moves, then scales about the origin.
+    /// Transforms by a pose, then scales about the origin.
     #[must_use]
     pub fn moved(&self, pose: &Pose, scale: f64) -> Self {
         let rotation = pose.rotation_matrix();
@@ -95,8 +96,8 @@ impl Mesh {
         }
     }
 
-    /// Fills a grid whose longest side has `count` voxels about the mesh, with `margin` voxels of
-    /// nothing around.
+    /// Fills a grid with `count` voxels along the longest side of the mesh, and `margin` empty
+    /// voxels around it.
     #[must_use]
     pub fn fill(&self, count: usize, margin: usize) -> Grid {
         let (low, high) = self.bounds();
@@ -124,7 +125,7 @@ impl Mesh {
         Grid { origin, pitch, size, filled: layers.concat() }
     }
 
-    /// Gives, for each line along x, where it meets the surface and whether it enters (1) or
+    /// Returns, for each line along x, where it crosses the surface and whether it enters (1) or
     /// leaves (-1) there.
     fn crossings(
         &self,
@@ -150,7 +151,7 @@ impl Mesh {
     }
 
     /// Draws the silhouette: row by row, 255 at each pixel whose centre the mesh covers. A mesh
-    /// that is not wholly in front of the camera is not drawn.
+    /// that is not completely in front of the camera is not drawn.
     #[must_use]
     pub fn silhouette(&self, projection: &Projection, size_px: [usize; 2]) -> Vec<u8> {
         let mut pixels = vec![0; size_px[0] * size_px[1]];
@@ -189,7 +190,7 @@ fn open_edges(faces: &[[usize; 3]]) -> usize {
     edges.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)).filter(|twins| balance(twins) != 0).count()
 }
 
-/// Sums volume, centroid and spread over the tetrahedra between a point and the triangles.
+/// Integrates volume, centroid and spread over the tetrahedra between a point and the triangles.
 fn moments(vertices: &[Vector3<f64>], faces: &[[usize; 3]]) -> (f64, Vector3<f64>, Matrix3<f64>) {
     let pivot = vertices.iter().sum::<Vector3<f64>>() / vertices.len().max(1) as f64;
     let (mut volume, mut first, mut second) = (0.0, Vector3::zeros(), Matrix3::zeros());
@@ -206,7 +207,7 @@ fn moments(vertices: &[Vector3<f64>], faces: &[[usize; 3]]) -> (f64, Vector3<f64
     (volume, pivot + off, second / volume - off * off.transpose())
 }
 
-/// Gives twice the signed area of a flat triangle.
+/// Returns twice the signed area of a planar triangle.
 fn turn(flat: &[[f64; 2]], [a, b, c]: [usize; 3]) -> f64 {
     side(flat[a], flat[b], flat[c])
 }
@@ -215,16 +216,17 @@ fn side(a: [f64; 2], b: [f64; 2], p: [f64; 2]) -> f64 {
     (b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0])
 }
 
-/// Gives the side on which a place lies; one on the line counts as moved by ever so little to the
-/// right, and up by far less, so that all triangles about an edge or a corner agree on who has it.
+/// Returns the side on which a position lies. A position on the line is treated as shifted by an
+/// infinitesimal amount to the right, and up by far less, so that exactly one of the triangles
+/// about an edge or a vertex covers it.
 fn side_or_beside(a: [f64; 2], b: [f64; 2], p: [f64; 2]) -> f64 {
     let (value, [along, up]) = (side(a, b, p), [b[0] - a[0], b[1] - a[1]]);
     let tie = if up == 0.0 { along } else { -up };
     if value == 0.0 { f64::MIN_POSITIVE.copysign(tie) } else { value }
 }
 
-/// Visits the places with whole coordinates that a flat triangle covers, with the share of each
-/// corner there. A place on an edge that two triangles share belongs to one of them.
+/// Visits the integer positions that a planar triangle covers, with the barycentric weight of each
+/// vertex. A position on an edge shared by two triangles belongs to one of them.
 fn for_each_covered(
     flat: &[[f64; 2]],
     face: [usize; 3],
@@ -247,7 +249,7 @@ fn for_each_covered(
             let at = [u as f64, v as f64];
             let shares = [1, 2, 0].map(|i| {
                 let (from, to) = (face[i], face[(i + 1) % 3]);
-                // Evaluated alike from both sides, so that neighbours agree to the bit.
+                // Evaluated in the same order from both sides, so that neighbours agree to the bit.
                 let (one, two) = (from.min(to), from.max(to));
                 let value = side_or_beside(flat[one], flat[two], at);
                 (if from < to { value } else { -value }) / whole
@@ -259,7 +261,7 @@ fn for_each_covered(
     }
 }
 
-/// Gives the intervals of a line that lie inside.
+/// Returns the intervals of a line that are inside.
 fn inside(crossings: &[(f64, i32)]) -> Vec<(f64, f64)> {
     let mut sorted = crossings.to_vec();
     sorted.sort_by(|a, b| a.0.total_cmp(&b.0));

@@ -48,7 +48,7 @@ pub enum ShapeError {
         /// Its radii.
         radii: [f64; 3],
     },
-    /// The rotation is no unit quaternion.
+    /// The rotation is not a unit quaternion.
     #[error("ellipsoid {index}: its rotation: {source}")]
     Rotation {
         /// Which ellipsoid.
@@ -61,38 +61,38 @@ pub enum ShapeError {
     Count {
         /// How many were given.
         given: usize,
-        /// Most that a body holds.
+        /// Most ellipsoids in a body.
         max: usize,
     },
-    /// A corner of a mesh is not finite.
-    #[error("corner {index} of the mesh must be three finite numbers, but it is {corner:?}")]
+    /// A vertex of a mesh is not finite.
+    #[error("vertex {index} of the mesh must be three finite numbers, but it is {corner:?}")]
     Corner {
-        /// Which corner.
+        /// Index of the vertex.
         index: usize,
         /// Its coordinates.
         corner: [f64; 3],
     },
-    /// A triangle names a corner that is not there.
-    #[error("the mesh has {corners} corners, counted from 0, but a triangle names {face:?}")]
+    /// A triangle refers to a vertex that does not exist.
+    #[error("the mesh has {corners} vertices, counted from 0, but a triangle refers to {face:?}")]
     Face {
         /// The triangle.
         face: [usize; 3],
-        /// Corners of the mesh.
+        /// Number of vertices of the mesh.
         corners: usize,
     },
-    /// The surface has a hole or triangles that face different ways.
+    /// The surface has a hole, or triangles with inconsistent orientation.
     #[error(
         "the mesh is not closed: {edges} of its edges do not have as many triangles on one side \
-         as on the other; fill its holes and turn its triangles the same way"
+         as on the other; fill its holes and orient its triangles consistently"
     )]
     Open {
         /// Edges that are not balanced.
         edges: usize,
     },
-    /// The mesh holds nothing, or it is inside out.
+    /// The mesh encloses no volume, or it is inside out.
     #[error(
-        "the mesh has a volume of {0} cubic metres; it must be positive: corners go round \
-         counter-clockwise seen from outside"
+        "the mesh has a volume of {0} cubic metres; it must be positive: vertices are in \
+         counter-clockwise order seen from outside"
     )]
     Volume(f64),
 }

@@ -4,7 +4,8 @@ use super::{Quadric, QuadricGradient};
 use crate::camera::Camera;
 use crate::pose::Pose;
 
-/// How a camera at a pose maps the world to homogeneous pixels: x ↦ M x + k with M = K R, k = K t.
+/// The projection of a camera at a pose, from the world to homogeneous pixels: x ↦ M x + k with M =
+/// K R, k = K t.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Projection {
     /// M = K R.
@@ -13,9 +14,9 @@ pub struct Projection {
     pub offset: Vector3<f64>,
 }
 
-/// The outline of an ellipsoid in an image: an ellipse, given row by row.
+/// The outline of an ellipsoid in an image: an ellipse, described row by row.
 ///
-/// Row v holds the interval `center_u + slope * (v - center_v) ± half_width * root` with
+/// Row v contains the interval `center_u + slope * (v - center_v) ± half_width * root` with
 /// `root = sqrt(1 - ((v - center_v) / half_height)²)`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Outline {
@@ -23,7 +24,7 @@ pub struct Outline {
     pub center_u: f64,
     /// Row of the ellipse's centre, in pixels.
     pub center_v: f64,
-    /// How far the middle of the interval moves to the right from row to row, in pixels a row.
+    /// Displacement of the middle of the interval to the right, in pixels per row.
     pub slope: f64,
     /// Half the length of the interval in the centre's row, in pixels.
     pub half_width: f64,
@@ -32,7 +33,7 @@ pub struct Outline {
 }
 
 impl Projection {
-    /// Joins a camera and its pose.
+    /// Makes the projection of a camera at a pose.
     #[must_use]
     pub fn new(camera: &Camera, world_from_camera: &Pose) -> Self {
         let camera_from_world = world_from_camera.inverse();
@@ -42,7 +43,7 @@ impl Projection {
         }
     }
 
-    /// Sees an object that stands at a pose: from the object's frame to the same pixels.
+    /// Returns the projection of the frame of an object at a pose.
     #[must_use]
     pub fn moved(&self, world_from_object: &Pose) -> Self {
         Self {
@@ -51,7 +52,7 @@ impl Projection {
         }
     }
 
-    /// Counts pixels from another first one.
+    /// Returns the projection to pixels relative to another first pixel.
     #[must_use]
     pub fn shifted(&self, first_px: [f64; 2]) -> Self {
         let mut moved = *self;
@@ -63,7 +64,7 @@ impl Projection {
         moved
     }
 
-    /// Gives where the camera is; `None` if what is seen is flat.
+    /// Returns the position of the camera; `None` if the projection is degenerate.
     #[must_use]
     pub fn eye(&self) -> Option<Vector3<f64>> {
         Some(-self.linear.try_inverse()? * self.offset)
@@ -75,7 +76,8 @@ impl Projection {
         self.linear * point + self.offset
     }
 
-    /// Projects a point to pixels and says how they move with the point; `None` if it is not in front.
+    /// Projects a point to a pixel and returns the derivative by the point; `None` if the point is
+    /// not in front.
     #[must_use]
     pub fn pixel(&self, point: &Vector3<f64>) -> Option<(Vector2<f64>, Matrix2x3<f64>)> {
         let h = self.apply(point);
@@ -89,8 +91,8 @@ impl Projection {
         Some((pixel, Matrix2x3::from_rows(&rows) * per_z))
     }
 
-    /// Gives the outline of an ellipsoid, or `None` where it has none: an ellipsoid that is not
-    /// wholly in front of the camera counts as unseen.
+    /// Returns the outline of an ellipsoid, or `None` if the ellipsoid is not completely in front
+    /// of the camera.
     #[must_use]
     pub fn outline(&self, quadric: &Quadric) -> Option<Outline> {
         let spread = self.linear * quadric.factor;
@@ -100,7 +102,7 @@ impl Projection {
         if !(p.z > 0.0 && depth > 0.0) {
             return None;
         }
-        // The dual conic C* = M Σ Mᵀ - p pᵀ about the centre's own image (x, y), where the large
+        // The dual conic C* = M Σ Mᵀ - p pᵀ about the image (x, y) of the centre, where the large
         // products that would cancel are zero; then moved there.
         let per_z = 1.0 / p.z;
         let (x, y) = (p.x * per_z, p.y * per_z);
@@ -122,7 +124,7 @@ impl Projection {
         })
     }
 
-    /// Carries the slopes of a score by the five numbers of an outline back to the quadric.
+    /// Converts the gradient of a score by the five numbers of an outline to one by the quadric.
     #[must_use]
     pub fn pull_back(
         &self,
@@ -132,12 +134,12 @@ impl Projection {
     ) -> QuadricGradient {
         let Outline { center_u: u, center_v: v, slope, half_width, half_height } = *outline;
         let (width, height) = (half_width.max(TINY), half_height.max(TINY));
-        // To the covariance of the ellipse.
+        // By the covariance of the ellipse.
         let by_uu = 0.5 * by_width / width;
         let by_uv = by_slope / (height * height) - slope * by_width / width;
         let by_vv = 0.5 * by_height / height - slope * by_slope / (height * height)
             + 0.5 * slope * slope * by_width / width;
-        // To the normalised dual conic, whose last column is the centre.
+        // By the normalised dual conic, whose last column is the centre.
         let to_u = by_u + 2.0 * u * by_uu + v * by_uv;
         let to_v = by_v + u * by_uv + 2.0 * v * by_vv;
         let covariance = outline.covariance_px();
@@ -167,26 +169,26 @@ impl Projection {
     }
 }
 
-/// Below this (pixels) an outline has no direction in which it grows.
+/// Below this size, in pixels, an outline has no direction in which it grows.
 const TINY: f64 = 1e-9;
 
 impl Outline {
-    /// Gives the share of `1 - t²`, with t from -1 at the first row to 1 at the last, below which a
-    /// row counts as at a pole when rows are `stride` pixels apart.
+    /// Returns the share of `1 - t²`, with t from -1 at the first row to 1 at the last, below which
+    /// a row counts as at a pole if rows are `stride` pixels apart.
     #[must_use]
     pub fn bluntness(&self, stride: f64) -> f64 {
         0.5 * stride / self.half_height.max(TINY)
     }
 
-    /// Gives how far from the centre rows are that hold something of the outline.
+    /// Returns the largest distance from the centre of rows that contain a part of the outline.
     #[must_use]
     pub fn reach(&self, stride: f64) -> f64 {
         self.half_height * (1.0 + self.bluntness(stride)).sqrt()
     }
 
-    /// Gives the interval of columns that stands for the whole strip of `stride` pixels about row
-    /// `v`, if any. Near the poles, where the outline opens like a root, it is about the mean over
-    /// the strip, so that what is summed over rows changes smoothly with the outline.
+    /// Returns the interval of columns that represents the whole strip of `stride` pixels about row
+    /// `v`, if any. Near the poles, where the outline opens like a square root, it is about the
+    /// mean over the strip, so that sums over rows change smoothly with the outline.
     #[must_use]
     pub fn mean_interval(&self, v: f64, stride: f64) -> Option<(f64, f64)> {
         let below = v - self.center_v;
@@ -197,7 +199,7 @@ impl Outline {
         (root > 0.0).then_some((middle - half, middle + half))
     }
 
-    /// Gives the interval of columns that row `v` holds, if any.
+    /// Returns the interval of columns of row `v` inside the outline, if any.
     #[must_use]
     pub fn interval(&self, v: f64) -> Option<(f64, f64)> {
         let below = v - self.center_v;
@@ -206,14 +208,14 @@ impl Outline {
         (root > 0.0).then_some((middle - half, middle + half))
     }
 
-    /// Gives the outline that lies `by_px` pixels outside, about; inside if that is negative.
+    /// Returns the outline about `by_px` pixels outside; inside if that is negative.
     #[must_use]
     pub fn grown(&self, by_px: f64) -> Self {
         let longer = |half: f64| (half + by_px).max(0.1);
         Self { half_width: longer(self.half_width), half_height: longer(self.half_height), ..*self }
     }
 
-    /// Says whether a pixel is inside.
+    /// Returns whether a pixel is inside.
     #[must_use]
     pub fn contains(&self, pixel: &Vector2<f64>) -> bool {
         let below = pixel.y - self.center_v;
@@ -221,13 +223,13 @@ impl Outline {
         across * across + (below / self.half_height).powi(2) < 1.0
     }
 
-    /// Gives the centre in pixels.
+    /// Returns the centre in pixels.
     #[must_use]
     pub fn center_px(&self) -> Vector2<f64> {
         Vector2::new(self.center_u, self.center_v)
     }
 
-    /// Gives the 2x2 matrix S of the ellipse (x - c)ᵀ S⁻¹ (x - c) = 1, in square pixels.
+    /// Returns the 2x2 matrix S of the ellipse (x - c)ᵀ S⁻¹ (x - c) = 1, in square pixels.
     #[must_use]
     pub fn covariance_px(&self) -> Matrix2<f64> {
         let vv = self.half_height * self.half_height;

@@ -2,9 +2,9 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::Ellipsoid;
 
-/// An ellipsoid as optimisation sees it: the centre c and any factor F of its shape matrix
-/// Σ = F Fᵀ. Twelve numbers without constraints, of which three (the turns of the unit ball) do
-/// nothing.
+/// An ellipsoid as used by optimisation: the centre c and any factor F of its shape matrix Σ = F
+/// Fᵀ. These are twelve numbers without constraints, of which three (rotations of the unit ball)
+/// have no effect.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Quadric {
     /// Centre, in metres.
@@ -13,7 +13,7 @@ pub struct Quadric {
     pub factor: Matrix3<f64>,
 }
 
-/// How a score changes with a [`Quadric`]'s numbers.
+/// The gradient of a score by a [`Quadric`]'s numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct QuadricGradient {
     /// By the centre.
@@ -31,14 +31,14 @@ impl QuadricGradient {
 }
 
 impl Quadric {
-    /// Gives the shape matrix Σ = F Fᵀ.
+    /// Returns the shape matrix Σ = F Fᵀ.
     #[must_use]
     pub fn shape_matrix(&self) -> Matrix3<f64> {
         self.factor * self.factor.transpose()
     }
 
-    /// Gives two ellipsoids that fill the halves on both sides of the middle, across principal axis
-    /// `axis` (0 to 2, the longest first).
+    /// Returns two ellipsoids that fill the halves on both sides of the middle, across principal
+    /// axis `axis` (0 to 2, the longest first).
     #[must_use]
     pub fn halves(&self, axis: usize) -> [Self; 2] {
         let solid = Ellipsoid::from_quadric(self, 0.0);
@@ -47,7 +47,7 @@ impl Quadric {
         [-0.5, 0.5].map(|side| Self { center: self.center + radius * side, factor })
     }
 
-    /// Gives the quantity that the volume is proportional to, |det F|.
+    /// Returns |det F|, to which the volume is proportional.
     #[must_use]
     pub fn bulk(&self) -> f64 {
         self.factor.determinant().abs()

@@ -1,4 +1,4 @@
-//! A closed surface around all that a soup of triangles winds around.
+//! Rebuilds a closed surface around the inside of a triangle soup.
 
 use std::collections::HashMap;
 
@@ -7,28 +7,28 @@ use nalgebra::Vector3;
 
 use super::Soup;
 
-/// Winding number at which the surface runs.
+/// Winding number at the surface.
 const LEVEL: f64 = 0.5;
-/// Halvings of an edge of the grid on the way to the surface.
+/// Bisections of an edge of the grid that locate the surface.
 const HALVINGS: usize = 5;
-/// Cells along a block, which is looked at as a whole where no triangle is near.
+/// Cells along a block; a block without nearby triangles is classified as a whole.
 const BLOCK: usize = 4;
-/// Cells of nothing around all.
+/// Empty cells around the triangles.
 const MARGIN: usize = 2;
-/// The tetrahedra of a cell, by the axes along which one walks from its first corner to its last.
+/// The tetrahedra of a cell, by the axes of a path from its first corner to its last.
 const WALKS: [[usize; 3]; 6] = [[0, 1, 2], [1, 2, 0], [2, 0, 1], [1, 0, 2], [0, 2, 1], [2, 1, 0]];
 
 type Spot = [usize; 3];
 
-/// A closed surface: corners, and triangles that go round counter-clockwise seen from outside.
+/// A closed surface: vertices, and triangles in counter-clockwise order seen from outside.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Rebuilt {
-    /// Corners, in metres.
+    /// Vertices, in metres.
     pub vertices: Vec<[f64; 3]>,
     /// Triangles.
     pub faces: Vec<[usize; 3]>,
-    /// For each corner, how far the winding number leaps across the surface there: about 1 where it
-    /// was given, less where it is guessed.
+    /// For each vertex, the jump of the winding number across the surface: about 1 on the given
+    /// triangles, less where the surface is interpolated.
     pub leaps: Vec<f64>,
     /// Side of a cell of the grid, in metres.
     pub cell: f64,
@@ -59,7 +59,7 @@ impl Lattice {
     }
 }
 
-/// How many things lie along x, y and z; x runs fastest.
+/// Number of items along x, y and z; x varies fastest.
 #[derive(Debug, Clone, Copy)]
 struct Shape(Spot);
 
@@ -79,8 +79,8 @@ impl Shape {
 }
 
 impl Soup {
-    /// Rebuilds the surface on a grid with `cells` along the longest side, by marching tetrahedra: it
-    /// runs where the winding number is a half. There is none where nothing is wound around.
+    /// Rebuilds the surface where the winding number is a half, on a grid with `cells` along the
+    /// longest side, by marching tetrahedra. Returns none if the triangles enclose nothing.
     #[must_use]
     pub fn rebuilt(&self, cells: usize) -> Option<Rebuilt> {
         let (low, high) = self.bounds()?;
@@ -99,8 +99,8 @@ impl Soup {
         Some(Rebuilt { vertices, faces, leaps, cell: lattice.cell })
     }
 
-    /// Says of each place of a grid whether it is inside. Where no triangle is near, the winding number
-    /// hardly changes: what all corners of a block are, all of it is.
+    /// Returns for each position of a grid whether it is inside. Where no triangle is near, the
+    /// winding number hardly changes: a block whose corners agree is classified as a whole.
     fn insides(&self, lattice: &Lattice) -> Vec<bool> {
         let blocks = lattice.size.map(|n| n.div_ceil(BLOCK));
         let (own, corners) = (Shape(blocks), Shape(blocks.map(|n| n + 1)));
@@ -126,7 +126,7 @@ impl Soup {
         (0..places.count()).into_par_iter().map(is_in).collect()
     }
 
-    /// Says which blocks a triangle is in, or a cell beside.
+    /// Returns the blocks that contain a triangle, or are within a cell of one.
     fn touched(&self, lattice: &Lattice, blocks: Shape) -> Vec<bool> {
         let mut found = vec![false; blocks.count()];
         for [a, b, c] in self.triangles() {
@@ -147,8 +147,8 @@ impl Soup {
         found
     }
 
-    /// Finds where the way from a place inside to one outside crosses the surface, and how far the
-    /// winding number leaps there.
+    /// Finds where the line from a position inside to one outside crosses the surface, and the jump
+    /// of the winding number there.
     fn crossing(&self, lattice: &Lattice, within: usize, without: usize) -> ([f64; 3], f64) {
         let (mut near, mut far) = (lattice.place(within), lattice.place(without));
         for _ in 0..HALVINGS {
@@ -160,8 +160,8 @@ impl Soup {
     }
 }
 
-/// Marches through all cells: gives the edges, from inside to outside, that the surface crosses, and
-/// the triangles between them.
+/// Marches through all cells: returns the edges, from inside to outside, that the surface crosses,
+/// and the triangles between them.
 fn marched(lattice: &Lattice, is_in: &[bool]) -> (Vec<[usize; 2]>, Vec<[usize; 3]>) {
     let (mut numbers, mut edges, mut faces) = (HashMap::new(), Vec::new(), Vec::new());
     let places = Shape(lattice.size);
@@ -184,7 +184,7 @@ fn marched(lattice: &Lattice, is_in: &[bool]) -> (Vec<[usize; 2]>, Vec<[usize; 3
                 tetrahedron[step + 1] = corners[at];
             }
             if walk >= 3 {
-                tetrahedron.swap(2, 3); // so that all turn the same way
+                tetrahedron.swap(2, 3); // so that all have the same orientation
             }
             cut(tetrahedron, is_in, |triangle| {
                 faces.push(triangle.map(|edge| {
@@ -199,9 +199,9 @@ fn marched(lattice: &Lattice, is_in: &[bool]) -> (Vec<[usize; 2]>, Vec<[usize; 3
     (edges, faces)
 }
 
-/// Cuts a tetrahedron between its corners inside and outside; gives triangles of edges.
+/// Cuts a tetrahedron between its corners inside and outside; returns triangles of edges.
 fn cut(t: [usize; 4], is_in: &[bool], mut push: impl FnMut([[usize; 2]; 3])) {
-    // Even orders of the corners, with those inside, or the only one outside, first.
+    // Even permutations of the corners, with those inside, or the only one outside, first.
     const FIRST: [[usize; 4]; 4] = [[0, 1, 2, 3], [1, 0, 3, 2], [2, 0, 1, 3], [3, 0, 2, 1]];
     const PAIRS: [[usize; 4]; 6] =
         [[0, 1, 2, 3], [0, 2, 3, 1], [0, 3, 1, 2], [1, 2, 0, 3], [1, 3, 2, 0], [2, 3, 0, 1]];

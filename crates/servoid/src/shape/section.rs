@@ -2,12 +2,12 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::{Outline, Quadric, QuadricGradient};
 
-/// An ellipsoid cut by planes of constant z: each cut is an ellipse of the same form, whose centre
-/// moves along a line and whose size follows a circle's root. // (S32)
+/// An ellipsoid cut by planes of constant z: each cut is an ellipse of the same shape, whose centre
+/// moves along a line and whose size follows the root of a circle. // (S32)
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Section {
     center: Vector3<f64>,
-    /// How far a cut's centre moves in x and y for one step in z.
+    /// Displacement of a cut's centre in x and y per step in z.
     lean: [f64; 2],
     /// Σ_zz, the square of the reach in z.
     reach_squared: f64,
@@ -15,7 +15,7 @@ pub struct Section {
     middle: Outline,
 }
 
-/// Slopes of a score by what a [`Section`] is made of, summed over its cuts.
+/// Gradient of a score by the parts of a [`Section`], summed over its cuts.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct SectionGradient {
     center: Vector3<f64>,
@@ -26,17 +26,17 @@ pub struct SectionGradient {
     half_height: f64,
 }
 
-/// Below this a cut is so near to a pole that its slopes say nothing.
+/// Below this a cut is so near to a pole that its gradient is meaningless.
 const TINY: f64 = 1e-9;
 
 impl Section {
-    /// Makes an ellipsoid ready to be cut; `None` for one without volume.
+    /// Prepares an ellipsoid to be cut; `None` for one without volume.
     #[must_use]
     pub fn new(quadric: &Quadric) -> Option<Self> {
         let shape = quadric.shape_matrix();
         let reach_squared = shape[(2, 2)];
         let lean = [shape[(0, 2)] / reach_squared, shape[(1, 2)] / reach_squared];
-        // What is left of Σ once z is known.
+        // Σ conditioned on z.
         let uu = shape[(0, 0)] - lean[0] * shape[(0, 2)];
         let uv = shape[(0, 1)] - lean[0] * shape[(1, 2)];
         let vv = shape[(1, 1)] - lean[1] * shape[(1, 2)];
@@ -57,14 +57,14 @@ impl Section {
         })
     }
 
-    /// Gives the first and the last z that the ellipsoid reaches.
+    /// Returns the first and the last z inside the ellipsoid.
     #[must_use]
     pub fn extent(&self) -> (f64, f64) {
         let reach = self.reach_squared.sqrt();
         (self.center.z - reach, self.center.z + reach)
     }
 
-    /// Gives the cut by the plane at `z`, with x as u and y as v; `None` where there is none.
+    /// Returns the cut by the plane at `z`, with x as u and y as v; `None` where there is none.
     #[must_use]
     pub fn at(&self, z: f64) -> Option<Outline> {
         let off = z - self.center.z;
@@ -78,7 +78,7 @@ impl Section {
         })
     }
 
-    /// Adds the slopes of a score by the five numbers of the cut at `z`.
+    /// Adds the gradient of a score by the five numbers of the cut at `z`.
     pub fn add_slopes(
         &self,
         z: f64,
@@ -100,7 +100,7 @@ impl Section {
         sum.half_height += by_height * root;
     }
 
-    /// Carries the sum of the slopes back to the quadric. // through (S32)
+    /// Converts the summed gradient to one by the quadric. // through (S32)
     #[must_use]
     pub fn pull_back(&self, quadric: &Quadric, sum: &SectionGradient) -> QuadricGradient {
         let Outline { slope, half_width: width, half_height: height, .. } = self.middle;
@@ -115,7 +115,7 @@ impl Section {
         let by_yz = by_y - by_uv * x - 2.0 * by_vv * y;
         let by_zz =
             sum.reach_squared - by_x * x - by_y * y + by_uu * x * x + by_uv * x * y + by_vv * y * y;
-        // Each off-diagonal entry stands twice in Σ.
+        // Each off-diagonal entry occurs twice in Σ.
         let (xy, xz, yz) = (0.5 * by_uv, 0.5 * by_xz, 0.5 * by_yz);
         let by_shape = Matrix3::new(by_uu, xy, xz, xy, by_vv, yz, xz, yz, by_zz);
         QuadricGradient { center: sum.center, factor: by_shape * quadric.factor * 2.0 }
@@ -123,7 +123,7 @@ impl Section {
 }
 
 impl SectionGradient {
-    /// Multiplies all slopes.
+    /// Scales the gradient.
     #[must_use]
     pub fn scaled(&self, by: f64) -> Self {
         Self {
@@ -136,7 +136,7 @@ impl SectionGradient {
         }
     }
 
-    /// Adds the slopes of another.
+    /// Adds another gradient.
     #[must_use]
     pub fn plus(&self, other: &Self) -> Self {
         Self {

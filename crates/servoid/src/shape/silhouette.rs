@@ -2,7 +2,7 @@ use super::{Body, Projection};
 use crate::camera::Camera;
 use crate::pose::Pose;
 
-/// Draws the body's silhouette: row by row, 255 at each pixel whose centre an outline covers.
+/// Draws the body's silhouette: row by row, 255 at each pixel whose centre is inside an outline.
 #[must_use]
 pub fn silhouette(body: &Body, camera: &Camera, world_from_camera: &Pose) -> Vec<u8> {
     let [width, height] = camera.size_px();

@@ -1,4 +1,4 @@
-//! Triangles that need not be closed, nor agree on what is outside, and what they wind around.
+//! Triangles that need not be closed or consistently oriented, and the winding numbers around them.
 
 use crate::parallel::*;
 use nalgebra::{Matrix3, Vector3};
@@ -14,7 +14,7 @@ pub struct Soup {
     nodes: Vec<Node>,
 }
 
-/// A ball that holds the triangles from `first` on, or two balls if `children` says where they are.
+/// A ball around the triangles from `first` on, or around the two balls at `children`.
 #[derive(Debug, Clone)]
 struct Node {
     center: Vector3<f64>,
@@ -22,27 +22,29 @@ struct Node {
     first: usize,
     count: usize,
     children: Option<usize>,
-    /// Sum of the triangles' areas along their normals, and its outer products with how far each is
-    /// from the centre.
+    /// Sum of the triangles' area vectors, and its outer products with the offset of each from the
+    /// centre.
     dipole: Vector3<f64>,
     spread: Matrix3<f64>,
 }
 
-/// Triangles of a ball that is not split.
+/// Most triangles in a ball that is not split.
 const LEAF: usize = 8;
-/// Radii from a ball's centre beyond which its triangles are taken together: to about a hundredth.
+/// Distance from a ball's centre, in radii, beyond which its triangles are summed together: to an
+/// accuracy of about a hundredth.
 const FAR: f64 = 3.0;
-/// Directions in which the sky is looked for, and faces of a patch from which it is.
+/// Directions in which visibility of the sky is tested, and faces of a patch from which it is.
 const DIRECTIONS: usize = 24;
 const LOOKS: usize = 48;
-/// How far beside a face one looks from, of the size of all.
+/// Distance from a face at which a ray starts, relative to the size of everything.
 const BESIDE: f64 = 1e-6;
 
 impl Soup {
-    /// Joins corners, in metres, and triangles; the order of the corners says where outside is.
+    /// Makes a soup of vertices, in metres, and triangles; the order of a triangle's vertices
+    /// defines its outside.
     ///
     /// # Errors
-    /// If a number is not finite, or a triangle names a corner that is not there.
+    /// If a number is not finite, or a triangle refers to a vertex that does not exist.
     pub fn new(vertices: &[[f64; 3]], faces: &[[usize; 3]]) -> Result<Self, ShapeError> {
         if let Some(index) = vertices.iter().position(|v| !v.iter().all(|x| x.is_finite())) {
             return Err(ShapeError::Corner { index, corner: vertices[index] });
@@ -60,12 +62,12 @@ impl Soup {
         Ok(Self { vertices, triangles, nodes })
     }
 
-    /// Says how often the triangles wind around a point: 1 inside of a closed surface and 0 outside,
-    /// and something between where it has holes.
+    /// Returns the winding number of the triangles around a point: 1 inside a closed surface and 0
+    /// outside, and a value in between where it has holes.
     ///
-    /// Source: Jacobson, Kavan, Sorkine-Hornung, *Robust inside-outside segmentation using generalized
-    /// winding numbers* (2013); far triangles together as in Barill and others, *Fast winding numbers
-    /// for soups and clouds* (2018).
+    /// Source: Jacobson, Kavan, Sorkine-Hornung, *Robust inside-outside segmentation using
+    /// generalized winding numbers* (2013); far triangles together as in Barill and others, *Fast
+    /// winding numbers for soups and clouds* (2018).
     #[must_use]
     pub fn winding(&self, point: &Vector3<f64>) -> f64 {
         let mut sum = 0.0;
@@ -86,13 +88,13 @@ impl Soup {
         sum / (4.0 * std::f64::consts::PI)
     }
 
-    /// Says the same of many points.
+    /// Returns the winding numbers around many points.
     #[must_use]
     pub fn windings(&self, points: &[Vector3<f64>]) -> Vec<f64> {
         points.par_iter().map(|point| self.winding(point)).collect()
     }
 
-    /// Says whether nothing is met on the way from a point into a direction.
+    /// Returns whether a ray from a point in a direction hits nothing.
     fn is_clear(&self, from: &Vector3<f64>, along: &Vector3<f64>) -> bool {
         let mut waiting = Vec::with_capacity(64);
         waiting.extend(self.nodes.first());
@@ -116,10 +118,11 @@ impl Soup {
         true
     }
 
-    /// Says, from -1 to 1, how much more of the sky the fronts of some triangles see than their backs.
+    /// Returns, from -1 to 1, how much more of the sky the fronts of some triangles see than their
+    /// backs.
     ///
     /// # Errors
-    /// If a triangle names a corner that is not there.
+    /// If a triangle refers to a vertex that does not exist.
     ///
     /// Source: Takayama, Jacobson, Kavan, Sorkine-Hornung, *A simple method for correcting facet
     /// orientations in polygon meshes based on ray casting* (2014).
@@ -132,11 +135,11 @@ impl Soup {
         let chosen: Vec<_> = faces.iter().step_by(step).collect();
         let looks: Vec<(f64, f64)> = chosen.par_iter().map(|face| self.balance(face)).collect();
         let (sum, all) = looks.iter().fold((0.0, 0.0), |(s, a), (x, y)| (s + x, a + y));
-        // The directions are even, but not as many of them lie before each face as behind it.
+        // The directions are even, but their numbers in front of and behind each face differ.
         Ok(if all > 0.0 { (sum / all).clamp(-1.0, 1.0) } else { 0.0 })
     }
 
-    /// Weighs by a triangle's area how much more its front sees of the sky; gives the area, too.
+    /// Weighs by a triangle's area how much more of the sky its front sees; also returns the area.
     fn balance(&self, face: &[usize; 3]) -> (f64, f64) {
         let [a, b, c] = face.map(|i| self.vertices[i]);
         let across = (b - a).cross(&(c - a));
@@ -160,7 +163,7 @@ impl Soup {
         &self.triangles
     }
 
-    /// Gives the corners of the box about all triangles, if there are any.
+    /// Returns the bounding box of all triangles, if there are any.
     pub(super) fn bounds(&self) -> Option<(Vector3<f64>, Vector3<f64>)> {
         let mut corners = self.triangles.iter().flatten();
         let first = *corners.next()?;
@@ -172,7 +175,7 @@ impl Node {
     fn around(triangles: &[[Vector3<f64>; 3]], first: usize) -> Self {
         let (mut total, mut moment) = (0.0, Vector3::zeros());
         for [a, b, c] in triangles {
-            // A trace of weight, so that triangles without area have a middle, too.
+            // A tiny weight, so that triangles without area have a middle, too.
             let area = (b - a).cross(&(c - a)).norm() + f64::MIN_POSITIVE.sqrt();
             total += area;
             moment += (a + b + c) * (area / 3.0);
@@ -188,7 +191,8 @@ impl Node {
         Self { center, radius, first, count: triangles.len(), children: None, dipole, spread }
     }
 
-    /// Gives the solid angle of all triangles by two terms of a series; `away` is to the centre.
+    /// Returns the solid angle of all triangles by two terms of a series; `away` is the offset to
+    /// the centre.
     fn seen_from_afar(&self, away: &Vector3<f64>, far: f64) -> f64 {
         let cube = far.powi(3);
         let slope = self.spread.trace() - 3.0 * away.dot(&(self.spread * away)) / (far * far);
@@ -196,7 +200,7 @@ impl Node {
     }
 }
 
-/// Splits a node where half of its triangles lie along its longest side, and its halves likewise.
+/// Splits a node at the median of its triangles along its longest side, and its halves likewise.
 fn split(triangles: &mut [[Vector3<f64>; 3]], at: usize, nodes: &mut Vec<Node>) {
     let mut waiting = vec![at];
     while let Some(at) = waiting.pop() {
@@ -222,7 +226,7 @@ fn split(triangles: &mut [[Vector3<f64>; 3]], at: usize, nodes: &mut Vec<Node>) 
     }
 }
 
-/// Gives the solid angle of a triangle, positive where its back is seen.
+/// Returns the solid angle of a triangle, positive if its back is seen.
 ///
 /// Source: van Oosterom, Strackee, *The solid angle of a plane triangle* (1983).
 fn solid_angle([a, b, c]: &[Vector3<f64>; 3], point: &Vector3<f64>) -> f64 {
@@ -233,7 +237,7 @@ fn solid_angle([a, b, c]: &[Vector3<f64>; 3], point: &Vector3<f64>) -> f64 {
     2.0 * libm::atan2(above, below)
 }
 
-/// Says whether a way meets a triangle.
+/// Returns whether a ray hits a triangle.
 fn meets([a, b, c]: &[Vector3<f64>; 3], from: &Vector3<f64>, along: &Vector3<f64>) -> bool {
     let (one, two, gap) = (b - a, c - a, from - a);
     let across = along.cross(&two);

@@ -7,7 +7,7 @@ use super::portable::Eight;
 #[cfg(target_arch = "x86_64")]
 use super::x86::{Avx2, Avx512};
 
-/// Which vector instructions the kernels use; chosen at run time. All give the same bits.
+/// The vector instructions that the kernels use; selected at run time. All give the same bits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Backend(Kind);
 
@@ -20,7 +20,7 @@ enum Kind {
     Avx512,
 }
 
-/// A back end is asked for that is not there.
+/// The requested backend does not exist on this machine.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("no back end '{given}': this machine has {available}")]
 pub struct BackendError {
@@ -28,32 +28,31 @@ pub struct BackendError {
     available: String,
 }
 
-/// The back end that is to be used, one more than its place in [`Backend::available`]; 0 for the
-/// fastest.
+/// The backend to be used, as its index in [`Backend::available`] plus one; 0 for the fastest.
 static FORCED: AtomicUsize = AtomicUsize::new(0);
 
 impl Backend {
-    /// Runs everywhere.
+    /// Runs on every processor.
     pub const PORTABLE: Self = Self(Kind::Portable);
 
-    /// Gives the one that is used: that which was forced last, or the fastest.
+    /// Returns the backend in use: the one that was forced last, or the fastest.
     #[must_use]
     pub fn used() -> Self {
         let place = FORCED.load(Ordering::Relaxed);
         place.checked_sub(1).and_then(|at| Self::found().nth(at)).unwrap_or_else(Self::fastest)
     }
 
-    /// Lets this process use this back end from now on, to compare speed, or to see that it changes
-    /// nothing else.
+    /// Makes this process use this backend from now on, to compare speed, or to check that it
+    /// changes nothing else.
     pub fn force(self) {
         let place = Self::found().position(|one| one == self);
         FORCED.store(place.map_or(0, |at| at + 1), Ordering::Relaxed);
     }
 
-    /// Finds a back end of this machine by its name.
+    /// Finds a backend of this machine by its name.
     ///
     /// # Errors
-    /// If this machine has none of that name.
+    /// If this machine has no backend of that name.
     pub fn named(name: &str) -> Result<Self, BackendError> {
         Self::found().find(|one| one.name() == name).ok_or_else(|| BackendError {
             given: name.into(),
@@ -61,7 +60,7 @@ impl Backend {
         })
     }
 
-    /// Gives its name: `portable`, `avx2` or `avx512`.
+    /// Returns its name: `portable`, `avx2` or `avx512`.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self.0 {
@@ -73,19 +72,19 @@ impl Backend {
         }
     }
 
-    /// Gives the fastest one that this machine has.
+    /// Returns the fastest backend of this machine.
     #[must_use]
     pub fn fastest() -> Self {
         Self::found().last().unwrap_or(Self::PORTABLE)
     }
 
-    /// Gives all that this machine has, the fastest last.
+    /// Returns all backends of this machine, the fastest last.
     #[must_use]
     pub fn available() -> Vec<Self> {
         Self::found().collect()
     }
 
-    /// Gives the same without taking memory.
+    /// Returns the same without allocating memory.
     fn found() -> impl Iterator<Item = Self> {
         #[cfg(not(target_arch = "x86_64"))]
         let vectors: [Option<Kind>; 2] = [None; 2];
@@ -102,7 +101,7 @@ impl Backend {
 
     /// Runs work on rows with the widest lanes.
     pub(crate) fn run_rows<K: RowKernel>(self, kernel: K) -> K::Output {
-        // SAFETY: a back end exists only where `found` found its instructions.
+        // SAFETY: a backend exists only where `found` found its instructions.
         unsafe {
             match self.0 {
                 Kind::Portable => kernel.run::<Eight>(),
@@ -114,19 +113,19 @@ impl Backend {
         }
     }
 
-    /// Runs work on rays, which go by eight whatever a register holds.
+    /// Runs work on rays, in groups of eight whatever the size of a register.
     #[cfg(feature = "render")]
     pub(crate) fn run_rays<K: RayKernel>(self, kernel: K) -> K::Output {
         match self.0 {
             Kind::Portable => kernel.run::<Eight>(),
-            // SAFETY: as above; what has AVX-512 has AVX2.
+            // SAFETY: as above; a processor with AVX-512 has AVX2.
             #[cfg(target_arch = "x86_64")]
             Kind::Avx2 | Kind::Avx512 => unsafe { rays_avx2(kernel) },
         }
     }
 }
 
-/// Work that is written once for all lanes of rows; `run` must always be inlined.
+/// Work that is generic over lanes of rows; `run` must always be inlined.
 pub(crate) trait RowKernel {
     type Output;
 
@@ -135,7 +134,7 @@ pub(crate) trait RowKernel {
     unsafe fn run<L: RowLanes>(self) -> Self::Output;
 }
 
-/// Work that is written once for all lanes of rays; `run` must always be inlined.
+/// Work that is generic over lanes of rays; `run` must always be inlined.
 #[cfg(feature = "render")]
 pub(crate) trait RayKernel {
     type Output;

@@ -2,52 +2,52 @@
 use std::ops::Neg;
 use std::ops::{Add, Div, Mul, Sub};
 
-/// How many rays go together.
+/// Number of rays in a group.
 #[cfg(feature = "render")]
 pub(crate) const EIGHT: usize = 8;
 
-/// Running sums that rows are spread over before they are added up.
+/// Number of running sums over which rows are distributed before they are added up.
 const SUMS: usize = 16;
 
-/// Numbers side by side.
+/// A vector of numbers.
 ///
-/// Implementations for a set of instructions may only be used where a processor has it, inside a
-/// function that enables it: [`super::Backend`] sees to that.
+/// Implementations for a set of instructions may only be used on a processor that has it, inside a
+/// function that enables it: [`super::Backend`] ensures that.
 pub(crate) trait Lanes:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self>
 {
-    /// How many numbers there are.
+    /// Number of lanes.
     const COUNT: usize;
-    /// One of the numbers.
+    /// Type of a lane.
     type Scalar: Scalar;
-    /// One truth for each number.
+    /// One truth value per lane.
     type Truth: Truth<Self>;
 
     fn splat(value: Self::Scalar) -> Self;
     fn sqrt(self) -> Self;
-    /// Gives the lesser; `other` where one is no number.
+    /// Returns the lesser; `other` if either is NaN.
     fn min(self, other: Self) -> Self;
-    /// Gives the greater; `other` where one is no number.
+    /// Returns the greater; `other` if either is NaN.
     fn max(self, other: Self) -> Self;
     fn less(self, other: Self) -> Self::Truth;
     fn at_most(self, other: Self) -> Self::Truth;
 
-    /// Gives `self * factor + term`, rounded twice.
+    /// Returns `self * factor + term`, rounded twice.
     #[inline(always)]
     fn mul_add(self, factor: Self, term: Self) -> Self {
         self * factor + term
     }
 }
 
-/// Truths side by side.
+/// A vector of truth values.
 pub(crate) trait Truth<L>: Copy {
     fn both(self, other: Self) -> Self;
     fn either(self, other: Self) -> Self;
-    /// Holds where this does and the other does not.
+    /// Returns where this holds and the other does not.
     fn and_not(self, other: Self) -> Self;
-    /// Takes `yes` where this holds, `no` elsewhere.
+    /// Returns `yes` where this holds, `no` elsewhere.
     fn select(self, yes: L, no: L) -> L;
-    /// Gives one bit for each truth, the first lowest.
+    /// Returns one bit per truth value, the first lowest.
     fn bits(self) -> u32;
 
     #[inline(always)]
@@ -56,31 +56,32 @@ pub(crate) trait Truth<L>: Copy {
     }
 }
 
-/// What sums over the rows of images need: one number a row.
+/// Operations for sums over the rows of images, with one number per row.
 ///
-/// Rows are added up in one order: sixteen running sums, of which number i takes every sixteenth
-/// row. Where a register holds eight, even and odd groups of rows have sums of their own.
+/// Rows are summed in a fixed order: sixteen running sums, of which number i takes every sixteenth
+/// row. If a register has eight lanes, even and odd groups of rows have sums of their own.
 pub(crate) trait RowLanes: Lanes<Scalar = f32> {
-    /// Registers that hold the sixteen running sums.
+    /// Registers that contain the sixteen running sums.
     const PARTS: usize = SUMS / Self::COUNT;
-    /// One offset into a table a row.
+    /// One offset into a table per row.
     type Offsets: Copy;
 
-    /// Gives first, first + 1, ...
+    /// Returns first, first + 1, ...
     fn ramp(first: usize) -> Self;
-    /// Gives first * pitch, (first + 1) * pitch, ...
+    /// Returns first * pitch, (first + 1) * pitch, ...
     fn offsets(first: usize, pitch: usize) -> Self::Offsets;
-    /// Adds sixteen running sums up, in halves: 8 to 8, 4 to 4, 2 to 2. Where one register holds
-    /// them all, `other` is left out.
+    /// Adds up sixteen running sums by halves: 8 to 8, 4 to 4, 2 to 2. If one register contains
+    /// them all, `other` is ignored.
     fn total(self, other: Self) -> f32;
-    /// Reads entries k and k + 1, k = floor(self), of the row at each offset, and gives self - k.
+    /// Reads entries k and k + 1, k = floor(self), of the row at each offset; also returns self -
+    /// k.
     ///
     /// # Safety
     /// `offset + k + 1` must lie inside the table for every row.
     unsafe fn pairs(self, table: *const f32, offsets: Self::Offsets) -> (Self, Self, Self);
 }
 
-/// A number as it lies in memory.
+/// A number as stored in memory.
 #[cfg_attr(not(feature = "render"), expect(dead_code, reason = "rays alone convert numbers"))]
 pub(crate) trait Scalar: Copy + Send + Sync + 'static {
     fn of(value: f64) -> Self;
@@ -111,7 +112,7 @@ impl Scalar for f64 {
     }
 }
 
-/// What eight rays need: a truth is a number of ones or of zeros in every bit.
+/// Operations for eight rays: a truth value is a number with all bits one or all bits zero.
 #[cfg(feature = "render")]
 pub(crate) trait RayLanes: Lanes<Truth = Self> + Truth<Self> + Neg<Output = Self> {
     fn splat_single(value: f32) -> Self;
@@ -129,11 +130,11 @@ pub(crate) trait RayLanes: Lanes<Truth = Self> + Truth<Self> + Neg<Output = Self
     }
 }
 
-/// What rays of single precision do besides.
+/// Further operations for rays of single precision.
 #[cfg(feature = "render")]
 pub(crate) trait Single: RayLanes<Scalar = f32> {
-    /// Whole parts, towards zero, of numbers below 2^31.
+    /// Integer parts, rounded towards zero, of numbers below 2^31.
     fn whole(self) -> [i32; EIGHT];
-    /// The same as numbers.
+    /// The same as floating-point numbers.
     fn trunc(self) -> Self;
 }

@@ -1,12 +1,12 @@
-//! Numbers side by side in the registers of a processor: the arithmetic of scores and of rays.
+//! Vectors of numbers in the registers of a processor, for the arithmetic of scores and of rays.
 //!
-//! `Lanes` are what both have in common; `RowLanes` add what sums over rows need, `RayLanes` what
-//! rays need. [`Backend`] chooses the instructions at run time, in one place. What is generic over
-//! lanes is always inlined, so that it ends up whole in the function that enables a processor's
+//! `Lanes` are the common operations; `RowLanes` add those for sums over rows, `RayLanes` those for
+//! rays. [`Backend`] selects the instructions at run time, in one place. Code that is generic over
+//! lanes is always inlined, so that it is compiled inside the function that enables a processor's
 //! instructions.
 //!
-//! Every set of instructions gives the same bits: each operation is rounded as IEEE 754 has it, and
-//! no multiplication is fused with an addition.
+//! Every set of instructions gives the same bits: each operation is rounded as IEEE 754 specifies,
+//! and no multiplication is fused with an addition.
 
 mod backend;
 mod lanes;

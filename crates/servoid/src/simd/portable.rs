@@ -1,4 +1,4 @@
-//! Eight numbers on any processor, by the vectors that it surely has.
+//! Eight lanes on any processor, by the vector instructions that it is guaranteed to have.
 
 use wide::f32x8;
 #[cfg(feature = "render")]
@@ -8,7 +8,7 @@ use wide::f64x8;
 use super::lanes::{EIGHT, RayLanes, Single};
 use super::lanes::{Lanes, RowLanes, Truth};
 
-/// Eight numbers of single precision.
+/// Eight lanes of single precision.
 pub(crate) type Eight = f32x8;
 
 macro_rules! portable {

@@ -1,7 +1,7 @@
-//! The lanes of x86-64: eight numbers with AVX2, sixteen with AVX-512.
+//! The lanes of x86-64: eight with AVX2, sixteen with AVX-512.
 //!
-//! SAFETY, of every block: these types are made only in functions that enable their instructions,
-//! into which every method is inlined.
+//! SAFETY, of every block: these types are constructed only in functions that enable their
+//! instructions, into which every method is inlined.
 
 use std::arch::x86_64::*;
 #[cfg(feature = "render")]
@@ -12,25 +12,26 @@ use std::ops::{Add, Div, Mul, Sub};
 use super::lanes::{EIGHT, RayLanes, Single};
 use super::lanes::{Lanes, RowLanes, Truth};
 
-/// Eight numbers: needs AVX2.
+/// Eight lanes; needs AVX2.
 #[derive(Clone, Copy)]
 pub(super) struct Avx2(__m256);
 
-/// Sixteen numbers: needs AVX-512 F, DQ and VL, and AVX2.
+/// Sixteen lanes; needs AVX-512 F, DQ and VL, and AVX2.
 #[derive(Clone, Copy)]
 pub(super) struct Avx512(__m512);
 
-/// Numbers that lie in one cache line, so that they can be read back at once.
+/// Numbers in one cache line, so that they can be read back at once.
 #[repr(align(64))]
 struct Aligned<const N: usize>([u32; N]);
 
 /// Reads the pair at `index[first]` and that at `index[first + 1]`: both neighbours in one 64-bit
-/// read. On processors whose gathers are slowed down for safety this is twice as fast as a gather.
+/// read. On processors whose gathers are slowed down by security mitigations this is twice as fast
+/// as a gather.
 #[inline(always)]
 unsafe fn read_two(table: *const f32, index: &[u32], first: usize) -> __m128d {
     unsafe {
-        // Volatile, so that the indices come from memory: taking them out of a vector register one
-        // by one would cost more than the reads that they are for.
+        // Volatile, so that the indices come from memory: extracting them from a vector register
+        // one by one would cost more than the reads that need them.
         let pair = |at: usize| {
             let index = index.as_ptr().add(at).read_volatile();
             table.add(index as usize).cast::<f64>()
@@ -164,7 +165,7 @@ impl RowLanes for Avx2 {
             let whole = _mm256_cvttps_epi32(self.0);
             let part = _mm256_sub_ps(self.0, _mm256_cvtepi32_ps(whole));
             let at = _mm256_add_epi32(offsets, whole);
-            // This order of rows lets one shuffle within the halves set the neighbours apart.
+            // With this order of rows one shuffle within the halves separates the neighbours.
             let mut index = Aligned([0_u32; 8]);
             _mm256_store_si256(index.0.as_mut_ptr().cast(), at);
             let low = _mm256_set_m128d(read_two(table, &index.0, 4), read_two(table, &index.0, 0));

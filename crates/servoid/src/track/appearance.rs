@@ -10,14 +10,14 @@ use super::tracker::Tracker;
 use crate::camera::Pyramid;
 use crate::fitness::{Patch, SurfacePoint};
 
-/// What an object looks like, apart from its shape: the surface points that were learned, with how
-/// well each is known, the shares of its colours, and the reference of its quality.
+/// The appearance of an object, apart from its shape: the learned surface points with the variance
+/// of each, the shares of its colours, and its reference quality.
 ///
-/// It belongs to the object's frame, so that it is of use wherever the object is met again.
+/// It is expressed in the object's frame, so it can be used wherever the object is seen again.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Appearance {
     points: Vec<(SurfacePoint, f64)>,
-    /// Bins of colours and their shares; grey pictures have other bins.
+    /// Bins of colours and their shares; grey images have other bins.
     colors: Vec<(u32, f32)>,
     grey: bool,
     reference: [f64; Reference::NUMBERS],
@@ -25,19 +25,19 @@ pub struct Appearance {
 
 /// First bytes of a written appearance: a name and the version.
 const MAGIC: &[u8; 8] = b"servoap1";
-/// Numbers of 8 bytes that a point has beside its colour and templates.
+/// Numbers of 8 bytes per point besides its colour and templates.
 const NUMBERS: usize = 16;
-/// Most points and colours that are read.
+/// Most points and most colours that are read.
 const MOST: usize = 100_000;
 
 impl Appearance {
-    /// Gives the number of surface points.
+    /// Returns the number of surface points.
     #[must_use]
     pub fn points(&self) -> usize {
         self.points.len()
     }
 
-    /// Writes the appearance: little-endian numbers one after the other, as `docs/formats.md` says.
+    /// Writes the appearance as little-endian numbers, as described in `docs/formats.md`.
     #[must_use]
     pub fn to_bytes(&self) -> Vec<u8> {
         let mut out = MAGIC.to_vec();
@@ -68,14 +68,14 @@ impl Appearance {
     /// Reads what [`Appearance::to_bytes`] wrote.
     ///
     /// # Errors
-    /// If the bytes are none of ours, are cut short, or hold a number that is not finite.
+    /// If the bytes are not an appearance, are cut short, or contain a number that is not finite.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, TrackError> {
         let mut reader = Reader(bytes);
         reader.read().ok_or(TrackError::Appearance(bytes.len()))
     }
 }
 
-/// What is left to read.
+/// The bytes not read yet.
 struct Reader<'a>(&'a [u8]);
 
 impl Reader<'_> {
@@ -148,7 +148,7 @@ impl Reader<'_> {
 }
 
 impl Tracker {
-    /// Gives what the object looks like, as far as it was learned.
+    /// Returns the object's appearance, as far as it was learned.
     #[must_use]
     pub fn appearance(&self) -> Appearance {
         let points =
@@ -162,13 +162,13 @@ impl Tracker {
         }
     }
 
-    /// Takes over what the object looks like, so that it can be sought without a pose.
+    /// Restores the appearance of an object, so that it can be found without a pose.
     pub fn recall(&mut self, appearance: &Appearance) {
         self.target.reference = Reference::of(appearance.reference, self.frame.cameras.len());
         let feature =
             appearance.points.iter().map(|&(point, variance)| Feature::new(point, variance));
         self.target.points = Points::of(feature.collect());
-        // What was adjusted, or is, are other points.
+        // Keyframes and running jobs refer to other points.
         self.target.keyframes = Keyframes::after(&self.target.keyframes);
         (self.target.ranges, self.pending, self.evolving) = (Ranges::default(), None, None);
         self.target.colors = Colors::new(self.settings.local_colors);

@@ -13,16 +13,16 @@ use super::update::detect::DetectionPlan;
 use crate::camera::{Mask, Observation, check_image_size};
 use crate::pose::Pose;
 
-/// Share of the object's size by which windows are larger than it at the start.
+/// Margin of a window around the object at the start, as a share of its size.
 const START_MARGIN: f64 = 0.5;
 
 impl Tracker {
     /// Learns colours and surface points from an observation in which the object's pose is known.
-    /// Masks, one a camera where there is one, tell its pixels; without, its outline does. Where they
-    /// contradict the pose, the object is sought from then on.
+    /// Masks, one per camera or none, mark the object's pixels; without them its outline does. If
+    /// the images contradict the pose, the object is sought from the next observation on.
     ///
     /// # Errors
-    /// If there is not one entry a camera, the time stamp is no finite number, a mask has not its
+    /// If there is not one entry per camera, the time stamp is not finite, a mask does not have its
     /// camera's size, or the object is in none of the images.
     pub fn start(
         &mut self,
@@ -31,7 +31,7 @@ impl Tracker {
         masks: &[Option<Mask<'_>>],
     ) -> Result<Estimate, TrackError> {
         self.check_masks(masks)?;
-        // Nothing is left of what was before, and nothing comes of a start that fails.
+        // Nothing of the previous state remains, and a start that fails changes nothing.
         let mut fresh = Self::new(&self.frame.cameras, &self.target.body, self.settings)?;
         fresh.target.keyframes = Keyframes::after(&self.target.keyframes);
         let estimate = fresh.initialize(observation, world_from_object, masks)?;
@@ -39,7 +39,7 @@ impl Tracker {
         Ok(estimate)
     }
 
-    /// Learns the object's look from the first observation.
+    /// Learns the object's appearance from the first observation.
     fn initialize(
         &mut self,
         observation: &Observation<'_>,
@@ -67,14 +67,14 @@ impl Tracker {
         }
         self.update_ranges(observation, &world_from_object, masks);
         let hypothesis = self.get_used_to(observation, &world_from_object);
-        // The pose is given, so that what the outline says beside it is its bias.
+        // The pose is given, so the residual of the outline at it is its bias.
         self.target.bias.update_at(&hypothesis.toward, hypothesis.normal.outline);
         self.keep_keyframe(observation, &hypothesis);
         let is_confirmed = hypothesis.quality.share >= self.settings.held;
         self.status = if is_confirmed { Status::Tracking } else { Status::Searching };
         self.trust = Trust::given(is_confirmed);
         let mut estimate = self.estimate(observation, &hypothesis);
-        // A pose that was given is known, however little the images tell of its turn.
+        // A given pose is known, even if the images hardly constrain its orientation.
         (estimate.status, estimate.located) = (self.status, is_confirmed);
         estimate.confidence = if is_confirmed { 1.0 } else { unseen(self.status) };
         estimate.notices.retain(|notice| *notice != Notice::TurnOpen);
@@ -83,19 +83,19 @@ impl Tracker {
         Ok(estimate)
     }
 
-    /// Says why the first observation does not show the object.
+    /// Returns why the first observation does not show the object.
     fn unseen_at_first(&mut self) -> TrackError {
         let mut notices = std::mem::take(&mut self.frame.notices);
         notices.retain(|notice| notice.is_of_image());
         if notices.is_empty() { TrackError::NotInView } else { TrackError::NoUse(notices) }
     }
 
-    /// Seeks the object near a pose, or anywhere, with all that is known of it, and goes on from
-    /// there.
+    /// Searches for the object near a pose, or everywhere, with all that is known of it, and
+    /// continues tracking from there.
     ///
     /// # Errors
-    /// If there is not one entry a camera, the time stamp is no finite number, or nothing is known of
-    /// the object's look.
+    /// If there is not one entry per camera, the time stamp is not finite, or the object's
+    /// appearance is unknown.
     pub fn find(
         &mut self,
         observation: &Observation<'_>,
@@ -117,16 +117,16 @@ impl Tracker {
         };
         clock.lap(|timing| &mut timing.search);
         let found = hypothesis.pose;
-        // Where it was before says nothing of how it moves now.
+        // The last pose says nothing about the current motion.
         self.status = Status::Searching;
         self.settle(observation.time_s, &found, &hypothesis, self.settings.trusted);
         let estimate = self.estimate(observation, &hypothesis);
-        // Even where it is not believed, the best guess is worth more than where it was.
+        // Even if it is not trusted, the best guess is better than the last pose.
         let timing = clock.timing();
         Ok(Estimate { evaluations, timing, world_from_object: found, ..estimate })
     }
 
-    /// Keeps what the cameras show as it is marked.
+    /// Stores the views of the cameras, with their masks.
     fn keep_masked(
         &mut self,
         observation: &Observation<'_>,
@@ -144,13 +144,13 @@ impl Tracker {
         }
     }
 
-    /// Takes what is seen at a pose as the reference.
+    /// Takes what is observed at a pose as the reference.
     fn get_used_to(&mut self, observation: &Observation<'_>, pose: &Pose) -> Hypothesis {
         let eye = observation.world_from_camera[0].translation();
         self.target.reference.distance = (pose.translation() - eye).norm();
         self.target.reference.area =
             self.area(pose) * self.target.reference.distance * self.target.reference.distance;
-        // Colours count only where a reference for them is known.
+        // Colours count only once there is a reference for them.
         let colors = self.weigh(observation, pose, None).quality;
         (self.target.reference.ratio, self.target.reference.outline) =
             (colors.ratio, colors.outline);
@@ -182,9 +182,10 @@ impl Tracker {
         self.target.colors.take(1.0);
     }
 
-    /// Takes all that the images show for background, where only the object's colours are known: it
-    /// is small among the rest. Colours and brightness do not say anything of each other: in images of
-    /// another kind surface points alone must do, and they do near a pose only.
+    /// Counts all that the images show as background, where only the object's colours are known:
+    /// the object is small in comparison. Colours learned in colour images say nothing about grey
+    /// ones, and vice versa; in images of the other kind only the surface points are left, which
+    /// suffice only near a pose.
     fn count_surroundings(
         &mut self,
         observation: &Observation<'_>,

@@ -2,7 +2,7 @@ use std::time::{Duration, Instant};
 
 use super::estimate::Timing;
 
-/// Measures where a step spends its time.
+/// Measures the time that each stage of a step takes.
 pub(super) struct Clock {
     begin: Instant,
     last: Instant,
@@ -22,7 +22,7 @@ impl Clock {
         self.last = now;
     }
 
-    /// Says whether a budget is spent.
+    /// Returns whether the time budget is spent.
     pub(super) fn is_over(&self, budget_s: Option<f64>) -> bool {
         budget_s.is_some_and(|budget| self.begin.elapsed().as_secs_f64() > budget)
     }

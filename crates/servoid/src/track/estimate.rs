@@ -6,20 +6,20 @@ use super::pose::confidence::Evidence;
 use crate::pose::{Pose, Twist};
 use crate::words::Seconds;
 
-/// What a tracker believes about its own answer.
+/// What the tracker reports about its own pose.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Status {
     /// The images confirm the pose.
     Tracking,
-    /// The images do not confirm a pose; the object is sought near where it was, or everywhere if it
-    /// was never tracked.
+    /// The images do not confirm a pose; the object is sought near its last pose, or everywhere if
+    /// it was never tracked.
     Searching,
-    /// It was not found for a while; it is sought everywhere.
+    /// The object was not found for a while; it is sought everywhere.
     Lost,
 }
 
 impl Status {
-    /// Gives the word that files use.
+    /// Returns the word that files use.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -30,14 +30,14 @@ impl Status {
     }
 }
 
-/// What was wrong with an observation, as far as it was.
+/// What was wrong with an observation, or what was noticed in it.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Notice {
     /// A camera delivered no image.
     #[error("camera {0} delivered no image")]
     NoImage(usize),
-    /// An image has not its camera's size.
+    /// An image does not have its camera's size.
     #[error("camera {camera}: the image is {}x{} pixels, its camera's are {}x{}", given[0], given[1],
         expected[0], expected[1])]
     WrongSize {
@@ -48,7 +48,7 @@ pub enum Notice {
         /// (width, height) of the image.
         given: [usize; 2],
     },
-    /// A depth image has not its camera's size.
+    /// A depth image does not have its camera's size.
     #[error("camera {camera}: the depth image is {}x{} pixels, its camera's images are {}x{}", given[0],
         given[1], expected[0], expected[1])]
     WrongDepth {
@@ -59,107 +59,107 @@ pub enum Notice {
         /// (width, height) of the depth image.
         given: [usize; 2],
     },
-    /// An image is black, white or of one colour where the object should be.
-    #[error("camera {0}: the image says nothing where the object should be")]
+    /// An image is black, white or of a single colour where the object should be.
+    #[error("camera {0}: the image shows nothing where the object should be")]
     Blank(usize),
-    /// An image is the one before, bit for bit.
-    #[error("camera {0}: the image is the one before, once more")]
+    /// An image is identical to the previous one.
+    #[error("camera {0}: the image repeats the previous one")]
     Repeated(usize),
-    /// All images are those before, but the object or the cameras moved.
-    #[error("the images are those before, but what they show must have moved on since")]
+    /// All images are identical to the previous ones, although the object or the cameras moved.
+    #[error("the images repeat the previous ones, but their content must have moved since")]
     Outdated,
-    /// Time did not go on.
+    /// Time did not advance.
     #[error("time goes back or stands still: {} s, then {} s", Seconds(*before), Seconds(*now))]
     Time {
-        /// The time before, in seconds.
+        /// The previous time stamp, in seconds.
         before: f64,
-        /// The time now, in seconds.
+        /// The current time stamp, in seconds.
         now: f64,
     },
-    /// Time jumped: motion is not predicted over the gap.
+    /// Time jumped: the motion is not predicted across the gap.
     #[error("time jumps by {} s", Seconds(*.0))]
     Jump(f64),
-    /// The object leaves the image.
+    /// The object is outside the image.
     #[error("camera {0}: the object is not in the image")]
     OutOfImage(usize),
-    /// The images tell where the object is, but not well enough how it is turned.
-    #[error("the images tell where the object is, but not how it is turned")]
+    /// The images determine the object's position, but its orientation not well enough.
+    #[error("the images determine the object's position, but not its orientation")]
     TurnOpen,
-    /// A side is seen again that is known better, and what had drifted on the way is corrected.
+    /// A side that is known better is seen again, and the drift accumulated since is corrected.
     #[error("a known side is seen again: the turn is corrected by {degrees:.1} degrees")]
     LoopClosed {
-        /// By how much, in degrees.
+        /// Size of the correction, in degrees.
         degrees: f64,
     },
-    /// Poses and surface points were adjusted together, and what had drifted is corrected.
+    /// Poses and surface points were adjusted together, which corrects accumulated drift.
     #[error("what was seen so far is adjusted: the turn is corrected by {degrees:.1} degrees")]
     Adjusted {
-        /// By how much, in degrees.
+        /// Size of the correction, in degrees.
         degrees: f64,
     },
     /// Part of the object is hidden.
-    #[error("{hidden:.0} % of what should be seen of the object is not")]
+    #[error("{hidden:.0} % of the part of the object that should be visible is not seen")]
     Hidden {
-        /// Share in per cent.
+        /// Hidden share in per cent.
         hidden: f64,
     },
 }
 
 impl Notice {
-    /// Says whether an image itself is at fault, wherever the object is.
+    /// Returns whether the image itself is at fault, regardless of where the object is.
     pub(super) fn is_of_image(&self) -> bool {
         matches!(self, Self::NoImage(_) | Self::WrongSize { .. } | Self::Blank(_))
     }
 }
 
-/// Where a step spent its time.
+/// Time spent in each stage of a step.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Timing {
-    /// Cutting windows out of the images and scoring their pixels.
+    /// Extracting windows from the images and scoring their pixels.
     pub prepare: Duration,
     /// Scoring hypotheses.
     pub search: Duration,
-    /// Making the best one precise.
+    /// Refining the best one.
     pub refine: Duration,
     /// Verifying it: quality, confidence, covariance, status.
     pub verify: Duration,
-    /// Updating colours, surface points and keyframes by it.
+    /// Updating colours, surface points and keyframes.
     pub update: Duration,
 }
 
-/// Where the object is, and how well that is known.
+/// The pose of the object, with its uncertainty.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Estimate {
-    /// When, in seconds.
+    /// Time stamp in seconds.
     pub time_s: f64,
-    /// Where the object is; while it is not tracked, where it was last or is supposed.
+    /// Pose of the object; while it is not tracked, the last pose or the best guess.
     pub world_from_object: Pose,
     /// Covariance of a small motion (linear, angular) of the object in its own frame, in metres and
     /// radians.
     pub covariance: Matrix6<f64>,
-    /// Unit motions (linear in object sizes, angular in radians), in the object's frame, which the
-    /// images leave open.
+    /// Unit motions (linear in object sizes, angular in radians), in the object's frame, that the
+    /// images do not constrain.
     pub unobservable: Vec<Twist>,
-    /// Probability that the pose is right, 0 to 1: not more than 20 mm, or a tenth of the object's
-    /// diameter if that is more, and 15 degrees off.
+    /// Probability that the pose is right, 0 to 1. A pose is right if it is not off by more than 20
+    /// mm, or a tenth of the object's diameter if that is more, and 15 degrees.
     pub confidence: f64,
-    /// What speaks for the pose, where the object is followed.
+    /// The evidence for the pose, if the object is followed.
     pub evidence: Option<Evidence>,
-    /// What the tracker believes.
+    /// Status of the tracker.
     pub status: Status,
-    /// Whether the images confirm where the object is: while they leave its turn open, it is located,
-    /// but not tracked.
+    /// Whether the images confirm the object's position. While they do not constrain its
+    /// orientation, the object is located, but not tracked.
     pub located: bool,
-    /// Number and pose, `world_from_object`, of the keyframe that the pose belongs to, if the object is
-    /// followed, and of the one that the last pose belonged to if that was another one: as its keyframe is
-    /// corrected later, so is the pose.
+    /// Number and pose, `world_from_object`, of the keyframe to which this pose belongs, if the
+    /// object is followed, and of the keyframe of the previous pose if that was another one. A
+    /// later correction of a keyframe applies to its poses as well.
     pub keyframes: [Option<(usize, Pose)>; 2],
-    /// Whether the body changed since the last estimate, as it evolved in the worker.
+    /// Whether the body changed since the last estimate because it evolved in the worker.
     pub evolved: bool,
     /// What was wrong with the observation.
     pub notices: Vec<Notice>,
-    /// Hypotheses that were scored.
+    /// Number of hypotheses scored.
     pub evaluations: usize,
-    /// Where the time went.
+    /// Time spent in each stage.
     pub timing: Timing,
 }

@@ -13,7 +13,7 @@ use super::target::solid::Solid;
 use crate::camera::{DepthView, ImageView, Observation};
 use crate::pose::Pose;
 
-/// What a step compares: the images of one instant, and what is known of the target.
+/// What a step compares: the images of one instant, and the target.
 #[derive(Clone, Copy)]
 pub(super) struct Inputs<'a> {
     pub(super) windows: &'a [Window],
@@ -22,7 +22,7 @@ pub(super) struct Inputs<'a> {
     pub(super) solid: &'a Solid,
     pub(super) points: &'a Points,
     pub(super) ranges: &'a Ranges,
-    /// Nothing where colours are not to be asked.
+    /// None where colours are not used.
     pub(super) colors: Option<&'a Colors>,
     pub(super) reference: &'a Reference,
     pub(super) bias: &'a Bias,
@@ -32,7 +32,7 @@ pub(super) struct Inputs<'a> {
 }
 
 impl<'a> Inputs<'a> {
-    /// Joins what a frame shows of an observation with what is known of the target.
+    /// Combines the frame of an observation with the target.
     pub(super) fn new(
         frame: &'a Frame,
         observation: &'a Observation<'_>,
@@ -54,7 +54,8 @@ impl<'a> Inputs<'a> {
         }
     }
 
-    /// Gives a camera's depth image of it at a pose, if its image can be used and the depth image is of its pixels.
+    /// Returns a camera's depth image, with the object at a pose, if the camera's image can be used
+    /// and has the same pixels.
     pub(super) fn rangefinder(&self, camera: usize, pose: &Pose) -> Option<Rangefinder<'a>> {
         let depth = self.depths.get(camera)?.as_ref()?;
         let image = self.images[camera].filter(|_| self.windows[camera].is_open())?;

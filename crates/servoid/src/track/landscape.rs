@@ -8,20 +8,20 @@ use crate::camera::{Observation, Pyramid};
 use crate::model::workers;
 use crate::pose::Pose;
 
-/// Poses that one thread scores in a row.
+/// Poses that one thread scores in a batch.
 const PIECE: usize = 256;
 
 impl Tracker {
-    /// Scores poses in an observation, by all that was learned so far, as the tracker
-    /// weighs them where it seeks the object anywhere. Nothing is learned from it.
+    /// Scores poses in an observation by all that was learned so far, with the weights of a global
+    /// search. Nothing is learned from the observation.
     ///
-    /// `resolution` is that of the surface points: 0 is the image's own, with which a pose is made
-    /// precise; each further one is half as fine, up to the coarsest, with which poses are sought. On
-    /// any number of `threads`, 0 for as many as the machine has, the bits are the same.
+    /// `resolution` is that of the surface points: 0 is the image's own, at which poses are
+    /// refined; each further one is half as fine, up to the coarsest, at which poses are searched.
+    /// The bits are the same on any number of `threads`; 0 uses as many as the machine has.
     ///
     /// # Errors
-    /// If there is not one entry a camera, the time stamp is no finite number, there is no such
-    /// resolution, or the object's look was never learned.
+    /// If there is not one entry per camera, the time stamp is not finite, there is no such
+    /// resolution, or the object's appearance was never learned.
     pub fn score_terms(
         &self,
         observation: &Observation<'_>,
@@ -45,7 +45,7 @@ impl Tracker {
         let area = looking.area(&looking.motion.last());
         let known = looking.target.points.features.len();
         let most = known.min(looking.settings.points);
-        // Evenly, so that no side of the object is left out.
+        // Evenly spaced, so that no side of the object is left out.
         let probes: Vec<usize> = (0..most).map(|at| at * known / most).collect();
         let scorer = Scorer {
             inputs: Inputs::new(&looking.frame, observation, &looking.target, &looking.settings),

@@ -1,4 +1,4 @@
-//! Observations and a body become estimates: six degrees of freedom, from image to image.
+//! Tracks a body in images: estimates its pose in six degrees of freedom for each observation.
 
 mod adjust;
 mod appearance;
@@ -29,7 +29,7 @@ pub use tracker::Tracker;
 
 use crate::words::{Digits, s, were};
 
-/// Why tracking cannot begin.
+/// Why an object cannot be tracked.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum TrackError {
@@ -43,7 +43,7 @@ pub enum TrackError {
         /// What was given.
         given: String,
     },
-    /// The observation has not one entry a camera.
+    /// The observation does not have one entry per camera.
     #[error(
         "the tracker has {cameras} camera{} and needs as many {what}, but was given {given}",
         s(*cameras)
@@ -62,28 +62,28 @@ pub enum TrackError {
     /// A time stamp is not finite.
     #[error("a time stamp must be a finite number of seconds, but it is {}", Digits(*.0))]
     Time(f64),
-    /// Nothing tells the object from the rest.
+    /// Neither colours nor surface points of the object are known.
     #[error(
-        "nothing is known of how the object looks, so it cannot be sought: give a mask or another \
-         target in the first observation, or its pose there"
+        "nothing is known of the object's appearance, so it cannot be found: give a mask or \
+         another target in the first observation, or its pose there"
     )]
     NothingKnown,
-    /// A step comes before any start.
+    /// `step` was called before any start.
     #[error(
-        "the tracker was never started, so it knows nothing of how the object looks: call start with \
-         the object's pose in the first images, or find where its look was recalled"
+        "the tracker was never started, so the object's appearance is unknown: call start with the \
+         object's pose in the first images, or recall an appearance and call find"
     )]
     NotStarted,
-    /// Bytes are no appearance.
+    /// The bytes are not an appearance.
     #[error(
-        "these {0} bytes are no appearance that this version reads; leave the appearance out, or save \
-         the body again"
+        "these {0} bytes are not an appearance that this version can read; leave the appearance \
+         out, or save the body again"
     )]
     Appearance(usize),
-    /// A body is placed in masks.
-    #[error("a body is placed in masks, and there is none; give a target or a start")]
+    /// A pose was sought from masks, but there is no mask.
+    #[error("a pose is estimated from masks, but there is none; give a target or a start")]
     NoMask,
-    /// Not one colour an ellipsoid.
+    /// There is not one colour per ellipsoid.
     #[error(
         "a body of {ellipsoids} ellipsoid{} has as many colours, but {given} {} given; give the \
          colours that were made with it, or none",
@@ -96,13 +96,13 @@ pub enum TrackError {
         /// Colours given.
         given: usize,
     },
-    /// The body fits the masks nowhere.
+    /// The body does not fit the masks at any pose.
     #[error(
         "the body does not fit the mask: their intersection over union is {0:.2} at best; check \
          that it is the body of this object, in metres, or give a start"
     )]
     Unfit(f64),
-    /// The object is in no image.
+    /// The object is in none of the images at the given pose.
     #[error(
         "the object is in none of the images at the pose that was given; check that it is \
          world_from_object, in metres"
@@ -110,21 +110,21 @@ pub enum TrackError {
     NotInView,
     /// No image of the first observation can be used.
     #[error(
-        "no image tells where the object is: {}; give images of each camera's size that show the \
+        "no image shows where the object is: {}; give images of each camera's size that show the \
          object",
         .0.iter().map(ToString::to_string).collect::<Vec<_>>().join("; ")
     )]
     NoUse(Vec<Notice>),
-    /// The search was misconfigured.
+    /// A setting of the search is out of its range.
     #[error(transparent)]
     Search(#[from] crate::evolve::GaError),
-    /// The views do not let the body evolve.
+    /// The body cannot evolve by these views.
     #[error(transparent)]
     Model(#[from] crate::model::ModelError),
-    /// The ellipsoids make no body.
+    /// The ellipsoids do not make a body.
     #[error(transparent)]
     Shape(#[from] crate::shape::ShapeError),
-    /// An image is no image of its camera.
+    /// An image does not fit its camera.
     #[error(transparent)]
     Image(#[from] crate::camera::RigError),
 }

@@ -2,38 +2,40 @@ use super::TrackError;
 use crate::changing::changeable;
 use crate::model::Settings;
 
-/// How tracking proceeds.
+/// Settings of tracking.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct TrackSettings {
     /// Seed of every search.
     pub seed: u64,
-    /// Hypotheses a generation.
+    /// Hypotheses per generation.
     pub population: usize,
-    /// Generations an image while the object is tracked; more follow where the images do not
-    /// confirm what they found.
+    /// Generations per image while the object is tracked; more follow if the images do not confirm
+    /// the result.
     pub generations: usize,
-    /// Seconds after which no further generation is begun; `None` leaves it to the counts, so that a
+    /// Seconds after which no further generation starts. With `None` only the counts decide, so a
     /// replay gives the same bits.
     pub budget_s: Option<f64>,
     /// Whether surface points are learned and scored.
     pub surface: bool,
     /// Whether colours are learned and scored.
     pub region: bool,
-    /// Whether the background's colours are told apart by where they lie.
+    /// Whether the background's colours are learned separately for the sides of the object.
     pub local_colors: bool,
-    /// Whether keyframes and surface points are adjusted together, in a thread of its own.
+    /// Whether keyframes and surface points are adjusted together, in a separate thread.
     pub adjust: bool,
-    /// Whether motion tells the distances of points that one camera sees alone from the start, from a wide guess:
-    /// else it does where the body is found to be a bad one. An object that hardly turns is tracked better without.
+    /// Whether the distances of points that only one camera sees are estimated from motion from the
+    /// start, beginning with a wide guess. Otherwise this starts once the body is found to be
+    /// inaccurate. An object that hardly rotates is tracked better without it.
     pub depth_from_motion: bool,
-    /// Surface points that are looked at in each camera.
+    /// Most surface points compared per camera.
     pub points: usize,
-    /// Share of what should be seen of an object from which on the pose of an object that was not tracked is trusted.
+    /// Least share of what should be visible of an object to trust the pose of one that was not
+    /// tracked before.
     pub trusted: f64,
-    /// Share down to which that of one that was tracked is: part of it may be hidden.
+    /// The same for an object that was tracked: part of it may be hidden.
     pub held: f64,
-    /// How the body evolves: most ellipsoids and what one more must earn.
+    /// How the body evolves: most ellipsoids and the gain that one more requires.
     pub growth: Settings,
 }
 
@@ -60,10 +62,10 @@ impl Default for TrackSettings {
 }
 
 impl TrackSettings {
-    /// Passes the settings on if they are in their ranges.
+    /// Returns the settings if all are in their ranges.
     ///
     /// # Errors
-    /// If one is not.
+    /// If a setting is out of its range.
     pub fn checked(self) -> Result<Self, TrackError> {
         let fail = |name, allowed, given: String| Err(TrackError::Setting { name, allowed, given });
         if !(8..=4096).contains(&self.population) {

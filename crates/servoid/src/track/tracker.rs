@@ -27,7 +27,7 @@ use crate::fitness::SurfacePoint;
 use crate::pose::Pose;
 use crate::shape::{Body, ShapeError};
 
-/// Follows a body in six degrees of freedom from observation to observation.
+/// Tracks a body in six degrees of freedom from observation to observation.
 #[derive(Debug, Clone)]
 pub struct Tracker {
     pub(super) settings: TrackSettings,
@@ -40,7 +40,7 @@ pub struct Tracker {
     pub(super) jitter: Jitter,
     pub(super) workspace: Workspace,
     pub(super) fresh: Vec<Feature>,
-    /// How far predictions were off, in metres and radians.
+    /// Running mean of the prediction error, in metres and radians.
     pub(super) innovation: Deviation,
     pub(super) status: Status,
     pub(super) trust: Trust,
@@ -54,8 +54,8 @@ pub struct Tracker {
     pub(super) keyframe: Option<usize>,
 }
 
-/// Share of the object's size by which windows are larger than it at least, and where it was found
-/// just now.
+/// Margin of a window around the object, as a share of its size: the least, and the one used right
+/// after the object was found.
 const LEAST_MARGIN: f64 = 0.2;
 pub(super) const MARGIN: f64 = 0.3;
 
@@ -98,11 +98,11 @@ impl Tracker {
         })
     }
 
-    /// Says where the object is in the next observation.
+    /// Estimates the object's pose in the next observation.
     ///
     /// # Errors
-    /// If there is not one entry a camera, the time stamp is no finite number, or nothing was started,
-    /// recalled or found before.
+    /// If there is not one entry per camera, the time stamp is not finite, or neither `start`,
+    /// `recall` nor `find` was called before.
     pub fn step(&mut self, observation: &Observation<'_>) -> Result<Estimate, TrackError> {
         let mut clock = Clock::start();
         self.frame.check(observation)?;
@@ -139,7 +139,7 @@ impl Tracker {
             least = self.settings.trusted;
             evaluations += self.relocalize(observation, &expected, &mut hypothesis)?;
             if self.has_jumped(&expected, &hypothesis.pose) {
-                // What is found there is found again, and no more followed.
+                // An object found there is relocalized and no longer followed.
                 self.status = self.trust.without();
             }
             clock.lap(|timing| &mut timing.search);
@@ -169,25 +169,25 @@ impl Tracker {
         Ok(estimate)
     }
 
-    /// Gives the body, at its newest pose.
+    /// Returns the body at its latest pose.
     ///
     /// # Errors
-    /// Never, as long as the body that was given is one.
+    /// Never, as long as the given body is valid.
     pub fn body(&self) -> Result<Body, ShapeError> {
         Body::new(self.motion.last(), self.target.body.ellipsoids().to_vec())
     }
 
-    /// Gives where the object stood at a keyframe, by its number, as far as that is known by now.
+    /// Returns the pose of the object at a keyframe, by its number, as currently estimated.
     pub fn keyframe_pose(&self, number: usize) -> Option<Pose> {
         self.target.keyframes.pose(number)
     }
 
-    /// Gives the surface points in the object's frame.
+    /// Returns the surface points in the object's frame.
     pub fn surface(&self) -> impl Iterator<Item = &SurfacePoint> {
         self.target.points.features.iter().map(|known| &known.point)
     }
 
-    /// Accepts a hypothesis from a share of `least` on, or counts a miss.
+    /// Accepts a hypothesis whose share is at least `least`, or else counts a miss.
     pub(super) fn settle(
         &mut self,
         time_s: f64,
@@ -204,7 +204,8 @@ impl Tracker {
         }
         let relocalized = self.status != Status::Tracking;
         let known = hypothesis.normal.covariance();
-        // What jumps from one image to the next moves fast; else where it was says nothing.
+        // A jump from one image to the next is fast motion; otherwise the last pose implies no
+        // motion.
         let (went_on, followed) = (self.trust.is_unbroken(), self.trust.was_followed());
         self.status = Status::Tracking;
         self.search.follow(expected, &hypothesis.pose, self.search_range());
@@ -232,7 +233,7 @@ impl Tracker {
             hypothesis.normal.outline,
             hypothesis.normal.rest(),
         );
-        // Where a loop was closed, that was no motion.
+        // The correction of a loop closure is not a motion.
         let off = (self.motion.predict(time_s).inverse() * hypothesis.pose).log();
         let gains = self.motion.follow(time_s, hypothesis.pose, &known, self.process_noise());
         self.jitter.follow(time_s, hypothesis.pose);
@@ -241,8 +242,8 @@ impl Tracker {
         self.innovation.1 += 0.3 * gains.1 * (turned - self.innovation.1);
     }
 
-    /// Gives the share of the object's size by which windows are larger than it: so that they hold it
-    /// where it may be.
+    /// Returns the margin of a window around the object, as a share of its size, that covers the
+    /// search range.
     fn margin(&self) -> f64 {
         let (across, turned) = self.search_range();
         // The object's image is about two radii long.
@@ -250,7 +251,7 @@ impl Tracker {
         if self.status == Status::Tracking { beyond.clamp(LEAST_MARGIN, MARGIN) } else { MARGIN }
     }
 
-    /// Gathers what speaks for a pose; `noise` is its covariance by that of the images.
+    /// Collects the evidence for a pose; `noise` is its covariance due to image noise.
     pub(super) fn evidence(&self, quality: &Quality, noise: &Matrix6<f64>) -> Evidence {
         let turn = |covariance: &Matrix6<f64>| covariance.fixed_view::<3, 3>(3, 3).trace().sqrt();
         let open = self.frame.open().max(1) as f64;
@@ -260,7 +261,7 @@ impl Tracker {
             share: quality.share,
             recognised,
             textured,
-            // Where nothing was learned yet, this image is the reference.
+            // Before anything was learned, this image is the reference.
             reference_textured: if reference > 0.0 { reference } else { textured },
             proved: self.trust.is_proved(),
             turn_rad: turn(noise),
@@ -273,12 +274,13 @@ impl Tracker {
         }
     }
 
-    /// Gives the surface points of each camera that are recognised and known as part of a pattern.
+    /// Returns the number of surface points per camera that are recognised and known to be part of
+    /// a pattern.
     pub(super) fn printed(&self, quality: &Quality) -> f64 {
         quality.printed / self.frame.open().max(1) as f64
     }
 
-    /// Reports a hypothesis as an estimate.
+    /// Makes an estimate from a hypothesis.
     pub(super) fn estimate(
         &mut self,
         observation: &Observation<'_>,
@@ -321,7 +323,7 @@ impl Tracker {
     }
 }
 
-/// How far an object may be off whose motion is not known: in metres and radians.
+/// Initial prediction error of an object whose motion is unknown: in metres and radians.
 fn first_innovation(solid: &Solid) -> Deviation {
     (0.2 * solid.radius, 0.1)
 }

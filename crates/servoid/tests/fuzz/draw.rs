@@ -1,4 +1,4 @@
-//! Numbers, mostly as they should be.
+//! Numbers that are mostly valid.
 
 use nalgebra::{UnitQuaternion, Vector3};
 use rand::RngExt;
@@ -25,7 +25,7 @@ const ODD: [f64; 16] = [
     f64::NEG_INFINITY,
 ];
 
-/// Random numbers of a seed.
+/// Random numbers from a seed.
 pub struct Draw(Rng);
 
 impl Draw {
@@ -49,7 +49,7 @@ impl Draw {
         low + (high - low) * self.0.random::<f64>()
     }
 
-    /// Mostly from -1 to 1, now and then anything.
+    /// Mostly from -1 to 1, sometimes any number.
     pub fn number(&mut self) -> f64 {
         if self.chance(0.1) { self.pick(&ODD) } else { self.within(-1.0, 1.0) }
     }
@@ -63,7 +63,7 @@ impl Draw {
         (0..count).map(|_| self.0.random_range(0..most) as u8).collect()
     }
 
-    /// A pose near the origin, now and then a farther one.
+    /// A pose near the origin, sometimes a farther one.
     pub fn pose(&mut self) -> Pose {
         let turn = Vector3::from_fn(|_, _| self.within(-0.4, 0.4));
         let reach = self.pick(&[0.0, 0.2, 0.2, 0.2, 1e3, 1e9]);
@@ -71,7 +71,7 @@ impl Draw {
         Pose::from_rotation(UnitQuaternion::from_scaled_axis(turn), shift)
     }
 
-    /// A small camera, now and then one that can hardly be.
+    /// A small camera, sometimes an implausible one.
     pub fn camera(&mut self) -> Option<Camera> {
         if self.chance(0.7) {
             return Camera::new([33, 24], [40.0; 2], [16.0, 11.5]).ok();

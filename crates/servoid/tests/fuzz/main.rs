@@ -1,6 +1,6 @@
-//! Gives the core numbers that no one should, drawn by a seed: nothing may panic, take long, or answer
-//! what cannot be. `cargo test` takes the corpus and some inputs; SERVOID_FUZZ_SECONDS goes on for so
-//! long, from SERVOID_FUZZ_SEED on.
+//! Feeds the core with numbers that nobody should give it, drawn by a seed: nothing may panic, take
+//! long, or return an impossible answer. `cargo test` runs the corpus and some inputs; with
+//! SERVOID_FUZZ_SECONDS it continues for so many seconds, starting at SERVOID_FUZZ_SEED.
 
 #![allow(
     clippy::disallowed_methods,
@@ -22,7 +22,7 @@ use draw::Draw;
 
 type Target = fn(&mut Draw) -> Result<(), String>;
 
-/// What is fuzzed, and how many inputs of it a round takes: cheap ones more often.
+/// The fuzz targets, and how many inputs of each a round takes: more for cheap ones.
 const TARGETS: [(&str, Target, usize); 4] = [
     ("poses", poses::any, 40),
     ("scoring", scoring::any, 40),
@@ -31,10 +31,10 @@ const TARGETS: [(&str, Target, usize); 4] = [
 ];
 /// Longest time that an input may take.
 const LONGEST: Duration = Duration::from_secs(20);
-/// What was found once: a target and a seed on each line.
+/// Past findings: a target and a seed on each line.
 const CORPUS: &str = include_str!("corpus.txt");
 
-/// Feeds a target; gives what is wrong with its answer, if anything is.
+/// Runs a target; returns what is wrong with its answer, if anything is.
 fn tried(name: &str, target: Target, seed: u64) -> Option<String> {
     let start = Instant::now();
     let outcome = catch_unwind(AssertUnwindSafe(|| target(&mut Draw::new(seed))));
@@ -48,8 +48,8 @@ fn tried(name: &str, target: Target, seed: u64) -> Option<String> {
     wrong.map(|words| format!("{name} {seed}: {words}"))
 }
 
-/// Goes round all targets as often as asked, or until time is over; gives findings, and words that say
-/// how many inputs each target had.
+/// Runs all targets as often as requested, or until the time is over; returns the findings, and the
+/// number of inputs of each target in words.
 fn round(seed: u64, rounds: usize, until: Option<Instant>) -> (Vec<String>, String) {
     let (mut found, mut turns, mut told) = (Vec::new(), 0, Instant::now());
     for turn in 0.. {
@@ -71,7 +71,7 @@ fn round(seed: u64, rounds: usize, until: Option<Instant>) -> (Vec<String>, Stri
     (found, counted(turns))
 }
 
-/// Says how many inputs so many rounds had.
+/// Returns the number of inputs of some rounds in words.
 fn counted(turns: usize) -> String {
     let kinds: Vec<String> =
         TARGETS.iter().map(|(name, _, often)| format!("{name} {}", turns * often)).collect();

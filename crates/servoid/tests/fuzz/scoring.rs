@@ -22,7 +22,7 @@ pub fn any(draw: &mut Draw) -> Result<(), String> {
     drawn(draw, &camera)
 }
 
-/// An ellipsoid before the camera, now and then one that is flat, huge or none.
+/// An ellipsoid in front of the camera, sometimes one that is flat, huge or invalid.
 fn quadric(draw: &mut Draw) -> Quadric {
     let place = draw.numbers::<3>();
     let size = draw.pick(&[1e-9, 0.05, 0.1, 0.2, 0.5, 5.0]);

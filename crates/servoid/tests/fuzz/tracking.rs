@@ -1,4 +1,4 @@
-//! Trackers with any settings, of any images at any times.
+//! Trackers with any settings, any images and any times.
 
 use nalgebra::Vector3;
 use servoid::camera::{Camera, Channels, ImageView, Observation};
@@ -41,7 +41,7 @@ pub fn any(draw: &mut Draw) -> Result<(), String> {
     Ok(())
 }
 
-/// Settings of which one is now and then out of its range.
+/// Settings, one of which is sometimes out of its range.
 fn settings(draw: &mut Draw) -> TrackSettings {
     let share = draw.number();
     let fair = TrackSettings::default().with(|it| {
@@ -97,7 +97,7 @@ fn observation<'a>(
         image.ok().filter(|_| !draw.chance(0.1))
     });
     let images: Vec<_> = images.collect();
-    // Now and then there are not as many poses as images.
+    // Sometimes there are not as many poses as images.
     let world_from_camera =
         poses[..poses.len() - usize::from(poses.len() > 1 && draw.chance(0.03))].to_vec();
     Observation { time_s, world_from_camera, images, depths: Vec::new() }

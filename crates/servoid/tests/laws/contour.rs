@@ -1,4 +1,4 @@
-//! Laws of the lines along which a boundary is sought.
+//! Laws of the lines along which a boundary is located.
 
 use nalgebra::{Matrix2x3, Matrix3, Vector2, Vector3};
 use proptest::prelude::*;
@@ -12,7 +12,7 @@ fn projection() -> Projection {
     Projection::new(&camera, &Pose::identity())
 }
 
-/// Wholly in front of the camera and not flat.
+/// Completely in front of the camera and not flat.
 fn solids() -> impl Strategy<Value = Quadric> {
     (prop::array::uniform3(-0.15..0.15), prop::array::uniform9(-0.03..0.03), 0.8..1.2).prop_map(
         |(c, f, z)| Quadric {
@@ -28,7 +28,7 @@ fn points_of(quadrics: &[Quadric], spacing_px: f64) -> Vec<ContourPoint> {
     points
 }
 
-/// Gives how far an outline reaches along a direction.
+/// Returns the reach of an outline along a direction.
 fn reach(outline: &Outline, normal: &Vector2<f64>) -> f64 {
     let spread = normal.dot(&(outline.covariance_px() * normal));
     normal.dot(&outline.center_px()) + spread.sqrt()
@@ -55,7 +55,7 @@ proptest! {
                 (point.pixel - point.normal * 1e-3, point.pixel + point.normal * 1e-3);
             prop_assert!(outlines.iter().any(|o| o.contains(&inside)));
             prop_assert!(!outlines.iter().any(|o| o.grown(-0.01).contains(&outside)), "{point:?}");
-            // The normal stands on the tangent: nothing of its ellipse reaches further.
+            // The normal is perpendicular to the tangent: nothing of its ellipse reaches further.
             let far = outlines.iter().map(|o| (reach(o, &point.normal) - point.normal.dot(&point.pixel)).abs());
             prop_assert!(far.fold(f64::INFINITY, f64::min) < 1e-6);
         }

@@ -1,4 +1,4 @@
-//! Laws of what of a surface was seen.
+//! Laws of the coverage of a surface.
 
 use crate::modelling::{Scene, samples, solid};
 use nalgebra::Vector3;
@@ -29,7 +29,7 @@ fn what_was_not_seen_on_opposite_sides_lies_towards_none() {
     let found = coverage(&body, &[], &band);
     assert!((0.4..0.7).contains(&found.share), "{}", found.share);
     assert_eq!(found.unseen_toward, None);
-    // Nothing of it was seen: that is all around as well.
+    // Nothing of it was seen, so the unseen part lies all around.
     let found = coverage(&body, &[], &[]);
     assert_eq!((found.share, found.unseen_toward), (0.0, None));
     let above: Vec<_> = band.into_iter().chain(samples(0.05)[..200].to_vec()).collect();

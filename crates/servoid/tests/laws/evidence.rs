@@ -1,4 +1,5 @@
-//! Laws of the kinds of evidence that bodies are fitted to: solids, seen points, and both together.
+//! Laws of the kinds of evidence that bodies are fitted to: solids, measured points, and both
+//! together.
 
 use nalgebra::{Matrix3, Vector3};
 use proptest::prelude::*;
@@ -59,8 +60,9 @@ fn both() -> Total {
     total
 }
 
-/// Compares one slope with finite differences, unless a kink is near: one at the very place leaves
-/// differences of any step alike, as where a pole touches a slice, but not those ahead and behind.
+/// Compares one slope with finite differences, unless the score is not differentiable nearby. At
+/// such a point itself, differences with any step agree, as where a pole touches a slice; those
+/// ahead and behind do not.
 fn slope_holds(
     evidence: &dyn Differentiable,
     body: &[Quadric],
@@ -268,8 +270,8 @@ fn a_mesh_that_holds_nothing_or_is_open_is_refused_in_words() {
     assert!(refusal(&corners, &inside_out).contains("must be positive"));
     let mut broken = corners.clone();
     broken[3][1] = f64::NAN;
-    assert!(refusal(&broken, &faces).contains("corner 3"));
-    assert!(refusal(&corners[..7], &faces).contains("has 7 corners"));
+    assert!(refusal(&broken, &faces).contains("vertex 3"));
+    assert!(refusal(&corners[..7], &faces).contains("has 7 vertices"));
     assert!(refusal(&corners, &[]).contains("volume"));
 }
 
@@ -277,7 +279,7 @@ fn a_mesh_that_holds_nothing_or_is_open_is_refused_in_words() {
 fn seen_points_that_are_no_numbers_are_refused_by_index() {
     let points = [[0.0; 3], [f64::NAN, 0.0, 0.0]];
     let error = RangeSample::join(&points, &[[0.0, 0.0, 1.0]; 2]).unwrap_err().to_string();
-    assert!(error.contains("seen point 1"), "{error}");
+    assert!(error.contains("point 1"), "{error}");
     assert!(
         RangeSample::join(&points[..1], &[[0.0; 3]]).unwrap_err().to_string().contains("length")
     );

@@ -1,4 +1,4 @@
-//! Laws of a body that evolves in its own frame, and of synthetic_views of what is believed.
+//! Laws of a body that evolves in its own frame, and of synthetic views of the current body.
 
 use crate::scenes::holds;
 use nalgebra::{Rotation3, UnitQuaternion, Vector3};
@@ -15,7 +15,7 @@ pub fn solid(center: [f64; 3], radii: [f64; 3]) -> Ellipsoid {
     Ellipsoid::new(0, center, radii, [0.9, 0.1, 0.3, 0.3]).unwrap()
 }
 
-/// Two ellipsoids whose middle is not the origin of their frame.
+/// Two ellipsoids whose centroid is not the origin of their frame.
 pub fn pair() -> Vec<Ellipsoid> {
     vec![
         solid([0.04, 0.0, 0.01], [0.09, 0.05, 0.04]),
@@ -23,7 +23,7 @@ pub fn pair() -> Vec<Ellipsoid> {
     ]
 }
 
-/// What cameras all around saw of ellipsoids.
+/// Views of ellipsoids from cameras all around.
 pub struct Seen {
     camera: Camera,
     poses: Vec<Pose>,
@@ -31,7 +31,7 @@ pub struct Seen {
 }
 
 impl Seen {
-    /// Puts cameras around; a seed turns all of them about the origin.
+    /// Places cameras around; a seed rotates all of them about the origin.
     pub fn new(ellipsoids: &[Ellipsoid], seed: u64) -> Self {
         let camera = Camera::new(SIZE, [240.0; 2], [79.5, 59.5]).unwrap();
         let body = Body::new(Pose::identity(), ellipsoids.to_vec()).unwrap();
@@ -56,7 +56,7 @@ impl Seen {
             .collect()
     }
 
-    /// Lets ellipsoids evolve, and gives the mean overlap before and after.
+    /// Evolves ellipsoids, and returns the mean overlap before and after.
     pub fn evolve(&self, from: &[Ellipsoid], settings: Settings) -> (Vec<Ellipsoid>, f64, f64) {
         let views = self.views();
         let given = ModelInput::default().with(|it| it.views = &views);
@@ -70,7 +70,7 @@ impl Seen {
     }
 }
 
-/// Moves every ellipsoid a little otherwise.
+/// Moves every ellipsoid by a different small amount.
 pub fn disturbed(ellipsoids: &[Ellipsoid], by: f64) -> Vec<Ellipsoid> {
     let motion = |i: usize| {
         let sign = if i.is_multiple_of(2) { 1.0 } else { -1.0 };
@@ -143,7 +143,7 @@ fn portraits_show_the_whole_body_in_its_own_frame_from_where_they_are_asked_for(
     for iou in silhouette_ious(&here, &views) {
         assert!(iou > 0.98, "{iou}");
     }
-    // Where the body is in the world says nothing about how it looks.
+    // The body's pose in the world does not affect its silhouette.
     let same = SyntheticView::of_body(&here, directions.into_iter()).unwrap();
     for (one, other) in same.iter().zip(&views) {
         assert_eq!(one.view().unwrap().mask().image().bytes(), other.mask().image().bytes());

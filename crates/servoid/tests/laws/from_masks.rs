@@ -1,4 +1,4 @@
-//! Laws of placing a body in masks, on drawn silhouettes.
+//! Laws of estimating a body's pose from masks, on drawn silhouettes.
 
 use crate::scenes::holds_for;
 use nalgebra::{UnitQuaternion, Vector3, Vector6};
@@ -15,7 +15,7 @@ fn camera() -> Camera {
     Camera::new(SIZE, [400.0, 400.0], [159.5, 119.5]).unwrap()
 }
 
-/// Two eyes, 120 mm apart, that look askew.
+/// Two cameras, 120 mm apart, in oblique orientations.
 fn eyes() -> [Pose; 2] {
     let turn = UnitQuaternion::from_scaled_axis(Vector3::new(0.1, -0.3, 0.2));
     [0.0, 0.12].map(|x| Pose::from_rotation(turn, turn * Vector3::new(x, 0.0, 0.0)))
@@ -28,7 +28,7 @@ pub fn body(parts: &[([f64; 3], [f64; 3])]) -> Body {
     Body::new(Pose::identity(), parts.iter().enumerate().map(solid).collect()).unwrap()
 }
 
-/// A hand with a thumb: no turn of it looks like another from all sides.
+/// A hand with a thumb: no two orientations look alike from all sides.
 pub fn hand() -> Body {
     body(&[
         ([0.0, 0.0, 0.0], [0.06, 0.03, 0.02]),
@@ -37,7 +37,7 @@ pub fn hand() -> Body {
     ])
 }
 
-/// A bar whose ends have colours of their own: its outline is the same turned by half.
+/// A bar with a different colour at each end: its outline is the same after half a rotation.
 pub fn bar() -> Body {
     body(&[
         ([0.0, 0.0, 0.0], [0.07, 0.02, 0.01]),
@@ -46,7 +46,7 @@ pub fn bar() -> Body {
     ])
 }
 
-/// A pose of its own for each step; its place is one of six.
+/// A different pose for each step; its position is one of six.
 pub fn somewhere(step: usize) -> Pose {
     let share = |by: f64| (by * (step + 1) as f64).fract();
     let (x, z) = (0.05 - 0.02 * (step % 6) as f64, 0.55 + 0.03 * (step % 6) as f64);
@@ -54,7 +54,7 @@ pub fn somewhere(step: usize) -> Pose {
     eyes()[0] * Pose::from_rotation(even_turn(share(0.82), share(0.67), share(0.55)), place)
 }
 
-/// Draws the masks of a body, and its ellipsoids in their colours, each over those before.
+/// Draws the masks of a body, and its ellipsoids in their colours, each over the previous ones.
 pub fn drawn(body: &Body) -> Vec<(Vec<u8>, Vec<u8>)> {
     eyes().map(|eye| (silhouette(body, &camera(), &eye), painted(body, &eye))).to_vec()
 }

@@ -139,7 +139,7 @@ fn camera() -> (Camera, Projection) {
     (camera, Projection::new(&camera, &Pose::identity()))
 }
 
-/// How deep inside the cone of rays that meet the ellipsoid a ray lies: positive inside.
+/// Returns how deep a ray lies inside the cone of rays that hit the ellipsoid: positive inside.
 fn meets(quadric: &Quadric, ray: &Vector3<f64>) -> f64 {
     let inverse = quadric.factor.try_inverse().unwrap();
     let (ray, center) = (inverse * ray, inverse * quadric.center);

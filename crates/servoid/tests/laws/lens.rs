@@ -1,4 +1,5 @@
-//! Laws of lenses: what projection and rays undo, where a lens ends, and what it refuses.
+//! Laws of lenses: projection and rays are inverse, a lens has a limit, and invalid lenses are
+//! rejected.
 
 use nalgebra::{UnitQuaternion, Vector3};
 use proptest::prelude::*;
@@ -10,7 +11,7 @@ fn lens(distortion: Distortion) -> Lens {
     Lens::new(SIZE_PX, [420.0, 430.0], [322.5, 236.0], distortion).unwrap()
 }
 
-/// Distortions as calibrations give them, and somewhat beyond.
+/// Distortions as from calibrations, and somewhat beyond.
 fn usual() -> impl Strategy<Value = Distortion> {
     let radial = prop::array::uniform6(-0.3..0.3);
     let decentring = prop::array::uniform2(-0.01..0.01);
@@ -32,12 +33,13 @@ fn wild() -> impl Strategy<Value = Distortion> {
     ]
 }
 
-/// Gives the direction at an angle off the axis, turned around it.
+/// Returns the direction at an angle off the axis, rotated around it.
 fn direction(angle: f64, turn: f64) -> Vector3<f64> {
     Vector3::new(angle.sin() * turn.cos(), angle.sin() * turn.sin(), angle.cos())
 }
 
-/// Gives how far from the principal point, in focal lengths, a lens puts a direction.
+/// Returns the distance from the principal point, in focal lengths, at which a lens images a
+/// direction.
 fn distance(lens: &Lens, angle: f64, turn: f64) -> f64 {
     let pixel = lens.project(&direction(angle, turn)).unwrap();
     let ([fx, fy], [cx, cy]) = (lens.camera().focal_px(), lens.camera().center_px());
@@ -67,7 +69,7 @@ proptest! {
             prop_assert!(ray.z > lens.limit().cos() - 1e-9);
             // A direction can lie within rounding of the limit.
             if let Some(pixel) = lens.project(&ray) {
-                // Where a wild lens is steep, the last digit of a ray is many pixels.
+                // For an extreme lens with a steep model, the last digit of a ray is many pixels.
                 let digit = 1e-15 * ray.z.powi(-2) * steepness(&lens, &ray);
                 prop_assert!((pixel.x - u).hypot(pixel.y - v) < 1e-6 + 64.0 * digit);
             }
@@ -139,10 +141,10 @@ fn steepness(lens: &Lens, ray: &Vector3<f64>) -> f64 {
 
 #[test]
 fn a_barrel_ends_where_its_radius_stops_rising() {
-    // r (1 - 0.3 r²) is highest at r² = 1 / 0.9.
+    // r (1 - 0.3 r²) is largest at r² = 1 / 0.9.
     let barrel = lens(Distortion::from_name("brown_conrady", &[-0.3, 0.0, 0.0, 0.0]).unwrap());
     assert!((barrel.limit().tan() - (1.0_f64 / 0.9).sqrt()).abs() < 1e-12);
-    // Beyond it, the bare formula would show a second time what lies inside.
+    // Beyond it, the bare formula would show the inside a second time.
     assert!(barrel.project(&Vector3::new(1.2, 0.0, 1.0)).is_none());
 }
 

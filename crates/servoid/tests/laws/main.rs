@@ -1,4 +1,4 @@
-//! Laws of the core, in one program: what they share is built and linked once.
+//! Laws of the core, in one program: shared code is built and linked once.
 
 #![allow(
     clippy::disallowed_methods,

@@ -24,7 +24,7 @@ fn mass(ellipsoids: &[Ellipsoid]) -> MassProperties {
     Body::new(Pose::identity(), ellipsoids.to_vec()).unwrap().mass_properties()
 }
 
-/// The textbook's inertia of a solid ellipsoid of unit density about its centre.
+/// Textbook inertia of a solid ellipsoid of unit density about its centre.
 fn inertia(ellipsoid: &Ellipsoid) -> Matrix3<f64> {
     let spread = ellipsoid.shape_matrix() * (ellipsoid.volume() / 5.0);
     Matrix3::identity() * spread.trace() - spread
@@ -133,7 +133,7 @@ proptest! {
 
     #[test]
     fn random_points_find_the_same_volume(parts in prop::collection::vec(ellipsoids(), 2..5)) {
-        // Additive recurrence over a box: an account that shares nothing with the lines.
+        // Additive recurrence over a box: an estimate that is independent of the lines.
         let count = 100_000;
         let root = 1.220_744_084_605_76_f64;
         let held = (1..=count)

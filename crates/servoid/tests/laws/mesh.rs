@@ -29,7 +29,7 @@ proptest! {
         let surface = match kind {
             0 => ball(3),
             1 => cube(),
-            // Apart, and with a hollow.
+            // Separate, and with a cavity.
             2 => joined(&[cube(), stretched(ball(2), [0.9; 3], [2.5, 0.3, 0.1])]),
             _ => joined(&[cube(), inside_out(stretched(ball(2), [0.7; 3], [0.1, 0.0, -0.1]))]),
         };
@@ -54,7 +54,7 @@ proptest! {
             let mesh = mesh(placed(surface, &turn, center));
             let found = filled_volume(&mesh.fill(64, 3));
             prop_assert!((found / truth - 1.0).abs() < 0.01, "{found} instead of {truth}");
-            // The sum over the parts, each for itself, is larger.
+            // The sum over the parts by themselves is larger.
             prop_assert!(mesh.volume() > found);
         }
     }
@@ -70,7 +70,7 @@ proptest! {
         for (index, &share) in grid.filled.iter().enumerate() {
             let place = [index % width, index / width % height, index / (width * height)];
             let point = grid.origin + Vector3::from(place.map(|i| i as f64)) * grid.pitch;
-            // A voxel's corner is this far from its middle, in the unit ball of the thinnest axis.
+            // Distance of a voxel's corner from its centre, in the unit ball of the thinnest axis.
             let (distance, reach) = ((inverse * (point - center)).norm(), grid.pitch / 0.4);
             if distance < 1.0 - reach {
                 prop_assert!(share > 1.0 - 1e-9, "{share} inside at {distance}");
@@ -128,7 +128,7 @@ fn the_frame_of_a_box_lies_along_its_sides_the_longest_first() {
     let axes = frame.rotation_matrix().map(f64::abs);
     let expected = Matrix3::new(0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0);
     assert!((axes - expected).amax() < 1e-9, "{axes}");
-    // A ball spread as far about its centre: 3/5 r² = (a² + b² + c²) / 3.
+    // A ball with the same mean squared distance from its centre: 3/5 r² = (a² + b² + c²) / 3.
     let spread: f64 = (0.1_f64.powi(2) + 0.3_f64.powi(2) + 0.2_f64.powi(2)) / 3.0;
     assert!((mesh.extent() - (spread * 5.0 / 3.0).sqrt()).abs() < 1e-9);
     assert!((mesh.volume() - 8.0 * 0.006).abs() < 1e-12);
@@ -141,7 +141,7 @@ fn a_ball_is_as_slender_as_its_side_goes_into_two_thirds_of_its_radius() {
     assert!(mesh(stretched(cube(), [1.0, 1.0, 0.01], [0.0; 3])).slenderness() > 50.0);
 }
 
-/// A double pyramid whose tips lie on lines of the grid, whatever the order of its corners.
+/// A double pyramid whose tips lie on lines of the grid, for any order of its vertices.
 #[test]
 fn a_line_through_a_corner_goes_in_once_and_comes_out_once() {
     let tip = |x: f64| [x, 0.0625, 0.1875];
@@ -154,7 +154,7 @@ fn a_line_through_a_corner_goes_in_once_and_comes_out_once() {
         })
         .collect();
     for seed in 0..720_usize {
-        // The permutation of this rank.
+        // The permutation with this rank.
         let (mut rest, mut left, mut order) = ((0..6).collect::<Vec<usize>>(), seed, vec![]);
         for size in (1..=6).rev() {
             order.push(rest.remove(left % size));

@@ -25,7 +25,7 @@ pub fn pair() -> Vec<Ellipsoid> {
     vec![solid([0.0; 3], [0.09, 0.05, 0.04]), solid([0.03, 0.09, 0.02], [0.03, 0.05, 0.03])]
 }
 
-/// Cameras on two rings around the origin that look at it.
+/// Cameras on two rings around the origin, looking at it.
 fn poses() -> Vec<Pose> {
     let place = |i: usize| {
         let angle = i as f64 * std::f64::consts::TAU / 7.0;
@@ -159,7 +159,7 @@ fn views_from_one_place_are_refused_whatever_their_masks_are() {
             let turn = Vector6::new(0.0, 0.0, 0.0, 0.0, turned * index as f64, 0.0);
             *pose = scene.poses[0] * Pose::exp(&turn);
         }
-        // Each mask shows the object as another place would.
+        // Each mask shows the object as if it were elsewhere.
         assert!(matches!(refused(&held.views()), ModelError::NoBaseline), "{turned}");
     }
 }
@@ -221,7 +221,7 @@ fn each_ellipsoid_takes_the_colour_of_the_pixels_in_which_it_is_foremost() {
         silhouette(&alone, &scene.camera, pose)
     };
     let paint = |pose: &Pose| -> Vec<u8> {
-        // Where both are seen the pixel is grey: a median does not mind.
+        // Where both are seen the pixel is grey, which does not affect a median.
         let both = one(0, pose).into_iter().zip(one(1, pose));
         both.flat_map(|pixel| match pixel {
             (255, 0) => [220, 20, 10],
@@ -238,7 +238,7 @@ fn each_ellipsoid_takes_the_colour_of_the_pixels_in_which_it_is_foremost() {
     assert!(ellipsoid_colors(&body, &scene.views(), &images[..2]).is_err());
 }
 
-/// A dumbbell as a closed mesh: two balls of unlike sizes, side by side.
+/// A dumbbell as a closed mesh: two balls of different sizes, side by side.
 pub fn dumbbell() -> Mesh {
     let (rings, around) = (16_usize, 24_usize);
     let (mut corners, mut faces) = (vec![], vec![]);
@@ -259,7 +259,7 @@ pub fn dumbbell() -> Mesh {
                 faces.push([at(ring, step), at(ring + 1, step + 1), at(ring, step + 1)]);
             }
         }
-        // At the poles a ring is one place: its corners are one.
+        // At the poles a ring is a single position: its vertices are one.
         for ring in [0, rings] {
             let pole = at(ring, 0);
             let ends = at(ring, 0)..=at(ring, around - 1);
@@ -329,7 +329,7 @@ fn what_has_no_weight_is_not_held_out_to_choose_by() {
         progressive(&given, &settings, &mut |_, _, _| true)
     };
     let all = all_views.len();
-    // Enough of what does not count, too little of what does: all of it is modelled from.
+    // Enough evidence without weight, too little with weight: all of it is used to model from.
     for (views, samples, silhouettes, depth) in [(3, 400, 1.0, 0.0), (all, 100, 0.0, 1.0)] {
         let chosen = fit(views, samples, silhouettes, depth, true).unwrap();
         assert_eq!(chosen, fit(views, samples, silhouettes, depth, false).unwrap());
@@ -339,7 +339,7 @@ fn what_has_no_weight_is_not_held_out_to_choose_by() {
     }
 }
 
-/// Models an object that is marked in one picture and painted in all; gives the overlaps.
+/// Models an object that is marked in one image and painted in all; returns the overlaps.
 pub fn painted_initial(settings: &Settings) -> Vec<f64> {
     let truth = solid([0.0, 0.0, 0.0], [0.05, 0.04, 0.03]);
     let scene = Scene::new(&[truth]);

@@ -18,7 +18,7 @@ fn camera() -> Camera {
     Camera::new(SIZE, [300.0, 300.0], [160.0, 120.0]).unwrap()
 }
 
-/// Two eyes, 160 mm apart, that are turned so that the gene axes are not those of the world.
+/// Two cameras, 160 mm apart, rotated so that the gene axes are not those of the world.
 pub fn eyes() -> Vec<Pose> {
     let turn = UnitQuaternion::from_scaled_axis(Vector3::new(0.1, -0.3, 0.2));
     let eye = |x: f64| Pose::from_rotation(turn, turn * Vector3::new(x, 0.0, 0.0));
@@ -39,7 +39,7 @@ pub fn egg() -> Body {
     Body::new(Pose::identity(), vec![solid([0.0; 3], [0.045, 0.0225, 0.0225])]).unwrap()
 }
 
-/// A body whose turns can be seen.
+/// A body whose rotations are visible.
 pub fn duck() -> Body {
     let (trunk, head) = ([0.05, 0.03, 0.02], [0.02, 0.02, 0.02]);
     let parts = vec![solid([0.0; 3], trunk), solid([0.045, 0.03, 0.0], head)];
@@ -50,7 +50,7 @@ fn drawn(body: &Body, pose: Option<Pose>, noise: u32) -> Vec<Vec<u8>> {
     drawn_of(0, body, pose, noise)
 }
 
-/// One image an eye: the body in green before grey noise.
+/// One image per camera: the body in green in front of grey noise.
 pub fn drawn_of(seed: u64, body: &Body, pose: Option<Pose>, noise: u32) -> Vec<Vec<u8>> {
     let noise = noise.wrapping_add(1000 * seed as u32);
     let mut state = noise.wrapping_mul(747_796_405).wrapping_add(1);
@@ -83,7 +83,7 @@ pub fn started(body: &Body, pose: Pose, settings: OneStepSettings) -> OneStep {
     tracker
 }
 
-/// Follows the poses after the first, one image each.
+/// Tracks the poses after the first, one image each.
 pub fn followed(body: &Body, poses: &[Pose], settings: OneStepSettings) -> Vec<Estimate> {
     let mut tracker = started(body, poses[0], settings);
     let step = |(index, pose): (usize, &Pose)| {
@@ -101,7 +101,7 @@ fn pose() -> OneStepSettings {
     OneStepSettings::default()
 }
 
-/// The paper's motion along x, in images 1/30 s apart; its fastest is 2.1 mm an image.
+/// The paper's motion along x, in images 1/30 s apart; its fastest is 2.1 mm per image.
 pub fn swing(index: usize) -> Pose {
     at(0.04 - 0.1 * (0.628 * index as f64 / 30.0).cos() + 0.06, -0.01, 0.0)
 }

@@ -16,7 +16,7 @@ fn camera() -> Camera {
     Camera::new(SIZE, [300.0, 290.0], [158.2, 121.7]).unwrap()
 }
 
-/// A stereo pair that looks along z, as the hand's eyes do.
+/// A stereo pair that looks along z, as the cameras on the hand do.
 fn eyes() -> [Pose; 2] {
     [-0.08, 0.08].map(|x| Pose::from_parts([x, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0]).unwrap())
 }
@@ -51,7 +51,8 @@ fn with_margin(images: &[Vec<u8>; 2], alpha: Margin) -> Points<'_> {
     Points::new(views, COUNT, alpha).unwrap()
 }
 
-/// How far outside the unit ball a point lies once an ellipsoid of these radii has become that ball.
+/// Distance of a point outside the unit ball after an ellipsoid of these radii is mapped to that
+/// ball.
 fn excess(point: &Vector3<f64>, ellipsoid: &Ellipsoid, radii: &Vector3<f64>) -> f64 {
     let [w, x, y, z] = ellipsoid.quaternion();
     let turn = UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z));
@@ -59,8 +60,8 @@ fn excess(point: &Vector3<f64>, ellipsoid: &Ellipsoid, radii: &Vector3<f64>) -> 
     local.component_div(radii).norm() - 1.0
 }
 
-/// The paper's fitness once more, pixel by pixel: rotation by the quaternion's matrix written out, projection
-/// by hand, the pixel whose square holds the point.
+/// The paper's fitness, reimplemented pixel by pixel: rotation by the quaternion's matrix written
+/// out, projection by hand, the pixel whose square contains the point.
 fn by_hand(images: &[Vec<u8>; 2], ellipsoids: &[Ellipsoid]) -> f64 {
     let seen = |image: &[u8], eye: &Pose, point: [f64; 3]| -> f64 {
         let depth = point[2] - eye.translation().z;
@@ -132,7 +133,7 @@ proptest! {
             prop_assert!(excess(&out, &ellipsoid, &radii.add_scalar(ALPHA * radii.min())).abs() < 1e-9);
             sum += on - ellipsoid.center();
         }
-        // They are spread over all of it.
+        // They are spread over the whole surface.
         prop_assert!(sum.norm() / COUNT as f64 <= 0.01 * radii.max());
     }
 }
@@ -197,7 +198,7 @@ fn the_fitness_is_greatest_at_the_target_among_those_moved_along_the_image_or_re
 fn a_hypothesis_of_quadrics_scores_as_its_ellipsoids_do() {
     let images = drawn(&[target()]);
     let points = points(&images);
-    // Radii that fall are the principal axes in their order.
+    // With decreasing radii these are the principal axes in their order.
     let (one, two) = (points.score(&[target().quadric()]), points.fitness(&[target()]));
     assert!((one - two).abs() < 0.02, "{one} {two}");
     assert_eq!(points.scores(&[target().quadric(); 3], 1), vec![one; 3]);
@@ -273,7 +274,7 @@ fn later_centres_lie_on_the_first_surface_and_each_gain_reaches_delta() {
     }
     for pair in steps.windows(2) {
         assert!(pair[1].fitness - pair[0].fitness >= delta);
-        // What stands is not moved again.
+        // Existing ellipsoids are not moved again.
         for (one, two) in pair[0].body.in_world().iter().zip(pair[1].body.in_world()) {
             assert!((one.center() - two.center()).norm() < 1e-9);
             assert!((one.radii() - two.radii()).norm() < 1e-9);

@@ -5,7 +5,7 @@ use servoid::camera::{Channels, ImageView, Plane, Pyramid};
 
 const SIZE: [usize; 2] = [48, 40];
 
-/// An image that rises by whole grey levels to the right and downwards.
+/// An image that increases by whole grey levels to the right and downwards.
 fn ramp(right: usize, down: usize) -> Vec<u8> {
     let [width, height] = SIZE;
     (0..width * height).map(|at| (at % width * right + at / width * down) as u8).collect()
@@ -78,7 +78,7 @@ proptest! {
         for level in 0..Pyramid::LEVELS {
             let plane = pyramid.plane(level);
             prop_assert_eq!(plane.size_px(), [width >> level, height >> level]);
-            // Every place that is held is read without reaching out.
+            // Every position inside is read without reading beyond the plane.
             let [columns, rows] = plane.size_px().map(|n| n as f64);
             for (u, v) in [(0.0, 0.0), (columns - 1.001, rows - 1.001), (columns - 1.0, 0.0)] {
                 if plane.holds(u, v) {

@@ -32,10 +32,10 @@ fn holds(quadric: &Quadric, point: &Vector3<f64>) -> bool {
     (quadric.factor.try_inverse().unwrap() * (point - quadric.center)).norm() < 1.0
 }
 
-/// Samples a step.
+/// Samples per step.
 const STEPS: usize = 1000;
 
-/// Lengths that a test by points finds, before and behind the surface.
+/// Lengths counted by point samples, in front of and behind the surface.
 fn lengths(samples: &[RangeSample], inside: impl Fn(&Vector3<f64>) -> bool) -> [f64; 2] {
     let mut sums = [0.0; 2];
     for sample in samples {
@@ -49,7 +49,7 @@ fn lengths(samples: &[RangeSample], inside: impl Fn(&Vector3<f64>) -> bool) -> [
     sums
 }
 
-/// Of all that body or object fill, the share that both fill.
+/// The share filled by both of everything that body or object fill.
 fn by_samples(samples: &[RangeSample], body: &[Quadric]) -> f64 {
     let [before, behind] = lengths(samples, |point| body.iter().any(|q| holds(q, point)));
     behind / (BEHIND * samples.len() as f64 + before)
@@ -70,7 +70,7 @@ fn slot(quadric: &mut Quadric, which: usize) -> &mut f64 {
     if which < 3 { &mut quadric.center[which] } else { &mut quadric.factor[which - 3] }
 }
 
-/// Least cosine between a line and the normal where it goes in.
+/// Least cosine between a line and the normal where it enters.
 fn steepness(samples: &[RangeSample], body: &[Quadric]) -> f64 {
     let mut least = f64::INFINITY;
     for (sample, quadric) in samples.iter().flat_map(|s| body.iter().map(move |q| (s, q))) {
@@ -108,7 +108,8 @@ proptest! {
         samples in lines(), body in prop::collection::vec(quadrics(), 1..4), which in 0_usize..12,
         index in 0_usize..4,
     ) {
-        // An end that leaves the window, meets another or is only grazed has a kink there.
+        // An end that leaves the window, meets another or is only grazed is not differentiable
+        // there.
         prop_assume!(steepness(&samples, &body) > 0.06);
         let term = RangeSamples::new(samples, BEFORE, BEHIND);
         let index = index % body.len();
@@ -169,7 +170,7 @@ proptest! {
         let looked = front.map(|s| RangeSample { direction: s.point.normalize(), ..s }).collect();
         let term = RangeSamples::new(looked, BEFORE, BEHIND);
         prop_assert!(term.score(&[truth]) > 1.0 - 1e-9);
-        // What lies deeper than was seen is not judged.
+        // What lies deeper than was seen is not scored.
         let deep = Quadric { center: truth.center + Vector3::z() * by, ..truth };
         let both = term.score(&[truth, deep]);
         prop_assert!(both > 1.0 - 1e-9, "{both}");
@@ -247,7 +248,7 @@ fn a_body_that_no_line_meets_and_a_body_of_none_agree_with_nothing() {
     }
     assert_eq!(term.score_and_gradient(&[flat, away], &mut slopes), 0.0);
     assert_eq!(slopes, [QuadricGradient::default(); 2]);
-    // Wholly before the surface: nothing that both fill.
+    // Completely in front of the surface: nothing is filled by both.
     let seen = all_around(&truth, 50)[7].point;
     let before = Quadric { factor: Matrix3::identity() * 0.1, center: seen * 1.3 };
     assert!(term.score(&[before]) < 1e-12);
@@ -274,5 +275,5 @@ fn numbers_that_are_no_lines_of_sight_are_refused() {
         assert!(matches!(error, RangeSampleError::Numbers { index: 1, .. }));
     }
     let error = RangeSample::join(&[[f64::NAN; 3]], &ok[..1]).unwrap_err();
-    assert!(error.to_string().starts_with("seen point 0"));
+    assert!(error.to_string().starts_with("point 0"));
 }

@@ -16,7 +16,8 @@ fn posed(turn: [f64; 3], place: [f64; 3]) -> Pose {
     Pose::from_rotation(UnitQuaternion::from_scaled_axis(Vector3::from(turn)), place.into())
 }
 
-/// Gives where a ray meets an ellipsoid first, in closed form: the smaller root of a quadratic.
+/// Returns the first hit of a ray with an ellipsoid, in closed form: the smaller root of a
+/// quadratic.
 fn root(pose: &Pose, radii: [f64; 3], ray: &Vector3<f64>) -> Option<f64> {
     let back = pose.inverse();
     let radii = Vector3::from(radii);

@@ -21,7 +21,7 @@ fn quadrics() -> impl Strategy<Value = Quadric> {
         })
 }
 
-/// Wholly in front of the camera and not flat.
+/// Completely in front of the camera and not flat.
 fn solids() -> impl Strategy<Value = Quadric> {
     (prop::array::uniform3(-0.3..0.3), prop::array::uniform9(-0.08..0.08), 0.8..1.5).prop_map(
         |(c, f, z)| Quadric {
@@ -31,7 +31,7 @@ fn solids() -> impl Strategy<Value = Quadric> {
     )
 }
 
-/// Some ellipsoids, of which some come twice, nested or as flat as a sheet.
+/// Several ellipsoids, some of them duplicated, nested or flat.
 fn bodies() -> impl Strategy<Value = Vec<Quadric>> {
     (prop::collection::vec(quadrics(), 1..9), 0..4_usize).prop_map(|(mut body, extra)| {
         let first = body[0];
@@ -60,10 +60,10 @@ fn noise(seed: u64) -> Vec<f64> {
     (0..SIZE[0] * SIZE[1]).map(|_| next()).collect()
 }
 
-/// Pixels from the corner beyond which an outline counts as unseen.
+/// Distance in pixels from the corner beyond which an outline counts as unseen.
 const FARTHEST: f64 = 1e6;
 
-/// What an end of a row's interval is off, as a share of how far its outline reaches.
+/// Error of an end of a row's interval, as a share of the reach of its outline.
 const ROUNDED: f64 = 1e-6;
 
 /// Sums each kept row over the share of each pixel that the union covers.
@@ -100,8 +100,8 @@ fn by_pixels(body: &[Quadric], map: &ScoreMap) -> (f64, f64) {
     (score, area)
 }
 
-/// Gives by how much an area in single precision may differ: each end of a row's interval by some of the
-/// last bits of how far its outline reaches.
+/// Returns by how much an area in single precision may differ: each end of a row's interval by some
+/// of the last bits of its outline's reach.
 fn slack(body: &[Quadric]) -> f64 {
     let outlines = body.iter().filter_map(|q| projection().outline(q));
     let reach = |outline: Outline| {
@@ -155,9 +155,10 @@ proptest! {
             if which < 3 { q.center[which] += by } else { q.factor[which - 3] += by }
             body
         };
-        // Kinks (an end that crosses a pixel's edge or another end, a row that opens) lie between
-        // two steps of different length if they are near: such places say nothing. Single precision
-        // may be beyond a kink that double precision is not: beside it both agree.
+        // Where the sum is not differentiable (an end crosses a pixel's edge or another end, a row
+        // opens), differences with two step lengths disagree; such cases are skipped. Single
+        // precision may be on the other side of such a point than double precision: away from it
+        // both agree.
         let found_at = |at: f64| {
             let sum = |by: f64| by_pixels(&moved(at + by), &map).0;
             let difference = |step: f64| (sum(step) - sum(-step)) / (2.0 * step);
@@ -196,7 +197,7 @@ proptest! {
     }
 }
 
-/// Gives every bit of sums and gradient.
+/// Returns all bits of sums and gradient.
 fn bits(region: &Region, body: &[Quadric]) -> Vec<u64> {
     let sums = region.sums(&region.views()[0], body);
     let mut slopes = vec![QuadricGradient::default(); body.len()];
@@ -252,7 +253,7 @@ fn the_overlap_is_one_for_the_right_body_and_rises_along_its_gradient() {
     }
     let overlap =
         Overlap::new(vec![OverlapView { filled, size_px: SIZE, projection: projection() }]);
-    // Pixels that the outline cuts are half filled and half covered: a border's worth is lost.
+    // Pixels cut by the outline are half filled and half covered: a border's worth is lost.
     assert!(overlap.score(&[truth]) > 0.97, "{}", overlap.score(&[truth]));
     for by in [-0.02, 0.02] {
         let mut beside = truth;

@@ -1,4 +1,4 @@
-//! Laws of the genetic algorithm and of the climb.
+//! Laws of the genetic algorithm and of the gradient ascent.
 
 use crate::scenes::{holds, holds_for};
 use nalgebra::{DMatrix, DVector};
@@ -61,7 +61,7 @@ fn a_score_that_is_no_number_counts_as_the_worst() {
     assert_eq!(ga.best().genes, genes);
 }
 
-/// Tells a generation scores that fall as given, and gives its genes.
+/// Scores a generation with decreasing scores as given, and returns its genes.
 fn told(settings: GaSettings, scores: &[f64]) -> (Ga, Vec<Vec<f64>>) {
     let mut ga = Ga::new(&RANGES, settings, rng(4, 0)).unwrap();
     let genes = ga.ask().iter().map(|one| one.genes.clone()).collect();
@@ -171,8 +171,8 @@ fn a_climb_without_a_usable_slope_stays_where_it_is() {
     }
 }
 
-/// Gives how far a population spreads on a plateau, where no child is better, so that the mutations
-/// narrow as far as they may.
+/// Returns the spread of a population on a plateau, where no child is better, so that the mutations
+/// narrow as far as allowed.
 pub fn spread(seed: u64, least_width: f64) -> f64 {
     let settings = GaSettings::default().with(|it| it.least_width = least_width);
     let mut ga = Ga::new(&[(-1.0, 1.0)], settings, rng(seed, 0)).unwrap();

@@ -24,7 +24,7 @@ fn pattern(x: f64, y: f64) -> f64 {
     50.0 + 12.0 * sum
 }
 
-/// What the camera sees of the plane when its picture is shifted by pixels.
+/// The camera's image of the plane, shifted by a number of pixels.
 fn picture([right, down]: [f64; 2], light: impl Fn(f64) -> f64) -> Vec<u8> {
     let mut pixels = Vec::with_capacity(SIZE[0] * SIZE[1]);
     for v in 0..SIZE[1] {
@@ -53,8 +53,8 @@ fn places() -> impl Strategy<Value = [f64; 2]> {
     (40.0..120.0, 40.0..80.0).prop_map(|(u, v)| [u, v])
 }
 
-/// Gives how far from a shift of the picture four steps end, in pixels; `None` where the pattern has
-/// no corner, so that a shift along its bands changes nothing.
+/// Returns the distance in pixels at which four steps end from a shift of the image; `None` where
+/// the pattern has no corner, so that a shift along its bands changes nothing.
 fn left_after_steps(place: [f64; 2], shift: Vector2<f64>, level: usize) -> Option<f64> {
     let point = learned(place, 100.0)?;
     let moved = pyramid(&picture([shift.x, shift.y], |x| 2.0 * x + 13.0));
@@ -154,7 +154,7 @@ proptest! {
         let mut point = learned([80.0, 60.0], 100.0).unwrap();
         point.position = camera().ray([u, v]);
         let seen = pyramid(&picture([0.0, 0.0], |x| x));
-        // Samples of the finest patch lie up to three pixels from its middle.
+        // Samples of the finest patch lie up to three pixels from its centre.
         let inside = (3.0..156.0).contains(&u) && (3.0..116.0).contains(&v);
         prop_assert_eq!(point.correlation(&projection(), &seen, 0).is_some(), inside);
         prop_assert_eq!(point.agreement(&projection(), &seen, 0).is_some(), inside);
@@ -187,7 +187,8 @@ proptest! {
         let (seen, point) = (Projection::new(&camera(), &eye), Vector3::from(p));
         let there = seen.apply(&object.transform(&point));
         prop_assert!((seen.moved(&object).apply(&point) - there).norm() < 1e-9);
-        // To move twice is to move by the product; to move the camera is to move the world back.
+        // Two successive motions are their product; moving the camera is moving the world by the
+        // inverse.
         let twice = seen.moved(&object).moved(&eye).apply(&point);
         prop_assert!((seen.moved(&(object * eye)).apply(&point) - twice).norm() < 1e-9);
         let turned = Projection::new(&camera(), &(object.inverse() * eye)).apply(&point);
@@ -223,7 +224,7 @@ proptest! {
 
 #[test]
 fn a_point_follows_a_plane_that_turns_and_comes_nearer() {
-    // The camera moves and sees the same plane: the patch is looked up where the plane is now.
+    // The camera moves and sees the same plane: the patch is read where the plane is now.
     let turn = UnitQuaternion::from_euler_angles(0.15, -0.2, 0.4);
     let world_from_camera = Pose::from_rotation(turn, Vector3::new(0.1, 0.1, 0.25));
     let mut pixels = Vec::new();

@@ -8,13 +8,13 @@ use servoid::fitness::Backend;
 use servoid::pose::Pose;
 use servoid::track::{Estimate, Notice, Status, TrackError, TrackSettings, Tracker};
 
-/// Where the object starts.
+/// Initial pose of the object.
 pub fn start() -> Pose {
     let turn = UnitQuaternion::from_euler_angles(0.3, -0.4, 0.2);
     Pose::from_rotation(turn, Vector3::new(0.01, -0.01, 0.05))
 }
 
-/// Where an object is that moves and turns evenly: 9 cm and 50 degrees a second.
+/// Pose of an object in uniform motion: 9 cm and 50 degrees per second.
 pub fn moving(index: usize) -> Pose {
     let time = index as f64 / 30.0;
     let shift = Vector3::new(0.06, -0.03, 0.06) * time;
@@ -22,7 +22,7 @@ pub fn moving(index: usize) -> Pose {
     Pose::from_rotation(turn * start().rotation(), start().translation() + shift)
 }
 
-/// Gives a stage and settings with a seed.
+/// Returns a stage and settings with a seed.
 pub fn seeded(seed: u64, stage: Stage) -> (Stage, TrackSettings) {
     (Stage { seed, ..stage }, TrackSettings::default().with(|it| it.seed = seed))
 }
@@ -30,13 +30,13 @@ pub fn seeded(seed: u64, stage: Stage) -> (Stage, TrackSettings) {
 pub fn started(stage: &Stage, settings: TrackSettings, shot: &Shot, pose: Pose) -> Tracker {
     let mut tracker = Tracker::new(&stage.cameras(), &stage.body, settings).unwrap();
     let estimate = tracker.start(&shot.observation(), pose, &[]).unwrap();
-    // A pose that was given is known, however little the images tell of its turn.
+    // A given pose is known, even if the images hardly constrain its orientation.
     assert_eq!((estimate.status, estimate.located), (Status::Tracking, true));
     assert!(!estimate.notices.contains(&Notice::TurnOpen));
     tracker
 }
 
-/// Follows the moving object; gives the estimates after the first.
+/// Tracks the moving object; returns the estimates after the first.
 pub fn followed(stage: &Stage, settings: TrackSettings, count: usize) -> Vec<Estimate> {
     let shot = |index: usize| stage.shot(index, &eyes(), Some(&moving(index)));
     let mut tracker = started(stage, settings, &shot(0), moving(0));
@@ -71,7 +71,7 @@ fn the_same_seed_gives_the_same_bits_with_each_back_end() {
         numbers.map(f64::to_bits).collect()
     };
     let fastest = bits();
-    // Laws beside this one may run with these, too: what they compute does not change.
+    // Other tests may run with this backend, too: their results do not change.
     for backend in Backend::available() {
         backend.force();
         assert_eq!(bits(), fastest, "{backend:?}");
@@ -119,7 +119,7 @@ fn the_turns_of_a_plain_ball_are_open_and_those_of_a_patterned_one_are_not() {
     holds("track balls");
 }
 
-/// Follows a ball at rest; gives the last estimate.
+/// Tracks a ball at rest; returns the last estimate.
 pub fn followed_ball(stage: &Stage, settings: TrackSettings) -> Estimate {
     let shot = |index: usize| stage.shot(index, &eyes(), Some(&start()));
     let mut tracker = started(stage, settings, &shot(0), start());

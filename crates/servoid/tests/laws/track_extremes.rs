@@ -1,4 +1,4 @@
-//! Laws of the tracker at the ends of what it can be given: far, near, huge and tiny.
+//! Laws of the tracker at the limits of its input: far, near, huge and tiny.
 
 use nalgebra::{UnitQuaternion, Vector3};
 use proptest::prelude::*;
@@ -19,7 +19,7 @@ fn at(place: [f64; 3]) -> Pose {
     Pose::from_rotation(UnitQuaternion::identity(), place.into())
 }
 
-/// A picture of which no two are alike: noise, with a patch of other colours in the middle.
+/// An image that is different for each seed: noise, with a patch of other colours in the middle.
 fn noise(size: [usize; 2], seed: usize) -> Vec<u8> {
     let grain = |at: usize| ((at + seed * 7_919).wrapping_mul(2_654_435_761) >> 11) as u8;
     let [width, height] = size;
@@ -32,11 +32,11 @@ fn noise(size: [usize; 2], seed: usize) -> Vec<u8> {
         .collect()
 }
 
-/// Where the camera is, and where the object is said to be.
+/// The pose of the camera, and the given pose of the object.
 type There = (Pose, Pose);
 
-/// Shows noise to a tracker: starts it at one place, seeks it near the other and anywhere, and goes
-/// on.
+/// Feeds noise to a tracker: starts it at one pose, searches near another and everywhere, and
+/// continues tracking.
 fn shown(tracker: &mut Tracker, camera: &Camera, first: There, then: There) -> Vec<Estimate> {
     let size = camera.size_px();
     let pictures: Vec<_> = (0..5).map(|seed| noise(size, seed)).collect();
@@ -55,7 +55,7 @@ fn shown(tracker: &mut Tracker, camera: &Camera, first: There, then: There) -> V
     said
 }
 
-/// Says whether numbers are numbers.
+/// Returns whether an estimate is finite and in range.
 fn is_sound(said: &Estimate) -> bool {
     let pose = said.world_from_object.matrix();
     (0.0..=1.0).contains(&said.confidence)
@@ -63,7 +63,7 @@ fn is_sound(said: &Estimate) -> bool {
         && said.unobservable.iter().flatten().all(|x| x.is_finite())
 }
 
-/// Numbers of any size whose squares are still numbers.
+/// Numbers of any size whose squares are finite.
 fn any_size() -> impl Strategy<Value = f64> {
     let sized = |(sign, power): (bool, f64)| if sign { 1.0 } else { -1.0 } * 10_f64.powf(power);
     prop_oneof![
@@ -181,7 +181,7 @@ fn seeking_anywhere_costs_no_more_in_images_of_odd_shapes() {
     let usual = sought([64, 48]);
     for size in [[48, 64], [8192, 8], [8, 8192], [1, 8192], [1, 1]] {
         let cost = sought(size);
-        // Five rounds at most, and one at least if it is found.
+        // Five rounds at most, and at least one if it is found.
         assert!(cost <= 15 * usual, "{size:?}: {cost} hypotheses, {usual} usually");
     }
 }

@@ -1,4 +1,4 @@
-//! Laws of what the tracker makes of cameras that fail.
+//! Laws of how the tracker handles failing cameras.
 
 use std::sync::OnceLock;
 
@@ -24,7 +24,7 @@ fn shot(index: usize) -> Shot {
     shot_of(0, index)
 }
 
-/// A tracker that has followed an object at rest up to image 5; that of seed 0 is kept.
+/// A tracker that has tracked an object at rest up to image 5; that of seed 0 is cached.
 pub fn settled_of(seed: u64) -> Tracker {
     static SETTLED: OnceLock<Tracker> = OnceLock::new();
     let settle = || {
@@ -205,7 +205,7 @@ proptest! {
     }
 }
 
-/// Where an object is that goes 4 mm from image to image.
+/// Pose of an object that moves 4 mm from image to image.
 fn going(index: usize) -> Pose {
     let start = start();
     let way = Vector3::x() * (4e-3 * index as f64);

@@ -1,4 +1,4 @@
-//! Laws of images that freeze: they are believed as long as what they show cannot be elsewhere.
+//! Laws of frozen images: they are trusted as long as their content cannot be elsewhere.
 
 use nalgebra::{UnitQuaternion, Vector3};
 use servoid::pose::Pose;
@@ -7,11 +7,11 @@ use servoid::track::{Estimate, Notice, Status, TrackSettings, Tracker};
 use crate::shapes::drawn::{Shot, Stage, eyes};
 use crate::track_faults::start;
 
-/// The bounding radius of the drawn object, about, in metres.
+/// Approximate bounding radius of the drawn object, in metres.
 const RADIUS: f64 = 0.08;
 const RATE_HZ: f64 = 10.0;
 
-/// Where an object is that went so far across and turned so far.
+/// Pose of an object that moved and rotated by given amounts.
 fn moved(across: f64, turn: f64) -> Pose {
     let start = start();
     let turn = UnitQuaternion::from_scaled_axis(Vector3::z() * turn);
@@ -19,7 +19,7 @@ fn moved(across: f64, turn: f64) -> Pose {
     Pose::from_rotation(turn * start.rotation(), start.translation() + way)
 }
 
-/// Starts a tracker of the drawn object where a first shot shows it.
+/// Starts a tracker at the object's pose in a first shot.
 fn started(stage: &Stage, first: &Shot, pose: Pose) -> Tracker {
     let settings = TrackSettings::default();
     let mut tracker = Tracker::new(&stage.cameras(), &stage.body, settings).unwrap();
@@ -27,7 +27,7 @@ fn started(stage: &Stage, first: &Shot, pose: Pose) -> Tracker {
     tracker
 }
 
-/// Gives how far an estimate's place is off, in metres.
+/// Returns the error of an estimate's position, in metres.
 fn off(found: &Estimate, pose: &Pose) -> f64 {
     (found.world_from_object.translation() - pose.translation()).norm()
 }
@@ -37,8 +37,8 @@ fn shot(grain: usize, count: usize, pose: &Pose) -> Shot {
     Shot { time_s, ..Stage::textured().shot(grain, &eyes(), Some(pose)) }
 }
 
-/// Follows an object through new images, then for so many seconds sees the last of them; gives what the
-/// tracker says of those, with the seconds since it was new.
+/// Tracks an object through new images, then repeats the last of them for some seconds; returns the
+/// estimates for those, with the seconds since it was new.
 fn frozen(poses: &[Pose], grain: GrainOf, seconds: f64) -> Vec<(f64, Estimate)> {
     let stage = Stage::textured();
     let mut last = shot(grain(0), 0, &poses[0]);
@@ -55,14 +55,15 @@ fn frozen(poses: &[Pose], grain: GrainOf, seconds: f64) -> Vec<(f64, Estimate)> 
     again.collect()
 }
 
-/// Says which grain an image has, by its number.
+/// Returns the noise seed of an image, by its number.
 type GrainOf = fn(usize) -> usize;
 
 fn is_told(found: &Estimate) -> bool {
     found.notices.contains(&Notice::Outdated)
 }
 
-/// How far an object went, in radii, that goes evenly for a second, then slows down for two, and rests.
+/// Distance moved, in radii, by an object that moves uniformly for a second, then slows down for
+/// two, and rests.
 fn slowed_down(count: usize) -> f64 {
     let seconds = count as f64 / RATE_HZ;
     let slowing = (0.5 * (seconds - 1.0)).clamp(0.0, 1.0);
@@ -71,7 +72,7 @@ fn slowed_down(count: usize) -> f64 {
 
 #[test]
 fn images_that_freeze_before_what_moves_slowly_are_told_before_they_are_wrong() {
-    const SPEED: f64 = 0.15; // radii, and radians, a second
+    const SPEED: f64 = 0.15; // radii, and radians, per second
     for (across, turn) in [(SPEED * RADIUS, 0.0), (0.0, SPEED)] {
         let place = |seconds: f64| moved(across * seconds, turn * seconds);
         let poses: Vec<Pose> = (0..25).map(|count| place(count as f64 / RATE_HZ)).collect();
@@ -91,7 +92,8 @@ fn images_that_freeze_before_what_moves_slowly_are_told_before_they_are_wrong() 
 fn what_rests_is_believed_however_long_its_images_stay_the_same() {
     let rests: Vec<Pose> = (0..25).map(|_| start()).collect();
     let stops: Vec<Pose> = (0..40).map(|count| moved(RADIUS * slowed_down(count), 0.0)).collect();
-    // With a grain of their own in all images, with one that stays, and where it came to rest.
+    // With different noise in all images, with the same noise, and with the same since it came to
+    // rest.
     let cases: [(&[Pose], GrainOf); 4] =
         [(&rests, |count| count), (&rests, |_| 0), (&stops, |count| count), (&stops, |_| 0)];
     for (case, (poses, grain)) in cases.into_iter().enumerate() {
@@ -106,7 +108,7 @@ fn what_rests_is_believed_however_long_its_images_stay_the_same() {
 #[test]
 fn one_new_image_between_two_freezes_does_not_make_what_moves_rest() {
     const RATE_HZ: f64 = 30.0;
-    // It goes to and fro, and turns back shortly before images freeze.
+    // It moves to and fro, and turns back shortly before the images freeze.
     let place = |count: usize| moved(0.75 * RADIUS * (0.0628 * count as f64).sin(), 0.0);
     let stage = Stage::textured();
     let taken = |count: usize| {
@@ -133,13 +135,13 @@ fn one_new_image_between_two_freezes_does_not_make_what_moves_rest() {
 fn eyes_that_went_along_for_a_while_do_not_hide_that_what_circles_went_on() {
     const RATE_HZ: f64 = 30.0;
     const FROZEN_FROM: usize = 60;
-    const AWAY: f64 = 0.04; // metres from the middle of its circle, which takes eight seconds
+    const AWAY: f64 = 0.04; // metres from the centre of its circle, which takes eight seconds
     let place = |count: usize| {
         let (sin, cos) = (count as f64 / RATE_HZ * std::f64::consts::FRAC_PI_4).sin_cos();
         let way = AWAY * Vector3::new(cos - 1.0, sin, 0.0);
         Pose::from_rotation(start().rotation(), start().translation() + way)
     };
-    // The eyes rest, but for the time just after the images froze: then they go where it goes.
+    // The cameras rest, except just after the images froze: then they move along with the object.
     let gone = |count: usize| {
         place(count.clamp(FROZEN_FROM, FROZEN_FROM + 12)).translation()
             - place(FROZEN_FROM).translation()
@@ -193,7 +195,7 @@ fn what_a_camera_hung_at_is_not_believed_where_the_other_one_fails() {
         assert_eq!(trusted, count < ALONE_FROM, "{count}");
         assert_eq!(found.notices.contains(&Notice::Repeated(0)), count > HANGS_FROM, "{count}");
     }
-    // Once it shows something new it is asked again.
+    // Once it shows something new it is used again.
     let shot = stage.shot(ALONE_FROM + 20, &eyes(), Some(&place(ALONE_FROM + 20)));
     let mut observation = shot.observation();
     observation.images[1] = None;
@@ -211,7 +213,8 @@ fn eyes_that_turn_towards_each_other_while_images_are_frozen_measure_no_distance
         last = stage.shot(count, &eyes(), Some(&start()));
         assert_eq!(tracker.step(&last.observation()).unwrap().status, Status::Tracking);
     }
-    // By 0.1 degrees an image: what one eye shows goes 0.8 mm aside, what both tell 6 mm away.
+    // By 0.1 degrees per image: one camera's image moves by 0.8 mm, the triangulated position by 6
+    // mm.
     for count in 1..=10 {
         let turn =
             UnitQuaternion::from_scaled_axis(Vector3::y() * (0.1 * count as f64).to_radians());

@@ -1,4 +1,4 @@
-//! Laws of what a tracker learns: the body that evolves, and the look that is kept for another day.
+//! Laws of what a tracker learns: the evolving body, and the appearance that is stored.
 
 use std::sync::OnceLock;
 
@@ -12,13 +12,13 @@ use servoid::pose::Pose;
 use servoid::shape::{Body, Ellipsoid};
 use servoid::track::{Appearance, Estimate, Status, TrackError, TrackSettings, Tracker};
 
-/// Where an object is that turns by about 130 degrees in all.
+/// Pose of an object that rotates by about 130 degrees in all.
 pub fn turning(index: usize) -> Pose {
     let turn = UnitQuaternion::from_scaled_axis(Vector3::new(0.2, 1.0, 0.1) * 0.05 * index as f64);
     Pose::from_rotation(turn, Vector3::new(0.0, 0.0, 0.05))
 }
 
-/// The body that the stage shows, but all too small.
+/// The body on the stage, but far too small.
 pub fn too_small(stage: &Stage) -> Body {
     let smaller = |e: &Ellipsoid| {
         let radii = (e.radii() * 0.85).into();
@@ -28,13 +28,13 @@ pub fn too_small(stage: &Stage) -> Body {
     Body::new(Pose::identity(), ellipsoids).unwrap()
 }
 
-/// Follows the turning object with a body that is not quite right; gives how many images were not
-/// tracked, too.
+/// Tracks the rotating object with an inaccurate body; also returns the number of images that were
+/// not tracked.
 pub fn followed(stage: &Stage, body: &Body, count: usize) -> (Tracker, f64) {
     followed_while(stage, body, count, |found| found.status == Status::Tracking)
 }
 
-/// The same; gives how many images did not do as they should.
+/// The same; returns the number of images that were not as they should be.
 pub fn followed_while(
     stage: &Stage,
     body: &Body,
@@ -55,7 +55,7 @@ pub fn followed_while(
     (tracker, others)
 }
 
-/// A tracker that has followed a body that is too small; that of seed 0 is kept.
+/// A tracker that has tracked a body that is too small; that of seed 0 is cached.
 pub fn settled_of(seed: u64) -> (Tracker, f64) {
     static SETTLED: OnceLock<(Tracker, f64)> = OnceLock::new();
     let stage = Stage { seed, ..Stage::textured() };
@@ -67,7 +67,7 @@ fn settled() -> Tracker {
     settled_of(0).0
 }
 
-/// Mean overlap of a body's silhouettes with those of what the stage shows, from all around.
+/// Mean overlap of a body's silhouettes with those of the stage, from all around.
 pub fn overlap(ellipsoids: &[Ellipsoid], stage: &Stage) -> f64 {
     let truth = stage.body.at(Pose::identity());
     let around = (0..12).map(|side| half_ball_direction(side, 12));
@@ -145,8 +145,8 @@ fn before_anything_is_seen_no_body_evolves() {
     assert_eq!(tracker.body().unwrap(), stage.body);
 }
 
-/// Gives how far from what the stage shows the surface points lie that a tracker learned, the
-/// median in millimetres.
+/// Returns the median distance of a tracker's surface points from the surface of the stage, in
+/// millimetres.
 pub fn depth_error(tracker: &Tracker, stage: &Stage) -> f64 {
     let off = |place: &Vector3<f64>, solid: &Ellipsoid| {
         let away = place - solid.center();
@@ -182,7 +182,7 @@ fn a_look_learned_in_colours_is_known_in_grey_pictures_near_a_pose_only_and_so_i
     holds("learning from grey for colour");
 }
 
-/// Learns what the stage shows from four sides, with eight eyes about the object's frame.
+/// Learns the object on the stage from four sides, with eight cameras around the object's frame.
 pub fn look_of_all_eyes(stage: &Stage) -> Appearance {
     let sides = [0, 8, 16, 24].map(|index| (index, turning(index)));
     let shots = sides.map(|(index, there)| stage.shot(index, &eyes(), Some(&there)));

@@ -1,4 +1,4 @@
-//! Laws of the tracker's units: a metre means nothing to it, and a pixel little.
+//! Laws of the tracker's units: a metre has no meaning to it, and a pixel little.
 
 use crate::scenes::holds;
 use crate::shapes::drawn::{Shot, Stage, eyes};
@@ -8,14 +8,14 @@ use servoid::pose::{Pose, Twist};
 use servoid::shape::{Body, Ellipsoid};
 use servoid::track::{Estimate, Tracker};
 
-/// What a tracker said in a world that is `scale` times as large.
+/// The estimates of a tracker in a world that is `scale` times as large.
 struct Course {
     scale: f64,
     said: Vec<Estimate>,
     body: Body,
 }
 
-/// Images in which the object moves, those in which it is gone, and the first after it is back.
+/// Images in which the object moves, those in which it is absent, and the first after it is back.
 const SEEN: usize = 12;
 const GONE: usize = 3;
 const BACK: usize = 4;
@@ -24,7 +24,7 @@ fn larger(pose: &Pose, scale: f64) -> Pose {
     Pose::from_rotation(pose.rotation(), pose.translation() * scale)
 }
 
-/// Takes pictures of an object that moves, is gone, and comes back elsewhere.
+/// Draws images of an object that moves, disappears, and returns elsewhere.
 fn pictures(stage: &Stage) -> Vec<Shot> {
     let back = moving(SEEN) * Pose::exp(&Twist::new(0.02, -0.01, 0.01, 0.1, -0.1, 0.1));
     let place = |index: usize| match index {
@@ -36,7 +36,7 @@ fn pictures(stage: &Stage) -> Vec<Shot> {
 }
 
 impl Course {
-    /// Shows the same pictures in a world of another size.
+    /// Shows the same images in a world of another size.
     fn of(stage: &Stage, seed: u64, shots: &[Shot], scale: f64) -> Self {
         let settings = seeded(seed, Stage::textured()).1;
         let solids: Vec<Ellipsoid> = stage.body.ellipsoids().to_vec();
@@ -64,14 +64,15 @@ impl Course {
         larger(&self.said[index].world_from_object, 1.0 / self.scale)
     }
 
-    /// Gives a covariance in the metres of the world as it was.
+    /// Returns a covariance in the metres of the original world.
     fn covariance(&self, index: usize) -> Matrix6<f64> {
         let unit = 1.0 / self.scale;
         let units = Matrix6::from_diagonal(&Twist::new(unit, unit, unit, 1.0, 1.0, 1.0));
         units * self.said[index].covariance * units
     }
 
-    /// Says how much a course differs from another in numbers; what is said in words must be equal.
+    /// Returns the largest difference between two sequences in numbers; everything else must be
+    /// equal.
     fn differs(&self, other: &Self) -> f64 {
         let mut most = 0.0_f64;
         for (index, (one, two)) in self.said.iter().zip(&other.said).enumerate() {
@@ -106,9 +107,9 @@ fn the_world_in_other_units_is_tracked_alike() {
         let stage = Stage { seed, ..Stage::textured() };
         let shots = pictures(&stage);
         let usual = Course::of(&stage, seed, &shots, 1.0);
-        // What is rounded in one image goes on to the next with the motion that is foreseen; with powers of
-        // two nothing is rounded otherwise. Looks that are learned on the way keep it, too: 2e-8 with 10.0,
-        // where it was 1e-9 without them.
+        // Rounding errors of one image propagate to the next by the predicted motion; with powers
+        // of two nothing is rounded differently. An appearance that is learned on the way keeps
+        // them, too: 2e-8 with 10.0, where it was 1e-9 without it.
         for (scale, bound) in [(0.25, 1e-15), (64.0, 1e-15), (0.1, 1e-7), (3.0, 1e-7), (10.0, 1e-7)]
         {
             let other = Course::of(&stage, seed, &shots, scale);

@@ -14,7 +14,7 @@ fn quadrics() -> impl Strategy<Value = Quadric> {
     })
 }
 
-/// Smoothly filled in some way or other.
+/// An arbitrary smooth filling.
 fn grids() -> impl Strategy<Value = Grid> {
     (prop::array::uniform4(-3.0..3.0), 9_usize..14, 8_usize..12).prop_map(|(wave, width, depth)| {
         let size = [width, 11, depth];
@@ -47,7 +47,7 @@ fn by_slices(body: &[Quadric], grid: &Grid) -> f64 {
                 for x in 0..width {
                     let left = begin.max(x as f64 - 0.5);
                     let length = (end.min(x as f64 + 0.5) - left).max(0.0);
-                    // Shares are kept in steps of 1/512.
+                    // Shares are stored in steps of 1/512.
                     let share = grid.filled[(z * height + y) * width + x];
                     let share = 0.5 + 0.5 * ((2.0 * share - 1.0) * 256.0).round() / 256.0;
                     both += length * share;
@@ -77,7 +77,7 @@ proptest! {
         let row = section.at(point.z).and_then(|cut| cut.interval(point.y));
         let holds = row.is_some_and(|(begin, end)| begin < point.x && point.x < end);
         prop_assert_eq!(holds, distance < 1.0);
-        // The planes beyond which there is none touch it.
+        // The planes beyond which there is no cut are tangent to it.
         let (first, last) = section.extent();
         let reach = quadric.shape_matrix()[(2, 2)].sqrt();
         prop_assert!((last - first - 2.0 * reach).abs() < 1e-12);
@@ -108,7 +108,8 @@ proptest! {
             *slot(&mut body[index], which) += by;
             by_slices(&body, &grid)
         };
-        // Where an end crosses a voxel's edge or a slice opens there is a kink, which says nothing.
+        // Where an end crosses a voxel's edge or a slice opens, the sum is not differentiable; such
+        // cases are skipped.
         let difference = |step: f64| (moved(step) - moved(-step)) / (2.0 * step);
         let (found, coarse) = (difference(1e-6), difference(4e-6));
         prop_assume!((found - coarse).abs() < 1e-4);
@@ -123,7 +124,7 @@ proptest! {
     fn what_is_open_is_what_the_standing_leave(
         standing in prop::collection::vec(quadrics(), 0..3), next in quadrics(), grid in grids(),
     ) {
-        // Voxel by voxel, each wholly in or wholly out.
+        // Voxel by voxel, each completely inside or outside.
         let [width, height, _] = grid.size;
         let holds = |quadric: &Quadric, point: &Vector3<f64>| {
             (quadric.factor.try_inverse().unwrap() * (point - quadric.center)).norm() < 1.0
@@ -141,7 +142,7 @@ proptest! {
         let filled: f64 = grid.filled.iter().sum();
         let open = Volume::new(grid).open(&standing);
         let found = open.score(&[next]);
-        // A border's worth is counted in part by one and not by the other.
+        // Border voxels are counted partly by one and not by the other.
         let border = 1.5 * (surface as f64).powf(2.0 / 3.0) / filled;
         prop_assert!((found - gain / filled).abs() < 0.02 + border, "{found} {}", gain / filled);
         if standing.is_empty() {
@@ -164,12 +165,12 @@ proptest! {
         let off: [f64; 12] = off;
         let mut beside = truth;
         (0..12).for_each(|which| *slot(&mut beside, which) += 0.1 * off[which]);
-        // A turn of the unit ball changes the factor and not the ellipsoid.
+        // A rotation of the unit ball changes the factor but not the ellipsoid.
         let change = (beside.shape_matrix() - truth.shape_matrix()).norm()
             + (beside.center - truth.center).norm();
         prop_assume!(change > 0.03);
         prop_assert!(volume.score(&[beside]) < best);
-        // One more inside it changes nothing, and a body elsewhere agrees with nothing.
+        // One more ellipsoid inside it changes nothing, and a body elsewhere agrees with nothing.
         let inner = Quadric { factor: truth.factor * 0.5, ..truth };
         prop_assert!((volume.score(&[truth, inner]) - best).abs() < 1e-6);
         let away = Quadric { center: truth.center + Vector3::x() * 30.0, ..truth };

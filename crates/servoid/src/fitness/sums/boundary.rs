@@ -6,7 +6,7 @@ use super::running::Running;
 use crate::shape::Body;
 use crate::simd::{Backend, RowKernel, RowLanes, Truth};
 
-/// How a sum over the union changes with the five numbers of one outline, in the order of
+/// Gradient of a sum over the union by the five numbers of one outline, in the order of
 /// [`crate::shape::Outline`]: centre u, centre v, slope, half width, half height.
 pub(in crate::fitness) type OutlineGradient = [f64; 5];
 
@@ -17,8 +17,8 @@ pub(in crate::fitness) struct OutlineGradients {
     pub area: OutlineGradient,
 }
 
-/// How the root changes in a vector of rows: with the place across the outline, turned round, and
-/// with the outline's height, in units of one over it.
+/// Derivatives of the root in a vector of rows: by the position across the outline, negated, and by
+/// the outline's height, in units of its reciprocal.
 #[derive(Clone, Copy)]
 struct Lean<L: RowLanes> {
     across: L,
@@ -31,15 +31,16 @@ impl<L: RowLanes> Lean<L> {
         let per_root = L::splat(1.0).div(crossing.root.max(L::splat(1e-6)));
         let fall = crossing.near.mul(L::splat(2.0 * quarter_per_blunt));
         let across = crossing.across.mul(fall).mul(per_root);
-        // A taller outline is less blunt: near the poles that takes a little back.
+        // A taller outline is less blunt, which reduces the derivative a little near the poles.
         let back = fall.mul(L::splat(1.0).sub(fall)).mul(per_root);
         let back = back.mul(L::splat(0.125 / quarter_per_blunt));
         Self { across, taller: across.mul(crossing.across).sub(back) }
     }
 }
 
-/// Half of the running sums over the exposed ends of one outline, or all where a vector holds them: of the weight w, of w·below, of w·root, and of
-/// w times both parts of the [`Lean`], where the left end counts with the opposite sign.
+/// One of two sets of running sums over the exposed ends of one outline, or all of them if one
+/// vector holds them: of the weight w, of w·below, of w·root, and of w times both parts of the
+/// [`Lean`], where the left end has the opposite sign.
 #[derive(Clone, Copy)]
 struct Moments<L: RowLanes>([L; 5]);
 
@@ -74,7 +75,7 @@ impl<L: RowLanes> Moments<L> {
 }
 
 /// Sums a map over the union of outlines and differentiates the sums, with the instructions of a
-/// back end; `gradients` has one entry an outline.
+/// backend; `gradients` has one entry per outline.
 pub(in crate::fitness) fn gradients(
     backend: Backend,
     map: &ScoreMap,
@@ -108,7 +109,7 @@ impl<const ROOM: usize> RowKernel for UnionGradients<'_, ROOM> {
 /// boundary, since the inside of the union does not change.
 ///
 /// # Safety
-/// The instruction set of `L` must be enabled in the caller; `gradients` has one entry an outline,
+/// The instruction set of `L` must be enabled in the caller; `gradients` has one entry per outline,
 /// and there are at most `ROOM` outlines.
 #[inline(always)]
 unsafe fn union_gradients<L: RowLanes, const ROOM: usize>(
@@ -129,7 +130,7 @@ unsafe fn union_gradients<L: RowLanes, const ROOM: usize>(
         let (mut score, mut area) = (Running::<L>::zero(), Running::zero());
         let mut row = outlines.first;
         while row <= outlines.last && !all.is_empty() {
-            // Written out, so that each part's place is known when this is compiled.
+            // Unrolled, so that the position of each part is known at compile time.
             let (gain, length) = add_group(map, all, row, &mut moments[0]);
             score.add(gain);
             area.add(length);
@@ -154,10 +155,11 @@ unsafe fn union_gradients<L: RowLanes, const ROOM: usize>(
     }
 }
 
-/// Gives the score and the area of a vector of rows, and adds it to the outlines' moments.
+/// Returns the score and the area of a vector of rows, and adds it to the outlines' moments.
 ///
 /// # Safety
-/// `row` must be a kept row; there is one written moment an outline, and there are at most `ROOM`.
+/// `row` must be a kept row; there is one initialised moment per outline, and there are at most
+/// `ROOM`.
 #[inline(always)]
 unsafe fn add_group<L: RowLanes, const ROOM: usize>(
     map: &ScoreMap,
@@ -165,7 +167,8 @@ unsafe fn add_group<L: RowLanes, const ROOM: usize>(
     row: usize,
     moments: &mut [MaybeUninit<(Moments<L>, Moments<L>)>; ROOM],
 ) -> (L, L) {
-    // SAFETY: columns are cut to the image; only `count` crossings, which were written, are read.
+    // SAFETY: columns are clipped to the image; only `count` crossings, which were written, are
+    // read.
     unsafe {
         let group = RowGroup::<L>::new(map, row);
         let mut crossings = [const { MaybeUninit::<(usize, Crossing<L>)>::uninit() }; ROOM];
@@ -196,8 +199,8 @@ unsafe fn add_group<L: RowLanes, const ROOM: usize>(
     }
 }
 
-/// Says in which rows the two ends of an interval lie on the boundary of the union: where no other
-/// interval covers them. Of equal ends one counts, that of the first interval.
+/// Returns in which rows the two ends of an interval lie on the boundary of the union: where no
+/// other interval covers them. Of equal ends only that of the first interval counts.
 #[inline(always)]
 fn exposed<L: RowLanes>(crossings: &[(usize, Crossing<L>)], at: usize) -> (L::Truth, L::Truth) {
     let this = &crossings[at].1;
@@ -232,7 +235,7 @@ unsafe fn add_ends<L: RowLanes>(
         let (zero, one) = (L::splat(0.0), L::splat(1.0));
         let (left_sum, left_score) = group.look_up(crossing.begin);
         let (right_sum, right_score) = group.look_up(crossing.end);
-        // An end that the border cuts does not move.
+        // An end clipped by the border does not move.
         let left = begin.both(zero.less(crossing.begin));
         let right = end.both(crossing.end.less(group.width));
         let lean = Lean::new(crossing, quarter_per_blunt);

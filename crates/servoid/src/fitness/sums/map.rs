@@ -2,12 +2,12 @@ use crate::camera::{Channels, ImageView, Mask, RigError, check_image_size};
 
 use crate::fitness::ColorModel;
 
-/// A map of scores, one a pixel, kept as prefix sums along its rows.
+/// A map of scores, one per pixel, stored as prefix sums along its rows.
 ///
-/// The sum of the scores between two columns of a row is then a difference of two look-ups.
-/// Scores are multiples of [`ScoreMap::QUANTUM`] and bounded by [`ScoreMap::LIMIT`], so that every
-/// prefix sum is exact in single precision. With a row stride of s only each s-th row is kept and
-/// counts s-fold.
+/// The sum of the scores between two columns of a row is then the difference of two look-ups.
+/// Scores are multiples of [`ScoreMap::QUANTUM`] and bounded by [`ScoreMap::LIMIT`], so every
+/// prefix sum is exact in single precision. With a row stride of s only every s-th row is kept and
+/// counts s times.
 #[derive(Debug, Clone, Default)]
 pub struct ScoreMap {
     size_px: [usize; 2],
@@ -39,8 +39,8 @@ impl ScoreMap {
         map
     }
 
-    /// Becomes the map of another image, of any size, in the same memory; pixel (u, v) of it scores
-    /// `score(v)(u)` quanta.
+    /// Replaces the map by that of another image, of any size, in the same memory; its pixel (u, v)
+    /// scores `score(v)(u)` quanta.
     pub(crate) fn refill<R: Iterator<Item = i16>>(
         &mut self,
         size_px: [usize; 2],
@@ -70,7 +70,7 @@ impl ScoreMap {
                 *place = sum as f32;
                 seen += 1;
             }
-            // Pixels without a score count nothing, and so does the entry behind the last.
+            // Pixels without a score count nothing, and neither does the entry behind the last.
             out[seen + 1..].fill(sum as f32);
         }
     }
@@ -126,32 +126,33 @@ impl ScoreMap {
         }
     }
 
-    /// Gives (width, height) of the image in pixels.
+    /// Returns (width, height) of the image in pixels.
     #[must_use]
     pub fn size_px(&self) -> [usize; 2] {
         self.size_px
     }
 
-    /// Gives the row stride.
+    /// Returns the row stride.
     #[must_use]
     pub fn stride(&self) -> usize {
         self.stride
     }
 
-    /// Gives the number of rows that are kept.
+    /// Returns the number of rows that are kept.
     #[must_use]
     pub fn rows(&self) -> usize {
         self.rows
     }
 
-    /// Gives the score of the pixel in kept row `row` and column `u`.
+    /// Returns the score of the pixel in kept row `row` and column `u`.
     #[must_use]
     pub fn score(&self, u: usize, row: usize) -> f64 {
         let at = row * self.pitch + u;
         Self::QUANTUM * f64::from(self.prefix[at + 1] - self.prefix[at])
     }
 
-    /// One over the row stride, rounded: rows found with it may be one too many, which hold nothing.
+    /// One over the row stride, rounded: rows computed with it may be one too many, which are
+    /// empty.
     pub(in crate::fitness) fn per_stride(&self) -> f64 {
         self.per_stride
     }
@@ -161,7 +162,8 @@ impl ScoreMap {
         self.pitch
     }
 
-    /// Prefix sums in quanta: entry k of a row is the sum of its first k scores; [`PADDING_ROWS`] follow.
+    /// Prefix sums in quanta: entry k of a row is the sum of its first k scores; [`PADDING_ROWS`]
+    /// follow.
     pub(in crate::fitness) fn prefix(&self) -> &[f32] {
         &self.prefix
     }

@@ -2,7 +2,7 @@ use super::map::ScoreMap;
 use crate::shape::{Body, Outline};
 use crate::simd::{RowLanes, Truth};
 
-/// An outline made ready for the rows of one map: single precision, columns counted from the left
+/// An outline prepared for the rows of one map: single precision, columns relative to the left
 /// *edge* of the image, first and last kept row.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::fitness) struct RowOutline {
@@ -18,11 +18,11 @@ pub(in crate::fitness) struct RowOutline {
     pub last: usize,
 }
 
-/// Beyond this many pixels from the corner single precision no longer tells where an outline is, and
-/// it counts as unseen.
+/// Distance in pixels from the corner beyond which single precision does not resolve an outline,
+/// and it counts as unseen.
 const FARTHEST: f64 = 1e6;
 
-/// Rows within this share of the outline's place and reach count as reached, so that rounding to
+/// Rows within this relative distance of the outline's reach count as reached, so that rounding to
 /// single precision never opens a row that is left out: a kernel may or may not visit it.
 const SLACK: f64 = 1e-6;
 
@@ -60,7 +60,7 @@ impl RowOutline {
         })
     }
 
-    /// Whether the outline may reach one of `count` rows from `row`.
+    /// Returns whether the outline may reach one of `count` rows from `row`.
     #[inline(always)]
     pub fn reaches(&self, row: usize, count: usize) -> bool {
         self.first < row + count && self.last >= row
@@ -101,10 +101,11 @@ impl RowOutlines {
     }
 }
 
-/// So many outlines are worked on in a small room: a large one costs as much as their sums.
+/// Number of outlines that are processed in a small array: initialising a large one costs as much
+/// as their sums.
 pub(in crate::fitness) const FEW: usize = 8;
 
-/// What a map's rows say about a union of outlines.
+/// Sums over the rows of a map inside a union of outlines.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Sums {
     /// Sum of the scores inside, Σ ℓ.
@@ -113,7 +114,7 @@ pub struct Sums {
     pub area: f64,
 }
 
-/// A vector of kept rows: their pixel rows and where they lie in the map.
+/// A vector of kept rows: their pixel rows and their offsets in the map.
 pub(in crate::fitness) struct RowGroup<L: RowLanes> {
     pub rows: L,
     pub offsets: L::Offsets,
@@ -137,7 +138,7 @@ impl<L: RowLanes> RowGroup<L> {
         }
     }
 
-    /// Sums a row from its left edge to column `at` (0 to width), and gives the score there.
+    /// Sums a row from its left edge to column `at` (0 to width), and returns the score there.
     ///
     /// # Safety
     /// `at` must lie between 0 and the width.
@@ -151,20 +152,20 @@ impl<L: RowLanes> RowGroup<L> {
         }
     }
 
-    /// Cuts a column to the image; what is not a number becomes an edge.
+    /// Clips a column to the image; NaN becomes an edge.
     #[inline(always)]
     pub fn cut(&self, column: L) -> L {
         column.min(self.width).max(L::splat(0.0))
     }
 }
 
-/// Where one outline crosses a vector of rows.
+/// The crossing of one outline with a vector of rows.
 #[derive(Clone, Copy)]
 pub(in crate::fitness) struct Crossing<L: RowLanes> {
     pub below: L,
     pub across: L,
     pub root: L,
-    /// 1 - across², cut and shifted to lie between 0 and twice the bluntness.
+    /// 1 - across², clipped and shifted to lie between 0 and twice the bluntness.
     pub near: L,
     pub begin: L,
     pub end: L,

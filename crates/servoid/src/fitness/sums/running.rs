@@ -3,7 +3,7 @@ use crate::simd::RowLanes;
 /// Sixteen running sums over vectors of rows that are added one after another, without a gap.
 #[derive(Clone, Copy)]
 pub(in crate::fitness) struct Running<L: RowLanes> {
-    /// What the next vector is added to, and what the one after it is.
+    /// The sum for the next vector, and the sum for the one after it.
     next: L,
     after: L,
 }
@@ -20,7 +20,7 @@ impl<L: RowLanes> Running<L> {
         if L::PARTS == 1 {
             self.next = sum;
         } else {
-            // Which of the two is which does not matter in the end: a + b is b + a.
+            // The order of the two does not matter in the end: a + b is b + a.
             (self.next, self.after) = (self.after, sum);
         }
     }

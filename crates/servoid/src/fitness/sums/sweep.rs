@@ -6,7 +6,7 @@ use super::running::Running;
 use crate::shape::Body;
 use crate::simd::{Backend, RowKernel, RowLanes, Truth};
 
-/// Intervals of a vector of rows, sorted by where they begin.
+/// Intervals of a vector of rows, sorted by their start.
 struct Sorted<L: RowLanes, const ROOM: usize> {
     begins: [MaybeUninit<L>; ROOM],
     ends: [MaybeUninit<L>; ROOM],
@@ -14,7 +14,7 @@ struct Sorted<L: RowLanes, const ROOM: usize> {
 }
 
 impl<L: RowLanes, const ROOM: usize> Sorted<L, ROOM> {
-    /// Sorts one interval in. // insertion sort, the same exchanges in every row
+    /// Inserts one interval. // insertion sort, the same exchanges in every row
     #[inline(always)]
     unsafe fn insert(&mut self, mut begin: L, mut end: L) {
         // SAFETY: the first `count` entries were written, and there are at most ROOM outlines.
@@ -41,7 +41,7 @@ impl<L: RowLanes, const ROOM: usize> Sorted<L, ROOM> {
     }
 }
 
-/// Sums a map over the union of outlines, with the instructions of a back end.
+/// Sums a map over the union of outlines, with the instructions of a backend.
 pub(in crate::fitness) fn sums(backend: Backend, map: &ScoreMap, outlines: &RowOutlines) -> Sums {
     if outlines.as_slice().len() <= FEW {
         backend.run_rows(UnionSums::<FEW> { map, outlines })
@@ -95,7 +95,7 @@ unsafe fn union_sums<L: RowLanes, const ROOM: usize>(
     }
 }
 
-/// Gives the score and the area of a vector of rows.
+/// Returns the score and the area of a vector of rows.
 ///
 /// # Safety
 /// `row` must be a kept row, and there are at most `ROOM` outlines.
@@ -105,7 +105,7 @@ unsafe fn group_sums<L: RowLanes, const ROOM: usize>(
     all: &[RowOutline],
     row: usize,
 ) -> (L, L) {
-    // SAFETY: columns are cut to the image.
+    // SAFETY: columns are clipped to the image.
     unsafe {
         let group = RowGroup::<L>::new(map, row);
         let mut reached = all.iter().filter(|outline| outline.reaches(row, L::COUNT));

@@ -7,7 +7,7 @@ use crate::model::progressive::Step;
 use crate::model::scene::{Scene, silhouette_ious};
 use crate::model::{ModelError, Settings};
 
-/// The best body of each count of ellipsoids; the first has one.
+/// The best body for each number of ellipsoids, starting with one.
 #[derive(Clone, Default)]
 pub(in crate::model) struct BestByCount {
     fits: Vec<Fit>,
@@ -16,7 +16,7 @@ pub(in crate::model) struct BestByCount {
 }
 
 impl BestByCount {
-    /// Gives the best body of a count; beyond the last, the last.
+    /// Returns the best body of a count; beyond the last count, that of the last.
     pub fn at(&self, count: usize) -> &Fit {
         let best = self.fits.get(count.min(self.fits.len()).wrapping_sub(1));
         if count == 0 { &self.empty } else { best.unwrap_or(&self.empty) }
@@ -26,17 +26,17 @@ impl BestByCount {
         self.at(count).fitness
     }
 
-    /// Gives the greatest count.
+    /// Returns the greatest count.
     pub fn max_count(&self) -> usize {
         self.fits.len()
     }
 
-    /// Gives the best body of the greatest count.
+    /// Returns the best body of the greatest count.
     pub fn top(&self) -> &Fit {
         self.at(self.fits.len())
     }
 
-    /// Keeps a body if it is the best of its count.
+    /// Stores a body if it is the best of its count.
     pub fn offer(&mut self, fit: Fit) {
         let count = fit.quadrics.len();
         if count == self.fits.len() + 1 {
@@ -48,31 +48,32 @@ impl BestByCount {
         }
     }
 
-    /// Keeps the better body of each count.
+    /// Merges two sets, keeping the better body of each count.
     pub fn merge(&mut self, other: &Self) {
         other.fits.iter().for_each(|fit| self.offer(fit.clone()));
     }
 
-    /// Says whether an ellipsoid too many has been added: ΔF = F_p - F_(p-1) < δ.
+    /// Returns whether an ellipsoid too many has been added: ΔF = F_p - F_(p-1) < δ.
     pub fn stops_at(&self, count: usize, settings: &Settings) -> bool {
         let gain = (self.fitness(count) - self.fitness(count - 1)).max(0.0); // ΔF
         count > 1 && gain < settings.delta
     }
 
-    /// Ends at the greatest count that is worth its last ellipsoid.
+    /// Truncates at the greatest count whose last ellipsoid is worth its cost.
     pub fn cut(&mut self, settings: &Settings) {
         let last = (2..=self.fits.len()).find(|&count| self.stops_at(count, settings));
         let last = last.map_or(self.fits.len(), |count| count - 1);
         self.fits.truncate(last);
     }
 
-    /// Ends at a count.
+    /// Truncates at a count.
     pub fn truncate(&mut self, count: usize) {
         self.fits.truncate(count);
     }
 
-    /// Carries the bodies to the world. Where counting pixels contradicts the finest level and a
-    /// body is worse than that before it, it is replaced by the one before and an echo in it.
+    /// Transforms the bodies to the world. If by its pixels a body is worse than the one before,
+    /// contradicting the finest level, it is replaced by the one before with a hidden ellipsoid
+    /// added.
     pub fn steps(&self, scene: &Scene, views: &[View<'_>]) -> Result<Vec<Step>, ModelError> {
         let mut steps = Vec::with_capacity(self.fits.len());
         let (mut standing, mut reached) = (self.empty.clone(), 0.0);

@@ -9,20 +9,21 @@ use crate::model::scene::Scene;
 use crate::model::{ModelError, Settings};
 use crate::shape::Quadric;
 
-/// Steps of a joint climb on the coarse level, on the middle one, and of the last one on the finest.
+/// Steps of a joint ascent on the coarse level, on the middle one, and of the last one on the
+/// finest.
 const STEPS: [usize; 3] = [80, 40, 300];
 
-/// Steps of a climb between two ellipsoids that are taken away in passing.
+/// Steps of an ascent between two removals without a full fit.
 const PASSING_STEPS: usize = 12;
 
-/// Fits that go on from the coarse level to the finer ones.
+/// Fits that are continued on the finer levels.
 const FINALISTS: usize = 2;
 
 /// Gain below which a change is not worth another round.
 const WORTHWHILE: f64 = 1e-5;
 
-/// Seeks one more ellipsoid on several islands and by splitting those that stand, fits all of them
-/// together, keeps the best.
+/// Searches for one more ellipsoid on several islands and by splitting existing ones, fits all of
+/// them together, and keeps the best.
 pub(in crate::model) fn add_one(
     scene: &Scene,
     standing: &Fit,
@@ -34,7 +35,7 @@ pub(in crate::model) fn add_one(
         let branch = branch(line, standing.quadrics.len(), 0, island);
         seek_and_fit(scene, open.as_ref(), &standing.quadrics, settings, branch)
     };
-    // The first one decides much and costs little.
+    // The first ellipsoid matters most and costs little.
     let islands = settings.islands * if standing.quadrics.is_empty() { FIRST_ISLANDS } else { 1 };
     let found: Vec<_> = (0..islands).into_par_iter().map(seek).collect();
     let mut found: Vec<Fit> = found.into_iter().collect::<Result<_, _>>()?;
@@ -48,14 +49,14 @@ pub(in crate::model) fn add_one(
         .unwrap_or_else(|| standing.echo(&scene.coarse)))
 }
 
-/// Islands for the first ellipsoid, for each one of a later ellipsoid.
+/// Islands for the first ellipsoid, per island of a later ellipsoid.
 const FIRST_ISLANDS: usize = 4;
-/// Largest count that is sought afresh.
+/// Largest number of ellipsoids that is searched from scratch.
 const MOST_AFRESH: usize = 8;
 
-/// Seeks all ellipsoids of a count one after another and fits them together only in the end: what
-/// stands need not be a part of the best body of the next count (a mug is filled by one, but held
-/// together by the wall's parts).
+/// Searches for all ellipsoids of a count one after another and fits them together only in the end:
+/// the existing ones need not be part of the best body of the next count (one ellipsoid fills a
+/// mug, but the parts of its wall make up the better body).
 fn afresh(
     scene: &Scene,
     count: usize,
@@ -72,10 +73,10 @@ fn afresh(
     Ok(refine(&scene.coarse, &led, STEPS[0]))
 }
 
-/// The round's number in the names of searches from nothing.
+/// Round number in the seeds of searches from scratch.
 const AFRESH: usize = 0xffff;
 
-/// Splits each ellipsoid across each of its axes, and fits the `keep` most promising.
+/// Splits each ellipsoid across each of its axes, and fits the `keep` most promising results.
 fn splits(scene: &Scene, standing: &Fit, keep: usize) -> Vec<Fit> {
     let coarse = &scene.coarse;
     let places: Vec<(usize, usize)> = (0..standing.quadrics.len())
@@ -92,8 +93,8 @@ fn splits(scene: &Scene, standing: &Fit, keep: usize) -> Vec<Fit> {
     found.par_iter().map(|fit| refine(coarse, &fit.quadrics, STEPS[0])).collect()
 }
 
-/// Takes ellipsoids out that say little, alone or with one that hides them, and seeks them anew, as
-/// long as that helps.
+/// Removes ellipsoids that contribute little, alone or with one that hides them, and searches for
+/// them anew, as long as that helps.
 pub(in crate::model) fn reseed(
     scene: &Scene,
     mut standing: Fit,
@@ -122,8 +123,8 @@ pub(in crate::model) fn reseed(
     Ok(standing)
 }
 
-/// Chooses what to take out: the single ellipsoids that are missed least, and the pairs that hide
-/// each other most, both of which are missed far more than each alone.
+/// Selects what to remove: the single ellipsoids with the least loss, and the pairs that hide each
+/// other most, whose joint loss is far greater than that of each alone.
 fn removals(scene: &Scene, standing: &Fit, settings: &Settings) -> Vec<Vec<usize>> {
     let whole = scene.coarse.total.score(&standing.quadrics);
     let loss = |gone: &[usize]| whole - scene.coarse.total.score(&standing.without(gone));
@@ -142,8 +143,8 @@ fn removals(scene: &Scene, standing: &Fit, settings: &Settings) -> Vec<Vec<usize
     singles.chain(pairs.into_iter().map(|(_, pair)| pair.to_vec())).collect()
 }
 
-/// Takes ellipsoids away one by one and offers what is left of each count as its best body; where
-/// there is none of a count yet, only in passing.
+/// Removes ellipsoids one by one and offers the remaining ones as the best body of their count;
+/// counts without a body yet are only passed through.
 pub(in crate::model) fn descend(scene: &Scene, from: Fit, by_count: &mut BestByCount) {
     let mut standing = from;
     while standing.quadrics.len() > 2 {
@@ -158,7 +159,7 @@ pub(in crate::model) fn descend(scene: &Scene, from: Fit, by_count: &mut BestByC
     }
 }
 
-/// Takes the ellipsoid away that says least and fits the others together.
+/// Removes the ellipsoid that contributes least and fits the others together.
 fn drop_one(scene: &Scene, standing: &Fit) -> Fit {
     let fit = |&gone: &usize| refine(&scene.coarse, &standing.without(&[gone]), STEPS[0]);
     let mut order = by_loss(scene, standing);
@@ -167,12 +168,12 @@ fn drop_one(scene: &Scene, standing: &Fit) -> Fit {
     settle_best(scene, found).unwrap_or_default()
 }
 
-/// Numbers the search that a generator of random numbers serves.
+/// Returns the number of a search's random number generator.
 fn branch(line: usize, count: usize, round: usize, place: usize) -> u64 {
     [line, count, round, place].iter().fold(0, |name, &part| (name << 16) | part as u64)
 }
 
-/// Orders the ellipsoids by how little F falls without them.
+/// Orders the ellipsoids by the loss of F without them.
 fn by_loss(scene: &Scene, standing: &Fit) -> Vec<usize> {
     let total = &scene.coarse.total;
     let left: Vec<f64> =
@@ -194,7 +195,7 @@ fn seek_and_fit(
     Ok(refine(&scene.coarse, &all, STEPS[0]))
 }
 
-/// Climbs on the middle level with the best few, keeps the best of them.
+/// Refines the best few on the middle level, and keeps the best of them.
 fn settle_best(scene: &Scene, mut found: Vec<Fit>) -> Option<Fit> {
     found.sort_by(|a, b| b.worth.total_cmp(&a.worth));
     found.truncate(FINALISTS);
@@ -203,7 +204,7 @@ fn settle_best(scene: &Scene, mut found: Vec<Fit>) -> Option<Fit> {
     settled.into_iter().reduce(|best, fit| if fit.worth > best.worth { fit } else { best })
 }
 
-/// Climbs on the finest level, in all views.
+/// Refines on the finest level, in all views.
 pub(in crate::model) fn refine_finest(scene: &Scene, fit: &Fit) -> Fit {
     refine(&scene.finest, &fit.quadrics, STEPS[2])
 }

@@ -4,24 +4,24 @@ use crate::fitness::{Fitness, RangeSample};
 use crate::model::scene::Scene;
 use crate::model::{ModelError, ModelInput, Settings};
 
-/// One view or stripe of seen points in so many is held out.
+/// One view or stripe of measured points in this many is held out.
 const ONE_IN: usize = 4;
-/// Fewer views than this are all needed to model from.
+/// With fewer views than this, all are needed to model from.
 const LEAST_VIEWS: usize = 6;
-/// Stripes into which seen points are cut, in the order in which they were given.
+/// Stripes into which measured points are divided, in the given order.
 const STRIPES: usize = 16;
-/// Fewer seen points than this are all needed.
+/// With fewer measured points than this, all are needed.
 const LEAST_SAMPLES: usize = 200;
 
-/// Evidence in two parts: to model from, and to select the count of ellipsoids by.
+/// Evidence in two parts: one to model from, and one to select the number of ellipsoids by.
 pub(in crate::model) struct HoldOut<'a> {
     views: [Vec<View<'a>>; 2],
     samples: [Vec<RangeSample>; 2],
 }
 
 impl<'a> HoldOut<'a> {
-    /// Holds a part of the views and of the seen points out; `None` where there are too few of those
-    /// that count. Evidence without weight stays in the first part: it could not select.
+    /// Holds out a part of the views and of the measured points; `None` if there are too few of
+    /// those with weight. Evidence without weight stays in the first part, since it cannot select.
     pub fn of(given: &ModelInput<'a>) -> Option<Self> {
         if given.mesh.is_some() {
             return None;
@@ -38,7 +38,7 @@ impl<'a> HoldOut<'a> {
         any.then_some(Self { views, samples })
     }
 
-    /// Gives the part to model from.
+    /// Returns the part to model from.
     pub fn training<'b>(&'b self, given: &ModelInput<'a>) -> ModelInput<'b>
     where
         'a: 'b,
@@ -51,8 +51,8 @@ impl<'a> HoldOut<'a> {
         }
     }
 
-    /// Selects the count: the one whose body agrees best with what was held out, where each
-    /// ellipsoid must earn δ.
+    /// Selects the number of ellipsoids whose body agrees best with the held-out part, where each
+    /// ellipsoid must gain δ.
     pub fn choose(
         &self,
         given: &ModelInput<'a>,

@@ -1,4 +1,4 @@
-//! One ellipsoid after another, as the paper's Fig. 1 has it.
+//! Adds one ellipsoid after another, as in the paper's Fig. 1.
 
 pub(super) mod best_by_count;
 pub(super) mod grow;
@@ -19,27 +19,27 @@ use super::synthetic_views::{SyntheticView, synthetic_views};
 use super::{ModelError, ModelInput, Settings};
 use crate::shape::Body;
 
-/// What modelling reached with one count of ellipsoids.
+/// The result of modelling with a given number of ellipsoids.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Step {
     /// The body.
     pub body: Body,
-    /// F: the agreement with all that was given, at the resolution of the fit; of the paper's method
-    /// its own.
+    /// F: the agreement with all evidence, at the resolution of the fit; for the paper's method,
+    /// its own F.
     pub fitness: f64,
 }
 
-/// Told after each fit: the ellipsoids of the body, F, and the share of the work that is done.
-/// `false` stops the work.
+/// Called after each fit with the number of ellipsoids of the body, F, and the share of the work
+/// that is done. Return `false` to stop.
 pub type Progress<'a> = &'a mut (dyn FnMut(usize, f64, f64) -> bool + Send);
 
-/// Models what was given by the paper's progressive flow (Fig. 1, Sec. 2.2).
+/// Models an object by the paper's progressive flow (Fig. 1, Sec. 2.2).
 ///
-/// Gives one step for each count of ellipsoids, up to that at which F stops to rise by δ. The
-/// overlap with the masks never falls from step to step.
+/// Returns one step for each number of ellipsoids, up to the one after which F no longer rises by
+/// δ. The overlap with the masks never decreases from step to step.
 ///
 /// # Errors
-/// If what was given says too little, its views see no common point, none of it has a weight, or a
+/// If the evidence is insufficient, its views see no common point, none of it has a weight, or a
 /// weight or a setting is out of its range.
 pub fn progressive(
     given: &ModelInput<'_>,
@@ -76,7 +76,7 @@ pub fn progressive(
         } else {
             scene
         };
-        // Where there is more than outlines, F alone says which body is better.
+        // If there is more than outlines, F alone decides which body is better.
         let compared = if solid { &[] } else { views.as_slice() };
         let steps = by_count.steps(&scene, compared)?;
         reporter.finish(&steps)?;
@@ -84,10 +84,10 @@ pub fn progressive(
     })
 }
 
-/// Adds ellipsoids one by one, each with its centre on the surface of those that stand, fits all
-/// of them together and seeks the redundant ones anew, until ΔF < δ or the maximum is reached and
-/// a little beyond. Then takes them away one by one, which may leave a better body of a count than
-/// adding did.
+/// Adds ellipsoids one by one, each with its centre on the surface of the existing ones, fits all
+/// of them together and searches for the redundant ones anew, until ΔF < δ or the maximum is
+/// reached, and a little beyond. Then removes them one by one, which may give a better body of a
+/// count than adding did.
 pub(super) fn grow(
     scene: &Scene,
     settings: &Settings,
@@ -111,8 +111,8 @@ pub(super) fn grow(
     Ok(by_count)
 }
 
-/// Joins the largest bodies of each two lines and takes ellipsoids away from the whole, so that
-/// the best hold_out of both remain; keeps the best body of each count.
+/// Joins the largest bodies of each two lines and removes ellipsoids from the union, so that the
+/// best parts of both remain; keeps the best body of each count.
 fn cross(
     scene: &Scene,
     settings: &Settings,

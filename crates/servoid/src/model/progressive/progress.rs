@@ -4,7 +4,7 @@ use super::best_by_count::BestByCount;
 use crate::model::progressive::{Progress, Step};
 use crate::model::{ModelError, Settings};
 
-/// Reports to the caller how far the lines of growth have come. It has no part in the result.
+/// Reports the progress of the lines of growth to the caller. It does not affect the result.
 pub(in crate::model) struct ProgressReporter<'a> {
     fits: usize,
     state: Mutex<State<'a>>,
@@ -41,7 +41,7 @@ impl<'a> ProgressReporter<'a> {
         state.report(count, fitness, share)
     }
 
-    /// Reports what came out.
+    /// Reports the final result.
     pub fn finish(&self, steps: &[Step]) -> Result<(), ModelError> {
         let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
         let fitness = steps.last().map_or(0.0, |step| step.fitness);
@@ -50,7 +50,8 @@ impl<'a> ProgressReporter<'a> {
 }
 
 impl State<'_> {
-    /// Reports to the caller; once it has refused, nothing is reported any more and all lines stop.
+    /// Reports to the caller; once the caller has stopped the work, nothing more is reported and
+    /// all lines stop.
     fn report(&mut self, count: usize, fitness: f64, share: f64) -> Result<(), ModelError> {
         self.stopped = self.stopped || !(self.progress)(count, fitness, share);
         if self.stopped { Err(ModelError::Stopped) } else { Ok(()) }

@@ -4,32 +4,32 @@ use crate::evolve::{ClimbSettings, climb};
 use crate::fitness::{Differentiable, Extent, Fitness, Total, anisotropy, anisotropy_gradient};
 use crate::shape::{Quadric, QuadricGradient};
 
-/// Numbers that an ellipsoid has while it is refined.
+/// Numbers that describe an ellipsoid while it is refined.
 const NUMBERS: usize = 12;
 
-/// What is maximised on one level: the evidence, less what the ellipsoids cost in F.
+/// The objective on one level: the evidence, less the cost of the ellipsoids in F.
 #[derive(Default)]
 pub(in crate::model) struct Objective {
     pub total: Total,
-    /// Of a unit of anisotropy.
+    /// Cost of a unit of anisotropy.
     pub anisotropy_cost: f64,
-    /// What was seen, where ellipsoids far from it cost as well.
+    /// Extent of the measured points, if ellipsoids far from it have a cost as well.
     pub extent: Option<Extent>,
-    /// Least gain for which a climb goes on.
+    /// Least gain for which an ascent continues.
     pub least_gain: f64,
 }
 
-/// What a centre costs in F that is twice as far from the middle of what was seen as that reaches.
+/// Cost in F of a centre twice as far from the middle of the measured points as they reach.
 const EXTENT_COST: f64 = 0.03;
 
 impl Objective {
-    /// Gives what an ellipsoid costs.
+    /// Returns the cost of an ellipsoid.
     fn cost(&self, quadric: &Quadric) -> f64 {
         let beyond = self.extent.map_or(0.0, |extent| extent.beyond(quadric).0);
         self.anisotropy_cost * anisotropy(quadric) + EXTENT_COST * beyond
     }
 
-    /// Gives how that changes; `None` for an ellipsoid without volume.
+    /// Returns the gradient of the cost; `None` for an ellipsoid without volume.
     fn cost_gradient(&self, quadric: &Quadric) -> Option<QuadricGradient> {
         let beyond = self.extent.map_or_else(Vector3::zeros, |extent| extent.beyond(quadric).1);
         let factor = anisotropy_gradient(quadric)?.factor * self.anisotropy_cost;
@@ -37,18 +37,18 @@ impl Objective {
     }
 }
 
-/// Ellipsoids and what they are worth together.
+/// Ellipsoids and their joint fitness.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(in crate::model) struct Fit {
     pub quadrics: Vec<Quadric>,
     /// F: the agreement with all evidence.
     pub fitness: f64,
-    /// F less what the ellipsoids cost: by this, fits are compared.
+    /// F less the cost of the ellipsoids, by which fits are compared.
     pub worth: f64,
 }
 
 impl Fit {
-    /// Hides a small ellipsoid inside the largest: one more that changes nothing.
+    /// Adds a small ellipsoid hidden inside the largest, which changes nothing.
     pub fn echo(&self, objective: &Objective) -> Self {
         let mut out = self.clone();
         let largest = self.quadrics.iter().max_by(|a, b| a.bulk().total_cmp(&b.bulk()));
@@ -60,13 +60,13 @@ impl Fit {
         out
     }
 
-    /// Joins two bodies; what they are worth together is not known yet.
+    /// Joins two bodies; their joint fitness is not computed.
     pub fn join(&self, other: &Self) -> Self {
         let quadrics = [self.quadrics.as_slice(), &other.quadrics].concat();
         Self { quadrics, ..Self::default() }
     }
 
-    /// Gives the ellipsoids without some of them.
+    /// Returns the ellipsoids without some of them.
     pub fn without(&self, gone: &[usize]) -> Vec<Quadric> {
         let stays =
             |(index, quadric): (usize, &Quadric)| (!gone.contains(&index)).then_some(*quadric);
@@ -74,13 +74,13 @@ impl Fit {
     }
 }
 
-/// Moves and shapes all ellipsoids together, uphill.
+/// Refines all ellipsoids together by gradient ascent.
 pub(in crate::model) fn refine(objective: &Objective, start: &[Quadric], steps: usize) -> Fit {
     let (quadrics, worth) = climb_by(&objective.total, objective, start, steps);
     Fit { fitness: objective.total.score(&quadrics), worth, quadrics }
 }
 
-/// Does so by the kind of evidence that counts most alone.
+/// Does the same by the heaviest kind of evidence alone.
 pub(in crate::model) fn refine_by_lead(
     objective: &Objective,
     start: &[Quadric],

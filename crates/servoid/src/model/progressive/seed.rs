@@ -6,14 +6,14 @@ use crate::model::{ModelError, Settings};
 use crate::pose::even_turn;
 use crate::shape::Quadric;
 
-/// How far from the origin later ellipsoids are sought, in units of the object's mean radius.
+/// Search range of later ellipsoids around the origin, in units of the object's mean radius.
 const REACH: f64 = 2.0;
 
-/// Radii that a search tries, in units of the object's mean radius.
+/// Range of the radii in a search, in units of the object's mean radius.
 const RADII: (f64, f64) = (0.06, 1.2);
 
-/// Evolves one more ellipsoid; its centre lies on the surface of one that stands, as in the paper, or
-/// anywhere about the origin. `open` says what it would gain.
+/// Evolves one more ellipsoid; its centre lies on the surface of an existing one, as in the paper,
+/// or anywhere about the origin. `open` scores its gain.
 pub(in crate::model) fn search(
     open: &dyn Fitness,
     standing: &[Quadric],
@@ -34,13 +34,15 @@ pub(in crate::model) fn search(
     Ok(decode(&ga.best().genes, standing))
 }
 
-/// Reads the genes of an ellipsoid: place (3), logarithms of the radii (3), turn (3), parent (1).
+/// Decodes the genes of an ellipsoid: position (3), logarithms of the radii (3), rotation (3),
+/// parent (1).
 fn decode(genes: &[f64], standing: &[Quadric]) -> Quadric {
     let place = Vector3::new(genes[0], genes[1], genes[2]);
     let radii = Vector3::new(libm::exp(genes[3]), libm::exp(genes[4]), libm::exp(genes[5]));
     let turn = even_turn(genes[6], genes[7], genes[8]);
     let factor = turn.to_rotation_matrix().into_inner() * Matrix3::from_diagonal(&radii);
-    // One share of the gene is for a place of its own: an object may have parts that do not touch.
+    // A share of the gene's range stands for an independent position: an object may have parts that
+    // do not touch.
     let parent = (genes[9] * (standing.len() + 1) as f64) as usize;
     let center = match standing.get(parent) {
         Some(parent) => parent.center + parent.factor * place.normalize(),

@@ -4,9 +4,9 @@ use crate::changing::changeable;
 use crate::render::{RenderError, color, within};
 use crate::simd::{EIGHT, Single};
 
-/// A lamp so far away that its rays are parallel, and light from above and below.
+/// A distant lamp with parallel rays, and ambient light from above and below.
 ///
-/// Strengths are linear red, green and blue; 1 on a white surface that faces the lamp is white.
+/// Strengths are linear red, green and blue; 1 makes a white surface that faces the lamp white.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Lighting {
@@ -18,7 +18,7 @@ pub struct Lighting {
     pub sky: [f64; 3],
     /// Strength of the light from below.
     pub bounce: [f64; 3],
-    /// Factor on everything.
+    /// Factor on all strengths.
     pub exposure: f64,
 }
 
@@ -37,13 +37,14 @@ impl Default for Lighting {
 }
 
 impl Lighting {
-    /// Strongest light.
+    /// Largest strength.
     pub const MAX_STRENGTH: f64 = 1e3;
 
-    /// Says whether every number is in range.
+    /// Checks that every number is in range.
     ///
     /// # Errors
-    /// If the direction is none, or a strength is negative or above [`Lighting::MAX_STRENGTH`].
+    /// If the direction is zero or not finite, or a strength is negative or above
+    /// [`Lighting::MAX_STRENGTH`].
     pub fn check(&self) -> Result<(), RenderError> {
         let length = self.toward.iter().map(|x| x * x).sum::<f64>();
         if !(length.is_finite() && length > 0.0) {
@@ -65,12 +66,13 @@ static LINEAR: LazyLock<[f32; 256]> = LazyLock::new(|| {
     })
 });
 
-/// Gives the linear strengths of an sRGB colour.
+/// Returns the linear strengths of an sRGB colour.
 pub(in crate::render) fn linear(color: [u8; 3]) -> [f32; 3] {
     color.map(|c| LINEAR[usize::from(c)])
 }
 
-/// Entries of the way back; they are even in the root of the strength, where it is nearly straight.
+/// Size of the inverse table; it is uniform in the root of the strength, where the function is
+/// nearly linear.
 const STEPS: usize = 4096;
 
 static GREY: LazyLock<[f32; STEPS]> = LazyLock::new(|| {
@@ -82,7 +84,7 @@ static GREY: LazyLock<[f32; STEPS]> = LazyLock::new(|| {
     std::array::from_fn(grey)
 });
 
-/// Turns roots of linear strengths into grey levels, 0 to 255, not rounded.
+/// Converts roots of linear strengths to grey levels, 0 to 255, not rounded.
 #[derive(Clone, Copy)]
 pub(in crate::render) struct Grey(&'static [f32; STEPS]);
 
@@ -91,7 +93,7 @@ impl Grey {
         Self(&GREY)
     }
 
-    /// Gives the grey levels of strengths whose roots, from 0 to 1, are given.
+    /// Returns the grey levels of strengths whose roots, from 0 to 1, are given.
     #[inline(always)]
     pub fn of_root<L: Single>(self, root: L) -> L {
         let places = (root * L::of((STEPS - 1) as f64) + L::of(0.5)).whole();

@@ -1,4 +1,4 @@
-//! What a surface looks like where rays meet it: its paint, and the light that it sends back.
+//! Appearance of a surface where rays hit it: its paint, and the light that it reflects.
 
 pub(super) mod light;
 pub(super) mod paint;

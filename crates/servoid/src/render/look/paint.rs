@@ -5,14 +5,14 @@ use crate::render::vector::Vector;
 use crate::render::{RenderError, color, within};
 use crate::simd::{EIGHT, Single};
 
-/// A picture on a surface, which repeats without end.
+/// An image on a surface, which repeats without end.
 #[derive(Debug, Clone)]
 pub struct Texture {
     size: [f32; 2],
-    /// From row to row.
+    /// Entries per row.
     pitch: usize,
-    // Linear, with one row or column of the other side beyond each edge; the fourth number fills a
-    // vector register.
+    // Linear, with one row or column of the opposite side beyond each edge; the fourth number fills
+    // a vector register.
     texels: Vec<f32x4>,
 }
 
@@ -20,7 +20,7 @@ impl Texture {
     /// Most pixels along a side.
     pub const MAX_SIDE_PX: usize = 1 << 14;
 
-    /// Takes sRGB bytes, row by row.
+    /// Makes a texture of sRGB bytes, row by row.
     ///
     /// # Errors
     /// If a side is zero or too long, or the number of bytes does not fit.
@@ -41,8 +41,8 @@ impl Texture {
         Ok(Self { size: [width as f32, height as f32], pitch, texels })
     }
 
-    /// Gives the colours at places, for the rays in `lanes`; (0, 0) is the first pixel's corner,
-    /// (1, 1) the last one's.
+    /// Returns the colours at texture coordinates, for the rays in `lanes`; (0, 0) is the corner of
+    /// the first pixel, (1, 1) that of the last.
     #[inline(always)]
     pub(in crate::render) fn at<L: Single>(&self, [u, v]: [L; 2], lanes: u32) -> Vector<L> {
         let (left, across) = split(u, self.size[0]);
@@ -66,18 +66,18 @@ impl Texture {
     }
 }
 
-/// Gives the stored pixel before a place, and how far it is to the next.
+/// Returns the stored pixel before a coordinate, and the fraction of the way to the next.
 #[inline(always)]
 fn split<L: Single>(place: L, count: f32) -> ([i32; EIGHT], [f32; EIGHT]) {
     let share = place - place.trunc();
     let share = share.less(L::of(0.0)).select(share + L::of(1.0), share);
-    // What is no number becomes a place too.
+    // NaN becomes a valid coordinate, too.
     let at = share.max(L::of(0.0)) * L::splat(count) + L::of(0.5);
     let first = at.trunc();
     (first.whole(), (at - first).write())
 }
 
-/// What a surface looks like.
+/// Appearance of a surface.
 #[derive(Debug, Clone)]
 pub struct Paint {
     pub(in crate::render) color: [f32; 3],
@@ -96,24 +96,24 @@ impl Paint {
     /// Most repetitions of a texture over a surface.
     pub const MAX_REPEAT: f64 = 1e4;
 
-    /// Takes another colour, linear red, green and blue; it multiplies a texture's.
+    /// Sets the colour, linear red, green and blue; it multiplies a texture's.
     ///
     /// # Errors
-    /// If a number does not lie from 0 to 1.
+    /// If a number is not between 0 and 1.
     pub fn with_color(self, value: [f64; 3]) -> Result<Self, RenderError> {
         Ok(Self { color: color("color", value, 1.0)?.map(|x| x as f32), ..self })
     }
 
-    /// Takes a texture.
+    /// Sets the texture.
     #[must_use]
     pub fn with_texture(self, texture: Texture) -> Self {
         Self { texture: Some(texture), ..self }
     }
 
-    /// Lets the texture repeat so often over u and v.
+    /// Sets the number of repetitions of the texture over u and v.
     ///
     /// # Errors
-    /// If a number is not above 0 or beyond [`Paint::MAX_REPEAT`].
+    /// If a number is not above 0, or exceeds [`Paint::MAX_REPEAT`].
     pub fn with_repeat(self, repeat: [f64; 2]) -> Result<Self, RenderError> {
         let range = [1.0 / Self::MAX_REPEAT, Self::MAX_REPEAT];
         for value in repeat {
@@ -122,10 +122,10 @@ impl Paint {
         Ok(Self { repeat: repeat.map(|x| x as f32), ..self })
     }
 
-    /// Lets the surface shine: 0 is dull.
+    /// Sets the gloss: 0 is dull.
     ///
     /// # Errors
-    /// If it does not lie from 0 to 1.
+    /// If it is not between 0 and 1.
     pub fn with_gloss(self, gloss: f64) -> Result<Self, RenderError> {
         Ok(Self { gloss: within("gloss", gloss, [0.0, 1.0])? as f32, ..self })
     }

@@ -1,4 +1,4 @@
-//! The light that comes back along a ray.
+//! The light that returns along a ray.
 
 use super::light::Lighting;
 use super::surface::Seen;
@@ -6,10 +6,10 @@ use crate::render::placed::Moment;
 use crate::render::vector::{Vector, splat, stored};
 use crate::simd::Single;
 
-/// How often the cosine of the highlight is squared: the 64th power.
+/// Number of squarings of the cosine of the highlight: the 64th power.
 const SQUARINGS: usize = 6;
 
-/// How dark the background is straight below, beside straight above.
+/// Brightness of the background straight below, relative to straight above.
 const BELOW: f64 = 0.5;
 
 /// Light in single precision, exposure included.
@@ -29,14 +29,14 @@ impl Lamp {
         }
     }
 
-    /// Gives what a ray that meets nothing sees.
+    /// Returns the background in the direction of a ray.
     #[inline(always)]
     pub fn background<L: Single>(&self, moment: &Moment<f32>, ray: Vector<L>) -> Vector<L> {
         let up = ray.unit().dot(splat(moment.up));
         splat::<L>(self.sky) * (up * L::of(0.5 - 0.5 * BELOW) + L::of(0.5 + 0.5 * BELOW))
     }
 
-    /// Gives what a surface sends back: Lambert's law, and Blinn's highlight where it is glossy.
+    /// Returns the reflected light: Lambert's law, and Blinn's highlight if the surface is glossy.
     #[inline(always)]
     pub fn shine<L: Single>(
         &self,

@@ -1,4 +1,4 @@
-//! What a surface is like where rays meet it: its normal, and its place in the texture.
+//! Surface properties at the hits of rays: the normal, and the texture coordinates.
 
 use super::paint::Paint;
 use crate::render::mesh::{Hit, Mesh};
@@ -7,14 +7,14 @@ use crate::render::shape::Shape;
 use crate::render::vector::Vector;
 use crate::simd::{EIGHT, RayLanes, Single};
 
-/// Normals in the visual's frame, places in the texture, and colours that corners carry.
+/// Normals in the visual's frame, texture coordinates, and colours of the vertices.
 pub(in crate::render) struct Surface<L> {
     pub normal: Vector<L>,
     pub place: [L; 2],
     pub tint: Option<Vector<L>>,
 }
 
-/// Describes a visual's surface at places in its own frame, for the rays in `lanes`.
+/// Computes a visual's surface at positions in its own frame, for the rays in `lanes`.
 #[inline(always)]
 pub(in crate::render) fn surface<L: Single>(
     shape: &Shape,
@@ -40,7 +40,7 @@ fn plain<L>((normal, place): (Vector<L>, [L; 2])) -> Surface<L> {
     Surface { normal, place, tint: None }
 }
 
-/// Gives the colours of a surface, the texture's and the corners' included.
+/// Returns the colours of a surface, including those of the texture and the vertices.
 #[inline(always)]
 pub(in crate::render) fn albedo<L: Single>(
     paint: &Paint,
@@ -55,7 +55,7 @@ pub(in crate::render) fn albedo<L: Single>(
     color.times(texture.at(place, lanes))
 }
 
-/// Is never very far from zero: nothing that a texture shows.
+/// Converts a coordinate to a share of a side, limited to 0 to 1.
 #[inline(always)]
 fn share<L: RayLanes>(x: L, half: f64) -> L {
     (x * L::of(0.5 / half) + L::of(0.5)).max(L::of(0.0)).min(L::of(1.0))
@@ -111,13 +111,13 @@ fn sign<L: RayLanes>(x: L) -> L {
     x.less(L::of(0.0)).select(L::of(-1.0), L::of(1.0))
 }
 
-/// Gives how far round z a place is, from 0 at -x over 1/4 at -y to 1.
+/// Returns the azimuth of a position around z, from 0 at -x over 1/4 at -y to 1.
 #[inline(always)]
 fn around<L: RayLanes>(x: L, y: L) -> L {
     angle(y, x) * L::of(0.5 / std::f64::consts::PI) + L::of(0.5)
 }
 
-/// Gives the angle of (x, y) from the x axis, to about 1e-5.
+/// Returns the angle of (x, y) from the x axis, to about 1e-5.
 ///
 /// Source: Abramowitz and Stegun, *Handbook of Mathematical Functions* (1964), 4.4.49.
 #[inline(always)]
@@ -175,7 +175,7 @@ fn mix<const K: usize>(
     }
 }
 
-/// Describes what eight rays see: the visual's number picks the surface for each of them.
+/// Surface properties at the hits of eight rays: for each, those of its visual.
 pub(in crate::render) struct Seen<L> {
     /// In the lens's frame, towards the lens.
     pub normal: Vector<L>,
@@ -183,7 +183,7 @@ pub(in crate::render) struct Seen<L> {
     pub gloss: L,
 }
 
-/// Puts the surfaces of all visuals that eight rays meet together.
+/// Combines the surfaces of all visuals that eight rays hit.
 #[inline(always)]
 pub(in crate::render) fn seen<L: Single>(
     visuals: &[Visual],

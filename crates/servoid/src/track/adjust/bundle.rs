@@ -1,5 +1,5 @@
-//! Bundle adjustment: the poses of keyframes and the places of landmarks that explain best where the
-//! landmarks were seen. Everything is moved by what the object moves in its own frame.
+//! Bundle adjustment: finds the poses of keyframes and the positions of landmarks that best explain
+//! the observed pixels. All motions are those of the object in its own frame.
 
 use nalgebra::{DVector, Matrix2, Matrix3, Matrix6, Vector2, Vector3};
 
@@ -7,25 +7,25 @@ use super::schur::Reduced;
 use crate::pose::{Pose, Twist};
 use crate::shape::Projection;
 
-/// What is to be explained.
+/// A bundle adjustment problem.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Bundle {
     pub(crate) keyframes: Vec<Station>,
     pub(crate) landmarks: Vec<Landmark>,
-    /// In the order of their landmarks.
+    /// Ordered by their landmarks.
     pub(crate) sightings: Vec<Sighting>,
 }
 
-/// Where the object stood, and what was believed of it.
+/// The pose of the object at a keyframe, and its prior.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Station {
     pub(crate) world_from_object: Pose,
-    /// `None` fixes it.
+    /// `None` fixes the pose.
     pub(crate) belief: Option<Belief>,
 }
 
-/// A motion that leads to a keyframe, from an earlier one or from the world's frame, and its
-/// information about a small motion in the object's frame.
+/// The prior of a keyframe: a motion that leads to it, from an earlier one or from the world's
+/// frame, and its information about a small motion in the object's frame.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Belief {
     pub(crate) from: Option<usize>,
@@ -38,60 +38,61 @@ pub(crate) struct Belief {
 pub(crate) struct Landmark {
     /// In the object's frame.
     pub(crate) position: Vector3<f64>,
-    /// `None` fixes it.
+    /// `None` fixes the position.
     pub(crate) anchor: Option<Anchor>,
-    /// Whether only motion tells its distance, so that its variance is computed.
+    /// Whether its distance comes from motion alone, so that its variance is computed.
     pub(crate) by_motion: bool,
 }
 
-/// Where it was learned, at a keyframe, in the world's frame.
+/// The position at which a landmark was learned, at a keyframe, in the world's frame.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Anchor {
     pub(crate) keyframe: usize,
     pub(crate) position_in_world: Vector3<f64>,
-    /// The way to the camera that it was learned by.
+    /// The direction to the camera by which it was learned.
     pub(crate) toward_in_world: Vector3<f64>,
-    /// Standard deviations along that way and across, in metres.
+    /// Standard deviations along that direction and across, in metres.
     pub(crate) along: f64,
     pub(crate) across: f64,
 }
 
-/// Where a camera saw a landmark.
+/// An observation of a landmark by a camera.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Sighting {
     pub(crate) landmark: usize,
     pub(crate) keyframe: usize,
-    /// How the camera saw the world.
+    /// Projection of the world into the camera.
     pub(crate) world: Projection,
     pub(crate) pixel: Vector2<f64>,
-    /// Of the pixel, in inverse square pixels.
+    /// Information of the pixel, in inverse square pixels.
     pub(crate) information: Matrix2<f64>,
 }
 
-/// What explains the sightings best.
+/// The solution of a bundle adjustment.
 #[derive(Debug, Clone)]
 pub(crate) struct Solution {
     pub(crate) bundle: Bundle,
-    /// Variance of each keyframe's turn, in square radians, by the noise of the sightings.
+    /// Variance of each keyframe's orientation, in square radians, due to noise of the
+    /// observations.
     pub(crate) turn_variances: Vec<f64>,
-    /// The same of the distance of each landmark that only motion tells, in square metres.
+    /// The same for the distance of each landmark that comes from motion alone, in square metres.
     pub(crate) distance_variances: Vec<Option<f64>>,
 }
 
-/// Most steps, the same where only motion tells distances, and the part of the cost by which the last one
-/// lowers it.
+/// Most steps; the same where distances come from motion alone; and the relative decrease of the
+/// cost below which the steps end.
 const STEPS: (usize, usize) = (5, 12);
 const CONVERGED: f64 = 3e-3;
-/// Standard deviations from which on a sighting counts by its distance instead of its square.
+/// Standard deviations from which on the cost of an observation is linear instead of quadratic.
 const HUBER: f64 = 2.0;
-/// Landmarks from which on their misfit says something.
+/// Least number of landmarks whose misfit is meaningful.
 const FEW: i32 = 20;
-/// Damping at first, and its factors after a step that helps and one that does not.
+/// Initial damping, and its factors after a step that lowers the cost and after one that does not.
 const DAMPING: (f64, f64, f64) = (1e-4, 0.2, 10.0);
 
 impl Bundle {
-    /// Adjusts keyframes and landmarks by the method of Levenberg and Marquardt; nothing if the
-    /// keyframes do not hang together.
+    /// Adjusts keyframes and landmarks by the Levenberg-Marquardt method; returns none if the
+    /// keyframes are not connected.
     pub(crate) fn adjusted(&self) -> Option<Solution> {
         let (mut bundle, mut moved) = (self.clone(), self.clone());
         let (mut damping, mut cost) = (DAMPING.0, self.cost());
@@ -123,8 +124,8 @@ impl Bundle {
         Some(Solution { bundle, turn_variances, distance_variances })
     }
 
-    /// Gives how far landmarks lie from where they were learned, rms in standard deviations; nothing if they are
-    /// too few.
+    /// Returns the rms distance of landmarks from where they were learned, in standard deviations;
+    /// none if they are too few.
     pub(crate) fn misfit(&self) -> Option<f64> {
         let off =
             self.landmarks.iter().filter_map(|one| Some(self.anchored(one)?.0.norm_squared()));
@@ -132,7 +133,7 @@ impl Bundle {
         (count >= FEW).then(|| (sum / f64::from(count)).sqrt())
     }
 
-    /// Gives how badly everything is explained.
+    /// Returns the cost of all residuals.
     pub(crate) fn cost(&self) -> f64 {
         let sightings = self.sightings.iter().map(|one| match self.seen(one) {
             Some((off, _)) => robust(off.dot(&(one.information * off))).0,
@@ -149,7 +150,7 @@ impl Bundle {
         sightings.sum::<f64>() + anchors.sum::<f64>() + beliefs.sum::<f64>()
     }
 
-    /// Gives how far a sighting is off in pixels, and the projection of the object's frame.
+    /// Returns the residual of an observation in pixels, and the projection of the object's frame.
     pub(super) fn seen(&self, sighting: &Sighting) -> Option<(Vector2<f64>, Projection)> {
         let pose = &self.keyframes[sighting.keyframe].world_from_object;
         let projection = sighting.world.moved(pose);
@@ -157,8 +158,8 @@ impl Bundle {
         Some((sighting.pixel - pixel, projection))
     }
 
-    /// Gives how far a landmark is off from where it was learned, in standard deviations, by how much that
-    /// changes with its place in the object's frame.
+    /// Returns the deviation of a landmark from where it was learned, in standard deviations, and
+    /// its derivative by the position in the object's frame.
     pub(super) fn anchored(&self, landmark: &Landmark) -> Option<(Vector3<f64>, Matrix3<f64>)> {
         let anchor = landmark.anchor.as_ref()?;
         let object = self.keyframes[anchor.keyframe].world_from_object.inverse();
@@ -169,14 +170,14 @@ impl Bundle {
         Some((deviations * (position - landmark.position), deviations))
     }
 
-    /// Gives by which motion, in the object's frame, a keyframe is off from what was believed.
+    /// Returns the motion, in the object's frame, by which a keyframe deviates from its prior.
     pub(super) fn off(&self, station: &Station) -> Option<Twist> {
         let belief = station.belief?;
         let from = belief.from.map_or_else(Pose::identity, |i| self.keyframes[i].world_from_object);
         Some((station.world_from_object.inverse() * from * belief.motion).log())
     }
 
-    /// Writes into a copy, which has the same sightings, where everything is after these motions.
+    /// Writes the bundle after these motions into a copy, which has the same observations.
     pub(super) fn move_into(
         &self,
         out: &mut Self,
@@ -197,7 +198,7 @@ impl Bundle {
     }
 }
 
-/// Gives what a squared distance in standard deviations costs, and how much its square counts.
+/// Returns the robust cost of a squared distance in standard deviations, and its weight.
 pub(super) fn robust(square: f64) -> (f64, f64) {
     if square <= HUBER * HUBER {
         return (square, 1.0);
@@ -206,8 +207,8 @@ pub(super) fn robust(square: f64) -> (f64, f64) {
     (HUBER * (2.0 * off - HUBER), HUBER / off)
 }
 
-/// Draws a turning object before two cameras, the poses of keyframes but the first off by about so many
-/// radians.
+/// Draws a rotating object in front of two cameras; the poses of all keyframes but the first are
+/// off by about this many radians.
 #[cfg(test)]
 pub(super) fn scene(seed: u64, off: f64) -> Bundle {
     use rand::RngExt;

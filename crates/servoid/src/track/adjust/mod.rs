@@ -1,5 +1,6 @@
-//! Keyframes and landmarks are adjusted together, beside the tracker: the turn drifts while an object shows
-//! new sides, and what was seen of them later, at best of a side that was known before, tells by how much.
+//! Adjusts keyframes and landmarks together, beside the tracker. The orientation drifts while an
+//! object shows new sides; later observations of them, ideally of a side known before, reveal by
+//! how much.
 
 mod bundle;
 mod schur;
@@ -19,29 +20,30 @@ use super::tracker::Tracker;
 use crate::camera::Observation;
 use crate::pose::Pose;
 
-/// Observations after which what was adjusted is taken over: the same bits, however long it takes.
+/// Observations after which a solution is applied: a fixed delay gives the same bits.
 const DELAY: usize = 3;
-/// Keyframes from which on there is something to adjust.
+/// Least number of keyframes for an adjustment.
 const LEAST_KEYFRAMES: usize = 3;
-/// Standard deviation, in radians, of the turn from one keyframe to the next as it was tracked, of the same
-/// while distances are guesses, and of an object that was lost between; a place errs by this part of the
-/// radius a radian.
+/// Standard deviation, in radians, of the rotation between keyframes as tracked, of the same while
+/// distances are guesses, and of an object that was lost in between; the error of the position is
+/// this part of the radius per radian.
 const STEP_RAD: f64 = 0.03;
 const GUESS_RAD: f64 = 0.15;
 const LOST_RAD: f64 = 0.3;
 const PLACE: f64 = 0.25;
-/// Factor of the turn's standard deviation by the noise of the sightings: neighbours err together.
+/// Factor of the orientation's standard deviation due to noise: errors of neighbours are
+/// correlated.
 pub(super) const TOGETHER: f64 = 6.0;
-/// Standard deviation of the turn above which a view that is known is kept, too, in radians.
+/// Standard deviation of the orientation above which known views are kept, too, in radians.
 const ADRIFT: f64 = 0.012;
-/// Pixels by which a landmark may lie beside where it was learned.
+/// Standard deviation of a landmark across its ray, in pixels.
 const ANCHOR_PX: f64 = 0.15;
-/// Motion of a keyframe, in radii and radians, from which on nothing is taken over.
+/// Largest motion of a keyframe, in radii and radians, that is accepted.
 const TORN: f64 = 0.5;
-/// Turn from which on a correction is reported, in radians.
+/// Rotation from which on a correction is reported, in radians.
 const TOLD_RAD: f64 = 0.01;
 
-/// What was asked to be adjusted.
+/// An adjustment that is being computed.
 #[derive(Debug, Clone)]
 pub(super) struct Pending {
     pub(super) job: Job<Option<Solution>>,
@@ -51,8 +53,8 @@ pub(super) struct Pending {
 }
 
 impl Tracker {
-    /// Gives the number and the pose of the keyframe that a pose belongs to, and before the first those that it
-    /// will have.
+    /// Returns the number and the pose of the keyframe to which a pose belongs; before the first
+    /// keyframe, those that it will have.
     pub(super) fn keyframe_around(
         &self,
         observation: &Observation<'_>,
@@ -64,8 +66,8 @@ impl Tracker {
         keyframe.map_or(upcoming, |one| (one.number, one.world_from_object))
     }
 
-    /// Gives the keyframe that a pose belongs to, and the one that the last pose belonged to, each by its number
-    /// with its pose.
+    /// Returns the keyframe to which a pose belongs, and that of the previous pose if it was
+    /// another one, each as its number and pose.
     pub(super) fn keyframes_around(
         &mut self,
         observation: &Observation<'_>,
@@ -79,7 +81,8 @@ impl Tracker {
         [Some(own), last.and_then(|last| Some((last, self.target.keyframes.pose(last)?)))]
     }
 
-    /// Keeps a pose that is believed where the object shows another side, and has all that was kept adjusted.
+    /// Adds a keyframe at a trusted pose where the object shows another side, and starts an
+    /// adjustment.
     pub(super) fn keep_keyframe(&mut self, observation: &Observation<'_>, hypothesis: &Hypothesis) {
         let eyes = observation.world_from_camera[0];
         let object_from_camera = (hypothesis.pose.inverse() * eyes).rotation();
@@ -106,7 +109,7 @@ impl Tracker {
         self.begin_adjusting(if guesses { 1 } else { DELAY });
     }
 
-    /// Says whether the distances of most points that are recognised are guesses yet.
+    /// Returns whether the distances of most recognised points are still guesses.
     fn guesses(&self) -> bool {
         if !self.target.relief.is_open {
             return false;
@@ -118,7 +121,7 @@ impl Tracker {
         known < LEAST_KNOWN && seen.count() > known
     }
 
-    /// Has all that was kept adjusted, to be taken over so many observations later.
+    /// Starts an adjustment of all keyframes, to be applied some observations later.
     fn begin_adjusting(&mut self, delay: usize) {
         let enough = self.target.keyframes.all.len() >= LEAST_KEYFRAMES;
         if !self.settings.adjust || !enough || self.pending.is_some() {
@@ -130,7 +133,7 @@ impl Tracker {
         self.pending = Some(Pending { job, keyframes, landmarks });
     }
 
-    /// Takes over what was adjusted, once it is time.
+    /// Applies a finished adjustment, once it is due.
     pub(super) fn take_adjusted(&mut self) {
         let due = self.pending.take_if(|pending| pending.job.is_due());
         let Some(pending) = due else { return };
@@ -141,7 +144,7 @@ impl Tracker {
         self.target.relief.measure(solution.bundle.misfit());
         let before = self.target.points.seen();
         let newest = self.target.correct(&solution, (&pending.keyframes, &pending.landmarks));
-        // Where the object is now was found by the points that are seen now.
+        // The current pose was found by the points that are seen now, so it moves along with them.
         let off = self.target.points.moved_since(&before).unwrap_or_else(|| newest.log());
         self.motion.correct(&off);
         self.target.bias.correct(&off);
@@ -154,7 +157,7 @@ impl Tracker {
 }
 
 impl Target {
-    /// Gives what is known of keyframes and landmarks, and the numbers of the landmarks.
+    /// Returns the adjustment problem of keyframes and landmarks, and the numbers of the landmarks.
     fn bundle(&self) -> (Bundle, Vec<usize>) {
         let all = &self.keyframes.all;
         let radius = self.solid.radius;
@@ -198,8 +201,8 @@ impl Target {
         })
     }
 
-    /// Says whether a keyframe would be moved farther than anything drifts: sightings that contradict each other
-    /// tear the keyframes apart.
+    /// Returns whether a keyframe would be moved farther than anything drifts: contradictory
+    /// observations tear the keyframes apart.
     fn is_torn(&self, solution: &Solution, numbers: &[usize]) -> bool {
         let far = |(number, station): (&usize, &Station)| {
             let all = &self.keyframes.all;
@@ -211,12 +214,12 @@ impl Target {
         numbers.iter().zip(&solution.bundle.keyframes).any(far)
     }
 
-    /// Moves everything to where it was adjusted to; gives the motion of the newest keyframe, in the object's
+    /// Applies a solution to everything; returns the motion of the newest keyframe, in the object's
     /// frame.
     fn correct(&mut self, solution: &Solution, (numbers, ids): (&[usize], &[usize])) -> Pose {
         let moves = self.keyframe_moves(solution, numbers);
         let last = moves.last().map_or_else(Pose::identity, |(_, by)| *by);
-        // Those that were kept since move with those that they were tied to.
+        // Keyframes added since move with those to which they are connected.
         let newer = self.keyframes.newer_than(numbers.last().copied().unwrap_or_default());
         let by = |mut number: usize| {
             while let Some((_, from)) = newer.iter().find(|(one, _)| *one == number) {
@@ -253,7 +256,7 @@ impl Target {
         last
     }
 
-    /// Gives how each keyframe is moved, and notes how far its turn may have drifted.
+    /// Returns the motion of each keyframe, and stores the variance of its orientation.
     fn keyframe_moves(&mut self, solution: &Solution, numbers: &[usize]) -> Vec<(usize, Pose)> {
         let mut moves = Vec::with_capacity(numbers.len());
         let found = solution.bundle.keyframes.iter().zip(&solution.turn_variances);
@@ -268,7 +271,7 @@ impl Target {
         moves
     }
 
-    /// Has points that were learned with a keyframe which is no more move with the one before.
+    /// Attaches the points of a dropped keyframe to the one before it.
     fn adopt(&mut self, dropped: &Keyframe) {
         let Some(at) = self.keyframes.place(dropped.number) else { return };
         let heir = &self.keyframes.all[at];
@@ -279,8 +282,8 @@ impl Target {
     }
 }
 
-/// Gives what is believed of a keyframe: the motion from the one before, or that it stands about where it
-/// was found.
+/// Returns the prior of a keyframe: the motion from the one before or, without one, the pose at
+/// which it was found.
 fn station(all: &[Keyframe], at: usize, one: &Keyframe, radius: f64) -> Station {
     let from = one.step.and_then(|(from, motion)| {
         let place = all[..at].binary_search_by_key(&from, |other| other.number).ok()?;
@@ -313,7 +316,7 @@ mod tests {
         Stand { world_from_object, object_from_camera, cameras: vec![None] }
     }
 
-    /// Makes an object that was seen from three sides, with a point that was learned from each.
+    /// Makes an object that was seen from three sides, with a point learned from each.
     fn target() -> Target {
         let ball = Ellipsoid::new(0, [0.0; 3], [0.05; 3], [1.0, 0.0, 0.0, 0.0]).unwrap();
         let body = Body::new(Pose::identity(), vec![ball]).unwrap();

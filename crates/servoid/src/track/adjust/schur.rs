@@ -1,4 +1,4 @@
-//! The normal equations of a bundle, with its landmarks taken out by the Schur complement.
+//! The normal equations of a bundle, with its landmarks eliminated by the Schur complement.
 
 use nalgebra::{DMatrix, DVector, Matrix3, Matrix3x6, Matrix6, Matrix6x3, Vector3, Vector6};
 
@@ -6,22 +6,22 @@ use super::bundle::{Bundle, Landmark, robust};
 use crate::pose::Pose;
 use crate::track::target::points::by_motion;
 
-/// Part of what is said of a landmark that is believed of it in directions of which nothing is said.
+/// Relative regularisation of a landmark's curvature, for directions without any measurement.
 const RIDGE: f64 = 1e-9;
 
-/// The normal equations about where everything is.
+/// The normal equations at the current state.
 pub(super) struct Reduced {
-    /// Place of each keyframe among those that are free.
+    /// Index of each keyframe among those that are free.
     free: Vec<Option<usize>>,
     curvature: DMatrix<f64>,
     slope: DVector<f64>,
     landmarks: Vec<Block>,
 }
 
-/// What is left of the keyframes' curvature and slope, and the inverses of the landmarks' own curvatures.
+/// The keyframes' remaining curvature and slope, and the inverses of the landmarks' own curvatures.
 type Eliminated = (DMatrix<f64>, DVector<f64>, Vec<Matrix3<f64>>);
 
-/// What is said of a landmark, and of it with the keyframes that saw it.
+/// The terms of a landmark, and its mixed terms with the keyframes that saw it.
 #[derive(Default)]
 struct Block {
     is_fixed: bool,
@@ -76,7 +76,7 @@ impl Reduced {
         out
     }
 
-    /// Adds what was known of a landmark where it was learned.
+    /// Adds the prior of a landmark from where it was learned.
     fn add_anchor(&mut self, bundle: &Bundle, landmark: &Landmark, block: &mut Block) {
         let found = bundle.anchored(landmark);
         let (Some((off, by_place)), Some(anchor)) = (found, landmark.anchor) else {
@@ -84,7 +84,7 @@ impl Reduced {
             return;
         };
         let weight = robust(off.norm_squared()).1;
-        // What was believed of it moves with the keyframe.
+        // The prior moves with the keyframe.
         let mut by_motion = Matrix3x6::zeros();
         by_motion.fixed_view_mut::<3, 3>(0, 0).copy_from(&by_place);
         by_motion
@@ -141,7 +141,7 @@ impl Reduced {
         }
     }
 
-    /// Gives by what keyframes and landmarks are to be moved.
+    /// Returns the step of keyframes and landmarks.
     pub(super) fn step(&self, damping: f64) -> Option<(DVector<f64>, Vec<Vector3<f64>>)> {
         let (matrix, slope, inverses) = self.eliminated(damping)?;
         let motions = matrix.cholesky()?.solve(&slope);
@@ -154,12 +154,13 @@ impl Reduced {
         Some((motions, shifts))
     }
 
-    /// Gives the variance of each keyframe's turn, and of the distance of each landmark for which it is asked.
+    /// Returns the variance of each keyframe's orientation, and of the distance of each landmark
+    /// for which it is requested.
     pub(super) fn variances(&self, bundle: &Bundle) -> Option<(Vec<f64>, Vec<Option<f64>>)> {
         let (matrix, _, inverses) = self.eliminated(0.0)?;
         let factor = matrix.cholesky()?.unpack();
         let count = factor.nrows() / 6;
-        // The inverse is the product of this one's transpose and itself.
+        // The inverse is the product of the transposed inverse factor and the inverse factor.
         let mut turns = DMatrix::zeros(6 * count, 3 * count);
         for column in 0..3 * count {
             turns[(column / 3 * 6 + 3 + column % 3, column)] = 1.0;
@@ -183,7 +184,7 @@ impl Reduced {
         Some((turns, distances.collect()))
     }
 
-    /// Takes the landmarks out.
+    /// Eliminates the landmarks.
     fn eliminated(&self, damping: f64) -> Option<Eliminated> {
         let (mut matrix, mut slope) = (self.curvature.clone(), self.slope.clone());
         for i in 0..matrix.nrows() {
@@ -204,7 +205,7 @@ impl Reduced {
             for (at, with) in &block.with {
                 let through = with * inverse;
                 add_to(&mut slope, *at, -(through * block.slope));
-                // Only what lies below the diagonal is read.
+                // Only the part below the diagonal is read.
                 for (other, beside) in block.with.iter().filter(|(other, _)| other <= at) {
                     add(&mut matrix, (*at, *other), -(through * beside.transpose()));
                 }
@@ -240,7 +241,7 @@ mod tests {
         whole.view_mut((0, 0), (poses, poses)).copy_from(&reduced.curvature);
         for (at, block) in reduced.landmarks.iter().enumerate() {
             let own = poses + 3 * at;
-            // What is fixed is known for sure.
+            // A fixed landmark has no uncertainty.
             let sure = if block.is_fixed { 1e12 } else { 0.0 };
             let curvature = block.curvature + Matrix3::identity() * sure;
             whole.fixed_view_mut::<3, 3>(own, own).copy_from(&curvature);

@@ -1,8 +1,8 @@
 use std::sync::{Arc, LazyLock};
 use std::thread;
 
-/// Something that is computed beside the tracker, and due some observations later. Copies wait for the same
-/// result.
+/// A computation beside the tracker whose result is due some observations later. Copies wait for
+/// the same result.
 #[derive(Debug)]
 pub(crate) struct Job<T> {
     result: Arc<Awaited<T>>,
@@ -10,8 +10,8 @@ pub(crate) struct Job<T> {
     wait: usize,
 }
 
-/// What a thread computes, or was computed here; whoever asks first waits for the thread. None if it
-/// failed.
+/// The result of a thread, or of a computation done here; whoever first requests it waits for the
+/// thread. None if it failed.
 type Awaited<T> = LazyLock<Option<T>, Box<dyn FnOnce() -> Option<T> + Send>>;
 
 impl<T> Clone for Job<T> {
@@ -21,9 +21,9 @@ impl<T> Clone for Job<T> {
 }
 
 impl<T: Clone + Send + Sync + 'static> Job<T> {
-    /// Begins to compute something that is due so many observations later, once what is under way `before`
-    /// is done: one core is enough for all that is computed beside the tracker. Computes it at once, where no
-    /// thread can be had.
+    /// Starts a computation that is due `wait` observations later, and that runs after the job
+    /// `before`: one core is enough for everything computed beside the tracker. Computes it
+    /// immediately if no thread can be started.
     pub(crate) fn new<U: Clone + Send + Sync + 'static>(
         wait: usize,
         before: Option<Job<U>>,
@@ -45,18 +45,18 @@ impl<T: Clone + Send + Sync + 'static> Job<T> {
         Self { result: Arc::new(LazyLock::new(result)), wait }
     }
 
-    /// Counts an observation; says whether it is due, however long it takes.
+    /// Counts an observation; returns whether the job is due, however long it takes.
     pub(crate) fn is_due(&mut self) -> bool {
         self.wait = self.wait.saturating_sub(1);
         self.wait == 0
     }
 
-    /// Waits for the result; none if computing it failed.
+    /// Waits for the result; none if the computation failed.
     pub(crate) fn result(&self) -> Option<T> {
         LazyLock::force(&self.result).clone()
     }
 
-    /// Waits until it is computed.
+    /// Waits until the job is finished.
     fn finish(&self) {
         LazyLock::force(&self.result);
     }

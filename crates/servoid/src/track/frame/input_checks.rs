@@ -1,22 +1,22 @@
 use crate::camera::{Camera, ImageView, Observation};
 use crate::track::estimate::Notice;
 
-/// Says which images of an observation can be used, and what is wrong with the others.
+/// Checks which images of an observation can be used, and what is wrong with the others.
 #[derive(Debug, Clone)]
 pub(crate) struct InputChecks {
     usable: Vec<bool>,
     prints: Vec<Option<u64>>,
-    /// Whether a camera has only repeated itself since another one had a new image beside.
+    /// Whether a camera has only repeated its image since another camera last had a new one.
     hangs: Vec<bool>,
     time_s: Option<f64>,
-    /// Every camera delivered its last image once more.
+    /// Whether every camera delivered its last image once more.
     stale: bool,
 }
 
-/// Longest time between observations over which motion is predicted, in seconds.
+/// Longest time between observations across which motion is predicted, in seconds.
 pub(crate) const FARTHEST_S: f64 = 0.5;
-/// Bytes from one that is looked at to the next, to tell images apart: a prime, so that all columns
-/// and channels have their turn.
+/// Stride between the bytes that are hashed to tell images apart: a prime, so that all columns and
+/// channels are included.
 const PRINT_STEP: usize = 97;
 
 impl InputChecks {
@@ -30,7 +30,7 @@ impl InputChecks {
         }
     }
 
-    /// Looks an observation over; gives what is wrong with it.
+    /// Checks an observation; returns what is wrong with it.
     pub(crate) fn check(
         &mut self,
         cameras: &[Camera],
@@ -55,8 +55,8 @@ impl InputChecks {
             self.usable[index] = wrong.is_none();
             notices.extend(wrong);
         }
-        // Where nothing moves, all cameras see the same again; where one alone does, it hangs, and what it
-        // shows is as old when the others fail.
+        // If nothing moves, all cameras repeat their images; if only one does, it hangs, and its
+        // image is outdated even when the others fail.
         let repeated = notices.iter().filter_map(|notice| match notice {
             Notice::Repeated(camera) => Some(*camera),
             _ => None,
@@ -81,23 +81,23 @@ impl InputChecks {
         }
     }
 
-    /// Says whether a camera's image can be used.
+    /// Returns whether a camera's image can be used.
     pub(crate) fn can_use(&self, camera: usize) -> bool {
         self.usable[camera]
     }
 
-    /// Lets no camera's image be used.
+    /// Marks all images as unusable.
     pub(crate) fn shut(&mut self) {
         self.usable.fill(false);
     }
 
-    /// Says whether every camera only repeated itself: nothing new can be learned.
+    /// Returns whether every camera repeated its image: nothing new can be learned.
     pub(crate) fn is_stale(&self) -> bool {
         self.stale
     }
 }
 
-/// Gives a number that differs between images (FNV-1a over some of their bytes).
+/// Returns a hash of an image (FNV-1a over some of its bytes).
 fn print(image: &ImageView<'_>) -> u64 {
     let mut hash = 0xcbf2_9ce4_8422_2325_u64;
     for byte in image.bytes().iter().step_by(PRINT_STEP) {

@@ -1,4 +1,4 @@
-//! What cameras see now.
+//! What the cameras see at one instant.
 
 pub(super) mod input_checks;
 pub(super) mod occlusion;
@@ -16,8 +16,8 @@ use super::target::solid::Solid;
 use crate::camera::{Camera, ImageView, Observation};
 use crate::pose::Pose;
 
-/// The cameras and what they see now: a window in each image that can be used, and what is wrong with
-/// the others. Memory is kept from image to image.
+/// The cameras and their current images: a window in each usable image, and what is wrong with the
+/// others. Memory is reused from image to image.
 #[derive(Debug, Clone)]
 pub(super) struct Frame {
     pub(super) cameras: Vec<Camera>,
@@ -39,7 +39,7 @@ impl Frame {
         }
     }
 
-    /// Checks an observation; what can be tolerated becomes a notice.
+    /// Checks an observation; problems that can be tolerated become notices.
     pub(super) fn check(&mut self, observation: &Observation<'_>) -> Result<(), TrackError> {
         let cameras = self.cameras.len();
         let poses = ("poses", observation.world_from_camera.len());
@@ -65,8 +65,8 @@ impl Frame {
         Ok(())
     }
 
-    /// Looks around where the body is at a pose; `false` if no camera sees it. Windows are larger than
-    /// its image by `margin` of its size.
+    /// Opens windows around the body at a pose; returns `false` if no camera sees it. Windows are
+    /// larger than its image by `margin` of its size.
     pub(super) fn open_windows(
         &mut self,
         observation: &Observation<'_>,
@@ -90,7 +90,7 @@ impl Frame {
         self.open() > 0
     }
 
-    /// Looks at all that the cameras see.
+    /// Opens windows on the whole images.
     pub(super) fn open_all_over(&mut self, observation: &Observation<'_>, colors: Option<&Colors>) {
         for (camera, window) in self.windows.iter_mut().enumerate() {
             window.close();
@@ -102,7 +102,7 @@ impl Frame {
         }
     }
 
-    /// Gives the images that can be used.
+    /// Returns the images that can be used.
     pub(super) fn images<'a>(
         &self,
         observation: &Observation<'a>,
@@ -111,28 +111,28 @@ impl Frame {
         cameras.filter_map(|camera| observation.images[camera])
     }
 
-    /// Says whether any camera delivered an image.
+    /// Returns whether any camera delivered a usable image.
     pub(super) fn can_see(&self) -> bool {
         (0..self.cameras.len()).any(|camera| self.input_checks.can_use(camera))
     }
 
-    /// Uses no image of this observation: what they show has moved on since they were new.
+    /// Marks all images of this observation as unusable: the object has moved since they were new.
     pub(super) fn shut(&mut self) {
         self.input_checks.shut();
         self.notices.push(Notice::Outdated);
     }
 
-    /// Says whether every camera only repeated itself: nothing new can be learned.
+    /// Returns whether every camera repeated its image: nothing new can be learned.
     pub(super) fn is_stale(&self) -> bool {
         self.input_checks.is_stale()
     }
 
-    /// Counts the open windows.
+    /// Returns the number of open windows.
     pub(super) fn open(&self) -> usize {
         self.windows.iter().filter(|window| window.is_open()).count()
     }
 
-    /// Gives the pixels that the body's outlines hold at a pose.
+    /// Returns the number of pixels inside the body's outlines at a pose.
     pub(super) fn area(&self, pose: &Pose, solid: &Solid) -> f64 {
         let held = self
             .windows
@@ -141,8 +141,8 @@ impl Frame {
         held.sum()
     }
 
-    /// Gives by how many pixels the object's image moves for a metre across, in the camera where it
-    /// moves most.
+    /// Returns by how many pixels the object's image moves per metre across, in the camera in which
+    /// it moves most.
     pub(super) fn px_per_meter(&self, pose: &Pose) -> f64 {
         let slopes = self.windows.iter().filter_map(|window| {
             let (_, slope) = window.projection(pose)?.pixel(&Vector3::zeros())?;

@@ -1,6 +1,6 @@
-//! Where something hides the object: for each camera a grid of cells about the object's image, with
-//! the log-odds that it shows there. What was hidden a moment ago probably still is, so the grid has a
-//! memory; each image adds what its surface points and its colours say.
+//! Occlusion map: for each camera a grid of cells over the object's image, with the log-odds that
+//! the object is visible there. What was hidden a moment ago probably still is, so the grid has a
+//! memory; each image adds the evidence of its surface points, colours and depths.
 
 use nalgebra::Vector2;
 
@@ -12,13 +12,14 @@ use crate::track::inputs::Inputs;
 use crate::track::target::points::Match;
 use crate::track::target::solid::Solid;
 
-/// What is known of every camera's view.
+/// The occlusion maps of all cameras.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Occlusion {
     grids: Vec<Grid>,
 }
 
-/// Where the object was seen a moment ago: only if it was there is what is not seen thought hidden.
+/// Whether the object was at this pose a moment ago: only then is what is not seen assumed to be
+/// hidden.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum LastSeen {
     There,
@@ -28,44 +29,45 @@ pub(crate) enum LastSeen {
 /// Cells along one side of a grid.
 const SIDE: usize = 12;
 const CELLS: usize = SIDE * SIDE;
-/// Log-odds that a cell of which nothing is known shows the object.
+/// Log-odds that a cell without evidence shows the object.
 const PRIOR: f64 = 1.5;
 /// Largest log-odds.
 const MOST: f64 = 3.0;
-/// Share of what was known that is left in the next image.
+/// Share of the previous log-odds that is kept for the next image.
 const KEPT: f64 = 0.5;
-/// Log-odds that a surface point brings which is recognised, and one which is not, and the least and
-/// the most that all of a cell's do.
+/// Log-odds contributed by a surface point that is recognised, and by one that is not, and the
+/// bounds of their sum in a cell.
 const POINT: (f64, f64) = (1.5, -1.0);
 const POINTS: (f64, f64) = (-2.0, 3.0);
-/// Correlations below which a point is not recognised, and from which on it is.
+/// Correlation below which a point is not recognised, and above which it is.
 const RECOGNISED: (f64, f64) = (0.4, 0.6);
-/// Log-odds that colours bring, for each reference ratio of log-likelihoods above `STRANGE`, and most.
+/// Log-odds contributed by colours, per reference log-likelihood ratio above `STRANGE`, and their
+/// maximum.
 const COLOR: f64 = 3.0;
 const COLORS: f64 = 2.5;
-/// Share of the object's reference log-likelihood ratio below which colours are strange.
+/// Share of the object's reference log-likelihood ratio below which colours are foreign.
 const STRANGE: f64 = 0.25;
-/// Log-odds that a measured depth brings: of what lies before the body by more than a part of its radius, and of
-/// the body itself.
+/// Log-odds contributed by a measured depth: of something in front of the body by more than a part
+/// of its radius, and of the body itself.
 const DEPTH: (f64, f64) = (-4.0, 1.0);
 const BEFORE: f64 = 0.35;
-/// Places along one side of a cell whose colours are asked.
+/// Positions along one side of a cell whose colours are sampled.
 const ASKED: usize = 3;
 /// Probabilities between which a cell passes from clear to hidden.
 const HIDDEN: (f64, f64) = (0.3, 0.7);
 
-/// A camera's cells, about the object's image: they move and grow with it.
+/// A camera's cells over the object's image; they move and scale with it.
 #[derive(Debug, Clone)]
 struct Grid {
     first: Vector2<f64>,
     cell_px: f64,
     /// Log-odds before the newest image.
     before: [f64; CELLS],
-    /// What the newest image says.
+    /// Evidence of the newest image.
     said: [f64; CELLS],
     /// Probability that something hides the object.
     hidden: [f64; CELLS],
-    /// Mean log-likelihood ratio, where the body's outline holds the cell.
+    /// Mean log-likelihood ratio, if the cell is inside the body's outline.
     ratios: [Option<f64>; CELLS],
 }
 
@@ -81,14 +83,14 @@ impl Grid {
         }
     }
 
-    /// Gives the cell that holds a pixel.
+    /// Returns the cell that contains a pixel.
     fn cell(&self, pixel: &Vector2<f64>) -> Option<usize> {
         let at = (pixel - self.first) / self.cell_px;
         let inside = at.iter().all(|x| (0.0..SIDE as f64).contains(x));
         inside.then(|| at.y as usize * SIDE + at.x as usize)
     }
 
-    /// Lays the cells over outlines.
+    /// Places the cells over outlines.
     fn lay(&mut self, outlines: &[Outline]) -> bool {
         let Some((low, high)) = bounds(outlines.iter().copied()) else { return false };
         self.cell_px = (high - low).amax().max(1.0) / SIDE as f64;
@@ -101,7 +103,7 @@ impl Grid {
         self.first + at * self.cell_px
     }
 
-    /// Reads the colours of the cells that outlines hold.
+    /// Reads the colours of the cells inside outlines.
     fn read(&mut self, outlines: &[Outline], ratio: impl Fn(f64, f64) -> Option<f64>) {
         let step = self.cell_px / ASKED as f64;
         for cell in 0..CELLS {
@@ -126,7 +128,8 @@ impl Grid {
         }
     }
 
-    /// Reads whether something lies before the object in the cells that outlines hold, by a depth image.
+    /// Adds the evidence of a depth image about what lies in front of the object, in the cells
+    /// inside outlines.
     fn measure(&mut self, outlines: &[Outline], is_before: impl Fn(&Vector2<f64>) -> Option<bool>) {
         for cell in 0..CELLS {
             let middle = self.middle(cell);
@@ -141,7 +144,8 @@ impl Grid {
         }
     }
 
-    /// Joins what was known with what the newest image says there and around.
+    /// Combines the previous state with the evidence of the newest image in each cell and around
+    /// it.
     fn conclude(&mut self, last_seen: LastSeen) {
         for cell in 0..CELLS {
             self.hidden[cell] = match last_seen {
@@ -158,7 +162,8 @@ impl Grid {
         (self.before[cell] + said).clamp(-MOST, MOST)
     }
 
-    /// Sums what is said of the eight cells around one, of which any is.
+    /// Sums the evidence of those of the eight neighbours of a cell that have any; also returns
+    /// their number.
     fn around(&self, of: &[f64; CELLS], cell: usize) -> (f64, f64) {
         let (column, row) = (cell % SIDE, cell / SIDE);
         let (mut sum, mut count) = (0.0, 0.0);
@@ -174,7 +179,7 @@ impl Grid {
         (sum, count)
     }
 
-    /// Takes the newest image into the memory.
+    /// Stores the newest state as the previous one.
     fn remember(&mut self) {
         let mut before = [PRIOR; CELLS];
         for (cell, odds) in before.iter_mut().enumerate() {
@@ -185,13 +190,13 @@ impl Grid {
 }
 
 impl Occlusion {
-    /// Forgets what was hidden.
+    /// Resets the map.
     pub(crate) fn forget(&mut self) {
         self.grids.iter_mut().for_each(|grid| *grid = Grid::new());
     }
 
-    /// Says for each cell whether the object shows there at a pose; `reference` is what its colours are
-    /// usually worth.
+    /// Updates for each cell whether the object is visible there at a pose. Colours are compared
+    /// with their usual log-likelihood ratio, the reference.
     pub(crate) fn observe(
         &mut self,
         inputs: &Inputs<'_>,
@@ -242,19 +247,19 @@ impl Occlusion {
         }
     }
 
-    /// Takes what was observed last for what is known.
+    /// Stores what was observed last as the previous state.
     pub(crate) fn remember(&mut self) {
         self.grids.iter_mut().for_each(Grid::remember);
     }
 
-    /// Gives how far a pixel's cell counts as hidden, 0 to 1.
+    /// Returns how far a pixel's cell counts as hidden, 0 to 1.
     pub(crate) fn hides(&self, camera: usize, pixel: &Vector2<f64>) -> f64 {
         let hidden = self.grids.get(camera).and_then(|grid| Some(grid.hidden[grid.cell(pixel)?]));
         hidden.map_or(0.0, share)
     }
 
-    /// Gives the mean log-likelihood ratio of the cells that are clear, and their share; nothing where
-    /// the outline holds none.
+    /// Returns the mean log-likelihood ratio of the clear cells, and their share; none if no cell
+    /// inside the outline is clear.
     pub(crate) fn clear(&self) -> Option<(f64, f64)> {
         let (mut sum, mut clear, mut all) = (0.0, 0.0, 0.0);
         for grid in &self.grids {
@@ -271,8 +276,8 @@ impl Occlusion {
     }
 }
 
-/// Says whether a depth image shows something well before the body at a pixel, or about it; nothing where it
-/// shows what lies behind, or nothing.
+/// Returns whether a depth image shows something well in front of the body at a pixel, or the body
+/// itself; none if it shows something behind the body, or nothing.
 fn before(seen: &Rangefinder<'_>, solid: &Solid, pixel: &Vector2<f64>) -> Option<bool> {
     let (found, _) = seen.place(pixel)?;
     let way = found - seen.eye;
@@ -282,7 +287,7 @@ fn before(seen: &Rangefinder<'_>, solid: &Solid, pixel: &Vector2<f64>) -> Option
     (nearer > -most).then_some(nearer > most)
 }
 
-/// Gives how far a cell counts as hidden that is with a probability.
+/// Maps the probability that a cell is hidden to how far it counts as hidden.
 fn share(probability: f64) -> f64 {
     ((probability - HIDDEN.0) / (HIDDEN.1 - HIDDEN.0)).clamp(0.0, 1.0)
 }
@@ -291,7 +296,7 @@ fn share(probability: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// A grid of which all cells hold the object, and say something.
+    /// A grid whose cells all contain the object and have the same evidence.
     fn grid_of(said: f64) -> Grid {
         Grid { ratios: [Some(1.0); CELLS], said: [said; CELLS], ..Grid::new() }
     }

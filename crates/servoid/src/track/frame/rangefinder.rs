@@ -3,25 +3,26 @@ use nalgebra::{Matrix3, Vector2, Vector3};
 use crate::camera::DepthView;
 use crate::shape::Projection;
 
-/// A depth image of the object at a pose: it gives places in the object's frame.
+/// A depth image of the object at a pose: it measures positions in the object's frame.
 #[derive(Debug)]
 pub(crate) struct Rangefinder<'a> {
     pub(crate) projection: Projection,
-    /// Where the camera is, in the object's frame.
+    /// Position of the camera, in the object's frame.
     pub(crate) eye: Vector3<f64>,
     depth: &'a DepthView<'a>,
     object_from_ray: Matrix3<f64>,
 }
 
 impl<'a> Rangefinder<'a> {
-    /// Looks at a depth image whose camera projects the object's frame like this; none if it does not see it.
+    /// Combines a depth image with the projection of the object's frame into its camera; none if
+    /// that projection is degenerate.
     pub(crate) fn new(depth: &'a DepthView<'a>, projection: Projection) -> Option<Self> {
         let (eye, object_from_ray) = (projection.eye()?, projection.linear.try_inverse()?);
         Some(Self { projection, eye, depth, object_from_ray })
     }
 
-    /// Gives the place that is seen at the pixel nearest to one, and its distance along the camera's axis, in
-    /// metres, if that was measured.
+    /// Returns the position seen at the nearest pixel, and its distance along the camera's axis, in
+    /// metres, if it was measured.
     pub(crate) fn place(&self, pixel: &Vector2<f64>) -> Option<(Vector3<f64>, f64)> {
         let metres = self.depth.at(pixel.x, pixel.y)?;
         Some((self.back_project(pixel, metres), metres))

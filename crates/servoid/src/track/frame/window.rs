@@ -7,11 +7,11 @@ use crate::shape::{Outline, Projection};
 use crate::track::target::colors::{self, Belongs, Colors};
 use crate::track::target::solid::Solid;
 
-/// The part of one camera's image around where the object is supposed: its brightness at several
-/// resolutions and the scores of its colours. Its memory is kept from image to image.
+/// The part of a camera's image around the expected object: its brightness at several resolutions
+/// and the scores of its colours. Its memory is reused from image to image.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Window {
-    /// From the world to the image's pixels.
+    /// Projection from the world to the image's pixels.
     from_world: Option<Projection>,
     pub(crate) pyramid: Pyramid,
     map: ScoreMap,
@@ -21,21 +21,21 @@ pub(crate) struct Window {
     pub(crate) noise: f64,
     /// Mean brightness, in grey levels.
     pub(crate) light: f64,
-    /// The object's middle, if it is known where that is.
+    /// Centre of the object's image, if it is known.
     middle: Option<Vector2<f64>>,
 }
 
-/// Rows of the image a row of the map.
+/// Rows of the image per row of the map.
 const STRIDE: usize = 4;
 
-/// Standard deviation of a patch without its noise, as a share of the light in its window, from which
-/// on no shading makes it: courses of plain objects have at most 21 such points a camera, and those
-/// with a print seldom less than 25.
+/// Standard deviation of a patch without its noise, relative to the mean brightness of its window,
+/// that shading does not reach: sequences of plain objects have at most 21 such points per camera,
+/// and those with a print seldom fewer than 25.
 const TEXTURED: f64 = 0.08;
 
 impl Window {
-    /// Reads an image around the outlines of the body at a pose; the window is larger than they
-    /// are by `margin` of their size. `false` if the object is not in the image.
+    /// Reads an image around the outlines of the body at a pose; the window is larger than they are
+    /// by `margin` of their size. Returns `false` if the object is not in the image.
     pub(crate) fn open(
         &mut self,
         camera: &Camera,
@@ -63,7 +63,7 @@ impl Window {
         true
     }
 
-    /// Reads the whole of an image.
+    /// Reads the whole image.
     pub(crate) fn open_all_over(
         &mut self,
         camera: &Camera,
@@ -86,7 +86,7 @@ impl Window {
         }
     }
 
-    /// Gives on which side of the object a pixel lies.
+    /// Returns on which side of the object a pixel lies.
     #[inline]
     fn side(&self, u: usize, v: usize) -> usize {
         self.middle.map_or(colors::ANY_SIDE, |middle| {
@@ -94,27 +94,27 @@ impl Window {
         })
     }
 
-    /// Says whether a piece of surface has the contrast of a pattern.
+    /// Returns whether a patch of the surface has the contrast of a pattern.
     pub(crate) fn shows_texture(&self, found: &Agreement) -> bool {
         found.contrast >= libm::hypot(TEXTURED * self.light, self.noise)
     }
 
-    /// Gives how the camera sees the object at a pose, if it looked.
+    /// Returns the projection of the object's frame at a pose, if the window is open.
     pub(crate) fn projection(&self, world_from_object: &Pose) -> Option<Projection> {
         Some(self.from_world?.moved(world_from_object))
     }
 
-    /// Gives first column and row, and width and height, in pixels of the image.
+    /// Returns first column and row, and width and height, in pixels of the image.
     pub(crate) fn place_px(&self) -> ([usize; 2], [usize; 2]) {
         (self.first_px, self.size_px)
     }
 
-    /// Forgets what it looked at.
+    /// Closes the window.
     pub(crate) fn close(&mut self) {
         self.from_world = None;
     }
 
-    /// Says whether the window shows nothing at all: one brightness everywhere.
+    /// Returns whether the window has one brightness everywhere.
     pub(crate) fn is_blank(&self) -> bool {
         self.pyramid.plane(Pyramid::LEVELS - 1).deviation() < BLANK
     }
@@ -145,8 +145,9 @@ impl Window {
         });
     }
 
-    /// Gives where the camera is and unit rays through places all over the window, `columns` a row;
-    /// fewer where it is so high that there would be more than twice as many rows.
+    /// Returns the camera's position and unit rays through a grid of pixels over the window, with
+    /// `columns` per row; with fewer if the window is so high that there would be more than twice
+    /// as many rows.
     pub(crate) fn rays(
         &self,
         columns: usize,
@@ -166,14 +167,15 @@ impl Window {
         Some((eye, rays))
     }
 
-    /// Gives the sum of the scores inside the body's outline at a pose, and the pixels inside.
+    /// Returns the sum of the scores inside the body's outline at a pose, and the pixels inside.
     pub(crate) fn region(&self, projection: &Projection, solid: &Solid) -> (f64, f64) {
         let here = projection.shifted(self.first_px.map(|x| x as f64));
         let sums = self.map.sums(Backend::used(), &here, &solid.quadrics);
         (sums.score, sums.area)
     }
 
-    /// Gives the log-likelihood ratio of the pixel nearest to a place; `None` outside the window.
+    /// Returns the log-likelihood ratio of the pixel nearest to a position; `None` outside the
+    /// window.
     pub(crate) fn ratio(
         &self,
         image: &ImageView<'_>,
@@ -191,8 +193,8 @@ impl Window {
         Some(f64::from(palette.ratio(colors::bin(image, u, v), self.side(u, v))))
     }
 
-    /// Counts the window's pixels as the object's inside the outlines and as background outside;
-    /// what lies within `border_px` of them is not counted.
+    /// Counts the window's pixels as object inside the outlines and as background outside; pixels
+    /// within `border_px` of the outlines are not counted.
     pub(crate) fn count_colors(
         &self,
         image: &ImageView<'_>,
@@ -229,7 +231,7 @@ impl Window {
         }
     }
 
-    /// Counts the window's pixels as what a mask says of them.
+    /// Counts the window's pixels as a mask labels them.
     pub(crate) fn count_mask(
         &self,
         image: &ImageView<'_>,
@@ -250,14 +252,14 @@ impl Window {
 
 /// Standard deviation of brightness, in grey levels, below which a window is blank.
 const BLANK: f32 = 1.0;
-/// A window is at least this wide and high, in pixels.
+/// Least width and height of a window, in pixels.
 const LEAST_SIDE: usize = 24;
-/// Pixels from one that teaches to the next.
+/// Pixels between those that are counted for the colours.
 const TEACHING_STRIDE: usize = 3;
 /// Most of them in a row.
 const MOST_LABELS: usize = Camera::MAX_SIDE_PX.div_ceil(TEACHING_STRIDE);
 
-/// Gives the box around the outlines in the image, if there are any.
+/// Returns the bounding box of outlines in the image, if there are any.
 pub(crate) fn bounds(
     outlines: impl IntoIterator<Item = Outline>,
 ) -> Option<(Vector2<f64>, Vector2<f64>)> {

@@ -1,7 +1,8 @@
-//! How far the object's turn may have drifted since the first image. A surface point tells the turn only as
-//! well as that of the pose it was learned at was known, and what looks alike wherever it lies on the
-//! surface, as shading does, slips along. Where sides are seen again that are known better, what was
-//! learned on the way is turned back by its share of what had drifted.
+//! Drift of the object's orientation since the first image. A surface point constrains the
+//! orientation only as well as the orientation was known when the point was learned, and features
+//! such as shading, which look alike wherever they lie on the surface, slip along it. Once sides
+//! are seen again that are known better, what was learned since is turned back by its share of the
+//! drift.
 
 use nalgebra::{Matrix6, Vector6};
 
@@ -14,27 +15,28 @@ use crate::track::pose::verify::Quality;
 use crate::track::tracker::Tracker;
 use crate::track::trust::{ADRIFT, CLEAR};
 
-/// By what a turn slips for each radian, as a standard deviation, where nothing has the contrast of a pattern
-/// and few points are recognised; the most of it; and recognised points of each camera that halve it.
+/// Slip of the orientation per radian, as a standard deviation, where nothing has the contrast of a
+/// pattern and few points are recognised; its maximum; and the number of recognised points per
+/// camera that halves it.
 const SLIPS: (f64, f64, f64) = (2.0, 0.5, 20.0);
-/// Standard deviation, in radians, of the turn of an object that is found again with too few points that
-/// were known.
+/// Standard deviation, in radians, of the orientation of an object found again with too few known
+/// points.
 const FOUND_RAD: f64 = 0.3;
-/// Standard deviation of the turn, in radians, from which on a loop may be closed, and the part of its
-/// variance that is left then at most.
+/// Standard deviation of the orientation, in radians, from which on a loop may be closed, and the
+/// largest part of its variance that may be left after that.
 const CLOSED: (f64, f64) = (0.03, 0.25);
-/// By how much more the turn strays where points are learned than its noise says.
+/// Factor by which the orientation strays more, where points are learned, than its noise predicts.
 const STRAYS: f64 = 3.0;
-/// Part of the object's radius by which its place strays while the turn does by one radian.
+/// Part of the object's radius by which the position drifts per radian of the orientation.
 const PLACE: f64 = 0.2;
-/// Images from one in which another pose is sought to the next.
+/// Images between two searches for a rival pose.
 const RIVAL_EVERY: usize = 4;
-/// Most images from one search for another pose to the next while the share stays so low.
+/// Most images between two searches for a rival pose while the share stays low.
 const RIVAL_SELDOM: usize = 16;
 
 impl Tracker {
-    /// Says anew how far the turn may have drifted at a pose that is believed; `foreseen` is its variance
-    /// without this image, or nothing where the object was lost.
+    /// Updates the drift of the orientation by an accepted pose; `foreseen` is the variance
+    /// predicted without this image, or none where the object was lost.
     pub(crate) fn follow_drift(&mut self, hypothesis: &Hypothesis, foreseen: Option<f64>) {
         let slip = slip(&hypothesis.quality, self.frame.open());
         let (points, radius) = (&mut self.target.points, self.target.solid.radius);
@@ -43,17 +45,18 @@ impl Tracker {
         let drift = known.unwrap_or(points.drift + foreseen.unwrap_or(lost));
         if self.target.relief.is_open {
             let known = uncertainty(&hypothesis.normal, radius).covariance;
-            // A relief that motion told may be another one that looks alike, and is no witness of itself.
+            // A relief estimated from motion may be a similar-looking wrong one, and cannot confirm
+            // itself.
             let turn = known.fixed_view::<3, 3>(3, 3).trace();
             points.noise = points.noise.max(TOGETHER.powi(2) * turn);
         }
-        // Where much is missed, what seems to be a known side may be another one.
+        // Where much is missed, an apparently known side may be another one.
         let is_clear = hypothesis.quality.share >= CLEAR;
         points.drift = if is_clear { drift } else { drift.max(points.drift) };
     }
 
-    /// Where sides are seen that are known better than those that were followed, turns back what was learned
-    /// on the way, and the motion; `before` is what the turn may have drifted before, as a variance.
+    /// Where sides are seen that are known better than those followed, turns back what was learned
+    /// since, and the motion; `before` is the drift of the orientation before, as a variance.
     pub(crate) fn close_loop(&mut self, expected: &Pose, hypothesis: &Hypothesis, before: f64) {
         let (least, left) = CLOSED;
         let after = self.target.points.drift;
@@ -74,8 +77,9 @@ impl Tracker {
         self.frame.notices.push(Notice::LoopClosed { degrees });
     }
 
-    /// Says whether it is time to seek another pose at which more is recognised: in one of every few images
-    /// while the turn may have drifted, and ever more seldom while more of the object is missed than usually.
+    /// Returns whether it is time to search for a rival pose at which more is recognised: every few
+    /// images while the orientation may have drifted, and at growing intervals while more of the
+    /// object is missed than usual.
     pub(crate) fn seeks_rival(&mut self, quality: &Quality) -> bool {
         let is_adrift = self.target.points.drift > ADRIFT * ADRIFT;
         let is_doubtful = quality.share < self.usual_share();
@@ -88,12 +92,12 @@ impl Tracker {
         is_adrift && trust.adrift.is_multiple_of(RIVAL_EVERY) || is_time(trust.doubtful)
     }
 
-    /// Gives the variance of the turn with which a point is known that is learned now.
+    /// Returns the variance of the orientation with which a new point is learned.
     pub(crate) fn drift_of_new_points(&self) -> f64 {
         self.target.points.drift + (STRAYS * self.motion.turn_sd()).powi(2)
     }
 
-    /// Gives the covariance of a pose by what it may have drifted, in the object's frame.
+    /// Returns the covariance of a pose due to drift, in the object's frame.
     pub(crate) fn drift_covariance(&self) -> Matrix6<f64> {
         let turn = self.target.points.turn_variance() / 3.0;
         let place = (PLACE * self.target.solid.radius).powi(2) * turn;
@@ -101,8 +105,8 @@ impl Tracker {
     }
 }
 
-/// Gives the standard deviation by which what is recognised slips along the surface while the object turns by
-/// one radian, in radians.
+/// Returns the standard deviation, in radians, by which recognised points slip along the surface
+/// per radian of rotation.
 fn slip(quality: &Quality, cameras: usize) -> f64 {
     let (few, most, half) = (SLIPS.0, SLIPS.1, SLIPS.2 * cameras.max(1) as f64);
     let textured = (quality.textured + 1.0) / (quality.recognised + 2.0);

@@ -3,29 +3,29 @@ use nalgebra::{Matrix6, Vector6};
 use crate::pose::{Pose, Twist};
 use crate::track::frame::input_checks::FARTHEST_S;
 
-/// How much poses that were found one after the other differ by what no motion does: the change of
-/// their acceleration from image to image.
+/// Pose noise: the part of the differences between successive poses that no motion explains,
+/// measured as the change of acceleration from image to image.
 #[derive(Debug, Clone)]
 pub(crate) struct Jitter {
     last: Option<(f64, Pose)>,
-    /// The motions from image to image, the newest first, with the seconds that they took.
+    /// The motions from image to image, the newest first, with their durations in seconds.
     steps: [Option<(f64, Twist)>; 2],
     covariance: Matrix6<f64>,
-    /// Images that were compared, and what is supposed counts for one.
+    /// Number of comparisons; the initial value counts as one.
     count: f64,
 }
 
-/// Largest difference between the times of images for which their steps are compared.
+/// Largest relative difference between the intervals of images that are compared.
 const UNEVEN: f64 = 0.2;
-/// Least share of the newest image.
+/// Least weight of the newest image.
 const RATE: f64 = 0.05;
-/// Variance of the third difference of independent values.
+/// Variance of the third difference of independent values of unit variance.
 const THIRD: f64 = 20.0;
-/// Variance of an error beside that of the part of it that differs from image to image: objects with
-/// and without a pattern err by about three times as much as shows.
+/// Ratio of an error's variance to that of its part that differs from image to image: the errors of
+/// objects with and without a pattern are about three times as large as that part.
 const LASTING: f64 = 9.0;
 
-/// Standard deviation, in radii and radians, that is supposed before images were compared.
+/// Standard deviation, in radii and radians, assumed before images were compared.
 const AT_FIRST: f64 = 0.01;
 
 impl Jitter {
@@ -36,7 +36,7 @@ impl Jitter {
         Self { last: None, steps: [None; 2], covariance, count: 1.0 }
     }
 
-    /// Takes a pose that was found.
+    /// Adds a pose.
     pub(crate) fn follow(&mut self, time_s: f64, world_from_object: Pose) {
         let Some((before_s, before)) = self.last.replace((time_s, world_from_object)) else {
             return;
@@ -54,18 +54,18 @@ impl Jitter {
         }
     }
 
-    /// Forgets where the object was, since it was lost on the way.
+    /// Forgets the previous poses, since the object was lost in between.
     pub(crate) fn pause(&mut self) {
         (self.last, self.steps) = (None, [None; 2]);
     }
 
-    /// Says whether any images were compared yet.
+    /// Returns whether any images were compared yet.
     pub(crate) fn is_measured(&self) -> bool {
         self.count > 1.0
     }
 
-    /// Gives the covariance of an error, in the object's frame, as far as it shows from image to
-    /// image.
+    /// Returns the covariance of the pose error, in the object's frame, as estimated from its
+    /// changes from image to image.
     pub(crate) fn covariance(&self) -> Matrix6<f64> {
         LASTING * self.covariance
     }
@@ -85,7 +85,7 @@ mod tests {
 
     const RADIUS: f64 = 0.05;
 
-    /// Follows an object along x, `place` metres from where it began at each image.
+    /// Tracks an object along x, at `place` metres from its start in each image.
     fn followed(seconds: impl Fn(usize) -> f64, place: impl Fn(usize) -> f64) -> Jitter {
         let mut jitter = Jitter::new(RADIUS);
         for index in 0..200 {
@@ -99,7 +99,7 @@ mod tests {
         index as f64 / 30.0
     }
 
-    /// The same numbers each time, evenly in -1 to 1.
+    /// A repeatable pseudo-random number, uniform in -1 to 1.
     fn random(index: usize) -> f64 {
         let mixed = (index as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
         ((mixed ^ (mixed >> 29)).wrapping_mul(0xbf58_476d_1ce4_e5b9) >> 11) as f64

@@ -1,4 +1,4 @@
-//! Where the object is expected, and how far that may be off.
+//! Predicts the pose of the object, and its uncertainty.
 
 pub(super) mod drift;
 pub(super) mod jitter;
@@ -11,16 +11,17 @@ use super::pose::search::Deviation;
 use super::pose::uncertainty::inverse;
 use crate::pose::{Pose, Twist};
 
-/// Where the object was seen and how it moved: its middle evenly through the world, and turning evenly
-/// about it. While it is not seen it is foreseen to go on, ever more slowly. What is not certain of it
-/// goes along, by a Kalman filter whose speed may jump from image to image.
+/// Last observed pose and motion of the object: its middle moves at constant velocity through the
+/// world, and it rotates at constant angular velocity about it. While it is not seen, the
+/// prediction slows down. A Kalman filter whose velocity may jump from image to image estimates the
+/// uncertainty.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Motion {
     seen: At,
     foreseen: At,
-    /// Velocity, in metres a second, and turn, in radians a second, in the world.
+    /// Velocity in metres per second and angular velocity in radians per second, in the world.
     speed: Vector6<f64>,
-    /// Covariance of where it is foreseen, of the speed, and of both, in the world.
+    /// Covariance of the predicted pose, of the velocity, and of both together, in the world.
     place: Matrix6<f64>,
     pace: Matrix6<f64>,
     both: Matrix6<f64>,
@@ -32,8 +33,8 @@ struct At {
     world_from_object: Pose,
 }
 
-/// What is believed of a pose before the image is seen: where it is, and its information about a small
-/// motion from there, in the object's frame.
+/// The prior of a pose before the image is evaluated: the predicted pose, and the information of a
+/// small motion from it, in the object's frame.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Prior {
     pub(super) pose: Pose,
@@ -41,19 +42,19 @@ pub(super) struct Prior {
 }
 
 impl Prior {
-    /// Gives the information and its pull on a pose, about small motions from that.
+    /// Returns the information and its pull at a pose, for small motions from that pose.
     pub(super) fn at(&self, pose: &Pose) -> (Matrix6<f64>, Vector6<f64>) {
         let off: Twist = (pose.inverse() * self.pose).log();
         (self.information, self.information * off)
     }
 }
 
-/// Factor of the standard deviation of what is foreseen: speeds do not change by chance.
+/// Factor of the standard deviation of the prediction: velocities do not change at random.
 const WIDE: f64 = 1.5;
-/// Factor of the variance that images leave, beyond which they tell nothing of what is foreseen: points err
-/// together.
+/// Factor of the variance after an image, beyond which the image adds nothing to the prediction:
+/// errors of points are correlated.
 const LASTING: f64 = 9.0;
-/// Time in which a motion that is not seen loses all but a factor of e.
+/// Time constant with which the velocity decays while the object is not seen.
 const FADES_S: f64 = 0.1;
 
 impl Motion {
@@ -63,18 +64,18 @@ impl Motion {
         Self { seen: at, foreseen: at, speed, place: zero, pace: zero, both: zero }
     }
 
-    /// Says where the object was seen last.
+    /// Returns the pose at which the object was last seen.
     pub(super) fn last(&self) -> Pose {
         self.seen.world_from_object
     }
 
-    /// Gives the standard deviation of the turn at which it was seen last, in radians.
+    /// Returns the standard deviation of the last observed orientation, in radians.
     pub(super) fn turn_sd(&self) -> f64 {
         self.place.fixed_view::<3, 3>(3, 3).trace().sqrt()
     }
 
-    /// Says where the object is at a time if it goes on as before. Where time does not go on, or
-    /// jumps, it is where it was.
+    /// Predicts the pose at a time at constant velocity. If time does not advance, or jumps, the
+    /// pose stays.
     pub(super) fn predict(&self, time_s: f64) -> Pose {
         let At { time_s: last_s, world_from_object: here } = self.foreseen;
         let Some(dt) = passed(last_s, time_s) else { return here };
@@ -82,8 +83,8 @@ impl Motion {
         Pose::from_rotation(turn * here.rotation(), here.translation() + self.velocity() * dt)
     }
 
-    /// Gives what is believed of the pose at a time, if the speed changes by about what `process_noise`
-    /// amounts to until then.
+    /// Returns the prior of the pose at a time, if the velocity changes by about `process_noise`
+    /// until then.
     pub(super) fn prior(&self, time_s: f64, process_noise: Deviation) -> Prior {
         let mut later = *self;
         later.pass(time_s, process_noise);
@@ -93,22 +94,22 @@ impl Motion {
         Prior { pose, information }
     }
 
-    /// Gives the variance of the turn at a time, in square radians.
+    /// Returns the variance of the orientation at a time, in square radians.
     pub(super) fn turn_variance_at(&self, time_s: f64, process_noise: Deviation) -> f64 {
         let mut later = *self;
         later.pass(time_s, process_noise);
         later.turn_sd().powi(2)
     }
 
-    /// Takes back a motion, in the object's frame, by which all was off.
+    /// Corrects all poses by a motion in the object's frame.
     pub(super) fn correct(&mut self, off: &Twist) {
         for at in [&mut self.seen, &mut self.foreseen] {
             at.world_from_object = (at.world_from_object * Pose::exp(off)).renormalized();
         }
     }
 
-    /// Goes on to a pose that was found, and whose error has a covariance in the object's frame; gives
-    /// which part of the uncertainty of place and turn it removed.
+    /// Updates the filter by a pose whose error has a covariance in the object's frame; returns the
+    /// parts of the uncertainty of position and orientation that it removed.
     pub(super) fn follow(
         &mut self,
         time_s: f64,
@@ -140,7 +141,7 @@ impl Motion {
         gains
     }
 
-    /// Time goes on while nothing is seen.
+    /// Advances to a time at which the object was not seen.
     pub(super) fn wait(&mut self, time_s: f64, process_noise: Deviation) {
         let dt = passed(self.foreseen.time_s, time_s);
         self.pass(time_s, process_noise);
@@ -152,7 +153,7 @@ impl Motion {
         }
     }
 
-    /// Goes on to a time without a look.
+    /// Predicts the state at a time.
     fn pass(&mut self, time_s: f64, (across, slight): Deviation) {
         let last_s = self.foreseen.time_s;
         self.foreseen = At { time_s, world_from_object: self.predict(time_s) };
@@ -184,7 +185,7 @@ impl Motion {
     }
 }
 
-/// Turns the axes of a covariance of place and turn.
+/// Rotates the axes of a covariance of position and orientation.
 fn turned(covariance: &Matrix6<f64>, by: &UnitQuaternion<f64>) -> Matrix6<f64> {
     let by = by.to_rotation_matrix().into_inner();
     let mut both = Matrix6::zeros();
@@ -193,14 +194,14 @@ fn turned(covariance: &Matrix6<f64>, by: &UnitQuaternion<f64>) -> Matrix6<f64> {
     both * covariance * both.transpose()
 }
 
-/// Says which part of the variance of three directions, from one on, is gone.
+/// Returns the part of the variance removed, for three directions starting at `from`.
 fn gain(before: &Matrix6<f64>, after: &Matrix6<f64>, from: usize) -> f64 {
     let sum = |all: &Matrix6<f64>| all.fixed_view::<3, 3>(from, from).trace();
     let (before, after) = (sum(before), sum(after));
     if before > 0.0 { (1.0 - LASTING * after / before).clamp(0.0, 1.0) } else { 0.0 }
 }
 
-/// Gives the seconds from one time to a later one, unless that is too far.
+/// Returns the seconds from one time to a later one, unless they are too many.
 fn passed(from_s: f64, to_s: f64) -> Option<f64> {
     let dt = to_s - from_s;
     (dt > 0.0 && dt < FARTHEST_S).then_some(dt)
@@ -214,13 +215,13 @@ mod tests {
     const SPEED: f64 = 0.6;
     const PROCESS_NOISE: Deviation = (0.001, 0.01);
 
-    /// Where an object is that goes evenly along x and turns about z.
+    /// Pose of an object that moves at constant velocity along x and rotates about z.
     fn place(time_s: f64) -> Pose {
         let turn = UnitQuaternion::from_scaled_axis(Vector3::z() * time_s);
         Pose::from_rotation(turn, Vector3::x() * (SPEED * time_s))
     }
 
-    /// Follows that object for some images; gives when it was seen last, too.
+    /// Tracks that object for some images; also returns the time of the last one.
     fn followed(images: usize) -> (Motion, f64) {
         let mut motion = Motion::at_rest(0.0, place(0.0));
         for index in 1..=images {
@@ -285,7 +286,7 @@ mod tests {
             let sure = prior.information.symmetric_eigenvalues().min();
             assert!(sure < before, "{index}");
             before = sure;
-            // What was foreseen is found again, and known as well as before.
+            // What was predicted is measured, with the same uncertainty as before.
             let known = prior.information.try_inverse().unwrap() / (WIDE * WIDE);
             let gains = motion.follow(now_s, prior.pose, &known, PROCESS_NOISE);
             assert_eq!(gains, (0.0, 0.0));

@@ -1,4 +1,4 @@
-//! Images that are those before, when what they show must be elsewhere by now.
+//! Detects repeated images of an object that must have moved on by now.
 
 use std::collections::VecDeque;
 
@@ -11,7 +11,7 @@ use crate::track::frame::input_checks::FARTHEST_S;
 use crate::track::motion::Motion;
 use crate::track::tracker::Tracker;
 
-/// What was known when images were new: how the object moved, and where the cameras were.
+/// State when the images were last new: the object's motion, and the poses of the cameras.
 #[derive(Debug, Clone)]
 pub(crate) struct Newest {
     time_s: f64,
@@ -20,25 +20,28 @@ pub(crate) struct Newest {
     way: Way,
 }
 
-/// How far what images show may have moved since, in radii of the object: half of what makes a pose wrong.
+/// Distance by which the content of repeated images may have moved, in radii of the object: half of
+/// what makes a pose wrong.
 const MOVED: f64 = 0.1;
-/// Span of the newest places that tells a speed by itself, at least, and at most where there are more.
+/// Least and greatest time span of the newest poses from which a velocity is estimated; the
+/// greatest applies where there are more.
 const SPAN_S: [f64; 2] = [0.1, 0.3];
-/// Time over which a motion must have been steady to be believed for longer than `FARTHEST_S`, in seconds.
+/// Time over which a motion must have been steady to be extrapolated for longer than `FARTHEST_S`,
+/// in seconds.
 const STEADY_S: f64 = 1.0;
-/// Parts of that time, which are compared.
+/// Number of parts of that time, whose velocities are compared.
 const PARTS: usize = 4;
-/// Places that are kept of that time, about.
+/// Approximate number of poses stored for that time.
 const PLACES: usize = 48;
 /// Standard deviations by which the parts may differ.
 const SURE: f64 = 2.0;
-/// Slowest motion that is told from errors that last, in radii a second.
+/// Slowest motion that is distinguished from lasting errors, in radii per second.
 const SLOWEST: f64 = 0.04;
-/// Farthest that a turn is foreseen, in radians: beyond, it would come around again.
+/// Largest rotation that is predicted, in radians: a larger one would come around again.
 const FARTHEST_TURN: f64 = 1.0;
 
 impl Tracker {
-    /// Remembers what is known of an observation whose images are new.
+    /// Stores the state at an observation whose images are new.
     pub(crate) fn note_newest(&mut self, observation: &Observation<'_>) {
         if self.frame.is_stale() || !self.frame.can_see() {
             return;
@@ -60,9 +63,9 @@ impl Tracker {
         });
     }
 
-    /// Says whether all images are those before although the object, as it moved, or the cameras must have
-    /// moved on since they were new: they do not tell where it is now. A camera that goes along with what it
-    /// expects does not show that it is there.
+    /// Returns whether all images are repeated although the object, by its motion, or the cameras
+    /// must have moved since the images were new: then they do not show where it is now. A camera
+    /// that moves along with the predicted object is no evidence that the object is there.
     pub(crate) fn is_outdated(&self, observation: &Observation<'_>) -> bool {
         let Some(newest) = self.newest.as_ref().filter(|_| self.frame.is_stale()) else {
             return false;
@@ -70,10 +73,11 @@ impl Tracker {
         let (seen, radius) = (newest.motion.last(), self.target.solid.radius);
         let cameras = observation.world_from_camera.iter().zip(&newest.world_from_camera);
         let shown = cameras.zip(&observation.images).filter(|(_, image)| image.is_some());
-        // Where its image puts the object, for a camera that is here and was there.
+        // Where its image would put the object, for each camera present both now and then.
         let mut shown = shown.map(|((here, there), _)| (here, *here * there.inverse() * seen));
         let (first, before) = shown.clone().next().unwrap_or((&seen, seen));
-        // A speed is foreseen no farther than that, and an object that went so far does not come back.
+        // The velocity is not extrapolated further than this; an object that went so far does not
+        // come back.
         let until_s = observation.time_s.min(newest.time_s + 0.99 * FARTHEST_S);
         let soon = newest.motion.predict(until_s);
         let recent = newest.way.soon(until_s - newest.time_s);
@@ -84,7 +88,8 @@ impl Tracker {
             from.apart(to) + turned * radius > MOVED * radius
         };
         let has_gone = |from: &Pose| foreseen.clone().any(|now| has_moved(from, &now));
-        // Eyes that turned otherwise than each other triangulate what they show to another distance.
+        // If the cameras rotated by different amounts, triangulation of the repeated images gives
+        // another distance.
         let away = first.apart(&before);
         let parts = |(here, place): &(&Pose, Pose)| {
             before.apart(place) * away > MOVED * radius * first.apart(here)
@@ -93,8 +98,8 @@ impl Tracker {
     }
 }
 
-/// Where the object was seen in the last second of new images, the newest last, and where before it was
-/// not seen for long.
+/// Poses of the object in the last second of new images, the newest last, and the last pose before
+/// that if the object was unseen for long in between.
 #[derive(Debug, Clone)]
 struct Way {
     places: VecDeque<(f64, Pose)>,
@@ -102,20 +107,20 @@ struct Way {
 }
 
 impl Way {
-    /// Starts with nothing, in memory for all that it will ever hold.
+    /// Starts empty, with memory for all poses it will ever hold.
     fn new() -> Self {
         Self { places: VecDeque::with_capacity(PLACES + PARTS), before: None }
     }
 
-    /// Adds where the object is; where time does not go on, or jumps, all before is forgotten but the
-    /// last.
+    /// Adds a pose; if time does not advance, or jumps, all earlier poses but the last are
+    /// forgotten.
     fn go_on(&mut self, time_s: f64, world_from_object: Pose) {
         let goes_on = |last_s: f64| time_s > last_s && time_s - last_s < FARTHEST_S;
         if let Some(&last) = self.places.back().filter(|(last_s, _)| !goes_on(*last_s)) {
             self.before = Some(last).filter(|(last_s, _)| time_s > *last_s);
             self.places.clear();
         }
-        // Of fast cameras not every image is kept.
+        // Of fast cameras not every image is stored.
         let before = self.places.len().checked_sub(2).map(|at| self.places[at].0);
         if before.is_some_and(|before_s| time_s - before_s < STEADY_S / PLACES as f64) {
             self.places.pop_back();
@@ -126,9 +131,9 @@ impl Way {
         }
     }
 
-    /// Says where the object is so many seconds after it was seen last, if it goes on as between the
-    /// newest places. A motion forgets its speed while nothing new is seen; a single new image does not
-    /// teach it anew, but says how far the object went meanwhile.
+    /// Predicts the pose some seconds after the object was last seen, at the velocity between the
+    /// newest poses. The filter's velocity decays while nothing new is seen; a single new image
+    /// does not restore it, but shows how far the object moved meanwhile.
     fn soon(&self, seconds: f64) -> Option<Pose> {
         let (last_s, last) = self.places.back().filter(|_| seconds > 0.0)?;
         let mut older = self.places.iter().rev().skip_while(|(at_s, _)| last_s - at_s < SPAN_S[0]);
@@ -142,8 +147,8 @@ impl Way {
         Some(Pose::from_rotation(turn * last.rotation(), last.translation() + across))
     }
 
-    /// Says where the object is so many seconds after it was seen last, if it moved as steadily before
-    /// that it certainly goes on; `None` where it rested, or moved this way and that.
+    /// Predicts the pose some seconds after the object was last seen, if it moved so steadily
+    /// before that it certainly continues; `None` if it was at rest or moved back and forth.
     fn later(&self, seconds: f64, radius: f64) -> Option<Pose> {
         let (Some((first_s, _)), Some((last_s, last))) = (self.places.front(), self.places.back())
         else {
@@ -170,8 +175,8 @@ impl Way {
     }
 }
 
-/// Gives the part of speeds that is certain: their mean, less by as much as chance can make of it, and no
-/// more than the last.
+/// Returns the certain part of velocities: their mean, reduced by what chance can contribute, and
+/// no more than the last one.
 fn steady(speeds: &[Vector3<f64>]) -> Vector3<f64> {
     let mean = speeds.iter().sum::<Vector3<f64>>() / speeds.len() as f64;
     let Some(along) = mean.try_normalize(0.0) else { return mean };

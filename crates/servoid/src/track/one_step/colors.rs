@@ -3,10 +3,10 @@ use crate::camera::{Channels, ImageView, Mask};
 use crate::fitness::ColorModel;
 use crate::shape::{Body, silhouette};
 
-/// What the first observation taught of the object's colours.
+/// The object's colours, learned from the first observation.
 pub(super) struct Colors {
     pub model: ColorModel,
-    /// Mean certainty inside the object when they were learnt.
+    /// Mean certainty inside the object when they were learned.
     reference: f64,
 }
 
@@ -22,7 +22,7 @@ impl Colors {
         for (one, outline) in usable.iter().zip(&drawn) {
             let outline = ImageView::new(outline, one.image.size_px(), Channels::Grey)?;
             let mask = masks.get(one.index).copied().flatten();
-            // An outline that is empty or fills the image teaches nothing.
+            // An outline that is empty or fills the image cannot be learned from.
             if let Some(mask) = mask.or(Mask::new(outline).ok()) {
                 pairs.push((&one.image, mask));
             }
@@ -37,15 +37,15 @@ impl Colors {
         Ok(Self { model, reference: sum / f64::from(area.max(1)) })
     }
 
-    /// Marks the pixels whose colour is likelier on the object than beside it, as 1.
+    /// Marks pixels whose colour is likelier on the object than beside it with 1.
     pub fn matches(&self, image: &ImageView<'_>) -> Vec<u8> {
         let [width, height] = image.size_px();
         let pixels = (0..height).flat_map(|v| (0..width).map(move |u| image.rgb(u, v)));
         pixels.map(|rgb| u8::from(self.model.score(rgb) > 0.0)).collect()
     }
 
-    /// Gives the share of what should be seen of the object that the images confirm, and which
-    /// images show nothing of it.
+    /// Returns the share of what should be visible of the object that the images confirm, and the
+    /// images that show nothing of it.
     pub fn confidence(&self, usable: &[UsableImage<'_>], body: &Body) -> (f64, Vec<usize>) {
         let (mut sum, mut area, mut outside) = (0.0, 0, vec![]);
         for one in usable {
@@ -71,8 +71,8 @@ impl UsableImage<'_> {
     }
 }
 
-/// Sums over the marked pixels how certain their colours make the object, and counts them: 2 p - 1
-/// of the posterior p at even odds, so that a colour that says nothing confirms nothing.
+/// Sums the certainty of the marked pixels, and counts them. The certainty is 2 p - 1 of the
+/// posterior p at even odds, so a colour without information adds nothing.
 fn uncertainty(model: &ColorModel, image: &ImageView<'_>, marked: &ImageView<'_>) -> (f64, u32) {
     let (mut sum, mut count) = (0.0, 0);
     for v in 0..image.size_px()[1] {

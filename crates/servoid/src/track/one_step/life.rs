@@ -9,9 +9,9 @@ use crate::fitness::{Fitness, Points, PointsView, Region, RegionView, ScoreMap};
 use crate::pose::Pose;
 use crate::shape::{Body, Projection, Quadric};
 
-/// A population that lives across images. Its genes are offsets from an anchor, the last best pose:
-/// metres along the first camera's axes as they were at the start, and the rotation vector of a
-/// turn in the object's frame.
+/// A population that persists across images. Its genes are offsets from an anchor, the last best
+/// pose: metres along the first camera's axes as they were at the start, and a rotation vector in
+/// the object's frame.
 pub(super) struct Life {
     pub anchor: Pose,
     world_from_axes: UnitQuaternion<f64>,
@@ -20,7 +20,7 @@ pub(super) struct Life {
 }
 
 impl Life {
-    /// Draws a population about a pose, which is one of it.
+    /// Draws a population about a pose, which is one of its members.
     pub fn new(
         anchor: Pose,
         world_from_axes: UnitQuaternion<f64>,
@@ -31,7 +31,7 @@ impl Life {
         Ok(Self { anchor, world_from_axes, ga, draws: 1 })
     }
 
-    /// Draws the population anew about the anchor.
+    /// Redraws the population about the anchor.
     pub fn scatter(
         &mut self,
         settings: &OneStepSettings,
@@ -42,28 +42,28 @@ impl Life {
         Ok(())
     }
 
-    /// Gives the poses that are to be scored.
+    /// Returns the poses to be scored.
     pub fn poses(&self) -> Vec<Pose> {
         self.ga.ask().iter().map(|individual| self.decode(&individual.genes)).collect()
     }
 
-    /// Takes the scores of the poses and breeds; one generation.
+    /// Breeds the next generation from the scores of the poses.
     pub fn breed(&mut self, scores: &[f64]) -> Result<(), OneStepError> {
         Ok(self.ga.tell(scores)?)
     }
 
-    /// Gives the score of the best individual of the newest generation.
+    /// Returns the score of the best individual of the newest generation.
     pub fn best_score(&self) -> f64 {
         self.ga.best().score
     }
 
-    /// Counts all genes from another pose; every individual stays where it is in the world.
+    /// Expresses all genes relative to another pose; the individuals do not move in the world.
     pub fn anchor_at(&mut self, pose: Pose) {
         let (before, axes_from_world) = (self.anchor, self.world_from_axes.inverse());
         let world_from_axes = self.world_from_axes;
         self.ga.move_each(|_, genes| {
             let individual = decode(&before, &world_from_axes, genes);
-            // What is at the anchor is there to the last bit.
+            // The individual at the anchor is there to the last bit.
             if individual == pose {
                 return genes.fill(0.0);
             }
@@ -75,7 +75,7 @@ impl Life {
         self.anchor = pose;
     }
 
-    /// Turns the whole population as one to an orientation of the anchor.
+    /// Rotates the whole population to an orientation of the anchor.
     pub fn turn_to(&mut self, orientation: UnitQuaternion<f64>) {
         self.anchor = Pose::from_rotation(orientation, self.anchor.translation());
     }
@@ -88,7 +88,7 @@ impl Life {
 fn draw(settings: &OneStepSettings, range: &SearchRange, branch: u64) -> Result<Ga, OneStepError> {
     let ranges = range.ranges(settings.genes);
     let mut ga = Ga::new(&ranges, settings.search, rng(settings.seed, branch))?;
-    // The first is the anchor itself.
+    // The first individual is the anchor itself.
     ga.move_each(|index, genes| {
         if index == 0 {
             genes.fill(0.0);
@@ -117,7 +117,7 @@ pub(super) struct Maps<'a> {
 }
 
 impl<'a> Maps<'a> {
-    /// Looks at every pixel once.
+    /// Evaluates every pixel once.
     pub fn new(usable: &'a [UsableImage<'a>], colors: &Colors, objective: Objective) -> Self {
         let (mut matches, mut region) = (vec![], vec![]);
         for one in usable {

@@ -1,4 +1,4 @@
-//! The paper's own tracker: a genetic algorithm that breeds one generation an image.
+//! The paper's own tracker: a genetic algorithm that breeds one generation per image.
 
 mod colors;
 mod life;
@@ -20,13 +20,13 @@ use crate::fitness::Points;
 use crate::pose::Pose;
 use crate::shape::Body;
 
-/// Tracks a body as the paper does (Sec. 3.2, "1-step GA"): the population lives across images,
-/// breeds one generation an image, and its best individual is the answer at once.
+/// Tracks a body as the paper does (Sec. 3.2, "1-step GA"): the population persists across images,
+/// breeds one generation per image, and its best individual is the estimate.
 ///
-/// The elites live on, but are scored again in each image, which may score them otherwise. The
-/// search is centred on the last answer; motion is not predicted. While the images do not show the
-/// object where it is sought, the answer stays where it was and the population is drawn anew about
-/// it for each image.
+/// The elites survive, but are scored again in each image, where their scores may differ. The
+/// search is centred on the last estimate; motion is not predicted. While the images do not show
+/// the object where it is sought, the estimate stays, and the population is redrawn around it for
+/// each image.
 pub struct OneStep {
     cameras: Vec<Camera>,
     body: Body,
@@ -35,7 +35,7 @@ pub struct OneStep {
     started: Option<Started>,
 }
 
-/// What start brings about.
+/// The state after a start.
 struct Started {
     colors: Colors,
     life: Life,
@@ -52,7 +52,7 @@ struct UsableImage<'a> {
     image: ImageView<'a>,
 }
 
-/// One generation: its best pose and how far the others are from it.
+/// A generation: its best pose, the covariance of the others about it, evaluations and timing.
 struct Generation {
     best: Pose,
     covariance: Matrix6<f64>,
@@ -61,7 +61,7 @@ struct Generation {
 }
 
 impl OneStep {
-    /// Joins the cameras, the body that is followed, and how.
+    /// Makes a tracker of the cameras, the body and the settings.
     ///
     /// # Errors
     /// If there is no camera or a setting is out of its range.
@@ -80,15 +80,15 @@ impl OneStep {
         let size = size(body);
         let turn = if settings.genes == Genes::Pose { settings.turn } else { 0.0 };
         let range = SearchRange { place: settings.reach * size, turn, size };
-        // Says now what is wrong with the search's settings.
+        // Reports invalid settings of the search now.
         Life::new(Pose::identity(), UnitQuaternion::identity(), &settings, &range)?;
         let (cameras, body) = (cameras.to_vec(), body.clone());
         Ok(Self { cameras, body, settings, range, started: None })
     }
 
-    /// Starts with the object at a known pose: learns its colours from the masks, one a camera or
+    /// Starts with the object at a known pose: learns its colours from the masks, one per camera or
     /// none at all, or from the body's outline where there is no mask. The first generation is
-    /// scored in these images; the answer is the given pose.
+    /// scored in these images; the estimate is the given pose.
     ///
     /// # Errors
     /// If the observation or the masks do not belong to the cameras, or no image shows the object.
@@ -120,11 +120,11 @@ impl OneStep {
         verified
     }
 
-    /// Follows the object into the next observation.
+    /// Tracks the object in the next observation.
     ///
     /// # Errors
-    /// If the tracker was not started or the observation does not belong to the cameras. What is
-    /// wrong with single images is no error but a notice.
+    /// If the tracker was not started or the observation does not belong to the cameras. Problems
+    /// of single images are reported as notices.
     pub fn step(&mut self, observation: &Observation<'_>) -> Result<Estimate, OneStepError> {
         let mut started = self.started.take().ok_or(OneStepError::NotStarted)?;
         let estimate = self.followed(&mut started, observation);
@@ -132,14 +132,14 @@ impl OneStep {
         estimate
     }
 
-    /// Gives the score of the best individual in the newest image; `None` before the start.
+    /// Returns the score of the best individual in the newest image; `None` before the start.
     #[must_use]
     pub fn best_score(&self) -> Option<f64> {
         self.started.as_ref().map(|started| started.life.best_score())
     }
 
-    /// Tells the orientation of the object in the world, as the paper does where it is known; all
-    /// individuals turn along.
+    /// Sets the orientation of the object in the world, as the paper does where it is known; all
+    /// individuals rotate along.
     ///
     /// # Errors
     /// If the tracker was not started.
@@ -172,7 +172,7 @@ impl OneStep {
         self.verify(started, &usable, generation, notices)
     }
 
-    /// Picks the images that can be used.
+    /// Selects the images that can be used.
     fn usable<'a>(
         &self,
         observation: &Observation<'a>,
@@ -226,7 +226,7 @@ impl OneStep {
         Ok(Generation { best: ranked[0], covariance, evaluations: poses.len(), timing })
     }
 
-    /// Asks the images whether they confirm the best pose, and centres the search on it if so.
+    /// Checks whether the images confirm the best pose, and centres the search on it if so.
     fn verify(
         &self,
         started: &mut Started,
@@ -246,7 +246,7 @@ impl OneStep {
         } else {
             covariance = started.moments.anywhere();
         }
-        // Images that are missing say nothing against the population.
+        // Missing images are no evidence against the population.
         if !shown && !usable.is_empty() {
             started.life.scatter(&self.settings, &self.range)?;
         }
@@ -273,7 +273,7 @@ impl OneStep {
     }
 }
 
-/// Gives an object's size in metres: how far it reaches from the mean of its ellipsoids' centres.
+/// Returns an object's size in metres: its reach from the mean of its ellipsoids' centres.
 fn size(body: &Body) -> f64 {
     let ellipsoids = body.ellipsoids();
     let sum: Vector3<f64> = ellipsoids.iter().map(|e| e.center()).sum();

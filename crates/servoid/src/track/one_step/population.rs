@@ -3,30 +3,31 @@ use nalgebra::{Matrix6, SymmetricEigen, Vector6};
 use super::Genes;
 use crate::pose::{Pose, Twist};
 
-/// How far the object is sought from where it was, and so what moments are measured in.
+/// The range of the search around the last pose, which is also the unit of the moments.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct SearchRange {
     /// Along each axis, in metres.
     pub place: f64,
-    /// About each axis, in radians; 0 where the orientation is held.
+    /// About each axis, in radians; 0 where the orientation is fixed.
     pub turn: f64,
-    /// Metres an object size.
+    /// Metres per object size.
     pub size: f64,
 }
 
-/// How far the population is spread, and along which motions selection does not narrow it.
+/// The spread of the population, and the motions along which selection does not narrow it.
 ///
-/// Second moments (linear, angular) as shares of the range: a motion that no image tells apart is
-/// as frequent among the better as among all, however far the population has drifted along it.
+/// Second moments (linear, angular) as shares of the range: a motion that the images do not
+/// constrain is as frequent among the better individuals as among all, however far the population
+/// has drifted along it.
 pub(super) struct PopulationMoments {
     range: SearchRange,
     all: Matrix6<f64>,
     better: Matrix6<f64>,
 }
 
-/// How much of the moments is remembered from image to image.
+/// Weight of the previous moments in those of the next image.
 const MEMORY: f64 = 0.9;
-/// Ratio of the better's variance to that of all from which the images leave a motion open.
+/// Ratio of the better individuals' variance to that of all above which a motion is unobservable.
 const OPEN: f64 = 0.75;
 
 impl SearchRange {
@@ -45,13 +46,13 @@ impl SearchRange {
 }
 
 impl PopulationMoments {
-    /// Knows nothing yet.
+    /// Starts without any data.
     pub fn new(range: SearchRange) -> Self {
         Self { range, all: Matrix6::zeros(), better: Matrix6::zeros() }
     }
 
-    /// Takes a generation, the best first, and gives the covariance of its better half about the
-    /// best, weighted by rank.
+    /// Updates the moments by a generation, the best first, and returns the covariance of its
+    /// better half about the best, weighted by rank.
     ///
     /// Source of the weights: Hansen, Ostermeier, *Completely derandomized self-adaptation in
     /// evolution strategies* (2001).
@@ -68,18 +69,19 @@ impl PopulationMoments {
         scale * about_best * scale
     }
 
-    /// Gives the covariance of an object that may be anywhere in the range.
+    /// Returns the covariance of an object that may be anywhere in the range.
     pub fn anywhere(&self) -> Matrix6<f64> {
         let scales = self.range.scales();
         Matrix6::from_diagonal(&scales.component_mul(&scales)) / 3.0
     }
 
-    /// Gives the unit motions that the images leave open.
+    /// Returns the unit motions that the images do not constrain.
     ///
-    /// If scores depend on B x alone, selection narrows the moments to A - A Bᵀ (..) B A. Then
-    /// S v = A v only where B A v = 0, and A v is a motion that no score tells.
+    /// If scores depend on B x alone, selection narrows the moments to A - A Bᵀ (..) B A. Then S v
+    /// = A v only where B A v = 0, and A v is a motion that no score constrains.
     pub fn unobservable(&self) -> Vec<Twist> {
-        // What is held does not move; what nothing spread is not known to be open.
+        // A fixed orientation does not move; a motion without spread is not known to be
+        // unobservable.
         let floor = Matrix6::from_diagonal_element(1e-12);
         let Some(cholesky) = (self.all + floor).cholesky() else { return vec![] };
         let factor = cholesky.l();
@@ -97,7 +99,7 @@ impl PopulationMoments {
         open.map(motion).collect()
     }
 
-    /// Gives the motions from the best to each, as shares of the range.
+    /// Returns the motions from the best to each, as shares of the range.
     fn motions(&self, ranked: &[Pose]) -> Vec<Twist> {
         let scales = self.range.scales();
         let share = |by: f64, scale: f64| if scale > 0.0 { by / scale } else { 0.0 };
@@ -110,7 +112,7 @@ impl PopulationMoments {
     }
 }
 
-/// Gives the weighted second moments about the origin and about the mean.
+/// Returns the weighted second moments about the origin and about the mean.
 fn moments(motions: &[Twist], weights: &[f64]) -> (Matrix6<f64>, Matrix6<f64>) {
     let total: f64 = weights.iter().sum();
     let both = || motions.iter().zip(weights);

@@ -3,16 +3,16 @@ use crate::changing::changeable;
 use crate::evolve::{GaError, GaSettings};
 use crate::fitness::{Margin, PointsError};
 
-/// What an individual says of the object.
+/// The unknowns that an individual encodes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Genes {
-    /// Its place x, y, z; the orientation is held as it was given.
+    /// The position x, y, z; the orientation stays as given.
     Place,
-    /// Its place and its orientation.
+    /// Position and orientation.
     Pose,
 }
 
-/// What is maximised: the score of an individual.
+/// The score of an individual, which is maximised.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Objective {
@@ -20,34 +20,34 @@ pub enum Objective {
     Points {
         /// m: points on each surface, and on each envelope.
         count: usize,
-        /// α: by how much an envelope's radii exceed its ellipsoid's.
+        /// α: the amount by which an envelope's radii exceed its ellipsoid's.
         alpha: Margin,
     },
     /// Whole areas: the colours' log-likelihood ratios, summed inside the outlines.
     Region,
 }
 
-/// How the 1-step genetic algorithm tracks. The paper gives none of these numbers.
+/// Settings of tracking with the 1-step genetic algorithm. The paper gives none of these numbers.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct OneStepSettings {
     /// Seed of the search.
     pub seed: u64,
-    /// What is sought.
+    /// The unknowns that are estimated.
     pub genes: Genes,
-    /// What is maximised.
+    /// The score that is maximised.
     pub objective: Objective,
-    /// How far from the last place the next one is sought, along each axis, in object sizes.
+    /// Search range around the last position, along each axis, in object sizes.
     pub reach: f64,
-    /// How far the next orientation is sought from the last, about each axis, in radians.
+    /// Search range around the last orientation, about each axis, in radians.
     pub turn: f64,
     /// Least confidence that counts as tracking.
     pub tracking_from: f64,
-    /// Confidence below which an image is taken not to show the object where it was sought.
+    /// Confidence below which an image is taken not to show the object in the search range.
     pub missing_below: f64,
-    /// Such images on end after which the object counts as lost.
+    /// Number of consecutive images of that kind after which the object counts as lost.
     pub lost_after: usize,
-    /// How the population breeds.
+    /// Settings of the genetic algorithm.
     pub search: GaSettings,
 }
 
@@ -67,7 +67,8 @@ impl Default for OneStepSettings {
             search: GaSettings {
                 population: 100,
                 mutation_width: 0.1,
-                // An object at rest must not narrow the search so far that it gets away when it moves.
+                // An object at rest must not narrow the search so far that it is lost when it
+                // moves.
                 least_width: 0.03,
                 ..GaSettings::default()
             },
@@ -79,7 +80,7 @@ impl Default for OneStepSettings {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum OneStepError {
-    /// Nothing was learnt yet.
+    /// Nothing was learned yet.
     #[error("the tracker was not started: start it with an observation and the object's pose")]
     NotStarted,
     /// The first observation does not show the object.
@@ -108,19 +109,19 @@ pub enum OneStepError {
     /// An image cannot be read.
     #[error(transparent)]
     Image(#[from] ImageError),
-    /// The settings make no points term.
+    /// The settings do not make a points term.
     #[error(transparent)]
     Points(#[from] PointsError),
-    /// The search was misconfigured.
+    /// A setting of the search is out of its range.
     #[error(transparent)]
     Search(#[from] GaError),
 }
 
 impl OneStepSettings {
-    /// Passes the settings on if they are in their ranges.
+    /// Returns the settings if all are in their ranges.
     ///
     /// # Errors
-    /// If one is not.
+    /// If a setting is out of its range.
     pub fn checked(self) -> Result<Self, OneStepError> {
         let bounded = |name, allowed, given: f64, fits: bool| {
             if fits { Ok(()) } else { Err(OneStepError::Setting { name, allowed, given }) }

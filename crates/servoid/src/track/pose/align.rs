@@ -1,5 +1,5 @@
-//! Coarse alignment: how far the object's image went from where it was foreseen, by the vote of its
-//! surface points. Each is asked by itself, so that those that something hides only do not vote.
+//! Coarse alignment: estimates how far the object's image is from its predicted position by a vote
+//! of its surface points. Each point is correlated by itself, so hidden ones simply do not vote.
 
 use nalgebra::{Matrix3, Vector2, Vector3};
 
@@ -7,23 +7,23 @@ use crate::pose::{Pose, Twist};
 use crate::track::inputs::Inputs;
 use crate::track::target::points::InView;
 
-/// The resolution at which points vote.
+/// The pyramid level at which points vote.
 const LEVEL: usize = 1;
-/// How far they look, as a share of the object's radius, and in pixels of the resolution.
+/// Search radius, as a share of the object's radius, and its limits in pixels of that level.
 const REACH: f64 = 0.5;
 const REACH_PX: (f64, f64) = (4.0, 16.0);
-/// Most points of a camera that vote.
+/// Most points per camera that vote.
 const VOTERS: usize = 32;
-/// Correlation above which a place has a vote.
+/// Correlation above which a position receives a vote.
 const VOTE: f32 = 0.6;
-/// What the votes for a place must come to: four points that agree wholly, each worth 1 - `VOTE`.
+/// Least sum of votes for a position: four points with full agreement, each worth 1 - `VOTE`.
 const LEAST: f32 = 1.6;
-/// Standard deviation of a vote, in pixels of the image, and of where the object is foreseen, in radii.
+/// Standard deviation of a vote, in pixels of the image, and of the predicted position, in radii.
 const VOTE_PX: f64 = 1.5;
 const FORESEEN: f64 = 0.3;
 
-/// Moves a pose to where most of the surface points in view are found, without a turn; nothing if they
-/// do not agree in any camera.
+/// Translates a pose to where most of the surface points in view are found, without a rotation;
+/// returns none if they agree in no camera.
 pub(crate) fn align(inputs: &Inputs<'_>, pose: &Pose, in_view: &[InView]) -> Option<Pose> {
     let mut curvature = Matrix3::identity() * (FORESEEN * inputs.solid.radius).powi(-2);
     let mut slope = Vector3::zeros();
@@ -73,10 +73,10 @@ mod tests {
         Pose::exp(&Twist::new(right, down, DISTANCE, 0.0, 0.0, 0.0))
     }
 
-    /// Pixels from one blot of the pattern to the next.
+    /// Pixels between blots of the pattern.
     const BLOT_PX: f64 = 6.0;
 
-    /// Brightness of a blot, one of 0 to 255, the same each time.
+    /// Brightness of a blot, a repeatable pseudo-random number of 0 to 255.
     fn blot(column: f64, row: f64, kind: u64) -> f64 {
         let mixed = (column as i64 as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15)
             ^ (row as i64 as u64).wrapping_mul(0xc2b2_ae3d_27d4_eb4f)
@@ -85,7 +85,7 @@ mod tests {
         (mixed >> 56) as f64
     }
 
-    /// Brightness all over, so that each place has a pattern of its own; another one of another kind.
+    /// Brightness everywhere, so that each position has a unique pattern; different for each kind.
     fn pattern(u: f64, v: f64, kind: u64) -> f64 {
         let (x, y) = (u / BLOT_PX, v / BLOT_PX);
         let (column, row) = (x.floor(), y.floor());
@@ -96,8 +96,7 @@ mod tests {
         along(row) + (y - row) * (along(row + 1.0) - along(row))
     }
 
-    /// What the camera sees after the pattern went some pixels right and down; what `is_hidden` shows
-    /// another one.
+    /// Image after the pattern moved some pixels right and down; `is_hidden` shows another kind.
     fn picture(off: [f64; 2], is_hidden: impl Fn(usize, usize) -> bool) -> Vec<u8> {
         let pixel = |i: usize| {
             let (u, v) = (i % SIZE[0], i / SIZE[0]);
@@ -117,7 +116,7 @@ mod tests {
         }
     }
 
-    /// Aligns a ball that was seen in the middle with what a later picture shows.
+    /// Aligns a ball that was seen in the middle with a later image.
     fn aligned(pixels: &[u8]) -> Option<Pose> {
         let camera = Camera::new(SIZE, [FOCAL_PX; 2], [159.5, 119.5]).unwrap();
         let ball = Ellipsoid::new(0, [0.0; 3], [RADIUS; 3], [1.0, 0.0, 0.0, 0.0]).unwrap();
@@ -134,7 +133,7 @@ mod tests {
         align(&inputs, &at(0.0, 0.0), &tracker.workspace.in_view)
     }
 
-    /// Gives by how many pixels a pose is off from the ball's in the middle.
+    /// Returns by how many pixels a pose is off from that of the ball in the middle.
     fn off_px(pose: &Pose) -> [f64; 2] {
         let place = pose.translation() * (FOCAL_PX / DISTANCE);
         assert_eq!(pose.rotation(), Pose::identity().rotation());

@@ -1,69 +1,69 @@
-//! How likely a pose is right: all that speaks for it, added up as log-odds.
+//! The probability that a pose is right: all evidence for it, added up as log-odds.
 //!
-//! The weights are those of a logistic regression over recordings and drawn courses, in which each
-//! sequence counts the same. `benches/trust/confidence.py` does one over fewer, and says how well it
-//! does on sequences that were left out.
+//! The weights are those of a logistic regression over recordings and simulated sequences, each of
+//! which has the same weight. `benches/trust/confidence.py` repeats it with fewer sequences and
+//! reports its performance on those left out.
 
 use std::f64::consts::SQRT_2;
 
 use crate::track::estimate::Status;
 
-/// What speaks for and against the pose of an object that is followed.
+/// The evidence for and against the pose of an object that is followed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Evidence {
-    /// Share of what should be seen that is, 0 to 1; what something hides counts the less, the more is
-    /// seen elsewhere.
+    /// Share of what should be visible that is seen, 0 to 1; the more is seen elsewhere, the less a
+    /// hidden part counts.
     pub share: f64,
-    /// Surface points that are recognised, in the mean over the cameras that see the object.
+    /// Surface points that are recognised, as the mean over the cameras that see the object.
     pub recognised: f64,
     /// Those of them with the contrast of a pattern.
     pub textured: f64,
-    /// As many as usually have it.
+    /// The number of those usually recognised.
     pub reference_textured: f64,
-    /// Whether the object was never lost, or is proved to be the one that was.
+    /// Whether the object was never lost, or is proved to be the lost one.
     pub proved: bool,
-    /// Standard deviation of the turn by the images' noise, in radians.
+    /// Standard deviation of the orientation due to image noise, in radians.
     pub turn_rad: f64,
-    /// The same by what poses differ from image to image without any motion.
+    /// The same, estimated from how poses differ from image to image without any motion.
     pub jitter_rad: f64,
-    /// Standard deviation of the turn since the first image by what the sides that are seen were learned
-    /// with, in radians.
+    /// Standard deviation of the orientation since the first image, from the uncertainty with which
+    /// the visible sides were learned, in radians.
     pub drift_rad: f64,
 }
 
-/// Log-odds of a pose for which nothing speaks.
+/// Log-odds of a pose without any evidence for it.
 const AT_LEAST: f64 = -3.74;
-/// What a share of 1 adds.
+/// Contribution of a share of 1.
 const SHARE: f64 = 0.56;
-/// What it adds that an object is textured all over: so many points a camera have the contrast of a
-/// pattern, and so large a part of those that are recognised, times the share.
+/// Contribution of an object that is textured all over: this many points per camera have the
+/// contrast of a pattern, and this part of the recognised ones, times the share.
 const TEXTURED: (f64, f64, f64) = (30.0, 0.72, 1.98);
-/// Points a camera that usually have that contrast from which on each adds, up to the second number, and
-/// what all of these add.
+/// Number of points per camera that usually have that contrast from which on each contributes, the
+/// number up to which they do, and their contribution in total.
 const REFERENCE: (f64, f64, f64) = (15.0, 40.0, 1.94);
-/// Standard deviation of the turn by noise at which it adds nothing, the least and the most that are
-/// told apart, all in radians, and what it takes for each factor of e.
+/// Standard deviation of the orientation due to noise at which it contributes nothing, the least
+/// and the greatest that are distinguished, all in radians, and the penalty per factor of e.
 const TURN: (f64, f64, f64, f64) = (0.02, 0.001, 1.0, 0.99);
-/// The same of what poses jitter: an object that jumps seems to jitter, too.
+/// The same for the jitter of poses: an object that jumps appears to jitter as well.
 const JITTER: (f64, f64, f64, f64) = (0.05, 0.003, 0.0675, 3.44);
-/// What poses are supposed to jitter of an object of which no images were compared yet: it cannot have
-/// turned far unseen.
+/// Jitter assumed for an object of which no images were compared yet: it cannot have turned far
+/// unseen.
 pub(crate) const UNMEASURED: f64 = 0.03;
-/// What it adds that the object is proved to be the one that was lost, or was never lost.
+/// Contribution of an object that is proved to be the lost one, or was never lost.
 const PROVED: f64 = 2.15;
-/// Turn by which a right pose may be off, in radians.
+/// Orientation error of a right pose at most, in radians.
 const MOST_RAD: f64 = 0.26;
-/// Part of the points that usually have the contrast of a pattern which, recognised, tell in full how far the
-/// turn may have drifted: of fewer, the less is believed.
+/// Part of the points that usually have the contrast of a pattern which must be recognised for the
+/// drift they show to be fully trusted: with fewer, it is trusted less.
 const WITNESSES: f64 = 0.8;
-/// Standard deviation of the turn, in radians, for which any will do.
+/// Standard deviation of the orientation, in radians, for which any points suffice.
 const SURE_RAD: f64 = 0.04;
-/// How many poses are right that are only where the object was last, while it is sought.
+/// Probability that the last pose is right while the object is sought.
 const UNSEEN: f64 = 0.1;
 
 impl Evidence {
-    /// Gives the probability that the pose is right: not more than 20 mm, or a tenth of the object's
-    /// diameter if that is more, and 15 degrees off.
+    /// Returns the probability that the pose is right: not more than 20 mm, or a tenth of the
+    /// object's diameter if that is more, and 15 degrees off.
     #[must_use]
     pub fn probability(&self) -> f64 {
         let ramp = |x: f64, (from, to, most): (f64, f64, f64)| {
@@ -85,21 +85,20 @@ impl Evidence {
         self.on_course() / (1.0 + libm::exp(-odds))
     }
 
-    /// Says whether the turn drifted by no more than a standard deviation, as far as the points tell that are
-    /// recognised: those that slip along drift together, and tell nothing of it.
+    /// Returns whether the orientation drifted by no more than a standard deviation, judged by the
+    /// recognised points: those that slip along the surface drift together, and show nothing of it.
     pub(crate) fn drifts_little(&self, most_rad: f64) -> bool {
         let part = (self.textured / (WITNESSES * self.reference_textured)).min(1.0);
         self.drift_rad <= (part * most_rad).max(SURE_RAD)
     }
 
-    /// Gives the probability that the turn did not drift too far since the first image.
+    /// Returns the probability that the orientation did not drift too far since the first image.
     fn on_course(&self) -> f64 {
         libm::erf(MOST_RAD / (SQRT_2 * self.drift_rad))
     }
 }
 
-/// Gives the probability that the pose of an object that is not followed is right: it is where it was
-/// last.
+/// Returns the probability that the last pose of an object that is not followed is still right.
 pub(crate) fn unseen(status: Status) -> f64 {
     if status == Status::Lost { 0.0 } else { UNSEEN }
 }

@@ -1,34 +1,35 @@
-//! Points whose distance is a guess: one camera sees a new point lie somewhere on its ray. Where the images
-//! put it is solved with each pose, by the Schur complement, and forgotten; the keyframes together tell
-//! where it is.
+//! Points whose distance is a guess: a single camera constrains a new point to its ray only. Its
+//! distance is solved together with each pose, by the Schur complement, and then discarded; the
+//! keyframes together determine it.
 
 use nalgebra::{Matrix2, Matrix2x6, Vector2, Vector6};
 
 use super::refine::{MOST_STEP, Normal, Workspace};
 use crate::pose::Twist;
 
-/// What a match says of its point's distance, with the pose.
+/// What a match says about its point's distance, jointly with the pose.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Distance {
-    /// Place of the point among those in view.
+    /// Index of the point among those in view.
     pub(crate) at: usize,
     curvature: f64,
     slope: f64,
     with_pose: Vector6<f64>,
 }
 
-/// Where a point is believed to be along its ray.
+/// The current estimate of a point's position along its ray.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Ray {
-    /// How its pixel moves with each metre towards the camera that it was learned by.
+    /// Motion of its pixel per metre towards the camera by which it was learned.
     pub(crate) along: Vector2<f64>,
-    /// Metres by which it is moved now, and the variance of that.
+    /// Current displacement in metres, and its variance.
     pub(crate) moved: f64,
     pub(crate) variance: f64,
 }
 
 impl Distance {
-    /// Adds to a pose what a match says of it, wherever its point lies on its ray; gives what it says of that.
+    /// Adds what a match says about the pose, marginalised over the point's position on its ray;
+    /// returns what it says about that position.
     pub(crate) fn taken_out(
         at: usize,
         normal: &mut Normal,
@@ -45,21 +46,21 @@ impl Distance {
         Self { at, curvature, slope, with_pose }
     }
 
-    /// Gives by how much the point is to be moved while the pose is.
+    /// Returns the displacement of the point that belongs to a motion of the pose.
     pub(crate) fn step(&self, motion: &Twist) -> f64 {
         (self.slope - self.with_pose.dot(motion)) / self.curvature
     }
 }
 
 impl Workspace {
-    /// Has points whose distance is a guess lie where they are believed to.
+    /// Resets the distances that are guesses to their estimates.
     pub(crate) fn forget_distances(&mut self) {
         self.moved.clear();
         self.moved.resize(self.in_view.len(), 0.0);
         self.distances.clear();
     }
 
-    /// Moves points whose distance is a guess to where the images put them while the pose moves by a step.
+    /// Moves points whose distance is a guess to where the images put them, for a step of the pose.
     pub(crate) fn move_guesses(&mut self, step: &Twist, radius: f64) {
         let most = MOST_STEP * radius;
         for distance in &self.distances {
@@ -92,7 +93,7 @@ mod tests {
             let measured = (information, information * off);
             let distance = Distance::taken_out(0, &mut normal, &by_motion, measured, &ray);
             let step = normal.curvature.cholesky().unwrap().solve(&normal.slope);
-            // The seven unknowns at once.
+            // All seven unknowns at once.
             let mut all = nalgebra::SMatrix::<f64, 2, 7>::zeros();
             all.fixed_view_mut::<2, 6>(0, 0).copy_from(&by_motion);
             all.fixed_view_mut::<2, 1>(0, 6).copy_from(&along);

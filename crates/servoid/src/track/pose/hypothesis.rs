@@ -18,10 +18,10 @@ pub(crate) const COARSEST: usize = Pyramid::LEVELS - 1;
 /// Pixels by which the object may be off for the finest resolution, and the next, to find it.
 const FORESEEN_PX: [f64; COARSEST] = [0.8, 3.0];
 
-/// Pixels from one image to the next from which on an object may be blurred.
+/// Motion in pixels from image to image above which an object may be blurred.
 const BLURRED_PX: f64 = 3.0;
 
-/// A pose that was made precise, and what it is worth.
+/// A refined pose with its quality.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Hypothesis {
     pub(crate) pose: Pose,
@@ -37,7 +37,7 @@ impl Hypothesis {
         Self { pose: found.pose, normal: found.normal, quality, toward }
     }
 
-    /// Supposes a pose of which nothing is seen.
+    /// Makes a pose for which there is no evidence.
     pub(crate) fn nothing(pose: Pose, radius: f64) -> Self {
         let quality = Quality {
             visible: 0.0,
@@ -54,7 +54,7 @@ impl Hypothesis {
 }
 
 impl Tracker {
-    /// Looks around where the body is at a pose; `false` if no camera sees it.
+    /// Opens windows around the body at a pose; returns `false` if no camera sees it.
     pub(crate) fn open_windows(
         &mut self,
         observation: &Observation<'_>,
@@ -66,9 +66,9 @@ impl Tracker {
         self.frame.open_windows(observation, place, colors)
     }
 
-    /// Looks at all that the cameras see.
+    /// Opens windows on the whole images.
     pub(crate) fn open_all_over(&mut self, observation: &Observation<'_>) {
-        // What lies far from where the object was must be known as background, too.
+        // The background far from the object's last position must be known, too.
         for image in self.frame.images(observation) {
             self.target.colors.count_anywhere(&image);
         }
@@ -77,7 +77,7 @@ impl Tracker {
         self.frame.open_all_over(observation, colors);
     }
 
-    /// Chooses the surface points that are looked at from a pose.
+    /// Selects the surface points that are compared from a pose.
     pub(crate) fn points_in_view(&mut self, pose: &Pose) {
         let most = if self.settings.surface { self.settings.points } else { 0 };
         self.target.points.in_view(
@@ -89,27 +89,27 @@ impl Tracker {
         );
     }
 
-    /// Says by how much the motion changes from image to image, in metres and radians.
+    /// Returns the assumed change of the motion from image to image, in metres and radians.
     pub(crate) fn process_noise(&self) -> Deviation {
         let (across, turned) = self.search_range();
         (across / 3.0, turned / 3.0)
     }
 
-    /// Says how far the object may be from where it is expected.
+    /// Returns how far the object may be from its predicted pose.
     pub(crate) fn search_range(&self) -> Deviation {
         let radius = self.target.solid.radius;
         let across = (3.0 * self.innovation.0).clamp(0.02 * radius, 0.5 * radius);
         (across, (3.0 * self.innovation.1).clamp(0.02, 0.5))
     }
 
-    /// Chooses the resolution from which a pose is made precise, by how well it is foreseen.
+    /// Selects the resolution from which a pose is refined, by the accuracy of its prediction.
     fn coarsest(&self, expected: &Pose) -> usize {
         let off_px = self.off_px(expected);
         FORESEEN_PX.iter().position(|&most| off_px < most).unwrap_or(COARSEST)
     }
 
-    /// Breeds hypotheses about where the object is expected; gives the best, and how many were
-    /// scored.
+    /// Searches for the object around its predicted pose; returns the best pose and the number of
+    /// poses scored.
     pub(in crate::track) fn seek(
         &mut self,
         observation: &Observation<'_>,
@@ -127,15 +127,16 @@ impl Tracker {
         Ok((found.pose, found.evaluations))
     }
 
-    /// Says whether the object may move so fast that its image is blurred.
+    /// Decides whether the object may move so fast that its image is blurred.
     pub(crate) fn foresee_blur(&mut self, expected: &Pose) {
-        // A pose that jumped must not be judged by what is coarse alone, unless all else is lost.
+        // A pose that jumped must not be verified by coarse resolutions alone, unless all else is
+        // lost.
         self.frame.is_blurred = self.target.relief.is_open
             && self.status == Status::Tracking
             && self.goes_px(expected) > BLURRED_PX;
     }
 
-    /// Gives by how many pixels the object may go from where it was last.
+    /// Returns by how many pixels the object may move from its last pose.
     fn goes_px(&self, expected: &Pose) -> f64 {
         let way = (self.motion.last().inverse() * *expected).log();
         let (across, turned) = (way.fixed_rows::<3>(0).norm(), way.fixed_rows::<3>(3).norm());
@@ -143,19 +144,19 @@ impl Tracker {
         goes * self.frame.px_per_meter(expected) + self.off_px(expected)
     }
 
-    /// Gives by how many pixels the object may be off where it is expected.
+    /// Returns by how many pixels the object may be off its predicted pose.
     fn off_px(&self, expected: &Pose) -> f64 {
         let off = self.innovation.0 + self.innovation.1 * self.target.solid.radius;
         off * self.frame.px_per_meter(expected)
     }
 
-    /// Gives the pixels that the body's outlines hold at a pose.
+    /// Returns the number of pixels inside the body's outlines at a pose.
     pub(crate) fn area(&self, pose: &Pose) -> f64 {
         self.frame.area(pose, &self.target.solid)
     }
 
-    /// Makes a guess precise. Where the outcome is doubtful, it is made so from the coarsest resolution,
-    /// too, and what is better supported is kept.
+    /// Refines a guess. If the result is doubtful, refines it from other starts and resolutions as
+    /// well, and keeps the best supported pose.
     pub(crate) fn precise(
         &mut self,
         observation: &Observation<'_>,
@@ -167,8 +168,9 @@ impl Tracker {
         let prior = prior.as_ref();
         let mut hypothesis = self.hypothesis(observation, guess, self.coarsest(expected), prior);
         if self.needs_retry(&hypothesis.quality) {
-            // What hides much of the object draws the search away, and what jumps is not where it was
-            // foreseen; what shows of its surface tells.
+            // Something that hides much of the object pulls the search away, and an object that
+            // jumps is not where it was predicted; the visible part of its surface shows where it
+            // is.
             self.points_in_view(expected);
             let inputs = Inputs::new(&self.frame, observation, &self.target, &self.settings);
             let aligned = align(&inputs, expected, &self.workspace.in_view);
@@ -180,7 +182,7 @@ impl Tracker {
                     hypothesis = other;
                 }
             }
-            // What is left behind for learning is of the pose that is kept.
+            // The matches left in the workspace must belong to the pose that is kept.
             hypothesis = self.weigh(observation, &hypothesis.pose, prior);
         }
         if self.status != Status::Tracking {
@@ -189,7 +191,7 @@ impl Tracker {
         hypothesis
     }
 
-    /// Makes a pose precise, from the coarsest resolution that is asked for, and judges it.
+    /// Refines a pose, starting at the given coarsest resolution, and verifies it.
     pub(in crate::track) fn hypothesis(
         &mut self,
         observation: &Observation<'_>,
@@ -202,7 +204,7 @@ impl Tracker {
         Hypothesis::new(&inputs, &found, verify(&inputs, &found, &self.workspace))
     }
 
-    /// Judges a pose as it is.
+    /// Verifies a pose without refining it.
     pub(in crate::track) fn weigh(
         &mut self,
         observation: &Observation<'_>,

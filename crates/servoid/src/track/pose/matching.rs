@@ -1,4 +1,5 @@
-//! Points that should be seen are compared with the images, at the resolution at which they show.
+//! Compares the points that should be visible with the images, each at a resolution at which it
+//! shows.
 
 use nalgebra::Vector2;
 
@@ -10,12 +11,12 @@ use crate::shape::Projection;
 use crate::track::inputs::Inputs;
 use crate::track::target::points::Match;
 
-/// Correlation from which on a point's image is sharp, and by how much it must agree better at a coarser
-/// resolution to be blurred.
+/// Correlation from which on a point's image is sharp, and the gain in correlation at a coarser
+/// resolution from which on it is blurred.
 const SHARP: f64 = 0.8;
 const CLEARER: f64 = 0.05;
 
-/// Matches the points in view at a pose; the matches stay in the workspace.
+/// Matches the points in view at a pose and stores the matches in the workspace.
 pub(crate) fn match_points(
     inputs: &Inputs<'_>,
     pose: &Pose,
@@ -42,7 +43,8 @@ pub(crate) fn match_points(
                 point.reach_px(&slope, level).is_some_and(|reach| holds(image, &pixel, &reach))
             })
         };
-        // What lies beside the image, or was never seen so coarsely, is not missed.
+        // A point outside the image, or never seen at such a coarse level, does not count as
+        // missed.
         if agreement.is_some() || asked() {
             let pixel = place.map(|(pixel, _)| pixel);
             workspace.matches.push(Match { view: *view, agreement, level: used, pixel, at, moved });
@@ -50,8 +52,8 @@ pub(crate) fn match_points(
     }
 }
 
-/// Compares a point with an image at a level, or, if the image may be blurred, at a coarser one where it agrees
-/// better; gives the level, too.
+/// Compares a point with an image at a level or, if the image may be blurred, at a coarser one at
+/// which it agrees better; also returns the level.
 fn agreement(
     inputs: &Inputs<'_>,
     point: &SurfacePoint,
@@ -75,7 +77,7 @@ fn agreement(
     found
 }
 
-/// Says whether an image shows a place with all that lies within a reach of it.
+/// Returns whether an image contains a position and everything within a reach of it.
 fn holds(image: &ImageView<'_>, pixel: &Vector2<f64>, reach: &Vector2<f64>) -> bool {
     let size = image.size_px().map(|n| n as f64 - 1.0);
     (0..2).all(|i| pixel[i] - reach[i] >= 0.0 && pixel[i] + reach[i] < size[i])

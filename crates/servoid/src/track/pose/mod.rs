@@ -1,4 +1,4 @@
-//! From the images of one instant and the target to a hypothesis of the pose.
+//! Computes hypotheses of the pose from the images of one instant and the target.
 
 pub(super) mod align;
 pub(super) mod confidence;

@@ -16,46 +16,46 @@ use crate::track::target::ranges::Residual;
 use crate::track::target::shift::Shift;
 use crate::track::target::solid::Rims;
 
-/// A weighted sum of squares about a pose: curvature and slope by a small motion in the object's
-/// frame.
+/// Normal equations of a weighted sum of squares about a pose: curvature and slope for a small
+/// motion in the object's frame.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Normal {
     pub(crate) curvature: Matrix6<f64>,
-    /// The part of it that does not come from images.
+    /// The part of the curvature that does not come from images.
     pub(crate) belief: Matrix6<f64>,
     pub(crate) slope: Vector6<f64>,
-    /// What the outline says, with its bias.
+    /// Information of the outline, with its bias.
     pub(crate) outline: Information,
-    /// The part of it that is in the sum: what its bias leaves.
+    /// The part of it that is in the sum: what remains after its bias is marginalised.
     freed: Information,
 }
 
-/// What the images say about a pose.
+/// A pose with the normal equations of the images.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Evaluated {
     pub(crate) pose: Pose,
     pub(crate) normal: Normal,
-    /// How well the outline agrees with the images: the sum over lines, and their number.
+    /// Agreement of the outline with the images: the sum over lines, and their number.
     pub(crate) outline: (f64, f64),
 }
 
 impl Evaluated {
-    /// Supposes a pose about which nothing was said.
+    /// Makes a pose without any measurement.
     fn nothing(pose: Pose, radius: f64) -> Self {
         Self { pose, normal: Normal::new(radius), outline: (0.0, 0.0) }
     }
 }
 
-/// Memory of a refinement, kept from image to image.
+/// Memory of a refinement, reused from image to image.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Workspace {
-    /// The points that should be seen, and those of them that are looked at.
+    /// The points that should be visible, and those of them that are compared.
     pub(crate) visible: Vec<InView>,
     pub(crate) in_view: Vec<InView>,
     pub(crate) matches: Vec<Match>,
     pub(crate) rims: Rims,
     pub(crate) occlusion: Occlusion,
-    /// Metres by which each point in view is moved for now, if its distance is a guess.
+    /// Current displacement of each point in view in metres, if its distance is a guess.
     pub(crate) moved: Vec<f64>,
     pub(crate) distances: Vec<Distance>,
     outlines: Vec<(Outline, Quadric)>,
@@ -65,30 +65,32 @@ pub(crate) struct Workspace {
 
 /// Longest step, in radii and radians.
 pub(crate) const MOST_STEP: f64 = 0.35;
-/// Most steps at each resolution, the finest first. They end where they have converged: a quarter of
-/// these left the pose of an object that turns behind, until another one looked better.
+/// Most steps at each resolution, the finest first. They end on convergence: with a quarter of
+/// these, the pose of a rotating object lagged behind, until another pose looked better.
 const STEPS: [usize; Pyramid::LEVELS] = [16, 12, 12];
-/// Size of a step, in radii, from which on it is one of the last, at the finest resolution.
+/// Step size, in radii, below which the steps end, at the finest resolution.
 const CONVERGED: f64 = 1e-3;
-/// Pixels along the outline from one line to the next.
+/// Pixels along the outline between lines.
 const LINE_SPACING_PX: f64 = 8.0;
-/// Places on one side of a line and pixels from one to the next, the finest first.
+/// Positions on one side of a line and pixels between them, the finest resolution first.
 const LINES: [(usize, f64); Pyramid::LEVELS] = [(6, 1.0), (8, 1.5), (10, 2.5)];
-/// Variance of the outline about the ellipsoids', in square pixels: bodies are not made of them.
+/// Variance of the true outline about that of the ellipsoids, in square pixels: they only
+/// approximate the object.
 const SHAPE_PX: f64 = 6.0;
-/// Pixels by which the boundary may lie beside the outline and still agree with it.
+/// Distance between boundary and outline, in pixels, within which they still agree.
 const NEAR_PX: f64 = 2.5;
-/// Pixels inside the outline at which it is asked whether something hides a line.
+/// Distance inside the outline, in pixels, at which a line is tested for occlusion.
 const INSIDE_PX: f64 = 4.0;
-/// Standard deviation of a point's place, in radii, where it is seen across the way in which it was learned.
+/// Standard deviation of a point's position, in radii, for a view at right angles to the direction
+/// in which it was learned.
 const BENT: f64 = 0.02;
-/// Most steps to where the images put points of a pose that stays.
+/// Most steps that move guessed points at a fixed pose.
 const GUESSES: usize = 4;
-/// How much a line counts: neighbours err together.
+/// Weight of a line: errors of neighbouring lines are correlated.
 const LINE_SHARE: f64 = 0.25;
 
 impl Normal {
-    /// Starts from a weak belief in the pose, so that what nothing tells stays.
+    /// Starts from a weak prior on the pose, so that unconstrained directions do not move.
     pub(crate) fn new(radius: f64) -> Self {
         let (across, turn) = ((0.3 * radius).powi(-2), 0.5_f64.powi(-2));
         let diagonal = Vector6::new(across, across, across, turn, turn, turn);
@@ -97,12 +99,12 @@ impl Normal {
         Self { curvature: belief, belief, slope: none.1, outline: none, freed: none }
     }
 
-    /// Gives what all but the outline said.
+    /// Returns the information of everything but the outline.
     pub(crate) fn rest(&self) -> Information {
         (self.curvature - self.freed.0, self.slope - self.freed.1)
     }
 
-    /// Gives the covariance that is left, with what was believed before.
+    /// Returns the covariance, including the prior.
     pub(crate) fn covariance(&self) -> Matrix6<f64> {
         inverse(&self.curvature).unwrap_or_else(Matrix6::identity)
     }
@@ -112,8 +114,8 @@ impl Normal {
     }
 }
 
-/// Moves a pose to where surface points and outline agree with the images, from coarse to fine, by
-/// Gauss-Newton steps; the matches there stay in the workspace.
+/// Refines a pose by Gauss-Newton steps from coarse to fine until surface points and outline agree
+/// with the images; the matches remain in the workspace.
 pub(crate) fn refine(
     inputs: &Inputs<'_>,
     (start, coarsest): (Pose, usize),
@@ -146,8 +148,8 @@ pub(crate) fn refine(
     found
 }
 
-/// Compares what should be seen at a pose with what is, and leaves it there; the matches stay in the
-/// workspace.
+/// Compares what should be visible at a pose with the images, without moving the pose; the matches
+/// remain in the workspace.
 pub(crate) fn look_at(
     inputs: &Inputs<'_>,
     pose: Pose,
@@ -169,7 +171,8 @@ pub(crate) fn look_at(
     found
 }
 
-/// Says whether the object was seen a moment ago: only then is it believed where it is.
+/// Returns whether the object was seen a moment ago: only then is it assumed to be there though
+/// hidden.
 fn last_seen(prior: Option<&Prior>) -> LastSeen {
     if prior.is_some() { LastSeen::There } else { LastSeen::Elsewhere }
 }
@@ -179,8 +182,8 @@ fn bounded(step: Twist, radius: f64) -> Twist {
     step * (MOST_STEP / size.max(MOST_STEP))
 }
 
-/// Sums what surface points and outline say about a pose, and what was believed of it before; the matches
-/// are those in the workspace.
+/// Sums the information of surface points, depth images and outline about a pose, and its prior;
+/// uses the matches in the workspace.
 fn linearize(
     inputs: &Inputs<'_>,
     (pose, prior): (Pose, Option<&Prior>),
@@ -233,14 +236,14 @@ fn linearize(
     sum
 }
 
-/// Gives the direction from the object to the first open camera, in the object's frame.
+/// Returns the direction from the object to the first open camera, in the object's frame.
 pub(crate) fn toward(inputs: &Inputs<'_>, pose: &Pose) -> Vector3<f64> {
     let eye = inputs.windows.iter().find_map(|window| window.projection(pose)?.eye());
     eye.map_or_else(Vector3::z, |eye| eye.normalize())
 }
 
 impl Workspace {
-    /// Says anew where something hides the object, by the matches in the workspace.
+    /// Updates where something hides the object, by the matches in the workspace.
     fn look_for_hidden(&mut self, inputs: &Inputs<'_>, pose: &Pose, last_seen: LastSeen) {
         self.occlusion.observe(
             inputs,
@@ -251,7 +254,8 @@ impl Workspace {
     }
 }
 
-/// Adds the lines that stand on the contour in the workspace; `ratio` is that of a pixel.
+/// Adds the lines across the contour in the workspace; `ratio` is the log-likelihood ratio of a
+/// pixel.
 fn add_lines(
     sum: &mut Evaluated,
     (camera, level): (usize, usize),
@@ -276,7 +280,7 @@ fn add_lines(
     }
 }
 
-/// Adds what a camera's depth image says of a pose, where nothing hides the object.
+/// Adds the information of a camera's depth image about a pose, where nothing hides the object.
 fn add_ranges(
     normal: &mut Normal,
     inputs: &Inputs<'_>,
@@ -292,15 +296,15 @@ fn add_ranges(
     }
 }
 
-/// Gives which share of what a line could say it says: none where its variance is that of a boundary
-/// that may be anywhere on it. // (S47)
+/// Returns the share of the information a line could have that it has: none if its variance is
+/// that of a boundary that may be anywhere along it. // (S47)
 fn informed_share(variance_px: f64, (reach, step_px): (usize, f64)) -> f64 {
     let places = (2 * reach + 2) as f64;
     let even = (places * places - 1.0) / 12.0 * step_px * step_px;
     (1.0 - variance_px / even).max(0.0)
 }
 
-/// Adds what a point says that agrees with an image.
+/// Adds the information of a point that agrees with an image.
 fn add_point(
     normal: &mut Normal,
     inputs: &Inputs<'_>,
@@ -317,12 +321,13 @@ fn add_point(
     let position = feature.point.position + toward * moved;
     let is_guess = feature.is_guess(inputs.solid.radius);
     let by_motion = by_motion(&agreement.slope, &position);
-    // Along the way to where it was learned its place is known the less, the more it is seen from aside.
+    // The farther the view is from the direction in which the point was learned, the less its
+    // position along that direction is known.
     let aside = eye.map_or(0.0, |eye| {
         (1.0 - (eye - position).normalize().dot(&feature.template(view.template).toward)).max(0.0)
     });
     let along = agreement.slope * toward;
-    // A guess is taken out below, and blurs nothing.
+    // A guess is marginalised below, and adds no uncertainty here.
     let known_within = if is_guess { 0.0 } else { variance };
     let beside =
         along * along.transpose() * (known_within + (BENT * inputs.solid.radius * aside).powi(2))
@@ -344,7 +349,8 @@ mod tests {
 
     use super::*;
 
-    /// What a line across an outline adds, if the object's colours end some pixels outside of it.
+    /// Contribution of a line across an outline, if the object's colours end some pixels outside of
+    /// it.
     fn added(level: usize, ratio: impl Fn(f64) -> f64) -> (Normal, (f64, f64)) {
         let (pixel, normal) = (Vector2::new(50.0, 40.0), Vector2::new(1.0, 0.0));
         let slope = Matrix2x3::new(300.0, 0.0, 0.0, 0.0, 300.0, 0.0);

@@ -5,15 +5,15 @@ use crate::pose::{Pose, Twist};
 use crate::track::inputs::Inputs;
 use crate::track::target::points::InView;
 
-/// A population of poses that lives from image to image: each individual is a small motion from
-/// where the object is expected, in units of how far it may be.
+/// A population of poses that persists from image to image: each individual is a small motion from
+/// the predicted pose, in units of the search range.
 #[derive(Debug, Clone)]
 pub(crate) struct Search {
     ga: Ga,
     scores: Vec<f64>,
 }
 
-/// The best pose of a search and how many were scored.
+/// The best pose of a search and the number of poses scored.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Found {
     pub(crate) pose: Pose,
@@ -21,7 +21,7 @@ pub(crate) struct Found {
     pub(crate) evaluations: usize,
 }
 
-/// How far a pose is off, or may be: (across in metres, turned in radians).
+/// Deviation of a pose, or a bound of it: (translation in metres, rotation in radians).
 pub(crate) type Deviation = (f64, f64);
 
 impl Search {
@@ -32,7 +32,8 @@ impl Search {
         Ok(Self { ga, scores: Vec::with_capacity(population) })
     }
 
-    /// Breeds generations about a pose, at least one, while `go_on` of their number says so.
+    /// Breeds generations about a pose, at least one, as long as `go_on` returns true for their
+    /// number.
     pub(crate) fn run(
         &mut self,
         scorer: &Scorer<'_>,
@@ -41,7 +42,7 @@ impl Search {
         go_on: impl Fn(usize) -> bool,
     ) -> Result<Found, GaError> {
         let other = genes(&(expected.inverse() * *also).log(), search_range);
-        // What is expected and what was are always among those that are scored.
+        // The predicted pose and the other one are always among those that are scored.
         self.ga.move_each(|index, genes| match index {
             0 => genes.fill(0.0),
             1 => genes.copy_from_slice(&other),
@@ -65,7 +66,7 @@ impl Search {
         Ok(found)
     }
 
-    /// Moves the population along with the object to a pose that was found.
+    /// Moves the population along with the object to its new pose.
     pub(crate) fn follow(&mut self, expected: &Pose, found: &Pose, search_range: Deviation) {
         let offset = genes(&(expected.inverse() * *found).log(), search_range);
         self.ga.move_each(|_, genes| genes.iter_mut().zip(&offset).for_each(|(x, by)| *x -= by));
@@ -83,42 +84,42 @@ fn genes(motion: &Twist, (across, turned): Deviation) -> [f64; 6] {
 /// Which surface points a score compares.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Probes<'a> {
-    /// These.
+    /// These points.
     InView(&'a [InView]),
-    /// Of these, the ones that face the camera.
+    /// Those of these points that face the camera.
     Facing(&'a [usize]),
 }
 
-/// How poses are scored: by the log-likelihood ratios inside the outline, as a share of what they
-/// could be, and by the mean correlation of surface points at the coarsest resolution.
+/// Scores poses by the log-likelihood ratios inside the outline, as a share of their maximum, and
+/// by the mean correlation of surface points at the coarsest resolution.
 #[derive(Clone, Copy)]
 pub(crate) struct Scorer<'a> {
     pub(crate) inputs: Inputs<'a>,
     pub(crate) probes: Probes<'a>,
-    /// Pixels that the outline is expected to hold.
+    /// Number of pixels that the outline is expected to contain.
     pub(crate) area: f64,
 }
 
-/// Points of each camera that are looked at for a score.
+/// Points per camera that are compared for a score.
 const POINTS: usize = 24;
 /// Log-likelihood ratio of a pixel that counts as one.
 const RATIO: f64 = 2.5;
-/// Points at which the surface counts half.
+/// Number of points at which the surface has half its weight.
 const FEW_POINTS: f64 = 8.0;
-/// Least cosine between a point's normal and the way to a camera that sees it.
+/// Least cosine between a point's normal and the direction to a camera that sees it.
 const LEAST_FACING: f64 = 0.35;
 
-/// The score of a pose by each kind of evidence, -1 to 1.
+/// The score of a pose for each kind of evidence, -1 to 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ScoreTerms {
-    /// Log-likelihood ratios inside the outline, as a share of what they could be.
+    /// Log-likelihood ratios inside the outline, as a share of their maximum.
     pub region: f64,
     /// Mean correlation of surface points.
     pub surface: f64,
 }
 
 impl ScoreTerms {
-    /// Gives what both kinds say together: what poses are sought by. // (S48)
+    /// Returns the sum of both, by which poses are ranked. // (S48)
     #[must_use]
     pub fn total(&self) -> f64 {
         self.region + self.surface
@@ -131,8 +132,8 @@ impl Scorer<'_> {
         self.terms(pose, Pyramid::LEVELS - 1).total()
     }
 
-    /// Scores a pose by each kind of evidence, with points at the resolution `level`, or a finer one at which
-    /// they were learned.
+    /// Scores a pose by each kind of evidence, with points at the resolution `level`, or at the
+    /// finer one at which they were learned.
     pub(crate) fn terms(&self, pose: &Pose, level: usize) -> ScoreTerms {
         let mut region = 0.0;
         let (mut surface, mut points) = (0.0, 0.0);

@@ -3,18 +3,18 @@ use nalgebra::{Matrix6, SymmetricEigen, Vector6};
 use super::refine::Normal;
 use crate::pose::Twist;
 
-/// How uncertain a pose is by the images.
+/// Uncertainty of a pose due to the images.
 pub(crate) struct Uncertainty {
     /// Covariance of a small motion in the object's frame, by the images alone.
     pub(crate) covariance: Matrix6<f64>,
-    /// Motions that the images do not observe, of unit length in radii and radians.
+    /// Motions that the images do not constrain, of unit length in radii and radians.
     pub(crate) unobservable: Vec<Twist>,
 }
 
-/// Standard deviation, in radii and radians, from which on a motion counts as open.
+/// Standard deviation, in radii and radians, from which on a motion counts as unobservable.
 const OPEN: f64 = 0.06;
 
-/// Inverts a covariance or an information, with the same bits in any unit of length.
+/// Inverts a covariance or an information matrix, with the same bits in any unit of length.
 pub(crate) fn inverse(matrix: &Matrix6<f64>) -> Option<Matrix6<f64>> {
     Some(matrix.cholesky()?.inverse())
 }

@@ -2,19 +2,19 @@ use super::refine::{Evaluated, Workspace};
 use crate::track::inputs::Inputs;
 use crate::track::target::points::Match;
 
-/// How far images confirm a pose.
+/// How far the images confirm a pose.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Quality {
-    /// Share of what should be seen that is, 0 to 1.
+    /// Share of what should be visible that is seen, 0 to 1.
     pub(crate) visible: f64,
-    /// The same, but what something hides counts the less, the more is seen elsewhere.
+    /// The same, but the more is seen elsewhere, the less a hidden part counts.
     pub(crate) share: f64,
-    /// What is seen less what is missed, in surface points: tells a pose that much confirms from one
-    /// at which little is expected.
+    /// What is seen less what is missed, in surface points: distinguishes a pose with much evidence
+    /// from one at which little is expected.
     pub(crate) support: f64,
     /// Surface points that are seen.
     pub(crate) recognised: f64,
-    /// Those of them whose contrast only a pattern has.
+    /// Those of them with a contrast that only a pattern has.
     pub(crate) textured: f64,
     /// Those of them that have it now, or had it in most images in which they were recognised.
     pub(crate) printed: f64,
@@ -24,17 +24,18 @@ pub(crate) struct Quality {
     pub(crate) outline: f64,
 }
 
-/// Correlations from which on a point counts as seen at all, and as wholly seen.
+/// Correlations from which on a point counts as seen at all, and as fully seen.
 const SEEN: (f64, f64) = (0.4, 0.8);
-/// Surface points that weigh as much as an outline whose colours tell the object well.
+/// Surface points that weigh as much as an outline whose colours separate the object well.
 const REGION_POINTS: f64 = 30.0;
 
-/// Surface points in places that are clear from which on what is hidden elsewhere does not count.
+/// Surface points seen in unhidden parts from which on what is hidden elsewhere does not count.
 const ENOUGH: f64 = 20.0;
 
-/// Compares what should be seen at a pose with what is: the surface points in view, and the colours
-/// inside the outline and the boundary around it, both compared with the reference. What is hidden
-/// is excused as far as enough is recognised elsewhere: a wrong pose must not excuse itself.
+/// Compares what should be visible at a pose with the images: the surface points in view, and the
+/// colours inside the outline and the boundary around it, the latter two relative to the reference.
+/// Hidden parts are excused as far as enough is recognised elsewhere: a wrong pose must not excuse
+/// itself.
 pub(crate) fn verify(inputs: &Inputs<'_>, found: &Evaluated, workspace: &Workspace) -> Quality {
     let reference = inputs.reference;
     let (mut seen, mut expected, mut shown, mut hidden) = (0.0, 0.0, 0.0, 0.0);
@@ -71,11 +72,11 @@ pub(crate) fn verify(inputs: &Inputs<'_>, found: &Evaluated, workspace: &Workspa
         }
     }
     let ratio = if area > 0.0 { sum / area } else { 0.0 };
-    // What less than one line leaves open was not measured: it is taken from the reference.
+    // What less than one line measures is taken from the reference.
     let (agreed, lines) = found.outline;
     let open = (1.0 - lines).max(0.0);
     let outline = (agreed + open * reference.outline) / (lines + open);
-    // What hides the object has other colours: only where it shows are they asked.
+    // Occluders have other colours, so colours count only where the object shows.
     let (shows, left) =
         workspace.occlusion.clear().filter(|(_, left)| *left < 1.0).unwrap_or((ratio, 1.0));
     let clear_ratio = ratio + believed * (shows - ratio);

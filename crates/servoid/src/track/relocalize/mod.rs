@@ -1,4 +1,4 @@
-//! Finds an object again: near where it was (locally), anywhere (globally), or from masks.
+//! Finds an object again: near its last pose (locally), anywhere (globally), or from masks.
 
 mod from_masks;
 mod relocalizer;
@@ -13,20 +13,21 @@ use crate::track::inputs::Inputs;
 use crate::track::pose::hypothesis::{COARSEST, Hypothesis};
 use crate::track::tracker::{MARGIN, Tracker};
 
-/// Share of the object's size by which the window is larger where it is sought near a pose.
+/// Margin of the window, as a share of the object's size, for a search near a pose.
 const LOCAL_MARGIN: f64 = 0.8;
-/// How far from a pose the object is sought, in radii and radians.
+/// Range of a search around a pose, in radii and radians.
 const LOCAL_RANGE: (f64, f64) = (0.6, 0.8);
-/// By how much more must be recognised at a rival's pose.
+/// Factor by which the support of a rival must exceed the current one.
 const BETTER: f64 = 1.2;
-/// Rounds in which an object is sought near a pose, and anywhere, when time does not press.
+/// Rounds of a search near a pose, and anywhere, when there is no time limit.
 pub(crate) const ROUNDS: (usize, usize) = (2, 5);
 /// Smallest image of the object that is sought, in pixels.
 const SMALLEST_PX: f64 = 24.0;
 
 impl Tracker {
-    /// Seeks the object again: near where it is expected while it was seen a short time ago, else
-    /// anywhere. Replaces the hypothesis if something better is found; gives the number of scores.
+    /// Searches for the object again: near its predicted pose if it was seen recently, else
+    /// anywhere. Replaces the hypothesis if something better is found; returns the number of poses
+    /// scored.
     pub(in crate::track) fn relocalize(
         &mut self,
         observation: &Observation<'_>,
@@ -40,8 +41,8 @@ impl Tracker {
         }
     }
 
-    /// Seeks a pose near a hypothesis's at which more is recognised, since the turn may have drifted; gives the
-    /// number of scores.
+    /// Searches near a hypothesis for a pose at which more is recognised, since the orientation may
+    /// have drifted; returns the number of poses scored.
     pub(in crate::track) fn compare_with_rival(
         &mut self,
         observation: &Observation<'_>,
@@ -67,7 +68,7 @@ impl Tracker {
         Ok(evaluations)
     }
 
-    /// Seeks the object near a pose, in several rounds unless it is found before.
+    /// Searches for the object near a pose, in several rounds unless it is found earlier.
     pub(in crate::track) fn relocalize_locally(
         &mut self,
         observation: &Observation<'_>,
@@ -93,7 +94,7 @@ impl Tracker {
         Ok(evaluations)
     }
 
-    /// Seeks the object in all that the cameras see, in several rounds unless it is found before.
+    /// Searches for the object in the whole images, in several rounds unless it is found earlier.
     pub(in crate::track) fn relocalize_globally(
         &mut self,
         observation: &Observation<'_>,
@@ -125,8 +126,8 @@ impl Tracker {
         Ok(evaluations)
     }
 
-    /// Makes candidates precise and keeps the best, if it is better than the hypothesis; windows are
-    /// those of the best in the end.
+    /// Refines candidates and keeps the best, if it is better than the hypothesis; in the end the
+    /// windows are those of the best.
     fn choose(
         &mut self,
         observation: &Observation<'_>,
@@ -151,7 +152,7 @@ impl Tracker {
         self.penalize_unrecognised(hypothesis);
     }
 
-    /// Gives how far from the first camera the object was last, if it was met.
+    /// Returns the last distance of the object from the first camera, if it was tracked before.
     fn last_distance(&self, observation: &Observation<'_>) -> Option<f64> {
         let eye = observation.world_from_camera.first()?.translation();
         self.trust.is_met().then(|| (self.motion.last().translation() - eye).norm())

@@ -6,8 +6,9 @@ use crate::pose::{Pose, even_turn};
 use crate::track::inputs::Inputs;
 use crate::track::pose::search::{Deviation, Found, Probes, Scorer, Search};
 
-/// Seeks the object without knowing where it was: first places, then turns at the best places, then
-/// populations about the best of both. Memory is kept from call to call.
+/// Searches for the object without a prior pose: first scores positions, then orientations at the
+/// best positions, then refines the best of both by populations. Memory is reused from call to
+/// call.
 #[derive(Debug, Clone)]
 pub(crate) struct Relocalizer {
     seed: u64,
@@ -17,20 +18,21 @@ pub(crate) struct Relocalizer {
     best: Vec<Found>,
 }
 
-/// Surface points that stand for all sides.
+/// Surface points used as probes of all sides.
 const PROBES: usize = 60;
-/// Populations about one pose, and how they breed.
+/// Number of populations about one pose, and their size and generations.
 const ISLANDS: usize = 3;
 const POPULATION: usize = 32;
 const GENERATIONS: usize = 8;
-/// Places across an image, and logarithm of the ratio of distances, at which it is sought first.
+/// Positions across an image, and logarithm of the ratio of successive distances, in the first
+/// stage.
 const COLUMNS: usize = 16;
 const DISTANCE_STEP: f64 = 0.17;
-/// Places that are looked at closer, turns that are tried there, and poses that go on.
+/// Positions that are examined more closely, orientations tried at each, and poses that are kept.
 const PLACES: usize = 12;
 const TURNS: usize = 80;
 const KEPT: usize = 10;
-/// How far the best turns at the best places may be from the object, in radii and radians.
+/// Search range around the best orientations at the best positions, in radii and radians.
 const NEAR: (f64, f64) = (0.5, 0.5);
 
 impl Relocalizer {
@@ -38,7 +40,7 @@ impl Relocalizer {
         Self { seed, round: 0, around: Vec::new(), ranked: Vec::new(), best: Vec::new() }
     }
 
-    /// Breeds populations about a pose; gives the best of each, and the number of scores.
+    /// Evolves populations about a pose; returns the best of each, and the number of poses scored.
     pub(crate) fn local(
         &mut self,
         inputs: Inputs<'_>,
@@ -60,7 +62,7 @@ impl Relocalizer {
         Ok((&self.best, evaluations))
     }
 
-    /// Seeks the object in all that the cameras see, at distances from near to far.
+    /// Searches for the object in the whole images, at distances from near to far.
     pub(crate) fn global(
         &mut self,
         inputs: Inputs<'_>,
@@ -108,7 +110,7 @@ impl Relocalizer {
     }
 }
 
-/// Scores the body, turned at random, at places all over the first open camera's image.
+/// Scores the body, in random orientations, at positions all over the first open camera's image.
 fn places(
     scorer: &Scorer<'_>,
     (near, far): (f64, f64),
@@ -134,7 +136,7 @@ fn places(
     out.len()
 }
 
-/// Keeps the best, each far enough from those that are better.
+/// Keeps the best poses, each different enough from the better ones.
 fn keep(all: &mut Vec<Found>, most: usize, differ: impl Fn(&Pose, &Pose) -> bool) {
     all.sort_by(|a, b| b.score.total_cmp(&a.score));
     let mut kept = 0;

@@ -1,27 +1,27 @@
-//! How far an outline is off for the body's sake: a body is not the object, so where its outline fits
-//! best is beside the pose, by about the same from image to image, and by another amount from another
-//! side. What surface points and motion tell of the pose tells it.
+//! Bias of the outline: the body only approximates the object, so the pose that fits its outline
+//! best is off, by about the same amount from image to image, but by another amount from another
+//! side. Surface points and motion, which determine the pose as well, reveal the bias.
 
 use nalgebra::{Matrix6, SMatrix, SVector, Vector3, Vector6};
 
 use crate::pose::Twist;
 
-/// By which small motion of the object, in its own frame, the pose that fits its outline best differs
-/// from the true one; in radii and radians, so that it is the same in any unit of length.
+/// Small motion of the object, in its own frame, by which the pose that fits its outline best
+/// differs from the true one; in radii and radians, so that it is the same in any unit of length.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Bias {
     mean: Vector6<f64>,
     covariance: Matrix6<f64>,
-    /// From where it was seen, in the object's frame.
+    /// Direction from which it was observed, in the object's frame.
     toward: Option<Vector3<f64>>,
     radius: f64,
 }
 
-/// What is measured of a motion: its information, and that times the motion.
+/// A measurement of a motion: its information, and that times the motion.
 pub(crate) type Information = (Matrix6<f64>, Vector6<f64>);
 
-/// Standard deviation, in radii and radians, of a side of which nothing is known, and of what changes
-/// with a turn by one radian.
+/// Standard deviation, in radii and radians, for an unknown side, and its increase per radian of
+/// rotation.
 const UNKNOWN: (f64, f64) = (0.1, 0.15);
 const CHANGES: (f64, f64) = (0.1, 0.15);
 
@@ -30,8 +30,8 @@ impl Bias {
         Self { mean: Vector6::zeros(), covariance: variances(UNKNOWN), toward: None, radius }
     }
 
-    /// Takes out of what an outline says of the pose what the bias leaves open; the outline is seen from a
-    /// direction in the object's frame.
+    /// Returns the outline's information about the pose after marginalising the bias; the outline
+    /// is seen from a direction in the object's frame.
     pub(crate) fn freed(&self, toward: &Vector3<f64>, outline: Information) -> Information {
         let now = self.seen_from(toward);
         let (information, slope) = self.in_radii(outline);
@@ -41,7 +41,7 @@ impl Bias {
         self.in_metres((left, inverse * slope - left * now.mean))
     }
 
-    /// Takes in an image in which the rest says something of the pose, too.
+    /// Updates the bias by an image in which other evidence constrains the pose as well.
     pub(crate) fn update(
         &mut self,
         toward: &Vector3<f64>,
@@ -51,7 +51,7 @@ impl Bias {
         let now = self.seen_from(toward);
         let (outline, rest) = (self.in_radii(outline), self.in_radii(rest));
         let Some(before) = now.covariance.try_inverse() else { return };
-        // The pose, and how far the outline is off from it, as both together fit best.
+        // The pose, and the outline's deviation from it, that fit best together.
         let slope = outline.1 - outline.0 * now.mean;
         let mut information = SMatrix::<f64, 12, 12>::zeros();
         information.fixed_view_mut::<6, 6>(0, 0).copy_from(&(rest.0 + outline.0));
@@ -67,7 +67,7 @@ impl Bias {
         *self = Self { mean: now.mean + off, covariance, ..now };
     }
 
-    /// Takes in an image whose pose is given.
+    /// Updates the bias by an image whose pose is given.
     pub(crate) fn update_at(&mut self, toward: &Vector3<f64>, outline: Information) {
         let now = self.seen_from(toward);
         let (information, slope) = self.in_radii(outline);
@@ -77,13 +77,14 @@ impl Bias {
         *self = Self { mean, covariance, ..now };
     }
 
-    /// Takes over that all poses were off by a motion of the object, in its own frame: the outline stays where
-    /// it is.
+    /// Corrects the bias if all poses were off by a motion of the object, in its own frame: the
+    /// outline does not move.
     pub(crate) fn correct(&mut self, off: &Twist) {
         self.mean -= self.unit(1.0 / self.radius) * off;
     }
 
-    /// Says what is known of it as seen from a direction: never less than of a side that was never seen.
+    /// Returns the bias as seen from a direction; its uncertainty never exceeds that of an unseen
+    /// side.
     fn seen_from(&self, toward: &Vector3<f64>) -> Self {
         let turned = self.toward.map_or(0.0, |last| last.angle(toward));
         let covariance = self.covariance + variances(CHANGES) * turned;
@@ -124,7 +125,7 @@ mod tests {
 
     const RADIUS: f64 = 0.05;
 
-    /// What an outline says that fits best beside the pose by a motion, in radii and radians.
+    /// Information of an outline that fits best at a motion from the pose, in radii and radians.
     fn outline(off: f64) -> Information {
         let information =
             Bias::unknown(RADIUS).in_metres((Matrix6::identity() * 1e4, Vector6::zeros())).0;
@@ -136,7 +137,7 @@ mod tests {
         (Matrix6::identity() * 1e-9, Vector6::zeros())
     }
 
-    /// Computes the motion that is measured.
+    /// Computes the measured motion.
     fn motion_of((information, slope): Information) -> Vector6<f64> {
         information.try_inverse().unwrap() * slope
     }

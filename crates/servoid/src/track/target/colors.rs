@@ -1,45 +1,46 @@
 use crate::camera::{Channels, ImageView};
 use crate::fitness::ScoreMap;
 
-/// Colours of the object and of what is around it now, in pictures of each kind: what is learned in
-/// grey ones says nothing of coloured ones, nor the reverse.
+/// Colour statistics of the object and of its current surroundings, separately for grey and colour
+/// images: what is learned in one kind says nothing about the other.
 #[derive(Debug, Clone)]
 pub(crate) struct Colors {
     grey: Palette,
     rgb: Palette,
 }
 
-/// Colours in pictures of one kind: they follow the light, and the background is told apart by where
-/// it lies.
+/// Colour statistics of images of one kind: they follow the light, and the background's depend on
+/// the side of the object.
 ///
-/// A [`ColorModel`](crate::fitness::ColorModel) counts once what masks show; these histograms are
-/// shares, of which each lesson replaces a part.
+/// A [`ColorModel`](crate::fitness::ColorModel) counts once what masks show; these histograms hold
+/// shares, a part of which each update replaces.
 ///
-/// The background's histograms are one for each of eight directions from the object; each is mixed
-/// with all of them, so that what was not seen there but elsewhere still counts as background.
+/// The background has one histogram for each of eight directions from the object; each is mixed
+/// with the histogram of all directions, so that a colour seen elsewhere still counts as
+/// background.
 #[derive(Debug, Clone)]
 pub(crate) struct Palette {
     object: Histogram,
     around: Histogram,
     sides: Vec<Histogram>,
-    /// ln p(colour | object) / p(colour | background), one table a side and one for any.
+    /// ln p(colour | object) / p(colour | background), one table per side and one for any side.
     tables: Vec<f32>,
     local: bool,
 }
 
-/// Bits that are kept of a channel.
+/// Bits kept per channel.
 const BITS: u32 = 4;
 const BINS: usize = 1 << (3 * BITS);
 const SIDES: usize = 8;
-/// The side of a place of which it is not known on which side of the object it lies.
+/// Index of a pixel whose side of the object is unknown.
 pub(crate) const ANY_SIDE: usize = SIDES;
-/// Probability that a pixel has any colour at all.
+/// Probability that a pixel has an arbitrary colour.
 const ANYTHING: f32 = 0.02;
-/// Largest size of a pixel's log-likelihood ratio, in nats.
+/// Largest absolute log-likelihood ratio of a pixel, in nats.
 const MOST: f32 = 2.5;
-/// Pixels from one that is counted anywhere to the next, across and down.
+/// Pixels between those counted anywhere, across and down.
 const ANYWHERE_STRIDE: usize = 4;
-/// Share of a side's own histogram in what it expects.
+/// Weight of a side's own histogram in its expected background.
 const OWN: f32 = 0.7;
 
 #[derive(Debug, Clone)]
@@ -60,7 +61,7 @@ impl Histogram {
         self.count += 1.0;
     }
 
-    /// Takes what was counted as a share `rate` of the whole; the first counts are the whole.
+    /// Mixes the counts in with a weight of `rate`; the first counts replace everything.
     fn take(&mut self, rate: f32) {
         if self.count >= LEAST_PIXELS {
             let rate = if self.known { rate } else { 1.0 };
@@ -75,10 +76,10 @@ impl Histogram {
     }
 }
 
-/// Fewer pixels than this teach nothing.
+/// Fewer pixels than this are ignored.
 const LEAST_PIXELS: f32 = 20.0;
 
-/// What a pixel is known to be.
+/// Label of a pixel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Belongs {
     Object,
@@ -91,7 +92,7 @@ impl Colors {
         Self { grey: Palette::new(local), rgb: Palette::new(local) }
     }
 
-    /// Gives what is known of pictures of a kind.
+    /// Returns the statistics of images of one kind.
     #[inline]
     pub(crate) fn of(&self, channels: Channels) -> &Palette {
         match channels {
@@ -108,48 +109,48 @@ impl Colors {
         }
     }
 
-    /// Takes what was counted as a share `rate` of what is known.
+    /// Mixes the counts in with a weight of `rate`.
     pub(crate) fn take(&mut self, rate: f32) {
         self.grey.take(rate);
         self.rgb.take(rate);
     }
 
-    /// Counts an image as what is anywhere, object and all: it is small among the rest.
+    /// Counts a whole image as background, including the object: it is small in comparison.
     pub(crate) fn count_anywhere(&mut self, image: &ImageView<'_>) {
         self.of_mut(image.channels()).count_anywhere(image);
     }
 
-    /// Takes what was counted anywhere for the whole of what is known of it.
+    /// Replaces the statistics of the background anywhere by the counts.
     pub(crate) fn take_anywhere(&mut self) {
         self.grey.take_anywhere();
         self.rgb.take_anywhere();
     }
 
-    /// Says whether there is such a bin.
+    /// Returns whether a bin exists.
     pub(crate) fn holds(bin: usize) -> bool {
         bin < BINS
     }
 
-    /// Gives the object's bins that are not empty, with their shares, and whether they are of grey
-    /// pictures: colours say more where both are known.
+    /// Returns the object's bins that are not empty, with their shares, and whether they are of
+    /// grey images. Colours are more informative where both are known.
     pub(crate) fn object_shares(&self) -> (bool, Vec<(u32, f32)>) {
         let grey = !self.rgb.object.known && self.grey.object.known;
         let palette = if grey { &self.grey } else { &self.rgb };
         (grey, palette.object_shares())
     }
 
-    /// Takes over the object's shares; the background is not known then.
+    /// Restores the object's shares; the background is unknown then.
     pub(crate) fn recall(&mut self, shares: &[(u32, f32)], grey: bool) {
         let palette = if grey { &mut self.grey } else { &mut self.rgb };
         palette.recall(shares);
     }
 
-    /// Says whether colours of the object were learned in pictures of this kind.
+    /// Returns whether colours of the object were learned in images of this kind.
     pub(crate) fn know_object(&self, channels: Channels) -> bool {
         self.of(channels).object.known
     }
 
-    /// Says whether colours of the object and of the background were learned.
+    /// Returns whether colours of the object and of the background were learned.
     pub(crate) fn are_known(&self) -> bool {
         self.grey.is_known() || self.rgb.is_known()
     }
@@ -170,7 +171,7 @@ impl Palette {
         self.object.known && self.around.known
     }
 
-    /// Counts a pixel's bin for what the pixel is, on its side of the object.
+    /// Counts a pixel's bin for its label, on its side of the object.
     #[inline]
     pub(crate) fn count(&mut self, bin: usize, belongs: Belongs, side: usize) {
         match belongs {
@@ -205,7 +206,7 @@ impl Palette {
     }
 
     fn tabulate(&mut self) {
-        // Of an object whose colours are not known no colour says anything.
+        // Without known colours of the object, colours carry no information.
         if !self.object.known {
             return;
         }
@@ -240,20 +241,20 @@ impl Palette {
         }
     }
 
-    /// Gives the log-likelihood ratio of a bin on a side, in nats.
+    /// Returns the log-likelihood ratio of a bin on a side, in nats.
     #[inline]
     pub(crate) fn ratio(&self, bin: usize, side: usize) -> f32 {
         self.tables[side * BINS + bin]
     }
 
-    /// Gives the ratios of a bin on a side in quanta of a map.
+    /// Returns the ratio of a bin on a side in quanta of a map.
     #[inline]
     pub(crate) fn quanta(&self, bin: usize, side: usize) -> i16 {
         (self.ratio(bin, side) * (1.0 / ScoreMap::QUANTUM as f32)) as i16
     }
 }
 
-/// Gives the bin of a pixel.
+/// Returns the bin of a pixel.
 #[inline]
 pub(crate) fn bin(image: &ImageView<'_>, u: usize, v: usize) -> usize {
     match image.channels() {
@@ -271,13 +272,13 @@ pub(crate) fn rgb_bin([r, g, b]: [u8; 3]) -> usize {
     (cut(r) << (2 * BITS)) | (cut(g) << BITS) | cut(b)
 }
 
-/// A grey picture has one channel, and so more bins for it.
+/// A grey image has a single channel, and so more bins for it.
 #[inline]
 pub(crate) fn grey_bin(grey: u8) -> usize {
     usize::from(grey >> 2)
 }
 
-/// Gives in which of eight directions a place lies.
+/// Returns the direction, one of eight, in which a position lies.
 #[inline]
 pub(crate) fn side(right: f32, down: f32) -> usize {
     usize::from(right > 0.0)
@@ -302,7 +303,7 @@ mod tests {
 
     const SIDE: usize = 8;
 
-    /// Teaches that the left half of a picture of one level a half is the object.
+    /// Labels the left half of an image with one grey level per half as the object.
     fn teach(colors: &mut Colors, channels: Channels, levels: [u8; 2]) {
         let bytes = channels.count();
         let pixels: Vec<u8> = (0..SIDE * SIDE * bytes)

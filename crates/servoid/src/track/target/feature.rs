@@ -4,26 +4,26 @@ use super::record::Record;
 use crate::fitness::SurfacePoint;
 use crate::pose::Pose;
 
-/// A surface point with how well its distance is known and how it has done.
+/// A surface point with the variance of its distance and its record of matches.
 #[derive(Debug, Clone)]
 pub(crate) struct Feature {
-    /// Counts the points that were ever known: those with a greater one are newer.
+    /// Running number of the point: larger ones are newer.
     pub(crate) id: usize,
     pub(crate) point: SurfacePoint,
-    /// How it templates from other sides.
+    /// Its templates from other sides.
     further: Vec<SurfacePoint>,
     pub(crate) origin: Origin,
-    /// Variance of its place along `toward`, in square metres.
+    /// Variance of its position along `toward`, in square metres.
     pub(crate) variance: f64,
-    /// Variance of the object's turn since the first image where it was detected, in square radians: what it
-    /// tells is only as true.
+    /// Variance of the object's orientation since the first image when the point was detected, in
+    /// square radians: it constrains the orientation no better.
     pub(crate) drift: f64,
-    /// Whether the body alone told its distance where it was detected.
+    /// Whether its distance came from the body alone when it was detected.
     pub(crate) is_guessed: bool,
-    /// Whether only motion tells its distance.
+    /// Whether its distance is estimated from motion alone.
     pub(crate) by_motion: bool,
-    /// How far the object had turned since then when it was recognised among many others, in radians: it does
-    /// not slip that far.
+    /// Rotation of the object since then, in radians, up to which it was recognised among many
+    /// others: it does not slip within that range.
     pub(super) proved: f64,
     pub(super) record: Record,
     texture: Texture,
@@ -49,7 +49,8 @@ impl Feature {
         }
     }
 
-    /// Notes the keyframe, at its pose, by which the point was detected, and how well the turn was known then.
+    /// Stores the keyframe, at its pose, in which the point was detected, and the variance of the
+    /// orientation at that time.
     pub(crate) fn set_origin(&mut self, (keyframe, pose): (usize, &Pose), drift: f64) {
         self.origin.keyframe = Some(keyframe);
         self.origin.position = pose.transform(&self.point.position);
@@ -57,12 +58,13 @@ impl Feature {
         self.drift = drift;
     }
 
-    /// Gives one of its templates, at its place.
+    /// Returns one of its templates, at its position.
     pub(crate) fn template(&self, index: usize) -> &SurfacePoint {
         index.checked_sub(1).and_then(|at| self.further.get(at)).unwrap_or(&self.point)
     }
 
-    /// Gives the template that was learned nearest to a way to a camera, and the cosine between the two.
+    /// Returns the template that was learned nearest to a viewing direction, and the cosine between
+    /// the two.
     pub(crate) fn nearest_template(&self, way: &Vector3<f64>) -> (usize, f64) {
         let mut best = (0, way.dot(&self.point.toward));
         for (at, other) in self.further.iter().enumerate() {
@@ -74,12 +76,12 @@ impl Feature {
         best
     }
 
-    /// Says whether there is room for another template.
+    /// Returns whether there is room for another template.
     pub(crate) fn has_room(&self) -> bool {
         self.further.len() < MOST_FURTHER
     }
 
-    /// Keeps another template.
+    /// Adds another template.
     pub(crate) fn add_template(&mut self, mut other: SurfacePoint) {
         other.position = self.point.position;
         self.further.push(other);
@@ -91,13 +93,14 @@ impl Feature {
         self.further.iter_mut().for_each(|other| other.move_by(motion));
     }
 
-    /// Has it lie at a place.
+    /// Moves it to a position.
     pub(crate) fn place_at(&mut self, position: Vector3<f64>) {
         self.point.position = position;
         self.further.iter_mut().for_each(|other| other.position = position);
     }
 
-    /// Says whether its distance is solved with each pose, since motion is to tell it and did not yet.
+    /// Returns whether its distance is solved with each pose, because motion is to determine it and
+    /// has not yet.
     pub(crate) fn is_guess(&self, radius: f64) -> bool {
         self.by_motion && self.variance > (WORST * radius).powi(2)
     }
@@ -106,49 +109,50 @@ impl Feature {
         self.record.hit_rate()
     }
 
-    /// Takes in whether it had the contrast of a pattern in an image in which it was recognised.
+    /// Records whether it had the contrast of a pattern in an image in which it was recognised.
     pub(crate) fn note_texture(&mut self, shows: bool) {
         self.texture.images = self.texture.images.saturating_add(1);
         self.texture.showed = self.texture.showed.saturating_add(u32::from(shows));
     }
 
-    /// Says whether it is known as part of a pattern: it had the contrast of one in most images, and
-    /// need not have it in each.
+    /// Returns whether it is known to be part of a pattern: it had the contrast of one in most
+    /// images, not necessarily in each.
     pub(crate) fn is_printed(&self) -> bool {
         let Texture { images, showed } = self.texture;
         images >= LEAST_LOOKS && showed >= images.div_ceil(2)
     }
 }
 
-/// In how many images a point was recognised, and in how many of these it had the contrast of a pattern.
+/// Number of images in which a point was recognised, and in which it also had the contrast of a
+/// pattern.
 #[derive(Debug, Clone, Copy, Default)]
 struct Texture {
     images: u32,
     showed: u32,
 }
 
-/// Images in which a point is recognised until it may be known as part of a pattern.
+/// Images in which a point must be recognised before it may be known as part of a pattern.
 const LEAST_LOOKS: u32 = 8;
 
-/// Most templates beside the first.
+/// Most templates besides the first.
 const MOST_FURTHER: usize = 4;
-/// Largest standard deviation of a point's distance that is measured, as a share of the body's radius.
+/// Largest standard deviation of a measured distance of a point, as a share of the body's radius.
 pub(crate) const WORST: f64 = 0.05;
 
-/// Where a point was when it was detected, in the world's frame.
+/// Position of a point when it was detected, in the world's frame.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Origin {
-    /// The keyframe that its view belonged to: the point moves with it. None for a point that was given.
+    /// The keyframe of its view, with which it moves. None for a point that was given.
     pub(crate) keyframe: Option<usize>,
     pub(crate) position: Vector3<f64>,
     pub(crate) toward: Vector3<f64>,
-    /// Of the place along `toward`, in square metres.
+    /// Variance of the position along `toward`, in square metres.
     pub(crate) variance: f64,
 }
 
 impl Origin {
-    /// Has a point move with another keyframe if its own one is no more; `moved` leads from where the object
-    /// stood then to where it stood now.
+    /// Attaches a point to another keyframe if its own was dropped; `moved` maps the object's pose
+    /// at its own keyframe to that at the other.
     pub(crate) fn adopt(&mut self, dropped: usize, (heir, moved): (usize, &Pose)) {
         if self.keyframe == Some(dropped) {
             self.keyframe = Some(heir);

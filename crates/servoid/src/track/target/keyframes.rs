@@ -7,106 +7,108 @@ use crate::shape::Projection;
 use crate::track::frame::occlusion::Occlusion;
 use crate::track::frame::window::Window;
 
-/// Where the object stood from one side, and where cameras saw landmarks of its surface then.
+/// The pose of the object seen from one side, and the pixels at which cameras saw landmarks of its
+/// surface.
 #[derive(Debug, Clone)]
 pub(crate) struct Keyframe {
     pub(crate) number: usize,
     pub(crate) world_from_object: Pose,
-    /// The keyframe before, and the motion from there, if the object was followed all the way.
+    /// The previous keyframe, and the motion from there, if the object was followed all the way.
     pub(crate) step: Option<(usize, Pose)>,
     /// Whether its pose was given.
     pub(crate) is_given: bool,
-    /// Whether most of what was seen then lay at distances that were guesses.
+    /// Whether most of what was seen lay at guessed distances.
     pub(crate) guesses: bool,
-    /// Variance of the object's turn since the first image, in square radians.
+    /// Variance of the object's orientation since the first image, in square radians.
     pub(crate) drift: f64,
-    /// How each camera saw the world.
+    /// Projection of the world into each camera.
     pub(crate) cameras: Vec<Option<Projection>>,
     pub(crate) sightings: Vec<Sighting>,
     object_from_camera: UnitQuaternion<f64>,
 }
 
-/// Where a camera saw a landmark.
+/// An observation of a landmark by a camera.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Sighting {
-    /// The landmark's.
+    /// Number of the landmark.
     pub(crate) id: usize,
     pub(crate) camera: usize,
     pub(crate) pixel: Vector2<f64>,
     pub(crate) information: Matrix2<f64>,
 }
 
-/// What a keyframe is made of: the pose, how the first camera is turned, and how each sees the world.
+/// The data of a keyframe: the pose, the orientation of the first camera, and the projection of the
+/// world into each.
 pub(crate) struct Stand {
     pub(crate) world_from_object: Pose,
     pub(crate) object_from_camera: UnitQuaternion<f64>,
     pub(crate) cameras: Vec<Option<Projection>>,
 }
 
-/// A keyframe that is no more: it moves with the last one before it.
+/// A keyframe that was dropped: it moves with the last one before it.
 #[derive(Debug, Clone, Copy)]
 struct Former {
     number: usize,
-    /// The one from which the object came there.
+    /// The keyframe from which the object came.
     from: Option<usize>,
     world_from_object: Pose,
     drift: f64,
 }
 
-/// The keyframes, in the order of time.
+/// The keyframes, in order of time.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Keyframes {
     pub(crate) all: Vec<Keyframe>,
-    /// Those that made room for others, of which nothing but the pose is kept.
+    /// Keyframes dropped to make room, of which only the pose is kept.
     former: Vec<Former>,
     next: usize,
     /// Whether the object was followed since the last one.
     pub(crate) followed: bool,
-    /// Where the object would stand by the keyframes of the way on which it came to a side that was known
-    /// before: the next one ties the ends of that loop.
+    /// Pose of the object predicted by the keyframes since it left a known side and returned to it:
+    /// the next keyframe connects the ends of that loop.
     tie: Option<(usize, Pose)>,
-    /// How many more are to be kept whatever they show, once a loop was tied.
+    /// Number of further keyframes to be kept whatever they show, after a loop was closed.
     closing: usize,
 }
 
-/// Angle from one to the next, in radians.
+/// Angle between keyframes, in radians.
 const APART: f64 = 0.10;
 /// The same while distances are guesses.
 const GUESSING: f64 = 0.04;
-/// How many tie the ends of a loop, and the angle from one to the next of these.
+/// Number of keyframes that connect the ends of a loop, and the angle between them.
 const TIES: usize = 3;
 const CLOSE: f64 = 0.05;
-/// Angle within which the newest one stands for a view.
+/// Angle within which a view belongs to the newest keyframe.
 const NEAR: f64 = 0.25;
-/// Pixels beyond which a match is none.
+/// Largest deviation of a match in pixels.
 const FARTHEST_PX: f64 = 3.0;
-/// How much a sighting counts that has not the contrast of a pattern: shading slips along.
+/// Weight of an observation without the contrast of a pattern: shading slips along the surface.
 const SHADING: f64 = 0.3;
-/// Most that are kept, and most of those that were.
+/// Most keyframes, and most dropped ones, that are kept.
 const MOST: usize = 64;
 const MOST_FORMER: usize = 4096;
 
 impl Keyframes {
-    /// Begins anew, with numbers that no other one had before.
+    /// Starts empty, with numbers that were not used before.
     pub(crate) fn after(before: &Self) -> Self {
         Self { next: before.next, ..Self::default() }
     }
 
-    /// Gives the number that the next one will have.
+    /// Returns the number that the next one will have.
     pub(crate) fn upcoming(&self) -> usize {
         self.next
     }
 
-    /// Gives the one that a view belongs to, from where a camera is turned in the object's frame: the newest,
-    /// unless the object has turned away from it to a side that another one knows.
+    /// Returns the keyframe of a view, by the orientation of a camera in the object's frame: the
+    /// newest, unless the object has turned away from it to a side that another one covers.
     pub(crate) fn around(&self, object_from_camera: &UnitQuaternion<f64>) -> Option<&Keyframe> {
         let away = |one: &Keyframe| one.object_from_camera.angle_to(object_from_camera);
         let newest = self.all.last().filter(|one| away(one) < NEAR);
         newest.or_else(|| self.all.iter().min_by(|a, b| away(a).total_cmp(&away(b))))
     }
 
-    /// Says whether a view differs enough from the last one, and, unless `all_over` is wanted, from
-    /// all others.
+    /// Returns whether a view differs enough from the last keyframe and, unless `all_over` is set,
+    /// from all others.
     pub(crate) fn is_new(
         &self,
         object_from_camera: &UnitQuaternion<f64>,
@@ -124,7 +126,8 @@ impl Keyframes {
         if all_over { differs(last) } else { self.all.iter().all(differs) }
     }
 
-    /// Keeps a pose with the points that are recognised in it; gives the one that makes room for it.
+    /// Adds a keyframe of a pose with the points that are recognised; returns the one that is
+    /// dropped to make room.
     pub(crate) fn keep(
         &mut self,
         stand: Stand,
@@ -159,7 +162,7 @@ impl Keyframes {
         (self.all.len() > MOST).then(|| self.drop_one())
     }
 
-    /// Drops the one that is most like another one, but neither the first nor the last.
+    /// Drops the keyframe most similar to another one, but neither the first nor the last.
     fn drop_one(&mut self) -> Keyframe {
         let nearest = |at: usize| {
             let others = self.all.iter().enumerate().filter(|(other, _)| *other != at);
@@ -185,7 +188,8 @@ impl Keyframes {
         dropped
     }
 
-    /// Gives those after one, and those that were, each with the one that it was tied to.
+    /// Returns the keyframes after one, dropped ones included, each with the one to which it is
+    /// connected.
     pub(crate) fn newer_than(&self, number: usize) -> Vec<(usize, usize)> {
         let former = self.former.iter().map(|one| (one.number, one.from));
         let all = self.all.iter().map(|one| (one.number, one.step.map(|(from, _)| from)));
@@ -193,7 +197,7 @@ impl Keyframes {
         newer.filter_map(|(one, from)| Some((one, from?))).collect()
     }
 
-    /// Has those that were know the turn as well as those do with which they move.
+    /// Gives dropped keyframes the orientation variance of the keyframes with which they move.
     pub(crate) fn renew_former(&mut self) {
         for at in 0..self.former.len() {
             if let Some(place) = self.place(self.former[at].number) {
@@ -202,25 +206,26 @@ impl Keyframes {
         }
     }
 
-    /// Notes where the object stands by the way on which it came, and has the next one tie the ends of that loop.
+    /// Stores the predicted pose of the object, so that the next keyframe connects the ends of a
+    /// loop.
     pub(crate) fn tie(&mut self, expected: &Pose) {
         let last = self.all.last().filter(|_| self.followed);
         self.tie = last.map(|last| (last.number, last.world_from_object.inverse() * *expected));
     }
 
-    /// Says whether the ends of a loop wait to be tied.
+    /// Returns whether a loop is waiting to be connected.
     pub(crate) fn is_open(&self) -> bool {
         self.tie.is_some()
     }
 
-    /// Gives the number of the last one whose turn is known as well as by a variance: those after it are the way
-    /// on which it drifted.
+    /// Returns the number of the last keyframe whose orientation variance does not exceed a bound:
+    /// the drift occurred after it.
     pub(crate) fn last_known(&self, variance: f64) -> Option<usize> {
         self.all.iter().rev().find(|one| one.drift <= variance).map(|one| one.number)
     }
 
-    /// Turns back those of the way since one of them, each by its share of a motion that closes a loop; `drifts`
-    /// are the variances of the turn before that and after it.
+    /// Turns back the keyframes since one of them, each by its share of a motion that closes a
+    /// loop; `drifts` are the variances of the orientation before and after that.
     pub(crate) fn turn_back(&mut self, off: &Twist, drifts: (f64, f64), since: Option<usize>) {
         let former = self.former.iter_mut();
         let former = former.map(|one| (one.number, &mut one.world_from_object, &mut one.drift));
@@ -236,7 +241,8 @@ impl Keyframes {
         self.closing = TIES;
     }
 
-    /// Moves them, and those that were, each in its object's frame by what its number is moved by.
+    /// Moves all keyframes, dropped ones included, in the object's frame by the motion of their
+    /// numbers.
     pub(crate) fn move_by(&mut self, by: impl Fn(usize) -> Pose) {
         for one in &mut self.former {
             one.world_from_object = (one.world_from_object * by(one.number)).renormalized();
@@ -246,7 +252,8 @@ impl Keyframes {
         }
     }
 
-    /// Gives where the object stood at one of them, or at one that was, as far as that is known by now.
+    /// Returns the pose of the object at a keyframe, which may have been dropped, as currently
+    /// estimated.
     pub(crate) fn pose(&self, number: usize) -> Option<Pose> {
         if let Ok(at) = self.all.binary_search_by_key(&number, |one| one.number) {
             return Some(self.all[at].world_from_object);
@@ -255,7 +262,7 @@ impl Keyframes {
         Some(self.former[at].world_from_object)
     }
 
-    /// Gives the place of the one with a number, or else of the last one before it.
+    /// Returns the index of the keyframe with a number, or else of the last one before it.
     pub(crate) fn place(&self, number: usize) -> Option<usize> {
         self.all.partition_point(|one| one.number <= number).checked_sub(1)
     }

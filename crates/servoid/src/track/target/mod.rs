@@ -1,4 +1,4 @@
-//! What is known of the object.
+//! The model of the tracked object.
 
 pub(super) mod bias;
 pub(super) mod colors;
@@ -26,12 +26,12 @@ use self::solid::Solid;
 use crate::camera::Channels;
 use crate::shape::Body;
 
-/// What is known of the object: its shape, what it looks like, and how well it is
-/// recognised while it is tracked.
+/// All that is known of the object: its shape, its appearance, and how well it is recognised while
+/// it is tracked.
 #[derive(Debug, Clone)]
 pub(super) struct Target {
     pub(super) body: Body,
-    /// The body, ready for outlines and for rays.
+    /// The body, prepared for outlines and rays.
     pub(super) solid: Solid,
     pub(super) points: Points,
     pub(super) relief: Relief,
@@ -61,7 +61,7 @@ impl Target {
         }
     }
 
-    /// Says whether anything is known of how the object looks.
+    /// Returns whether anything is known of the object's appearance.
     pub(super) fn knows_a_look(&self) -> bool {
         let colors = [Channels::Grey, Channels::Rgb].map(|kind| self.colors.know_object(kind));
         colors.contains(&true) || self.colors.are_known() || !self.points.features.is_empty()

@@ -13,26 +13,27 @@ use crate::track::frame::window::Window;
 pub(crate) struct InView {
     pub(crate) camera: usize,
     pub(crate) point: usize,
-    /// Number of the template that it should have.
+    /// Index of the template expected in its image.
     pub(crate) template: usize,
 }
 
-/// How a point that a camera should see agrees with its image.
+/// Agreement of a point that a camera should see with the camera's image.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Match {
     pub(crate) view: InView,
     pub(crate) agreement: Option<Agreement>,
-    /// The level of the pyramid at which it agrees so.
+    /// The level of the pyramid of that agreement.
     pub(crate) level: usize,
-    /// Where it should be.
+    /// Its expected pixel.
     pub(crate) pixel: Option<Vector2<f64>>,
-    /// Its place among those in view, and by how many metres it is moved towards where it was learned.
+    /// Its index among the points in view, and its displacement towards the camera by which it was
+    /// learned, in metres.
     pub(crate) at: usize,
     pub(crate) moved: f64,
 }
 
 impl Match {
-    /// Says whether the image shows the point.
+    /// Returns whether the image shows the point.
     pub(crate) fn is_recognised(&self) -> bool {
         self.agreement.is_some_and(|agreement| agreement.correlation >= RECOGNISED)
     }
@@ -42,41 +43,44 @@ impl Match {
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Points {
     pub(crate) features: Vec<Feature>,
-    /// Variance of the object's turn since the first image, by those that were seen last.
+    /// Variance of the object's orientation since the first image, by the points that were seen
+    /// last.
     pub(crate) drift: f64,
-    /// Beside it, the most by the noise of an image in which only motion tells distances.
+    /// Additional variance: the largest due to noise in an image in which distances come from
+    /// motion alone.
     pub(crate) noise: f64,
     next: usize,
-    /// Those that were recognised last, by their numbers.
+    /// Numbers of the points that were recognised last.
     pub(super) seen: Vec<usize>,
-    /// Memory of what is gathered of them.
+    /// Reused memory for their variances.
     pub(super) drifts: Vec<f64>,
 }
 
-/// Least cosine between a surface's normal and the way to a camera that sees it.
+/// Least cosine between a surface's normal and the direction to a camera that sees it.
 const LEAST_FACING: f64 = 0.3;
-/// Least cosine between the ways to a camera now and when the point was learned.
+/// Least cosine between the current viewing direction and the one in which the point was learned.
 const LEAST_LIKE: f64 = 0.6;
-/// The same of a point whose distance is a guess: so is its normal.
+/// The same two for a point whose distance, and thus whose normal, is a guess.
 const LEAST_OF_GUESS: (f64, f64) = (0.5, 0.92);
-/// Pixels inside the outline between which a point lies on the rim: bodies are not made of ellipsoids.
+/// Range of distances inside the outline, in pixels, in which a point lies on the rim: the
+/// ellipsoids only approximate the object.
 const RIM_PX: (f64, f64) = (-3.0, 4.0);
-/// Points are kept up to this number.
+/// Most points that are kept.
 const MOST: usize = 600;
-/// Points that there is room for: those that are kept, and what an image may bring.
+/// Capacity for points: those that are kept, and those that an image may add.
 const ROOM: usize = MOST + 40;
 /// Correlation from which on a point counts as recognised.
 pub(crate) const RECOGNISED: f64 = 0.75;
 
 impl Points {
-    /// Takes points that are known from before.
+    /// Makes a set of previously known points.
     pub(crate) fn of(mut features: Vec<Feature>) -> Self {
         let mut out = Self::default();
         out.add(&mut features);
         out
     }
 
-    /// Lists the points that open windows should show: all, and at most `most` a camera of them.
+    /// Lists the points that open windows should show: all of them, and at most `most` per camera.
     pub(crate) fn in_view(
         &self,
         windows: &[Window],
@@ -113,7 +117,7 @@ impl Points {
         }
     }
 
-    /// Takes in new points, in memory that is there at once for as many as are ever kept.
+    /// Adds new points, in memory that is allocated at once for as many as are ever kept.
     pub(crate) fn add(&mut self, fresh: &mut Vec<Feature>) {
         if self.features.capacity() < ROOM {
             self.features.reserve(ROOM.saturating_sub(self.features.len()));
@@ -125,8 +129,8 @@ impl Points {
         self.features.append(fresh);
     }
 
-    /// Judges points by what images said of them where nothing hides them, and drops those that no longer
-    /// agree.
+    /// Updates the records of points by images in which nothing hides them, and drops those that no
+    /// longer agree.
     pub(crate) fn count_hits(
         &mut self,
         matches: &[Match],
@@ -156,8 +160,8 @@ impl Points {
         }
     }
 
-    /// Turns points back that were learned with keyframes since one of them, each by its share of a motion that
-    /// closes a loop; `drifts` are the variances of the turn before that and after it.
+    /// Turns back points that were learned since a keyframe, each by its share of a motion that
+    /// closes a loop; `drifts` are the variances of the orientation before and after that.
     pub(crate) fn turn_back(&mut self, off: &Twist, drifts: (f64, f64), since: Option<usize>) {
         for feature in self.features.iter_mut().filter(|feature| feature.origin.keyframe >= since) {
             let (share, left) = bridged(feature.drift, drifts);
@@ -168,14 +172,14 @@ impl Points {
         }
     }
 
-    /// Gives the numbers of the points that were recognised last, and where they are.
+    /// Returns the numbers of the points that were recognised last, and their positions.
     pub(crate) fn seen(&self) -> Vec<(usize, Vector3<f64>)> {
         let features = self.seen.iter().filter_map(|id| self.with_id(*id));
         features.map(|feature| (feature.id, feature.point.position)).collect()
     }
 
-    /// Gives the small motion of the object that leaves points about where they were in the world before they
-    /// were moved; nothing if they are too few.
+    /// Returns the small motion of the object that keeps points about where they were in the world
+    /// before they were moved; none if they are too few.
     pub(crate) fn moved_since(&self, before: &[(usize, Vector3<f64>)]) -> Option<Twist> {
         let (mut curvature, mut slope) = (Matrix6::zeros(), Twist::zeros());
         let mut count = 0;
@@ -192,17 +196,18 @@ impl Points {
         (count >= LEAST_KNOWN).then(|| curvature.cholesky())?.map(|normal| normal.solve(&slope))
     }
 
-    /// Gives the point that was counted so.
+    /// Returns the point with a number.
     pub(crate) fn with_id(&self, id: usize) -> Option<&Feature> {
         self.place(id).map(|at| &self.features[at])
     }
 
-    /// They are in the order in which they were counted.
+    /// Points are in the order of their numbers.
     fn place(&self, id: usize) -> Option<usize> {
         self.features.binary_search_by_key(&id, |feature| feature.id).ok()
     }
 
-    /// Takes over how far the turn may have drifted where points were seen, as variances: the least counts.
+    /// Takes over the variances of the orientation at the keyframes in which points were seen: the
+    /// smallest counts.
     pub(crate) fn know_drift(&mut self, seen: impl Iterator<Item = (usize, f64)>) {
         let mut drifts = vec![f64::INFINITY; self.features.len()];
         for (id, drift) in seen {
@@ -217,16 +222,17 @@ impl Points {
         }
     }
 
-    /// Gives the covariance of a point's pixel, in square pixels, by what the turn had drifted further when
-    /// it was learned than by the points that were seen last. `by_motion` says how it moves with the object.
+    /// Returns the covariance of a point's pixel, in square pixels, due to the drift of the
+    /// orientation when it was learned beyond that of the points seen last. `by_motion` is the
+    /// derivative of the pixel by the object's motion.
     pub(crate) fn strayed(&self, point: usize, by_motion: &Matrix2x6<f64>) -> Matrix2<f64> {
         let excess = (self.features[point].drift - self.drift).max(0.0);
         let by_turn = by_motion.fixed_view::<2, 3>(0, 3);
         by_turn * by_turn.transpose() * (excess / 3.0)
     }
 
-    /// Moves points along the way in which they were learned to where the images show them, each by
-    /// as much as it is less certain than the images; `radius` is the body's.
+    /// Moves points along the direction in which they were learned to where the images show them,
+    /// each weighted by its uncertainty relative to the images'; `radius` is the body's.
     pub(crate) fn refine(&mut self, matches: &[Match], radius: f64) {
         for Match { view, agreement, .. } in matches {
             let Some(agreement) = agreement else { continue };
@@ -252,30 +258,29 @@ impl Points {
     }
 }
 
-/// Features that must agree for the turn by them to count as known.
+/// Least number of agreeing points from which the orientation counts as known.
 pub(crate) const LEAST_KNOWN: usize = 12;
-/// Says whether a point lies about where the body's outline is: its image is that of the outline, which
-/// does not move as the surface does.
+/// Returns whether a point lies about at the body's outline: its image is that of the outline,
+/// which does not move as the surface does.
 fn is_on_rim(projection: &Projection, rims: &Rims, point: &Vector3<f64>) -> bool {
     let margin = projection.pixel(point).map(|(pixel, _)| rims.margin(&pixel));
     margin.is_some_and(|margin| (RIM_PX.0..RIM_PX.1).contains(&margin))
 }
 
-/// Share of what an image says of a point that is its own and not the pose's.
+/// Share of an image's information about a point that is independent of the pose.
 const SHARED: f64 = 0.2;
-/// Standard deviation of what is forgotten of a point's place in an image, as a share of the body's
-/// radius.
+/// Standard deviation added to a point's position per image, as a share of the body's radius.
 const FADING: f64 = 1e-4;
-/// Standard deviation of where a patch is found beyond its noise, in pixels: surfaces are not flat.
+/// Standard deviation of a patch's position beyond its noise, in pixels: surfaces are not flat.
 pub(crate) const PLACE_PX: f64 = 0.25;
 
-/// Variance of a normalised patch's samples at a correlation.
+/// Returns the variance of a normalised patch's samples at a correlation.
 pub(crate) fn noise(correlation: f64) -> f64 {
     (2.0 * (1.0 - correlation) / 16.0).max(0.0) + 4e-4
 }
 
-/// Gives how the pixel of a point of the object moves with a small motion of the object in its own
-/// frame.
+/// Returns the derivative of the pixel of a point of the object by a small motion of the object in
+/// its own frame.
 pub(crate) fn by_motion(slope: &Matrix2x3<f64>, point: &Vector3<f64>) -> Matrix2x6<f64> {
     let mut out = Matrix2x6::zeros();
     out.fixed_view_mut::<2, 3>(0, 0).copy_from(slope);
@@ -283,14 +288,14 @@ pub(crate) fn by_motion(slope: &Matrix2x3<f64>, point: &Vector3<f64>) -> Matrix2
     out
 }
 
-/// Takes `most` of all entries, evenly.
+/// Selects `most` of all entries, evenly.
 fn thin(all: &[InView], most: usize, out: &mut Vec<InView>) {
     let (count, kept) = (all.len(), all.len().min(most));
     out.extend((0..kept).map(|at| all[at * count / kept]));
 }
 
-/// Gives the share of a drift that had come about where a point was learned, and what is left of its
-/// variance once the loop is closed: that of a random walk whose ends are known.
+/// Returns the share of a drift that had occurred when a point was learned, and its remaining
+/// variance once the loop is closed: that of a random walk with known ends.
 pub(crate) fn bridged(variance: f64, (before, after): (f64, f64)) -> (f64, f64) {
     let share = ((variance - after) / (before - after)).clamp(0.0, 1.0);
     (share, after.min(variance) + (variance - after).max(0.0) * (1.0 - share))
@@ -343,7 +348,7 @@ mod tests {
         for old in &points.features[..2] {
             assert_eq!(old.point, point);
         }
-        // Seen from the pose after the jump, it is where it was seen from the one before.
+        // Seen from the pose after the jump, the point is where it was seen from the pose before.
         let newest = &points.features[2];
         assert!(
             (Pose::exp(&off).transform(&newest.point.position) - point.position).norm() < 1e-12

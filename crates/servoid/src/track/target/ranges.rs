@@ -1,4 +1,4 @@
-//! Places of the surface whose distance depth images measured: they tell of a pose also where nothing is
+//! Surface positions measured by depth images: they constrain a pose also where nothing is
 //! textured.
 
 use nalgebra::{Vector2, Vector3, Vector6};
@@ -16,56 +16,59 @@ use crate::track::frame::rangefinder::Rangefinder;
 pub(crate) struct Range {
     pub(crate) position: Vector3<f64>,
     pub(crate) normal: Vector3<f64>,
-    /// The way to the camera that measured it.
+    /// The direction to the camera that measured it.
     pub(crate) toward: Vector3<f64>,
-    /// The keyframe that its view belonged to: it moves with that.
+    /// The keyframe of its view, with which it moves.
     keyframe: usize,
-    /// Variance of its place along the normal, in square metres, and of the object's turn since the first
-    /// image, in square radians.
+    /// Variance of its position along the normal, in square metres, and of the object's orientation
+    /// since the first image, in square radians.
     variance: f64,
     drift: f64,
     record: Record,
 }
 
-/// How far a measured place is off at a pose, along its normal.
+/// Residual of a measured position at a pose, along its normal.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Residual {
-    /// How far the surface lies beyond where it should be, in metres, and how that changes with a small motion.
+    /// Distance of the surface beyond its expected position, in metres, and its derivative by a
+    /// small motion.
     pub(crate) off: f64,
     pub(crate) by_motion: Vector6<f64>,
     pub(crate) information: f64,
 }
 
-/// The measured places of an object.
+/// The measured surface positions of an object.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Ranges {
     pub(crate) all: Vec<Range>,
 }
 
-/// Least distance from one to another, in radii, if their normals have at least this cosine.
+/// Least distance between two, in radii, if the cosine between their normals is at least this.
 const APART: f64 = 0.12;
 const ALIKE: f64 = 0.6;
-/// Places along the longer side of the object's image that are asked.
+/// Positions along the longer side of the object's image that are sampled.
 const COLUMNS: f64 = 24.0;
 /// Most that are kept.
 const MOST: usize = 800;
-/// Pixels inside the outline, and to the neighbours that tell the normal.
+/// Least distance inside the outline, and distance to the neighbours from which the normal is
+/// computed, in pixels.
 const MARGIN_PX: f64 = 4.0;
 const BESIDE_PX: f64 = 3.0;
-/// Distance from the body's surface at which a place is still the object's, in radii.
+/// Largest distance from the body's surface of a position that counts as the object's, in radii.
 const REACH: f64 = 0.3;
-/// Depth from one neighbour to the next that is an edge, in radii.
+/// Depth difference between neighbours that is an edge, in radii.
 const EDGE: f64 = 0.25;
-/// Least cosine between a normal and the way to the camera.
+/// Least cosine between a normal and the direction to the camera.
 const FACING: f64 = 0.4;
-/// How much a place counts: neighbours err together.
+/// Weight of a position: errors of neighbours are correlated.
 const SHARE: f64 = 0.25;
-/// Standard deviations, or radii if these are more, beyond which something else was measured.
+/// Deviation, in standard deviations or in radii if these are more, beyond which something else was
+/// measured.
 const FARTHEST: (f64, f64) = (4.0, 0.06);
 
 impl Ranges {
-    /// Adds places where a depth image shows the surface, where nothing near is known; `drift` is the variance of
-    /// the object's turn, `keyframe` that which the view belongs to.
+    /// Adds positions where a depth image shows the surface and nothing near is known; `drift` is
+    /// the variance of the object's orientation, `keyframe` that of the view.
     pub(crate) fn add(
         &mut self,
         seen: &Rangefinder<'_>,
@@ -93,7 +96,7 @@ impl Ranges {
         }
     }
 
-    /// Says whether something nearer than `least` is known that looks the same way.
+    /// Returns whether a position nearer than `least` is known whose normal is similar.
     fn is_known(&self, found: &Range, least: f64) -> bool {
         self.all.iter().any(|one| {
             (one.position - found.position).norm_squared() < least.powi(2)
@@ -101,8 +104,8 @@ impl Ranges {
         })
     }
 
-    /// Judges places by a depth image of a pose that is believed, where nothing hides the object, and drops
-    /// those that no longer agree: what was measured there was something else.
+    /// Updates the records of positions by a depth image at a trusted pose, where nothing hides the
+    /// object, and drops those that no longer agree: something else was measured there.
     pub(crate) fn count_hits(
         &mut self,
         seen: &Rangefinder<'_>,
@@ -118,8 +121,8 @@ impl Ranges {
         self.all.retain(|one| one.record.is_good());
     }
 
-    /// Gives what a depth image says of a pose at the places that its camera should see; `drift` is the variance
-    /// of the object's turn now.
+    /// Returns the residuals of a depth image at a pose for the positions that its camera should
+    /// see; `drift` is the current variance of the object's orientation.
     pub(crate) fn residuals(
         &self,
         seen: &Rangefinder<'_>,
@@ -136,14 +139,14 @@ impl Ranges {
             let mut by_motion = Vector6::zeros();
             by_motion.fixed_rows_mut::<3>(0).copy_from(&one.normal);
             by_motion.fixed_rows_mut::<3>(3).copy_from(&by_turn);
-            // What is off by more counts the less.
+            // Larger deviations have less weight.
             let doubt = 1.0 / (1.0 + off * off / (2.0 * noise));
             let information = SHARE * doubt / variance;
             (off.abs() < most).then_some((pixel, Residual { off, by_motion, information }))
         })
     }
 
-    /// Has them know the turn as well as the keyframes that they move with.
+    /// Limits the orientation variances to those of the keyframes with which the positions move.
     pub(crate) fn know_drift(&mut self, keyframes: &Keyframes) {
         for one in &mut self.all {
             if let Some(at) = keyframes.place(one.keyframe) {
@@ -152,14 +155,15 @@ impl Ranges {
         }
     }
 
-    /// Moves them by what the keyframes of some numbers are moved by, in the object's frame.
+    /// Moves the positions by the motions of their keyframes, in the object's frame.
     pub(crate) fn move_by(&mut self, by: impl Fn(usize) -> Pose) {
         for one in &mut self.all {
             one.move_by(&by(one.keyframe).inverse());
         }
     }
 
-    /// Turns those back that were measured since a keyframe, each by its share of a motion that closes a loop.
+    /// Turns back the positions measured since a keyframe, each by its share of a motion that
+    /// closes a loop.
     pub(crate) fn turn_back(&mut self, off: &Twist, drifts: (f64, f64), since: Option<usize>) {
         for one in self.all.iter_mut().filter(|one| Some(one.keyframe) >= since) {
             let (share, left) = bridged(one.drift, drifts);
@@ -172,8 +176,9 @@ impl Ranges {
 }
 
 impl Range {
-    /// Gives the pixel where a camera should see it, how far beyond it the surface is there, along its normal, and
-    /// the measured distance, in metres; nothing where it should not be seen, or was not measured.
+    /// Returns the pixel where a camera should see the position, how far beyond it the surface is
+    /// there, along its normal, and the measured distance, in metres; none if it should not be
+    /// visible, or was not measured.
     fn off(&self, seen: &Rangefinder<'_>, solid: &Solid) -> Option<(Vector2<f64>, f64, f64)> {
         let way = (seen.eye - self.position).normalize();
         if way.dot(&self.normal) < FACING || solid.hides(&self.position, &seen.eye) {
@@ -191,7 +196,7 @@ impl Range {
     }
 }
 
-/// Gives what a depth image shows of the object's surface at a pixel.
+/// Returns the surface position that a depth image shows at a pixel.
 fn measured(seen: &Rangefinder<'_>, solid: &Solid, pixel: &Vector2<f64>) -> Option<Range> {
     let (position, metres) = seen.place(pixel)?;
     let way = (position - seen.eye).normalize();
@@ -237,7 +242,7 @@ mod tests {
         Pose::exp(&Twist::new(aside, 0.0, 0.4, 0.3, 0.5 + turned, 0.2))
     }
 
-    /// Measures the egg at a pose, the further away the more by `beyond`.
+    /// Measures the egg at a pose, with an error of `beyond` in the distance.
     fn image(pose: &Pose, beyond: f64) -> Vec<f32> {
         let (solid, projection) = (solid(), world().moved(pose));
         let (eye, to_ray) = (projection.eye().unwrap(), projection.linear.try_inverse().unwrap());

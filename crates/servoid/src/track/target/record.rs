@@ -1,24 +1,24 @@
-/// How a point or a place of the surface has done.
+/// Record of how often a point or a position of the surface was recognised.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Record {
-    /// Images in which it should have been recognised, and was; both fade.
+    /// Images in which it should have been recognised, and in which it was; both decay.
     seen: f32,
     agreed: f32,
 }
 
-/// Images for which a new one counts, and how much of the past counts then.
+/// Images with which a new one starts, and the decay per image.
 const AT_FIRST: f32 = 2.0;
 const MEMORY: f32 = 0.93;
-/// Share of the images that must agree.
+/// Least share of the images that must agree.
 const LEAST_HIT_RATE: f32 = 0.4;
 
 impl Record {
-    /// Begins with trust.
+    /// Starts as if it had always agreed.
     pub(crate) fn new() -> Self {
         Self { seen: AT_FIRST, agreed: AT_FIRST }
     }
 
-    /// Takes in an image in which it should have been recognised.
+    /// Adds an image in which it should have been recognised.
     pub(crate) fn count_hits(&mut self, agrees: bool) {
         self.seen = MEMORY * self.seen + 1.0;
         self.agreed *= MEMORY;
@@ -27,12 +27,12 @@ impl Record {
         }
     }
 
-    /// Gives the share of the images in which it was recognised.
+    /// Returns the share of the images in which it was recognised.
     pub(crate) fn hit_rate(&self) -> f32 {
         self.agreed / self.seen
     }
 
-    /// Says whether it still agrees often enough to be kept.
+    /// Returns whether it still agrees often enough to be kept.
     pub(crate) fn is_good(&self) -> bool {
         self.hit_rate() > LEAST_HIT_RATE
     }

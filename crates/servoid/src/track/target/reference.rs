@@ -1,42 +1,42 @@
 use crate::track::pose::verify::Quality;
 
-/// The mean quality of the images in which the object is tracked: what new ones are compared with.
+/// The mean quality of the images in which the object is tracked, with which new ones are compared.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Reference {
     /// Mean log-likelihood ratio inside the outline.
     pub(crate) ratio: f64,
     /// Agreement of the outline with the boundary in the images.
     pub(crate) outline: f64,
-    /// Share of what should be seen that is.
+    /// Share of what should be visible that is seen.
     pub(crate) share: f64,
     /// Support of the pose, in surface points.
     pub(crate) support: f64,
     /// Surface points that are seen.
     pub(crate) recognised: f64,
-    /// Those of them with the contrast of a pattern; not written, so learned anew.
+    /// Those of them with the contrast of a pattern; not saved, so learned anew.
     pub(crate) textured: f64,
-    /// Pixels that the outlines hold, times the squared distance.
+    /// Pixels inside the outlines, times the squared distance.
     pub(crate) area: f64,
     /// Distance from the first camera, in metres.
     pub(crate) distance: f64,
 }
 
-/// Share of the newest image.
+/// Weight of the newest image.
 const RATE: f64 = 0.05;
 
 impl Reference {
-    /// Numbers of which it is made up when it is saved.
+    /// Number of values that are saved.
     pub(crate) const NUMBERS: usize = 7;
 
-    /// Writes it as numbers that mean the same for any number of cameras: what is summed over
-    /// cameras is divided by their number.
+    /// Returns it as numbers that are independent of the number of cameras: sums over cameras are
+    /// divided by it.
     pub(crate) fn numbers(&self, cameras: usize) -> [f64; Self::NUMBERS] {
         let Self { ratio, outline, share, support, recognised, area, distance, .. } = *self;
         let each = 1.0 / cameras as f64;
         [ratio, outline, share, support * each, recognised * each, area * each, distance]
     }
 
-    /// Reads what [`Reference::numbers`] wrote, for other cameras.
+    /// Restores it from the result of [`Reference::numbers`], for other cameras.
     pub(crate) fn of(numbers: [f64; Self::NUMBERS], cameras: usize) -> Self {
         let [ratio, outline, share, support, recognised, area, distance] = numbers;
         let all = cameras as f64;
@@ -44,7 +44,7 @@ impl Reference {
         Self { ratio, outline, share, support, recognised, textured: 0.0, area, distance }
     }
 
-    /// Takes in the quality of an image in which the pose was trusted.
+    /// Updates it by the quality of an image in which the pose was trusted.
     pub(crate) fn follow(&mut self, quality: &Quality, distance: f64) {
         self.distance += RATE * (distance - self.distance);
         self.ratio += RATE * (quality.ratio - self.ratio);

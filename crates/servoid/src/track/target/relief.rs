@@ -1,23 +1,24 @@
-//! Whether distances that the body alone tells are believed: one camera sees a point lie somewhere on its ray,
-//! and the body says where, as far as it has the object's shape.
+//! Whether distances that come from the body alone are trusted: a single camera constrains a point
+//! to its ray, and the body gives its distance, as far as it has the object's shape.
 
 use super::points::{Match, Points};
 
-/// Standard deviation of the guess, as a share of the body's radius: as far as the body is believed, and where
-/// motion is to tell distances.
+/// Standard deviation of the guess, as a share of the body's radius: where the body is trusted, and
+/// where motion is to determine distances.
 pub(crate) const GUESS: (f64, f64) = (0.1, 0.25);
-/// Part of the usual share below which an object is about to be lost, and its body is no more believed.
+/// Part of the usual share below which an object is about to be lost, and its body is no longer
+/// trusted.
 const DENIED: f64 = 0.6;
-/// Standard deviations by which points lie off the body's surface, rms over those that keyframes saw together,
-/// up to which these confirm it.
+/// Deviation of points from the body's surface, rms in standard deviations over those that
+/// keyframes saw together, up to which these confirm the body.
 const CONFIRMED: f64 = 0.55;
 
-/// What became of the belief that points lie on the body's surface.
+/// Whether points are still assumed to lie on the body's surface.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Relief {
-    /// Whether motion alone tells distances, since the body is not believed.
+    /// Whether distances come from motion alone, since the body is not trusted.
     pub(crate) is_open: bool,
-    /// How far the first keyframes put points off the body, rms in standard deviations.
+    /// Deviation of points from the body by the first keyframes, rms in standard deviations.
     misfit: Option<f64>,
 }
 
@@ -26,35 +27,36 @@ impl Relief {
         Self { is_open, misfit: None }
     }
 
-    /// Takes in how far keyframes put points off the body: once, as it grows with what they see.
+    /// Stores the deviation of points from the body by keyframes: only once, as it grows with what
+    /// they see.
     pub(crate) fn measure(&mut self, misfit: Option<f64>) {
         if !self.is_open {
             self.misfit = self.misfit.or(misfit);
         }
     }
 
-    /// Says whether keyframes confirm the body.
+    /// Returns whether keyframes confirm the body.
     pub(crate) fn is_confirmed(&self) -> bool {
         self.misfit.is_some_and(|rms| rms <= CONFIRMED)
     }
 
-    /// Says whether a share of what should be seen, of which `usual` is usual, speaks against the body, and
-    /// keyframes do not speak for it.
+    /// Returns whether a share of what should be visible, compared with the `usual` one, is
+    /// evidence against the body that keyframes do not outweigh.
     pub(crate) fn is_denied(&self, share: f64, usual: f64) -> bool {
         !self.is_open && !self.is_confirmed() && share < DENIED * usual
     }
 }
 
 impl Points {
-    /// Says whether the body alone told the distances of most points that are recognised, where they were
-    /// detected.
+    /// Returns whether the distances of most recognised points came from the body alone when they
+    /// were detected.
     pub(crate) fn are_guessed(&self, matches: &[Match]) -> bool {
         let seen = matches.iter().filter(|one| one.is_recognised());
         let guessed = |one: &&Match| self.features[one.view.point].is_guessed;
         2 * seen.clone().filter(guessed).count() > seen.count()
     }
 
-    /// Has motion alone tell the distances that were guessed.
+    /// From now on estimates the guessed distances from motion alone.
     pub(crate) fn open(&mut self, radius: f64) {
         let variance = (GUESS.1 * radius).powi(2);
         for one in self.features.iter_mut().filter(|one| one.is_guessed) {

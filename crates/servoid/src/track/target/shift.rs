@@ -3,7 +3,7 @@ use nalgebra::{Matrix2, Vector2};
 use super::points::{PLACE_PX, noise};
 use crate::fitness::Agreement;
 
-/// What a match says of where its pixel truly is.
+/// What a match says about the true position of its pixel.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Shift {
     /// In inverse square pixels.
@@ -12,14 +12,15 @@ pub(crate) struct Shift {
     pub(crate) pull: Vector2<f64>,
 }
 
-/// Squared gradient of a normalised patch, per square pixel, that says nothing: along ridges and shading
-/// that is noise, which would hold a turn back.
+/// Squared gradient of a normalised patch, per square pixel, that carries no information: along
+/// ridges and shading it is noise, which would impede a rotation.
 const EVEN: f64 = 0.03;
 /// Part of it that is enough for a shift to be computed.
 const LEAST: f64 = 0.1;
 
 impl Shift {
-    /// Reads a match at a level of the pyramid; `beside` is the covariance of the pixel that is foreseen.
+    /// Converts a match at a level of the pyramid; `beside` is the covariance of the predicted
+    /// pixel.
     pub(crate) fn new(agreement: &Agreement, level: usize, beside: &Matrix2<f64>) -> Option<Self> {
         let even = Matrix2::identity() * (EVEN * f64::from(1 << level).powi(-2));
         let clear = (agreement.tensor + even).try_inverse()?;
@@ -32,7 +33,7 @@ impl Shift {
         Some(Self { information: inverse * tensor, pull: inverse * (clear * agreement.pull) })
     }
 
-    /// Gives the shift itself at the finest resolution, in pixels: next to none along a ridge.
+    /// Returns the shift itself at the finest resolution, in pixels: almost none along a ridge.
     pub(crate) fn pixels(agreement: &Agreement) -> Option<Vector2<f64>> {
         let even = Matrix2::identity() * (LEAST * EVEN);
         Some((agreement.tensor + even).try_inverse()? * agreement.pull)

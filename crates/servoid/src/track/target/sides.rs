@@ -8,58 +8,60 @@ use crate::pose::Pose;
 use crate::shape::{Outline, Projection};
 use crate::track::frame::window::Window;
 
-/// What was seen of the object from one side, in the object's frame.
+/// A view of the object from one side, in the object's frame.
 #[derive(Debug, Clone)]
 struct Side {
-    /// Counts the sides that were ever kept.
+    /// Running number of the stored sides.
     id: usize,
     camera: Camera,
     object_from_camera: Pose,
-    /// The keyframe that its view belonged to: it moves with that.
+    /// The keyframe of its view, with which it moves.
     keyframe: usize,
     toward: Vector3<f64>,
     pixels: Vec<u8>,
     channels: Channels,
-    /// Empty until it is made.
+    /// Empty until it is computed.
     mask: Vec<u8>,
     /// Whether the mask was given.
     is_given: bool,
 }
 
-/// Views from different sides, kept while tracking.
+/// Views from different sides, stored while tracking.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Sides {
     all: Vec<Side>,
-    /// How many were kept since the body last evolved.
+    /// Number stored since the body last evolved.
     pub(crate) fresh: usize,
-    /// The next one's `id`.
+    /// The next `id`.
     next: usize,
 }
 
-/// The masks that were made of sides, each by its `id`; none for a side in which the colours disagree with the
-/// body's outline.
+/// The masks computed for sides, each with its `id`; none for a side whose colours disagree with
+/// the body's outline.
 pub(crate) type Marks = Vec<(usize, Option<Vec<u8>>)>;
 
-/// Least angle between the sides of two of them, in radians.
+/// Least angle between two sides, in radians.
 const APART: f64 = 0.15;
-/// Least angle from all of them of a side that counts as unseen, in radians.
+/// Least angle of an unseen side from all stored ones, in radians.
 const UNSEEN: f64 = 0.6;
-/// Sides that are asked about.
+/// Number of directions that are tested for unseen sides.
 const SIDES: usize = 24;
 /// Most that are kept.
 const MOST: usize = 24;
-/// Pixels beyond the outline that may still be the object's, as a share of the window.
+/// Distance beyond the outline up to which pixels may belong to the object, as a share of the
+/// window.
 const BEYOND: f64 = 0.08;
-/// Side of the square over which the scores of pixels are averaged, in pixels.
+/// Side of the square over which the scores of pixels are summed, in pixels.
 const BLOCK: usize = 5;
-/// Sum of the scores of a square from which on its colour is clear.
+/// Sum of the scores of a square from which on its colour is unambiguous.
 const CLEAR: f32 = 0.8 * (BLOCK * BLOCK) as f32;
-/// Least overlap of a mask with the outline for it to be believed.
+/// Least overlap of a mask with the outline for it to be accepted.
 const LEAST_OVERLAP: f64 = 0.6;
 
 impl Sides {
-    /// Keeps what an open window shows, if none was kept from this side; a given mask as it is. Where there are
-    /// enough, one of the two that are nearest to each other makes room for one that is farther from all.
+    /// Stores the view in an open window if none was stored from this side; a given mask is stored
+    /// unchanged. If the storage is full, one of the two nearest sides is dropped in favour of one
+    /// that is farther from all others.
     pub(crate) fn offer(
         &mut self,
         (window, image, camera): (&Window, &ImageView<'_>, &Camera),
@@ -95,7 +97,7 @@ impl Sides {
         self.next += 1;
     }
 
-    /// Gives the later of the two that are nearest to each other, if they are nearer than `apart`.
+    /// Returns the later of the two nearest sides, if they are nearer to each other than `apart`.
     fn redundant(&self, apart: f64) -> Option<usize> {
         let mut nearest = (apart, None);
         for (at, one) in self.all.iter().enumerate().filter(|(_, one)| !one.is_given) {
@@ -109,7 +111,7 @@ impl Sides {
         nearest.1
     }
 
-    /// Moves them by what the keyframes of some numbers are moved by, in the object's frame.
+    /// Moves the sides by the motions of their keyframes, in the object's frame.
     pub(crate) fn move_by(&mut self, by: impl Fn(usize) -> Pose) {
         for one in &mut self.all {
             let moved = by(one.keyframe).inverse() * one.object_from_camera;
@@ -118,8 +120,8 @@ impl Sides {
         }
     }
 
-    /// Tells the object's pixels by their colours where no mask was given; drops views in which they
-    /// disagree with the body's outline. Gives the masks that were made.
+    /// Segments the object by its colours where no mask was given; drops views in which they
+    /// disagree with the body's outline. Returns the computed masks.
     pub(crate) fn mark(&mut self, solid: &Solid, colors: &Colors) -> Marks {
         let mut marks = Marks::new();
         self.all.retain_mut(|one| {
@@ -133,7 +135,7 @@ impl Sides {
         marks
     }
 
-    /// Takes over masks that were made of a copy.
+    /// Takes over masks that were computed for a copy.
     pub(crate) fn take_over(&mut self, marks: Marks) {
         for (id, mask) in marks {
             let Ok(at) = self.all.binary_search_by_key(&id, |one| one.id) else { continue };
@@ -144,7 +146,7 @@ impl Sides {
         }
     }
 
-    /// Gives directions from the object to the sides from which nothing was kept.
+    /// Returns directions from the object to the sides that were not seen.
     pub(crate) fn unseen(&self) -> impl Iterator<Item = Vector3<f64>> + '_ {
         // From the opposite side an outline is nearly the same.
         let known = |way: &Vector3<f64>| {
@@ -153,7 +155,7 @@ impl Sides {
         (0..SIDES).map(|side| half_ball_direction(side, SIDES)).filter(move |way| !known(way))
     }
 
-    /// Gives those that have a mask as views in the object's frame.
+    /// Returns the sides that have a mask as views in the object's frame.
     pub(crate) fn views(&self) -> Vec<View<'_>> {
         self.all.iter().filter_map(Side::view).collect()
     }
@@ -179,7 +181,7 @@ impl Side {
         for v in 0..height {
             for u in 0..width {
                 let inside = holds(&outlines, 0.0, [u, v]);
-                // What the body says counts, too: only clear colours overrule it.
+                // The body's outline counts, too: only unambiguous colours overrule it.
                 let score = scores[v * width + u];
                 let object = score > CLEAR && (inside || holds(&outlines, beyond, [u, v]))
                     || (score > -CLEAR && inside);
@@ -192,7 +194,7 @@ impl Side {
         (both as f64 > LEAST_OVERLAP * either as f64).then_some(())
     }
 
-    /// Sums the scores of pixels over squares; the border scores nothing.
+    /// Sums the scores of pixels over squares; the border has a score of 0.
     fn scores(&self, colors: &Colors, middle: &Vector2<f64>) -> Option<Vec<f32>> {
         let size = self.camera.size_px();
         let image = ImageView::new(&self.pixels, size, self.channels).ok()?;
@@ -225,7 +227,7 @@ impl Side {
     }
 }
 
-/// Says whether outlines, grown by some pixels, hold a pixel.
+/// Returns whether outlines, grown by some pixels, contain a pixel.
 fn holds(outlines: &[Outline], by_px: f64, [u, v]: [usize; 2]) -> bool {
     outlines.iter().any(|outline| {
         let held = outline.grown(by_px).interval(v as f64);

@@ -2,7 +2,7 @@ use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 
 use crate::shape::{Body, Ellipsoid, Outline, Projection, Quadric};
 
-/// The body as the tracker uses it: in the object's frame, ready for outlines and for rays.
+/// The body in the object's frame, prepared for outlines and rays.
 #[derive(Debug, Clone)]
 pub(crate) struct Solid {
     pub(crate) quadrics: Vec<Quadric>,
@@ -11,10 +11,10 @@ pub(crate) struct Solid {
     pub(crate) radius: f64,
 }
 
-/// Where a ray meets the body.
+/// The point at which a ray meets the body.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Hit {
-    /// Which ellipsoid is foremost there.
+    /// Index of the foremost ellipsoid there.
     pub(crate) ellipsoid: usize,
     pub(crate) point: Vector3<f64>,
     pub(crate) normal: Vector3<f64>,
@@ -29,12 +29,12 @@ impl Solid {
         Self { quadrics, to_ball, radius }
     }
 
-    /// Gives the outlines of its ellipsoids in a camera that sees the object's frame.
+    /// Returns the outlines of its ellipsoids in a camera that sees the object's frame.
     pub(crate) fn outlines(&self, projection: &Projection) -> impl Iterator<Item = Outline> {
         self.quadrics.iter().filter_map(|quadric| projection.outline(quadric))
     }
 
-    /// Gives where a ray first meets the body.
+    /// Returns the first point at which a ray meets the body.
     pub(crate) fn hit(&self, origin: &Vector3<f64>, direction: &Vector3<f64>) -> Option<Hit> {
         let mut nearest: Option<(f64, usize, Vector3<f64>)> = None;
         let solids = self.quadrics.iter().zip(&self.to_ball).enumerate();
@@ -55,8 +55,8 @@ impl Solid {
         })
     }
 
-    /// Says whether the body hides a point of its surface from a camera. Points may lie somewhat
-    /// inside the ellipsoids, so the way begins a little nearer to the camera.
+    /// Returns whether the body hides a point of its surface from a camera. Points may lie slightly
+    /// inside the ellipsoids, so the test starts a little nearer to the camera.
     pub(crate) fn hides(&self, point: &Vector3<f64>, eye: &Vector3<f64>) -> bool {
         let way = eye - point;
         let start = point + way.normalize() * (OUTSIDE * self.radius);
@@ -69,13 +69,13 @@ impl Solid {
     }
 }
 
-/// The outlines of a body's ellipsoids, ready to be asked how far inside of them pixels lie.
-/// Its memory is kept from image to image.
+/// The outlines of a body's ellipsoids, prepared to compute how far inside of them pixels lie. Its
+/// memory is reused from image to image.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Rims(Vec<(Outline, Matrix2<f64>)>);
 
 impl Rims {
-    /// Takes the outlines that a camera sees.
+    /// Computes the outlines that a camera sees.
     pub(crate) fn read(&mut self, solid: &Solid, projection: &Projection) {
         let inverse = |outline: &Outline| {
             outline.covariance_px().try_inverse().unwrap_or_else(Matrix2::identity)
@@ -84,7 +84,8 @@ impl Rims {
         self.0.extend(solid.outlines(projection).map(|outline| (outline, inverse(&outline))));
     }
 
-    /// Gives about how many pixels a pixel lies inside; not positive if outside.
+    /// Returns the approximate distance of a pixel inside the outlines, in pixels; not positive if
+    /// outside.
     pub(crate) fn margin(&self, pixel: &Vector2<f64>) -> f64 {
         let depth = |(outline, inverse): &(Outline, Matrix2<f64>)| {
             let away = pixel - outline.center_px();
@@ -100,7 +101,7 @@ impl Rims {
     }
 }
 
-/// Share of the body's radius by which points are lifted before they count as hidden.
+/// Share of the body's radius by which points are lifted before they are tested for being hidden.
 const OUTSIDE: f64 = 0.2;
 
 fn to_ball(ellipsoid: &Ellipsoid) -> Matrix3<f64> {

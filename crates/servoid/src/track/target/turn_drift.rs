@@ -1,19 +1,20 @@
-//! How far the turn may have drifted, by the points that are recognised.
+//! Drift of the orientation, by the points that are recognised.
 
 use nalgebra::Vector3;
 
 use super::points::{Feature, LEAST_KNOWN, Match, Points};
 
-/// Standard deviation of what slips while the object turns by a radian, in radians, below which it is
-/// proved that points do not.
+/// Slip per radian of rotation, as a standard deviation in radians, below which points are proved
+/// not to slip.
 const PROVES: f64 = 0.15;
-/// Angle between the ways to two cameras, in radians, that is no turn.
+/// Angle between the directions to two cameras, in radians, that is not a rotation.
 const EYES_APART: f64 = 0.2;
 
 impl Points {
-    /// Gives how far the turn may have drifted by the points that agree with images, as a variance: half of
-    /// them know it at least so well. Nothing if they are too few. `toward` is the direction to the camera,
-    /// and `slip` the variance by which points slip along while the object turns by a radian.
+    /// Returns the drift of the orientation by the points that agree with images, as a variance
+    /// that at least half of them do not exceed; none if they are too few. `toward` is the
+    /// direction to the camera, and `slip` the variance by which points slip per radian of
+    /// rotation.
     pub(crate) fn drift_seen(
         &mut self,
         matches: &[Match],
@@ -34,18 +35,18 @@ impl Points {
         median(&mut self.drifts)
     }
 
-    /// Computes the variance of the turn since the first image.
+    /// Returns the variance of the orientation since the first image.
     pub(crate) fn turn_variance(&self) -> f64 {
         self.drift + self.noise
     }
 }
 
-/// Gives by how much the object has turned since a point was learned, in radians, at least.
+/// Returns by how much the object has rotated since a point was learned, in radians, at least.
 fn turned(feature: &Feature, toward: &Vector3<f64>) -> f64 {
     (feature.point.toward.angle(toward) - EYES_APART).max(0.0)
 }
 
-/// Gives the median of values, nothing if they are too few.
+/// Returns the median of values, none if they are too few.
 fn median(values: &mut [f64]) -> Option<f64> {
     let half = values.len() / 2;
     let enough = values.len() >= LEAST_KNOWN;

@@ -1,4 +1,4 @@
-//! Every threshold of a quality from which on a pose is followed, reported or learned from.
+//! All thresholds of the quality from which on a pose is followed, reported or learned from.
 
 mod state;
 
@@ -13,57 +13,60 @@ use super::tracker::Tracker;
 use super::update::Updates;
 use crate::pose::Pose;
 
-/// Share of what should be seen of an object below which part of it counts as hidden.
+/// Share of what should be visible of an object below which part of it counts as hidden.
 pub(super) const CLEAR: f64 = 0.8;
-/// Share from which on an object that is followed is said to be located. Between `held` and this
+/// Share from which on an object that is followed is reported as located. Between `held` and this
 /// about half of the poses are wrong.
 const SAID: f64 = 0.68;
-/// The same of one that was seen all the time and whose turn is known.
+/// The same for an object that was seen all the time and whose orientation is known.
 const SAID_OF_HELD: f64 = 0.5;
-/// Share from which on a turn is reported.
+/// Share from which on the orientation is reported.
 const TOLD: f64 = 0.64;
-/// Probability of being right from which on a pose that is followed is said to be tracked.
+/// Probability of being right from which on a pose that is followed is reported as tracked.
 const LIKELY: f64 = 0.8;
-/// Surface points of each camera without which no turn is reported, and those with the contrast of a pattern
-/// that are asked for besides, unless as many as the last number usually have it.
+/// Least number of surface points per camera for the orientation to be reported, and least number
+/// of them with the contrast of a pattern, unless at least as many as the last number usually have
+/// it.
 const FEW: f64 = 8.0;
 const SOME: f64 = 18.0;
 const RICH: f64 = 22.0;
-/// Share of what should be seen from which on the turn is reported by points that one camera sees, where
-/// keyframes do not confirm the body by which their distances were guessed.
+/// Share of what should be visible from which on the orientation is reported by points that only
+/// one camera sees, where keyframes do not confirm the body by which their distances were guessed.
 const GUESSED: f64 = 0.88;
-/// Penalty: the part of the trusted share that is left of a pose's at which something does not fit, so that
-/// however well the rest fits, it is not trusted.
+/// Penalty: a pose with a contradiction keeps at most this part of the trusted share, so that it is
+/// not trusted however well the rest fits.
 const PENALTY: f64 = 0.9;
-/// Part of the reference share below which a pose is made precise once more, from coarser images, and
+/// Part of the reference share below which a pose is refined once more, from coarser images, and
 /// compared with a rival now and then.
 const RETRY: f64 = 0.9;
-/// Share and part of the reference support from which on no other candidate is looked at.
+/// Share and part of the reference support from which on no other candidate is considered.
 const SURE: (f64, f64) = (0.7, 0.6);
-/// Surface points that are usually seen of an object with a pattern: its turn is not believed without
+/// Surface points usually seen of an object with a pattern: its orientation is not trusted without
 /// some of them.
 const PATTERN: f64 = 12.0;
-/// Surface points that suffice, however many there are else.
+/// Number of surface points that suffices, however many the reference has.
 const MANY: f64 = 24.0;
-/// Share of the surface points that are usually seen of an object, below which one that was sought is
-/// not believed to be found: its outline alone fits too many poses.
+/// Share of the reference surface points below which a pose from a search is not accepted: the
+/// outline alone fits too many poses.
 const LEAST_RECOGNISED: f64 = 0.25;
-/// How far an object must be off to have jumped, in radii and radians, and the share of the reference
-/// surface points that must then be seen.
+/// Least deviation from the expected pose that counts as a jump, in radii and radians, and the
+/// share of the reference surface points that must be seen after one.
 const JUMP: f64 = 0.1;
 const LANDED: f64 = 0.6;
-/// Share from which on a jump is believed at once.
+/// Share from which on a jump is accepted at once.
 const SAFE: f64 = 0.85;
-/// Standard deviation of the turn, in radians, below which a side that is not known is learned.
+/// Standard deviation of the orientation, in radians, below which an unknown side is learned.
 const HELD_RAD: f64 = 0.15;
-/// Standard deviation of what the turn may have drifted, in radians, above which it is not reported, whatever is
-/// recognised, and another pose is sought at which sides that are known better are.
+/// Standard deviation of the orientation's drift, in radians, above which the orientation is not
+/// reported, whatever is recognised, and another pose is sought at which better-known sides are
+/// seen.
 pub(super) const ADRIFT: f64 = 0.09;
 
-/// Says whether the images confirm how an object is turned that they confirm to be there: what speaks
-/// for its pose makes it likely, and some surface points are among that, with the contrast of a
-/// pattern unless it has many, since highlights, rims and shading go with the camera. `printed` are the
-/// points of each camera that have that contrast, or mostly had it: far away, or blurred, print has less.
+/// Returns whether the images confirm the orientation of an object whose position they confirm: the
+/// evidence makes its pose likely, and includes some surface points. They must have the contrast of
+/// a pattern unless the object usually has many such points, since highlights, rims and shading
+/// move with the camera. `printed` is the number of points per camera that have that contrast now
+/// or mostly had it: far away, or blurred, a print has less.
 pub(super) fn is_turn_reliable(evidence: &Evidence, printed: f64) -> bool {
     let patterned = printed >= SOME || evidence.reference_textured >= RICH;
     let shows = evidence.recognised >= FEW && evidence.share >= TOLD && patterned;
@@ -71,13 +74,13 @@ pub(super) fn is_turn_reliable(evidence: &Evidence, printed: f64) -> bool {
 }
 
 impl Tracker {
-    /// Gives the share of what should be seen from which on a pose is believed.
+    /// Returns the share of what should be visible from which on a pose is accepted.
     pub(super) fn least_share(&self) -> f64 {
         let TrackSettings { trusted, held, .. } = self.settings;
         if self.status == Status::Tracking { held } else { trusted }
     }
 
-    /// Says whether the images confirm where an object is that is followed.
+    /// Returns whether the images confirm the position of an object that is followed.
     pub(super) fn is_located(&self, quality: &Quality) -> bool {
         let reference = self.target.reference.recognised;
         let least = (LEAST_RECOGNISED * reference).min(MANY);
@@ -87,33 +90,34 @@ impl Tracker {
         self.trust.proved && quality.share >= said.max(self.settings.held) && known
     }
 
-    /// Says whether the object was seen all the time and it is known how it is turned, so that a side
-    /// that turns into view is its own.
+    /// Returns whether the object was seen all the time and its orientation is known, so that a
+    /// side that turns into view belongs to it.
     fn is_held(&self) -> bool {
         self.trust.is_unbroken() && self.trust.proved && self.motion.turn_sd() < HELD_RAD
     }
 
-    /// Gives the share below which less is seen than usual.
+    /// Returns the share below which less is seen than usual.
     pub(super) fn usual_share(&self) -> f64 {
         RETRY * self.target.reference.share
     }
 
-    /// Gives the share below which print proves no pose. Where motion is to tell distances, more is missed
-    /// than usual at right poses, too.
+    /// Returns the share below which a recognised pattern proves no pose. Where distances are
+    /// estimated from motion, more than usual is missed at right poses as well.
     pub(super) fn least_share_of_print(&self) -> f64 {
         if self.target.relief.is_open { 0.0 } else { self.usual_share() }
     }
 
-    /// Says whether the turn can be told by points that lie where the body alone has them: where keyframes do not
-    /// confirm it, most of them must be where they should be.
+    /// Returns whether the orientation can be trusted though its points lie where the body alone
+    /// puts them: unless keyframes confirm the body, most of the points must be where they should
+    /// be.
     pub(super) fn believes_relief(&self, quality: &Quality) -> bool {
         let relief = &self.target.relief;
         let is_sure = relief.is_open || relief.is_confirmed() || quality.share >= GUESSED;
         is_sure || !self.target.points.are_guessed(&self.workspace.matches)
     }
 
-    /// Has motion alone tell distances from now on, where one camera is about to lose an object and the body's
-    /// shape may be why.
+    /// From now on estimates distances from motion alone, if a single camera is about to lose the
+    /// object and the body's shape may be the cause.
     pub(super) fn doubt_relief(&mut self, quality: &Quality) {
         let Target { relief, points, reference, solid, .. } = &mut self.target;
         let is_denied = relief.is_denied(quality.share, reference.share);
@@ -123,7 +127,7 @@ impl Tracker {
         }
     }
 
-    /// Says whether it pays to make a pose precise once more.
+    /// Returns whether it is worth refining a pose once more.
     pub(super) fn needs_retry(&self, quality: &Quality) -> bool {
         quality.share < self.settings.trusted.max(self.usual_share())
     }
@@ -133,11 +137,11 @@ impl Tracker {
         quality.share > SURE.0 && quality.support > SURE.1 * self.target.reference.support
     }
 
-    /// Takes the trust out of a pose at which too little of the surface is recognised, where the
-    /// object was not tracked just before.
+    /// Makes a pose untrusted at which too little of the surface is recognised, where the object
+    /// was not tracked just before.
     pub(super) fn penalize_unrecognised(&self, hypothesis: &mut Hypothesis) {
         if self.status != Status::Tracking {
-            // Only where it was a moment ago may something be thought to hide it.
+            // Only where the object was a moment ago may it be assumed to be hidden.
             hypothesis.quality.share = hypothesis.quality.visible;
         }
         if hypothesis.quality.recognised < LEAST_RECOGNISED * self.target.reference.recognised {
@@ -145,8 +149,8 @@ impl Tracker {
         }
     }
 
-    /// Takes the trust out of a pose that is farther from where the object was expected than its
-    /// motion explains, unless much of the surface is recognised there.
+    /// Makes a pose untrusted that is farther from the expected pose than the motion explains,
+    /// unless much of the surface is recognised there.
     pub(super) fn penalize_jump(&self, expected: &Pose, hypothesis: &mut Hypothesis) {
         let landed = hypothesis.quality.recognised >= LANDED * self.target.reference.recognised;
         if self.has_jumped(expected, &hypothesis.pose) && !landed {
@@ -154,13 +158,13 @@ impl Tracker {
         }
     }
 
-    /// Says whether a pose that is followed needs no proof: it did not jump, or all fits where it
-    /// landed.
+    /// Returns whether a pose that is followed needs no proof: it did not jump, or everything fits
+    /// where it landed.
     pub(super) fn is_landed(&self, expected: &Pose, hypothesis: &Hypothesis) -> bool {
         hypothesis.quality.share >= SAFE || !self.has_jumped(expected, &hypothesis.pose)
     }
 
-    /// Says whether a pose is farther from where the object was expected than its motion explains.
+    /// Returns whether a pose is farther from the expected pose than the motion explains.
     pub(super) fn has_jumped(&self, expected: &Pose, pose: &Pose) -> bool {
         let off = (expected.inverse() * *pose).log();
         let (across, turned) = (off.fixed_rows::<3>(0).norm(), off.fixed_rows::<3>(3).norm());
@@ -172,7 +176,7 @@ impl Tracker {
         hypothesis.quality.share *= PENALTY * self.settings.trusted;
     }
 
-    /// Says what may be updated by a pose that is followed.
+    /// Returns what may be updated by a pose that is followed.
     pub(super) fn allowed_updates(&mut self, quality: &Quality) -> Updates {
         let located = self.is_located(quality);
         self.trust.allowed_updates(quality, &self.target.reference, (located, self.is_held()))
@@ -235,7 +239,8 @@ mod tests {
         assert!(tracker(Status::Tracking, 3.0).is_located(&quality(0.7, 0.0)));
     }
 
-    /// Says whether a turn is reported with standard deviations of some radians a direction.
+    /// Returns whether an orientation is reported with a standard deviation per direction in
+    /// radians.
     fn reliable(tracker: &Tracker, quality: &Quality, turn_rad: f64) -> bool {
         let now = Matrix6::identity() * (turn_rad * turn_rad);
         is_turn_reliable(&tracker.evidence(quality, &now), tracker.printed(quality))

@@ -5,7 +5,7 @@ use crate::track::target::reference::Reference;
 use crate::track::update::Updates;
 
 /// Share of the reference surface points that must be seen for new points to be detected, during a
-/// cooldown and after it: a side that turns into view brings its points one by one.
+/// cooldown and after it: a side that turns into view shows its points one by one.
 const WELL_RECOGNISED: (f64, f64) = (0.6, 0.3);
 /// Images in which an object may be missed and is still predicted.
 const MISSED: usize = 3;
@@ -13,32 +13,34 @@ const MISSED: usize = 3;
 const COOLDOWN: usize = 8;
 /// Share from which on colours are learned.
 const COLOR_SHARE: f64 = 0.65;
-/// Share and part of the reference surface points that prove that an object which was found again is
-/// the one that was lost, at its true pose, and no look-alike's: one that teaches is wrong for good.
+/// Share and part of the reference surface points that prove that an object found again is the lost
+/// one at its true pose, and not a look-alike: what is learned from a wrong one stays wrong.
 const PROVED: (f64, f64) = (0.92, 0.5);
-/// Share, part of the reference points with the contrast of a pattern, and the least number of those, that prove the same.
+/// Share, part of the reference points with the contrast of a pattern, and the least number of
+/// those, that prove the same.
 const RECOGNISABLE: (f64, f64, f64) = (0.75, 0.8, 40.0);
-/// Share that proves one that is met for the first time, by what it looked like elsewhere.
+/// Share that proves an object seen for the first time, by an appearance learned elsewhere.
 const FOUND: f64 = 0.85;
 /// Images without the object after which it counts as lost.
 const LOST_AFTER: usize = 15;
 
-/// How far an object is trusted to be where it is followed, by what was seen of it so far.
+/// How far an object that is followed is trusted to be there, by the images so far.
 #[derive(Debug, Clone, Default)]
 pub(in crate::track) struct Trust {
-    /// Images since it was seen last.
+    /// Images since it was last seen.
     unseen: usize,
-    /// Whether the object was ever tracked, so that its last pose means something.
+    /// Whether the object was ever tracked, so that its last pose is meaningful.
     met: bool,
-    /// Clear images until points are detected as before.
+    /// Clear images left until points are detected as before.
     cooldown: usize,
-    /// Whether the object that was found again last was proved to be the one that was lost.
+    /// Whether the object found again last was proved to be the lost one.
     pub(super) proved: bool,
-    /// Whether it ever was: only then may it have turned unseen to a side that looks like a known one.
+    /// Whether it was ever proved: only then may it have turned, while unseen, to a side that looks
+    /// like a known one.
     pub(super) confirmed: bool,
-    /// Images since it was known well how it is turned.
+    /// Images since the orientation was last known well.
     pub(in crate::track) adrift: usize,
-    /// Images since as much of it was seen as usually is.
+    /// Images since as much of it as usual was seen.
     pub(in crate::track) doubtful: usize,
 }
 
@@ -48,7 +50,8 @@ impl Trust {
         Self { proved: true, ..Self::default() }
     }
 
-    /// Starts with an object whose pose was given; `confirmed` says whether images confirm it.
+    /// Starts with an object whose pose was given; `confirmed` states whether the images confirm
+    /// it.
     pub(in crate::track) fn given(confirmed: bool) -> Self {
         Self { unseen: usize::from(!confirmed), met: true, confirmed, ..Self::unmet() }
     }
@@ -61,12 +64,13 @@ impl Trust {
         self.proved
     }
 
-    /// Says whether the object was met and never missed since.
+    /// Returns whether the object was tracked and never missed since.
     pub(in crate::track) fn is_unbroken(&self) -> bool {
         self.met && self.unseen == 0
     }
 
-    /// Says whether the object was missed in few images at most, so that it went on as foreseen.
+    /// Returns whether the object was missed in a few images at most, so that it moved on as
+    /// predicted.
     pub(in crate::track) fn was_followed(&self) -> bool {
         self.met && self.unseen <= MISSED
     }
@@ -75,7 +79,7 @@ impl Trust {
         self.unseen <= LOST_AFTER
     }
 
-    /// Gives the status of an object that was not found once more.
+    /// Returns the status of an object that was missed once more.
     pub(in crate::track) fn without(&self) -> Status {
         if self.was_seen_lately() { Status::Searching } else { Status::Lost }
     }
@@ -84,8 +88,8 @@ impl Trust {
         self.unseen += 1;
     }
 
-    /// Takes a pose that is believed for proved, if so much is seen at it, or if the last one was and
-    /// this one `goes_on` from there; at a share below the `usual` one print proves nothing.
+    /// Counts an accepted pose as proved if enough is seen at it, or if the last pose was proved
+    /// and this one `goes_on` from it; at a share below the `usual` one a pattern proves nothing.
     pub(in crate::track) fn meet(
         &mut self,
         quality: &Quality,
@@ -98,7 +102,8 @@ impl Trust {
         let least = if self.confirmed { again } else { FOUND };
         self.proved &= goes_on;
         self.proved |= quality.share >= least && quality.recognised >= part * reference.recognised;
-        // No look-alike shows so many points of a pattern, and no alias of it as much as is usual.
+        // No look-alike shows so many points of a pattern, and no alias of the pose as much as
+        // usual.
         let (share, part, many) = RECOGNISABLE;
         let share = share.max(usual);
         let textured = (part * reference.textured).max(many);
@@ -106,12 +111,13 @@ impl Trust {
         self.confirmed |= self.proved;
     }
 
-    /// Begins a cooldown, which some clear images end.
+    /// Begins a cooldown, which ends after some clear images.
     pub(in crate::track) fn cool_down(&mut self) {
         self.cooldown = COOLDOWN;
     }
 
-    /// Says what may be updated by a pose that is followed, if images confirm it as `located`.
+    /// Returns what may be updated by a pose that is followed; `located` states whether the images
+    /// confirm its position.
     pub(super) fn allowed_updates(
         &mut self,
         quality: &Quality,
@@ -124,8 +130,8 @@ impl Trust {
         if !located {
             return Updates { colors: false, surface: false, whole: false };
         }
-        // What hides the object must not become part of it, nor must a pose that is a little off
-        // teach where its points are.
+        // What hides the object must not become part of it, and a pose that is slightly off must
+        // not determine where points lie.
         let (cooling, sure) = WELL_RECOGNISED;
         let least = if self.cooldown > 0 { cooling } else { sure };
         let whole = is_clear && (held || recognised >= least * reference.recognised);

@@ -14,43 +14,43 @@ use crate::track::target::points::{Feature, InView, PLACE_PX, WORST, noise};
 use crate::track::target::relief::GUESS;
 use crate::track::target::solid::{Hit, Rims};
 
-/// Pixels of the object's radius in an image from which on points are a pixel's grain, and the least
-/// grain: in a smaller image there are as many, which hold as much of the surface.
+/// Radius of the object's image, in pixels, from which on a grain is one pixel, and the smallest
+/// grain: a smaller image has as many points, each of which covers as much of the surface.
 const FULL_PX: f64 = 80.0;
 const FINEST: f64 = 0.5;
-/// Grains along the side of a cell in which one point is detected.
+/// Side of a cell in grains; one point is detected per cell.
 const CELL: f64 = 10.0;
-/// Least smaller eigenvalue of the gradients' covariance for which a place is a corner.
+/// Least value of the smaller eigenvalue of the gradients' covariance at a corner.
 const LEAST_CORNER: f32 = 3.0;
 /// Range of distances in which a point is sought, as a share of the body's radius.
 const REACH: f64 = 0.35;
 /// Least correlation between two cameras' images of a new point.
 const LEAST_CORRELATION: f64 = 0.85;
-/// Grains by which a point lies inside the outline.
+/// Least distance of a point from the outline, towards the inside, in grains.
 const LEAST_MARGIN: f64 = 5.0;
-/// Grains from a place to those around it that are asked.
+/// Grains between a position and the neighbours whose colours are checked.
 const AROUND: f64 = 3.0;
-/// Sum of the log-likelihood ratios of nine pixels below which they are background.
+/// Sum of the log-likelihood ratios of nine pixels below which they count as background.
 const AGAINST: f64 = -4.0;
-/// Grains from a place to those beside its patch, and between those.
+/// Grains from a position to the pixels just outside its patch, and between those.
 const BESIDE: f64 = 5.0;
 const APART: f64 = 1.5;
-/// Sum of the log-likelihood ratios of four pixels below which they are background.
+/// Sum of the log-likelihood ratios of four pixels below which they count as background.
 const AGAINST_BESIDE: f64 = -3.0;
 
-/// Where new points are sought.
+/// Where to look for new points.
 pub(crate) struct DetectionPlan<'a> {
-    /// First cell, in the order in which cells have their turn.
+    /// First cell, in the order in which cells are visited.
     pub(crate) from: usize,
-    /// Most cells of a window.
+    /// Most cells per window.
     pub(crate) cells: usize,
-    /// Most places of a window that are looked at closely.
+    /// Most positions per window that are examined closely.
     pub(crate) tries: usize,
-    /// What is known of the object's pixels, one entry a camera or none at all.
+    /// Masks of the object, one entry per camera, or empty.
     pub(crate) masks: &'a [Option<Mask<'a>>],
 }
 
-/// Finds new surface points in cells of each window where no point of `taken` lies.
+/// Detects new surface points in cells of each window that contain no point of `taken`.
 pub(crate) fn detect(
     inputs: &Inputs<'_>,
     pose: &Pose,
@@ -73,13 +73,14 @@ pub(crate) fn detect(
     }
 }
 
-/// Gives the pixels that a grain is in a camera's image of the object.
+/// Returns the size of a grain in pixels, in a camera's image of the object.
 pub(crate) fn grain(inputs: &Inputs<'_>, projection: &Projection) -> Option<f64> {
     let (_, by_place) = projection.pixel(&Vector3::zeros())?;
     Some((inputs.solid.radius * by_place.row(0).norm() / FULL_PX).clamp(FINEST, 1.0))
 }
 
-/// Gives corners in a camera's image that are the object's, each in a free cell that has its turn.
+/// Returns corners on the object in a camera's image, each in a free cell among those to be
+/// visited.
 fn corners<'a>(
     inputs: &'a Inputs<'_>,
     (camera, projection): (usize, &'a Projection),
@@ -112,7 +113,8 @@ fn corners<'a>(
     })
 }
 
-/// Says whether a mask, or else the colours around, do not speak against a pixel.
+/// Returns whether a pixel and its surroundings are compatible with the mask, or with the colours
+/// if there is none.
 fn is_object(
     inputs: &Inputs<'_>,
     (camera, mask): (usize, Option<&Mask<'_>>),
@@ -132,8 +134,8 @@ fn is_object(
     ratios.sum::<f64>() > AGAINST && is_within((window, image), colors, pixel, grain)
 }
 
-/// Says whether the colours all around a patch do not speak against it: its pattern would be the
-/// outline, which does not move as the surface does.
+/// Returns whether the colours all around a patch are the object's. Otherwise its pattern would be
+/// the outline, which does not move as the surface does.
 fn is_within(
     (window, image): (&Window, &ImageView<'_>),
     colors: &Colors,
@@ -163,7 +165,8 @@ fn is_taken(
     })
 }
 
-/// Gives the place in a cell around which the picture changes most in its least direction.
+/// Returns the position in a cell around which the image changes most in the direction of least
+/// change.
 fn best_corner(plane: &Plane, [left, top]: [usize; 2], grain: f64) -> Option<[f64; 2]> {
     let mut best = (LEAST_CORNER, None);
     for at in 0..9 {
@@ -182,7 +185,7 @@ fn best_corner(plane: &Plane, [left, top]: [usize; 2], grain: f64) -> Option<[f6
             xy += sample.right * sample.down;
             yy += sample.down * sample.down;
         }
-        // An even slope is shading: only what differs from it is a pattern.
+        // A constant gradient is shading: only deviations from it are a pattern.
         let (xx, xy, yy) = (xx - x * x / 16.0, xy - x * y / 16.0, yy - y * y / 16.0);
         let (half, apart) = (0.5 * (xx + yy), 0.5 * (xx - yy));
         let least = (half - (apart * apart + xy * xy).sqrt()) / 16.0;
@@ -193,7 +196,7 @@ fn best_corner(plane: &Plane, [left, top]: [usize; 2], grain: f64) -> Option<[f6
     best.1
 }
 
-/// Learns the surface point that a camera sees at a pixel, at the distance at which the other
+/// Makes the surface point that a camera sees at a pixel, at the distance at which the other
 /// cameras see it too.
 fn point_at(
     inputs: &Inputs<'_>,
@@ -250,8 +253,8 @@ fn point_at(
     Some(feature)
 }
 
-/// Seeks how far towards its camera a point must move to agree with another camera's image; gives
-/// the distance and its variance.
+/// Searches for the distance by which a point must move towards its camera to agree with another
+/// camera's image; returns the distance and its variance.
 fn distance(
     point: &SurfacePoint,
     projection: &Projection,

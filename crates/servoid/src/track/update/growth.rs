@@ -15,20 +15,20 @@ use crate::track::target::sides::{Marks, Sides};
 use crate::track::target::solid::Solid;
 use crate::track::tracker::Tracker;
 
-/// Surface points whose distance is known at least this well, as a share of the body's radius, say
-/// where the surface is.
+/// Largest standard deviation of the distance of a surface point, as a share of the body's radius,
+/// for the point to be used as a sample of the surface.
 const WELL_KNOWN: f64 = 0.03;
-/// A body may reach as far from the middle as this, in radii of the body before: beyond, it fits what
-/// is none of it.
+/// Largest reach of a body from its middle, in radii of the previous body: a larger one fits
+/// something that is not part of the object.
 const FARTHEST: f64 = 1.4;
-/// Observations after which a body that evolved in the worker is taken over: the same bits, however long
-/// it takes.
+/// Observations after which a body that evolved in the worker replaces the old one: a fixed delay
+/// gives the same bits, however long the work takes.
 const DELAY: usize = 5;
 
 /// A body that evolves beside the tracker.
 pub(crate) type Evolving = Job<Result<Evolved, ModelError>>;
 
-/// What a body evolves by, as far as it was known when that began.
+/// The data by which a body evolves, as known when that began.
 #[derive(Debug, Clone)]
 struct Growth {
     body: Body,
@@ -39,7 +39,7 @@ struct Growth {
     settings: model::Settings,
 }
 
-/// A body that evolved, and the masks of the sides by which it did.
+/// A body that evolved, and the masks by which it did.
 #[derive(Debug, Clone)]
 pub(crate) struct Evolved {
     ellipsoids: Option<Vec<Ellipsoid>>,
@@ -47,24 +47,24 @@ pub(crate) struct Evolved {
 }
 
 impl Tracker {
-    /// Lets the body evolve by the sides that were seen and the surface points that were learned,
-    /// within a budget of its own; says whether it changed. The object's frame does not move, so
-    /// poses before and after mean the same. The same observations give the same bits.
+    /// Evolves the body by the views and surface points learned so far, within its own budget;
+    /// returns whether it changed. The object's frame does not move, so poses before and after mean
+    /// the same. The same observations give the same bits.
     ///
     /// # Errors
     /// If the views do not make a scene.
     pub fn evolve(&mut self) -> Result<bool, TrackError> {
         if self.evolving.take().is_some() {
-            // What it was to evolve by is still new.
+            // The data of the cancelled job has not been used yet.
             self.target.sides.fresh = self.target.sides.fresh.max(1);
         }
         let Some(growth) = self.target.growth(&self.settings) else { return Ok(false) };
         Ok(self.target.grow(growth.evolved()?))
     }
 
-    /// Begins to let the body evolve as `evolve` does, in a thread of its own; says whether there is
-    /// anything new to evolve by. An estimate says when the body has `evolved`: exactly a few observations
-    /// later, so that the same observations give the same bits.
+    /// Starts to evolve the body as `evolve` does, in a separate thread; returns whether there is
+    /// anything new to evolve by. The estimate a fixed number of observations later reports that
+    /// the body has `evolved`, so the same observations give the same bits.
     pub fn begin_evolving(&mut self) -> bool {
         if self.evolving.is_some() {
             return false;
@@ -77,14 +77,15 @@ impl Tracker {
         true
     }
 
-    /// Takes over the body that evolved in the worker, once it is time; says whether it changed.
+    /// Takes over the body that evolved in the worker, once it is due; returns whether the body
+    /// changed.
     pub(crate) fn take_evolved(&mut self) -> Result<bool, TrackError> {
         let due = self.evolving.take_if(Job::is_due);
         let evolved = due.and_then(|evolving| evolving.result());
         Ok(evolved.transpose()?.is_some_and(|evolved| self.target.grow(evolved)))
     }
 
-    /// Keeps what the cameras show of a side that was not seen before.
+    /// Stores the cameras' views of a side that was not seen before.
     pub(crate) fn keep_views(&mut self, observation: &Observation<'_>, pose: &Pose) {
         let (keyframe, _) = self.keyframe_around(observation, pose);
         for (camera, window) in self.frame.windows.iter().enumerate() {
@@ -98,7 +99,7 @@ impl Tracker {
 }
 
 impl Target {
-    /// Gives what the body can evolve by; nothing where no side is new.
+    /// Returns the data by which the body can evolve; none where no side is new.
     fn growth(&mut self, settings: &TrackSettings) -> Option<Growth> {
         if std::mem::take(&mut self.sides.fresh) == 0 {
             return None;
@@ -122,7 +123,7 @@ impl Target {
         })
     }
 
-    /// Takes over a body that evolved; says whether it changed.
+    /// Takes over an evolved body; returns whether the body changed.
     fn grow(&mut self, evolved: Evolved) -> bool {
         self.sides.take_over(evolved.marks);
         let world_from_object = self.body.world_from_object();
@@ -138,10 +139,10 @@ impl Target {
 }
 
 impl Growth {
-    /// Gives the body as it evolves; nothing where too few views tell of it.
+    /// Evolves the body; returns no ellipsoids if there are too few views.
     fn evolved(mut self) -> Result<Evolved, ModelError> {
         let marks = self.sides.mark(&self.solid, &self.colors);
-        // Of the sides that were not seen, what is believed so far stays.
+        // For unseen sides the current body is kept.
         let believed = SyntheticView::of_body(&self.body, self.sides.unseen())?;
         let mut views = self.sides.views();
         for synthetic in &believed {

@@ -1,4 +1,4 @@
-//! What is known of the object changes by an image in which it is tracked.
+//! Updates the target by an image in which it is tracked.
 
 pub(super) mod detect;
 pub(super) mod growth;
@@ -14,17 +14,18 @@ use super::tracker::Tracker;
 use crate::camera::{Mask, Observation};
 use crate::pose::Pose;
 
-/// Cells of each window in which new points are sought while tracking.
+/// Cells per window in which new points are sought while tracking.
 const CELLS: usize = 40;
-/// Places of each window that are looked at closely for one.
+/// Candidate positions per window that are examined closely.
 const TRIES: usize = 6;
-/// Points in view of each camera below which more are sought.
+/// Points in view per camera below which more are sought.
 const FEW: usize = 40;
-/// Share of the newest image in what is known of colours.
+/// Weight of the newest image in the colour statistics.
 const COLOR_RATE: f32 = 0.15;
-/// Images from one update of the colours to the next.
+/// Images between two updates of the colours.
 const COLOR_EVERY: usize = 2;
-/// Pixels about the outline that are left out of the colours, since bodies are not made of ellipsoids.
+/// Pixels about the outline that are left out of the colours, since the ellipsoids only approximate
+/// the object.
 const BORDER_PX: f64 = 4.0;
 
 /// What may be updated by an image.
@@ -33,12 +34,12 @@ pub(super) struct Updates {
     pub(super) colors: bool,
     /// Surface points, where nothing hides the object.
     pub(super) surface: bool,
-    /// The reference, and views.
+    /// The reference, and the stored views.
     pub(super) whole: bool,
 }
 
 impl Tracker {
-    /// Updates what is known of the target by an observation in which it is tracked.
+    /// Updates the target by an observation in which it is tracked.
     pub(super) fn update(&mut self, observation: &Observation<'_>, hypothesis: &Hypothesis) {
         self.doubt_relief(&hypothesis.quality);
         let may = self.allowed_updates(&hypothesis.quality);
@@ -72,7 +73,7 @@ impl Tracker {
         }
     }
 
-    /// Adds templates of points that are recognised from a side of which they have none.
+    /// Adds templates of points that are recognised from a side for which they have none.
     fn add_templates(&mut self, observation: &Observation<'_>, pose: &Pose) {
         let inputs = Inputs::new(&self.frame, observation, &self.target, &self.settings);
         let mut rims = std::mem::take(&mut self.workspace.rims);
@@ -80,14 +81,14 @@ impl Tracker {
         self.workspace.rims = rims;
         for (point, template) in found {
             let feature = &mut self.target.points.features[point];
-            // Another camera may just have learned the same.
+            // Another camera may just have learned the same template.
             if feature.has_room() && feature.nearest_template(&template.toward).1 <= APART {
                 feature.add_template(template);
             }
         }
     }
 
-    /// Adds places of the surface whose distance depth images measure, inside the masks that there are.
+    /// Adds surface positions measured by depth images, inside the masks if there are any.
     pub(super) fn update_ranges(
         &mut self,
         observation: &Observation<'_>,

@@ -1,4 +1,4 @@
-//! Templates from further sides: what a point looks like from one side is not what it looks like from another.
+//! Templates from further sides: a point looks different from different sides.
 
 use nalgebra::{Vector2, Vector3};
 
@@ -12,14 +12,14 @@ use crate::track::target::points::Match;
 use crate::track::target::shift::Shift;
 use crate::track::target::solid::Rims;
 
-/// Largest cosine between the ways to a camera now and where a point's nearest template was learned for which
-/// there is another one to be extracted.
+/// Largest cosine between the current viewing direction and that of a point's nearest template for
+/// which another template is extracted.
 pub(crate) const APART: f64 = 0.97;
-/// Most pixels by which a point may lie beside where it should.
+/// Largest offset of a point from its expected pixel, in pixels.
 const FARTHEST_PX: f64 = 2.0;
 
-/// Extracts templates of points that are recognised at a pose from a side of which they have none; gives them
-/// with the places of their points.
+/// Extracts templates of points that are recognised at a pose from a side for which they have none;
+/// returns them with the indices of their points.
 pub(crate) fn templates(
     inputs: &Inputs<'_>,
     pose: &Pose,
@@ -59,7 +59,7 @@ fn template(
     if feature.nearest_template(&toward).1 > APART {
         return None;
     }
-    // It is extracted where it is seen, and not where it should be.
+    // It is extracted where it is seen, not where it was expected.
     let off = Shift::pixels(agreement).filter(|off| off.norm() < FARTHEST_PX)?;
     let ray =
         projection.linear.try_inverse()? * Vector3::new(pixel.x + off.x, pixel.y + off.y, 1.0);

@@ -5,7 +5,7 @@ use super::{Figures, MISCOUNTED, MISSED, Measure, Scene};
 use crate::evolved::{Seen, at_most, disturbed, pair, solid};
 use servoid::model::Settings;
 
-/// By how much the overlap fell.
+/// Decrease of the overlap.
 const FELL: Measure = ("fell", "1", AtMost);
 const GAINED: Measure = ("gained", "1", AtLeast);
 
@@ -31,7 +31,7 @@ fn to_what_was_seen(seed: u64) -> Figures {
     let (mut missed, mut gained) = (0.0_f64, f64::INFINITY);
     for by in [0.3, 1.0, 2.0] {
         let (_, before, after) = seen.evolve(&disturbed(&pair(), by), settings(seed, 2));
-        // The frame stays where it is: the overlap is taken at the same camera poses.
+        // The frame does not move: the overlap is measured at the same camera poses.
         (missed, gained) = (missed.max(1.0 - after), gained.min(after - before));
     }
     vec![("missed", missed), ("gained", gained)]
@@ -52,7 +52,7 @@ fn what_fits(seed: u64) -> Figures {
     ]
 }
 
-/// An ellipsoid lies in another, so that nothing speaks for it.
+/// An ellipsoid lies inside another, so that nothing supports it.
 fn one_inside(seed: u64) -> Figures {
     let inside = solid([0.04, 0.0, 0.01], [0.02, 0.02, 0.01]);
     let from = [pair(), vec![inside]].concat();
@@ -69,7 +69,7 @@ fn one_that_floats(seed: u64) -> Figures {
     vec![("missed", 1.0 - after), ("gained", after - before)]
 }
 
-/// An ellipsoid is missing; then no more than are there are allowed.
+/// An ellipsoid is missing; then no more than the existing ones are allowed.
 fn one_more(seed: u64) -> Figures {
     let seen = Seen::new(&pair(), seed);
     let (grown, before, after) = seen.evolve(&pair()[..1], settings(seed, 3));

@@ -1,4 +1,4 @@
-//! Courses of the tracker in which cameras fail.
+//! Sequences of the tracker in which cameras fail.
 
 use servoid::camera::{Channels, ImageView, Observation};
 use servoid::track::{Notice, Status};
@@ -46,7 +46,7 @@ fn one_camera(seed: u64) -> Figures {
         let found = tracker.step(&observation).unwrap();
         assert!(found.notices.contains(&notice), "{notice}: {:?}", found.notices);
         worst.add(&found, &start());
-        // The camera comes back.
+        // The camera works again.
         let found = tracker.step(&shot_of(seed, 7).observation()).unwrap();
         worst.add(&found, &start());
         after += found.notices.len();
@@ -54,7 +54,7 @@ fn one_camera(seed: u64) -> Figures {
     [off(&worst), vec![("notices after it", after as f64)]].concat()
 }
 
-/// All cameras show one colour for 0.8 s.
+/// All cameras show a single colour for 0.8 s.
 fn all_cameras(seed: u64) -> Figures {
     let (mut tracked, mut worst) = (0.0, Worst::default());
     for level in [0, 128, 255] {
@@ -93,7 +93,7 @@ fn repetition(seed: u64) -> Figures {
     off(&worst)
 }
 
-/// Time goes back, stands still, jumps, and goes on after a short gap.
+/// Time goes back, stands still, jumps, and continues after a short gap.
 fn time(seed: u64) -> Figures {
     let mut worst = Worst::default();
     let mut said = |time_s: f64| {

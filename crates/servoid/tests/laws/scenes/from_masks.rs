@@ -1,4 +1,4 @@
-//! Bodies that are placed in masks.
+//! Poses of bodies from masks.
 
 use nalgebra::Vector3;
 use servoid::track::TrackError;
@@ -34,7 +34,7 @@ fn one_mask(seed: u64) -> Figures {
     vec![("off", off), ("turned", turned)]
 }
 
-/// The outline of the bar is the same turned by half: its colours tell which end is which.
+/// The bar's outline is the same after half a rotation: its colours distinguish its ends.
 fn by_colours(seed: u64) -> Figures {
     let truth = somewhere(seed as usize);
     let found = placed(&bar(), &drawn(&bar().at(truth)), seed).unwrap().world_from_object;

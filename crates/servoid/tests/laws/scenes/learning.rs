@@ -1,4 +1,4 @@
-//! Courses in which a tracker learns a body or a look.
+//! Sequences in which a tracker learns a body or an appearance.
 
 use servoid::camera::Channels;
 use servoid::pose::{Pose, Twist};
@@ -52,7 +52,7 @@ fn settings(seed: u64) -> TrackSettings {
     TrackSettings::default().with(|it| it.seed = seed)
 }
 
-/// A body that is too small is followed, evolves, and is followed on.
+/// A body that is too small is tracked, evolves, and is tracked further.
 fn size(seed: u64) -> Figures {
     let stage = seeded(seed, Channels::Rgb);
     let (mut tracker, mut not_tracking) = settled_of(seed);
@@ -62,7 +62,7 @@ fn size(seed: u64) -> Figures {
     let gained = overlap(grown.ellipsoids(), &stage) - before;
     let mut worst = Worst::default();
     worst.add_pose(&grown.world_from_object(), &turning(44));
-    // Nothing new was seen since: nothing changes.
+    // Nothing new was seen since, so nothing changes.
     assert!(!tracker.evolve().unwrap());
     assert_eq!(tracker.body().unwrap(), grown);
     // The next pose means the same as the one before.
@@ -102,7 +102,7 @@ fn look_of(stage: &Stage) -> Appearance {
     Appearance::from_bytes(&look.to_bytes()).unwrap()
 }
 
-/// A look is recalled, and the object found by it where it was not before.
+/// An appearance is recalled, and the object is found by it where it was not before.
 fn found_by(look: &Appearance, stage: &Stage, course: u64) -> Worst {
     let settings = settings(stage.seed + 1000 * course);
     let mut tracker = Tracker::new(&stage.cameras(), &stage.body, settings).unwrap();
@@ -125,11 +125,11 @@ fn in_colour(seed: u64) -> Figures {
     [vec![("points", look.points() as f64)], found.figures()].concat()
 }
 
-/// Courses whose shares are taken together, as some are not found: looks, and courses of each.
+/// Sequences whose shares are averaged, as some fail: appearances, and sequences of each.
 const LOOKS: u64 = 4;
 const COURSES: u64 = 5;
 
-/// Gives the shares of courses whose pose is called tracked, and is right or is not.
+/// Returns the shares of sequences with a tracked pose that is right, and that is not.
 fn in_grey(seed: u64) -> Figures {
     let (mut right, mut wrong) = (0, 0);
     for look in 0..LOOKS {
@@ -146,7 +146,8 @@ fn in_grey(seed: u64) -> Figures {
     vec![("found", share(right)), ("false", share(wrong))]
 }
 
-/// A look of one kind of pictures is recalled for the other; a pose near the true one is given.
+/// The appearance from one kind of images is recalled for the other kind; a pose near the true one
+/// is given.
 fn across(learned: &Stage, seen: &Stage) -> Figures {
     let near = turning(3) * Pose::exp(&Twist::new(0.01, -0.005, 0.01, 0.1, -0.1, 0.1));
     let look = followed(learned, &learned.body, 6).0.appearance();

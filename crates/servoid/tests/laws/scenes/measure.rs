@@ -1,4 +1,4 @@
-//! Measures the scenes anew, and the bounds that follow from it.
+//! Measures the scenes again, and updates their bounds.
 
 #![allow(clippy::print_stdout, reason = "it tells what it measured")]
 
@@ -11,11 +11,11 @@ use rayon::prelude::*;
 use super::table::{MARGIN, Row, SEEDS, written};
 use super::{Figures, ROWS, Scene, all};
 
-/// Seeds that are told, the worst first.
+/// Number of seeds that are reported, the worst first.
 const TOLD: usize = 4;
 
-/// Gives the scenes whose names begin as one of the words of `SERVOID_SCENES` does, between commas;
-/// all without it.
+/// Returns the scenes whose names begin with one of the comma-separated words of `SERVOID_SCENES`;
+/// all if it is not set.
 fn chosen() -> Vec<&'static Scene> {
     let starts = env::var("SERVOID_SCENES").unwrap_or_default();
     let starts: Vec<_> = starts.split(',').map(str::trim).collect();
@@ -25,7 +25,7 @@ fn chosen() -> Vec<&'static Scene> {
     scenes
 }
 
-/// Runs a scene with each seed; says which fail.
+/// Runs a scene with each seed; returns those that fail.
 fn run(scene: &Scene, seeds: usize) -> Option<Vec<Figures>> {
     let one = |seed: usize| {
         let figures = catch_unwind(|| scene.figures(seed as u64));
@@ -59,7 +59,7 @@ fn tell(row: &Row, values: &[f64], before: Option<&Row>) {
     );
 }
 
-/// Writes the table whole or not at all.
+/// Writes the whole table or nothing.
 fn write(rows: &[Row]) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/scenes.tsv");
     let beside = path.with_extension(format!("{}.tmp", process::id()));

@@ -1,5 +1,5 @@
-//! Scenes whose outcome hangs on chance: courses that a test runs with one seed, and whose bounds
-//! many seeds have set.
+//! Scenes with a random outcome: sequences that a test runs with one seed, and whose bounds come
+//! from many seeds.
 
 mod evolved;
 mod faults;
@@ -23,10 +23,10 @@ use table::{LEAST_MARGIN, Row, SEEDS, Sense, bound_of, parsed, written};
 
 /// Figures by the names of their measures.
 type Figures = Vec<(&'static str, f64)>;
-/// A name, a unit, and on which side of its bound the figure must be.
+/// A name, a unit, and the side of its bound on which the figure must be.
 type Measure = (&'static str, &'static str, Sense);
 
-/// A course that hangs on chance.
+/// A sequence with a random outcome.
 struct Scene {
     name: &'static str,
     measures: &'static [Measure],
@@ -36,16 +36,16 @@ struct Scene {
 const TABLE: &str = include_str!("../../scenes.tsv");
 static ROWS: LazyLock<Vec<Row>> = LazyLock::new(|| parsed(TABLE));
 
-/// Images, of those that show the object, in which it is not tracked.
+/// Images that show the object, but in which it is not tracked.
 const NOT_TRACKING: Measure = ("not tracking", "images", Sense::AtMost);
-/// Images, of those that show the object, that do not confirm where it is.
+/// Images that show the object, but do not confirm its position.
 const NOT_LOCATED: Measure = ("not located", "images", Sense::AtMost);
-/// How far a pose is from the true one.
+/// Distance of a pose from the true one.
 const OFF: Measure = ("off", "mm", Sense::AtMost);
 const TURNED: Measure = ("turned", "deg", Sense::AtMost);
-/// What the overlap with silhouettes lacks of all of it.
+/// What the overlap with silhouettes lacks to 1.
 const MISSED: Measure = ("missed", "1", Sense::AtMost);
-/// Courses in which there are not as many as there should be.
+/// Sequences in which there are not as many as there should be.
 const MISCOUNTED: Measure = ("miscounted", "courses", Sense::AtMost);
 
 fn all() -> impl Iterator<Item = &'static Scene> {
@@ -75,7 +75,7 @@ impl Scene {
         figures
     }
 
-    /// Says which figures are beyond their bounds, and what is known of these.
+    /// Returns which figures are beyond their bounds, and what is known of these.
     fn beyond(&self, seed: u64) -> Vec<String> {
         let mut told = vec![];
         for (measure, value) in self.figures(seed) {
@@ -97,25 +97,25 @@ fn row(scene: &str, measure: &str) -> &'static Row {
     ROWS.iter().find(|row| row.names() == (scene, measure)).unwrap()
 }
 
-/// Runs a scene with seed 0, and fails where a figure is beyond its bound.
+/// Runs a scene with seed 0, and fails if a figure is beyond its bound.
 pub fn holds(name: &str) {
     holds_for(name, 0..1);
 }
 
-/// Runs a scene with some seeds, and fails where a figure is beyond its bound.
+/// Runs a scene with some seeds, and fails if a figure is beyond its bound.
 pub fn holds_for(name: &str, seeds: std::ops::Range<u64>) {
     let scene = all().find(|scene| scene.name == name).unwrap();
     let beyond: Vec<_> = seeds.flat_map(|seed| scene.beyond(seed)).collect();
     assert!(beyond.is_empty(), "{}", beyond.join("\n"));
 }
 
-/// Gives how far two poses are apart, in millimetres and degrees.
+/// Returns the distance and the angle between two poses, in millimetres and degrees.
 fn apart(one: &Pose, other: &Pose) -> (f64, f64) {
     let off = one.inverse() * *other;
     (1000.0 * off.translation().norm(), off.rotation().angle().to_degrees())
 }
 
-/// What is worst of estimates: images that are not tracked, and how far any of them is off.
+/// The worst of some estimates: images that are not tracked, and the largest error.
 #[derive(Default)]
 struct Worst {
     not_tracking: f64,
@@ -136,18 +136,19 @@ impl Worst {
         (self.off, self.turned) = (self.off.max(off), self.turned.max(turned));
     }
 
-    /// Gives the figures of `NOT_LOCATED`, `OFF` and `TURNED`, of an object whose turn is open.
+    /// Returns the figures of `NOT_LOCATED`, `OFF` and `TURNED`, for an object whose orientation is
+    /// unobservable.
     fn plain_figures(&self) -> Figures {
         vec![("not located", self.not_located), ("off", self.off), ("turned", self.turned)]
     }
 
-    /// Gives the figures of `NOT_TRACKING`, `OFF` and `TURNED`.
+    /// Returns the figures of `NOT_TRACKING`, `OFF` and `TURNED`.
     fn figures(&self) -> Figures {
         vec![("not tracking", self.not_tracking), ("off", self.off), ("turned", self.turned)]
     }
 }
 
-/// Says what is wrong with a table of scenes.
+/// Returns what is wrong with a table of scenes.
 fn faults(rows: &[Row], scenes: &[&Scene]) -> Vec<String> {
     let mut told = vec![];
     for row in rows {

@@ -85,7 +85,7 @@ fn held_out(seed: u64) -> Figures {
     vec![("miscounted", f64::from(u8::from(!(2..=3).contains(&count))))]
 }
 
-/// Two balls of unlike sizes.
+/// Two balls of different sizes.
 fn a_mesh(seed: u64) -> Figures {
     let steps = model_mesh(&dumbbell(), &settings(seed, 3));
     let mut radii: Vec<f64> =

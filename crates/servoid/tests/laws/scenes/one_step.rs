@@ -1,4 +1,4 @@
-//! Courses of the paper's own tracker.
+//! Sequences of the paper's own tracker.
 
 use nalgebra::{UnitQuaternion, Vector3};
 use servoid::pose::{Pose, Twist};
@@ -43,7 +43,7 @@ fn points() -> Objective {
     OneStepSettings::default().objective
 }
 
-/// Follows the egg on the paper's motion; the mean errors.
+/// Tracks the egg on the paper's motion; returns the mean errors.
 fn egg_of(seed: u64, objective: Objective) -> Figures {
     let poses: Vec<_> = (0..150).map(swing).collect();
     let estimates = followed(&egg(), &poses, settings(seed, Genes::Place, objective));
@@ -66,7 +66,7 @@ fn egg_by_region(seed: u64) -> Figures {
     egg_of(seed, Objective::Region)
 }
 
-/// Follows the duck while it turns by 57 degrees; the mean errors of the last 39 images.
+/// Tracks the duck while it rotates by 57 degrees; returns the mean errors of the last 39 images.
 fn duck_of(seed: u64, objective: Objective) -> Figures {
     let turning = |index: usize| {
         let angle = 0.01 * index as f64;
@@ -89,7 +89,7 @@ fn duck_by_region(seed: u64) -> Figures {
     duck_of(seed, Objective::Region)
 }
 
-/// The egg goes, is sought, is lost, and comes back nearby.
+/// The egg disappears, is sought, is lost, and returns nearby.
 fn gone(seed: u64) -> Figures {
     let here = at(0.0, 0.0, 0.0);
     let settings = settings(seed, Genes::Place, points()).with(|it| it.lost_after = 5);
@@ -116,12 +116,12 @@ fn gone(seed: u64) -> Figures {
     vec![("unlike", unlike), ("not tracking", lost), ("off", off)]
 }
 
-/// Courses whose shares are taken together: in one course chance may open or close any motion.
+/// Sequences whose shares are averaged: in a single one any motion may be unobservable by chance.
 const COURSES: u64 = 20;
 const IMAGES: usize = 27;
 
-/// Gives the share of courses in which the motions left open of an object that stays at rest are as
-/// asked for.
+/// Returns the share of sequences with an object at rest in which the unobservable motions fulfil a
+/// condition.
 fn share_open(seed: u64, body: &Body, asked: fn(&[Twist]) -> bool) -> f64 {
     let still = vec![at(0.0, 0.0, 0.0); IMAGES];
     let as_asked = |course: &u64| {

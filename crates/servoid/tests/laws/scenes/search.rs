@@ -13,7 +13,7 @@ pub const SCENES: &[Scene] = &[
     },
 ];
 
-/// Climbs a hill of six genes whose summit is at 0, for 80 generations.
+/// Maximises a function of six genes whose maximum is at 0, for 80 generations.
 fn summit(seed: u64) -> Figures {
     let (ga, best) = evolved(seed, 80);
     assert!(best.windows(2).all(|pair| pair[1] >= pair[0]), "{best:?}");

@@ -1,4 +1,4 @@
-//! The table `scenes.tsv`: what many seeds of each scene gave, and the bound that follows.
+//! The table `scenes.tsv`: the results of many seeds of each scene, and the resulting bound.
 //!
 //! It has the columns of the Python tests' `scenes.tsv`.
 
@@ -21,7 +21,7 @@ const HEAD: &str = "\
 # 1.25 or more, and stays when the rest is measured anew.
 ";
 
-/// On which side of its bound a figure must be.
+/// The side of its bound on which a figure must be.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Sense {
     AtMost,
@@ -34,7 +34,7 @@ impl fmt::Display for Sense {
     }
 }
 
-/// What many seeds of a scene gave for one of its figures.
+/// The results of many seeds of a scene for one of its figures.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Row {
     pub scene: String,
@@ -49,7 +49,7 @@ pub struct Row {
 }
 
 impl Row {
-    /// Joins what the seeds gave; the margin stays as it was chosen.
+    /// Makes a row of the seeds' results; the margin stays as it was chosen.
     pub fn new(names: [&str; 3], sense: Sense, values: &[f64], margin: f64) -> Self {
         let mut sorted = values.to_vec();
         sorted.sort_by(f64::total_cmp);
@@ -61,7 +61,7 @@ impl Row {
         Self { scene, measure, unit, sense, seeds, median, worst, margin, bound }
     }
 
-    /// Says whether a value is beyond the bound, or is no number.
+    /// Returns whether a value is beyond the bound, or NaN.
     pub fn breaks(&self, value: f64) -> bool {
         let kept = match self.sense {
             Sense::AtMost => value <= self.bound,
@@ -75,12 +75,12 @@ impl Row {
     }
 }
 
-/// Rounds to some significant digits.
+/// Rounds to a number of significant digits.
 fn rounded(value: f64, digits: usize) -> f64 {
     format!("{value:.*e}", digits - 1).parse().unwrap()
 }
 
-/// Gives the bound that follows from the worst value and a margin.
+/// Returns the bound that follows from the worst value and a margin.
 pub fn bound_of(worst: f64, margin: f64, sense: Sense) -> f64 {
     let far = if sense == Sense::AtMost { worst * margin } else { worst / margin };
     rounded(far, BOUND_DIGITS)

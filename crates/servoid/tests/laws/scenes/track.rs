@@ -1,4 +1,4 @@
-//! Courses of the tracker in which the object is seen all the time.
+//! Sequences of the tracker in which the object is visible all the time.
 
 use nalgebra::Vector3;
 use servoid::camera::Channels;
@@ -87,7 +87,7 @@ fn by_points(seed: u64) -> Figures {
     usual(&stage, settings.with(|it| it.region = false), 10).figures()
 }
 
-/// Outlines are all that there is of a plain object.
+/// A plain object shows nothing but outlines.
 fn plain(seed: u64) -> Figures {
     let (stage, settings) = seeded(seed, Stage { pattern: 0.0, ..Stage::textured() });
     usual(&stage, settings, 10).plain_figures()
@@ -98,7 +98,7 @@ fn plain_by_colours(seed: u64) -> Figures {
     usual(&stage, settings.with(|it| it.surface = false), 10).plain_figures()
 }
 
-/// An object at rest, and eyes that turn after a place that goes around.
+/// An object at rest, and cameras that follow a circling point.
 fn turning_eyes(seed: u64) -> Figures {
     let (stage, settings) = seeded(seed, Stage::textured());
     let looks = |index: usize| {
@@ -128,7 +128,7 @@ fn half_hidden(seed: u64) -> Figures {
         let found = tracker.step(&shot.observation()).unwrap();
         worst.add(&found, &moving(index));
         let said = found.notices.iter().any(|notice| matches!(notice, Notice::Hidden { .. }));
-        // What stays hidden is no longer expected, so that only the first images say so.
+        // What stays hidden is no longer expected, so only the first images report it.
         unsaid += f64::from(u8::from(!said && index <= 5));
     }
     vec![("unsaid", unsaid), ("off", worst.off), ("turned", worst.turned)]

@@ -1,5 +1,5 @@
-//! Courses of the tracker in which some of what it knows of the object is not asked: it lies beside
-//! the images, or a camera shows no colours.
+//! Sequences of the tracker in which some of the object's known features cannot be used: they are
+//! outside the images, or a camera shows no colours.
 
 use nalgebra::{UnitQuaternion, Vector3};
 use servoid::camera::{Channels, ImageView, Observation};
@@ -32,7 +32,7 @@ pub const SCENES: &[Scene] = &[
     },
 ];
 
-/// What is worst of estimates, with what they say of what is not seen.
+/// The worst of some estimates, with what they report about hidden parts.
 #[derive(Default)]
 struct Seen {
     worst: Worst,
@@ -57,7 +57,7 @@ impl Seen {
     }
 }
 
-/// Gives what is worst once the object is as far as it goes.
+/// Returns the worst once the object is as far away as it gets.
 fn followed(
     seed: u64,
     count: usize,
@@ -78,7 +78,7 @@ fn followed(
     seen.all_figures()
 }
 
-/// The eyes come so near that the object is larger than the images.
+/// The cameras come so near that the object is larger than the images.
 fn approached(seed: u64) -> Figures {
     followed(seed, 28, 16, |stage, index| {
         let far = 0.5 * 0.93_f64.powi(index.min(20) as i32);
@@ -89,7 +89,7 @@ fn approached(seed: u64) -> Figures {
     })
 }
 
-/// The object goes aside, until a third of it is beside the left image.
+/// The object moves sideways until a third of it is outside the left image.
 fn leaving(seed: u64) -> Figures {
     followed(seed, 28, 16, |stage, index| {
         let aside = Vector3::new(0.009 * index.min(20) as f64, 0.0, 0.0);
@@ -98,7 +98,7 @@ fn leaving(seed: u64) -> Figures {
     })
 }
 
-/// Makes what the left camera shows grey.
+/// Converts the left camera's image to grey.
 fn grey_left(shot: &Shot) -> Vec<u8> {
     shot.pictures[0].iter().skip(1).step_by(3).copied().collect()
 }
@@ -109,7 +109,7 @@ fn beside<'a>(shot: &'a Shot, grey: &'a [u8]) -> Observation<'a> {
     Observation { images: vec![Some(left), Some(right)], ..shot.observation() }
 }
 
-/// The left camera shows no colours; in the end the object is found anywhere by its look.
+/// The left camera shows no colours; in the end the object is found anywhere by its appearance.
 fn grey_beside_colour(seed: u64) -> Figures {
     let (stage, settings) = seeded(seed, Stage::textured());
     let new = || Tracker::new(&stage.cameras(), &stage.body, settings).unwrap();

@@ -1,4 +1,4 @@
-//! Courses of the tracker in which the object is gone for a while, or has to be found.
+//! Sequences of the tracker in which the object disappears for a while, or must be found.
 
 use servoid::pose::{Pose, Twist};
 use servoid::track::Status;
@@ -26,7 +26,7 @@ pub const SCENES: &[Scene] = &[
 
 const FOUND: &[super::Measure] = &[NOT_TRACKING, OFF, TURNED];
 
-/// The object goes, and comes back elsewhere and turned.
+/// The object disappears, and returns elsewhere and rotated.
 fn gone(seed: u64) -> Figures {
     let (stage, settings) = seeded(seed, Stage::textured());
     let shot = |index: usize, pose: Option<&Pose>| stage.shot(index, &eyes(), pose);

@@ -1,4 +1,4 @@
-//! Courses of the tracker in the same images at several sizes.
+//! Sequences of the tracker with the same images at several sizes.
 
 use servoid::track::{Estimate, TrackSettings};
 
@@ -7,7 +7,7 @@ use super::{Figures, Measure, NOT_TRACKING, OFF, Scene, TURNED, Worst};
 use crate::shapes::drawn::{SIZE, Shot, Stage, eyes};
 use crate::track::{moving, started};
 
-/// How far confidences lie apart in an image of one size and of another.
+/// Largest difference between the confidences for images of two sizes.
 const APART: Measure = ("confidence apart", "1", AtMost);
 const IMAGES: usize = 10;
 
@@ -24,7 +24,7 @@ pub const SCENES: &[Scene] = &[
     },
 ];
 
-/// A stage with cameras that see twice as much.
+/// A stage with cameras of twice the resolution.
 fn sharp(seed: u64) -> Stage {
     let usual = Stage::textured();
     let (focal, middle) = (usual.camera.focal_px(), usual.camera.center_px());
@@ -37,7 +37,7 @@ fn sharp(seed: u64) -> Stage {
     Stage { seed, camera: camera.unwrap(), ..usual }
 }
 
-/// Makes images half as large: each pixel the mean of four.
+/// Halves the size of images: each pixel is the mean of four.
 fn halved(shot: &Shot) -> Shot {
     let [width, height] = shot.size.map(|n| n / 2);
     let bytes = shot.channels.count();
@@ -54,7 +54,7 @@ fn halved(shot: &Shot) -> Shot {
     Shot { pictures, eyes: shot.eyes.clone(), size: [width, height], ..*shot }
 }
 
-/// Follows the moving object in images that are halved some times.
+/// Tracks the moving object in images whose size is halved a number of times.
 fn followed(shots: &[Shot], seed: u64) -> Vec<Estimate> {
     let stage = sharp(seed);
     let shrink = stage.camera.size_px()[0] / shots[0].size[0];
@@ -65,8 +65,8 @@ fn followed(shots: &[Shot], seed: u64) -> Vec<Estimate> {
     shots[1..].iter().map(|shot| tracker.step(&shot.observation()).unwrap()).collect()
 }
 
-/// Follows the object in images of the usual size and of another; gives what is worst in the other,
-/// and how far their confidences lie apart.
+/// Tracks the object in images of the usual size and of another; returns the worst of the other,
+/// and the largest difference between their confidences.
 fn at_size(seed: u64, halvings: usize) -> Figures {
     let stage = sharp(seed);
     let mut shots: Vec<_> =

@@ -1,4 +1,5 @@
-//! Pictures that the tests draw: textured ellipsoids before a far background, by rays.
+//! Images that the tests draw: textured ellipsoids in front of a distant background, by ray
+//! casting.
 
 use std::ops::Range;
 
@@ -7,9 +8,9 @@ use servoid::camera::{Camera, Channels, ImageView, Mask, Observation};
 use servoid::pose::Pose;
 use servoid::shape::{Body, Ellipsoid, silhouette};
 
-/// Width and height of the pictures.
+/// Width and height of the images.
 pub const SIZE: [usize; 2] = [320, 240];
-/// Pixels between two neighbouring values of a pattern, about.
+/// Approximate distance in pixels between neighbouring values of a pattern.
 const CELLS_A_METRE: f64 = 160.0;
 const CELLS_A_RADIAN: f64 = 14.0;
 /// Rays along each side of a pixel.
@@ -19,16 +20,16 @@ const RAYS: usize = 2;
 pub struct Stage {
     pub camera: Camera,
     pub body: Body,
-    /// Share of the pattern in the object's brightness.
+    /// Contribution of the pattern to the object's brightness.
     pub pattern: f64,
     pub channels: Channels,
-    /// Of the patterns, and of the grain of the pictures.
+    /// Seed of the patterns, and of the noise of the images.
     pub seed: u64,
-    /// Something that hides a part: nearer than the object, left of this column.
+    /// An occluder in front of the object, left of this column.
     pub hidden_left_of: usize,
 }
 
-/// What two cameras saw in one instant.
+/// The images of two cameras at one instant.
 pub struct Shot {
     pub time_s: f64,
     pub eyes: Vec<Pose>,
@@ -63,7 +64,7 @@ impl Stage {
         }
     }
 
-    /// Two ellipsoids that no turn carries over into themselves.
+    /// Two ellipsoids without a rotational symmetry.
     pub fn textured() -> Self {
         let solid = |center, radii, turn| Ellipsoid::new(0, center, radii, turn).unwrap();
         Self::new(vec![
@@ -81,7 +82,7 @@ impl Stage {
         [self.camera; 2]
     }
 
-    /// Takes a picture with each eye; no picture is quite like another.
+    /// Draws an image for each camera; no image is identical to another.
     pub fn shot(&self, index: usize, eyes: &[Pose; 2], object: Option<&Pose>) -> Shot {
         let seed = |eye: usize| (2 * index + eye) as u64;
         Shot {
@@ -97,7 +98,7 @@ impl Stage {
         silhouette(&self.body.at(*object), &self.camera, eye)
     }
 
-    /// Gives the columns and rows outside of which no ray meets the object.
+    /// Returns the columns and rows outside of which no ray hits the object.
     fn near(&self, eye: &Pose, object: &Pose) -> [Range<usize>; 2] {
         let mask = self.mask(eye, object);
         let seen = (0..mask.len()).filter(|at| mask[*at] != 0);
@@ -156,20 +157,20 @@ impl Stage {
         Vector3::new(190.0, 110.0, 60.0) * light
     }
 
-    /// The background: a pattern so far away that only turns of the eye move it.
+    /// The background: a pattern so far away that only rotations of the camera move it.
     fn far(&self, direction: &Vector3<f64>) -> Vector3<f64> {
         let light = 0.6 + 0.8 * noise(&(direction * CELLS_A_RADIAN), self.seed);
         Vector3::new(60.0, 110.0, 130.0) * light
     }
 }
 
-/// Looks from beside the origin's line of sight at a distance of 0.45 m: the usual two eyes.
+/// Poses of the usual two cameras, beside the origin's line of sight at a distance of 0.45 m.
 pub fn eyes() -> [Pose; 2] {
     [-0.03, 0.03]
         .map(|x| Pose::from_rotation(UnitQuaternion::identity(), Vector3::new(x, 0.0, -0.45)))
 }
 
-/// Eyes that look at a point.
+/// Poses of cameras that look at a point.
 pub fn eyes_at(point: &Vector3<f64>) -> [Pose; 2] {
     eyes().map(|eye| {
         let look = Rotation3::face_towards(&(point - eye.translation()), &Vector3::y());
@@ -201,7 +202,7 @@ fn first_hit(
     Some(eye + way * nearest)
 }
 
-/// A smooth pattern in space, 0 to 1: values at the corners of a grid, blended.
+/// A smooth pattern in space, 0 to 1: interpolated values at the corners of a grid.
 fn noise(place: &Vector3<f64>, seed: u64) -> f64 {
     let cell = place.map(f64::floor);
     let share = (place - cell).map(|x| x * x * (3.0 - 2.0 * x));
@@ -226,7 +227,7 @@ fn mix(mut x: u64) -> u64 {
     x ^ (x >> 31)
 }
 
-/// What a sensor adds: up to a grey level and a half either way.
+/// Sensor noise: up to a grey level and a half either way.
 struct Grain(u64);
 
 impl Grain {

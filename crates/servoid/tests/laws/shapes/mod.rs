@@ -1,4 +1,4 @@
-//! Solids that the tests make.
+//! Solids for the tests.
 
 #![allow(dead_code, clippy::unwrap_used, reason = "each test file takes what it needs")]
 
@@ -9,7 +9,7 @@ use std::collections::HashMap;
 use nalgebra::{Matrix3, Vector3};
 use servoid::shape::{Mesh, Quadric};
 
-/// Corners and triangles.
+/// Vertices and triangles.
 pub type Surface = (Vec<[f64; 3]>, Vec<[usize; 3]>);
 
 /// A unit ball of 20 * 4^depth triangles.
@@ -64,23 +64,23 @@ pub fn cube() -> Surface {
     ((0..8).map(corner).collect(), faces)
 }
 
-/// Stretches and turns a surface, then moves it.
+/// Scales and rotates a surface, then moves it.
 pub fn placed((corners, faces): Surface, factor: &Matrix3<f64>, center: Vector3<f64>) -> Surface {
     let place = |c: [f64; 3]| (factor * Vector3::from(c) + center).into();
     (corners.into_iter().map(place).collect(), faces)
 }
 
-/// Stretches a surface along the axes, then moves it.
+/// Scales a surface along the axes, then moves it.
 pub fn stretched(surface: Surface, radii: [f64; 3], center: [f64; 3]) -> Surface {
     placed(surface, &Matrix3::from_diagonal(&radii.into()), center.into())
 }
 
-/// Turns the inside out.
+/// Reverses the orientation of a surface.
 pub fn inside_out((corners, faces): Surface) -> Surface {
     (corners, faces.into_iter().map(|[a, b, c]| [a, c, b]).collect())
 }
 
-/// Puts surfaces into one mesh.
+/// Joins surfaces into one mesh.
 pub fn joined(parts: &[Surface]) -> Surface {
     let (mut corners, mut faces) = (vec![], vec![]);
     for (more, triangles) in parts {
@@ -95,7 +95,7 @@ pub fn mesh((corners, faces): Surface) -> Mesh {
     Mesh::new(corners, faces).unwrap()
 }
 
-/// An ellipsoid, finely triangulated; a little larger, so that it has the same volume.
+/// A finely triangulated ellipsoid, slightly enlarged so that it has the same volume.
 pub fn mesh_of(quadric: &Quadric, depth: usize) -> Mesh {
     let volume = mesh(ball(depth)).volume();
     let larger = (4.0 / 3.0 * std::f64::consts::PI / volume).cbrt();

@@ -9,7 +9,7 @@ use crate::pose::{Pose, Twist, left_jacobian};
 use crate::shape::Quadric;
 use crate::track::target::solid::Solid;
 
-/// How well a body fits masks that were made smaller.
+/// Scores how well a body fits downsampled masks.
 pub(super) struct Fit<'a> {
     overlap: Overlap,
     quadrics: &'a [Quadric],
@@ -17,14 +17,14 @@ pub(super) struct Fit<'a> {
     radius: f64,
 }
 
-/// Climbs from a turn that was tried, and to the end.
+/// Settings of the ascent from each orientation, and of the final one.
 pub(super) const FIRST: ClimbSettings =
     ClimbSettings { steps: 40, first_step: 0.1, least_gain: 1e-4 };
 pub(super) const LAST: ClimbSettings =
     ClimbSettings { steps: 60, first_step: 0.01, least_gain: 1e-6 };
 
 impl<'a> Fit<'a> {
-    /// Shrinks masks until the object spans about `extent_px` in each.
+    /// Downsamples masks until the object spans about `extent_px` in each.
     pub(super) fn new(
         solid: &'a Solid,
         views: &[View<'_>],
@@ -39,7 +39,7 @@ impl<'a> Fit<'a> {
         MaskFit { world_from_object, iou }
     }
 
-    /// Climbs to the best fit nearby, moved and turned at once.
+    /// Climbs to the best fit nearby, in position and orientation at once.
     pub(super) fn climbed(&self, start: &MaskFit, settings: &ClimbSettings) -> MaskFit {
         let expected = start.world_from_object;
         let reached = climb(&[0.0; 6], settings, |at, uphill| {
@@ -51,17 +51,18 @@ impl<'a> Fit<'a> {
         MaskFit { world_from_object: expected * self.motion(&reached.at), iou: reached.score }
     }
 
-    /// Makes a motion of six numbers: a way in radii, and an axis that is as long as the angle.
+    /// Converts six numbers to a motion: a translation in radii, and a rotation vector in radians.
     fn motion(&self, numbers: &[f64]) -> Pose {
         let part = |first: usize| Vector3::from_fn(|i, _| numbers[first + i]);
         Pose::from_rotation(UnitQuaternion::from_scaled_axis(part(3)), part(0) * self.radius)
     }
 
-    /// Carries a slope by small motions of the object back to those numbers.
+    /// Converts a slope by small motions of the object to one by those numbers.
     fn pull_back(&self, numbers: &[f64], motion: &Pose, slope: &Twist) -> Twist {
         let half = |first: usize| slope.fixed_rows::<3>(first).into_owned();
         let linear = motion.rotation() * half(0) * self.radius;
-        // The angle's own slope is by the right Jacobian, transposed: the left one.
+        // The slope by the rotation vector needs the right Jacobian, transposed, which is the left
+        // one.
         let angular = left_jacobian(&Vector3::from_fn(|i, _| numbers[3 + i])) * half(3);
         Twist::from_fn(|i, _| if i < 3 { linear[i] } else { angular[i - 3] })
     }

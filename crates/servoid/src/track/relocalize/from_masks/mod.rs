@@ -1,4 +1,4 @@
-//! The pose of a known body from masks: where it must be to look like that.
+//! Estimates the pose of a known body from masks.
 
 mod climbing;
 mod painted;
@@ -23,26 +23,27 @@ pub struct MaskFit {
     pub iou: f64,
 }
 
-/// Pixels that the object's longer side spans where turns are tried, and for the last touch.
+/// Size of the object in pixels, along its longer side, for trying orientations, and for the final
+/// refinement.
 const COARSE_PX: usize = 48;
 const FINE_PX: usize = 160;
-/// Turns that are tried, and of these the ones that are made better.
+/// Orientations that are tried, and the number of them that are refined.
 const TURNS: usize = 1500;
 const KEPT: usize = 32;
-/// Radians between those that are kept.
+/// Least angle between those that are kept, in radians.
 const APART: f64 = 0.3;
-/// Outlines that differ by less may be told apart by colours.
+/// Difference in overlap below which colours decide between poses.
 const ALIKE: f64 = 0.05;
 /// Least overlap of a body that fits.
 const LEAST_IOU: f64 = 0.5;
 
-/// Finds where a body must be for its outlines to agree with masks; where it is said to be counts
-/// for nothing. Turns that outlines alone do not tell apart are told apart by `colors`, one for
-/// each ellipsoid, if `images` are given too, one for each view. The same seed gives the same bits.
+/// Finds the pose at which a body's outlines agree with masks; the pose stored in the body is
+/// ignored. Orientations that outlines alone do not distinguish are distinguished by `colors`, one
+/// per ellipsoid, if `images` are given too, one per view. The same seed gives the same bits.
 ///
 /// # Errors
-/// If there is no view, there is not one image a view or one colour an ellipsoid, or the overlap is
-/// below a half wherever the body is put.
+/// If there is no view, there is not one image per view or one colour per ellipsoid, or the overlap
+/// is below a half at any pose.
 pub fn pose_from_masks(
     body: &Body,
     views: &[View<'_>],

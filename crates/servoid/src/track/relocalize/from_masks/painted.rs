@@ -5,21 +5,21 @@ use crate::camera::{Camera, ImageView, View};
 use crate::pose::Pose;
 use crate::track::target::solid::Solid;
 
-/// What images show at places in the masks, and the colours that a body's ellipsoids have.
+/// Colours of the images inside the masks, and the colours of a body's ellipsoids.
 pub(super) struct Painted {
     views: Vec<Seen>,
     colors: Vec<Vector3<f64>>,
 }
 
-/// One image: where its camera is, and rays in its frame with the colour there.
+/// One image: the pose of its camera, and rays in the camera's frame with their colours.
 struct Seen {
     world_from_camera: Pose,
     rays: Vec<(Vector3<f64>, Vector3<f64>)>,
 }
 
-/// Places along the object's longer side.
+/// Samples along the object's longer side.
 const PLACES: usize = 32;
-/// Mean square by which a place's colour differs from its ellipsoid's.
+/// Mean square of the difference between a sample's colour and its ellipsoid's.
 const SPREAD2: f64 = 900.0;
 
 impl Painted {
@@ -34,8 +34,8 @@ impl Painted {
         }
     }
 
-    /// Says how well the foremost ellipsoids' colours agree with the images, 0 to 1. What all of an
-    /// image's colours are off by is the light, and counts for nothing.
+    /// Returns how well the foremost ellipsoids' colours agree with the images, 0 to 1. The mean
+    /// difference in an image is attributed to the light, and ignored.
     pub(super) fn agreement(&self, solid: &Solid, fit: &MaskFit) -> f64 {
         let object_from_world = fit.world_from_object.inverse();
         let (mut total, mut views) = (0.0, 0.0);
@@ -54,7 +54,8 @@ impl Painted {
         total / f64::max(views, 1.0)
     }
 
-    /// Gives what the colours in an image differ by from those of the foremost ellipsoids.
+    /// Returns the differences between the colours in an image and those of the foremost
+    /// ellipsoids.
     fn differences(
         &self,
         solid: &Solid,
@@ -70,7 +71,7 @@ impl Painted {
     }
 }
 
-/// Gives the mean colours of small blocks in the mask, and the rays in which they are seen.
+/// Returns the mean colours of small blocks in the mask, and the rays in which they are seen.
 fn rays(view: &View<'_>, image: &ImageView<'_>) -> Vec<(Vector3<f64>, Vector3<f64>)> {
     let (first, last) = view.mask().bounds_px();
     let extent = (last[0] - first[0]).max(last[1] - first[1]) + 1;
@@ -81,7 +82,7 @@ fn rays(view: &View<'_>, image: &ImageView<'_>) -> Vec<(Vector3<f64>, Vector3<f6
     corners.filter_map(block).collect()
 }
 
-/// Gives the mean colour of a block, and the middle of its ray; none if half of it is background.
+/// Returns the mean colour of a block, and its central ray; none if half of it is background.
 fn block_mean(
     view: &View<'_>,
     image: &ImageView<'_>,

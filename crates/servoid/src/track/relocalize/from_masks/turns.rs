@@ -14,7 +14,7 @@ use crate::track::target::solid::Solid;
 const EVEN_STEPS: [f64; 3] =
     [0.819_172_513_396_164_4, 0.671_043_606_703_789_2, 0.549_700_477_901_970_4];
 
-/// Gives turns spread evenly over all that there are; the seed moves all of them.
+/// Returns orientations spread evenly over all rotations; the seed shifts all of them.
 pub(super) fn spread(count: usize, seed: u64) -> Vec<UnitQuaternion<f64>> {
     let mut rng = evolve::rng(seed, u64::MAX);
     let first: [f64; 3] = std::array::from_fn(|_| rng.random());
@@ -22,11 +22,11 @@ pub(super) fn spread(count: usize, seed: u64) -> Vec<UnitQuaternion<f64>> {
     (0..count).map(|i| even_turn(share(i, 0), share(i, 1), share(i, 2))).collect()
 }
 
-/// Steps in which a turned body is brought to its mask.
+/// Iterations that align a rotated body with its mask.
 const STEPS: usize = 3;
 
-/// Gives the pose with a turn, in a camera's frame, at which the outlines lie about the middle of
-/// the mask and are as large.
+/// Returns the pose with a given orientation, in a camera's frame, at which the outlines have the
+/// centre and the size of the mask.
 pub(super) fn centred(solid: &Solid, turn: UnitQuaternion<f64>, view: &View<'_>) -> Pose {
     let (first, last) = view.mask().bounds_px();
     let wanted = Bounds {
@@ -47,7 +47,7 @@ pub(super) fn centred(solid: &Solid, turn: UnitQuaternion<f64>, view: &View<'_>)
             continue;
         };
         let (middle, wish) = (bounds.middle(), wanted.middle());
-        // Nearer by a step, an offset from the outlines' middle grows by as much.
+        // An offset from the outlines' middle scales with the size of the outlines.
         let nearer = (bounds.size() / wanted.size()).clamp(0.5, 2.0);
         at_px = [0, 1].map(|i| wish[i] + (at_px[i] - middle[i]) / nearer);
         distance *= nearer;
@@ -88,7 +88,7 @@ impl Bounds {
     }
 }
 
-/// Keeps the best, each turned otherwise than those that are better.
+/// Keeps the best, each with an orientation that differs enough from the better ones.
 pub(super) fn best_apart(mut tried: Vec<MaskFit>, most: usize, apart: f64) -> Vec<MaskFit> {
     tried.sort_by(|one, other| other.iou.total_cmp(&one.iou));
     let mut kept: Vec<MaskFit> = Vec::with_capacity(most);

@@ -1,10 +1,10 @@
-"""servoid looks at an unknown object, models it as a few ellipsoids, tracks it and servos to it.
+"""servoid models an unknown object as a few ellipsoids, tracks it and servos to it.
 
     capture = servoid.capture.open_capture("photos")
     result = servoid.model.fit(capture.views(), max_ellipsoids=6)
     result.save("body.json")
 
-Parts are imported when they are first named, so `import servoid` costs next to nothing.
+Submodules are imported on first use, so `import servoid` is fast.
 """
 
 from importlib import import_module

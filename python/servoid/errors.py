@@ -1,4 +1,4 @@
-"""The exceptions that servoid raises on purpose: every one of them is a `ServoidError`."""
+"""The exceptions that servoid raises on purpose; each is a `ServoidError`."""
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -10,19 +10,19 @@ if TYPE_CHECKING:
 
 
 class ServoidError(Exception):
-    """Says what was given, what is allowed and what to do."""
+    """The base of all errors; its message names the input, what is allowed and what to do."""
 
     def at(self, place: str) -> "ServoidError":
-        """Return the same error with a place, such as a file and a line, before its message."""
+        """Return the same error with a location, such as a file and a line, before its message."""
         return type(self)(f"{place}: {self}")
 
 
 class BackendError(ServoidError, ValueError):
-    """Is raised when a back end is asked for that this machine does not have."""
+    """Is raised for a back end that this machine does not have."""
 
 
 class PoseError(ServoidError, ValueError):
-    """Is raised for numbers that are no rigid motion."""
+    """Is raised for numbers that do not form a rigid motion."""
 
 
 class CameraError(ServoidError, ValueError):
@@ -34,19 +34,19 @@ class ImageError(ServoidError, ValueError):
 
 
 class MaskError(ServoidError, ValueError):
-    """Is raised for a mask that cannot be read or that says nothing about the object."""
+    """Is raised for a mask that cannot be read or that carries no information on the object."""
 
 
 class TargetError(ServoidError, ValueError):
-    """Is raised for a target that cannot be read or that finds no object in its image."""
+    """Is raised for a target that cannot be parsed or that finds no object in its image."""
 
 
 class DoubtError(TargetError):
-    """Is raised for a target that may mean several objects: nothing is chosen silently.
+    """Is raised for a target that may mean several objects, rather than choosing one silently.
 
-    `image`, (H, W, 3) uint8 RGB, is where the object was sought, as it was recorded. `masks`,
-    (H, W) uint8 each, are the answers, 255 on the object; the first one is what is used if the
-    caller trusts the target all the same.
+    `image`, (H, W, 3) uint8 RGB, is the image that was searched, as it was recorded. `masks`,
+    (H, W) uint8 each, are the candidates, 255 on the object; the first one is used if the caller
+    trusts the target.
     """
 
     def __init__(
@@ -57,20 +57,20 @@ class DoubtError(TargetError):
         self.masks: tuple[NDArray[np.uint8], ...] = tuple(masks)
 
     def __reduce__(self) -> "tuple[object, ...]":
-        """Say how to make a copy, in another process too."""
+        """Support pickling, with all attributes."""
         return DoubtError, (str(self), self.image, self.masks)
 
     def at(self, place: str) -> "DoubtError":
-        """Return this error with a place before its message."""
+        """Return this error with a location before its message."""
         return DoubtError(f"{place}: {self}", self.image, self.masks)
 
 
 class CaptureError(ServoidError, ValueError):
-    """Is raised for a capture whose files are missing, malformed or at odds with each other."""
+    """Is raised for a capture whose files are missing, malformed or inconsistent."""
 
 
 class ScanError(ServoidError, ValueError):
-    """Is raised for images from which no poses can be found."""
+    """Is raised for images from which no camera poses can be estimated."""
 
 
 class MeshError(ServoidError, ValueError):
@@ -78,35 +78,35 @@ class MeshError(ServoidError, ValueError):
 
 
 class BodyError(ServoidError, ValueError):
-    """Is raised for a body, or the file of a body, that is malformed."""
+    """Is raised for a malformed body or body file."""
 
 
 class ModelError(ServoidError, ValueError):
-    """Is raised when views or settings cannot lead to a model."""
+    """Is raised when no model can be made from the views or settings."""
 
 
 class TrackError(ServoidError, ValueError):
-    """Is raised when observations, a body or settings cannot lead to a track."""
+    """Is raised when observations, a body or settings do not allow tracking."""
 
 
 class TrajectoryError(ServoidError, ValueError):
-    """Is raised for a file of poses over time that is missing or malformed."""
+    """Is raised for a trajectory file that is missing or malformed."""
 
 
 class ServoError(ServoidError, ValueError):
-    """Is raised when an arm, a goal or settings cannot lead to servoing."""
+    """Is raised when an arm, a goal or settings do not allow servoing."""
 
 
 class SimError(ServoidError, ValueError):
-    """Is raised for a simulated world that cannot exist."""
+    """Is raised for invalid settings of a simulated world."""
 
 
 class StudyError(ServoidError, ValueError):
-    """Is raised for a study whose settings, trials or workers cannot be."""
+    """Is raised for invalid settings, trials or workers of a study."""
 
 
 class ExportError(ServoidError, ValueError):
-    """Is raised when a body cannot be written in the way that was asked for."""
+    """Is raised when a body cannot be exported as requested."""
 
 
 class OutputError(ServoidError, OSError):
@@ -114,11 +114,11 @@ class OutputError(ServoidError, OSError):
 
 
 class MissingExtraError(ServoidError, ImportError):
-    """Is raised when an optional library is needed that is not installed."""
+    """Is raised when a required optional library is not installed."""
 
     @classmethod
     def of(cls, what: str, library: str, extra: str) -> "MissingExtraError":
-        """Say what needs which library, and the extra of servoid that brings it."""
+        """Take what needs the library, and the extra of servoid that installs it."""
         return cls(
             f"{what} need {library}, which is not installed; "
             f"install it with: pip install 'servoid[{extra}]'"
@@ -126,12 +126,12 @@ class MissingExtraError(ServoidError, ImportError):
 
 
 class RenamedError(ServoidError, ImportError):
-    """Is raised for a name that was public once, and says what it is called now."""
+    """Is raised for a formerly public name; the message gives the new one."""
 
 
 @contextmanager
 def located(place: str) -> Iterator[None]:
-    """Put `place`, such as a file and a line, before the message of a ServoidError from inside."""
+    """Prefix the message of a ServoidError raised inside with `place`, such as file and line."""
     try:
         yield
     except ServoidError as error:

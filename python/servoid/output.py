@@ -12,13 +12,13 @@ from servoid.errors import OutputError
 
 
 def write_whole(path: Path, data: bytes) -> None:
-    """Write `data` to `path`, so that at no instant a part of it stands there.
+    """Write `data` to `path` atomically, so that no partial file ever exists there.
 
     Raises:
-        OutputError: the file cannot be written; what stood at `path` still does.
+        OutputError: the file cannot be written; the previous file at `path` is unchanged.
 
     """
-    target = path.resolve()  # a link keeps pointing to the file that is replaced
+    target = path.resolve()  # a link keeps pointing to the file, which is replaced
     partial = _beside(target)
     try:
         with partial.open("xb") as file:
@@ -36,7 +36,7 @@ def write_together(files: Mapping[Path, bytes]) -> None:
     """Write several files whole, all of them or none.
 
     Raises:
-        OutputError: one cannot be written; what stood at their places still does.
+        OutputError: a file cannot be written; the previous files are unchanged.
 
     """
     old = {path: _content(path) for path in files}
@@ -57,10 +57,10 @@ def write_together(files: Mapping[Path, bytes]) -> None:
 
 @contextmanager
 def written_beside(path: Path) -> Iterator[Path]:
-    """Give a place beside `path` to write to; what stands there at the end is moved to `path`.
+    """Yield a temporary path beside `path`; its file is moved to `path` when the block ends.
 
-    The place ends as `path` does, for libraries that go by the ending. If the block raises,
-    nothing is left behind and what stood at `path` still does.
+    The temporary path ends as `path` does, for libraries that depend on the ending. If the block
+    raises, nothing is left behind and the previous file at `path` is unchanged.
 
     Raises:
         OutputError: the file cannot be moved to `path`.
@@ -80,9 +80,9 @@ def written_beside(path: Path) -> Iterator[Path]:
 
 @dataclass(frozen=True)
 class FolderKind:
-    """A kind of folder that servoid writes whole, and may replace by another of its kind.
+    """A kind of folder that servoid writes as a whole, and may replace by another of its kind.
 
-    `what` names it, such as `a sample`; its capture.toml begins with `mark`; at its top it holds
+    `what` names it, such as `a sample`; its capture.toml begins with `mark`; its top level holds
     nothing but `names`.
     """
 
@@ -92,11 +92,11 @@ class FolderKind:
 
 
 def write_folder(directory: Path, fill: Callable[[Path], None], kind: FolderKind) -> None:
-    """Let `fill` write into a new folder, then put it in the place of `directory`.
+    """Let `fill` write into a new folder, then replace `directory` by it.
 
     Raises:
-        OutputError: `directory` holds something else than a folder of this kind or cannot be
-            written; it stays as it was.
+        OutputError: `directory` is not a folder of this kind or cannot be written; it is
+            unchanged.
 
     """
     check_replaceable(directory, kind)
@@ -107,7 +107,7 @@ def write_folder(directory: Path, fill: Callable[[Path], None], kind: FolderKind
             draft = Path(scratch) / "draft"
             draft.mkdir()
             fill(draft)
-            check_replaceable(directory, kind)  # again: to fill it took a while
+            check_replaceable(directory, kind)  # again, because filling it took a while
             if target.exists():
                 target.rename(Path(scratch) / "earlier")
             draft.rename(target)
@@ -118,10 +118,10 @@ def write_folder(directory: Path, fill: Callable[[Path], None], kind: FolderKind
 
 
 def check_replaceable(directory: Path, kind: FolderKind) -> None:
-    """Check that a folder would overwrite nothing but an earlier one of its kind.
+    """Check that writing a folder would overwrite nothing but an earlier one of its kind.
 
     Raises:
-        OutputError: there is something else.
+        OutputError: `directory` is something else.
 
     """
     if not directory.exists():
@@ -156,7 +156,7 @@ def check_file(path: Path) -> None:
 def check_folder(path: Path, *, parents: bool = False) -> None:
     """Check that files can be written into the folder `path`, or that it can be made.
 
-    With `parents` the folders above it can be missing, too.
+    With `parents`, the folders above it may be missing, too.
 
     Raises:
         OutputError: `path` is a file, the folder above it is missing, or it is read-only.
@@ -173,7 +173,7 @@ def check_folder(path: Path, *, parents: bool = False) -> None:
 
 
 def make_folder(path: Path, *, parents: bool = False) -> None:
-    """Make the folder `path` if it does not exist; the one above it must, but for `parents`.
+    """Make the folder `path` if it does not exist; the one above it must, unless `parents`.
 
     Raises:
         OutputError: the folder cannot be made.
@@ -206,7 +206,7 @@ def _check_writable(folder: Path, asked: Path) -> None:
 
 
 def _beside(path: Path) -> Path:
-    # A short name of its own, because a long name may leave no room for an addition.
+    # An independent short name, because a long name may leave no room for a suffix.
     return path.with_name(f".servoid-{secrets.token_hex(6)}.part")
 
 

@@ -1,3 +1,3 @@
-"""Rates that are assumed where nothing says them; help texts load no more than this."""
+"""Rates that are assumed where none is given; in a module of its own that help texts can load."""
 
-ASSUMED_HZ = 30.0  # observations a second where the capture knows neither times nor a rate
+ASSUMED_HZ = 30.0  # observations per second where the capture has neither times nor a rate

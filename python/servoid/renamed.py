@@ -1,4 +1,4 @@
-"""Refuses names that were public once, with a sentence that gives the new one."""
+"""Refuses formerly public names with a message that gives the new name."""
 
 from collections.abc import Callable, Mapping
 from typing import NoReturn
@@ -7,7 +7,7 @@ from servoid.errors import RenamedError
 
 
 def refuse_old_names(module: str, new_names: Mapping[str, str]) -> Callable[[str], NoReturn]:
-    """Return a `__getattr__` for a module whose names were changed, by old name."""
+    """Return a `__getattr__` for a module whose names changed; `new_names` is by old name."""
 
     def refuse(name: str) -> NoReturn:
         if name in new_names:

@@ -1,4 +1,4 @@
-"""Reads numbers as people and programs write them, and writes them for people."""
+"""Parses numbers as people and programs write them, and formats them for people."""
 
 import re
 
@@ -9,9 +9,10 @@ _NUMBER = re.compile(
 
 
 def number_of(text: str) -> float:
-    """Return the number that a text is, blanks around it aside; NaN and infinity are some, too.
+    """Parse a text, with optional blanks around it, as a number; NaN and infinity are allowed.
 
-    Python's own `float` takes digits of other scripts and `1_000`, which other programs do not.
+    Python's own `float` also accepts digits of other scripts and `1_000`, which other programs do
+    not.
 
     Raises:
         ValueError: the text is no number.
@@ -24,7 +25,7 @@ def number_of(text: str) -> float:
 
 
 def whole_number_of(text: str) -> int:
-    """Return the whole number that a text is, as `number_of` does.
+    """Parse a text as a whole number, as `number_of` does.
 
     Raises:
         ValueError: the text is no whole number.
@@ -37,25 +38,25 @@ def whole_number_of(text: str) -> int:
 
 
 def digits(number: float) -> str:
-    """Write a number with six digits at most, and an exponent where it is very large or small."""
+    """Format a number with six digits at most, and an exponent if it is very large or small."""
     return f"{number:.6g}"
 
 
 def in_one_line(error: object) -> str:
-    """Write what another library says of an error in one line."""
+    """Format an error of another library in one line."""
     return " ".join(str(error).split())
 
 
 def counted(count: int, thing: str, things: str = "") -> str:
-    """Write how many things there are: `1 image`, `3 images`, `1 value was`, `2 values were`."""
+    """Format a count of things: `1 image`, `3 images`, `1 value was`, `2 values were`."""
     return f"{count} {thing if count == 1 else things or thing + 's'}"
 
 
 def were(count: int) -> str:
-    """Return the verb of so many things that are past."""
+    """Return `was` or `were` for a count of things."""
     return "was" if count == 1 else "were"
 
 
 def are(count: int) -> str:
-    """Return the verb of so many things that are there."""
+    """Return `is` or `are` for a count of things."""
     return "is" if count == 1 else "are"

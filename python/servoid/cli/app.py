@@ -65,7 +65,7 @@ def sample(
         bool,
         typer.Option(
             "--moving",
-            help="Write a stereo recording of a toy that moves, to track; with its truth.",
+            help="Write a stereo recording of a moving toy to track, with the true poses.",
         ),
     ] = False,
     count: Annotated[
@@ -73,7 +73,7 @@ def sample(
         typer.Option(
             callback=check_count,
             metavar="N",
-            help="Write so many observations, 30 of them a second (default: {sample.count}, or the "
+            help="Write this many observations, at 30 per second (default: {sample.count}, or the "
             "whole turn).",
             show_default=False,
         ),
@@ -86,25 +86,30 @@ def sample(
         ),
     ] = None,
     turn: Annotated[
-        bool, typer.Option("--turn", help="The toy is turned all the way around, and back.")
+        bool, typer.Option("--turn", help="Turn the toy all the way around and back.")
     ] = False,
     occluder: Annotated[
-        bool, typer.Option("--occluder", help="Something passes over a third of the toy.")
+        bool,
+        typer.Option("--occluder", help="Let something cover a third of the toy as it passes."),
     ] = False,
     hand: Annotated[
-        bool, typer.Option("--hand", help="The cameras move, and the toy rests.")
+        bool, typer.Option("--hand", help="Move the cameras, and let the toy rest.")
     ] = False,
-    grey: Annotated[bool, typer.Option("--grey", help="Images without colour.")] = False,
-    plain: Annotated[bool, typer.Option("--plain", help="A toy without any pattern.")] = False,
-    one_camera: Annotated[bool, typer.Option("--one-camera", help="No right images.")] = False,
+    grey: Annotated[bool, typer.Option("--grey", help="Write images without colour.")] = False,
+    plain: Annotated[bool, typer.Option("--plain", help="Use a toy without any pattern.")] = False,
+    one_camera: Annotated[
+        bool, typer.Option("--one-camera", help="Write no right images.")
+    ] = False,
     seed: Annotated[
         int | None,
         typer.Option(
-            callback=check_seed, metavar="S", help="Another seed: another way, in another room."
+            callback=check_seed,
+            metavar="S",
+            help="Another seed gives another motion in another room.",
         ),
     ] = None,
 ) -> None:
-    """Write a capture of a designed object, to try servoid with.
+    """Write a capture of a synthetic object, to try servoid with.
 
     [bold]servoid sample out/sample[/bold]
 
@@ -134,13 +139,13 @@ def sample(
 @app.command(cls=CommandWithDefaults)
 def demo(
     out: Annotated[
-        Path, typer.Option(metavar="DIR", help="The folder for all that is made.")
+        Path, typer.Option(metavar="DIR", help="The folder for all files of the demo.")
     ] = Path("servoid-demo"),
 ) -> None:
-    """See it work: model, track and servo to drawn objects, without any file of your own.
+    """See it work: model, track and servo to rendered objects, without any file of your own.
 
-    Each command is shown before it runs. What needs a library that is not installed is left out,
-    and the demo says so. It takes one or two minutes.
+    The demo prints each command before it runs it, and names the parts that it leaves out because
+    a library is not installed. It takes one or two minutes.
     """
     from servoid.cli.demo import run_demo
 
@@ -150,21 +155,21 @@ def demo(
 @app.command(cls=CommandWithDefaults)
 def doctor(
     json: Annotated[
-        bool, typer.Option("--json", help="Say it as JSON, for programs and reports of faults.")
+        bool, typer.Option("--json", help="Print JSON, for programs and bug reports.")
     ] = False,
     test: Annotated[
         bool,
         typer.Option(
             "--test/--no-test",
-            help="Model and track a drawn object for about five seconds, and compare the result "
-            "with what is expected.",
+            help="Model and track a rendered object for about five seconds, and compare the result "
+            "with the expected one.",
         ),
     ] = True,
 ) -> None:
-    """Say what servoid runs on here, test it, and exit with 1 if something is wrong.
+    """Report what servoid runs on here, test it, and exit with 1 if something is wrong.
 
-    Versions, vector instructions, libraries, renderers, cameras; then a drawn object is modelled
-    and tracked, with its figures beside those expected.
+    Lists versions, vector instructions, libraries, renderers and cameras. Then models and tracks a
+    rendered object, and prints the measured figures beside the expected ones.
     """
     from servoid.cli.doctor.doctor import run_doctor
 
@@ -191,26 +196,26 @@ def export(
         float | None,
         typer.Option(
             metavar="D",
-            help="Mass of a cubic metre in kg (default: water's, {export.density_kg_m3}).",
+            help="Density in kg per cubic metre (default: water's, {export.density_kg_m3}).",
         ),
     ] = None,
     frame: Annotated[
         str | None,
         typer.Option(
             metavar="object|world",
-            help="Whose coordinates to use: the object's own, or the world's, in which it stood "
-            "(default: {export.frame}).",
+            help="The frame of the coordinates: the object's own, or the world's with the object "
+            "at its modelled pose (default: {export.frame}).",
         ),
     ] = None,
     name: Annotated[
         str | None,
-        typer.Option(metavar="NAME", help="What the body is called in FILE (default: as FILE)."),
+        typer.Option(metavar="NAME", help="Name of the body in FILE (default: the name of FILE)."),
     ] = None,
     detail: Annotated[
         int | None,
         typer.Option(
             metavar="N",
-            help="Make meshes of 20 * 4^N triangles an ellipsoid, N from 0 to 6 (default "
+            help="Make meshes of 20 * 4^N triangles per ellipsoid, N from 0 to 6 (default "
             "{export.detail}).",
         ),
     ] = None,

@@ -1,4 +1,4 @@
-"""Shows how far a batch is, and what of it is kept when it is interrupted."""
+"""Shows the progress of a batch, and how much of it is kept when it is interrupted."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -16,7 +16,7 @@ _MINUTE = 60.0
 
 @contextmanager
 def watched_batch(task: str) -> Iterator[Watch]:
-    """Show a bar while the block runs a batch with what it gets; Ctrl-C exits with a sentence."""
+    """Yield a progress callback and show a bar; on Ctrl-C exit with a message."""
     last: list[BatchProgress] = []
     try:
         with progress_bar(task) as update:
@@ -37,7 +37,7 @@ def watched_batch(task: str) -> Iterator[Watch]:
 
 
 def words_of(progress: BatchProgress) -> str:
-    """Say how far a batch is."""
+    """Describe the progress of a batch."""
     words = f"{progress.done} of {counted(progress.total, 'trial')}"
     if progress.failed:
         words += f", {progress.failed} failed"

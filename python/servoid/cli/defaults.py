@@ -1,4 +1,4 @@
-"""Shows in a command's help the defaults that settings declare, so that none is written twice."""
+"""Fills the declared defaults of settings into help texts, so that none is written twice."""
 
 from enum import Enum
 from types import SimpleNamespace
@@ -8,14 +8,14 @@ from typer.core import TyperCommand
 
 
 class CommandWithDefaults(TyperCommand):
-    """A command whose help may name a default by its place, such as `{servo.run.seconds}`.
+    """A command whose help may name a default by its dotted name, such as `{servo.run.seconds}`.
 
-    The place is looked up when help is asked for, so that commands need not import what declares
-    their settings.
+    The name is looked up when the help is printed, so that a command need not import the module
+    that declares its settings.
     """
 
     def format_help(self, ctx: Any, formatter: Any) -> None:
-        """Write the help with each default in its place."""
+        """Write the help with all defaults filled in."""
         for option in self.params:
             text = getattr(option, "help", None)
             if text is not None:
@@ -24,15 +24,15 @@ class CommandWithDefaults(TyperCommand):
 
 
 def with_defaults(text: str) -> str:
-    """Return a help text with the value of each `{place}`.
+    """Return a help text with the value of each `{dotted.name}`.
 
-    A truth is written as one of two words: `{servo.world.ideal:ideal|a laboratory}`.
+    A boolean is written as one of two words: `{servo.world.ideal:ideal|a laboratory}`.
     """
     return text.format_map(_Declared())
 
 
 class _Declared(dict[str, "_Shown"]):
-    """What declares defaults, by the first word of a place."""
+    """The objects that declare defaults, by the first part of a dotted name."""
 
     def __missing__(self, key: str) -> "_Shown":
         if key == "servo":
@@ -55,7 +55,7 @@ class _Declared(dict[str, "_Shown"]):
 
 
 class _Shown:
-    """A default, or a group of them, as a help text writes it."""
+    """A default, or a group of defaults, formatted for a help text."""
 
     def __init__(self, value: Any) -> None:
         self._value = value

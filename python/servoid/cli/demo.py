@@ -1,4 +1,4 @@
-"""`servoid demo`: models, tracks and servos to drawn objects, by commands that anybody can type."""
+"""`servoid demo`: models, tracks and servos to rendered objects by ordinary commands."""
 
 import shlex
 import textwrap
@@ -21,7 +21,7 @@ from servoid.sim.samples.surface import outer_mesh
 from servoid.words import are
 
 _REPORT_EXTRAS = {"matplotlib": "view"}
-_TRACKED = 2  # the number of the part whose truth is known
+_TRACKED = 2  # the number of the part with known ground truth
 _MM_PER_M = 1e3
 _WIDTH = 79  # columns
 _SCENARIO = Scenario(count=45, size="small", occluder=True)
@@ -29,9 +29,9 @@ _SCENARIO = Scenario(count=45, size="small", occluder=True)
 
 @dataclass(frozen=True)
 class Part:
-    """One part of the demo: a heading, commands, what they need, and what they leave to look at.
+    """One part of the demo: a heading, commands, the libraries they need, and their results.
 
-    `extras` names the extra that brings each library; without them the part is left out.
+    `extras` names the extra that installs each library; without them the part is left out.
     """
 
     heading: str
@@ -41,7 +41,7 @@ class Part:
 
 
 def run_demo(out: Path) -> None:
-    """Run all parts that can run here, and say where to look and what is left out."""
+    """Run all parts that can run here, then list the results and the parts that were left out."""
     check_folder(out, parents=True)
     make_folder(out, parents=True)
     begun = time.perf_counter()
@@ -90,15 +90,15 @@ def _parts(out: Path) -> tuple[Part, ...]:
                  "--count", str(_SCENARIO.count), "--occluder"),
                 ("track", recording, "--out", str(out / "poses.csv"), "--video", video),
             ),
-            {video: "the snail, with the outline that the tracker knows"},
+            {video: "the snail, with the tracked outline"},
             {},
         ),
         Part(
-            "An arm with turning eyes meets a bottle in a simulated room, and follows it.",
+            "An arm with turning eyes models a bottle in a simulated room, and follows it.",
             (("servo", "--object", "bottle", "--path", "sine:0.1@8s", "--seconds", "6",
               "--out", arm),),
             {
-                f"{arm}/servo.mp4": "the arm, and what its eyes see",
+                f"{arm}/servo.mp4": "the arm and the images of its eyes",
                 f"{arm}/report.html": "how well it followed",
             },
             SERVO_EXTRAS,
@@ -107,7 +107,7 @@ def _parts(out: Path) -> tuple[Part, ...]:
 
 
 def _lacking(extras: Mapping[str, str]) -> str:
-    """Say which libraries are missing and what brings them; nothing if all are there."""
+    """Name the missing libraries and the extras that install them; empty if none is missing."""
     missing = [library for library in extras if find_spec(library) is None]
     if not missing:
         return ""
@@ -116,7 +116,7 @@ def _lacking(extras: Mapping[str, str]) -> str:
 
 
 def _run(commands: Sequence[Sequence[str]], out: Path) -> None:
-    """Run commands as if they were typed; each is shown before."""
+    """Print and run commands as if they were typed."""
     from servoid.cli.app import app  # which names this demo
 
     for command in commands:
@@ -126,7 +126,7 @@ def _run(commands: Sequence[Sequence[str]], out: Path) -> None:
         except InterruptedCommand:
             code = INTERRUPTED
         if code:
-            typer.echo(f"the demo ends here; what was made lies in {out}", err=True)
+            typer.echo(f"the demo ends here; its files are in {out}", err=True)
             raise typer.Exit(code)
 
 

@@ -1,4 +1,4 @@
-"""Shows what a doubtful target may mean, and asks whether to go on."""
+"""Shows the candidates of an ambiguous target, and asks whether to go on."""
 
 import sys
 from collections.abc import Callable
@@ -15,26 +15,27 @@ _Made = TypeVar("_Made")
 
 
 class Asked(Protocol):
-    """What was asked for: where the result goes, and whether targets are trusted."""
+    """The order of a command: where the result goes, and whether targets are trusted."""
 
     @property
     def out(self) -> Path:
-        """Return the file that the result is written to."""
+        """Return the output file."""
         ...
 
     @property
     def trust_targets(self) -> bool:
-        """Say if a target is used even if it may mean several objects."""
+        """Return whether to use a target even if it may mean several objects."""
         ...
 
 
 def settled(work: Callable[[bool], _Made], asked: Asked) -> _Made:
-    """Do work that is told if targets are trusted; where one is doubtful, show it and ask.
+    """Call `work` with whether targets are trusted; if one is ambiguous, show it and ask.
 
-    The picture of the answers goes beside the result. Where nobody can be asked, nothing is done.
+    The picture of the candidates is written beside the result. Without a terminal to ask on, the
+    target is refused.
 
     Raises:
-        TargetError: a target is doubtful, and nobody wants to go on.
+        TargetError: a target is ambiguous, and the user does not go on.
 
     """
     try:
@@ -42,7 +43,7 @@ def settled(work: Callable[[bool], _Made], asked: Asked) -> _Made:
     except DoubtError as doubt:
         picture = asked.out.with_name(f"{asked.out.stem}_target.png")
         write_whole(picture, draw_answers(doubt.image, doubt.masks))
-        words = f"{doubt}; {picture} shows the answers"
+        words = f"{doubt}; {picture} shows the candidates"
         if not _can_ask():
             raise TargetError(f"{words}; --trust-targets goes on with the first one") from doubt
         typer.echo(words, err=True)

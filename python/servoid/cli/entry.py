@@ -1,4 +1,4 @@
-"""Runs the command line and turns every failure into one clear line and an exit code."""
+"""Runs the command line and turns every failure into one line and an exit code."""
 
 import logging
 import os
@@ -19,12 +19,12 @@ from servoid.errors import ServoidError
 
 FAILED = 1
 WRONG_OPTION = 2
-BUG = 70  # what <sysexits.h> calls an internal software error
+BUG = 70  # an internal software error in <sysexits.h>
 
 _SHOW_TRACEBACK = "SERVOID_TRACEBACK"
 _NO_MEMORY = (
-    "error: the memory that this process may use is not enough; end other programs, raise its "
-    "limit, or give fewer or smaller images and meshes"
+    "error: out of memory; end other programs, raise the memory limit of this process, or give "
+    "fewer or smaller images and meshes"
 )
 
 
@@ -41,10 +41,10 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
 
 
 def _quieten() -> None:
-    """Let libraries not write to standard error: servoid says what is wrong with a file."""
+    """Keep libraries from writing to standard error: servoid reports the errors of a file."""
     os.environ.setdefault("OPENCV_LOG_LEVEL", "SILENT")
     os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
-    # It tells of a home that cannot be written; plots need nothing there.
+    # It warns of a home that cannot be written; plots need nothing there.
     logging.getLogger("matplotlib").setLevel(logging.ERROR)
 
 

@@ -1,4 +1,4 @@
-"""`servoid export`: a body in another program's format."""
+"""`servoid export`: writes a body in another program's format."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,7 +17,7 @@ _CM3_PER_M3 = 1e6
 
 @dataclass(frozen=True)
 class Request:
-    """What `servoid export` was asked for; None leaves a setting to its default."""
+    """The options of `servoid export`; None keeps the default of a setting."""
 
     body: Path
     out: Path
@@ -29,7 +29,7 @@ class Request:
 
 
 def run_export(request: Request) -> None:
-    """Write the body and say what it weighs and where it lies."""
+    """Write the body and print its volume, its mass and its files."""
     settings: dict[str, Any] = {
         "density_kg_m3": request.density_kg_m3,
         "frame": request.frame,
@@ -52,5 +52,5 @@ def run_export(request: Request) -> None:
 
 
 def _plain(value: float) -> str:
-    """Return four digits that count, without an exponent."""
+    """Return four significant digits, without an exponent."""
     return np.format_float_positional(value, precision=4, fractional=False, trim="-")

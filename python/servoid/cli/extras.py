@@ -1,4 +1,4 @@
-"""Checks that the libraries which a command needs are installed."""
+"""Checks that the libraries that a command needs are installed."""
 
 from collections.abc import Mapping
 from importlib.util import find_spec
@@ -7,9 +7,9 @@ from servoid.errors import MissingExtraError
 
 
 def check_extras(command: str, extras: Mapping[str, str]) -> None:
-    """Check that all libraries are there, so that they do not turn out missing one by one.
+    """Check that all libraries are installed, so that one error names all missing ones.
 
-    `extras` names the extra of servoid that brings each library.
+    `extras` names the extra of servoid that installs each library.
 
     Raises:
         MissingExtraError: a library is not installed.
@@ -19,6 +19,6 @@ def check_extras(command: str, extras: Mapping[str, str]) -> None:
     if missing:
         named = ",".join(dict.fromkeys(extras[library] for library in missing))
         raise MissingExtraError(
-            f"{command} needs {', '.join(missing)}, not installed yet; "
+            f"{command} needs {', '.join(missing)}, which is not installed; "
             f"install with: pip install 'servoid[{named}]'"
         )

@@ -1,4 +1,4 @@
-"""Makes Ctrl-C and SIGTERM end a command in order: nothing half written, and one sentence."""
+"""Makes Ctrl-C and SIGTERM end a command cleanly: no partial files, and one message."""
 
 import os
 import signal
@@ -11,15 +11,15 @@ from typing import Any
 from typer.core import TyperGroup
 
 INTERRUPTED = 130
-TERMINATED = 143  # what shells and service managers expect after SIGTERM
+TERMINATED = 143  # the exit code that shells and service managers expect after SIGTERM
 
 
 class InterruptedCommand(BaseException):
-    """Is raised for Ctrl-C in a command that says nothing about it itself."""
+    """Is raised for Ctrl-C in a command that prints no message of its own."""
 
 
 class Commands(TyperGroup):
-    """The group of all commands; its library would end an interrupted one without a word."""
+    """The group of all commands; its library would end an interrupted one without a message."""
 
     def invoke(self, ctx: Any) -> Any:
         """Run the command that was asked for."""
@@ -31,13 +31,13 @@ class Commands(TyperGroup):
 
 @contextmanager
 def heeded_signals() -> Iterator[list[int]]:
-    """Let Ctrl-C and SIGTERM interrupt the block; what is given lists the signals that came.
+    """Let Ctrl-C and SIGTERM interrupt the block, and yield the list of received signals.
 
-    Ctrl-C does so also where a shell started this in the background, deaf to it.
+    Ctrl-C does so even where a shell started this process in the background, ignoring it.
     """
     came: list[int] = []
     if threading.current_thread() is not threading.main_thread():
-        yield came  # where Python never interrupts
+        yield came  # where Python interrupts no code
         return
     deaf = signal.getsignal(signal.SIGINT) is signal.SIG_IGN
     if deaf:
@@ -45,7 +45,7 @@ def heeded_signals() -> Iterator[list[int]]:
     home = os.getpid()
 
     def heed(number: int, _: FrameType | None) -> None:
-        if os.getpid() != home:  # a process that was forked ends as one does
+        if os.getpid() != home:  # a forked process keeps the default behaviour
             signal.signal(number, signal.SIG_DFL)
             os.kill(os.getpid(), number)
         came.append(number)

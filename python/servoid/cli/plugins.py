@@ -1,4 +1,4 @@
-"""Adds commands of other packages to `servoid`, which name them as entry points."""
+"""Adds commands to `servoid` that other packages declare as entry points."""
 
 from importlib.metadata import EntryPoint, entry_points
 from typing import Annotated, NoReturn
@@ -14,11 +14,12 @@ _ANYTHING = {"ignore_unknown_options": True, "help_option_names": []}
 
 
 def add_commands(app: typer.Typer) -> None:
-    """Add the commands that installed packages bring.
+    """Add the commands of installed packages.
 
-    The name of an entry point in the group `servoid.commands` is the command's; it leads to a
-    function whose parameters are its options. One that cannot be loaded says so when it is called,
-    and no other command suffers; servoid's own are not replaced. They must be there already.
+    An entry point in the group `servoid.commands` has the name of the command, and refers to a
+    function whose parameters are its options. A command that cannot be loaded reports so when it
+    is called, and affects no other command. Servoid's own commands, which must have been added
+    before, are not replaced.
     """
     own = {one.name or one.callback.__name__ for one in app.registered_commands if one.callback}
     found = {entry.name: entry for entry in entry_points(group=GROUP)}
@@ -27,7 +28,7 @@ def add_commands(app: typer.Typer) -> None:
             continue
         try:
             app.command(name)(entry.load())
-        except Exception as error:  # whatever another package does wrong
+        except Exception as error:  # any error of another package
             _add_refusal(app, name, _unfit(entry, error))
     if _STUDY not in found:
         missing = MissingExtraError(
@@ -38,7 +39,7 @@ def add_commands(app: typer.Typer) -> None:
 
 
 def _unfit(entry: EntryPoint, error: Exception) -> ServoidError:
-    """Return what is said of a command whose package does not fit."""
+    """Return the error message for a command whose package does not fit."""
     package = "another package" if entry.dist is None else entry.dist.name
     return ServoidError(
         f"servoid {entry.name} comes from {package}, which does not fit servoid {__version__} "
@@ -47,7 +48,7 @@ def _unfit(entry: EntryPoint, error: Exception) -> ServoidError:
 
 
 def _add_refusal(app: typer.Typer, name: str, error: ServoidError) -> None:
-    """Add a command that takes anything and raises an error."""
+    """Add a command that takes any arguments and raises an error."""
 
     def refuse(_arguments: Annotated[list[str] | None, typer.Argument()] = None) -> NoReturn:
         raise error

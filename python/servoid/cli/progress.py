@@ -1,4 +1,4 @@
-"""Shows on standard error how far the work is: a bar for people, lines for logs."""
+"""Shows progress on standard error: a bar on a terminal, lines in logs."""
 
 import threading
 from collections.abc import Callable, Iterator
@@ -7,18 +7,17 @@ from contextlib import contextmanager
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-_LINE_S = 10.0  # so often a line is written where a bar cannot be shown
+_LINE_S = 10.0  # interval between lines where a bar cannot be shown
 
 Update = Callable[[float | None, str], None]
 
 
 @contextmanager
 def progress_bar(task: str) -> Iterator[Update]:
-    """Show how far the block is; call what it gives with the share done and a note.
+    """Show the progress of the block; call the yielded function with the share done and a note.
 
-    The share is None where nobody knows the end.
-
-    Where standard error is no terminal a line is written every ten seconds.
+    The share is None where the end is unknown. If standard error is no terminal, a line is written
+    every ten seconds.
     """
     console = Console(stderr=True)
     shown = _bar(task, console) if console.is_terminal else _lines(task, console)
@@ -47,7 +46,7 @@ def _bar(task: str, console: Console) -> Iterator[Update]:
 
 @contextmanager
 def _lines(task: str, console: Console) -> Iterator[Update]:
-    """Write lines by the clock, and not by what is told, which may not be told for a while."""
+    """Write lines at fixed intervals, because updates may not come for a while."""
     latest: list[tuple[float | None, str]] = [(0.0, "")]
     over = threading.Event()
 

@@ -1,4 +1,4 @@
-"""`servoid sample`: a capture to try servoid with."""
+"""`servoid sample`: writes a capture to try servoid with."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -13,16 +13,16 @@ from servoid.words import counted
 
 
 def check_still(chosen: Mapping[str, Any]) -> None:
-    """Refuse options that only a moving sample has."""
+    """Refuse options that apply to a moving sample only."""
     for name in chosen:
         option = "--" + name.replace("_", "-")
         raise typer.BadParameter(
-            f"{option} means nothing without --moving; add --moving, or leave {option} out"
+            f"{option} does not apply without --moving; add --moving, or leave {option} out"
         )
 
 
 def run_sample(directory: Path) -> None:
-    """Write the sample capture and say what to do with it."""
+    """Write the sample capture and print how to model it."""
     with progress_bar("drawing") as update:
         write_sample(directory, progress=lambda done, of: update(done / of, f"{done} of {of}"))
     typer.echo(f"Wrote a capture into {directory}; model it with")
@@ -30,10 +30,10 @@ def run_sample(directory: Path) -> None:
 
 
 def run_moving_sample(directory: Path, chosen: Mapping[str, Any]) -> None:
-    """Write the recording that the options describe, by the names of `Scenario`."""
+    """Write the recording that the options describe; their names are those of `Scenario`."""
     if chosen.get("turn") and chosen.get("hand"):
         raise typer.BadParameter(
-            "--turn moves the toy, and with --hand it rests; leave one of them out"
+            "--turn moves the toy, and --hand keeps it at rest; leave one of them out"
         )
     whole: dict[str, Any] = {"count": WHOLE_TURN} if chosen.get("turn") else {}
     scenario = Scenario(**(whole | dict(chosen)))

@@ -22,19 +22,19 @@ class Method(str, Enum):
 
 
 class Size(str, Enum):
-    """How large the images of a moving sample are."""
+    """The image size of a moving sample."""
 
     small = "small"
     full = "full"
 
 
 def parse_point(text: str) -> tuple[float, float, float]:
-    """Turn `0.1,0,-0.5` into a place in metres."""
+    """Parse `0.1,0,-0.5` as a point in metres."""
     return parse_triple(text, "--viewpoint")
 
 
 def parse_triple(text: str, option: str) -> tuple[float, float, float]:
-    """Turn `0.1,0,-0.5` into three numbers."""
+    """Parse `0.1,0,-0.5` as three numbers."""
     try:
         numbers = [number_of(part) for part in text.split(",")]
     except ValueError:
@@ -47,7 +47,7 @@ def parse_triple(text: str, option: str) -> tuple[float, float, float]:
 
 
 def parse_slice(text: str, option: str = "--views") -> slice:
-    """Turn `0:16:2`, with any part left out, into a slice as Python has it."""
+    """Parse `0:16:2`, any part of which may be left out, as a Python slice."""
     parts = text.split(":")
     try:
         numbers = [int(part) if part.strip() else None for part in parts]
@@ -63,23 +63,23 @@ def parse_slice(text: str, option: str = "--views") -> slice:
 
 
 def check_seed(seed: int | None) -> int | None:
-    """Return the seed if the core can hold it."""
+    """Return the seed if it is in the core's range."""
     if seed is not None and not 0 <= seed <= _LARGEST_SEED:
         raise typer.BadParameter(f"{seed} is no seed; choose one from 0 to {_LARGEST_SEED}")
     return seed
 
 
 def check_count(count: int | None) -> int | None:
-    """Return a number of things if it is one."""
+    """Return a count if it is in range."""
     if count is not None and not _is_count(count):
         raise typer.BadParameter(f"{count} is out of range; choose 1 to {_LARGEST_COUNT}")
     return count
 
 
 def checked_by(settings: Callable[..., object], name: str) -> Callable[[int | None], int | None]:
-    """Return a callback that refuses what is no count in the words of settings of the core.
+    """Return a callback that refuses a number that is no count with the core's error message.
 
-    They know its range, and refuse other counts themselves when they are made.
+    The core's settings define the range, and refuse other counts when they are constructed.
     """
 
     def check(number: int | None) -> int | None:
@@ -94,7 +94,7 @@ def checked_by(settings: Callable[..., object], name: str) -> Callable[[int | No
 
 
 def check_threads(count: int | None) -> int | None:
-    """Return a number of threads, or of processes, if so many can be started."""
+    """Return a number of threads, or of processes, if it is in range."""
     most = ModelSettings.MAX_THREADS
     if count is not None and not 1 <= count <= most:
         raise typer.BadParameter(f"{count} is out of range; choose 1 to {most}")

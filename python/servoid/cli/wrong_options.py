@@ -1,4 +1,4 @@
-"""Tells options that cannot be from files that are at fault; needs nothing of the core."""
+"""Distinguishes invalid options from invalid files; does not import the core."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -7,12 +7,12 @@ from servoid.errors import MissingExtraError, ServoidError
 
 
 class OptionError(ServoidError, ValueError):
-    """Is raised for an option that cannot be, whatever the files hold: the command ends with 2."""
+    """Is raised for an option that is invalid whatever the files hold; the command exits with 2."""
 
 
 @contextmanager
 def of_options() -> Iterator[None]:
-    """Take what is refused inside for a wrong option, not for a wrong file."""
+    """Report errors raised inside as a wrong option, not as a wrong file."""
     try:
         yield
     except MissingExtraError:

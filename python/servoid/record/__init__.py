@@ -1,4 +1,4 @@
-"""Recording: estimates become files, and files trajectories."""
+"""Recording: writes images, videos and logs, and reads and writes trajectories."""
 
 from servoid.record.answers import draw_answers
 from servoid.record.capture_folder import FolderRecorder, check_recording, record_folder

@@ -1,4 +1,4 @@
-"""Draws what a doubtful target may mean: its answers side by side, so that a person can choose."""
+"""Draws the candidates of an ambiguous target side by side, so that a person can choose."""
 
 from collections.abc import Sequence
 
@@ -21,8 +21,8 @@ _DIM = 0.35
 def draw_answers(image: NDArray[np.uint8], masks: Sequence[NDArray[np.uint8]]) -> bytes:
     """Draw masks over their image, cut around them; return the PNG file's bytes.
 
-    `image` is (H, W, 3) uint8 RGB, each mask (H, W) uint8, non-zero on the object. The first one
-    is marked as the one that is used if the target is trusted.
+    `image` is (H, W, 3) uint8 RGB, each mask (H, W) uint8, non-zero on the object. The first mask
+    is labelled as the one that is used if the target is trusted.
 
     Raises:
         OutputError: the picture cannot be stored.
@@ -40,12 +40,12 @@ def draw_answers(image: NDArray[np.uint8], masks: Sequence[NDArray[np.uint8]]) -
         write_into(sheet, box, words, _INK, size=0.55)
     done, data = cv2.imencode(".png", np.ascontiguousarray(sheet[..., ::-1]))
     if not done:
-        raise OutputError("the picture of the answers cannot be stored as PNG")
+        raise OutputError("the picture of the candidates cannot be stored as PNG")
     return data.tobytes()
 
 
 def _window(masks: Sequence[NDArray[np.uint8]]) -> tuple[slice, slice]:
-    """Frame all that any mask holds, in the shape of a tile."""
+    """Return the box around all masks, with the aspect ratio of a tile."""
     height, width = masks[0].shape
     taken = np.any([mask != 0 for mask in masks], axis=0)
     rows, columns = (np.flatnonzero(taken.any(axis=axis)) for axis in (1, 0))
@@ -62,7 +62,7 @@ def _window(masks: Sequence[NDArray[np.uint8]]) -> tuple[slice, slice]:
 
 
 def _tile(part: NDArray[np.uint8], mask: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Fit a part of an image into a tile: all but the object dark, its border drawn."""
+    """Fit a part of an image into a tile, with everything but the object darkened."""
     tile = np.zeros((_TILE_PX[1], _TILE_PX[0], 3), np.uint8)
     height, width = part.shape[:2]
     scale = min(_TILE_PX[0] / width, _TILE_PX[1] / height)

@@ -1,4 +1,4 @@
-"""Writes what a live source delivers as a capture whose replay has the same bits."""
+"""Records a live source as a capture whose replay is bit-identical."""
 
 import csv
 import io
@@ -20,15 +20,15 @@ from servoid.source import MountedCamera, RawImage, RawInstant
 MARK = "# recorded by servoid"
 IMAGES_HEADER = ("observation", "camera", "file", "time_s", "number")
 _POSES_HEADER = "time_s,x,y,z,qw,qx,qy,qz"
-_PNG_EFFORT = 1  # least: images must be written as fast as they come
+_PNG_EFFORT = 1  # lowest compression: images must be written as fast as they come
 
 
 class FolderRecorder:
-    """Writes observations into the folder of a capture, image by image; `close` ends it whole.
+    """Writes observations into a capture folder, image by image; `close` completes it.
 
-    Images are kept without loss: as the JPEG files that they came as, or else as PNG. `poses.csv`
-    holds the times to the last bit, `images.csv` which image of each camera formed an observation,
-    and when each was taken. Until `close` the folder is beside its place, under a hidden name.
+    Images are stored losslessly: as the received JPEG files, or else as PNG. `poses.csv` holds the
+    exact times, `images.csv` the image of each camera in each observation and when it was taken.
+    Until `close`, the folder has a hidden name beside its final path.
     """
 
     def __init__(
@@ -39,12 +39,12 @@ class FolderRecorder:
         began: str = "",
         is_calibrated: bool = True,
     ) -> None:
-        """Begin a recording; `began` says when its time 0 was, for people.
+        """Begin a recording; `began` is the time of day of its time 0, for people.
 
-        Unless the rig `is_calibrated`, of its lenses only the sizes of their images are written.
+        Unless the rig `is_calibrated`, only the image sizes of its lenses are written.
 
         Raises:
-            OutputError: the folder holds something already, or cannot be made.
+            OutputError: the folder is not empty, or cannot be made.
 
         """
         self._folder, self._rig = Path(folder), tuple(rig)
@@ -63,7 +63,7 @@ class FolderRecorder:
         return len(self._times_s)
 
     def add(self, raw: RawInstant, world_from_rig: Pose | None = None) -> None:
-        """Keep one more observation; without a pose the rig rests at the world's origin.
+        """Write one observation; without a pose the rig rests at the world's origin.
 
         Raises:
             OutputError: a file cannot be written.
@@ -76,7 +76,7 @@ class FolderRecorder:
             for place, image in enumerate(raw.images):
                 rows += self._add_image(index, place, image, written)
         except OSError as error:
-            for path in written:  # what was recorded before stays whole, and gets its room back
+            for path in written:  # remove the incomplete files, which also frees disk space
                 path.unlink(missing_ok=True)
             raise OutputError(f"cannot record into {self._folder}: {error.strerror}") from error
         self._rows += rows
@@ -84,15 +84,15 @@ class FolderRecorder:
         self._poses.append(world_from_rig or Pose.identity())
 
     def close(self) -> Path:
-        """Write what is known of all observations, and put the folder in its place; return it.
+        """Write the tables of all observations, and move the folder to its path; return it.
 
         Raises:
-            OutputError: a file cannot be written, or something else lies there by now.
+            OutputError: a file cannot be written, or something else is there by now.
 
         """
         if not self._times_s:
             self.discard()
-            raise OutputError(f"cannot record into {self._folder}: not one image came")
+            raise OutputError(f"cannot record into {self._folder}: no image came")
         rows = io.StringIO()
         csv.writer(rows, lineterminator="\n").writerows([IMAGES_HEADER, *self._rows])
         write_whole(self._draft / "images.csv", rows.getvalue().encode())
@@ -102,24 +102,24 @@ class FolderRecorder:
         write_whole(self._draft / "capture.toml", self._capture().encode())
         check_recording(self._folder)
         try:
-            self._draft.replace(self._folder.resolve())  # an empty folder may stand there
+            self._draft.replace(self._folder.resolve())  # an empty folder may be there
         except OSError as error:
             raise OutputError(
-                f"cannot record into {self._folder}: {error.strerror}; what was recorded is in "
+                f"cannot record into {self._folder}: {error.strerror}; the recording is in "
                 f"{self._draft}"
             ) from error
         return self._folder
 
     def discard(self) -> None:
-        """Take away what was recorded so far."""
+        """Delete the recording."""
         shutil.rmtree(self._draft, ignore_errors=True)
 
     def _add_image(
         self, index: int, place: int, image: RawImage | None, written: list[Path]
     ) -> list[tuple[str | int, ...]]:
-        """Write the files of one camera; return what is said of them."""
+        """Write the files of one camera; return its table in capture.toml."""
         camera = self._rig[place].name
-        if image is None:  # an empty file stands for an image that did not come
+        if image is None:  # an empty file represents an image that did not come
             _write(self._draft / camera / f"{index:06d}.png", b"", written)
             return []
         suffix, data = _file_of(image)
@@ -155,12 +155,12 @@ def record_folder(
     began: str = "",
     is_calibrated: bool = True,
 ) -> int:
-    """Record observations as they come into a folder, and return how many; as `FolderRecorder`.
+    """Record observations into a folder as they come, as `FolderRecorder`; return their number.
 
-    If one cannot be written, those before are kept. If `observations` raise, nothing is.
+    If one cannot be written, the earlier ones are kept. If `observations` raise, nothing is.
 
     Raises:
-        OutputError: something lies there, a file cannot be written, or there is no observation.
+        OutputError: the folder is not empty, a file cannot be written, or there is no observation.
         Whatever `observations` raise.
 
     """
@@ -181,16 +181,16 @@ def record_folder(
 
 
 def check_recording(folder: Path) -> None:
-    """Check that a recording can be put at `folder`: nothing is there, or an empty folder.
+    """Check that a recording can be written to `folder`, which must be empty or not exist.
 
     Raises:
-        OutputError: something is, or nothing can be written there.
+        OutputError: something is there, or nothing can be written there.
 
     """
     check_folder(folder)
     if folder.exists() and any(folder.iterdir()):
         raise OutputError(
-            f"cannot record into {folder}: the folder holds something; name one that is empty or "
+            f"cannot record into {folder}: the folder is not empty; name one that is empty or "
             "does not exist yet"
         )
 
@@ -200,7 +200,7 @@ def _row(time_s: float, pose: Pose) -> str:
 
 
 def _file_of(image: RawImage) -> tuple[str, bytes]:
-    """Return the ending and the content of a file that holds an image without loss."""
+    """Return the suffix and the content of a lossless file of an image."""
     import cv2
 
     if image.encoded is not None:

@@ -1,4 +1,4 @@
-"""Writes words into images: as large as there is room for, and never cut."""
+"""Draws text into images, as large as fits."""
 
 import cv2
 import numpy as np
@@ -12,13 +12,13 @@ _FONT = cv2.FONT_HERSHEY_SIMPLEX
 _LEAST_SIZE = 0.36
 _SMALLER = 0.03
 _LINE_PX = 34.0  # height of a line of size 1
-_BASE_PX = 11.0  # from the middle of a line of size 1 to what its words stand on
+_BASE_PX = 11.0  # from the middle of a line of size 1 to its base line
 _DARK = (0, 0, 0)
 _LEFT_OUT = "..."
 
 
 def width_px(words: str, size: float) -> int:
-    """Return how wide words are in an image; size 1 is about 22 pixels high."""
+    """Return the width of a text in an image; size 1 is about 22 pixels high."""
     return cv2.getTextSize(words, _FONT, size, 1)[0][0]
 
 
@@ -31,7 +31,7 @@ def write(
     size: float = 0.45,
     shadow: bool = False,
 ) -> int:
-    """Write words on a base line from the left, and return where they end."""
+    """Draw a text on a base line from the left, and return where it ends."""
     if shadow:
         cv2.putText(image, words, at, _FONT, size, _DARK, 3, cv2.LINE_AA)
     cv2.putText(image, words, at, _FONT, size, color, 1, cv2.LINE_AA)
@@ -41,9 +41,9 @@ def write(
 def write_into(
     image: NDArray[np.uint8], box: Box, words: str, color: Color, *, size: float
 ) -> None:
-    """Write words into a box, centred in height; long ones smaller and in several lines.
+    """Draw a text into a box, vertically centred; a long one is smaller and in several lines.
 
-    What even the smallest letters have no room for is left out with dots in its place.
+    A text that does not fit even in the smallest size is shortened with dots.
     """
     left, top, width, height = box
     size, lines = _fitted(words, (width, height), size)
@@ -61,7 +61,7 @@ def fill(image: NDArray[np.uint8], box: Box, color: Color) -> None:
 
 
 def _fitted(words: str, room_px: tuple[int, int], size: float) -> tuple[float, list[str]]:
-    """Return the largest size at which words go into a room, and their lines."""
+    """Return the largest size at which a text fits into a box, and its lines."""
     while True:
         lines = _wrapped(words, room_px[0], size)
         most = max(1, int(room_px[1] / (_LINE_PX * size)))
@@ -73,7 +73,7 @@ def _fitted(words: str, room_px: tuple[int, int], size: float) -> tuple[float, l
 
 
 def _wrapped(words: str, room_px: int, size: float) -> list[str]:
-    """Break words into lines of a width at their spaces."""
+    """Break a text at its spaces into lines of a width."""
     lines = [""]
     for word in words.split():
         longer = f"{lines[-1]} {word}".lstrip()
@@ -85,7 +85,7 @@ def _wrapped(words: str, room_px: int, size: float) -> list[str]:
 
 
 def _shortened(lines: list[str], most: int, room_px: int, size: float) -> list[str]:
-    """Return the first lines, each with dots in place of what has no room."""
+    """Return the first lines, with dots in place of text that does not fit."""
     kept = lines[:most]
     for place, line in enumerate(kept):
         gone = place == most - 1 and len(lines) > most

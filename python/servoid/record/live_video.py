@@ -1,4 +1,4 @@
-"""Writes a video of tracking beside the tracker, in which time runs as it did."""
+"""Writes a real-time video of tracking in the background."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -14,18 +14,18 @@ from servoid.record.video_file import image_video
 from servoid.track import TrackStep
 
 _RATE_HZ = 30.0
-_MOST_STILL_S = 10.0  # for which one image stands where nothing came
-_MOST_WAITING = 8  # images to encode; of more, the one before stands longer
+_MOST_STILL_S = 10.0  # longest time for which one image is shown if none follows
+_MOST_WAITING = 8  # images waiting to be encoded; if more come, the previous one is shown longer
 
 Image = NDArray[np.uint8]
 
 
 @contextmanager
 def live_video(path: str | Path, overlay: Overlay) -> Iterator[Callable[[TrackStep], None]]:
-    """Write a video of steps as they come; call what is given with each.
+    """Write a video of steps as they come; call the yielded function with each.
 
-    Each step stands until the next one came. Images are encoded in a thread of their own; where it
-    does not keep up, steps are left out.
+    Each step is shown until the next one. Images are encoded in a thread of their own; if it does
+    not keep up, steps are dropped.
 
     Raises:
         OutputError: there is no encoder, or the file cannot be written.
@@ -40,7 +40,7 @@ def live_video(path: str | Path, overlay: Overlay) -> Iterator[Callable[[TrackSt
 
 
 class _Encoder:
-    """Encodes images in the background, each as often as its time takes."""
+    """Encodes images in the background, each repeated for its duration."""
 
     def __init__(self, add: Callable[[Image], None]) -> None:
         self._add, self._first_s, self._shown = add, float("nan"), 0
@@ -51,7 +51,7 @@ class _Encoder:
         self._thread.start()
 
     def add(self, overlay: Overlay, step: TrackStep) -> None:
-        """Show a step from its time on."""
+        """Show a step from its time onwards."""
         if self._last is None:
             self._first_s, self._last = step.instant.time_s, overlay.draw(step)
             return
@@ -62,11 +62,11 @@ class _Encoder:
         try:
             self._queue.put_nowait((self._last, times))
         except Full:
-            return  # the image before stands longer
+            return  # the previous image is shown longer
         self._shown, self._last = due, overlay.draw(step)
 
     def close(self) -> None:
-        """Show the last step, and wait until all is encoded."""
+        """Show the last step, and wait until all images are encoded."""
         if self._last is not None:
             self._queue.put((self._last, 1))
         self._queue.put(None)
@@ -78,9 +78,9 @@ class _Encoder:
         while (item := self._queue.get()) is not None:
             image, times = item
             if self._error is not None:
-                continue  # what is left is taken out, so that nobody waits for ever
+                continue  # empty the queue, so that nobody waits forever
             try:
                 for _ in range(times):
                     self._add(image)
-            except BaseException as error:  # whoever closes hears of it
+            except BaseException as error:  # raised in `close`
                 self._error = error

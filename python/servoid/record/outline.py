@@ -9,7 +9,7 @@ from servoid._native import Body, Camera, Pose
 Color = tuple[int, int, int]
 
 _SUBPIXEL_BITS = 4
-_FINER = 4  # the union is found on a canvas of so many times more pixels a side
+_FINER = 4  # the union is computed on a canvas with this many times more pixels per side
 _REACH_PX = 4096.0  # an outline that passes beside the camera may be huge
 _DARK = (20, 20, 20)
 _AXES = ((235, 70, 60), (70, 200, 80), (70, 130, 255))  # x red, y green, z blue
@@ -21,7 +21,7 @@ _DOT_RADIUS = round(0.7 * (1 << _SUBPIXEL_BITS))
 def draw_outline(
     image: NDArray[np.uint8], body: Body, sight: tuple[Camera, Pose], color: Color
 ) -> None:
-    """Draw the outline of a body into an image (H, W, 3) uint8, and faintly its ellipsoids'.
+    """Draw the outline of a body into an image (H, W, 3) uint8, and faint ones of its ellipsoids.
 
     `sight` is a pinhole camera and its world_from_camera.
     """
@@ -61,7 +61,7 @@ def draw_points(
     world_from_object: Pose,
     sight: tuple[Camera, Pose],
 ) -> None:
-    """Draw those surface points that face the camera, as small dots.
+    """Draw the surface points that face the camera as small dots.
 
     `surface`: points and outward normals in the object's frame, (N, 3) float64 each.
     """
@@ -107,9 +107,9 @@ def _ellipse_points(
 def _union(
     ellipses: list[NDArray[np.float64]], size_px: tuple[int, int]
 ) -> list[NDArray[np.float64]]:
-    """Return the contours, (N, 2) each, of what the ellipses cover together in an image."""
+    """Return the contours, (N, 2) each, of the union of the ellipses in an image."""
     everything = np.concatenate(ellipses)
-    # A little beyond the image, so that its border is not drawn as an outline.
+    # A little larger than the image, so that its border is not drawn as an outline.
     low = np.floor(everything.min(axis=0)).clip(-8, np.array(size_px) + 8) - 2.0
     high = np.ceil(everything.max(axis=0)).clip(-8, np.array(size_px) + 8) + 2.0
     width, height = (np.maximum(high - low, 1.0) * _FINER).astype(int).tolist()

@@ -1,4 +1,4 @@
-"""Draws one step of tracking: the images side by side, the objects over them, a line of words."""
+"""Draws one step of tracking: the images side by side, the objects over them, a line of text."""
 
 from collections.abc import Sequence
 
@@ -29,7 +29,7 @@ _BAR_PX = 120
 
 
 class Overlay:
-    """Draws steps of one capture, all of one size in pixels, which is even as videos need it."""
+    """Draws steps of one capture in one size in pixels, which is even as videos require."""
 
     def __init__(self, cameras: Sequence[Camera], names: Sequence[str], objects: int) -> None:
         self._cameras = tuple(cameras)
@@ -62,7 +62,7 @@ class Overlay:
         return page
 
     def _draw_camera(self, step: TrackStep, place: int) -> NDArray[np.uint8]:
-        """Draw one camera's image with all objects; a camera without an image shows grey."""
+        """Draw one camera's image with all objects; a camera without an image is grey."""
         camera, instant = self._cameras[place], step.instant
         width, height = camera.size_px
         given = instant.images[place]
@@ -89,7 +89,7 @@ class Overlay:
         shown: tuple[Followed, Tracked],
         instant: Instant,
     ) -> None:
-        """Write what is known of one object: a bar of its confidence, its status, the time."""
+        """Draw the state of one object: a bar of its confidence, its status, the time."""
         one, tracked = shown
         top = self._images_px + row * _ROW_PX
         confidence = float(np.clip(np.nan_to_num(tracked.estimate.confidence), 0.0, 1.0))

@@ -1,4 +1,4 @@
-"""Writes a recording beside the work, so that whoever tracks waits for no disk."""
+"""Writes a recording in the background, so that tracking does not wait for the disk."""
 
 from collections.abc import Callable, Iterator
 from queue import Queue
@@ -6,30 +6,30 @@ from threading import Thread
 
 from servoid.source import RawInstant
 
-_MOST_WAITING = 64  # observations in memory; then whoever adds one waits, and none is lost
+_MOST_WAITING = 64  # observations in memory; beyond that, `add` waits, and none is lost
 
 Write = Callable[[Iterator[RawInstant]], object]
 
 
 class _AbandonedError(Exception):
-    """Ends a writer so that it leaves nothing behind."""
+    """Is raised in a writer to end it without leaving anything behind."""
 
 
 class QueuedRecording:
-    """Hands observations to what writes them, in a thread of its own.
+    """Passes observations to a writer in a thread of its own.
 
-    At most 64 wait; then `add` waits. What the writer raises is raised by `add` or `close`.
+    At most 64 are queued; then `add` waits. Errors of the writer are raised by `add` or `close`.
     """
 
     def __init__(self, write: Write) -> None:
-        """Begin; `write` takes observations until there are no more."""
+        """Begin; `write` consumes the observations until there are no more."""
         self._write, self._error = write, None
         self._queue: Queue[RawInstant | _AbandonedError | None] = Queue(_MOST_WAITING)
         self._thread = Thread(target=self._run, name="recording", daemon=True)
         self._thread.start()
 
     def add(self, raw: RawInstant) -> None:
-        """Keep one more observation, soon."""
+        """Queue one observation."""
         self._check()
         self._queue.put(raw)
 
@@ -40,7 +40,7 @@ class QueuedRecording:
         self._check()
 
     def abandon(self) -> None:
-        """End the writer as if an error had come, unless it has ended."""
+        """End the writer as if an error had occurred, unless it has ended."""
         self._queue.put(_AbandonedError())
         self._thread.join()
 
@@ -60,7 +60,7 @@ class QueuedRecording:
             self._write(self._waiting())
         except _AbandonedError:
             return
-        except BaseException as error:  # whoever adds or closes hears of it
+        except BaseException as error:  # raised in `add` or `close`
             self._error = error
-            while isinstance(self._queue.get(), RawInstant):  # and never waits for ever
+            while isinstance(self._queue.get(), RawInstant):  # so that nobody waits forever
                 pass

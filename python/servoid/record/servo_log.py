@@ -1,4 +1,4 @@
-"""Writes what happened in a run of visual servoing as a table that other programs read."""
+"""Writes the log of a servo run as tables for other programs."""
 
 import csv
 import io
@@ -19,9 +19,9 @@ _SEEN = ("image", "image_time_s", "status", "confidence", "std_m", "std_rad")
 
 
 def write_servo_log(log: ServoLog, path: str | Path) -> None:
-    """Write a log as CSV, one line a control period; poses are (w, x, y, z, tx, ty, tz).
+    """Write a log as CSV, one line per control period; poses are (w, x, y, z, tx, ty, tz).
 
-    Nothing in it depends on the computer: the same run gives the same bytes.
+    The file does not depend on the computer: the same run gives the same bytes.
 
     Raises:
         OutputError: the file cannot be written.
@@ -32,7 +32,7 @@ def write_servo_log(log: ServoLog, path: str | Path) -> None:
 
 
 def write_servo_times(log: ServoLog, path: str | Path) -> None:
-    """Write as CSV how long tracker and controller took on the wall in each control period.
+    """Write as CSV the wall times of tracker and controller in each control period.
 
     Raises:
         OutputError: the file cannot be written.
@@ -100,7 +100,7 @@ def _seen(seen: Seen | None, cameras: int) -> list[str]:
 
 
 def _worst(covariance: NDArray[np.float64]) -> float:
-    """Return the standard deviation in the direction in which it is greatest, NaN if not known."""
+    """Return the standard deviation in its worst direction, NaN if not known."""
     if not np.isfinite(covariance).all():
         return np.nan
     return float(np.sqrt(max(0.0, float(exact.eigh(covariance)[0][-1]))))

@@ -1,4 +1,4 @@
-"""Draws one observation of a servo run: what the eyes see and believe, and the arm from aside."""
+"""Draws one observation of a servo run: the eyes' images with the estimate, and the arm."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ from servoid.source import Instant
 _WIDTH_PX = 1280
 _BAND_PX = 80
 _EDGE_PX = 16
-_COLUMN_PX = 400  # where the second column of words begins
+_COLUMN_PX = 400  # where the second column of text begins
 _CLOCK_PX = 120
 _BAR = (160, 14)
 _SIZE = 0.6
@@ -31,15 +31,15 @@ _INK = (235, 235, 235)
 _MIDDLE = (255, 222, 70)
 _QUIET = (165, 165, 170)
 _HELD = (245, 175, 40)
-_CROSS = (5, 15)  # pixels from the middle in which an arm of the cross begins and ends
+_CROSS = (5, 15)  # pixels from the centre at which an arm of the cross begins and ends
 
 
 @dataclass(frozen=True, eq=False)
 class ServoScene:
-    """What is to be shown of one observation.
+    """The contents of one picture.
 
     `estimate` is None while nothing is tracked, and `body` while nothing is modelled; `overview` is
-    an image (H, W, 3) uint8 RGB of the arm, and `line` says what the arm does.
+    an image (H, W, 3) uint8 RGB of the arm, and `line` describes what the arm does.
     """
 
     instant: Instant
@@ -51,7 +51,7 @@ class ServoScene:
 
 
 class ServoOverlay:
-    """Draws the observations of a run, all in one size in pixels, which is even for videos."""
+    """Draws the observations of a run in one size in pixels, which is even for videos."""
 
     def __init__(
         self,
@@ -59,7 +59,7 @@ class ServoOverlay:
         names: Sequence[str],
         overview_px: tuple[int, int] | None = None,
     ) -> None:
-        """Lay out the eyes' images, and beside them a place for pictures of `overview_px`."""
+        """Lay out the eyes' images, and beside them room for pictures of `overview_px`."""
         self._names = tuple(names)
         self._overview, self._eyes = _layout([camera.size_px for camera in cameras], overview_px)
         self._cameras = [_resized(*one) for one in zip(cameras, self._eyes, strict=True)]
@@ -72,7 +72,7 @@ class ServoOverlay:
 
     @property
     def overview_px(self) -> tuple[int, int] | None:
-        """Return in which size overviews are shown; one of that size stays as sharp as it is."""
+        """Return the size of overviews in the picture, at which they need no scaling."""
         return None if self._overview is None else self._overview[2:]
 
     def draw(self, scene: ServoScene) -> NDArray[np.uint8]:
@@ -97,7 +97,7 @@ class ServoOverlay:
         return page
 
     def _draw_eye(self, scene: ServoScene, place: int) -> NDArray[np.uint8]:
-        """Draw what an eye sees, the body where it is believed, and a cross in the middle."""
+        """Draw an eye's image, the body at its estimated pose, and a cross at the centre."""
         camera, given = self._cameras[place], scene.instant.images[place]
         width, height = camera.size_px
         if given is None:
@@ -115,7 +115,7 @@ class ServoOverlay:
         return image
 
     def _draw_band(self, page: NDArray[np.uint8], scene: ServoScene) -> None:
-        """Write what is known: confidence, status, stage, time, estimated error, and what holds."""
+        """Write confidence, status, stage, time, estimated error, and what holds the hand."""
         color = _TROUGH if scene.estimate is None else _status_color(scene.estimate)
         fill(page, (0, self._images_px, _WIDTH_PX, _STRIP_PX), color)
         first = self._images_px + _STRIP_PX
@@ -143,7 +143,7 @@ class ServoOverlay:
 def _layout(
     eyes_px: Sequence[tuple[int, int]], overview_px: tuple[int, int] | None
 ) -> tuple[Box | None, list[Box]]:
-    """Return where the overview and the eyes' images go: on its right, or side by side."""
+    """Return the positions of the overview and of the eyes' images: on its right, or in a row."""
     if overview_px is None:
         shapes = [width / height for width, height in eyes_px]
         high = _WIDTH_PX / sum(shapes)
@@ -200,7 +200,7 @@ def _is_finite(estimate: TargetEstimate) -> bool:
 
 
 def _draw_cross(image: NDArray[np.uint8], center_px: tuple[float, float]) -> None:
-    """Mark where an eye that fixates has its target."""
+    """Mark the image centre, where a fixating eye has its target."""
     u, v = round(center_px[0]), round(center_px[1])
     near, far = _CROSS
     for ink, wide in ((_DARK, 3), (_MIDDLE, 1)):
@@ -210,7 +210,7 @@ def _draw_cross(image: NDArray[np.uint8], center_px: tuple[float, float]) -> Non
 
 
 def _trust(estimate: TargetEstimate | None) -> tuple[float, str]:
-    """Return the confidence, 0 to 1, and what to say of the tracker."""
+    """Return the confidence, 0 to 1, and a text on the tracker's status."""
     if estimate is None:
         return 0.0, "no target yet"
     share = float(np.clip(np.nan_to_num(estimate.confidence), 0.0, 1.0))
@@ -218,7 +218,7 @@ def _trust(estimate: TargetEstimate | None) -> tuple[float, str]:
 
 
 def _error_words(command: Command | None) -> str:
-    """Say how far the hand is believed to be from its goal."""
+    """Describe the estimated error of the hand from its goal."""
     if command is None or command.hand_from_goal is None:
         return "the hand is held" if command is not None and command.holding else "no goal yet"
     goal = command.hand_from_goal
@@ -229,7 +229,7 @@ def _error_words(command: Command | None) -> str:
 
 
 def _hold_words(command: Command | None) -> tuple[str, Color]:
-    """Say what keeps the hand still or slows it, and in which colour."""
+    """Describe what holds the hand or limits it, and return the colour of the text."""
     if command is None:
         return "", _QUIET
     if command.holding:

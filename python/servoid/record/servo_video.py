@@ -1,4 +1,4 @@
-"""Writes a video of a servo run, one picture an observation, whole or not at all."""
+"""Writes a video of a servo run, one picture per observation, whole or not at all."""
 
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
@@ -17,9 +17,9 @@ from servoid.source import Instant
 
 
 class ServoVideo:
-    """Writes an MP4 file that is at its path when the `with` block of the video ends.
+    """Writes an MP4 file, which is complete when the `with` block of the video ends.
 
-    If the block raises, nothing is left behind. `count` is how many pictures it has by now.
+    If the block raises, nothing is left behind. `count` is the number of pictures so far.
     """
 
     def __init__(
@@ -31,9 +31,9 @@ class ServoVideo:
         *,
         overview_px: tuple[int, int] | None = None,
     ) -> None:
-        """Prepare a video with `rate_hz` pictures a second.
+        """Prepare a video with `rate_hz` pictures per second.
 
-        With `overview_px`, the size of pictures of the arm, they are shown beside the eyes' images.
+        With `overview_px`, pictures of the arm of that size are shown beside the eyes' images.
 
         Raises:
             OutputError: the path does not end in .mp4, or nothing can be written there.
@@ -53,7 +53,7 @@ class ServoVideo:
 
     @property
     def overview_px(self) -> tuple[int, int] | None:
-        """Return in which size overviews are shown; one of that size stays as sharp as it is."""
+        """Return the size of overviews in the video, at which they need no scaling."""
         return self._overlay.overview_px
 
     def __enter__(self) -> "ServoVideo":
@@ -82,8 +82,8 @@ class ServoVideo:
     ) -> None:
         """Add a picture of an observation.
 
-        `overview` is an image (H, W, 3) uint8 RGB; without one the last stays. `line` says what the
-        arm does, and `body` is what is drawn where `estimate` says.
+        `overview` is an image (H, W, 3) uint8 RGB; without one the last is shown again. `line`
+        describes what the arm does, and `body` is drawn at the pose of `estimate`.
 
         Raises:
             OutputError: the video's `with` block has not begun or is over.

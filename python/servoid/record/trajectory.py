@@ -1,4 +1,4 @@
-"""Trajectories: where an object was over time, as `poses.csv` or as TUM text."""
+"""Reads and writes trajectories, an object's poses over time, as `poses.csv` or TUM text."""
 
 import csv
 import io
@@ -28,7 +28,7 @@ _BETWEEN_NOTICES = "; "
 
 
 class _Rows(Protocol):
-    """Rows of a table, and on which line the last one ended."""
+    """Rows of a table, and the line on which the last one ended."""
 
     line_num: int
 
@@ -39,12 +39,12 @@ class _Rows(Protocol):
 
 @dataclass(frozen=True)
 class Waypoint:
-    """Where the object was at one instant.
+    """The pose of the object at one instant.
 
-    `status` is tracking, searching or lost; a pose is to be trusted where it is tracking.
+    `status` is tracking, searching or lost; trust a pose only where it is tracking.
     `confidence` is 0 to 1, NaN where the file has none. `observation` counts those of the capture;
-    `std_m` and `std_rad` are the standard deviations of place and turn in their worst direction,
-    None where they are not known; `notices` say what was wrong with the observation.
+    `std_m` and `std_rad` are the standard deviations of position and rotation in their worst
+    direction, None where they are not known; `notices` describe problems of the observation.
     """
 
     time_s: float
@@ -58,7 +58,7 @@ class Waypoint:
 
 
 def waypoints(tracked: Sequence[Tracked], smoothed: Sequence[Pose] | None = None) -> list[Waypoint]:
-    """Return what a file keeps of estimates, with other poses than theirs if these are given."""
+    """Return the waypoints of estimates, with `poses` in place of their own if given."""
     if smoothed is None:
         smoothed = [one.estimate.world_from_object for one in tracked]
     return [
@@ -77,7 +77,7 @@ def waypoints(tracked: Sequence[Tracked], smoothed: Sequence[Pose] | None = None
 
 
 def check_suffix(path: Path) -> None:
-    """Check that a trajectory can be written by the ending of its file.
+    """Check that the ending of a file is that of a trajectory.
 
     Raises:
         OutputError: it ends in none of `SUFFIXES`.
@@ -92,7 +92,7 @@ def check_suffix(path: Path) -> None:
 def write_trajectory(path: str | Path, points: Sequence[Waypoint]) -> None:
     """Write a trajectory, whole or not at all: CSV or, by the file's ending, TUM text.
 
-    TUM text holds only what is tracked, since it has no word for the rest.
+    TUM text holds only the tracked poses, since the format has no status.
 
     Raises:
         OutputError: the file cannot be written, or ends in none of .csv, .tum and .txt.
@@ -107,12 +107,12 @@ def write_trajectory(path: str | Path, points: Sequence[Waypoint]) -> None:
 def read_trajectory(path: str | Path) -> list[Waypoint]:
     """Read a trajectory: CSV or, by the file's ending, TUM text.
 
-    Of a CSV the first eight columns are needed, and columns that servoid does not know are passed
-    over. Lines without a status, as all lines of TUM text, are taken as tracked.
+    A CSV needs the first eight columns; unknown columns are ignored. Lines without a status, such
+    as all lines of TUM text, count as tracked.
 
     Raises:
         TrajectoryError: the file is missing or malformed, or ends in none of .csv, .tum and .txt.
-        PoseError: a line is no rigid motion; the message names file and line.
+        PoseError: a line holds no rigid motion; the message names file and line.
 
     """
     path = Path(path)
@@ -173,7 +173,7 @@ def _tum(points: Sequence[Waypoint]) -> str:
 
 
 def _read_csv(path: Path, text: str) -> list[Waypoint]:
-    # Lines may end as on any system; what then is no table is told by its line.
+    # Lines may end as on any system; errors in the table name their line.
     rows = csv.reader(io.StringIO(text, newline=None))
     try:
         return _read_rows(path, rows)
@@ -238,7 +238,7 @@ def _read_tum(path: Path, text: str) -> list[Waypoint]:
         if len(cells) != len(TUM_HEADER):
             raise TrajectoryError(
                 f"{place}: {counted(len(cells), 'value was', 'values were')} given; TUM text has "
-                f"{len(TUM_HEADER)}, parted "
+                f"{len(TUM_HEADER)}, separated "
                 "by blanks: time tx ty tz qx qy qz qw"
             )
         named = zip(cells, TUM_HEADER, strict=True)

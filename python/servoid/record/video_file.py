@@ -29,7 +29,7 @@ def check_video(path: Path) -> None:
 
 
 def check_video_suffix(path: Path) -> None:
-    """Check that a name is one of a video.
+    """Check that a name is that of a video.
 
     Raises:
         OutputError: it does not end in .mp4.
@@ -43,10 +43,10 @@ def check_video_suffix(path: Path) -> None:
 def image_video(
     path: str | Path, size_px: tuple[int, int], rate_hz: float
 ) -> Iterator[Callable[[NDArray[np.uint8]], None]]:
-    """Write an MP4 file that is at `path` when the block ends; call what is given with each image.
+    """Write an MP4 file to `path`; call the yielded function with each image.
 
-    Images are (H, W, 3) uint8 RGB of `size_px`, which is even. If the block raises, nothing is left
-    behind. `rate_hz` is how many images a second the video shows.
+    The file is complete when the block ends; if the block raises, nothing is left behind. Images
+    are (H, W, 3) uint8 RGB of `size_px`, which is even. `rate_hz` is the images per second.
 
     Raises:
         OutputError: there is no encoder, or the file cannot be written.
@@ -74,7 +74,7 @@ def image_video(
 def overlay_video(
     path: str | Path, overlay: Overlay, rate_hz: float
 ) -> Iterator[Callable[[TrackStep], None]]:
-    """Write a video of tracking as `image_video` does; call what is given with each step.
+    """Write a video of tracking as `image_video` does; call the yielded function with each step.
 
     Raises:
         OutputError: there is no encoder, or the file cannot be written.
@@ -85,7 +85,7 @@ def overlay_video(
 
 
 def _check_written(path: Path, partial: Path, count: int) -> None:
-    """Check that all images are in a video: the encoder says nothing of a disk that is full.
+    """Check that all images are in a video, since the encoder does not report a full disk.
 
     The index, which counts the images, is written last, and the last image just before it; so if
     both are there, nothing before them is missing.

@@ -1,4 +1,4 @@
-"""How to servo: every default, once, with its unit and what it does."""
+"""Declares the settings of servoing: each default once, with its unit and its effect."""
 
 from enum import Enum
 from pathlib import Path
@@ -22,7 +22,7 @@ class JointLaw(Enum):
 
 
 class GazeMode(Enum):
-    """What the eyes do."""
+    """How the eyes move."""
 
     FIXATE = "fixate"
     PARALLEL = "parallel"
@@ -37,7 +37,7 @@ def _from_0(what: str) -> Meta:
 
 
 class _Settings(Checked, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Is the base of settings of servoing."""
+    """The base class of the settings of servoing."""
 
     def refusal(self, message: str) -> ServoidError:
         """Return the error that refuses a value."""
@@ -45,65 +45,63 @@ class _Settings(Checked, frozen=True, kw_only=True, forbid_unknown_fields=True):
 
 
 class TargetSettings(_Settings, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """How the motion of the object is filtered and predicted."""
+    """How the object's motion is filtered and predicted."""
 
     RENAMED = MappingProxyType({"oddness": "nis_gate"})
 
     use_covariance: Annotated[
-        bool, Meta(description="weigh estimates by the tracker's covariance, beside the noise")
+        bool, Meta(description="weight estimates by the tracker's covariance, plus the noise")
     ] = True
-    linear_noise: Annotated[float, _above("least noise of an estimate's position, m")] = 0.0005
-    angular_noise: Annotated[float, _above("least noise of an estimate's turn, rad")] = 0.005
+    linear_noise: Annotated[float, _above("minimum noise of an estimated position, m")] = 0.0005
+    angular_noise: Annotated[float, _above("minimum noise of an estimated rotation, rad")] = 0.005
     linear_rest: Annotated[
-        float, _above("how far an object that rests may wander, m per root s")
+        float, _above("random walk of the position of an object at rest, m per root s")
     ] = 0.0003
-    angular_rest: Annotated[float, _above("how far it may turn then, rad per root s")] = 0.01
-    linear_jerk: Annotated[
-        float, _above("how fast the acceleration of one that goes wanders, m/s² per root s")
-    ] = 6.0
-    angular_jerk: Annotated[float, _above("how fast its turning changes, rad/s² per root s")] = 0.5
-    going_s: Annotated[float, _above("how long an acceleration lasts, s")] = 0.1
-    turning_s: Annotated[float, _above("how long one of its turning lasts, s")] = 0.5
+    angular_rest: Annotated[float, _above("random walk of its rotation, rad per root s")] = 0.01
+    linear_jerk: Annotated[float, _above("jerk of an object that moves, m/s² per root s")] = 6.0
+    angular_jerk: Annotated[float, _above("its angular jerk, rad/s² per root s")] = 0.5
+    going_s: Annotated[float, _above("time constant of its acceleration, s")] = 0.1
+    turning_s: Annotated[float, _above("time constant of its angular acceleration, s")] = 0.5
     gliding_jerk: Annotated[
-        float, _above("the same of one that goes smoothly, m/s² per root s")
+        float, _above("jerk of an object that moves smoothly, m/s² per root s")
     ] = 0.8
-    rolling_jerk: Annotated[float, _above("the same of its turning, rad/s² per root s")] = 0.15
+    rolling_jerk: Annotated[float, _above("its angular jerk, rad/s² per root s")] = 0.15
     gliding_s: Annotated[
-        float, _above("how long accelerations last of one that goes smoothly, s")
+        float, _above("time constant of its linear and angular acceleration, s")
     ] = 2.0
     period_s: Annotated[
-        float, _from_0("after which an object that swings is where it was, s; 0: none is known")
+        float, _from_0("period of an object that swings, s; 0: no period is known")
     ] = 0.0
-    swinging_jerk: Annotated[
-        float, _above("how fast the acceleration of its swing wanders, m/s² per root s")
-    ] = 0.1
-    change_s: Annotated[float, _above("how long an object rests, goes, or goes smoothly, s")] = 2.0
-    fading_s: Annotated[float, _above("how long a turn stays wrong that the tracker doubts, s")] = (
-        15.0
-    )
+    swinging_jerk: Annotated[float, _above("jerk of its swing, m/s² per root s")] = 0.1
+    change_s: Annotated[
+        float, _above("mean time between changes of rest, motion and smooth motion, s")
+    ] = 2.0
+    fading_s: Annotated[
+        float, _above("time constant of the rotation error of doubtful estimates, s")
+    ] = 15.0
     wrong_turn: Annotated[
-        float, _above("turn by which a wrong pose errs, as a standard deviation, rad")
+        float, _above("standard deviation of the rotation error of a wrong pose, rad")
     ] = 1.0
     fresh: Annotated[
         float,
-        Meta(gt=0, le=1, description="share of an estimate's variance that is new in each image"),
+        Meta(gt=0, le=1, description="share of the variance that is independent in each image"),
     ] = 0.11
     nis_gate: Annotated[
         float,
         _above(
-            "normalised innovation squared (NIS, 3 values) beyond which an outlier loses weight"
+            "normalised innovation squared (NIS, 3 values) above which an outlier is down-weighted"
         ),
     ] = 16.0
     compensate: Annotated[
-        bool, Meta(description="move what images showed ahead by the time that has passed since")
+        bool, Meta(description="predict the pose from the time of the image to the present")
     ] = True
     horizon_s: Annotated[float, _from_0("how far ahead motion is extrapolated, s")] = 0.25
-    linear_speed: Annotated[float, _above("speed that the object cannot exceed, m/s")] = 1.0
-    angular_speed: Annotated[float, _above("turning that it cannot exceed, rad/s")] = 6.0
-    linear_jump: Annotated[float, _above("error of an estimate that is still credible, m")] = 0.03
-    angular_jump: Annotated[float, _above("turn of it that is still credible, rad")] = 0.5
+    linear_speed: Annotated[float, _above("maximum speed of the object, m/s")] = 1.0
+    angular_speed: Annotated[float, _above("its maximum angular speed, rad/s")] = 6.0
+    linear_jump: Annotated[float, _above("largest credible position error, m")] = 0.03
+    angular_jump: Annotated[float, _above("largest credible rotation error, rad")] = 0.5
     agreeing: Annotated[
-        int, Meta(ge=1, description="estimates in a row that prove a jump of the object")
+        int, Meta(ge=1, description="consecutive estimates that confirm a jump of the object")
     ] = 5
 
 
@@ -116,21 +114,21 @@ class HandSettings(_Settings, frozen=True, kw_only=True, forbid_unknown_fields=T
     turn_rate_gain: Annotated[float, _from_0("K_Vo of its rate of change")] = 0.1
     feed_forward: Annotated[bool, Meta(description="add the goal's estimated velocity")] = True
     sure_speed: Annotated[
-        float, _above("standard deviation of that velocity from which on less is added, m/s")
+        float, _above("standard deviation of that velocity above which less is added, m/s")
     ] = 0.5
-    sure_turning: Annotated[float, _above("the same of its turning, rad/s")] = 0.5
+    sure_turning: Annotated[float, _above("the same for the angular velocity, rad/s")] = 0.5
     lead_s: Annotated[
-        float, _from_0("how far ahead the goal's velocity is fed, for the joints' lag, s")
+        float, _from_0("lead of the fed-forward velocity, for the joints' lag, s")
     ] = 0.02
-    linear_speed: Annotated[float, _above("fastest hand, m/s")] = 0.5
-    angular_speed: Annotated[float, _above("fastest turn of the hand, rad/s")] = 1.5
-    linear_acceleration: Annotated[float, _above("of the hand, m/s²")] = 2.0
-    angular_acceleration: Annotated[float, _above("of the hand, rad/s²")] = 8.0
+    linear_speed: Annotated[float, _above("maximum speed of the hand, m/s")] = 0.5
+    angular_speed: Annotated[float, _above("maximum angular speed of the hand, rad/s")] = 1.5
+    linear_acceleration: Annotated[float, _above("maximum of the hand, m/s²")] = 2.0
+    angular_acceleration: Annotated[float, _above("maximum of the hand, rad/s²")] = 8.0
     speed_share: Annotated[
-        float, Meta(gt=0, le=1, description="share of the hand's speed limits that is used")
+        float, Meta(gt=0, le=1, description="share of the hand's speed limits to use")
     ] = 0.95
     acceleration_share: Annotated[
-        float, Meta(gt=0, le=1, description="share of its acceleration limits that is used")
+        float, Meta(gt=0, le=1, description="share of its acceleration limits to use")
     ] = 0.9
 
 
@@ -142,30 +140,30 @@ class JointSettings(_Settings, frozen=True, kw_only=True, forbid_unknown_fields=
     ] = JointLaw.QP
     feedback_gain: Annotated[float, _from_0("k_p of the paper's joint feedback, 1/s")] = 1.0
     newton_steps: Annotated[
-        int, Meta(ge=1, description="steps of the paper's inverse kinematics each period")
+        int, Meta(ge=1, description="Newton steps of the paper's inverse kinematics each period")
     ] = 3
     angular_weight: Annotated[
-        float, _above("metres that weigh as much as a radian of the hand's turn")
+        float, _above("metres that weigh as much as a radian of the hand's rotation")
     ] = 0.3
-    damping: Annotated[float, _from_0("greatest damping at a singular pose, m/s per rad/s")] = 0.05
+    damping: Annotated[float, _from_0("maximum damping at a singular pose, m/s per rad/s")] = 0.05
     damped_below: Annotated[
-        float, _above("singular value from which damping sets in, m/s per rad/s")
+        float, _above("singular value below which damping acts, m/s per rad/s")
     ] = 0.05
     posture_gain: Annotated[
-        float, _from_0("pull of the free motion towards the first posture, 1/s")
+        float, _from_0("gain of the null-space motion towards the first posture, 1/s")
     ] = 0.5
     speed_share: Annotated[
-        float, Meta(gt=0, le=1, description="share of the joints' speed limits that is used")
+        float, Meta(gt=0, le=1, description="share of the joints' speed limits to use")
     ] = 0.95
     acceleration_share: Annotated[
-        float, Meta(gt=0, le=1, description="share of the joints' acceleration limits that is used")
+        float, Meta(gt=0, le=1, description="share of the joints' acceleration limits to use")
     ] = 0.9
     ramp_s: Annotated[
-        float, _above("least time in which a joint's acceleration grows from 0 to its limit, s")
+        float, _above("minimum time for a joint's acceleration to rise from 0 to its limit, s")
     ] = 0.04
     margin: Annotated[float, _from_0("distance kept from the joints' position limits, rad")] = 0.01
     reaction_s: Annotated[
-        float, _from_0("time in which joints may go on before they brake, their lag, s")
+        float, _from_0("time that joints may move on before they brake, their lag, s")
     ] = 0.03
 
 
@@ -175,10 +173,10 @@ class GazeSettings(_Settings, frozen=True, kw_only=True, forbid_unknown_fields=T
     mode: Annotated[
         GazeMode, Meta(description="fixate: each eye on the target; parallel: fixed, straight on")
     ] = GazeMode.FIXATE
-    gain: Annotated[float, _above("of the error of the angles, 1/s")] = 12.0
-    rate_gain: Annotated[float, _from_0("of its rate of change")] = 0.1
+    gain: Annotated[float, _above("gain of the angle errors, 1/s")] = 12.0
+    rate_gain: Annotated[float, _from_0("gain of their rates of change")] = 0.1
     feed_forward: Annotated[
-        bool, Meta(description="add what the target's and the hand's motion ask for")
+        bool, Meta(description="add the rates that the target's and the hand's motion require")
     ] = True
 
 
@@ -190,70 +188,75 @@ class SafetySettings(_Settings, frozen=True, kw_only=True, forbid_unknown_fields
     ] = 0.8
     coast_s: Annotated[
         float,
-        _from_0("gap of trusted estimates that is bridged, above delay and interval of images, s"),
+        _from_0("gap in trusted estimates to bridge, more than image delay plus interval, s"),
     ] = 0.25
     resume_after: Annotated[
-        int, Meta(ge=1, description="trusted estimates in a row after which a held arm moves on")
+        int, Meta(ge=1, description="consecutive trusted estimates before a held arm moves again")
     ] = 12
-    resume_s: Annotated[float, _above("in which the hand regains its full speed, s")] = 0.8
+    resume_s: Annotated[float, _above("time for the hand to regain its full speed, s")] = 0.8
     rough: Annotated[
-        float, _above("standard deviation of the goal's place from which on it is told, m")
+        float, _above("standard deviation of the goal's position above which it is reported, m")
     ] = 0.025
     away: Annotated[
-        float, _above("distance of the hand from its goal from which on it is told, m")
+        float, _above("distance of the hand from its goal above which it is reported, m")
     ] = 0.025
     adrift: Annotated[
         float,
         _above(
-            "how far turns that come and go, unbelieved, or that are believed though told roughly, "
-            "move a goal before the arm is held, m"
+            "shift of the goal by rotations that the filter has not followed, or has followed "
+            "though uncertain, above which the arm is held, m"
         ),
     ] = 0.03
     calm_s: Annotated[
-        float, _above("for which they must move it half as far before the arm moves again, s")
+        float, _above("time below half of that shift before the arm moves again, s")
     ] = 2.0
     parted_s: Annotated[
         float,
-        _above("odd estimates that are told; the arm is held after twice as long, s"),
+        _above("duration of outliers that is reported; twice as long holds the arm, s"),
     ] = 0.5
     frozen_after: Annotated[
-        int, Meta(ge=2, description="equal images in a row of a moving camera that mean it hangs")
+        int,
+        Meta(ge=2, description="consecutive equal images of a moving camera that mean it hangs"),
     ] = 3
-    frozen_shift: Annotated[float, _above("motion that a camera must show, m or rad")] = 0.0005
+    frozen_shift: Annotated[
+        float, _above("camera motion above which its image must change, m or rad")
+    ] = 0.0005
     workspace_lower: Annotated[
-        Triple, Meta(description="corner of the box that the hand stays in, in the world, m")
+        Triple, Meta(description="lower corner of the box that the hand stays in, in the world, m")
     ] = (-1.5, -1.5, 0.05)
-    workspace_upper: Annotated[Triple, Meta(description="the opposite corner, m")] = (1.5, 1.5, 2.0)
-    least_distance: Annotated[float, _from_0("between the hand's and the object's origins, m")] = (
-        0.2
-    )
+    workspace_upper: Annotated[Triple, Meta(description="its upper corner, m")] = (1.5, 1.5, 2.0)
+    least_distance: Annotated[
+        float, _from_0("minimum between the hand's and the object's origins, m")
+    ] = 0.2
     least_clearance: Annotated[
-        float, _from_0("between parts of an arm that knows its shape, and the room, m")
+        float, _from_0("minimum between parts of an arm of known shape, and to the room, m")
     ] = 0.015
     braking: Annotated[
-        float, _above("deceleration before walls, the object and other parts, m/s²")
+        float, _above("deceleration towards walls, the object and other parts, m/s²")
     ] = 0.8
 
 
 class LookSettings(_Settings, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """How the hand looks around an object before it is modelled."""
 
-    count: Annotated[int, Meta(ge=1, description="places from which the object is looked at")] = 5
-    nearest: Annotated[float, _above("to which the hand comes to the object, m")] = 0.45
-    farthest: Annotated[float, _above("from which it still looks, where nearer is no way, m")] = 0.8
+    count: Annotated[int, Meta(ge=1, description="viewpoints, the first one included")] = 5
+    nearest: Annotated[float, _above("minimum distance of a viewpoint from the object, m")] = 0.45
+    farthest: Annotated[float, _above("maximum, where no nearer one can be reached, m")] = 0.8
     widest_deg: Annotated[
-        float, Meta(gt=0, le=90, description="from where the object was first seen, degrees")
+        float, Meta(gt=0, le=90, description="maximum angle from the first viewpoint, degrees")
     ] = 60.0
     least_gain: Annotated[
-        float, _from_0("share of the surface that a further place must newly show")
+        float, _from_0("share of the surface that a further viewpoint must newly show")
     ] = 0.02
-    near: Annotated[float, _above("error of the hand at which it has arrived, m and rad")] = 0.01
+    near: Annotated[float, _above("pose error below which the hand has arrived, m and rad")] = 0.01
     still: Annotated[float, _above("speed of the hand below which it rests, m/s and rad/s")] = 0.02
-    patience_s: Annotated[float, _above("after which the hand looks from where it is, s")] = 8.0
+    patience_s: Annotated[float, _above("time after which the hand looks from where it is, s")] = (
+        8.0
+    )
 
 
 class ServoSettings(_Settings, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """How to servo, nested by stage."""
+    """All settings of servoing, nested by stage."""
 
     look: LookSettings = LookSettings()
     target: TargetSettings = TargetSettings()
@@ -263,11 +266,11 @@ class ServoSettings(_Settings, frozen=True, kw_only=True, forbid_unknown_fields=
     safety: SafetySettings = SafetySettings()
 
     def __post_init__(self) -> None:
-        """Check each value, and what hangs together.
+        """Check each value, and the values that depend on each other.
 
         Raises:
-            ServoError: a value cannot be, a side of the workspace is empty, or looks are nearer
-                than they may be.
+            ServoError: a value is out of range, a side of the workspace is empty, or viewpoints
+                are nearer than the least distance.
 
         """
         super().__post_init__()
@@ -288,7 +291,7 @@ class ServoSettings(_Settings, frozen=True, kw_only=True, forbid_unknown_fields=
 
 
 def settings_from(data: dict[str, Any], place: str, text: str = "") -> ServoSettings:
-    """Convert parsed TOML to settings; `place` names the file, `text` is what it holds.
+    """Convert parsed TOML to settings; `place` names the file, `text` is its content.
 
     Raises:
         ServoError: a key is unknown, or a value has the wrong type or range.
@@ -298,10 +301,10 @@ def settings_from(data: dict[str, Any], place: str, text: str = "") -> ServoSett
 
 
 def read_settings(path: str | Path) -> ServoSettings:
-    """Read settings from a TOML file; what it leaves out keeps its default.
+    """Read settings from a TOML file; keys that it leaves out keep their defaults.
 
     Raises:
-        ServoError: the file cannot be read, or says what cannot be.
+        ServoError: the file cannot be read, or a key or value is invalid.
 
     """
     return read_toml(Path(path), ServoSettings, ServoError)

@@ -1,4 +1,4 @@
-"""Writes settings as TOML that says of each key what it does."""
+"""Writes settings as TOML with a comment that describes each key."""
 
 import json
 from collections.abc import Iterator
@@ -10,7 +10,7 @@ from msgspec import Meta
 
 
 def settings_toml(settings: msgspec.Struct, table: str = "") -> str:
-    """Return settings as commented TOML that reads back equal; `table` goes before their tables."""
+    """Return settings as commented TOML that reads back equal; `table` prefixes their tables."""
     return "\n".join(_lines(settings, table)).lstrip("\n") + "\n"
 
 
@@ -28,7 +28,7 @@ def _lines(settings: msgspec.Struct, table: str) -> Iterator[str]:
         if table:
             yield from ("", f"[{table}]")
         for name, (value, kind) in plain.items():
-            unset = value is None  # which TOML cannot say
+            unset = value is None  # which TOML cannot express
             line = f"# {name} =" if unset else f"{name} = {_written(value)}"
             yield f"{line}{_described(kind)}{' (not set)' if unset else ''}"
     for name, value in inner.items():
@@ -36,7 +36,7 @@ def _lines(settings: msgspec.Struct, table: str) -> Iterator[str]:
 
 
 def _described(kind: Any) -> str:
-    """Return the comment that a field's type carries."""
+    """Return the description in a field's type as a comment."""
     if get_origin(kind) is not Annotated:
         return ""
     says = [part.description for part in get_args(kind)[1:] if isinstance(part, Meta)]

@@ -1,4 +1,4 @@
-"""Tracking: where an object is, in six degrees of freedom, in one observation after another."""
+"""Tracking: estimates the 6-DoF pose of an object in a sequence of observations."""
 
 from typing import TYPE_CHECKING
 

@@ -1,4 +1,4 @@
-"""What a tracker must be able to do, and how the trackers of the core are made."""
+"""Declares the interface of a tracker, and makes the trackers of the core."""
 
 from collections.abc import Callable, Sequence
 from typing import Any, Protocol, runtime_checkable
@@ -17,7 +17,7 @@ Images = Sequence[NDArray[np.uint8] | None]
 
 
 class Follower(Protocol):
-    """Follows one body: starts at a known pose, then takes one observation after another.
+    """Tracks one body: starts at a known pose, then takes one observation after another.
 
     Images are (H, W) or (H, W, 3) uint8, RGB, of the cameras that the tracker was made with; None
     where a camera delivered nothing.
@@ -31,42 +31,42 @@ class Follower(Protocol):
         world_from_object: Pose,
         masks: Images | None = None,
     ) -> Estimate:
-        """Learn what the object looks like, with the object at a known pose."""
+        """Learn the object's appearance at a known pose."""
         ...
 
     def step(self, time_s: float, world_from_camera: Sequence[Pose], images: Images) -> Estimate:
-        """Find the object in the next observation."""
+        """Estimate the object's pose in the next observation."""
         ...
 
 
 @runtime_checkable
 class Evolver(Protocol):
-    """Lets its body evolve beside the tracking; an estimate says when it has `evolved`."""
+    """Evolves its body while tracking; the `evolved` flag of an estimate reports a change."""
 
     def begin_evolving(self) -> bool:
-        """Begin to refine the body from what was seen; return if there is anything new."""
+        """Start to refine the body from the observations; return whether there is new data."""
         ...
 
 
 @runtime_checkable
 class Adjuster(Protocol):
-    """Finds out later where the object stood before."""
+    """Corrects earlier poses of the object later."""
 
     def keyframe_pose(self, number: int) -> Pose | None:
-        """Return where the object stood at a keyframe, as far as that is known by now."""
+        """Return the current estimate of the object's pose at a keyframe."""
         ...
 
 
 @runtime_checkable
 class Rememberer(Protocol):
-    """Knows an object again by what it looks like."""
+    """Recognises an object by its appearance."""
 
     def appearance(self) -> bytes:
-        """Return what the object looks like, as far as it was learned."""
+        """Return the appearance of the object learned so far."""
         ...
 
     def recall(self, appearance: bytes) -> None:
-        """Take over what the object looks like."""
+        """Set the appearance of the object."""
         ...
 
     def find(
@@ -76,12 +76,12 @@ class Rememberer(Protocol):
         images: Images,
         near: Pose | None = None,
     ) -> Estimate:
-        """Seek the object in all that the images show, or near a pose."""
+        """Search for the object in the whole images, or near a pose."""
         ...
 
 
 def depths_for(tracker: object, instant: Instant) -> dict[str, Any]:
-    """Return the depth images of an observation as a tracker takes them, if it does."""
+    """Return the depth images of an observation as keyword arguments, if the tracker uses them."""
     takes = bool(instant.depths) and getattr(tracker, "TAKES_DEPTHS", False)
     return {"depths": instant.depths} if takes else {}
 
@@ -102,7 +102,7 @@ def make_tracker(cameras: Sequence[Camera], body: Body, options: dict[str, Any])
 def make_one_step_tracker(
     cameras: Sequence[Camera], body: Body, options: dict[str, Any]
 ) -> Follower:
-    """Make the paper's tracker, a genetic algorithm of one generation an image.
+    """Make the paper's tracker, a genetic algorithm of one generation per image.
 
     Raises:
         TrackError: a setting is out of range, or is one that this tracker does not have.
@@ -112,7 +112,7 @@ def make_one_step_tracker(
 
 
 def one_step_settings(options: dict[str, Any]) -> _native.OneStepSettings:
-    """Return the settings of the paper's tracker; `None` leaves one to the core.
+    """Return the settings of the paper's tracker; `None` keeps the core's default.
 
     Raises:
         TrackError: one is out of range, or is one that this tracker does not have.

@@ -1,4 +1,4 @@
-"""Follows objects through a capture: one observation after another, each result at once."""
+"""Tracks objects through a capture or a live source, and yields each result at once."""
 
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -16,9 +16,9 @@ from servoid.words import counted
 
 @dataclass(frozen=True, eq=False)
 class TrackStep:
-    """What one observation led to: an estimate for each object, in the order of the subjects.
+    """The result of one observation: an estimate for each object, in the order of the subjects.
 
-    `share` is how much of the capture is done, 0 to 1; 0 where nobody knows the end.
+    `share` is the share of the capture that is done, 0 to 1; 0 where the end is unknown.
     """
 
     instant: Instant
@@ -30,16 +30,16 @@ class TrackStep:
 def follow(
     capture: Capture, subjects: Sequence[Subject] | None = None, request: Request | None = None
 ) -> Iterator[TrackStep]:
-    """Track objects through a capture, and yield what each observation led to as it is known.
+    """Track objects through a capture, and yield the result of each observation.
 
-    An observation of which no image can be read is given to the trackers all the same, without
-    images; only before the start such ones are passed over. Without `subjects` the one object that
-    the capture's masks show is tracked.
+    An observation without a readable image is passed to the trackers without images; only before
+    the start are such observations skipped. Without `subjects`, the one object in the capture's
+    masks is tracked.
 
     Raises:
-        TrackError: no observation is chosen, none has an image, two objects have one name, or a
+        TrackError: no observation is selected, none has an image, two objects have one name, or a
             tracker cannot start.
-        As for `begin`: what is wrong with the first observation or the settings.
+        As for `begin`: errors of the first observation or the settings.
 
     """
     request = request or Request()
@@ -50,7 +50,7 @@ def follow(
     first = next((one for one in instants if not one.is_dark), None)
     if first is None:
         raise TrackError(
-            f"{capture.path}: not one image of the {counted(len(observations), 'observation')} "
+            f"{capture.path}: no image of the {counted(len(observations), 'observation')} "
             "can be read; check the first"
         )
     passed = next(at for at, one in enumerate(observations) if one.index == first.index)
@@ -69,15 +69,15 @@ def follow(
 def follow_live(
     feed: Feed, subjects: Sequence[Subject] | None = None, request: Request | None = None
 ) -> Iterator[TrackStep]:
-    """Track objects through the observations of a live source, the newest each time.
+    """Track objects through a live source, always in its newest observation.
 
-    The same observations as a recording, followed by `follow`, give the same estimates. How long it
-    will go on is not known: `share` is 0. `observations` and `every` of a request do not count.
+    A recording of the same observations, tracked by `follow`, gives the same estimates. The end is
+    unknown, so `share` is 0. `observations` and `every` of a request are ignored.
 
     Raises:
-        CaptureError: not one image came.
+        CaptureError: no image came.
         TrackError: two objects have one name, or a tracker cannot start.
-        As for `begin`: what is wrong with the first observation or the settings.
+        As for `begin`: errors of the first observation or the settings.
 
     """
     request = request or Request()
@@ -98,7 +98,7 @@ def track_capture(
     """Track objects through a capture, and return the track of each, in the order of the subjects.
 
     `watch` is called after each observation. If it raises, or Ctrl-C is pressed, nothing is
-    returned; with `follow` and `Collector` what was tracked so far is kept.
+    returned; use `follow` and `Collector` to keep the results so far.
 
     Raises:
         As for `follow`.
@@ -135,7 +135,7 @@ def _steps(begun: _Begun, instants: Iterator[Instant], evolve_every: int) -> Ite
 
 
 class Collector:
-    """Gathers steps until they are asked for as tracks."""
+    """Collects steps into tracks."""
 
     def __init__(self) -> None:
         self._objects: tuple[Followed, ...] = ()
@@ -145,12 +145,12 @@ class Collector:
         return len(self._tracked)
 
     def add(self, step: TrackStep) -> None:
-        """Keep the estimates of a step, and not its images."""
+        """Keep the estimates of a step, without its images."""
         self._objects = step.objects
         self._tracked.append(step.tracked)
 
     def results(self) -> list[TrackResult]:
-        """Return the track of each object as far as it is known."""
+        """Return the track of each object so far."""
         results = []
         for place, one in enumerate(self._objects):
             tracked = tuple(step[place] for step in self._tracked)
@@ -196,10 +196,10 @@ def _check_names(names: list[str]) -> None:
 
 
 def _chosen(capture: Capture, observations: slice, every: int) -> list[Observation]:
-    """List which observations are meant: each `every`-th of the slice.
+    """List the selected observations: every `every`-th of the slice.
 
     Raises:
-        TrackError: there is none.
+        TrackError: none is selected.
 
     """
     found = capture.observations()[observations][::every]

@@ -1,4 +1,4 @@
-"""Keeps what a report of a track needs beyond its estimates: few numbers, and no images."""
+"""Keeps the data that a report of a track needs beyond its estimates, without full images."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -13,7 +13,7 @@ from servoid.source import Instant, cameras_of
 from servoid.track.following import TrackStep
 from servoid.track.starting import Followed, placed
 
-MOST_CHANGES = 12  # that are kept of one object; of more, each second one is given up
+MOST_CHANGES = 12  # changes kept of one object; beyond that, every second one is dropped
 THUMBNAIL_PX = 200
 _MARGIN = 1.2  # of a thumbnail, as a multiple of the object
 
@@ -22,9 +22,10 @@ Colors = NDArray[np.uint8]
 
 @dataclass(frozen=True, eq=False)
 class BodyChange:
-    """One change of a body: what it was and became in observation `index`, in its own frame.
+    """One change of a body: the body before and after observation `index`, in its own frame.
 
-    `thumbnail` (P, P, 3) uint8 RGB is the object as a camera saw it then, None if none did.
+    `thumbnail` (P, P, 3) uint8 RGB is a camera's image of the object then, None if no camera saw
+    it.
     """
 
     index: int
@@ -36,7 +37,7 @@ class BodyChange:
 
 @dataclass(frozen=True, eq=False)
 class LearnedSurface:
-    """What a tracker learned of a surface: points (N, 3) in metres, colors (N, 3) uint8 RGB."""
+    """The learned surface: points (N, 3) in metres, colors (N, 3) uint8 RGB."""
 
     points: NDArray[np.float64]
     colors: Colors
@@ -44,11 +45,11 @@ class LearnedSurface:
 
 @dataclass(frozen=True, eq=False)
 class History:
-    """How the track of one object came about.
+    """The history of the track of one object.
 
     `names` are the C cameras'; `world_from_camera` has C poses, and `delivered` (N, C) bool says
     which cameras delivered an image, for each of the N observations. `initial` is the body at the
-    start; `changes` are changes of it, at most `MOST_CHANGES` and about evenly chosen among all.
+    start; `changes` are its changes, at most `MOST_CHANGES`, chosen about evenly among all.
     """
 
     names: tuple[str, ...]
@@ -81,9 +82,9 @@ class _Growth:
 
 
 class Historian:
-    """Gathers the histories of all objects, step by step.
+    """Collects the histories of all objects, step by step.
 
-    Of the images it keeps a thumbnail of each change that it keeps.
+    Of the images it keeps only a thumbnail for each change that it keeps.
     """
 
     def __init__(self, capture: Capture) -> None:
@@ -95,7 +96,7 @@ class Historian:
         self._objects: tuple[Followed, ...] = ()
 
     def add(self, step: TrackStep) -> None:
-        """Take over what is new in a step."""
+        """Add the new data of a step."""
         instant = step.instant
         self._objects = step.objects
         self._poses.append(instant.world_from_camera)
@@ -113,7 +114,7 @@ class Historian:
                 growth.add(BodyChange(instant.index, instant.time_s, before, one.body, seen))
 
     def histories(self) -> list[History]:
-        """Return the history of each object as far as it is known, in the order of the objects."""
+        """Return the history of each object so far, in the order of the objects."""
         return [
             History(
                 names=self._names,
@@ -142,11 +143,11 @@ def thumbnail(cameras: Sequence[Camera], instant: Instant, body: Body) -> Colors
 def _cut(
     image: Colors, outlines: Sequence[tuple[NDArray[np.float64], NDArray[np.float64]]]
 ) -> Colors:
-    """Return what an image shows within outlines, each a centre in pixels and a covariance."""
+    """Return the part of an image around outlines, each a centre in pixels and a covariance."""
     reaches = [(middle, np.sqrt(np.diag(spread))) for middle, spread in outlines]
     low = np.min([middle - reach for middle, reach in reaches], axis=0)
     high = np.max([middle + reach for middle, reach in reaches], axis=0)
-    # An outline may be huge; what counts is in the image.
+    # An outline may be huge; only its part inside the image counts.
     limit = np.array([image.shape[1] - 1, image.shape[0] - 1], dtype=np.float64)
     low, high = np.clip(low, 0.0, limit), np.clip(high, 0.0, limit)
     side = max(_MARGIN * float((high - low).max()), 8.0)

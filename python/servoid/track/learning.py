@@ -1,16 +1,16 @@
-"""Learns what a modelled object looks like, so that it can be sought where it is met again."""
+"""Learns the appearance of a modelled object, so that it can be found in other recordings."""
 
 from servoid._native import Tracker
 from servoid.errors import TrackError
 from servoid.model import ModelResult
 
-_MOST_VIEWS = 8  # pictures that teach
+_MOST_VIEWS = 8  # views to learn from
 
 
 def learn_appearance(result: ModelResult) -> bytes | None:
     """Learn surface points and colours from the views that a body was modelled from.
 
-    Returns what `Tracker.recall` takes, or None where the body has no pictures.
+    Returns an appearance for `Tracker.recall`, or None where the body has no pictures.
 
     Raises:
         ImageError, MaskError: a picture can no longer be read.
@@ -28,6 +28,6 @@ def learn_appearance(result: ModelResult) -> bytes | None:
             result.body.world_from_object,
             [view.mask() for view in views],
         )
-    except TrackError:  # the body is in none of them: it does not look like anything
+    except TrackError:  # the body is in none of them, so it has no appearance
         return None
     return tracker.appearance()

@@ -1,4 +1,4 @@
-"""What a person asks of tracking: which objects, and how."""
+"""Declares the request of tracking: which objects to track, and how."""
 
 import math
 from collections.abc import Callable
@@ -19,25 +19,25 @@ from servoid.words import digits
 
 
 class Method(Enum):
-    """Names a tracker: servoid's own, or the paper's genetic algorithm of one step an image."""
+    """Names a tracker: servoid's own, or the paper's genetic algorithm of one step per image."""
 
     REGION = "region"
     PAPER = "paper"
 
     @property
     def maker(self) -> Maker:
-        """Return what makes such a tracker."""
+        """Return the function that makes such a tracker."""
         return {Method.REGION: make_tracker, Method.PAPER: make_one_step_tracker}[self]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Subject:
-    """One object to track, and what is known of it.
+    """One object to track, with its known properties.
 
     Without `body` it is modelled from the first observation. `start` is world_from_object in the
-    first observation. `targets` say where the object is there; without any, the capture's masks do.
-    `colors` are those of the body's ellipsoids, (K, 3) uint8 RGB, to be saved with it.
-    `appearance` is what the object looks like, by which it is sought if nothing says where it is.
+    first observation. `targets` mark the object there; without targets, the capture's masks do.
+    `colors` are the colours of the body's ellipsoids, (K, 3) uint8 RGB, saved with it. `appearance`
+    is used to find the object if neither start, target nor mask locates it.
     """
 
     name: str = "object"
@@ -57,15 +57,15 @@ class Subject:
 
 @dataclass(frozen=True, kw_only=True)
 class Request:
-    """How to track; None leaves a setting to the core.
+    """How to track; None keeps the core's default of a setting.
 
-    `observations` and `every` choose what is tracked: each `every`-th of the slice. `evolve` says
-    if bodies evolve; by default those do that were modelled on the spot, since they lack the sides
-    that the first observation did not show, and those that were given do not. `evolve_every` is how
-    many observations pass until a body may evolve again. `distance_m` is how far an object
-    is in the first observation, which one image without depth does not say. `maker` makes the
-    trackers, if not the method's own. With `trust_targets` a target that may mean several objects
-    is used all the same. `progress` hears of the modelling that may come first.
+    `observations` and `every` select the observations: every `every`-th of the slice. `evolve` is
+    whether bodies evolve; by default only bodies modelled from the first observation do, since they
+    lack the sides that it did not show. `evolve_every` is the number of observations until a body
+    may evolve again. `distance_m` is the distance of an object in the first observation, which a
+    single image without depth leaves open. `maker` makes the trackers, if not the method's own.
+    With `trust_targets`, a target that may mean several objects is used nevertheless. `progress` is
+    called with the progress of the modelling that may come first.
     """
 
     method: Method = Method.REGION
@@ -93,10 +93,10 @@ class Request:
                 raise TrackError(f"{name} is {value}; choose 1 or more")
 
     def check(self) -> None:
-        """Check the settings that the core knows, before anything is read.
+        """Check the settings before anything is read.
 
         Raises:
-            TrackError: one is out of range, or is one that the method does not have.
+            TrackError: a setting is out of range, or the method has no such setting.
 
         """
         if self.method is Method.PAPER:
@@ -111,11 +111,11 @@ class Request:
             )
 
     def evolves(self, subject: Subject) -> bool:
-        """Say if the body of a subject evolves."""
+        """Return whether the body of a subject evolves."""
         return subject.body is None if self.evolve is None else self.evolve
 
     def options(self) -> dict[str, int | float | bool | None]:
-        """Return the settings that the core knows by these names."""
+        """Return the settings of the core, by their names there."""
         names = ("seed", "population", "generations", "budget_s")
         terms = ("surface", "region", "local_colors", "adjust", "depth_from_motion")
         return {name: getattr(self, name) for name in (*names, *terms)}

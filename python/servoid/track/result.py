@@ -1,4 +1,4 @@
-"""What tracking returns: an estimate for each observation, and what they amount to."""
+"""Declares the result of tracking: an estimate for each observation, and their statistics."""
 
 import re
 from collections import Counter
@@ -16,10 +16,10 @@ _NUMBER = re.compile(r"\d+(\.\d+)?")
 
 @dataclass(frozen=True, eq=False)
 class Tracked:
-    """One estimate, and what it cost.
+    """One estimate, and its computing time.
 
-    `index` counts the capture's observations; `seconds` is the time that the tracker took, without
-    reading the images; `notices` say what was wrong with the observation.
+    `index` counts the capture's observations; `seconds` is the computing time of the tracker,
+    without reading the images; `notices` describe problems of the observation.
     """
 
     index: int
@@ -29,18 +29,18 @@ class Tracked:
 
     @property
     def is_tracked(self) -> bool:
-        """Say if the images confirm the pose."""
+        """Return whether the images confirm the pose."""
         return self.estimate.status == "tracking"
 
     @property
     def evolved(self) -> bool:
-        """Say if the body changed since the observation before."""
+        """Return whether the body changed since the previous observation."""
         return self.estimate.evolved
 
 
 @dataclass(frozen=True)
 class Gap:
-    """A stretch in which the object was not tracked: its first and last time, and how many."""
+    """A gap in which the object was not tracked: first and last time, and number of estimates."""
 
     first_s: float
     last_s: float
@@ -51,12 +51,11 @@ class Gap:
 class TrackResult:
     """The track of one object.
 
-    `smoothed` are the poses, world_from_object, after all corrections that were found later.
-    The first estimate is the start, which is slower than a step, and which no figure of speed
-    counts. `body` is the body at the end, as far as it evolved, at the newest pose;
-    `appearance` is what it looks like, as `Tracker.recall` takes it; `notes` are sentences that
-    a user should read; `starting_s` is the time from the first image to the first estimate,
-    modelling included.
+    `smoothed` are the poses, world_from_object, after all later corrections. The first estimate is
+    the start, which is slower than a step and excluded from all figures of speed. `body` is the
+    evolved body at the end, at the newest pose; `appearance` is its appearance, for
+    `Tracker.recall`; `notes` are sentences for the user; `starting_s` is the time from the first
+    image to the first estimate, modelling included.
     """
 
     name: str
@@ -78,17 +77,17 @@ class TrackResult:
 
     @property
     def tracked_count(self) -> int:
-        """Return in how many observations the images confirm the pose."""
+        """Return the number of observations in which the images confirm the pose."""
         return sum(one.is_tracked for one in self.tracked)
 
     @property
     def tracked_share(self) -> float:
-        """Return in which share of the observations the images confirm the pose, 0 to 1."""
+        """Return the share of observations in which the images confirm the pose, 0 to 1."""
         return self.tracked_count / len(self.tracked)
 
     @property
     def gaps(self) -> list[Gap]:
-        """List the stretches in which the object was searched or lost."""
+        """List the gaps in which the object was searched for or lost."""
         gaps: list[Gap] = []
         before = True
         for one in self.tracked:
@@ -103,17 +102,17 @@ class TrackResult:
 
     @cached_property
     def step_seconds(self) -> NDArray[np.float64]:
-        """Return the tracker's own time of each step, (N - 1,) float64, the start left out."""
+        """Return the tracker's computing time of each step, (N - 1,) float64, without the start."""
         return np.array([one.seconds for one in self.tracked[1:]], dtype=np.float64)
 
     @property
     def rate_hz(self) -> float:
-        """Return how many images a second the tracker keeps up with; NaN without any step."""
+        """Return the observations per second that the tracker can process; NaN without steps."""
         spent = self.step_seconds
         return float(1.0 / spent.mean()) if spent.size else float("nan")
 
     def step_percentile(self, percent: float) -> float:
-        """Return the time, in seconds, that so many per cent of the steps stay below."""
+        """Return a percentile of the step times, in seconds."""
         spent = self.step_seconds
         return float(np.percentile(spent, percent)) if spent.size else float("nan")
 
@@ -129,7 +128,7 @@ class TrackResult:
 
     @property
     def evaluations(self) -> float:
-        """Return how many hypotheses a step scored on average; NaN without any step."""
+        """Return the mean number of hypotheses scored per step; NaN without steps."""
         steps = self.tracked[1:]
         return float(np.mean([one.estimate.evaluations for one in steps])) if steps else np.nan
 
@@ -140,9 +139,9 @@ class TrackResult:
 
     @property
     def notices(self) -> list[tuple[str, int]]:
-        """Count the notices, the most frequent first; of those that differ by numbers, the first.
+        """Count the notices, most frequent first; those that differ only in numbers are one kind.
 
-        A whole video may be dark: one line says so, not one for each image.
+        A whole video may be dark: that gives one line, not one for each image.
         """
         counts: Counter[str] = Counter()
         examples: dict[str, str] = {}

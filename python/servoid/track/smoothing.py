@@ -1,4 +1,4 @@
-"""Corrects a trajectory by what was found out later: where its keyframes turned out to stand."""
+"""Smooths a trajectory with the later corrections of its keyframes."""
 
 from collections.abc import Callable, Sequence
 from typing import Protocol
@@ -9,30 +9,30 @@ KeyframePose = Callable[[int], Pose | None]
 
 
 class Anchored(Protocol):
-    """Where an object was found, and to which keyframe that belongs: what is read of an estimate.
+    """The parts of an estimate that smoothing reads: its pose and its keyframe.
 
-    `keyframes` holds that keyframe, if there is one, and then the keyframe that the last pose
-    belonged to, if it was another one: each by its number, with world_from_object as it was then.
+    `keyframes` holds the keyframe of the pose, if there is one, and then the keyframe of the
+    previous pose, if it was another one: each as its number and world_from_object at that time.
     """
 
     @property
     def world_from_object(self) -> Pose:
-        """Return the pose that was found."""
+        """Return the estimated pose."""
         ...
 
     @property
     def keyframes(self) -> list[tuple[int, Pose]]:
-        """Return the keyframe of the pose and that of the last one."""
+        """Return the keyframes of this pose and the previous one."""
         ...
 
 
 def smoothed(estimates: Sequence[Anchored], keyframe_pose: KeyframePose) -> list[Pose]:
     """Return world_from_object of each estimate after all corrections.
 
-    A pose moves as the keyframe does that it belongs to, which `keyframe_pose` gives by its number;
-    where the object came from one keyframe to another, what the two are corrected by apart is
-    spread over the poses of the first, so that nothing jumps. Where the object was not followed, or
-    nothing is known of a keyframe any more, a pose stays as it is.
+    A pose moves with its keyframe, whose corrected pose `keyframe_pose` returns by its number.
+    Between one keyframe and the next, the difference of their corrections is spread over the poses
+    of the first, so that the trajectory does not jump. Where the object was not tracked, or a
+    keyframe is no longer known, a pose is unchanged.
     """
     corrections = [_corrections(one, keyframe_pose) for one in estimates]
     poses = [
@@ -60,6 +60,6 @@ def _numbers(estimate: Anchored) -> list[int]:
 
 
 def _corrections(estimate: Anchored, keyframe_pose: KeyframePose) -> list[Pose | None]:
-    """Return by what each of its keyframes is corrected since, in the object's frame."""
+    """Return the correction of each keyframe of an estimate since then, in the object's frame."""
     now = [(then, keyframe_pose(number)) for number, then in estimate.keyframes]
     return [None if pose is None else then.inverse() @ pose for then, pose in now]

@@ -1,4 +1,4 @@
-"""Starts trackers: at a pose, in masks, or with a body that is modelled on the spot."""
+"""Starts trackers: at a pose, in masks, or with a body modelled from the first observation."""
 
 import time
 from collections.abc import Callable, Sequence
@@ -21,24 +21,24 @@ from servoid.track.smoothing import smoothed
 
 Masks = tuple[NDArray[np.uint8] | None, ...]
 
-_LEAST_OVERLAP = 0.1  # of a body and a mask, below which they are of two objects
-_TURN = 0.5  # radians between a start and where the object is found, above which they differ
+_LEAST_OVERLAP = 0.1  # of a body and a mask; with less they are different objects
+_TURN = 0.5  # radians between a given start and the found pose, above which they differ
 _ELSEWHERE = (
-    "the start that was given is not where the mask of the first observation is, so the mask was "
-    "not used; if it is the object's, correct the start or leave it out"
+    "the given start is not where the mask of the first observation is, so the mask was not used; "
+    "if it is the object's mask, correct the start or leave it out"
 )
 _UNLIKE = (
-    "what is seen at the start that was given does not look like the object as the body's file "
-    "remembers it; correct the start, or leave it out and the object is sought"
+    "the images at the given start do not match the appearance in the body's file; correct the "
+    "start, or leave it out to search for the object"
 )
 
 
 @dataclass(frozen=True, eq=False)
 class Followed:
-    """One object with the tracker that follows it, and how it began.
+    """One object with its tracker and its first estimate.
 
-    `seconds` is what the tracker took for its first estimate, `starting_s` all that came before it
-    too, such as modelling.
+    `starting_s` is the time up to the first estimate, including all that came before it, such as
+    modelling.
     """
 
     name: str
@@ -51,11 +51,11 @@ class Followed:
 
     @property
     def body(self) -> Body:
-        """Return the body as it is now, in its own frame."""
+        """Return the current body, in its own frame."""
         return getattr(self.tracker, "body", self.initial)
 
     def body_at(self, world_from_object: Pose) -> Body:
-        """Return the body as it is now, placed at a pose."""
+        """Return the current body at a pose."""
         return placed(self.body, world_from_object)
 
     @property
@@ -65,24 +65,24 @@ class Followed:
         return (np.empty((0, 3)), np.empty((0, 3))) if known is None else known[:2]
 
     def appearance(self) -> bytes | None:
-        """Return what the object looks like, None if the tracker does not say."""
+        """Return the appearance of the object, None if the tracker provides none."""
         return self.tracker.appearance() if isinstance(self.tracker, Rememberer) else None
 
     def smoothed(self, estimates: Sequence[Estimate]) -> list[Pose]:
-        """Return world_from_object of its estimates after all corrections that are known."""
+        """Return world_from_object of its estimates after all known corrections."""
         if not isinstance(self.tracker, Adjuster):
             return [one.world_from_object for one in estimates]
         return smoothed(estimates, self.tracker.keyframe_pose)
 
     def begin_evolving(self) -> None:
-        """Let the body evolve beside the tracking if the tracker can."""
+        """Let the body evolve while tracking, if the tracker supports it."""
         if isinstance(self.tracker, Evolver):
             self.tracker.begin_evolving()
 
 
 @dataclass(frozen=True, eq=False)
 class _Known:
-    """What is known of an object when its tracker starts; without a pose it is sought."""
+    """The known state of an object when its tracker starts; without a pose it is searched for."""
 
     body: Body
     pose: Pose | None
@@ -105,10 +105,10 @@ def begin(capture: Capture, instant: Instant, subject: Subject, request: Request
     """Start the tracker of one object in the first observation.
 
     Raises:
-        TrackError: nothing says where a known body is, it does not fit its mask, or a setting is
-            out of range.
+        TrackError: a known body has no pose, target, mask or appearance to locate it, it does not
+            fit its mask, or a setting is out of range.
         DoubtError: a target may mean several objects, and the request does not trust it.
-        TargetError: nothing says where the object is, or it is not found.
+        TargetError: the object is not marked, or it is not found.
         ModelError, CameraError, ImageError, MaskError: as for `model.fit_capture`.
 
     """
@@ -150,14 +150,14 @@ def _first_estimate(
         raise TrackError(
             f"nothing says where '{subject.name}' is in observation {instant.index}; mark it there "
             "with --target or a mask, give its pose with --start, or give a body that was saved "
-            "with what the object looks like"
+            "with its appearance"
         )
     tracker.recall(subject.appearance)
     return tracker.find(now, poses, images, **depths)
 
 
 def _looks_otherwise(make: Callable[[], Follower], instant: Instant, subject: Subject) -> bool:
-    """Say if the object, as it is remembered, is not found near the start that was given."""
+    """Return whether the object's stored appearance is not found near the given start."""
     if subject.body is None or subject.start is None or subject.appearance is None:
         return False
     probe = make()
@@ -167,7 +167,7 @@ def _looks_otherwise(make: Callable[[], Follower], instant: Instant, subject: Su
     try:
         probe.recall(subject.appearance)
         found = probe.find(now, poses, images, subject.start, **depths_for(probe, instant))
-    except TrackError:  # what is remembered does not fit these cameras: it says nothing
+    except TrackError:  # the stored appearance does not fit these cameras: no conclusion
         return False
     off = (subject.start.inverse() @ found.world_from_object).log()
     near = exact.norm(off[:3]) < subject.body.radii.max() and exact.norm(off[3:]) < _TURN
@@ -193,7 +193,7 @@ def _look(capture: Capture, instant: Instant, subject: Subject, request: Request
     masks: Masks | None = None
     notes: tuple[str, ...] = ()
     if subject.targets or any(view.index == instant.index for view in usable.views()):
-        # A mask in one camera alone does not say how far the object is.
+        # A mask in a single camera does not determine the distance of the object.
         if subject.start is None:
             views = model.mark_everywhere(usable, asked, targets=subject.targets, observations=only)
         else:
@@ -210,7 +210,7 @@ def _look(capture: Capture, instant: Instant, subject: Subject, request: Request
 
 
 def _touches(capture: Capture, instant: Instant, body: Body, masks: Masks) -> bool:
-    """Say if a body lies, in any camera, on a mask that may be its own."""
+    """Return whether a body overlaps, in any camera, a mask that may be its own."""
     views = [
         View(camera=camera, world_from_camera=pose, mask=mask)
         for camera, pose, mask in zip(
@@ -224,7 +224,7 @@ def _touches(capture: Capture, instant: Instant, body: Body, masks: Masks) -> bo
 def _placed(
     capture: Capture, instant: Instant, subject: Subject, masks: Masks | None, seed: int | None
 ) -> Pose | None:
-    """Find the pose at which a body looks like its masks, if there are any."""
+    """Find the pose at which a body fits its masks, if there are any."""
     seen = zip(
         cameras_of(capture),
         instant.world_from_camera,
@@ -245,7 +245,7 @@ def _placed(
 
 
 def _usable(capture: Capture, instant: Instant) -> Capture:
-    """Return the capture without those images of the instant that could not be read."""
+    """Return the capture without the images of the instant that could not be read."""
     cameras = []
     for camera, image in zip(capture.cameras, instant.images, strict=True):
         pictures = list(camera.pictures)
@@ -256,7 +256,7 @@ def _usable(capture: Capture, instant: Instant) -> Capture:
 
 
 def _masks(capture: Capture, views: Sequence[CaptureView]) -> Masks:
-    """Return a mask for each camera, None where no view has one in the pixels of its pinhole."""
+    """Return a mask for each pinhole camera, None where no view has one."""
     found: dict[str, NDArray[np.uint8]] = {}
     ideals = {camera.name: camera.ideal for camera in capture.cameras}
     for view in views:

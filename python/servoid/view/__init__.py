@@ -1,11 +1,11 @@
-"""Pictures of what was modelled or tracked; needs the extra: `pip install 'servoid[view]'`."""
+"""Reports and pictures of models, tracks and runs; needs `pip install 'servoid[view]'`."""
 
 from importlib.util import find_spec
 
 from servoid.errors import MissingExtraError
 
 if find_spec("matplotlib") is None:
-    # Said at the import, so that nobody models for minutes before learning it.
+    # Raised at import, so that nobody models for minutes before the error.
     raise MissingExtraError.of("pictures", "matplotlib", "view")
 
 from servoid.view.model.report import write_report

@@ -1,4 +1,4 @@
-"""Gives plots their look: few lines, quiet colours, and ink that colour-blind people tell apart."""
+"""Styles plots: few lines, quiet colours, and a palette for colour-blind people."""
 
 import io
 from typing import TYPE_CHECKING
@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-# Okabe and Ito's colours, without their yellow, which is too pale for a line on white.
+# The palette of Okabe and Ito, without yellow, which is too pale for a line on white.
 DISTINCT = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#333333")
 
 

@@ -1,4 +1,4 @@
-"""The picture of the body: its ellipsoids from four sides, and where the cameras stood."""
+"""Draws the picture of the body: its ellipsoids from four sides, and the camera poses."""
 
 from typing import Any
 
@@ -19,7 +19,7 @@ _MARGIN_PX = 20
 _FILLED = 0.80  # of a panel, by the body
 FROM_AHEAD = np.array([1e3, 0.0, 0.0])
 TURN_DEG, RISE_DEG = 38.0, 27.0
-"""Where the three-quarter view looks from, against the side."""
+"""The viewpoint of the three-quarter view, relative to the side."""
 
 Vector = NDArray[np.float64]
 
@@ -85,14 +85,14 @@ def mean_up(scored: list[ScoredView]) -> Vector:
         return np.array([0.0, 0.0, 1.0])
     ups = -np.array([one.view.world_from_camera.matrix()[:3, 1] for one in scored])
     mean = ups.mean(axis=0)
-    # Cameras on all sides, upside down as often as not, agree on no direction.
+    # Cameras on all sides, half of them upside down, agree on no direction.
     return _unit(mean if np.linalg.norm(mean) > 0.1 else ups[0])
 
 
 def side_and_front(solids: Solids, up: Vector, first_camera: Vector) -> tuple[Vector, Vector]:
-    """Return two level unit directions across each other, both on the first camera's side.
+    """Return two orthogonal horizontal unit directions, both on the first camera's side.
 
-    Seen from the first, the body looks longest.
+    From the first one, the body has its longest projection.
     """
     right = _unit(np.cross(up, np.eye(3)[np.abs(up).argmin()]))
     ahead = np.cross(up, right)
@@ -123,7 +123,7 @@ def _viewpoint(
 
 
 def _put_scale(page: Page, metres_per_px: float, x_px: int, y_px: int) -> None:
-    """Put a bar of a round length on the page, about a fifth of the large panel long."""
+    """Draw a scale bar of a round length, about a fifth of the large panel long."""
     wish = 0.22 * _LARGE_PX * metres_per_px
     ten = 10.0 ** np.floor(np.log10(wish))
     length = max(step * ten for step in (1.0, 2.0, 5.0) if step * ten <= wish)
@@ -140,7 +140,7 @@ def _put_cameras(
     up: Vector,
     axes: NDArray[np.float64],
 ) -> None:
-    """Put the panel that shows where the cameras stood and what they looked at."""
+    """Draw the panel of the camera poses and their viewing directions."""
     poses = [one.view.world_from_camera.matrix() for one in scored]
     everything = np.concatenate([solids.centers, np.stack([pose[:3, 3] for pose in poses])])
     spans = everything @ axes.T
@@ -154,7 +154,7 @@ def _put_cameras(
     ):
         lines = seen.project(frustum(one, pose, 0.085 * reach))
         color = USED_COLOR if one.used else UNUSED_COLOR
-        # Told apart by shape, too: a camera that was not used has no rays.
+        # Distinguished by shape as well as colour: an unused camera has no rays.
         for start, end in (*(_RAYS if one.used else ()), (1, 2), (2, 3), (3, 4), (4, 1)):
             ends = np.rint(16 * lines[[start, end]]).astype(np.int32)
             cv2.polylines(picture, [ends], False, color, 1, cv2.LINE_AA, 4)

@@ -1,4 +1,4 @@
-"""A page of pictures and set text, for pictures that are made pixel by pixel."""
+"""Composes raster pictures and text on a page."""
 
 from dataclasses import dataclass, field
 from typing import Literal
@@ -31,7 +31,7 @@ class Text:
 
 @dataclass
 class Page:
-    """White paper of a size in pixels, on which pictures and texts are put."""
+    """White paper of a size in pixels, on which pictures and texts are placed."""
 
     width_px: int
     height_px: int
@@ -43,12 +43,12 @@ class Page:
         )
 
     def put(self, picture: NDArray[np.uint8], x_px: int, y_px: int) -> None:
-        """Copy a picture (H, W, 3) RGB to where its top left pixel is to be."""
+        """Copy a picture (H, W, 3) RGB to the position of its top left pixel."""
         height, width = picture.shape[:2]
         self.pixels[y_px : y_px + height, x_px : x_px + width] = picture
 
     def png(self) -> bytes:
-        """Return the page, its texts set, as the bytes of a PNG file."""
+        """Return the page with its texts as the bytes of a PNG file."""
         import cv2
 
         image = _composite(self.pixels, self._set_texts())
@@ -58,7 +58,7 @@ class Page:
         return data.tobytes()
 
     def _set_texts(self) -> NDArray[np.uint8]:
-        """Return the texts alone, (H, W, 4) RGBA, on a page that is else transparent."""
+        """Return the texts alone, (H, W, 4) RGBA, on a transparent page."""
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.figure import Figure
 
@@ -75,14 +75,14 @@ class Page:
                 ha=text.align,
                 va="baseline",
                 weight="bold" if text.bold else "normal",
-                parse_math=False,  # a file's name may hold any sign
+                parse_math=False,  # a file's name may hold any character
             )
         canvas.draw()
         return np.asarray(canvas.buffer_rgba(), np.uint8)
 
 
 def _composite(paper: NDArray[np.uint8], ink: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Return paper (H, W, 3) with ink (H, W, 4) over it."""
+    """Return paper (H, W, 3) with ink (H, W, 4) blended over it."""
     composed = paper.copy()
     rows, columns = np.nonzero(ink[:, :, 3])
     share = ink[rows, columns, 3:].astype(np.float32) / 255.0

@@ -1,4 +1,4 @@
-"""What all pages of reports are made of: templates to fill, notes, pictures, and their folder."""
+"""The parts shared by all report pages: templates, notes, pictures, and their folder."""
 
 import base64
 import html
@@ -16,18 +16,18 @@ _OPTION = re.compile(r"(?<!\S)--[a-z][a-z-]*")
 
 
 def fill(template: str, parts: Mapping[str, str]) -> bytes:
-    """Return a page: a template that lies beside this file, each {{name}} replaced by a part."""
+    """Return a page: a template beside this file, with each {{name}} replaced by a part."""
     return fill_text(read(template), parts)
 
 
 def fill_text(text: str, parts: Mapping[str, str]) -> bytes:
-    """Return the page of a template that lies elsewhere, as `fill` does."""
+    """Return the page of a template in another folder, as `fill` does."""
     text = _with_head(text)
     return re.sub(r"\{\{(\w+)\}\}", lambda match: parts[match.group(1)], text).encode()
 
 
 def with_head(template: str) -> str:
-    """Return a template with the head that all pages have; scripts run where it holds one."""
+    """Return a template with the common head, which allows scripts if the template has one."""
     return _with_head(read(template))
 
 
@@ -37,12 +37,12 @@ def _with_head(text: str) -> str:
 
 
 def read(name: str) -> str:
-    """Return the text of a file that lies beside this one."""
+    """Return the text of a file beside this one."""
     return files("servoid.view").joinpath(name).read_text(encoding="utf-8")
 
 
 def json_text(data: Any) -> str:
-    """Return JSON that no `</script>` can end."""
+    """Return JSON that contains no `</script>`."""
     return json.dumps(data, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
 
 
@@ -52,34 +52,34 @@ def paragraphs(lines: Sequence[str]) -> str:
 
 
 def verdict_list(sentences: Sequence[str]) -> str:
-    """Return what a page says first, as paragraphs that stand out."""
+    """Return the verdict of a page, as emphasised paragraphs."""
     return "\n".join(f'<p class="verdict">{html.escape(one)}</p>' for one in sentences)
 
 
 def notes_list(notes: Sequence[str]) -> str:
-    """Return the sentences that go above all else, as a list; nothing without any."""
+    """Return the notes at the top of a page, as a list; empty without notes."""
     items = "".join(f"<li>{_with_options(html.escape(note))}</li>" for note in notes)
     return f'<ul class="notes">{items}</ul>' if items else ""
 
 
 def _with_options(text: str) -> str:
-    """Return text in which no option is broken at its hyphens, as browsers would."""
+    """Return text in which browsers do not break options at their hyphens."""
     return _OPTION.sub(r'<span class="option">\g<0></span>', text)
 
 
 def image(data: bytes, words: str, kind: str = "png") -> str:
-    """Return a picture as an element that holds it; `words` say what it shows."""
+    """Return a picture as an element that contains it; `words` describe it."""
     encoded = base64.b64encode(data).decode()
     return f'<img alt="{html.escape(words)}" src="data:image/{kind};base64,{encoded}">'
 
 
 def picture(data: bytes, caption: str, shown: str = "") -> str:
-    """Return a PNG picture below its heading; `shown` says what is seen, for who cannot see it."""
+    """Return a PNG picture below its heading; `shown` describes it for screen readers."""
     return f"<h2>{html.escape(caption)}</h2>\n{wide(image(data, shown or caption), caption)}"
 
 
 def wide(element: str, name: str) -> str:
-    """Let a picture keep a size at which it can be read on small screens, where it is scrolled."""
+    """Keep a picture at a readable size on small screens, where it is scrolled."""
     label = html.escape(name)
     return f'<div class="wide" role="region" tabindex="0" aria-label="{label}">{element}</div>'
 
@@ -87,10 +87,10 @@ def wide(element: str, name: str) -> str:
 def write_report_files(directory: Path, contents: Mapping[str, bytes]) -> list[Path]:
     """Write the files of a report, by their names, into a folder; return their paths.
 
-    The folder is made if need be; other files in it are left alone.
+    The folder is made if it is missing; other files in it are left alone.
 
     Raises:
-        OutputError: the folder cannot be written; then no file of the report changes in it.
+        OutputError: the folder cannot be written; then no file of the report in it changes.
 
     """
     try:

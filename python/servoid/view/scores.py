@@ -1,4 +1,4 @@
-"""Views with their scores: what every picture of the report starts from."""
+"""Scores views, for the pictures and sentences of the report."""
 
 import math
 from dataclasses import dataclass
@@ -9,7 +9,7 @@ from servoid.capture import CaptureView
 from servoid.model import ModelResult
 from servoid.words import counted
 
-# The least IoU of the worst view for each word.
+# The minimum IoU of the worst view for each word.
 _VERDICTS = (("Good", 0.8), ("Rough", 0.6), ("Poor", -math.inf))
 _MOST_NAMED = 5
 
@@ -27,7 +27,7 @@ class ScoredView:
 
     @property
     def use(self) -> str:
-        """Say in a word whether modelling used the view."""
+        """Return the word for whether modelling used the view."""
         return "used" if self.used else "unused"
 
 
@@ -51,15 +51,15 @@ def mean_iou(scored: list[ScoredView], *, used: bool) -> float | None:
 
 
 def verdict(scored: list[ScoredView], fitness: float) -> list[str]:
-    """Say first whether a body is good, and then which views it does not explain, in sentences."""
+    """Return sentences: whether a body is good, and which views it does not explain."""
     if not scored:
-        return [f"The body agrees with what was given to F = {fitness:.3f}, where 1 is all of it."]
+        return [f"The body fits the input with F = {fitness:.3f}, where 1 is a perfect fit."]
     worst = min(scored, key=lambda one: one.iou)
     mean = float(np.mean([one.iou for one in scored]))
     word = next(word for word, least in _VERDICTS if worst.iou >= least)
     said = [
         f"{word}: the body explains {_percent(worst.iou)} of the worst view, {worst.view.name}, "
-        f"and {_percent(mean)} on average: so much of mask and silhouette together is in both."
+        f"and {_percent(mean)} on average, as the IoU of mask and silhouette."
     ]
     poor = sorted((one for one in scored if one.iou < _VERDICTS[0][1]), key=lambda one: one.iou)
     if poor:
@@ -78,7 +78,7 @@ def _percent(share: float) -> str:
 
 
 def score_words(scored: list[ScoredView], count: int) -> str:
-    """Say in one line how many ellipsoids there are and how well they fit."""
+    """Return one line with the number of ellipsoids and how well they fit."""
     words = counted(count, "ellipsoid")
     parts = []
     for used in (True, False):

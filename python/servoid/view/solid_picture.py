@@ -1,4 +1,4 @@
-"""Pictures of ellipsoids on light paper: the ray-caster draws them from far away."""
+"""Draws ellipsoids on light paper with the ray-caster, from far away."""
 
 from dataclasses import dataclass
 from itertools import product
@@ -8,12 +8,12 @@ from numpy.typing import NDArray
 
 from servoid._native import Lens, Lighting, Paint, Pose, Scene
 
-_AWAY = 30.0  # picture sides from the eye to the middle: what is near looks 2 % larger at most
+_AWAY = 30.0  # picture sides from the eye to the middle: near parts look 2 % larger at most
 _KEY, _SKY, _BOUNCE = 0.88, 0.56, 0.34  # strengths of the lamp, and of light from above and below
 _PAPER = 0.92  # linear level of lit paper
 _PAPER_HALF = 100.0  # picture sides
 _GLOSS = 0.10
-_LAMPS = 4  # by as many: the lamp is wide, and its parts together smooth edges and shadows
+_LAMPS = 4  # by as many: the parts of the wide lamp together smooth edges and shadows
 _LAMP_WIDTH = 0.07  # tangent of the angle from its middle to its edge
 _LEAST_RADIUS = 1e-5  # picture sides
 
@@ -48,7 +48,7 @@ class Solids:
 class Viewpoint:
     """An eye far away: `axes` (3, 3) has right, down and forward as rows, in the world.
 
-    `metres_per_px` is the scale at `middle`, which the picture's middle shows.
+    `metres_per_px` is the scale at `middle`, the point at the centre of the picture.
     """
 
     axes: NDArray[np.float64]
@@ -58,7 +58,7 @@ class Viewpoint:
 
     @property
     def side(self) -> float:
-        """Return the longer side of what the picture shows, in metres."""
+        """Return the longer side of the picture in metres."""
         return max(self.size_px) * self.metres_per_px
 
     def project(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -73,7 +73,7 @@ class Viewpoint:
         return Viewpoint(self.axes, self.middle, self.metres_per_px / factor, (width, height))
 
     def lens(self, shift_px: tuple[float, float] = (0.0, 0.0)) -> Lens:
-        """Return the lens that sees so, its image shifted."""
+        """Return the lens of this viewpoint, with a shifted image."""
         center = np.array(shift_px) + (np.array(self.size_px) - 1) / 2.0
         focal = _AWAY * max(self.size_px)
         return Lens(
@@ -109,7 +109,7 @@ class _Staged:
         self.eye = np.array(_row(eye, -_AWAY * eye[:, 2]))
 
     def put_paper(self, lowest: float, lamp: float) -> None:
-        """Put paper under the solids; the lamp shines on it at a cosine of `lamp`."""
+        """Put paper under the solids; `lamp` is the cosine at which the lamp shines on it."""
         white = min(_PAPER / (_KEY * lamp + _SKY), 1.0)
         self.scene.add_plane((_PAPER_HALF, _PAPER_HALF), Paint(color=(white, white, white)))
         self.poses.append([1.0, 0.0, 0.0, 0.0, 0.0, 0.0, lowest])
@@ -117,7 +117,7 @@ class _Staged:
     def render(
         self, seen: Viewpoint, toward: Vector, shift_px: tuple[float, float]
     ) -> NDArray[np.uint8]:
-        """Draw by one part of the lamp, with one ray a pixel."""
+        """Draw by one part of the lamp, with one ray per pixel."""
         x, y, z = self.stage_from_world @ toward
         return self.scene.render(
             lens=seen.lens(shift_px),
@@ -152,7 +152,7 @@ def render(solids: Solids, seen: Viewpoint, up: Vector, light: Vector) -> NDArra
     steps = (np.arange(_LAMPS) + 0.5) / _LAMPS - 0.5
     total = np.zeros((seen.size_px[1], seen.size_px[0], 3))
     for row, column in product(range(_LAMPS), repeat=2):
-        # Parts of the lamp are not in the order of the places in a pixel.
+        # The parts of the lamp are not in the order of the samples in a pixel.
         aside = 2.0 * _LAMP_WIDTH * steps[[(column + row) % _LAMPS, (2 * column + row) % _LAMPS]]
         toward = light + aside @ across
         total += staged.render(seen, toward, (steps[column], steps[row]))

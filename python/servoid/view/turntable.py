@@ -1,4 +1,4 @@
-"""What the page's turntable draws: ellipsoids about the origin, and cameras around them."""
+"""Builds the scene of the page's turntable: ellipsoids about the origin, and cameras."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from servoid.view.body_picture import RISE_DEG, TURN_DEG
 from servoid.view.solid_picture import Solids
 
-_DIGITS = 7  # single precision is what a page draws with
+_DIGITS = 7  # the page draws in single precision
 
 Vector = NDArray[np.float64]
 Color = tuple[int, int, int]
@@ -30,10 +30,10 @@ def turntable_scene(
     frusta: Sequence[Frustum] = (),
     reach: float = 1.0,
 ) -> dict[str, Any]:
-    """Return what the page draws, ready for JSON: the body about the origin, its radius about 1.
+    """Return the scene, ready for JSON: the body about the origin, its radius about 1.
 
-    `axes` are unit vectors to the side, to the front and up, all as the solids' coordinates;
-    `reach` is how far from the body's middle the farthest camera stands, in metres.
+    `axes` are unit vectors to the side, to the front and up, in the coordinates of the solids;
+    `reach` is the distance in metres of the farthest camera from the middle of the body.
     """
     side, front, up = axes
     middle, radius = around(solids, np.stack(axes))

@@ -320,7 +320,7 @@ def test_an_existing_body_survives_an_error(
         (("--distance", "-1"), r"--distance is -1; give a positive number", 2),
         (("--target", "box:1,2,3"), r"needs 4 numbers", 2),
         (("--target", "box:9,2,3,4"), r"left < right", 2),
-        (("--viewpoint", "0,0,1"), r"meant for a point cloud", 2),
+        (("--viewpoint", "0,0,1"), r"applies to a point cloud", 2),
     ],
 )
 def test_settings_that_make_no_sense_are_refused(

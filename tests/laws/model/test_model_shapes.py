@@ -97,7 +97,7 @@ def test_options_that_mean_nothing_for_a_mesh_are_refused_by_name(
     outcome = servoid_command("model", tmp_path / "mesh.ply", "--out", out, *options)
     assert outcome.code == 2
     assert outcome.err.count("\n") == 1
-    assert f"{name} means nothing; leave it out" in outcome.err
+    assert f"{name} does not apply; leave it out" in outcome.err
     assert not out.exists()
 
 

@@ -63,4 +63,4 @@ def test_the_paper_s_method_takes_no_distance(
     out = tmp_path / "body.json"
     outcome = servoid_command("model", pair, "--out", out, "--distance", 0.5, *more)
     assert outcome.code == 2
-    assert "--distance means nothing to the paper's method" in outcome.err
+    assert "--distance does not apply to the paper's method" in outcome.err

@@ -296,7 +296,7 @@ def test_a_log_that_says_nothing_can_be_drawn(tmp_path: Path) -> None:
         assert path.stat().st_size > 1000
     page = write_servo_report(tmp_path, ServoLog(("a", "b")), {}, ServoPictures())
     text = page.read_text(encoding="utf-8")
-    assert "Nothing: the hand was free" in text
+    assert "Nothing: the hand was never held" in text
     assert "How well the hand followed is not known" in text
 
 

@@ -98,7 +98,7 @@ def test_a_recording_replaces_nothing_and_leaves_nothing_of_nothing(tmp_path: Pa
     (tmp_path / "full" / "mine").touch()
     with pytest.raises(OutputError, match="the folder holds something; name one that is empty"):
         FolderRecorder(tmp_path / "full", RIG)
-    with pytest.raises(OutputError, match="not one image came"):
+    with pytest.raises(OutputError, match="no image came"):
         FolderRecorder(tmp_path / "none", RIG).close()
     assert sorted(path.name for path in tmp_path.iterdir()) == ["full"]
 

@@ -201,7 +201,9 @@ def test_in_a_browser_the_body_turns_and_turns_back(text: str, tmp_path: Path) -
 
 
 def test_the_page_says_how_much_the_body_holds(result: ModelResult, text: str) -> None:
-    found = re.search(r"It measures ([\d.]+) × ([\d.]+) × ([\d.]+) mm .* holds ([\d.]+) cm³", text)
+    found = re.search(
+        r"It measures ([\d.]+) × ([\d.]+) × ([\d.]+) mm .* volume is ([\d.]+) cm³", text
+    )
     assert found
     volume = 1e6 * result.body.mass_properties()[0]
     assert float(found[4]) == pytest.approx(volume, rel=1e-3)

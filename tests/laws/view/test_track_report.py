@@ -133,9 +133,9 @@ def test_the_figures_agree_with_the_poses_that_are_written(reported: Path) -> No
 def test_the_page_says_what_became_of_the_track(reported: Path) -> None:
     said = "".join(Page((reported / "report.html").read_text(encoding="utf-8")).content["p"])
     assert "Rough: it was tracked in 4 of 5 observations (80.0 %), and not at 0.20 s." in said
-    assert "It turned 23 degrees" in said
+    assert "It rotated by 23 degrees" in said
     assert "corrected once by 2.5 degrees: a known side is seen again" in said
-    assert "drifted by 2.3 degrees at most, and by 2.3 at the end" in said
+    assert "drift was 2.3 degrees at most, and 2.3 at the end" in said
 
 
 @pytest.mark.parametrize(

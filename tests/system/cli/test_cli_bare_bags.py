@@ -48,7 +48,7 @@ def test_a_bag_is_recorded_before_anything_is_known_of_its_camera(
     done = servoid_command("record", "run.mcap", "--out", "run")
     assert done.code == 0, done.err
     assert done.out.startswith("Wrote run.mcap: 6 observations\n")
-    assert "nothing is known of how the cameras see" in flat(done.out)
+    assert "the cameras are not calibrated" in flat(done.out)
     told = Known(fov_deg=60.0)
     bag, kept = (open_recorded(parse_source(word), told).capture for word in ("run.mcap", "run"))
     assert bag.times_s == kept.times_s
@@ -122,7 +122,7 @@ def test_a_bag_of_which_nothing_is_told_names_what_would_do(servoid_command: Com
     done = servoid_command(*model, "--target", "click:10,10@0009")
     assert done.code == 2 and "0000 to 0005" in done.err
     done = servoid_command(*model, "--target", "click:10,10", "--world", "map")
-    assert done.code == 2 and "to a scan --world means nothing" in flat(done.err)
+    assert done.code == 2 and "to a scan --world does not apply" in flat(done.err)
     left = sorted(path.name for path in Path().iterdir())
     assert left == ["cup.json", "run.mcap", "run_folder"]  # the last one is the bag writer's
 

@@ -71,7 +71,7 @@ def test_a_capture_that_was_modelled_is_modelled_again_only_if_it_changed(
     [
         (("model", "{}/empty", "--each", "--out", "{}/out"), "no folder in"),
         (("model", "{}/nowhere", "--each", "--out", "{}/out"), "there is no folder"),
-        (("model", "{}", "--each", "--out", "{}/out", "--report", "r"), "--report means nothing"),
+        (("model", "{}", "--each", "--out", "{}/out", "--report", "r"), "--report does not apply"),
         (("model", "{}", "--out", "{}/out.json", "--workers", "2"), "add --each"),
         (
             ("model", "{}", "--each", "--out", "{}/out", "--workers", "2", "--cluster", "a:1"),

@@ -82,7 +82,7 @@ def test_a_camera_is_recorded_before_anything_is_known_of_it(
         done = servoid_command("record", eye, "--count", "3", "--out", run)
     assert bag.code == 2 and "record into a folder and calibrate later" in bag.err
     assert done.code == 0, done.err
-    assert "scan finds it" in " ".join(done.out.split())
+    assert "scan calibrates them" in " ".join(done.out.split())
     later = servoid_command("track", run, "--out", tmp_path / "poses.csv")
     assert later.code == 1 and "track and model take --fov or --calibration" in later.err
     opened = open_recorded(parse_source(str(run)), Known(fov_deg=90.0))
@@ -101,7 +101,7 @@ def test_the_topic_of_a_bag_is_chosen_for_its_recording(
             "record", halves, *told, "--topic", "/left", "--out", tmp_path / "x"
         )
     assert done.code == 0, done.err
-    assert wrong.code == 2 and "only of a bag --topic is meant" in wrong.err
+    assert wrong.code == 2 and "--topic applies to a bag only" in wrong.err
     again = tmp_path / "left.mcap"
     done = servoid_command("record", bag, "--topic", "/left/image_raw", "--out", again)
     assert done.code == 0, done.err
@@ -140,18 +140,18 @@ def test_sources_lists_what_there_is_within_eighty_columns(servoid_command: Comm
     ("arguments", "code", "says"),
     [
         (("track", "0", "--every", "2"), 2, "0 is live, .*; leave --every out"),
-        (("track", "FILM", "--duration", "3"), 2, "is recorded, so --duration means nothing"),
-        (("track", "FILM", "--record", "run"), 2, "is recorded, so --record means nothing"),
+        (("track", "FILM", "--duration", "3"), 2, "is recorded, so --duration does not apply"),
+        (("track", "FILM", "--record", "run"), 2, "is recorded, so --record does not apply"),
         (("track", "FILM"), 1, "give --fov, .*; .* servoid scan finds all of it"),
         (("track", "FILM", "--fov", "180"), 2, "--fov is 180; give degrees above 0 and below 180"),
         (("track", "http://127.0.0.1:9/"), 1, "does not answer: connection refused"),
         (("track", "sim:nothing"), 1, "unknown object 'nothing'"),
         (("model", "0", "--out", "b.json"), 1, "servoid record 0 --out run"),
-        (("record", "FILM", "--fov", "60", "--count", "3", "--out", "x"), 2, "so --count means"),
+        (("record", "FILM", "--fov", "60", "--count", "3", "--out", "x"), 2, "so --count does not"),
         (
             ("record", "FILM", "--baseline", "0.1", "--out", "x"),
             2,
-            "--baseline says nothing of how",
+            "--baseline alone is no calibration",
         ),
         (("record", "0", "--out", "run.avi"), 2, "a folder, or a file that ends in .mcap"),
     ],

@@ -17,7 +17,7 @@ def test_the_command_says_how_sure_it_is(tmp_path: Path, servoid_command: Comman
     few = write_photos(tmp_path / "few", draw(Room(), WALK[:8:2]))
     done = servoid_command("scan", few, "--out", tmp_path / "out", "--threads", 1)
     assert done.code == 0, done.err
-    assert "4 of 4 found a place" in done.out
+    assert "4 of 4 registered" in done.out
     assert "UNKNOWN: lengths are not in metres" in done.out
     page = (tmp_path / "out" / "report.html").read_text()
     assert '<span class="option">--length</span> in two images' in page  # no line ends within it
@@ -40,7 +40,7 @@ def test_a_film_and_a_click_give_a_body(tmp_path: Path, servoid_command: Command
     box = f"box:{u - 45:.0f},{v - 55:.0f},{u + 45:.0f},{v + 50:.0f}"
     done = servoid_command("model", film, "--out", out, "--target", box, "--trust-targets")
     assert done.code == 0, done.err
-    assert "altogether" in done.out and f"capture         {tmp_path / 'body_scan'}" in done.out
+    assert "total" in done.out and f"capture         {tmp_path / 'body_scan'}" in done.out
     assert "not in metres" in done.out
     assert out.is_file()
 

@@ -84,9 +84,9 @@ def test_the_summary_says_how_well_the_hand_followed_in_eighty_columns(
     rows = said(outcome)
     error = r"\d+\.\d\d mm RMS, \d+\.\d\d mm at 95 %, \d+\.\d\d degrees RMS"
     assert re.fullmatch(f"{error}, after 0.5 s", rows["repeatability"])
-    assert re.fullmatch(f"{error}; its.*", rows["accuracy"])
+    assert re.fullmatch(f"{error}; mean.*", rows["accuracy"])
     assert rows["world"] == "ideal"
-    assert rows["modelled"] == "1 ellipsoid, looked at from 1 place"
+    assert rows["modelled"] == "1 ellipsoid, from 1 viewpoint"
     assert rows["tracked"].startswith("100.0 % of 3")
     assert max(len(line) for line in outcome.out.splitlines() if "run/" not in line) <= 80
 
@@ -219,14 +219,14 @@ def test_a_click_that_may_mean_several_objects_is_shown(
     outcome = servoid_command("servo", *options, "--out", "run")
     assert (outcome.code, outcome.out) == (1, "")
     assert "a click moved by 3 px finds another object" in outcome.err
-    assert "run/target.png shows the answers, and --trust-target goes on" in outcome.err
+    assert "run/target.png shows the candidates, and --trust-target uses" in outcome.err
     assert cv2.imread("run/target.png") is not None
 
 
 @pytest.mark.parametrize(
     ("options", "says"),
     [
-        ("", "give a folder, such as out/run"),
+        ("", "give one, such as --out out/run"),
         ("--out run --looks 0", "servo.look.count: expected a whole number >= 1, got 0"),
         ("--out run --goal 1,2", "1,2"),
         ("--out run --method fast", "fast"),

@@ -125,7 +125,7 @@ def test_model_track_sample_and_export_show_the_defaults_of_python() -> None:
     core, tracker = ModelSettings(), TrackSettings()
     numbers = {
         "model": {
-            "--max-ellipsoids": f"chosen by views that are held out; with --delta "
+            "--max-ellipsoids": f"chosen by held-out views; with --delta "
             f"{core.max_ellipsoids}",
             "--delta": f"{core.delta:g}",
             "--seed": str(core.seed),

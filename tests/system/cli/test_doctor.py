@@ -70,7 +70,7 @@ def test_a_library_that_is_not_there_is_missing_and_what_brings_it_is_said(
         installed, "installed_version", lambda name: None if name == "pyopengl" else version(name)
     )
     said = rows(servoid_command("doctor", "--no-test").out)
-    assert said["[gl]"] == "pyopengl missing; pip install 'servoid[gl]' brings it"
+    assert said["[gl]"] == "pyopengl missing; install with: pip install 'servoid[gl]'"
     assert "missing" not in said["needed"]
 
 
@@ -117,7 +117,7 @@ def test_a_needed_library_that_is_missing_makes_it_unwell(
     )
     ran = servoid_command("doctor", "--no-test")
     assert ran.code == 1
-    assert rows(ran.out)["problem"].startswith("rich missing, without which nothing works")
+    assert rows(ran.out)["problem"].startswith("rich missing, which servoid needs")
     assert "verdict" not in rows(ran.out)
 
 
@@ -131,7 +131,7 @@ def test_the_self_test_stands_beside_what_is_expected_of_it(
     assert ran.code == 0
     assert max(len(line) for line in ran.out.splitlines()) <= 80
     assert "0.90 mm off, expected 1.5 or less" in said["tracked"]
-    assert said["speed"].startswith("4.0 ms an observation, 33 keep up with 30 Hz; ")
+    assert said["speed"].startswith("4.0 ms per observation, 33 keep up with 30 Hz; ")
     assert "all that servoid needs is there and works" in said["verdict"]
     if "missing" not in said["renderers"]:
         assert "does not start: Error: no display" in said["renderers"]

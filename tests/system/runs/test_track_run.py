@@ -123,7 +123,7 @@ def test_observations_without_any_image_before_the_start_are_passed_over(own_vid
     assert result.notes == ("the first 2 observations have no image that can be read",)
     for path in own_video.glob("*/*.png"):
         path.write_text("no image")
-    with pytest.raises(TrackError, match="not one image of the 6 observations can be read"):
+    with pytest.raises(TrackError, match="no image of the 6 observations can be read"):
         track_capture(capture, [known()])
 
 

@@ -1,4 +1,4 @@
-"""Looks at what servoid runs on: processor, libraries, renderers, cameras; and tests itself."""
+"""Inspects what servoid runs on: processor, libraries, renderers, cameras; and judges a test."""
 
 import os
 import platform
@@ -15,14 +15,14 @@ from servoid.cli.doctor.installed import NEEDED, installed_libraries
 from servoid.sim.self_test import SelfTest
 
 _CPU_MODEL = re.compile(r"^model name\s*: (.+)$", re.MULTILINE)
-_GL_S = 20.0  # within which a graphics driver answers, or does not
+_GL_S = 20.0  # time allowed for a graphics driver to answer
 _TRY_GL = "from servoid.sim.world.cameras.gl_context import make_context; make_context()"
 _WHOLE = "the ray-caster, on the processor, which needs nothing else"
 
 
 @dataclass(frozen=True)
 class Camera:
-    """A camera that the system shows: its device, its lasting names, and whether it can be read."""
+    """A camera of the system: its device, its persistent names, and whether it can be read."""
 
     device: str
     name: str
@@ -48,19 +48,19 @@ class Machine:
 
     @property
     def problems(self) -> list[str]:
-        """Say what keeps servoid from working here."""
+        """Return what keeps servoid from working here."""
         needed = (self.libraries or {}).get(NEEDED, {})
         missing = [name for name, number in needed.items() if number is None]
         if not missing:
             return []
         return [
-            f"{', '.join(missing)} missing, without which nothing works; install again with: "
+            f"{', '.join(missing)} missing, which servoid needs; install again with: "
             "pip install --force-reinstall servoid"
         ]
 
 
 def look_at_machine(*, tries: bool) -> Machine:
-    """Return what servoid runs on; with `tries` OpenGL is started once, and never a camera."""
+    """Return what servoid runs on; `tries` starts OpenGL once. No camera is opened."""
     model = _CPU_MODEL.search(_text_of(Path("/proc/cpuinfo")))
     return Machine(
         servoid=_native.__version__,
@@ -78,19 +78,19 @@ def look_at_machine(*, tries: bool) -> Machine:
 
 
 def problems_of(test: SelfTest) -> list[str]:
-    """Say what a self-test found wrong: it gives the same errors on every machine."""
+    """Return what a self-test found wrong; its errors are the same on every machine."""
     if test.is_right:
         return []
     return [
         "the self-test is not as precise as it must be on every machine: please report it, with "
-        "all that servoid doctor says"
+        "the whole output of servoid doctor"
     ]
 
 
 def find_cameras(
     devices: Path = Path("/dev"), known: Path = Path("/sys/class/video4linux")
 ) -> list[Camera]:
-    """List the cameras of Video4Linux, by their numbers, with the names that outlast a restart."""
+    """List the cameras of Video4Linux by number, with the names that persist over a restart."""
     links: dict[Path, list[str]] = {}
     for link in sorted((devices / "v4l" / "by-id").glob("*")):
         links.setdefault(link.resolve(), []).append(str(link))
@@ -107,7 +107,7 @@ def find_cameras(
 
 
 def _open_gl(*, tries: bool) -> str:
-    """Say if MuJoCo's OpenGL starts, in a process of its own: a driver that crashes ends that."""
+    """Test whether MuJoCo's OpenGL starts, in a process of its own because a driver may crash."""
     missing = [name for name in ("mujoco", "OpenGL") if find_spec(name) is None]
     if missing:
         return f"not there: {' and '.join(missing)} missing; pip install 'servoid[sim,gl]'"

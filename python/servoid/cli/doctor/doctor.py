@@ -1,4 +1,4 @@
-"""`servoid doctor`: says what servoid runs on, tests it for five seconds, and gives a verdict."""
+"""`servoid doctor`: reports what servoid runs on, tests it for five seconds, and judges it."""
 
 import textwrap
 from collections.abc import Iterable, Iterator
@@ -21,7 +21,7 @@ Row = tuple[str, str]
 
 
 def run_doctor(*, json: bool, tests: bool) -> None:
-    """Print what servoid runs on and what its test of itself found; exit with 1 if it is unwell."""
+    """Print what servoid runs on and the result of its self-test; exit with 1 on a problem."""
     machine = look_at_machine(tries=tests)
     if not json:
         _print(_machine_rows(machine))
@@ -40,7 +40,7 @@ def run_doctor(*, json: bool, tests: bool) -> None:
 
 def _tested() -> SelfTest:
     with progress_bar("testing") as update:
-        update(0.0, "a drawn bottle is modelled and tracked")
+        update(0.0, "a rendered bottle is modelled and tracked")
         return run_self_test()
 
 
@@ -74,14 +74,14 @@ def _machine_rows(machine: Machine) -> Iterator[Row]:
 
 def _library_rows(machine: Machine) -> Iterator[Row]:
     if machine.libraries is None:
-        yield "libraries", "not known: servoid runs without being installed"
+        yield "libraries", "not known: servoid is not installed as a package"
         return
     for extra, found in machine.libraries.items():
         said = ", ".join(f"{name} {number or 'missing'}" for name, number in found.items())
         if not found:
-            said = f"not to be had for {machine.system}"
+            said = f"not available for {machine.system}"
         elif extra != NEEDED and None in found.values():
-            said += f"; pip install 'servoid[{extra}]' brings it"
+            said += f"; install with: pip install 'servoid[{extra}]'"
         yield extra if extra == NEEDED else f"[{extra}]", said
 
 
@@ -96,14 +96,14 @@ def _camera_words(camera: Camera) -> str:
     if camera.links:
         words += f", also {' and '.join(camera.links)}"
     if not camera.readable:
-        words += "; it may not be opened: add yourself to the group video"
+        words += "; no permission to open it: add yourself to the group video"
     return words
 
 
 def _test_rows(test: SelfTest) -> Iterator[Row]:
     yield (
         "self-test",
-        f"a drawn bottle, {counted(test.ellipsoids, 'ellipsoid')}, {test.observations} stereo "
+        f"a rendered bottle, {counted(test.ellipsoids, 'ellipsoid')}, {test.observations} stereo "
         "observations of 640x480 pixels",
     )
     yield (
@@ -120,8 +120,8 @@ def _test_rows(test: SelfTest) -> Iterator[Row]:
     pace = "" if test.keeps_up else ": too slow for that here, or the machine is busy"
     yield (
         "  speed",
-        f"{_MS_PER_S * test.step_s:.1f} ms an observation, {_MS_PER_S * test.longest_step_s:.0f} "
-        f"keep up with 30 Hz{pace}; drawing took {_MS_PER_S * test.drawing_s:.0f} ms an image",
+        f"{_MS_PER_S * test.step_s:.1f} ms per observation, {_MS_PER_S * test.longest_step_s:.0f} "
+        f"keep up with 30 Hz{pace}; rendering took {_MS_PER_S * test.drawing_s:.0f} ms per image",
     )
 
 

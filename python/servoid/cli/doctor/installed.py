@@ -1,4 +1,4 @@
-"""Says which libraries servoid names, by extra, and which of them are installed."""
+"""Lists the libraries that servoid declares, by extra, and which of them are installed."""
 
 import ast
 import operator
@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Mapping
 from importlib.metadata import PackageNotFoundError, metadata, version
 
 NEEDED = "needed"
-"""Stands for what is always needed, where others stand by the name of their extra."""
+"""The key of the libraries that are always needed; the other keys are names of extras."""
 
 _NAME = re.compile(r"[\w.-]+")
 _EXTRA = re.compile(r"extra == ['\"](?P<extra>[\w-]+)['\"]")
@@ -31,7 +31,7 @@ _SIGNS: dict[str, Callable[[_Numbers, _Numbers], bool]] = {
 def installed_libraries() -> dict[str, dict[str, str | None]] | None:
     """Return the version of each library, None where it is missing, by extra.
 
-    The answer is None where servoid runs without being installed, so that nothing is known.
+    The result is None where servoid is not installed as a package, so that nothing is known.
     """
     try:
         requirements = metadata("servoid").get_all("Requires-Dist") or ()
@@ -48,8 +48,8 @@ def libraries(
 ) -> Mapping[str, list[str]]:
     """Return the names of the libraries by extra, without those for other Pythons and machines.
 
-    What is always needed comes first. `requirements` are written as a package's metadata has them;
-    an extra of which nothing is left here has an empty list.
+    The libraries that are always needed come first. `requirements` have the form of a package's
+    metadata; an extra without a library for this machine has an empty list.
     """
     found: dict[str, set[str]] = {NEEDED: set()}
     for requirement in requirements:
@@ -62,7 +62,7 @@ def libraries(
 
 
 def installed_version(name: str) -> str | None:
-    """Return the version of an installed library, None if it is not there."""
+    """Return the version of an installed library, None if it is not installed."""
     try:
         return version(name)
     except PackageNotFoundError:
@@ -74,7 +74,7 @@ def _needed_first(item: tuple[str, object]) -> tuple[bool, str]:
 
 
 def _applies(marker: str, python: str, machine: str) -> bool:
-    """Say if a marker holds here; what it says of extras and of other systems counts as true."""
+    """Return whether a marker holds here; its parts on extras and other systems count as true."""
     if not marker.strip():
         return True
 

@@ -1,4 +1,4 @@
-"""`servoid model --each`: a body of each capture in a folder, in a batch."""
+"""`servoid model --each`: models each capture in a folder, in a batch."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -26,7 +26,7 @@ def run_each(order: Order, workers: int | None, cluster: str | None) -> None:
         )
     _print_table(folder.trials)
     for name in folder.passed_over:
-        typer.echo(f"  {name} holds no capture and was passed over")
+        typer.echo(f"  {name} holds no capture and was skipped")
     typer.echo(f"  bodies  {order.out}/NAME.json")
     typer.echo(f"  table   {order.out / 'captures.parquet'}")
     failed = sum(done.row is None for done in folder.trials.values())
@@ -40,7 +40,7 @@ def run_each(order: Order, workers: int | None, cluster: str | None) -> None:
 
 
 def _check(order: Order) -> None:
-    """Refuse what means nothing for many captures.
+    """Refuse options that do not apply to many captures.
 
     Raises:
         OptionError: such an option was given.
@@ -58,7 +58,7 @@ def _check(order: Order) -> None:
         **dict.fromkeys(order.scale.given(), True),
     }
     for option in (option for option, value in given.items() if value is not None):
-        raise OptionError(f"{option} means nothing for a folder of captures; leave it out")
+        raise OptionError(f"{option} does not apply to a folder of captures; leave it out")
 
 
 def _case(order: Order) -> CaptureCase:
@@ -82,7 +82,7 @@ def _bounds(part: slice) -> tuple[int | None, int | None, int | None]:
 
 
 def _print_table(trials: Mapping[str, Done]) -> None:
-    """Print a line for each capture, and below it why some could not be modelled."""
+    """Print a line for each capture, and below them why some could not be modelled."""
     width = max(map(len, trials))
     typer.echo(f"  {'':{width}}  ellipsoids  IoU used  unused  seconds")
     for name, done in trials.items():

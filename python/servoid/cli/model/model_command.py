@@ -50,7 +50,7 @@ def model(
         list[str] | None,
         typer.Option(
             metavar="TARGET",
-            help="What the object is, where the capture has no masks: mask:FILE, "
+            help="Marks the object, where the capture has no masks: mask:FILE, "
             "box:U0,V0,U1,V1, click:U,V, hue:LOW..HIGH or background:FILE, each with @VIEW at its "
             "end if not for the first view. May be given several times.",
         ),
@@ -67,7 +67,7 @@ def model(
         typer.Option(
             callback=checked_by(ModelSettings, "max_ellipsoids"),
             metavar="N",
-            help="Stop at this many ellipsoids (default: chosen by views that are held out; with "
+            help="Stop at this many ellipsoids (default: chosen by held-out views; with "
             f"--delta {_defaults.max_ellipsoids}).",
         ),
     ] = None,
@@ -82,15 +82,15 @@ def model(
     method: Annotated[
         Method,
         typer.Option(
-            help="How to model: region is servoid's own; paper is the method of the paper that it "
-            "starts from, as a baseline.",
+            help="How to model: region is servoid's own method; paper is the method of the paper "
+            "that it starts from, as a baseline.",
         ),
     ] = Method.region,
     views: Annotated[
         str,
         typer.Option(
             metavar="START:STOP:STEP",
-            help="Model from these views, chosen as in Python; the others judge the result "
+            help="Model from these views, sliced as in Python; the others evaluate the result "
             "(default: all).",
             show_default=False,
         ),
@@ -99,7 +99,7 @@ def model(
         str | None,
         typer.Option(
             metavar="START:STOP:STEP",
-            help="Look at these instants only (default: all; of a recording, in which the object "
+            help="Use only these instants (default: all; of a recording, in which the object "
             "may move, the one with the target).",
             show_default=False,
         ),
@@ -108,14 +108,14 @@ def model(
         str | None,
         typer.Option(
             metavar="X,Y,Z",
-            help="Where a point cloud without normals was seen from, in metres.",
+            help="The viewpoint of a point cloud without normals, in metres.",
         ),
     ] = None,
     distance: Annotated[
         float | None,
         typer.Option(
             metavar="M",
-            help="How many metres the object is from the camera, needed for one image alone.",
+            help="Distance of the object from the camera in metres, needed for a single image.",
         ),
     ] = None,
     fov: Fov = None,
@@ -123,10 +123,10 @@ def model(
     calibration: Calibration = None,
     rate: Rate = None,
     bop_object: Annotated[
-        int | None, typer.Option(metavar="N", help="Which object of a BOP scene, from 0.")
+        int | None, typer.Option(metavar="N", help="Number of the object in a BOP scene, from 0.")
     ] = None,
     images: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Where a COLMAP model's images are.")
+        Path | None, typer.Option(metavar="DIR", help="The folder of a COLMAP model's images.")
     ] = None,
     topic: Topic = None,
     world: World = None,
@@ -148,7 +148,9 @@ def model(
     ] = None,
     report: Annotated[
         Path | None,
-        typer.Option(metavar="DIR", help="Write a page and pictures that show how good it is."),
+        typer.Option(
+            metavar="DIR", help="Write a page and pictures that show how good the body is."
+        ),
     ] = None,
     length: Length = None,
     board: Board = None,
@@ -157,8 +159,7 @@ def model(
         bool,
         typer.Option(
             "--each",
-            help="Model each capture that lies in the folder SOURCE; what is done is not done "
-            "again.",
+            help="Model each capture in the folder SOURCE; finished ones are not modelled again.",
             rich_help_panel=_BATCH,
         ),
     ] = False,
@@ -167,7 +168,7 @@ def model(
         typer.Option(
             callback=check_threads,
             metavar="N",
-            help="Work in so many processes (default: one for each core).",
+            help="Use this many processes (default: one per core).",
             rich_help_panel=_BATCH,
         ),
     ] = None,
@@ -175,8 +176,8 @@ def model(
         str | None,
         typer.Option(
             metavar="ADDRESS",
-            help="Work on a Dask cluster whose workers see SOURCE at the same place, by its "
-            "scheduler's address.",
+            help="Work on the Dask cluster at this scheduler address, whose workers see SOURCE at "
+            "the same path.",
             rich_help_panel=_BATCH,
         ),
     ] = None,
@@ -232,6 +233,7 @@ def model(
     for option, given in (("--workers", workers), ("--cluster", cluster)):
         if given is not None:
             raise typer.BadParameter(
-                "this is for a folder of captures; add --each, or leave it out", param_hint=option
+                "this applies to a folder of captures only; add --each, or leave it out",
+                param_hint=option,
             )
     run_model(order)

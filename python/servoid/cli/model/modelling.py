@@ -47,7 +47,7 @@ WriteReport = Callable[..., list[Path]]
 
 @dataclass(frozen=True, kw_only=True)
 class Order:
-    """What `servoid model` was asked for; None leaves a choice to servoid."""
+    """The options of `servoid model`; None leaves the choice to servoid."""
 
     source: str
     known: Known
@@ -98,7 +98,7 @@ def run_model(order: Order) -> None:
 
 
 def _scan_order(order: Order) -> ScanOrder:
-    """Return the scan that comes first, into a folder beside the body."""
+    """Return the order of the scan that comes first, into a folder beside the body."""
     chosen = {
         "--rate": order.known.rate_hz is not None,
         "--bop-object": order.bop_object is not None,
@@ -108,8 +108,8 @@ def _scan_order(order: Order) -> ScanOrder:
     }
     for option in (option for option, given in chosen.items() if given):
         raise OptionError(
-            f"{order.source} is scanned first, as nothing says how its camera sees or where it "
-            f"was, and to a scan {option} means nothing; leave it out"
+            f"{order.source} is scanned first, because the calibration and the poses of its camera "
+            f"are not known, and to a scan {option} does not apply; leave it out"
         )
     return ScanOrder(
         source=order.source,
@@ -128,12 +128,12 @@ def _check_outputs(out: Path, report: Path | None) -> None:
     if report is not None:
         check_folder(report)
         if not report.exists() and out.resolve().parent == report.resolve():
-            return  # The report's folder will be made, and the body put into it.
+            return  # The folder of the report will be made, and holds the body.
     check_file(out)
 
 
 def _check_settings(order: Order) -> None:
-    """Check what the method is told, before anything is read.
+    """Check the settings of the method before anything is read.
 
     Raises:
         ModelError: a setting is out of range.
@@ -181,7 +181,7 @@ def _fit(order: Order, targets: list[Target], *, trusted: bool) -> ModelResult:
         if is_file(path) and path.suffix.lower() in SUFFIXES:
             return _fit_shape(order, path, request, targets)
         if order.viewpoint is not None:
-            raise OptionError("--viewpoint is meant for a point cloud, and this is a capture")
+            raise OptionError("--viewpoint applies to a point cloud, and this is a capture")
         opened = open_recorded(
             parse_source(order.source),
             order.known,
@@ -190,7 +190,7 @@ def _fit(order: Order, targets: list[Target], *, trusted: bool) -> ModelResult:
             topics=order.topics,
             world=order.world,
         )
-        # Before the views are read: both together would not fit into memory.
+        # Before the views are read, because both together would not fit into memory.
         doubt = doubt_calibration(opened.capture, is_assumed=order.known.baseline_m is not None)
         doubts = () if doubt is None else (doubt,)
         chosen = {"observations": order.observations, "views": order.views}
@@ -199,7 +199,7 @@ def _fit(order: Order, targets: list[Target], *, trusted: bool) -> ModelResult:
                 opened.capture, request, targets=targets, distance_m=order.distance, **chosen
             )
         elif order.distance is not None:
-            raise OptionError("--distance means nothing to the paper's method; leave it out")
+            raise OptionError("--distance does not apply to the paper's method; leave it out")
         else:
             made = fit_capture_by_paper(opened.capture, request, targets=targets, **chosen)
         return replace(made, notes=(*doubts, *opened.capture.notes, *made.notes, *opened.notes))
@@ -219,7 +219,7 @@ def _fit_shape(order: Order, path: Path, request: Request, targets: list[Target]
         "--world": order.world is not None,
     }
     for option in (option for option, given in chosen.items() if given):
-        raise OptionError(f"{order.source} is no capture, so {option} means nothing; leave it out")
+        raise OptionError(f"{order.source} is no capture, so {option} does not apply; leave it out")
     with of_options():
         order.known.refuse(order.source)
     if is_cloud(path):
@@ -227,17 +227,17 @@ def _fit_shape(order: Order, path: Path, request: Request, targets: list[Target]
         samples = range_samples_of_cloud(cloud.points, cloud.normals, order.viewpoint)
         return fit_range_samples(samples, request, notes=(*cloud.notes, _own_frame("cloud")))
     if order.viewpoint is not None:
-        raise OptionError(f"{order.source} is a mesh, so --viewpoint means nothing; leave it out")
+        raise OptionError(f"{order.source} is a mesh, so --viewpoint does not apply; leave it out")
     mesh = read_mesh(path)
     notes = (*mesh.notes, _own_frame("mesh"))
     return fit_mesh(mesh.vertices, mesh.faces, request, notes=notes)
 
 
 def _own_frame(what: str) -> str:
-    """Say that a body's poses are not those of what it was made of."""
+    """Return a note on how the body's frame relates to the frame of its source."""
     return (
-        f"poses of the body are not the {what}'s: its frame is its own, at its centre and along "
-        f"its longest sides; world_from_object in its file is {what}_from_object, and track "
+        f"the body has a frame of its own, not the {what}'s: at its centre and along its longest "
+        f"sides; world_from_object in its file is {what}_from_object, and track "
         f"--start takes world_from_{what} * {what}_from_object"
     )
 
@@ -250,7 +250,7 @@ def _write_report_whole(
     with tempfile.TemporaryDirectory(prefix=".servoid-", dir=above) as drafts:
         try:
             drawn = write_report(result, Path(drafts), notes=result.all_notes)
-        except OutputError as error:  # the folder's name for the time being says nothing to anybody
+        except OutputError as error:  # the name of the temporary folder means nothing to the user
             raise OutputError(str(error).replace(drafts, str(directory))) from error
         make_folder(directory)
         targets = [directory / draft.relative_to(drafts) for draft in drawn]

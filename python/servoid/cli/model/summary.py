@@ -17,7 +17,7 @@ _VALUE_WIDTH = 80 - len("  ") - _LABEL_WIDTH - len(" ")
 
 
 def print_summary(source: str, result: ModelResult, out: Path, pictures: Sequence[Path]) -> None:
-    """Print what was modelled, how good it is, and where the files lie."""
+    """Print what was modelled, how good it is, and where the files are."""
     typer.echo(f"Modelled {source}")
     for label, value in _rows(result, out, pictures):
         typer.echo(f"  {label:<{_LABEL_WIDTH}} {value}")
@@ -31,7 +31,7 @@ def _rows(result: ModelResult, out: Path, pictures: Sequence[Path]) -> Iterator[
     if result.unused_views:
         yield "", _ious("unused", result.unused_views, result.iou_unused)
     if len(result.range_samples):
-        yield "seen points", f"{len(result.range_samples)}"
+        yield "range samples", f"{len(result.range_samples)}"
     if result.coverage is not None:
         yield "surface seen", f"{100.0 * result.coverage.share:.0f} %"
     yield "seconds", f"{result.seconds:.2f}"

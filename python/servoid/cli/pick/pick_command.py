@@ -11,7 +11,7 @@ _WAIT_S = 600.0
 
 def _check_timeout(timeout_s: float) -> float:
     if not 0.0 < timeout_s < float("inf"):
-        raise typer.BadParameter(f"{timeout_s} is no time; give seconds above 0")
+        raise typer.BadParameter(f"{timeout_s} is no duration; give seconds above 0")
     return timeout_s
 
 
@@ -20,8 +20,8 @@ def pick(
         str,
         typer.Argument(
             metavar="SOURCE",
-            help="Whatever is recorded: a capture, a video, images or a bag; nothing needs to be "
-            "known of its cameras.",
+            help="Any recording: a capture, a video, images or a bag; its cameras need no "
+            "calibration.",
         ),
     ],
     image: Annotated[
@@ -36,7 +36,7 @@ def pick(
         Path | None,
         typer.Option(
             metavar="FILE",
-            help="Write the mask that was found, too: a .png file, white on the object.",
+            help="Also write the mask that was found: a .png file, white on the object.",
         ),
     ] = None,
     browser: Annotated[
@@ -60,10 +60,10 @@ def pick(
     ] = 0,
     timeout: Annotated[
         float,
-        typer.Option(metavar="S", callback=_check_timeout, help="Give up after so many seconds."),
+        typer.Option(metavar="S", callback=_check_timeout, help="Give up after this many seconds."),
     ] = _WAIT_S,
 ) -> None:
-    """Mark the object in the browser, see what is found, and get the words for --target.
+    """Mark the object in the browser, see the mask that is found, and print the --target option.
 
     [bold]servoid pick photos[/bold]
 

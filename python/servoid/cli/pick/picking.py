@@ -1,4 +1,4 @@
-"""`servoid pick`: from an image of a capture, by a page in the browser, to words for --target."""
+"""`servoid pick`: asks in the browser where the object is, and prints the --target option."""
 
 import os
 import shlex
@@ -22,7 +22,7 @@ from servoid.words import counted, digits
 
 @dataclass(frozen=True)
 class Order:
-    """What `servoid pick` was asked for."""
+    """The options of `servoid pick`."""
 
     source: str
     image: int
@@ -34,7 +34,7 @@ class Order:
 
 
 def run_pick(order: Order) -> None:
-    """Ask in the browser, print the words for the command line, and write the mask if asked to.
+    """Ask in the browser, print the option for the command line, and write the mask on request.
 
     Raises:
         TargetError: nobody chose in time.
@@ -51,18 +51,18 @@ def run_pick(order: Order) -> None:
         choice = server.wait(order.timeout_s)
     if choice is None:
         raise TargetError(
-            f"nobody chose within {digits(order.timeout_s)} s; open the address that is said, or "
+            f"nobody chose within {digits(order.timeout_s)} s; open the printed address, or "
             "give --timeout more seconds"
         )
     _tell(choice, order.mask)
 
 
 def _tell(choice: Choice, mask: Path | None) -> None:
-    """Print the words alone to standard output, so that a command can take them."""
+    """Print nothing but the option to standard output, so that a command can take it."""
     if choice.found.doubt is not None:
         typer.echo(
-            f"doubtful: {choice.found.doubt}; model and track refuse it, or use it all the same "
-            "with --trust-targets",
+            f"doubtful: {choice.found.doubt}; model and track refuse it unless --trust-targets is "
+            "given",
             err=True,
         )
     if mask is not None:
@@ -72,16 +72,16 @@ def _tell(choice: Choice, mask: Path | None) -> None:
         write_whole(mask, data.tobytes())
         typer.echo(
             f"the mask is in {mask}; --target {shlex.quote(f'mask:{mask}@{choice.target.view}')} "
-            "uses it as it is",
+            "uses it unchanged",
             err=True,
         )
     typer.echo(f"--target {shlex.quote(str(choice.target))}")
 
 
 def _question(order: Order) -> Question:
-    """Return the image to mark. All that knows of sources is here."""
+    """Return the image to mark; everything that depends on the kind of source is here."""
     word = parse_source(order.source)
-    # Any lens will do: only the image as it was recorded is shown.
+    # Any lens will do, because the page shows the image as it was recorded.
     is_untold = not word.is_live and count_untold(word) > 0
     known = any_cameras(Known()) if is_untold else Known()
     view = _view(open_recorded(word, known).capture.all_views(), order)
@@ -108,7 +108,7 @@ def _view(views: list[CaptureView], order: Order) -> CaptureView:
 
 
 def _has_desktop() -> bool:
-    """Say if a browser opens in a window; one in the terminal would take the terminal away."""
+    """Return whether a browser opens in a window; one in the terminal would occupy it."""
     if sys.platform in ("darwin", "win32"):
         return True
     return any(os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY"))

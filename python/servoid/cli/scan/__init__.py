@@ -1,1 +1,1 @@
-"""The command `servoid scan`, and the scan that `servoid model` does first."""
+"""The command `servoid scan`, and the scan that `servoid model` runs first."""

@@ -1,4 +1,4 @@
-"""`servoid model` of images without poses and calibration: the scan that comes first."""
+"""Scans images without poses and calibration before `servoid model` models them."""
 
 import time
 from collections.abc import Sequence
@@ -20,7 +20,7 @@ from servoid.segment import HueTarget, Target, seek_object, undoubted
 
 @dataclass(frozen=True)
 class Scale:
-    """What tells the scale of images without poses, as it was typed."""
+    """The options that set the scale of images without poses, as they were typed."""
 
     lengths: tuple[str, ...] = ()
     board: str | None = None
@@ -34,7 +34,7 @@ class Scale:
 
 @dataclass(frozen=True)
 class Scanned:
-    """The capture that a scan made, the targets with the names of its views, and its seconds."""
+    """The capture of a scan, the targets with the names of its views, and its duration."""
 
     capture: Path
     targets: list[Target]
@@ -42,13 +42,13 @@ class Scanned:
 
 
 def needs_scan(source: str, known: Known, scale: Scale, topics: Sequence[str] = ()) -> bool:
-    """Say if a source is images of which nothing says where they were taken, and by which camera.
+    """Return whether a source consists of images without camera poses and calibration.
 
-    What is told of the camera means that it stood still, or that a bag says where it was. `topics`
-    are those that are chosen of a bag.
+    If the user gives a calibration, the camera stood still, or a bag contains its poses. `topics`
+    are the chosen topics of a bag.
 
     Raises:
-        OptionError: it is not, and yet something tells its scale.
+        OptionError: it does not, and yet an option sets its scale.
         CaptureError: there is no such source, or a bag is damaged.
 
     """
@@ -56,8 +56,8 @@ def needs_scan(source: str, known: Known, scale: Scale, topics: Sequence[str] = 
         return True
     for option in scale.given():
         raise OptionError(
-            f"{option} tells the scale of images without poses and calibration, and {source} "
-            "is none; leave it out"
+            f"{option} sets the scale of images without poses and calibration, which {source} "
+            "is not; leave it out"
         )
     return False
 
@@ -71,7 +71,7 @@ def _is_silent(source: str, topics: Sequence[str]) -> bool:
 
 
 def open_first(source: str, topics: Sequence[str]) -> Footage:
-    """Open the images that are to be scanned; otherwise as `open_filmed`."""
+    """Open the images to scan, as `open_filmed` does."""
     return open_filmed(parse_source(source), topics=topics).footage
 
 
@@ -81,7 +81,7 @@ def find_first(footage: Footage, targets: Sequence[Target], *, trusted: bool) ->
     Raises:
         DoubtError: a target may mean several objects, and is not trusted.
         TargetError: it finds nothing.
-        OptionError: nothing says what the object is, or a target means an image that is not there.
+        OptionError: no target marks the object, or a target names an image that does not exist.
 
     """
     for target, name in zip(targets, _names(footage, targets), strict=True):
@@ -94,11 +94,11 @@ def find_first(footage: Footage, targets: Sequence[Target], *, trusted: bool) ->
 
 
 def scan_first(order: ScanOrder, footage: Footage, targets: Sequence[Target]) -> Scanned:
-    """Scan the images of an order, which are opened as `footage`, and print what was found.
+    """Scan the images of an order, which are opened as `footage`, and print the result.
 
     Raises:
         OptionError: as for `find_first`.
-        ScanError: the images cannot be scanned, or that of a target found no place.
+        ScanError: the images cannot be scanned, or the image of a target was not registered.
 
     """
     start = time.perf_counter()
@@ -107,8 +107,8 @@ def scan_first(order: ScanOrder, footage: Footage, targets: Sequence[Target]) ->
     for name in named:
         if name is not None and name not in made.solution.names:
             raise ScanError(
-                f"image {name}, in which the object is marked, found no place; mark it in another, "
-                f"such as --target click:320,240@{made.solution.names[0]}; the scan is in "
+                f"image {name}, in which the object is marked, was not registered; mark it in "
+                f"another, such as --target click:320,240@{made.solution.names[0]}; the scan is in "
                 f"{order.out}"
             )
     print_scan(made)
@@ -120,18 +120,18 @@ def scan_first(order: ScanOrder, footage: Footage, targets: Sequence[Target]) ->
 
 
 def print_time(scanned_s: float, modelled_s: float) -> None:
-    """Print how long all took, and how long each part."""
+    """Print the duration of the whole and of each part."""
     typer.echo(
-        f"  {'altogether':<15} {scanned_s + modelled_s:.0f} s: {scanned_s:.0f} for the scan, "
+        f"  {'total':<15} {scanned_s + modelled_s:.0f} s: {scanned_s:.0f} for the scan, "
         f"{modelled_s:.0f} for the model"
     )
 
 
 def _names(footage: Footage, targets: Sequence[Target]) -> list[str | None]:
-    """Return the image that each target means."""
+    """Return the image that each target refers to."""
     if not targets:
         raise OptionError(
-            f"{footage.path} does not say what the object is; mark it in the first image, such as "
+            f"{footage.path} has no mask of the object; mark it in the first image, such as "
             "--target click:320,240 or --target box:120,80,420,400, or in another one, such as "
             "--target click:320,240@0012"
         )
@@ -139,7 +139,7 @@ def _names(footage: Footage, targets: Sequence[Target]) -> list[str | None]:
 
 
 def _name(target: Target, footage: Footage) -> str | None:
-    """Return the image that a target means; None: a hue window means all."""
+    """Return the image that a target refers to; None for a hue window, which applies to all."""
     if target.view is None:
         return None if isinstance(target, HueTarget) else footage.names[0]
     name = image_name(target.view.rpartition("/")[2])

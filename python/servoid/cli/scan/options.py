@@ -1,10 +1,10 @@
-"""The options that tell the scale of images without poses, the same for all commands."""
+"""The options that set the scale of images without poses, the same for all commands."""
 
 from typing import Annotated
 
 import typer
 
-_SCALE = "Scale of images without poses: one of these, or lengths are in no unit"
+_SCALE = "Scale of images without poses: give one of these, or lengths have no unit"
 
 Length = Annotated[
     list[str] | None,
@@ -12,7 +12,7 @@ Length = Annotated[
         "--length",
         metavar="IMAGE:U0,V0,U1,V1=M",
         help="The two ends of a known length in an image, in pixels, and the length in metres; "
-        "to be given for two images from different sides, or more.",
+        "give it for two or more images from different sides.",
         rich_help_panel=_SCALE,
     ),
 ]
@@ -21,7 +21,7 @@ Board = Annotated[
     typer.Option(
         "--board",
         metavar="NxM,SQUARE,MARKER,DICTIONARY",
-        help="A printed ChArUco board in the scene: how many squares, the sides of square and "
+        help="A printed ChArUco board in the scene: number of squares, sides of a square and of a "
         "marker in metres, and the dictionary; the last two may be left out.",
         rich_help_panel=_SCALE,
     ),
@@ -31,7 +31,7 @@ Apart = Annotated[
     typer.Option(
         "--apart",
         metavar="IMAGE,IMAGE=M",
-        help="How many metres the camera was apart at two images.",
+        help="Distance in metres between the camera positions of two images.",
         rich_help_panel=_SCALE,
     ),
 ]

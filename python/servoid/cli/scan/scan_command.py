@@ -9,8 +9,8 @@ from servoid.cli.scan.options import Apart, Board, Length
 from servoid.cli.source.options import Baseline, Calibration, Fov, Topic, known_cameras
 from servoid.cli.values import check_threads
 
-_SCALE = "Scale: one of these, or lengths are in no unit"
-_WHAT = "What is looked at"
+_SCALE = "Scale: give one of these, or lengths have no unit"
+_WHAT = "Which parts of the images"
 
 
 def scan(
@@ -23,7 +23,7 @@ def scan(
             show_default=False,
         ),
     ],
-    out: Annotated[Path, typer.Option(metavar="DIR", help="The capture to write, a folder.")],
+    out: Annotated[Path, typer.Option(metavar="DIR", help="The folder of the capture to write.")],
     length: Length = None,
     board: Board = None,
     apart: Apart = None,
@@ -35,7 +35,7 @@ def scan(
         str | None,
         typer.Option(
             metavar="FOLDER|TARGET",
-            help="Look only there for features: a folder of masks, named like the images, or "
+            help="Restrict features to this region: a folder of masks, named like the images, or "
             "box:U0,V0,U1,V1, hue:LOW..HIGH or background:FILE in every image.",
             rich_help_panel=_WHAT,
         ),
@@ -44,7 +44,7 @@ def scan(
         bool,
         typer.Option(
             "--turntable",
-            help="The camera stands and the object turns: leave out what stays in its place.",
+            help="The camera is fixed and the object turns: ignore the static background.",
             rich_help_panel=_WHAT,
         ),
     ] = False,
@@ -52,7 +52,7 @@ def scan(
         Path | None,
         typer.Option(
             metavar="DIR",
-            help="Masks of the object, named like the images, to bring into the capture.",
+            help="Masks of the object, named like the images, to copy into the capture.",
             rich_help_panel=_WHAT,
         ),
     ] = None,
@@ -61,7 +61,7 @@ def scan(
         typer.Option(
             callback=check_threads,
             metavar="N",
-            help="Find and compare features with this many threads (default: all cores).",
+            help="Detect and match features with this many threads (default: all cores).",
         ),
     ] = None,
 ) -> None:

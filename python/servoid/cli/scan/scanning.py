@@ -1,4 +1,4 @@
-"""`servoid scan`: from recorded images to a capture, a summary and a report."""
+"""`servoid scan`: turns recorded images into a capture, a summary and a report."""
 
 import math
 import textwrap
@@ -22,7 +22,7 @@ _VALUE_WIDTH = 80 - len("  ") - _LABEL_WIDTH - len(" ")
 
 @dataclass(frozen=True, kw_only=True)
 class ScanOrder:
-    """What `servoid scan` was asked for."""
+    """The options of `servoid scan`."""
 
     source: str
     out: Path
@@ -47,7 +47,7 @@ def run_scan(order: ScanOrder) -> None:
 
 
 def scanned(order: ScanOrder) -> Scan:
-    """Scan the source and write the capture, with a bar."""
+    """Scan the source and write the capture, with a progress bar."""
     check_extras("servoid scan", {"pycolmap": "scan", "matplotlib": "view"})
     from servoid.view.scan.scan_report import scan_page
 
@@ -84,14 +84,14 @@ def _inside(text: str) -> Path | Target:
     target = parse_target(text)
     if isinstance(target, (ClickTarget, MaskTarget)) or target.view is not None:
         raise OptionError(
-            f"--inside {text} means one image; give a folder of masks, or box:U0,V0,U1,V1, "
-            "hue:LOW..HIGH or background:FILE, which are looked for in every image"
+            f"--inside {text} applies to one image; give a folder of masks, or box:U0,V0,U1,V1, "
+            "hue:LOW..HIGH or background:FILE, which apply to every image"
         )
     return target
 
 
 def print_scan(made: Scan) -> None:
-    """Print what was found, how sure it is, and where it lies."""
+    """Print the result, its uncertainty, and its files."""
     typer.echo(f"Scanned {made.source}")
     for label, value in _rows(made):
         typer.echo(f"  {label:<{_LABEL_WIDTH}} {value}")
@@ -99,18 +99,24 @@ def print_scan(made: Scan) -> None:
 
 def _rows(made: Scan) -> Iterator[tuple[str, str]]:
     solution, scale = made.solution, made.scale
-    found = f"{len(solution.names)} of {made.keys} found a place"
+    found = f"{len(solution.names)} of {made.keys} registered"
     yield "images", found if made.keys == made.count else f"{found}, chosen from {made.count}"
-    yield "focal length", f"{solution.focal_px:.1f} px, deviation {solution.focal_std_px:.1f} px"
-    yield "features", f"{len(solution.points)} points, {solution.rms_px:.2f} px off"
+    yield (
+        "focal length",
+        f"{solution.focal_px:.1f} px, standard deviation {solution.focal_std_px:.1f} px",
+    )
+    yield (
+        "features",
+        f"{len(solution.points)} points, reprojection error {solution.rms_px:.2f} px RMS",
+    )
     parallax, around = (math.degrees(one) for one in (solution.parallax_rad, made.around_rad))
-    yield "seen under", f"{parallax:.0f} degrees in the median, {around:.0f} in all"
+    yield "parallax", f"{parallax:.0f} degrees in the median, {around:.0f} in all"
     if scale is None:
         yield "scale", "UNKNOWN: lengths are not in metres"
     else:
-        yield "scale", f"{scale.words}, deviation {100.0 * scale.deviation:.2g} %"
+        yield "scale", f"{scale.words}, standard deviation {100.0 * scale.deviation:.2g} %"
     unit = "" if scale is None else " m"
-    yield "distance", f"{digits(round(solution.distance, 4))}{unit} to what is seen, in the median"
+    yield "distance", f"{digits(round(solution.distance, 4))}{unit} to the points, in the median"
     yield "seconds", ", ".join(f"{value:.1f} {stage}" for stage, value in made.times.items())
     yield "capture", str(made.path)
     yield "report", str(made.path / "report.html")

@@ -17,7 +17,7 @@ def servo(
         Path | None,
         typer.Option(
             metavar="FOLDER",
-            help="Where log, video, plots and report go; made if it is missing.",
+            help="The folder for log, video, plots and report; it is made if missing.",
             rich_help_panel=_OUTPUT,
         ),
     ] = None,
@@ -25,7 +25,7 @@ def servo(
         bool,
         typer.Option(
             "--video/--no-video",
-            help="Write a video of what the eyes see and of the scene.",
+            help="Write a video of the eyes' images and of the scene.",
             rich_help_panel=_OUTPUT,
         ),
     ] = True,
@@ -41,7 +41,7 @@ def servo(
         Path | None,
         typer.Option(
             metavar="FILE",
-            help="Settings in TOML, as --print-config shows them; options here come on top.",
+            help="Settings in TOML, as --print-config prints them; options override them.",
             rich_help_panel=_RUN,
         ),
     ] = None,
@@ -49,7 +49,7 @@ def servo(
         bool,
         typer.Option(
             "--print-config",
-            help="Print every setting as commented TOML, and do nothing else.",
+            help="Print every setting as commented TOML, and exit.",
             rich_help_panel=_RUN,
         ),
     ] = False,
@@ -66,7 +66,7 @@ def servo(
         typer.Option(
             "--object",
             metavar="NAME",
-            help="What it meets: bottle, drill, mug, painted_ellipsoid, ellipsoid, two_ellipsoids, "
+            help="The object: bottle, drill, mug, painted_ellipsoid, ellipsoid, two_ellipsoids, "
             "plain_bottle or plain_mug (default {servo.world.object.name}).",
             rich_help_panel=_WORLD,
         ),
@@ -75,8 +75,8 @@ def servo(
         str | None,
         typer.Option(
             metavar="PATH",
-            help="How that moves: still, line:0.2@5s, circle:0.1@10s, sine:0.15@10s, random:7 or "
-            "recorded:FILE (default {servo.world.object.path}).",
+            help="The object's motion: still, line:0.2@5s, circle:0.1@10s, sine:0.15@10s, random:7 "
+            "or recorded:FILE (default {servo.world.object.path}).",
             rich_help_panel=_WORLD,
         ),
     ] = None,
@@ -84,7 +84,7 @@ def servo(
         str | None,
         typer.Option(
             metavar="NAME",
-            help="What stands behind it: cluttered or plain (default {servo.world.background}).",
+            help="The background: cluttered or plain (default {servo.world.background}).",
             rich_help_panel=_WORLD,
         ),
     ] = None,
@@ -92,8 +92,8 @@ def servo(
         bool | None,
         typer.Option(
             "--ideal/--laboratory",
-            help="A world without any error, or with those of a decent laboratory: of calibration, "
-            "sensors, time stamps, joints, and of who marks the object (default: "
+            help="A world without errors, or with those of a decent laboratory: of calibration, "
+            "sensors, time stamps, joints, and of the person who marks the object (default: "
             "{servo.world.ideal:no error|a laboratory}).",
             show_default=False,
             rich_help_panel=_WORLD,
@@ -103,8 +103,8 @@ def servo(
         str | None,
         typer.Option(
             metavar="TARGET",
-            help="How the object is marked in the first left image: hand, box or click, as a "
-            "person does it; or mask:FILE, box:U0,V0,U1,V1, click:U,V or hue:LOW..HIGH, as for "
+            help="How the object is marked in the first left image: hand, box or click, with a "
+            "person's error; or mask:FILE, box:U0,V0,U1,V1, click:U,V or hue:LOW..HIGH, as for "
             "servoid track (default {servo.run.target}).",
             rich_help_panel=_RUN,
         ),
@@ -122,7 +122,7 @@ def servo(
         float | None,
         typer.Option(
             metavar="S",
-            help="How long to servo (default {servo.run.seconds}).",
+            help="Duration of servoing (default {servo.run.seconds}).",
             rich_help_panel=_RUN,
         ),
     ] = None,
@@ -130,8 +130,8 @@ def servo(
         int | None,
         typer.Option(
             metavar="N",
-            help="Places from which the object is looked at before it is modelled; with 1 the "
-            "hand stays where it is (default {servo.servo.look.count}).",
+            help="Viewpoints from which the hand looks at the object before it is modelled; with 1 "
+            "the hand stays where it is (default {servo.servo.look.count}).",
             rich_help_panel=_RUN,
         ),
     ] = None,
@@ -139,7 +139,7 @@ def servo(
         str | None,
         typer.Option(
             metavar="X,Y,Z",
-            help="Where the object's middle shall be before the hand, which looks along z, in "
+            help="Desired position of the object's centre in the hand's frame, z forward, in "
             "metres (default {servo.run.goal}).",
             rich_help_panel=_RUN,
         ),
@@ -148,7 +148,7 @@ def servo(
         str | None,
         typer.Option(
             metavar="X,Y,Z",
-            help="How far off its goal the hand starts, in metres (default "
+            help="Initial offset of the hand from its goal, in metres (default "
             "{servo.run.start_offset}).",
             rich_help_panel=_RUN,
         ),
@@ -157,7 +157,7 @@ def servo(
         str | None,
         typer.Option(
             metavar="X,Y,Z",
-            help="How it is turned there: a rotation vector in degrees (default "
+            help="Its initial rotation from the goal: a rotation vector in degrees (default "
             "{servo.run.start_turn_deg}).",
             rich_help_panel=_RUN,
         ),
@@ -176,8 +176,8 @@ def servo(
         str | None,
         typer.Option(
             metavar="qp|paper",
-            help="How a hand velocity becomes joint speeds: within all limits, or by the paper's "
-            "pseudo-inverse (default {servo.servo.joints.law}).",
+            help="How a hand velocity becomes joint speeds: by a QP within all limits, or by the "
+            "paper's pseudo-inverse (default {servo.servo.joints.law}).",
             rich_help_panel=_RUN,
         ),
     ] = None,
@@ -189,8 +189,8 @@ def servo(
         bool,
         typer.Option(
             "--paper",
-            help="All of the paper's servoing at once: its method to track, its law of joints, no "
-            "filter, no prediction, no feed-forward. Other options come on top.",
+            help="The paper's servoing as a whole: its tracking method, its joint law, no "
+            "filter, no prediction, no feed-forward. Other options override it.",
             rich_help_panel=_RUN,
         ),
     ] = False,
@@ -199,13 +199,13 @@ def servo(
         typer.Option(
             callback=check_seed,
             metavar="S",
-            help="Of the clutter, the noise, the laboratory and the searches (default "
+            help="Seed of the clutter, the noise, the laboratory and the searches (default "
             "{servo.world.seed}).",
             rich_help_panel=_RUN,
         ),
     ] = None,
 ) -> None:
-    """Let a simulated arm meet an object that it has never seen, model it, and follow it.
+    """Let a simulated arm model an object that it has never seen, and follow it.
 
     [bold]servoid servo --object bottle --path sine:0.15@10s --seconds 20 --out out/run[/bold]
 

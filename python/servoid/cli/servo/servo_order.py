@@ -1,4 +1,4 @@
-"""What `servoid servo` was asked for, and the settings that it means."""
+"""The options of `servoid servo`, and the settings that follow from them."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,14 +18,14 @@ from servoid.sim.world.scene.room import make_room
 from servoid.track import Method
 
 RECORDED = "recorded:"
-"""What a path begins with that a file holds."""
+"""The prefix of a path that is stored in a file."""
 
 EXTRAS = {"mujoco": "sim", "daqp": "servo", "matplotlib": "view"}
 
 
 @dataclass(frozen=True, kw_only=True)
 class Order:
-    """What `servoid servo` was asked for; `values` are settings by their dotted names."""
+    """The options of `servoid servo`; `values` are settings by their dotted names."""
 
     out: Path | None
     video: bool
@@ -34,7 +34,7 @@ class Order:
     values: dict[str, Any]
 
     def settings(self) -> TrialSettings:
-        """Return the settings of the file, if there is one, with the options on top."""
+        """Return the settings of the file, if there is one, overridden by the options."""
         settings = TrialSettings() if self.config is None else read_trial_settings(self.config)
         with of_options():
             wanted = changed(settings, self.values, "the options")
@@ -42,7 +42,7 @@ class Order:
         return wanted
 
     def _check_names(self, settings: TrialSettings) -> None:
-        """Check that there is what options name, as far as no file must be read for it.
+        """Check that the things that options name exist, as far as no file must be read.
 
         Raises:
             SimError: there is no such object, path, background or arm.

@@ -17,21 +17,21 @@ _VALUE_WIDTH = 80 - len("  ") - _LABEL_WIDTH - len(" ")
 def print_servo_summary(
     trial: ServoTrial, metrics: ServoMetrics, files: Mapping[str, Path]
 ) -> None:
-    """Print how well the arm followed, and where the files lie."""
+    """Print how well the arm followed, and where the files are."""
     world, body = trial.settings.world, trial.exploration.body
     looks = len(trial.exploration.looks)
     typer.echo(f"Servoed {world.arm.name} to {world.object.name}, {world.object.path}")
-    place = "1 place" if looks == 1 else f"{looks} places"
+    place = "1 viewpoint" if looks == 1 else f"{looks} viewpoints"
     parts = "1 ellipsoid" if len(body) == 1 else f"{len(body)} ellipsoids"
     rows = {
         "world": "ideal" if world.ideal else "with the errors of a laboratory, [world.lab]",
-        "modelled": f"{parts}, looked at from {place}",
+        "modelled": f"{parts}, from {place}",
         **_errors(metrics),
         "tracked": f"{100.0 * metrics.tracked_share:.1f} % of {metrics.observations} observations",
         "held": _held(metrics),
         **_limited(limited_s(trial.log)),
-        "control": f"{metrics.control_s.in_words()} a tick",
-        "tracker": f"{metrics.track_s.in_words()} an observation",
+        "control": f"{metrics.control_s.in_words()} per tick",
+        "tracker": f"{metrics.track_s.in_words()} per observation",
     }
     for label, value in rows.items():
         _print(label, value)
@@ -43,17 +43,17 @@ def print_servo_summary(
 
 def _errors(metrics: ServoMetrics) -> dict[str, str]:
     if math.isnan(metrics.position_rms):
-        what = f"not known: the run ended within the {metrics.settle_s:g} s in which it settles"
+        what = f"not known: the run ended within the settling time of {metrics.settle_s:g} s"
         return {"repeatability": what, "accuracy": what}
     true = metrics.accuracy
     return {
         "repeatability": _error(metrics.position_rms, metrics.position_95, metrics.turn_rms)
         + f", after {metrics.settle_s:g} s",
         "accuracy": _error(true.position_rms, true.position_95, true.turn_rms)
-        + f"; its mean is {_mm(true.offset)} mm off",
-        "object": f"{_mm(true.object_rms)} mm RMS off its place in the hand, its surface "
-        f"{_mm(true.surface)} mm",
-        "belief": f"its middle is {_mm(true.middle_rms)} mm RMS off the object's, its surface "
+        + f"; mean offset {_mm(true.offset)} mm",
+        "object": f"centre {_mm(true.object_rms)} mm RMS off its desired position in the hand, "
+        f"surface {_mm(true.surface)} mm",
+        "belief": f"centre of the body {_mm(true.middle_rms)} mm RMS off the object's, surface "
         f"{_mm(true.body)} mm",
         "fixation": f"{metrics.fixation_rms_px:.2f} px RMS",
     }
@@ -77,7 +77,7 @@ def _held(metrics: ServoMetrics) -> str:
 
 
 def _limited(seconds: Mapping[Reason, float]) -> dict[str, str]:
-    """Say what kept the hand from its goal, if anything did."""
+    """Describe what kept the hand from its goal, if anything did."""
     words = [f"{reason.value}, {times:.2f} s" for reason, times in seconds.items()]
     return {"limited": "; ".join(words)} if words else {}
 

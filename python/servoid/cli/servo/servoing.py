@@ -1,4 +1,4 @@
-"""`servoid servo`: a run in a simulated world, with its log, video, plots and report."""
+"""`servoid servo`: runs in a simulated world, and writes log, video, plots and report."""
 
 from collections.abc import Callable
 from contextlib import ExitStack
@@ -40,10 +40,10 @@ _RECORDING = "run.mcap"
 
 
 def run_servo(order: Order) -> None:
-    """Run, write what came of it even if it was interrupted, and print a summary."""
+    """Run, write the results even if the run was interrupted, and print a summary."""
     if order.out is None:
         raise typer.BadParameter(
-            "nothing says where the run is to be written; give a folder, such as out/run",
+            "no folder was given for the run; give one, such as --out out/run",
             param_hint="--out",
         )
     settings = order.settings()
@@ -69,7 +69,7 @@ def run_servo(order: Order) -> None:
             picture = order.out / "target.png"
             write_whole(picture, draw_answers(doubt.image, doubt.masks))
             raise TargetError(
-                f"{doubt}; {picture} shows the answers, and --trust-target goes on with the first"
+                f"{doubt}; {picture} shows the candidates, and --trust-target uses the first"
             ) from doubt
     _report(order.out, trial, order)
     if stopped:
@@ -78,7 +78,7 @@ def run_servo(order: Order) -> None:
 
 
 class _Run:
-    """Watches a run: shows how far it is, and makes its video and its recording."""
+    """Watches a run: shows its progress, and writes its video and its recording."""
 
     def __init__(self, folder: Path, update: Callable[[float, str], None]) -> None:
         self.trial: ServoTrial | None = None
@@ -89,7 +89,7 @@ class _Run:
         self._is_known = False
 
     def prepare(self, world: World, stack: ExitStack, order: Order) -> None:
-        """Open the video and the recording of a world, if they are wanted."""
+        """Open the video and the recording of a world, if they were requested."""
         self._world = world
         if order.mcap:
             rig = RunRig.of_source(world.cameras, world.camera_names)
@@ -117,7 +117,7 @@ class _Run:
             self._film(step)
 
     def _record(self, step: TrialStep, recording: McapRun) -> None:
-        """Record joints, images, and what became of the object since servoing began."""
+        """Record joints and images, and the object's estimates since servoing began."""
         if step.row is not None and self.trial is not None:
             recording.feel(self.trial.log.names, step.row.tick.state)
         if step.instant is None:
@@ -131,7 +131,7 @@ class _Run:
         recording.see(step.instant, states)
 
     def _film(self, step: TrialStep) -> None:
-        """Add a picture of an observation, of those while servoing so many as a film needs."""
+        """Add a picture of an observation; while servoing, only as many as the video needs."""
         world = self._world
         if world is None or step.instant is None or self._video is None:
             return
@@ -144,12 +144,12 @@ class _Run:
 
     @staticmethod
     def _every(world: World) -> int:
-        """Return how many observations one picture of the video stands for."""
+        """Return the number of observations per picture of the video."""
         return max(1, round(world.settings.cameras.rate_hz / _FILM_HZ))
 
 
 def _line(step: TrialStep, trial: ServoTrial | None) -> str:
-    """Say what the arm does, and how far the true object is from its desired place."""
+    """Describe what the arm does, and how far the true object is from its desired pose."""
     held = None if step.row is None else step.row.hand_from_object
     if trial is None or trial.log.wish is None or held is None:
         return step.stage
@@ -159,7 +159,7 @@ def _line(step: TrialStep, trial: ServoTrial | None) -> str:
 
 
 def _recorded(settings: TrialSettings) -> ObjectPath | None:
-    """Read the path of the object from a file, if one is named."""
+    """Read the object's path from a file, if one is named."""
     text = settings.world.object.path
     if not text.startswith(RECORDED):
         return None

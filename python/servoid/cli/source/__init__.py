@@ -1,1 +1,1 @@
-"""`servoid record` and `servoid sources`, and what all commands that take a SOURCE share."""
+"""`servoid record`, `servoid sources`, and the code shared by all commands with a SOURCE."""

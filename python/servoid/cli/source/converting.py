@@ -1,4 +1,4 @@
-"""Writes what is recorded already as a recording of another kind: as MCAP, or as a folder."""
+"""Converts a recording to another format: MCAP or a folder."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -22,12 +22,12 @@ from servoid.source.instants import time_of
 _AS_STORED = cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION
 
 Watch = Callable[[int], None]
-"""Hears how many observations are written by now."""
+"""A callback that receives the number of observations written so far."""
 
 
 @dataclass(frozen=True)
 class Converted:
-    """How many observations were written, and why images of a folder were left out."""
+    """The number of observations written, and why images of a folder were left out."""
 
     observations: int
     unread: tuple[str, ...] = ()
@@ -36,12 +36,12 @@ class Converted:
 def convert(capture: Capture, out: Path, watch: Watch, *, is_calibrated: bool = True) -> Converted:
     """Write a capture as MCAP or into a folder.
 
-    JPEG files stay as they are. Unless it `is_calibrated`, a folder does not say how cameras see.
+    JPEG files are copied unchanged. Unless it `is_calibrated`, a folder holds no calibration.
 
     Raises:
         OutputError: it cannot be written.
         CaptureError: this version of servoid writes no MCAP.
-        ImageError: not one image can be read.
+        ImageError: no image can be read.
 
     """
     if is_mcap(out):
@@ -52,7 +52,7 @@ def convert(capture: Capture, out: Path, watch: Watch, *, is_calibrated: bool = 
     recorder = FolderRecorder(out, rig, is_calibrated=is_calibrated)
     read = 0
     unread: list[str] = []
-    # Where nothing says how cameras sit, the first one is the rig.
+    # Without a calibration, the frame of the first camera is that of the rig.
     seat = Pose.identity() if is_calibrated else rig[0].rig_from_camera
     try:
         for observation in capture.observations():
@@ -70,7 +70,7 @@ def convert(capture: Capture, out: Path, watch: Watch, *, is_calibrated: bool = 
 
 
 def _raw(capture: Capture, observation: Observation, unread: list[str]) -> RawInstant:
-    """Read one observation; what cannot be read is added to `unread`."""
+    """Read one observation; errors of images that cannot be read are added to `unread`."""
     index, time_s = observation.index, time_of(capture, observation)
     return RawInstant(
         index=index,
@@ -97,7 +97,7 @@ def _image(camera: CaptureCamera, index: int, time_s: float, unread: list[str]) 
 
 
 def _jpeg(camera: CaptureCamera, picture: Picture, pixels: np.ndarray) -> bytes | None:
-    """Return the JPEG file that an image is stored as, if a capture would read it the same."""
+    """Return the JPEG file of an image, if a capture would read the same pixels from it."""
     stored = raw_image(camera, picture)
     data = None if stored is None else stored.data
     if not isinstance(data, bytes) or not data.startswith(JPEG):

@@ -1,4 +1,4 @@
-"""What `track` looks at: a capture from its first observation to its last, or what comes live."""
+"""The input of `track`: a capture from its first observation to its last, or a live source."""
 
 import itertools
 import statistics
@@ -18,44 +18,44 @@ from servoid.record import Overlay, QueuedRecording, live_video, overlay_video
 from servoid.source import Feed, RawInstant
 from servoid.track import Request, Subject, TrackStep, cameras_of, follow, follow_live
 
-_VIDEO_HZ = 10.0  # of a capture that knows no times
-_FIRST_S = 10.0  # in which the first image must come
+_VIDEO_HZ = 10.0  # rate of a capture without times
+_FIRST_S = 10.0  # time allowed for the first image
 
 Draw = Callable[[TrackStep], None]
 
 
 @dataclass(frozen=True)
 class RecordedFootage:
-    """A capture."""
+    """A recorded capture."""
 
     capture: Capture
     notes: tuple[str, ...] = ()
 
     def steps(self, subjects: Sequence[Subject], request: Request) -> Iterator[TrackStep]:
-        """Track through the observations that the request chooses."""
+        """Track through the observations that the request selects."""
         return follow(self.capture, subjects, request)
 
     def share(self, step: TrackStep) -> float | None:
-        """Return how much is done after a step."""
+        """Return the share done after a step."""
         return step.share
 
     @contextmanager
     def video(self, path: Path, objects: int, request: Request) -> Iterator[Draw]:
-        """Write a video that shows time as it was, as far as the capture knows."""
+        """Write a video in real time, as far as the capture has times."""
         hz = _video_hz(self.capture, request)
         with overlay_video(path, _overlay(self.capture, objects), hz) as draw:
             yield draw
 
     def mcap(self, path: Path) -> AbstractContextManager[McapRun]:
-        """Record the run as MCAP, with the images as they are stored; all of it is written."""
+        """Record the run as MCAP, with the images as they are stored; nothing is dropped."""
         return mcap_run(path, RunRig.of_capture(self.capture), can_wait=True)
 
 
 class LiveFootage:
-    """What a live source delivers from its first image on, for `duration_s` or until Ctrl-C.
+    """The images of a live source from its first one on, for `duration_s` or until Ctrl-C.
 
-    Times count in seconds from its opening, `began`. With `record` what is tracked is kept there.
-    `told` is called with why nothing comes, and None once something does.
+    Times are in seconds since it was opened, `began`. Tracked images are recorded to `record`.
+    `told` is called with the reason while no image comes, and with None once one does.
     """
 
     def __init__(
@@ -69,10 +69,10 @@ class LiveFootage:
     ) -> None:
         """Open the source, and wait for its first image.
 
-        Unless it `is_calibrated` the recording does not say how the cameras see.
+        Unless it `is_calibrated`, the recording holds no calibration.
 
         Raises:
-            CaptureError: the source does not answer, or not one image came.
+            CaptureError: the source does not answer, or no image came.
             OutputError: nothing can be recorded at `record`.
 
         """
@@ -118,11 +118,11 @@ class LiveFootage:
             self._recording.abandon()
 
     def steps(self, subjects: Sequence[Subject], request: Request) -> Iterator[TrackStep]:
-        """Track through what comes."""
+        """Track through the observations as they arrive."""
         return follow_live(self._feed, subjects, request)
 
     def finish_recording(self) -> None:
-        """Write what is left of a recording, and put it in its place.
+        """Write the rest of a recording, and move it to its path.
 
         Raises:
             OutputError: it cannot be written whole.
@@ -133,35 +133,35 @@ class LiveFootage:
             recording.close()
 
     def raw(self) -> Iterator[RawInstant]:
-        """Hand out what comes after the first observation, as the lenses recorded it."""
+        """Yield the observations after the first, as the cameras recorded them."""
         return self._feed.raw()
 
     def share(self, step: TrackStep) -> float | None:
-        """Return how much of the time has passed, None if it has no end."""
+        """Return the share of the duration that has passed, None without a duration."""
         del step
         return self.passed_share
 
     @property
     def passed_share(self) -> float | None:
-        """Return how much of the time has passed, None if it has no end."""
+        """Return the share of the duration that has passed, None without a duration."""
         if self._duration_s is None:
             return None
         return min(1.0, (time.monotonic() - self._first_s) / self._duration_s)
 
     @property
     def missed(self) -> int:
-        """Return how many observations came and were not handed out."""
+        """Return the number of observations that arrived and were dropped."""
         return self._feed.missed
 
     @contextmanager
     def video(self, path: Path, objects: int, request: Request) -> Iterator[Draw]:
-        """Write a video in which time runs as it did: an image stands until the next one came."""
+        """Write a video in real time: each image is shown until the next one arrived."""
         del request
         with live_video(path, _overlay(self.capture, objects)) as draw:
             yield draw
 
     def mcap(self, path: Path) -> AbstractContextManager[McapRun]:
-        """Record the run as MCAP, with what the ideal cameras saw; what comes too fast is lost."""
+        """Record the run as MCAP, with undistorted images; those that come too fast are dropped."""
         names = [camera.name for camera in self.capture.cameras]
         rig = RunRig.of_source(cameras_of(self.capture), names)
         return mcap_run(path, rig, can_wait=False)
@@ -181,13 +181,13 @@ class LiveFootage:
 
     @property
     def first_time_s(self) -> float:
-        """Return when the first observation was."""
+        """Return the time of the first observation."""
         times_s = self.capture.times_s
         return times_s[0] if times_s else 0.0
 
     @property
     def handed_out(self) -> int:
-        """Return how many observations were handed out."""
+        """Return the number of observations handed out."""
         return self._feed.count
 
 
@@ -210,7 +210,7 @@ def open_footage(
     `LiveFootage`.
 
     Raises:
-        CaptureError: it cannot be opened, or nothing says how its cameras see.
+        CaptureError: it cannot be opened, or has no calibration.
         OutputError: nothing can be recorded at `record`.
 
     """
@@ -227,7 +227,7 @@ def _overlay(capture: Capture, objects: int) -> Overlay:
 
 
 def _video_hz(capture: Capture, request: Request) -> float:
-    """Return at which rate a video shows time as it was."""
+    """Return the image rate of a video in real time."""
     times_s = capture.times_s
     if times_s is None:
         return capture.rate_hz or _VIDEO_HZ

@@ -1,4 +1,4 @@
-"""`servoid sources`: what a SOURCE can be in this installation, and which cameras are there."""
+"""`servoid sources`: lists the kinds of SOURCE in this installation, and the cameras found."""
 
 import textwrap
 from collections.abc import Callable, Iterable, Iterator
@@ -21,7 +21,7 @@ Row = tuple[str, str]
 
 
 def run_sources() -> None:
-    """Print a line for each kind of SOURCE, with what is there of it."""
+    """Print a line for each kind of SOURCE, with the devices found."""
     typer.echo("Recorded")
     _print(_recorded())
     typer.echo("Live")
@@ -75,7 +75,7 @@ def _name(number: int) -> str:
 
 
 def _found(module: str, function: str) -> str:
-    """Return which devices a driver finds, or why it finds none."""
+    """Return the devices that a driver finds, or why it finds none."""
     try:
         seek: Callable[[], Iterable[object]] = getattr(
             import_module(f"{_DRIVERS}.{module}"), function

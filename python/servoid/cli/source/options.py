@@ -1,4 +1,4 @@
-"""The argument SOURCE and the options that say how its cameras see, the same for all commands."""
+"""The argument SOURCE and the options that calibrate its cameras, the same for all commands."""
 
 import math
 from pathlib import Path
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 from servoid.cli.wrong_options import of_options
 
 SOURCE_HELP = (
-    "What to look at: a capture (a folder with a capture.toml, a COLMAP model, a transforms.json "
+    "The images: a capture (a folder with a capture.toml, a COLMAP model, a transforms.json "
     "or a BOP scene), a video, LEFT.mp4+RIGHT.mp4, side-by-side:VIDEO, a folder or 'pattern*' of "
     "images, a bag (.mcap, .bag or a rosbag2 folder)"
 )
@@ -20,14 +20,14 @@ LIVE_HELP = (
     "; or live: a camera's number or /dev/v4l/..., rtsp:// or http://..., realsense:SERIAL, "
     "genicam:NAME, sim:WORLD, or a rig.toml"
 )
-LIVE = "Of a live SOURCE"
-_BAG = "Of a bag"
-_CAMERAS = "How the cameras see, where SOURCE does not say it"
+LIVE = "For a live SOURCE"
+_BAG = "For a bag"
+_CAMERAS = "Calibration, where SOURCE has none"
 
 
 def _check_duration(duration_s: float | None) -> float | None:
     if duration_s is not None and not 0.0 < duration_s < math.inf:
-        raise typer.BadParameter(f"{duration_s} is no time; give seconds above 0")
+        raise typer.BadParameter(f"{duration_s} is no duration; give seconds above 0")
     return duration_s
 
 
@@ -36,8 +36,8 @@ Fov = Annotated[
     typer.Option(
         "--fov",
         metavar="DEG",
-        help="The angle of view from the left to the right border of the image, in degrees: of "
-        "phones about 65 where the image is wide, of webcams 60 to 80.",
+        help="The horizontal field of view in degrees: about 65 for phones held "
+        "horizontally, 60 to 80 for webcams.",
         rich_help_panel=_CAMERAS,
     ),
 ]
@@ -46,7 +46,7 @@ Baseline = Annotated[
     typer.Option(
         "--baseline",
         metavar="M",
-        help="How far apart two cameras are that look in parallel, in metres.",
+        help="Distance in metres between two cameras with parallel axes.",
         rich_help_panel=_CAMERAS,
     ),
 ]
@@ -55,7 +55,7 @@ Calibration = Annotated[
     typer.Option(
         "--calibration",
         metavar="FILE",
-        help="A calibration in place of these: a TOML file with [[camera]] tables, such as a "
+        help="A calibration file instead of these options: TOML with [[camera]] tables, such as a "
         "rig.toml or a capture.toml.",
         rich_help_panel=_CAMERAS,
     ),
@@ -65,8 +65,7 @@ Rate = Annotated[
     typer.Option(
         "--rate",
         metavar="HZ",
-        help="How many images there are a second, where nothing says their times (default "
-        "{rates.ASSUMED_HZ}).",
+        help="Images per second, where the source has no times (default {rates.ASSUMED_HZ}).",
         rich_help_panel=_CAMERAS,
     ),
 ]
@@ -75,8 +74,8 @@ Topic = Annotated[
     typer.Option(
         "--topic",
         metavar="TOPIC",
-        help="Of a bag: the images of a camera, or depth that is registered to them (default: "
-        "the likely ones, which are said). May be given several times.",
+        help="Topic of a camera's images, or of depth that is registered to them (default: "
+        "the likely ones, which are printed). May be given several times.",
         rich_help_panel=_BAG,
     ),
 ]
@@ -85,7 +84,7 @@ World = Annotated[
     typer.Option(
         "--world",
         metavar="FRAME",
-        help="Of a bag: the frame of TF in which poses are told (default: the top one).",
+        help="The TF frame in which poses are expressed (default: the root of the tree).",
         rich_help_panel=_BAG,
     ),
 ]
@@ -95,7 +94,7 @@ Duration = Annotated[
         "--duration",
         metavar="S",
         callback=_check_duration,
-        help="End after so many seconds (default: at Ctrl-C).",
+        help="End after this many seconds (default: at Ctrl-C).",
         rich_help_panel=LIVE,
     ),
 ]
@@ -104,7 +103,7 @@ Duration = Annotated[
 def known_cameras(
     fov: float | None, baseline: float | None, calibration: Path | None, rate: float | None
 ) -> "Known":
-    """Return what the options say of the cameras.
+    """Return the calibration that the options give.
 
     Raises:
         OptionError: a value is out of range, or two contradict each other.

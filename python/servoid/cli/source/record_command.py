@@ -26,12 +26,14 @@ def record(
     ],
     out: Annotated[
         Path,
-        typer.Option(metavar="PATH", help="A folder to make, or a file that ends in .mcap."),
+        typer.Option(
+            metavar="PATH", help="The recording to write: a folder, or a file that ends in .mcap."
+        ),
     ],
     duration: Duration = None,
     count: Annotated[
         int | None,
-        typer.Option(callback=check_count, metavar="N", help="End after so many observations."),
+        typer.Option(callback=check_count, metavar="N", help="End after this many observations."),
     ] = None,
     fov: Fov = None,
     baseline: Baseline = None,
@@ -40,9 +42,9 @@ def record(
     topic: Topic = None,
     world: World = None,
 ) -> None:
-    """Record what cameras see, so that tracking it again gives the same poses.
+    """Record the images of cameras, so that tracking the recording gives the same poses.
 
-    A folder may be recorded before anything is known of the cameras.
+    A folder can be recorded without a calibration of the cameras.
 
     [bold]servoid record 0 --duration 20 --out run[/bold]
 
@@ -57,7 +59,7 @@ def record(
 
 
 def sources() -> None:
-    """List what a SOURCE can be here, and the cameras that are there.
+    """List the kinds of SOURCE that work here, and the cameras found.
 
     [bold]servoid sources[/bold]
     """

@@ -1,4 +1,4 @@
-"""Chooses what keeps observations: the folder of a capture, or an MCAP file."""
+"""Chooses the recording format by the output's name: a capture folder or an MCAP file."""
 
 from collections.abc import Callable, Iterable, Sequence
 from datetime import datetime
@@ -23,7 +23,7 @@ def check_recorder(out: Path) -> None:
     """Check that a recording can be written to a folder, or to a file that ends in .mcap.
 
     Raises:
-        OutputError: it cannot.
+        OutputError: it cannot be written.
         OptionError: the name is neither.
         CaptureError: this version of servoid writes no MCAP.
 
@@ -41,7 +41,7 @@ def check_recorder(out: Path) -> None:
 def writer_of(
     out: Path, rig: Sequence[MountedCamera], began: datetime, *, is_calibrated: bool = True
 ) -> Write:
-    """Return what writes observations of a rig to `out`; their time 0 was `began`."""
+    """Return a function that writes observations of a rig to `out`; their time 0 was `began`."""
     if is_mcap(out):
         return partial(_write_mcap, out, rig)
     when = began.isoformat(sep=" ", timespec="microseconds")
@@ -51,7 +51,7 @@ def writer_of(
 def recording_of(
     out: Path, rig: Sequence[MountedCamera], began: datetime, *, is_calibrated: bool = True
 ) -> QueuedRecording:
-    """Begin to record beside the work; otherwise as `writer_of`."""
+    """Begin to record in the background; otherwise as `writer_of`."""
     return QueuedRecording(writer_of(out, rig, began, is_calibrated=is_calibrated))
 
 
@@ -79,12 +79,12 @@ def _write_mcap(out: Path, rig: Sequence[MountedCamera], raw: Iterable[RawInstan
 
 
 def is_mcap(out: Path) -> bool:
-    """Say if a name is that of an MCAP file."""
+    """Return whether a name is that of an MCAP file."""
     return out.suffix.lower() == _MCAP
 
 
 def mcap_writing() -> ModuleType:
-    """Return what writes MCAP.
+    """Return the module that writes MCAP.
 
     Raises:
         CaptureError: this version of servoid has no such module.

@@ -1,4 +1,4 @@
-"""`servoid record`: keeps what a source delivers in a folder or an MCAP file."""
+"""`servoid record`: records a source into a folder or an MCAP file."""
 
 import textwrap
 from collections import Counter
@@ -28,19 +28,19 @@ _LABEL_WIDTH = 12
 _VALUE_WIDTH = 80 - len("  ") - _LABEL_WIDTH - len(" ")
 _MOST_NOTICES = 3
 _UNCALIBRATED = (
-    "nothing is known of how the cameras see; track and model need --fov or --calibration, and "
-    "scan finds it"
+    "the cameras are not calibrated; track and model need --fov or --calibration, and scan "
+    "calibrates them"
 )
 
 _UNSEATED = (
-    "how far its cameras are apart is not kept without a calibration; --baseline or --calibration "
-    "is to tell it"
+    "the distance between the cameras is not stored without a calibration; give --baseline or "
+    "--calibration when the recording is used"
 )
 
 
 @dataclass(frozen=True)
 class Order:
-    """What `servoid record` was asked for; None leaves a choice to servoid."""
+    """The options of `servoid record`; None leaves the choice to servoid."""
 
     source: str
     out: Path
@@ -52,7 +52,7 @@ class Order:
 
 
 def run_record(order: Order) -> None:
-    """Record until the end or Ctrl-C, put what came in its place, and print a summary."""
+    """Record until the end or Ctrl-C, move the recording to its path, and print a summary."""
     word = parse_source(order.source)
     if word.is_live:
         _check_live(order, word)
@@ -68,19 +68,19 @@ def run_record(order: Order) -> None:
 def _check_live(order: Order, word: SourceWord) -> None:
     for option, value in (("--topic", order.topics), ("--world", order.world)):
         if value:
-            raise OptionError(f"{word} is live, and only of a bag {option} is meant; leave it out")
+            raise OptionError(f"{word} is live, and {option} applies to a bag only; leave it out")
     if is_mcap(order.out) and _is_uncalibrated(order, word):
         raise OptionError(
-            f"{order.out} says how the cameras see, and nothing is known of those of {word}; give "
+            f"{order.out} needs a calibration, and the cameras of {word} have none; give "
             "--fov or --calibration, or record into a folder and calibrate later"
         )
 
 
 def _is_uncalibrated(order: Order, word: SourceWord) -> bool:
-    """Say if a source does not say how its cameras see, and nobody else does.
+    """Return whether neither the source nor the options calibrate the cameras.
 
     Raises:
-        OptionError: it is told where they sit alone, which would be lost.
+        OptionError: only the baseline is given, which would not be stored.
 
     """
     if order.known.tells_lens:
@@ -91,8 +91,8 @@ def _is_uncalibrated(order: Order, word: SourceWord) -> bool:
         is_silent = count_untold(word, order.topics) > 0
     if is_silent and order.known.baseline_m is not None:
         raise OptionError(
-            "--baseline says nothing of how the cameras see, and alone it would not be kept; add "
-            "--fov, or leave it out until the recording is used"
+            "--baseline alone is no calibration and would not be stored; add --fov, or leave it "
+            "out until the recording is used"
         )
     return is_silent
 
@@ -100,10 +100,10 @@ def _is_uncalibrated(order: Order, word: SourceWord) -> bool:
 def _check_recorded(order: Order, word: SourceWord) -> None:
     for option, value in (("--duration", order.duration_s), ("--count", order.count)):
         if value is not None:
-            raise OptionError(f"{word} is recorded, so {option} means nothing; leave it out")
+            raise OptionError(f"{word} is recorded, so {option} does not apply; leave it out")
     if word.kind is Kind.CAPTURE and not is_mcap(order.out):
         raise OptionError(
-            f"{word} is recorded already; it can be written as MCAP, with --out "
+            f"{word} is recorded already; it can be converted to MCAP, with --out "
             f"{order.out.name}.mcap"
         )
 
@@ -128,7 +128,7 @@ def _convert(order: Order, word: SourceWord) -> None:
     if is_uncalibrated and len(opened.capture.cameras) > 1 and not opened.is_made_up:
         notes.append(("note", _UNSEATED))
     if not opened.capture.metric:
-        notes.append(("note", "no length is in metres, which a recording as MCAP does not say"))
+        notes.append(("note", "no length is in metres, which an MCAP recording does not store"))
     if is_uncalibrated:
         notes.append(("note", _UNCALIBRATED))
     notes += [("assumed", note) for note in opened.notes]
@@ -170,7 +170,9 @@ def _record(order: Order, word: SourceWord) -> None:
     if seconds > 0.0:
         rows.append(("seconds", f"{seconds:.1f}, {(count - 1) / seconds:.1f} a second"))
     if footage.missed:
-        rows.append(("missed", f"{counted(footage.missed, 'observation')} came too fast to write"))
+        rows.append(
+            ("missed", f"{counted(footage.missed, 'observation')} arrived too fast to write")
+        )
     rows += [("notice", notice) for notice, _ in notices.most_common(_MOST_NOTICES)]
     if is_uncalibrated:
         rows.append(("note", _UNCALIBRATED))

@@ -20,10 +20,10 @@ _OWN_POSE = "body"
 def read_subjects(
     bodies: Sequence[str], targets: Sequence[str], starts: Sequence[str]
 ) -> list[Subject]:
-    """Read bodies and poses, and put together what belongs to the same object.
+    """Read bodies and poses, and group those of the same object.
 
-    Each text may begin with `NAME=`. A body without is named after its file; a target or start
-    without belongs to the only object.
+    Each text may begin with `NAME=`. A body without a name is named after its file; a target or
+    start without a name belongs to the only object.
 
     Raises:
         BodyError: a body's file is malformed.

@@ -32,7 +32,7 @@ _SEARCH = "How to track"
 
 def _check_budget(budget_ms: float | None) -> float | None:
     if budget_ms is not None and not 0.0 < budget_ms < float("inf"):
-        raise typer.BadParameter(f"{budget_ms} is no time; give milliseconds above 0")
+        raise typer.BadParameter(f"{budget_ms} is no duration; give milliseconds above 0")
     return budget_ms
 
 
@@ -44,7 +44,7 @@ def track(
         list[str] | None,
         typer.Option(
             metavar="[NAME=]FILE",
-            help="The body to track, a .json file that model wrote; without any, the object is "
+            help="The body to track, a .json file written by model; without one, the object is "
             "modelled from the first observation. May be given several times.",
             rich_help_panel=_OBJECT,
         ),
@@ -71,7 +71,7 @@ def track(
         list[str] | None,
         typer.Option(
             metavar="[NAME=]POSE",
-            help="Where the body is in the first observation: X,Y,Z,QW,QX,QY,QZ, or the word "
+            help="Pose of the body in the first observation: X,Y,Z,QW,QX,QY,QZ, or the word "
             "body for the pose in its file (default: where it fits the target or mask).",
             rich_help_panel=_OBJECT,
         ),
@@ -85,7 +85,8 @@ def track(
         Path | None,
         typer.Option(
             metavar="PATH",
-            help="Keep what is tracked, a folder or an .mcap; tracking that gives the same poses.",
+            help="Record the tracked images into a folder or an .mcap; tracking it gives the same "
+            "poses.",
             rich_help_panel=LIVE,
         ),
     ] = None,
@@ -93,8 +94,8 @@ def track(
         float | None,
         typer.Option(
             metavar="M",
-            help="How many metres the object is from the camera at first, needed to model it with "
-            "one camera alone.",
+            help="Initial distance of the object from the camera in metres, needed to model it "
+            "with a single camera.",
             rich_help_panel=_OBJECT,
         ),
     ] = None,
@@ -136,8 +137,8 @@ def track(
         Path | None,
         typer.Option(
             metavar="FILE",
-            help="Write the poses once more, after all corrections that were found later; a file "
-            "like that of --out.",
+            help="Also write the smoothed poses, with all later corrections; a file like "
+            "that of --out.",
             rich_help_panel=_OUTPUT,
         ),
     ] = None,
@@ -145,8 +146,8 @@ def track(
         Path | None,
         typer.Option(
             metavar="DIR",
-            help="Write a page with the body as it grew, the sides that were seen, drift, and what "
-            "became of each observation; of several objects, into DIR_NAME each.",
+            help="Write a page with the growth of the body, the sides that were seen, drift, and "
+            "the result of each observation; of several objects, into DIR_NAME each.",
             rich_help_panel=_OUTPUT,
         ),
     ] = None,
@@ -154,7 +155,7 @@ def track(
         str,
         typer.Option(
             metavar="START:STOP:STEP",
-            help="Track through these instants only, chosen as in Python (default: all).",
+            help="Track through these instants only, sliced as in Python (default: all).",
             show_default=False,
             rich_help_panel=_IMAGES,
         ),
@@ -166,7 +167,7 @@ def track(
         typer.Option(
             callback=check_count,
             metavar="N",
-            help="Take each Nth of the instants (default 1).",
+            help="Use every Nth of the instants (default 1).",
             show_default=False,
             rich_help_panel=_IMAGES,
         ),
@@ -174,8 +175,8 @@ def track(
     method: Annotated[
         Method,
         typer.Option(
-            help="How to track: region is servoid's own; paper is the method of the paper that it "
-            "starts from, as a baseline.",
+            help="How to track: region is servoid's own method; paper is the method of the paper "
+            "that it starts from, as a baseline.",
             rich_help_panel=_SEARCH,
         ),
     ] = Method.region,
@@ -184,7 +185,7 @@ def track(
         typer.Option(
             callback=checked_by(TrackSettings, "population"),
             metavar="N",
-            help=f"Hypotheses in a generation (default {_defaults.population}).",
+            help=f"Hypotheses per generation (default {_defaults.population}).",
             rich_help_panel=_SEARCH,
         ),
     ] = None,
@@ -193,7 +194,7 @@ def track(
         typer.Option(
             callback=checked_by(TrackSettings, "generations"),
             metavar="N",
-            help="Generations an image; more follow where it is not confirmed (default "
+            help="Generations per image; more follow where the pose is not confirmed (default "
             f"{_defaults.generations}).",
             rich_help_panel=_SEARCH,
         ),
@@ -203,7 +204,7 @@ def track(
         typer.Option(
             callback=_check_budget,
             metavar="MS",
-            help="Begin no generation after this time; the estimates then depend on the machine.",
+            help="Start no generation after this time; the estimates then depend on the machine.",
             rich_help_panel=_SEARCH,
         ),
     ] = None,
@@ -211,8 +212,8 @@ def track(
         bool | None,
         typer.Option(
             "--evolve/--no-evolve",
-            help="Let bodies grow as new sides appear, or keep them as they are (default: a body "
-            "that is modelled from the first observation grows, one from a file does not).",
+            help="Extend bodies as new sides appear, or keep them unchanged (default: a body "
+            "modelled from the first observation grows, one from a file does not).",
             show_default=False,
             rich_help_panel=_SEARCH,
         ),
@@ -221,7 +222,7 @@ def track(
         bool | None,
         typer.Option(
             "--adjust/--no-adjust",
-            help="Adjust all sides seen together, beside the tracker, in a thread of its own "
+            help="Adjust all keyframes jointly in a background thread "
             f"(default: {'yes' if _defaults.adjust else 'no'}).",
             show_default=False,
             rich_help_panel=_SEARCH,
@@ -231,9 +232,9 @@ def track(
         bool | None,
         typer.Option(
             "--depth-from-motion/--no-depth-from-motion",
-            help="Let motion tell from the start how far points are that one camera sees alone; "
-            "else that is done where the body is found to be a bad guess. An object that hardly "
-            "turns does better without "
+            help="Estimate from the start the depth of points that a single camera sees, by "
+            "their motion; otherwise only where the body proves to be a bad guess. Leave it off "
+            "for an object that hardly rotates "
             f"(default: {'yes' if _defaults.depth_from_motion else 'no'}).",
             show_default=False,
             rich_help_panel=_SEARCH,
@@ -249,7 +250,7 @@ def track(
         ),
     ] = None,
 ) -> None:
-    """Track an object in six degrees of freedom, through a recording or live.
+    """Track the 6-DoF pose of an object, through a recording or live.
 
     Try it: [bold]servoid sample out/moving --moving[/bold], then
     [bold]servoid track out/moving --video out/track.mp4[/bold].

@@ -1,4 +1,4 @@
-"""The reports of `servoid track`: a folder for each object, checked before the work."""
+"""The reports of `servoid track`: a folder for each object, checked before tracking starts."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ WriteReport = Callable[..., list[Path]]
 
 @dataclass(frozen=True, eq=False)
 class Reports:
-    """Folders to write reports into, in the order of the objects, and what gathers for them."""
+    """The folders of the reports, in the order of the objects, and the history they show."""
 
     folders: tuple[Path, ...]
     historian: Historian
@@ -21,7 +21,7 @@ class Reports:
 
     @classmethod
     def into(cls, folders: Sequence[Path], capture: Capture) -> "Reports":
-        """Make ready for reports; the library that draws is sought now.
+        """Prepare reports; fails early if the plotting library is missing.
 
         Raises:
             MissingExtraError: the library is missing.
@@ -32,7 +32,7 @@ class Reports:
         return cls(tuple(folders), Historian(capture), write_track_report)
 
     def make_folders(self) -> None:
-        """Make the folders, which other files may go into.
+        """Make the folders, into which other files may be written too.
 
         Raises:
             OutputError: one cannot be made.
@@ -56,7 +56,7 @@ class Reports:
 
 
 def check_reports(folders: Sequence[Path]) -> None:
-    """Check that reports can be written into folders, each of which is made if need be.
+    """Check that reports can be written into folders, each of which is made if missing.
 
     Raises:
         OutputError: one cannot be made or written to.

@@ -18,12 +18,12 @@ _MOST_GAPS = 4
 _MOST_NOTICES = 3
 _MS_PER_S = 1e3
 _NOWHERE = (
-    "no image confirms the start: give another --start, or leave it out and mark the object in the "
-    "first observation with --target or a mask"
+    "no image confirms the initial pose: give another --start, or leave it out and mark the object "
+    "in the first observation with --target or a mask"
 )
 _TIMELESS = (
-    f"the capture knows no times: {ASSUMED_HZ:g} observations a second are assumed; if it was "
-    "another rate, write it into its capture.toml as rate_hz"
+    f"the capture has no times: {ASSUMED_HZ:g} observations per second are assumed; if the rate "
+    "is another, write it into its capture.toml as rate_hz"
 )
 
 Row = tuple[str, str]
@@ -36,9 +36,9 @@ def print_track_summary(
     files: Sequence[tuple[str, Path]],
     lacking: Sequence[str] = (),
 ) -> None:
-    """Print how well and how fast each object was tracked, and where the files lie.
+    """Print how well and how fast each object was tracked, and where the files are.
 
-    `lacking` says what is missing in a file that was written beside the work.
+    `lacking` lists what is missing in files that were written in the background.
     """
     count, capture = len(results[0]), footage.capture
     cameras = counted(len(capture.cameras), "camera")
@@ -62,13 +62,13 @@ def print_track_summary(
 
 
 def _live_rows(footage: LiveFootage, count: int) -> Iterator[Row]:
-    """Tell when time 0 was, and how much came that there was no time for."""
+    """Report when time 0 was, and how many observations were dropped."""
     yield "time 0", f"{footage.began:%Y-%m-%d %H:%M:%S} UTC"
     if footage.missed:
         came = count + footage.missed
         share = f"{100.0 * footage.missed / came:.0f} %"
         yield from _wrapped(
-            "came", f"{came} observations; {share} passed while others were tracked"
+            "came", f"{came} observations; {share} were dropped while others were tracked"
         )
 
 
@@ -87,7 +87,7 @@ def _rows(result: TrackResult) -> Iterator[Row]:
     if len(result) > 1:
         yield from _speed(result)
     if result.evolutions:
-        yield "evolved", f"{counted(result.evolutions, 'time')}, beside the tracking"
+        yield "evolved", f"{counted(result.evolutions, 'time')}, in the background"
     notices = result.notices
     for notice, times in notices[:_MOST_NOTICES]:
         yield from _wrapped("notice", f"{notice}{f' ({times} of this kind)' if times > 1 else ''}")
@@ -98,8 +98,8 @@ def _rows(result: TrackResult) -> Iterator[Row]:
 
 
 def _speed(result: TrackResult) -> Iterator[Row]:
-    """Tell how fast the steps were; reading and undistorting images is not in it."""
-    yield "rate", f"{result.rate_hz:.0f} observations a second (the tracker alone)"
+    """Report how fast the steps were, without reading and undistorting images."""
+    yield "rate", f"{result.rate_hz:.0f} observations per second (the tracker alone)"
     marks = [
         f"{name} {_MS_PER_S * result.step_percentile(percent):.2f}"
         for name, percent in (("median", 50.0), ("p95", 95.0), ("p99", 99.0))
@@ -109,11 +109,11 @@ def _speed(result: TrackResult) -> Iterator[Row]:
     if sum(stages.values()) > 0.0:
         parts = [f"{stage} {_MS_PER_S * seconds:.2f}" for stage, seconds in stages.items()]
         yield from _wrapped("of these", ", ".join(parts))
-    yield "hypotheses", f"{result.evaluations:.0f} a step"
+    yield "hypotheses", f"{result.evaluations:.0f} per step"
 
 
 def _gaps(gaps: Sequence[Gap]) -> str:
-    """Name the stretches without the object, the longest ones if there are many."""
+    """List the gaps in tracking, the longest ones if there are many."""
     longest = sorted(gaps, key=lambda gap: -gap.count)[:_MOST_GAPS]
     words = [
         f"{gap.first_s:.2f} s" if gap.count == 1 else f"{gap.first_s:.2f} to {gap.last_s:.2f} s"

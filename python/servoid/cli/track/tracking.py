@@ -1,4 +1,4 @@
-"""`servoid track`: from a capture to poses, a video and a summary."""
+"""`servoid track`: tracks objects in a source, and writes poses, a video and a summary."""
 
 from collections.abc import Sequence
 from contextlib import ExitStack
@@ -45,7 +45,7 @@ _MS_PER_S = 1e3
 
 @dataclass(frozen=True, kw_only=True)
 class Order:
-    """What `servoid track` was asked for; None leaves a choice to servoid."""
+    """The options of `servoid track`; None leaves the choice to servoid."""
 
     source: str
     known: Known
@@ -77,12 +77,12 @@ class Order:
 
 
 def run_track(order: Order) -> None:
-    """Track, write what was tracked even if it was interrupted, and print a summary."""
+    """Track, write the results even if tracking was interrupted, and print a summary."""
     _check_options(order)
     subjects = read_subjects(order.bodies, order.targets, order.starts)
     _check_outputs(order, subjects)
     word = parse_source(order.source)
-    order = replace(order, source=word.text)  # which shows no password
+    order = replace(order, source=word.text)  # without a password
     _check_source(order, word)
     with open_footage(
         word,
@@ -114,7 +114,7 @@ def _track(order: Order, subjects: list[Subject], footage: Footage) -> None:
 
     try:
         stopped = settled(work, order)
-    except OutputError as error:  # the video's or recording's: poses are worth as much without it
+    except OutputError as error:  # of video or recording: the poses are kept without it
         if not len(collector):
             raise
         stopped = error
@@ -127,7 +127,7 @@ def _track(order: Order, subjects: list[Subject], footage: Footage) -> None:
         try:
             footage.finish_recording()
             files.append(("recording", order.record))
-        except OutputError as error:  # poses are worth as much without it
+        except OutputError as error:  # the poses are kept without the recording
             stopped = error
     is_assumed = order.known.baseline_m is not None
     doubt = doubt_calibration(footage.capture, is_assumed=is_assumed)
@@ -141,16 +141,16 @@ def _track(order: Order, subjects: list[Subject], footage: Footage) -> None:
 
 
 def place_of(path: Path, name: str, count: int) -> Path:
-    """Return where the file of one of `count` objects goes: with `_name` if there are several."""
+    """Return the path of one of `count` objects: with `_name` if there are several."""
     return path if count == 1 else path.with_stem(f"{path.stem}_{name}")
 
 
 def _check_options(order: Order) -> None:
-    """Check settings and what the names of outputs say, wherever they lie.
+    """Check the settings and the names of the outputs, before any folder is looked at.
 
     Raises:
-        OptionError: a setting is out of range, a name ends in something that is not written, or two
-            are the same.
+        OptionError: a setting is out of range, a name has an unknown ending, or two names are the
+            same.
 
     """
     with of_options():
@@ -166,18 +166,18 @@ def _check_options(order: Order) -> None:
         raise OptionError(f"cannot write {order.save_body}: the file of a body ends in .json")
     if order.mcap is not None and order.record == order.mcap:
         raise OptionError(
-            f"{order.mcap} would hold the run and what was recorded for it; give --record "
+            f"{order.mcap} would hold both the run and its recorded images; give --record "
             "another file than --mcap"
         )
     if order.smooth is not None and order.smooth.resolve() == order.out.resolve():
         raise OptionError(
-            f"{order.out} would hold the poses as they were known and as they were corrected "
-            "later; give --smooth another file than --out"
+            f"{order.out} would hold both the original and the smoothed poses; give --smooth "
+            "another file than --out"
         )
 
 
 def _check_source(order: Order, word: SourceWord) -> None:
-    """Check that no option was given that means nothing for the source.
+    """Check that no option was given that does not apply to the source.
 
     Raises:
         OptionError: one was.
@@ -194,7 +194,7 @@ def _check_source(order: Order, word: SourceWord) -> None:
         return
     for option, value in (("--duration", order.duration), ("--record", order.record)):
         if value is not None:
-            raise OptionError(f"{word} is recorded, so {option} means nothing; leave it out")
+            raise OptionError(f"{word} is recorded, so {option} does not apply; leave it out")
 
 
 def _check_outputs(order: Order, subjects: list[Subject]) -> None:
@@ -227,7 +227,7 @@ def _reports(order: Order, subjects: list[Subject], capture: Capture) -> Reports
 
 
 def _ending(stopped: BaseException | None, count: int) -> str:
-    """Say what ended the tracking before its time; nothing if nothing did."""
+    """Describe what ended the tracking early; empty if nothing did."""
     if isinstance(stopped, KeyboardInterrupt):
         return f"interrupted after {counted(count, 'observation')}"
     return "" if stopped is None else f"ended after {counted(count, 'observation')}: {stopped}"
@@ -240,7 +240,7 @@ def _follow(
     collector: Collector,
     watch: Sequence[Draw],
 ) -> BaseException | None:
-    """Collect steps to the end; return what ended it before, unless nothing was tracked yet."""
+    """Collect steps to the end; return what ended it early, unless nothing was tracked yet."""
     try:
         with progress_bar("tracking") as update:
             request = replace(
@@ -279,7 +279,7 @@ def _request(order: Order) -> Request:
 
 
 def _note(step: TrackStep) -> str:
-    """Say in a few words how the objects fare."""
+    """Describe the status of the objects in a few words."""
     words = [f"{one.estimate.status} {one.estimate.confidence:.0%}" for one in step.tracked[:3]]
     spent = sum(one.seconds for one in step.tracked)
     return ", ".join(words) + (f", {1.0 / spent:.0f} Hz" if spent > 0.0 else "")
@@ -288,7 +288,7 @@ def _note(step: TrackStep) -> str:
 def _write(
     order: Order, results: list[TrackResult], reports: Reports | None, ending: str
 ) -> list[tuple[str, Path]]:
-    """Write poses, bodies and reports; return what each file is, and where."""
+    """Write poses, bodies and reports; return the kind and path of each file."""
     if not results:
         raise TrackError(f"{order.source}: nothing was tracked")
     if reports is not None:

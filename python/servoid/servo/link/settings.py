@@ -1,4 +1,4 @@
-"""For how long commands count, and how long either side waits for the other."""
+"""How long commands are valid, and how long either side waits for the other."""
 
 from typing import Annotated
 
@@ -16,17 +16,18 @@ class LinkSettings(Checked, frozen=True, kw_only=True, forbid_unknown_fields=Tru
         return ServoError(message)
 
     hold_s: Annotated[
-        float, Meta(gt=0, description="after the state it answers, a command brakes, s")
+        float,
+        Meta(gt=0, description="time from a state until the command that answers it brakes, s"),
     ] = 0.1
     braking_share: Annotated[
-        float, Meta(gt=0.5, le=1, description="share of the accelerations with which it brakes")
+        float, Meta(gt=0.5, le=1, description="share of the acceleration limits used to brake")
     ] = 0.9
     first_s: Annotated[
-        float, Meta(gt=0, description="in which the first command follows the start, s")
+        float, Meta(gt=0, description="time allowed from the start to the first command, s")
     ] = 1.0
     silence_s: Annotated[
-        float, Meta(gt=0, description="on the wall, after which a silent driver is given up, s")
+        float, Meta(gt=0, description="wall time after which a silent driver counts as gone, s")
     ] = 1.0
     patience_s: Annotated[
-        float, Meta(gt=0, description="on the wall, in which a driver must be there and start, s")
+        float, Meta(gt=0, description="wall time allowed for a driver to answer and to start, s")
     ] = 10.0

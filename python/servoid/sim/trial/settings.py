@@ -1,4 +1,4 @@
-"""What a servo run consists of: one file for world, servo, tracker and the run itself."""
+"""Declares the settings of a servo run: world, servo, tracker and the run itself, in one file."""
 
 from pathlib import Path
 from typing import Annotated, Any
@@ -23,7 +23,7 @@ Count = Annotated[int, Meta(ge=1)]
 
 
 class _Settings(Checked, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Is the base of settings of a run."""
+    """The base class of the settings of a run."""
 
     def refusal(self, message: str) -> ServoidError:
         """Return the error that refuses a value."""
@@ -31,39 +31,39 @@ class _Settings(Checked, frozen=True, kw_only=True, forbid_unknown_fields=True):
 
 
 class RunSettings(_Settings, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What is done, and for how long."""
+    """The task of a run and its duration."""
 
-    seconds: Annotated[float, Meta(gt=0, description="of servoing, s")] = 30.0
+    seconds: Annotated[float, Meta(gt=0, description="duration of servoing, s")] = 30.0
     goal: Annotated[
         Triple,
-        Meta(description="where the object's middle shall be in the hand's frame, m"),
+        Meta(description="desired position of the object's centre in the hand's frame, m"),
     ] = BEFORE_HAND
     target: Annotated[
         str,
         Meta(
-            description="how the object is marked in the first left image: by hand, box or click, "
-            "as a person of [world.lab] does it; or as for servoid track, such as click:160,120"
+            description="how the object is marked in the first left image: hand, box or click, "
+            "with a person's error of [world.lab]; or as for servoid track, such as click:160,120"
         ),
     ] = BY_HAND
     trust_target: Annotated[
-        bool, Meta(description="use it even if it may mean several objects")
+        bool, Meta(description="use the target even if it may mean several objects")
     ] = False
     start_offset: Annotated[
-        Triple, Meta(description="where the hand starts, off its goal, in the goal's frame, m")
+        Triple, Meta(description="initial offset of the hand from its goal, in the goal's frame, m")
     ] = (0.0, 0.0, 0.0)
     start_turn_deg: Annotated[
-        Triple, Meta(description="its turn there, a rotation vector in the goal's frame, degrees")
+        Triple, Meta(description="initial rotation vector of the hand in the goal's frame, degrees")
     ] = (0.0, 0.0, 0.0)
-    max_ellipsoids: Annotated[int, Meta(ge=1, description="of the object's body")] = 5
+    max_ellipsoids: Annotated[int, Meta(ge=1, description="most ellipsoids of the body")] = 5
     settle_s: Annotated[
-        float, Meta(ge=0, description="at the beginning, which the figures leave out, s")
+        float, Meta(ge=0, description="settling time, which the figures leave out, s")
     ] = 3.0
 
     def __post_init__(self) -> None:
-        """Check each value before a run that would find it out late.
+        """Check each value before the run starts.
 
         Raises:
-            ServoError: a value cannot be, or `target` is no way to mark an object.
+            ServoError: a value is out of range, or `target` does not describe a target.
 
         """
         super().__post_init__()
@@ -73,52 +73,52 @@ class RunSettings(_Settings, frozen=True, kw_only=True, forbid_unknown_fields=Tr
             parse_target(self.target)
         except TargetError as error:
             raise ServoError(
-                f"run.target: {error}; or choose one of {', '.join(PEOPLE)}, as a person does it"
+                f"run.target: {error}; or choose one of {', '.join(PEOPLE)}, with a person's error"
             ) from None
 
 
 class TrackingSettings(_Settings, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """How the object is tracked; what is not set is the tracker's own default."""
+    """How the object is tracked; values that are not set keep the tracker's own defaults."""
 
     method: Annotated[
         Method, Meta(description="region, servoid's own, or paper, the 1-step GA")
     ] = Method.REGION
-    seed: Annotated[NotNegative | None, Meta(description="of the tracker's searches")] = None
-    population: Annotated[Count | None, Meta(description="hypotheses a generation")] = None
-    generations: Annotated[Count | None, Meta(description="generations an image")] = None
+    seed: Annotated[NotNegative | None, Meta(description="seed of the tracker's searches")] = None
+    population: Annotated[Count | None, Meta(description="hypotheses per generation")] = None
+    generations: Annotated[Count | None, Meta(description="generations per image")] = None
     surface: Annotated[
         bool | None,
-        Meta(description="use the look of the surface; a plain, glossy object is better without"),
+        Meta(description="use the surface texture; plain, glossy objects are better without"),
     ] = None
 
     def __post_init__(self) -> None:
-        """Check each value, and what hangs together, before a run that would find it out late.
+        """Check each value, and the values that depend on each other, before the run starts.
 
         Raises:
-            ServoError: a value cannot be, or is one that the paper's method does not have.
+            ServoError: a value is out of range, or the paper's method has no such setting.
 
         """
         super().__post_init__()
         if self.method is Method.PAPER and self.generations is not None:
             raise ServoError(
-                f"generations is {self.generations}, but the paper's method has one an image; "
+                f"generations is {self.generations}, but the paper's method has one per image; "
                 "leave it out, or choose the method region"
             )
         if self.method is Method.PAPER and self.surface is not None:
             raise ServoError(
-                "surface was given, but the paper's method does not look at the surface; leave it "
+                "surface was given, but the paper's method does not use the surface; leave it "
                 "out, or choose the method region"
             )
 
     def options(self) -> dict[str, Any]:
-        """Return what was set, as the tracker's maker takes it."""
+        """Return the values that were set, as keyword arguments of the tracker."""
         names = ("seed", "population", "generations", "surface")
         values = {name: getattr(self, name) for name in names}
         return {name: value for name, value in values.items() if value is not None}
 
 
 class TrialSettings(_Settings, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A servo run in a simulated world."""
+    """All settings of a servo run in a simulated world."""
 
     run: RunSettings = RunSettings()
     world: WorldSettings = WorldSettings()
@@ -127,10 +127,10 @@ class TrialSettings(_Settings, frozen=True, kw_only=True, forbid_unknown_fields=
 
 
 def read_trial_settings(path: str | Path) -> TrialSettings:
-    """Read the settings of a run from a TOML file; what it leaves out keeps its default.
+    """Read the settings of a run from a TOML file; keys that it leaves out keep their defaults.
 
     Raises:
-        ServoError: the file cannot be read, a key is unknown, or a value cannot be.
+        ServoError: the file cannot be read, a key is unknown, or a value is out of range.
 
     """
     return read_toml(Path(path), TrialSettings, ServoError)
@@ -139,10 +139,10 @@ def read_trial_settings(path: str | Path) -> TrialSettings:
 def changed(settings: TrialSettings, values: dict[str, Any], place: str) -> TrialSettings:
     """Return settings with other values; keys are dotted, such as `world.object.name`.
 
-    `place` says where the values come from, for errors.
+    `place` names the source of the values in error messages.
 
     Raises:
-        ServoError: a key is unknown, or a value cannot be.
+        ServoError: a key is unknown, or a value is out of range.
 
     """
     data: dict[str, Any] = msgspec.to_builtins(settings)
@@ -151,7 +151,7 @@ def changed(settings: TrialSettings, values: dict[str, Any], place: str) -> Tria
         inner = data
         for table in tables:
             if not isinstance(inner.get(table), dict):
-                inner[table] = {}  # which is refused with what is known there
+                inner[table] = {}  # refused below, with the known keys
             inner = inner[table]
         inner[last] = value
     return convert(data, TrialSettings, place, ServoError)

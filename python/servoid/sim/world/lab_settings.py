@@ -1,4 +1,4 @@
-"""What is not quite right in a laboratory: how far calibration, sensors and joints are off."""
+"""Declares the errors of a laboratory: of calibration, sensors, joints and people."""
 
 from typing import Annotated
 
@@ -6,7 +6,7 @@ from msgspec import Meta
 
 from servoid.sim.world.events.faults import SimSettings
 
-# Of what is drawn, the values are standard deviations, each along each axis or of each part.
+# Values of random errors are standard deviations, along each axis or for each part.
 Metres = Annotated[float, Meta(ge=0.0, le=0.1)]
 Degrees = Annotated[float, Meta(ge=0.0, le=10.0)]
 Share = Annotated[float, Meta(ge=0.0, le=0.2)]
@@ -15,28 +15,28 @@ Seconds = Annotated[float, Meta(ge=0.0, le=1.0)]
 
 
 class LabSettings(SimSettings, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """How far what the robot's software believes is off, and what its parts do not do exactly.
+    """The errors of what the robot's software knows, and of its sensors, drives and users.
 
-    The defaults are those of a decent laboratory; docs/howto/world.md says where they come from.
-    What is drawn at random is drawn by the world's seed, each kind by itself.
+    The defaults are those of a decent laboratory; docs/howto/world.md gives their sources. Random
+    errors depend on the world's seed alone; each kind has a random stream of its own.
     """
 
     hand_eye_m: Annotated[
-        Metres, Meta(description="calibration of the head on the hand, m along each axis")
+        Metres, Meta(description="hand-eye calibration error, m along each axis")
     ] = 0.0006
     hand_eye_deg: Annotated[Degrees, Meta(description="the same, degrees about each axis")] = 0.08
     stereo_m: Annotated[
-        Metres, Meta(description="calibration of the right eye to the left, m along each axis")
+        Metres, Meta(description="stereo calibration error of the right eye, m along each axis")
     ] = 0.0002
     stereo_deg: Annotated[Degrees, Meta(description="the same, degrees about each axis")] = 0.02
     eye_zeros_deg: Annotated[
-        Degrees, Meta(description="zeros of the encoders of tilt and pans, degrees each")
+        Degrees, Meta(description="zero errors of the encoders of tilt and pans, degrees each")
     ] = 0.03
     focal: Annotated[
-        Share, Meta(description="calibrated focal length of each eye, as a share of it")
+        Share, Meta(description="relative error of the calibrated focal length of each eye")
     ] = 0.002
     center_px: Annotated[
-        Pixels, Meta(description="calibrated principal point of each eye, px along each axis")
+        Pixels, Meta(description="principal point error of each eye, px along each axis")
     ] = 0.5
     encoder: Annotated[
         float, Meta(ge=0.0, le=0.1, description="noise of each reading of a joint's angle, rad")
@@ -47,46 +47,46 @@ class LabSettings(SimSettings, frozen=True, kw_only=True, forbid_unknown_fields=
     read_once: Annotated[
         bool,
         Meta(
-            description="joints are read once a control period, and taken to have turned evenly "
-            "between; else where they were is known at each physics step"
+            description="true: joints are read once per control period and interpolated; false: "
+            "their positions are known at each physics step"
         ),
     ] = True
     stamp_offset_s: Annotated[
-        float, Meta(ge=0.0, le=0.1, description="by which all time stamps of images are off, s")
+        float, Meta(ge=0.0, le=0.1, description="constant error of all image time stamps, s")
     ] = 0.002
     stamp_jitter_s: Annotated[
-        float, Meta(ge=0.0, le=0.01, description="by which each time stamp is off besides, s")
+        float, Meta(ge=0.0, le=0.01, description="additional random error of each time stamp, s")
     ] = 0.001
     readout_s: Annotated[
         float,
         Meta(
-            ge=0.0, le=0.5, description="from the first to the last row of an image; 0: at once, s"
+            ge=0.0,
+            le=0.5,
+            description="read-out from first to last image row; 0: global shutter, s",
         ),
     ] = 0.0
     auto_exposure_s: Annotated[
         float,
-        Meta(ge=0.0, le=60.0, description="time constant of exposure control; 0: it is fixed, s"),
+        Meta(ge=0.0, le=60.0, description="time constant of auto-exposure; 0: fixed exposure, s"),
     ] = 1.0
     masses: Annotated[
-        Share, Meta(description="mass of each link against what its servos count with")
+        Share, Meta(description="relative error of each link mass in the servos' model")
     ] = 0.05
     friction: Annotated[
         float,
         Meta(
             ge=0.0,
             le=0.5,
-            description="dry friction of each joint, a share of the torque that speeds it up most",
+            description="dry friction of each joint, a share of its torque at full acceleration",
         ),
     ] = 0.05
     track_s: Annotated[
-        Seconds, Meta(description="what a tracker takes for an image while it tracks, s")
+        Seconds, Meta(description="computing time of the tracker per image while it tracks, s")
     ] = 0.003
     search_s: Annotated[
         Seconds, Meta(description="the same while it searches, s; it misses images meanwhile")
     ] = 0.045
-    mask_px: Annotated[
-        Pixels, Meta(description="by which a person's hand misses what it draws or clicks, px")
-    ] = 1.5
+    mask_px: Annotated[Pixels, Meta(description="error of what a person draws or clicks, px")] = 1.5
 
 
 IDEAL = LabSettings(
@@ -109,4 +109,4 @@ IDEAL = LabSettings(
     search_s=0.0,
     mask_px=0.0,
 )
-"""Nothing is off."""
+"""No errors."""

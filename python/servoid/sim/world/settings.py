@@ -1,4 +1,4 @@
-"""What a simulated world is made of: every default of it is written here, once."""
+"""Declares the settings of a simulated world, each default once."""
 
 from typing import Annotated
 
@@ -11,7 +11,7 @@ from servoid.words import counted
 
 Triple = tuple[float, float, float]
 Seven = tuple[float, float, float, float, float, float, float]
-BEFORE_HAND: Triple = (0.0, -0.09, 0.545)  # where an object is met and kept, as in the paper
+BEFORE_HAND: Triple = (0.0, -0.09, 0.545)  # where the object waits and is kept, as in the paper
 Positive = Annotated[float, Meta(gt=0.0)]
 NotNegative = Annotated[float, Meta(ge=0.0)]
 Share = Annotated[float, Meta(ge=0.0, le=1.0)]
@@ -22,57 +22,54 @@ class ArmSettings(SimSettings, frozen=True, kw_only=True, forbid_unknown_fields=
 
     name: Annotated[str, Meta(description="a shipped arm, or an MJCF or URDF file")] = "pa10"
     links: Annotated[
-        str | None, Meta(description="lengths of a shipped arm; none: as its file says")
+        str | None, Meta(description="link lengths of a shipped arm; none: those of its file")
     ] = None
     mount: Annotated[
         str | None, Meta(description="site or body of a file's arm that carries the hand")
     ] = None
     mount_from_hand: Annotated[
         Seven,
-        Meta(description="the hand, x right, y down, z forward, on it: w, x, y, z, tx, ty, tz"),
+        Meta(description="the hand (x right, y down, z forward) on it: w, x, y, z, tx, ty, tz"),
     ] = (1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     speed: Annotated[
         Positive,
-        Meta(description="most of the joints of a file's arm in rad/s; a URDF may say less"),
+        Meta(description="joint speed limit of a file's arm in rad/s; a URDF may lower it"),
     ] = 2.0
     acceleration: Annotated[
-        Positive, Meta(description="of the joints of a file's arm in rad/s²")
+        Positive, Meta(description="joint acceleration limit of a file's arm in rad/s²")
     ] = 8.0
     lag_s: Annotated[
         Positive | None,
-        Meta(description="of the joints' speed servos; none: as the shipped arm's file says"),
+        Meta(description="lag of the joints' speed servos; none: that of the shipped arm's file"),
     ] = None
     half_baseline: Annotated[
         Positive | None,
         Meta(
-            description="half the distance of the eyes in m; none: as the shipped arm's file says"
+            description="half the baseline of the eyes in m; none: that of the shipped arm's file"
         ),
     ] = None
     stop_torque: Annotated[
         Positive,
-        Meta(
-            description="share of a joint's greatest torque that stops the arm where its model "
-            "does not explain it"
-        ),
+        Meta(description="unexplained torque that stops the arm, as a share of a joint's maximum"),
     ] = 0.1
     turning_eyes: Annotated[
-        bool, Meta(description="eyes with a shared tilt and a pan each, or fixed cameras")
+        bool, Meta(description="true: eyes share a tilt and pan each; false: fixed cameras")
     ] = True
     eyes_on_object: Annotated[
-        bool, Meta(description="eyes that turn look at the object at the start, not ahead")
+        bool, Meta(description="turning eyes start on the object, not straight ahead")
     ] = True
     start: Annotated[
         tuple[float, ...] | None,
-        Meta(description="joint angles at the start in radians; none: as its file says"),
+        Meta(description="joint angles at the start in radians; none: those of its file"),
     ] = None
     world_from_hand: Annotated[
         Seven | None,
-        Meta(description="hand at the start in place of angles: w, x, y, z, tx, ty, tz"),
+        Meta(description="hand pose at the start, instead of angles: w, x, y, z, tx, ty, tz"),
     ] = None
 
 
 class ObjectSettings(SimSettings, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """The object and where it is met."""
+    """The object, its initial pose and its motion."""
 
     name: Annotated[
         str,
@@ -83,13 +80,14 @@ class ObjectSettings(SimSettings, frozen=True, kw_only=True, forbid_unknown_fiel
     ] = "bottle"
     radii: Annotated[
         tuple[Positive, Positive, Positive] | None,
-        Meta(description="of the object named ellipsoid, along x, y, z in m; none: the paper's"),
+        Meta(description="radii of the object ellipsoid along x, y, z in m; none: the paper's"),
     ] = None
     hand_from_object: Annotated[
-        Seven, Meta(description="where it waits before the hand: w, x, y, z, tx, ty, tz; Eq. 20")
+        Seven, Meta(description="its first pose before the hand: w, x, y, z, tx, ty, tz; Eq. 20")
     ] = (1.0, 0.0, 0.0, 0.0, *BEFORE_HAND)
     path: Annotated[
-        str, Meta(description="still, or as line:0.2@5s, circle:0.1@10s, sine:0.15@10s, random:7")
+        str,
+        Meta(description="still, or such as line:0.2@5s, circle:0.1@10s, sine:0.15@10s, random:7"),
     ] = "still"
 
 
@@ -101,71 +99,73 @@ class CameraSettings(SimSettings, frozen=True, kw_only=True, forbid_unknown_fiel
         480,
     )
     focal_px: Annotated[
-        Positive | None, Meta(description="focal length; none: the width spans 50 degrees")
+        Positive | None, Meta(description="focal length; none: 50 degrees horizontal field of view")
     ] = None
     distortion: Annotated[
         tuple[float, ...], Meta(description="Brown-Conrady coefficients of the lens, if any")
     ] = ()
-    rate_hz: Annotated[Positive, Meta(description="images each second")] = 30.0
+    rate_hz: Annotated[Positive, Meta(description="images per second")] = 30.0
     latency_s: Annotated[
         float, Meta(ge=0.0, description="from the middle of the exposure to the image's arrival")
     ] = 0.04
     exposure_s: Annotated[
         float,
-        Meta(ge=0.0, le=0.5, description="how long an image is exposed: what moves is blurred"),
+        Meta(ge=0.0, le=0.5, description="exposure time, which sets the motion blur"),
     ] = 0.006
     moments: Annotated[
-        int, Meta(ge=1, le=32, description="instants of an exposure that are drawn for the blur")
+        int, Meta(ge=1, le=32, description="instants of an exposure rendered for the blur")
     ] = 4
     samples: Annotated[int, Meta(ge=1, le=8, description="rays along each side of a pixel")] = 2
     noise: Annotated[
-        float, Meta(ge=0.0, description="standard deviation of the noise in grey levels")
+        float, Meta(ge=0.0, description="standard deviation of the image noise in grey levels")
     ] = 1.5
 
     def __post_init__(self) -> None:
-        """Check each value, and what hangs together.
+        """Check each value, and the values that depend on each other.
 
         Raises:
-            SimError: a value cannot be, or an exposure is longer than an image may take, or has
-                more moments than a pixel has rays.
+            SimError: a value is out of range, an exposure is longer than the interval between
+                images, or it has more moments than a pixel has rays.
 
         """
         super().__post_init__()
         rays = self.samples * self.samples
         if self.moments > rays:
             raise SimError(
-                f"an exposure has {self.moments} moments, but a pixel only "
+                f"an exposure has {self.moments} moments, but a pixel has only "
                 f"{counted(rays, 'ray')}; "
                 "lower cameras.moments or raise cameras.samples"
             )
         if self.exposure_s * self.rate_hz > 1.0:
             raise SimError(
                 f"an exposure takes {self.exposure_s} s, but at {self.rate_hz:g} Hz there are "
-                f"{1.0 / self.rate_hz:.4g} s for each; lower cameras.exposure_s or cameras.rate_hz"
+                f"{1.0 / self.rate_hz:.4g} s per image; lower cameras.exposure_s or cameras.rate_hz"
             )
 
 
 class LightSettings(SimSettings, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """The light, and how it changes once the object's path begins."""
+    """The light, and how it changes once the object starts to move."""
 
-    level: Annotated[Positive, Meta(description="how bright it is; 1 exposes well")] = 1.0
-    toward: Annotated[Triple, Meta(description="towards the lamp, in the world")] = (
+    level: Annotated[Positive, Meta(description="brightness; 1 exposes well")] = 1.0
+    toward: Annotated[Triple, Meta(description="direction to the lamp, in the world")] = (
         0.45,
         -0.30,
         0.85,
     )
     step_at_s: Annotated[
-        NotNegative | None, Meta(description="when the level changes at once; none: never")
+        NotNegative | None, Meta(description="time of a step in the level; none: no step")
     ] = None
-    step_to: Annotated[Positive, Meta(description="what the level is multiplied by then")] = 0.6
+    step_to: Annotated[Positive, Meta(description="factor by which the step changes the level")] = (
+        0.6
+    )
     swing: Annotated[
-        Share, Meta(description="share by which the level swings slowly up and down")
+        Share, Meta(description="relative amplitude of a slow oscillation of the level")
     ] = 0.0
-    swing_period_s: Annotated[Positive, Meta(description="how long a swing takes")] = 8.0
+    swing_period_s: Annotated[Positive, Meta(description="period of the oscillation")] = 8.0
 
 
 class PhysicsSettings(SimSettings, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """How time passes."""
+    """The time steps of the simulation."""
 
     step_s: Annotated[float, Meta(ge=1e-5, le=0.25, description="physics step")] = 0.002
     period_s: Annotated[
@@ -173,10 +173,10 @@ class PhysicsSettings(SimSettings, frozen=True, kw_only=True, forbid_unknown_fie
     ] = 0.008
 
     def __post_init__(self) -> None:
-        """Check each value, and what hangs together.
+        """Check each value, and the values that depend on each other.
 
         Raises:
-            SimError: a value cannot be, or the period is no multiple of the step.
+            SimError: a value is out of range, or the period is no multiple of the step.
 
         """
         super().__post_init__()
@@ -197,26 +197,26 @@ class WorldSettings(SimSettings, frozen=True, kw_only=True, forbid_unknown_field
     light: LightSettings = LightSettings()
     physics: PhysicsSettings = PhysicsSettings()
     lab: LabSettings = LabSettings()
-    ideal: Annotated[bool, Meta(description="nothing is off, whatever [world.lab] says")] = False
+    ideal: Annotated[bool, Meta(description="no errors, whatever [world.lab] says")] = False
     faults: Annotated[
-        tuple[Fault, ...], Meta(description="what goes wrong, and when after the path began")
+        tuple[Fault, ...], Meta(description="faults; their times count from the start of the path")
     ] = ()
-    background: Annotated[
-        str, Meta(description="what stands behind the object: cluttered or plain")
-    ] = "cluttered"
+    background: Annotated[str, Meta(description="background of the object: cluttered or plain")] = (
+        "cluttered"
+    )
     renderer: Annotated[
         str, Meta(description="raycast, servoid's own, or mujoco, which needs OpenGL")
     ] = "raycast"
     seed: Annotated[
-        int, Meta(ge=0, description="of the noise, of the clutter, and of what is off")
+        int, Meta(ge=0, description="seed of the noise, the clutter and the errors of [world.lab]")
     ] = 0
-    threads: Annotated[int, Meta(ge=0, description="for drawing; 0: one for each core")] = 0
+    threads: Annotated[int, Meta(ge=0, description="rendering threads; 0: one per core")] = 0
 
     def __post_init__(self) -> None:
-        """Check each value, and what hangs together.
+        """Check each value, and the values that depend on each other.
 
         Raises:
-            SimError: a value cannot be, boards differ in size, or an image takes too long.
+            SimError: a value is out of range, boards differ in size, or an image takes too long.
 
         """
         super().__post_init__()
@@ -225,16 +225,16 @@ class WorldSettings(SimSettings, frozen=True, kw_only=True, forbid_unknown_field
             raise SimError(
                 f"exposure and read-out of an image take {taken_s:.4g} s, but at "
                 f"{self.cameras.rate_hz:g} Hz there are {1.0 / self.cameras.rate_hz:.4g} s for "
-                "each; lower lab.readout_s, cameras.exposure_s or cameras.rate_hz"
+                "each image; lower lab.readout_s, cameras.exposure_s or cameras.rate_hz"
             )
         boards = {fault.half_size for fault in self.faults if isinstance(fault, Occlude)}
         if len(boards) > 1:
             raise SimError(
                 f"the boards of {len(boards)} occlusions differ in size, but a world has one "
-                "board; give all faults that occlude the same half_size"
+                "board; give all Occlude faults the same half_size"
             )
 
     @property
     def in_effect(self) -> LabSettings:
-        """Return what is off in this world: nothing in an ideal one."""
+        """Return the errors of this world: none in an ideal one."""
         return IDEAL if self.ideal else self.lab

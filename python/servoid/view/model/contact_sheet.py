@@ -1,4 +1,4 @@
-"""The contact sheet: what each camera saw, with the ellipsoids' outlines drawn over it."""
+"""Draws the contact sheet: the image of each view, with the ellipsoids' outlines over it."""
 
 import cv2
 import numpy as np
@@ -46,7 +46,7 @@ def draw_contact_sheet(result: ModelResult) -> bytes:
 
 
 def choose_views(scored: list[ScoredView], worst: ScoredView) -> list[ScoredView]:
-    """Return at most `MOST_VIEWS` views, evenly chosen; the worst takes its neighbour's place."""
+    """Return at most `MOST_VIEWS` views, evenly chosen; the worst replaces its neighbour."""
     if len(scored) <= MOST_VIEWS:
         return scored
     chosen = np.linspace(0, len(scored) - 1, MOST_VIEWS).round().astype(int)
@@ -90,7 +90,7 @@ def _put_view(
     *,
     is_worst: bool,
 ) -> None:
-    """Put one view and its caption on the page."""
+    """Draw one view and its caption on the page."""
     tile = draw_view(body, one, tile_size)
     if is_worst:
         red = (0xC6, 0x2F, 0x2F)
@@ -110,7 +110,7 @@ def _put_view(
 
 
 def _shorten(words: str) -> str:
-    """Return words that fit under a tile; the end, which tells the images apart, is kept."""
+    """Return a caption that fits under a tile; its end, which identifies the image, is kept."""
     return words if len(words) <= 22 else "…" + words[-21:]
 
 
@@ -139,7 +139,7 @@ def draw_view(body: Body, one: ScoredView, tile_size: tuple[int, int]) -> NDArra
 
 
 def _dim(tile: NDArray[np.uint8], inside: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Return the tile with all that is not the object dark and nearly grey."""
+    """Return the tile with everything but the object darkened and nearly grey."""
     grey = cv2.cvtColor(tile, cv2.COLOR_RGB2GRAY)[:, :, None].astype(np.float32)
     dark = 0.24 * grey + 0.10 * tile.astype(np.float32) + 6.0
     share = inside[:, :, None].astype(np.float32) / 255.0
@@ -153,7 +153,7 @@ def _cut(
     height, width = mask.shape
     left, top, mask_width, mask_height = cv2.boundingRect(mask)
     corners = np.array([[left, top], [left + mask_width - 1, top + mask_height - 1]], float)
-    # An outline may be huge; what counts is in the image.
+    # An outline may be huge; only its part inside the image counts.
     points = np.concatenate([corners, *outlines]).clip([0, 0], [width - 1, height - 1])
     low, high = points.min(axis=0), points.max(axis=0)
     margin = 0.07 * (high - low).max() + 2.0

@@ -1,4 +1,4 @@
-"""The curve: how fitness and silhouette IoU grow with the count of ellipsoids."""
+"""Draws the curve: fitness and silhouette IoU against the count of ellipsoids."""
 
 from typing import TYPE_CHECKING
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _FITNESS_COLOR = (90, 90, 90)
-_TEXT_PT = 8.5  # as large as the page's own letters where the picture is shown at its width
+_TEXT_PT = 8.5  # as large as the text of the page where the picture has its full width
 _Line = tuple[str, NDArray[np.float64], tuple[int, int, int], str]
 
 
@@ -23,7 +23,7 @@ def draw_curve(result: ModelResult) -> bytes:
     ious = result.iou_by_count
     fitness = np.array([step.fitness for step in result.steps])
     lines: list[_Line] = [
-        # Wide and pale, so that it shows where another line lies on it.
+        # Wide and pale, so that it stays visible under another line.
         ("fitness F", fitness, _FITNESS_COLOR, "s"),
         ("IoU, used views", ious.used, USED_COLOR, "o"),
         ("IoU, unused views", ious.unused, UNUSED_COLOR, "^"),
@@ -48,7 +48,7 @@ def draw_curve(result: ModelResult) -> bytes:
 
 
 def _label(axes: "Axes", last_count: int, lines: list[_Line]) -> None:
-    """Write the name and the last value of each line at its end."""
+    """Label each line at its end with its name and its last value."""
     low, high = _span([values for _, values, _, _ in lines])
     axes.set_ylim(low, high)
     ends = np.array([values[-1] for _, values, _, _ in lines])
@@ -68,7 +68,7 @@ def _label(axes: "Axes", last_count: int, lines: list[_Line]) -> None:
 
 
 def _name(axes: "Axes") -> None:
-    """Say what counts along the axis, and give the axes their look."""
+    """Label and style the axes."""
     from matplotlib.ticker import MaxNLocator
 
     axes.set_xlabel("ellipsoids", color=INK, fontsize=_TEXT_PT)
@@ -78,10 +78,10 @@ def _name(axes: "Axes") -> None:
 
 
 def spread(places: NDArray[np.float64], gap: float) -> NDArray[np.float64]:
-    """Return places (N,) moved as little as needed to lie at least `gap` apart, in their order."""
+    """Return positions (N,), moved as little as needed to be at least `gap` apart, in order."""
     order = np.argsort(places, kind="stable")
     steps = gap * np.arange(len(places))
-    # Without the steps the wish is only that the places do not fall: pool those that do.
+    # With the steps subtracted, the positions only must not decrease: pool those that do.
     pools: list[list[float]] = []
     for wish in places[order] - steps:
         pools.append([float(wish)])

@@ -1,4 +1,4 @@
-"""The report as one page that needs nothing beside it: words, pictures, and a body to turn."""
+"""Builds the report as one self-contained page: text, pictures, and a body to turn."""
 
 import html
 import math
@@ -35,12 +35,12 @@ from servoid.view.scores import (
 from servoid.view.turntable import Frustum, around, turntable_scene
 from servoid.words import counted
 
-_FRUSTUM_SHARE = 0.085  # of the distance of the farthest camera
+_FRUSTUM_SHARE = 0.085  # share of the distance of the farthest camera
 
 _SHOWN = {
-    "body.png": "The body drawn from four sides and, beside it, where the cameras stood",
+    "body.png": "The body drawn from four sides and, beside it, the camera poses",
     "contact_sheet.png": "Photographs with the outline of each ellipsoid drawn over the object",
-    "curve.png": "Lines that rise with the count of ellipsoids: fitness F, IoU of the views; "
+    "curve.png": "Lines over the count of ellipsoids: fitness F, IoU of the views; "
     "the table of steps in summary.json has the numbers",
 }
 
@@ -52,7 +52,7 @@ _CAPTIONS = {
 
 
 def html_page(result: ModelResult, pictures: Mapping[str, bytes], notes: Sequence[str]) -> bytes:
-    """Return the page. `pictures` are PNG files by name; `notes` are sentences that go on top."""
+    """Return the page. `pictures` are PNG files by name; `notes` are sentences for its top."""
     scored = scored_views(result)
     count = len(result.body)
     parts = {
@@ -81,8 +81,8 @@ def _words(result: ModelResult, scored: list[ScoredView]) -> Iterator[str]:
     size = _lengths([1000.0 * float(span) for span in spans])
     volume = _plain(1e6 * result.body.mass_properties()[0])
     yield (
-        f"It measures {size} mm along x, y and z of its frame, which are the axes of its inertia, "
-        f"so that x need not be the longest, and holds {volume} cm³."
+        f"It measures {size} mm along x, y and z of its frame, which are its principal axes of "
+        f"inertia, so x need not be the longest. Its volume is {volume} cm³."
     )
     settings = result.settings
     yield (
@@ -94,12 +94,12 @@ def _words(result: ModelResult, scored: list[ScoredView]) -> Iterator[str]:
 
 
 def _sources(result: ModelResult, scored: list[ScoredView]) -> str:
-    """Say in words what the body was modelled from."""
+    """Describe the data that the body was modelled from."""
     parts = []
     if scored:
         parts.append(f"{len(result.used_views)} of {len(scored)} views")
     if len(result.range_samples):
-        parts.append(f"{len(result.range_samples)} seen points")
+        parts.append(f"{len(result.range_samples)} range samples")
     return " and ".join(parts) or "a mesh"
 
 
@@ -110,7 +110,7 @@ def _lengths(values: list[float]) -> str:
 
 
 def _plain(value: float) -> str:
-    """Return four digits that count, without an exponent."""
+    """Return four significant digits, without an exponent."""
     return np.format_float_positional(value, precision=4, fractional=False, trim="-")
 
 

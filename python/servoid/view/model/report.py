@@ -1,4 +1,4 @@
-"""The report: a page, pictures and figures that show how good a body is."""
+"""Writes the report of a model: a page, pictures and figures that show how good a body is."""
 
 import json
 from collections.abc import Sequence
@@ -22,12 +22,12 @@ def write_report(result: ModelResult, directory: Path, *, notes: Sequence[str] =
     They are `report.html` (everything on one page, and the body to turn), `contact_sheet.png` (the
     views with the ellipsoids' outlines, if there are views), `curve.png` (fitness and silhouette
     IoU against the count), `body.png` (the body from four sides, and the cameras) and
-    `summary.json`. `notes` are sentences that the page shows above all else. The folder is made if
-    need be; other files in it are left alone.
+    `summary.json`. The page shows the sentences `notes` at its top. The folder is made if it is
+    missing; other files in it are left alone.
 
     Raises:
         ImageError, MaskError: a view's file can no longer be read.
-        OutputError: the folder cannot be written; then no file of the report changes in it.
+        OutputError: the folder cannot be written; then no file of the report in it changes.
 
     """
     directory = Path(directory)
@@ -45,7 +45,7 @@ def write_report(result: ModelResult, directory: Path, *, notes: Sequence[str] =
 
 
 def summarise(result: ModelResult) -> dict[str, Any]:
-    """Return what the report says in figures, ready for JSON; None where there is no view."""
+    """Return the figures of the report, ready for JSON; None where there is no view."""
     scored = scored_views(result)
     ious = result.iou_by_count
     steps = zip(result.steps, ious.used, ious.unused, strict=True)

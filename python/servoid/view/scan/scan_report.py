@@ -1,4 +1,4 @@
-"""The report of a scan: one page that needs nothing beside it."""
+"""Builds the report of a scan as one self-contained page."""
 
 import html
 import math
@@ -20,13 +20,13 @@ _MOST_THUMBS = 60
 _MOST_POINTS = 4000
 _DRAWN_PX = 460
 _MARGIN_PX = 14
-_INSIDE = 0.9  # share of the points that a plan shows: those far behind would make all else small
+_INSIDE = 0.9  # share of the points that a plan shows: distant ones would make all others small
 
 Floats = NDArray[np.float64]
 
 
 def scan_page(scan: Scan, images: Path) -> bytes:
-    """Return the report of a scan whose images lie in a folder, as a page of HTML.
+    """Return the report of a scan whose images are in a folder, as a page of HTML.
 
     Raises:
         OutputError: a picture cannot be made.
@@ -48,10 +48,10 @@ def scan_page(scan: Scan, images: Path) -> bytes:
 
 def _verdict(scan: Scan) -> str:
     solution = scan.solution
-    share = f"{len(solution.names)} of {scan.keys} images found their place"
+    share = f"{len(solution.names)} of {scan.keys} images were registered"
     if not [one for one in scan.doubts if not one.startswith("the scale")]:
-        return f"{share}; nothing speaks against them."
-    return f"{share}; read what speaks against them below."
+        return f"{share}; no check raised a doubt."
+    return f"{share}; read the doubts below."
 
 
 def _words(scan: Scan) -> list[str]:
@@ -59,20 +59,20 @@ def _words(scan: Scan) -> list[str]:
     size = "x".join(map(str, solution.lens.size_px))
     said = [
         f"The camera of {size} pixels has a focal length of {solution.focal_px:.1f} px, with a "
-        f"standard deviation of {solution.focal_std_px:.1f} px: an angle of view of "
-        f"{_view_deg(scan):.1f} degrees from left to right. Features lie {solution.rms_px:.2f} px "
-        "(root mean square) from where they should."
+        f"standard deviation of {solution.focal_std_px:.1f} px: a horizontal field of view of "
+        f"{_view_deg(scan):.1f} degrees. The reprojection error of the features is "
+        f"{solution.rms_px:.2f} px (root mean square)."
     ]
     if scan.scale is None:
         said.append(
-            "Nothing told the scale: lengths are not in metres, but in units of the median "
-            "distance from the camera to what it sees."
+            "The scale is unknown: lengths are not in metres, but in units of the median "
+            "distance from the camera to the points."
         )
     else:
         said.append(
             f"The scale was found {scan.scale.words}, with a standard deviation of "
-            f"{100 * scan.scale.deviation:.2g} %; what is seen lies "
-            f"{digits(round(solution.distance, 3))} m from the camera, in the median."
+            f"{100 * scan.scale.deviation:.2g} %; the median distance from the camera to the "
+            f"points is {digits(round(solution.distance, 3))} m."
         )
     return said
 
@@ -84,17 +84,17 @@ def _view_deg(scan: Scan) -> float:
 
 def _figures(scan: Scan) -> Iterator[tuple[str, str]]:
     solution = scan.solution
-    yield "images that were there", str(scan.count)
-    yield "images that were used", str(scan.keys)
-    yield "images that found their place", str(len(solution.names))
+    yield "images in the source", str(scan.count)
+    yield "images used", str(scan.keys)
+    yield "images registered", str(len(solution.names))
     if solution.missing:
-        yield "images without a place", ", ".join(solution.missing)
-    yield "points that they saw", str(len(solution.points))
+        yield "images not registered", ", ".join(solution.missing)
+    yield "points", str(len(solution.points))
     parallax = math.degrees(solution.parallax_rad)
-    yield "angle between lines of sight to a point, median", f"{parallax:.1f}°"
+    yield "parallax angle of a point, median", f"{parallax:.1f}°"
     yield "angle between directions to the scene, largest", f"{math.degrees(scan.around_rad):.0f}°"
     u, v = solution.lens.center_px
-    found = "found" if solution.center_is_found else "taken to be the middle"
+    found = "estimated" if solution.center_is_found else "assumed to be the image centre"
     yield "principal point", f"{u:.1f}, {v:.1f} px, {found}"
     yield "distortion k1", f"{solution.lens.distortion[0]:.4f}"
     yield "seconds", f"{scan.seconds:.1f}"
@@ -153,7 +153,7 @@ def _dot(u: float, v: float) -> str:
 
 
 def _thumbs(scan: Scan, images: Path) -> Iterator[str]:
-    """Show images with the features that found their points, those without a place too."""
+    """Show the images with their triangulated features, unregistered ones too."""
     solution = scan.solution
     files = sorted(path for path in images.iterdir())
     step = max(1, -(-len(files) // _MOST_THUMBS))
@@ -161,7 +161,7 @@ def _thumbs(scan: Scan, images: Path) -> Iterator[str]:
     for file in shown:
         index = solution.index(file.stem)
         if index is None:
-            words, kind = "no place found", "missing"
+            words, kind = "not registered", "missing"
         else:
             count, off = len(solution.seen[index]), solution.error_px[index]
             words, kind = f"{count} points, {off:.2f} px", "found"

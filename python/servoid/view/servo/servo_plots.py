@@ -1,4 +1,4 @@
-"""Plots of a servo run: how well the hand followed, what the joints did, and where the eyes looked.
+"""Plots a servo run: errors of the hand, joints and gaze.
 
 Shaded times are those in which the hand was held.
 """
@@ -22,11 +22,11 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 
 _WIDE_IN, _PANEL_IN = 9.6, 2.15
-_ZOOM = 4.0  # a part that is so many times smaller than the whole is drawn again by itself
+_ZOOM = 4.0  # errors that fall by this factor get a panel of their own
 _ROOM = 1.25
 _SHADE = "#e4e0d8"
-_BAND = "band"  # what is wanted: wide and pale below what is, so that it shows where both agree
-# Joints are told apart by their dashes, too; names of dashes, in points on and off.
+_BAND = "band"  # desired values: wide and pale, so that they show below the actual ones
+# Joints are distinguished by their dashes, too; names of dashes, in points on and off.
 _PATTERNS: dict[str, str | tuple[float, tuple[float, ...]]] = {
     _BAND: "-",
     "-": "-",
@@ -63,18 +63,18 @@ class Panel:
 
     @property
     def says_something(self) -> bool:
-        """Say if any line has a value."""
+        """Return whether any line has a value."""
         return any(np.isfinite(line.values).any() for line in self.lines)
 
 
 def draw_servo_plots(log: ServoLog, folder: str | Path, *, settle_s: float = 0.0) -> list[Path]:
     """Write `hand.png`, `joints.png` and `gaze.png` into a folder, and return their paths.
 
-    Errors after `settle_s` seconds of servoing are drawn again by themselves if they are much
-    smaller than those before. The folder must exist.
+    Errors after `settle_s` seconds of servoing get an enlarged panel if they are much smaller than
+    those before. The folder must exist.
 
     Raises:
-        OutputError: one cannot be written; then none changes.
+        OutputError: a file cannot be written; then none changes.
 
     """
     folder = Path(folder)
@@ -89,37 +89,39 @@ def draw_servo_plots(log: ServoLog, folder: str | Path, *, settle_s: float = 0.0
 
 
 def hand_panels(log: ServoLog, settle_s: float) -> list[Panel]:
-    """Return the hand's errors in position and turn, and how far it and the target moved."""
+    """Return the hand's position and rotation errors, and its and the target's displacement."""
     times, errors = log.times, log.hand_errors
     apart = _lines(times, 1000.0 * errors[:, :3], ("x", "y", "z"))
     turn = np.degrees(np.linalg.norm(errors[:, 3:], axis=1))
     return [
         _moved(log),
-        *_with_zoom("repeatability, place of the hand in its goal's frame", "mm", apart, settle_s),
         *_with_zoom(
-            "repeatability, turn of the hand", "deg", [_line("angle", times, turn)], settle_s
+            "repeatability, position of the hand in its goal's frame", "mm", apart, settle_s
+        ),
+        *_with_zoom(
+            "repeatability, rotation of the hand", "deg", [_line("angle", times, turn)], settle_s
         ),
         *_true_panels(log, settle_s),
     ]
 
 
 def _true_panels(log: ServoLog, settle_s: float) -> list[Panel]:
-    """Return how far the hand is from its goal beside the true object, if the truth is known."""
+    """Return the hand's errors from its goal at the true object, if the truth is known."""
     errors = log.true_errors
     if not np.isfinite(errors).any():
         return []
     apart = _lines(log.times, 1000.0 * errors[:, :3], ("x", "y", "z"))
     turn = np.degrees(np.linalg.norm(errors[:, 3:], axis=1))
     return [
-        *_with_zoom("accuracy, place of the hand beside the true object", "mm", apart, settle_s),
+        *_with_zoom("accuracy, position of the hand at the true object", "mm", apart, settle_s),
         *_with_zoom(
-            "accuracy, turn of the hand", "deg", [_line("angle", log.times, turn)], settle_s
+            "accuracy, rotation of the hand", "deg", [_line("angle", log.times, turn)], settle_s
         ),
     ]
 
 
 def joint_panels(log: ServoLog) -> list[Panel]:
-    """Return the joints' angles, the speeds that were asked for, and their share of the limits."""
+    """Return the joints' angles, their commanded speeds, and the used share of the limits."""
     times, count = log.times, _hand_count(log)
     hand, eyes = log.names[:count], log.names[count:]
     angles = np.degrees(log.positions.reshape(len(log), len(log.names)))
@@ -145,7 +147,7 @@ def joint_panels(log: ServoLog) -> list[Panel]:
 
 
 def gaze_panels(log: ServoLog, settle_s: float) -> list[Panel]:
-    """Return how far from the images' middle the target was, and the angles of the eyes."""
+    """Return the target's distance from the image centres, and the angles of the eyes."""
     seen = log.seen
     times = np.array([time_s for time_s, _ in seen])
     eyes = max((len(one.off_px) for _, one in seen), default=0)
@@ -154,17 +156,17 @@ def gaze_panels(log: ServoLog, settle_s: float) -> list[Panel]:
         off[row, : len(one.off_px)] = np.linalg.norm(one.off_px, axis=1)
     names = ("left eye", "right eye") if eyes == 2 else [f"camera {one}" for one in range(eyes)]
     lines = _lines(times, off, names)
-    panels = _with_zoom("fixation error: target to the image's middle", "px", lines, settle_s)
+    panels = _with_zoom("fixation error: target to the image centre", "px", lines, settle_s)
     if log.eyes is not None:
         panels.append(_turned(log))
     return panels
 
 
 def _moved(log: ServoLog) -> Panel:
-    """Return how far target and hand moved in the world, as in Figs. 10 and 11.
+    """Return the displacement of target and hand in the world, as in Figs. 10 and 11.
 
-    The hand is counted from where it should have been at the start, so that both agree if it
-    follows without an error.
+    The hand's displacement is from its goal at the start, so that both agree if it follows without
+    an error.
     """
     places = np.full((len(log), 9), np.nan)
     for row, one in zip(places, log.rows, strict=True):
@@ -188,7 +190,7 @@ def _moved(log: ServoLog) -> Panel:
 
 
 def _turned(log: ServoLog) -> Panel:
-    """Return the angles of tilt and pans, and those that were wanted."""
+    """Return the actual and the desired angles of tilt and pans."""
     assert log.eyes is not None
     places = [log.eyes.tilt, log.eyes.pan_left, log.eyes.pan_right]
     names = ("tilt", "left pan", "right pan")
@@ -201,14 +203,14 @@ def _turned(log: ServoLog) -> Panel:
         "angles of the eyes",
         "deg",
         (
-            *_lines(log.times, np.degrees(wanted), [f"{name}, wanted" for name in names], _BAND),
+            *_lines(log.times, np.degrees(wanted), [f"{name}, desired" for name in names], _BAND),
             *_lines(log.times, angles, names),
         ),
     )
 
 
 def _with_zoom(title: str, unit: str, lines: Sequence[Line], settle_s: float) -> list[Panel]:
-    """Return lines in a panel, and in a second one if what is left later is much smaller."""
+    """Return lines in a panel, and in an enlarged one if later values are much smaller."""
     whole = Panel(title, unit, tuple(lines))
     first = _greatest([line.values for line in lines])
     later = _greatest([line.values[line.times >= settle_s] for line in lines])
@@ -218,7 +220,7 @@ def _with_zoom(title: str, unit: str, lines: Sequence[Line], settle_s: float) ->
 
 
 def _greatest(values: Sequence[Floats]) -> float:
-    """Return the greatest magnitude that is known, 0 if nothing is."""
+    """Return the greatest known magnitude, 0 if none is known."""
     known = [np.abs(one[np.isfinite(one)]) for one in values]
     return max((float(one.max()) for one in known if len(one)), default=0.0)
 
@@ -228,7 +230,7 @@ def _hand_count(log: ServoLog) -> int:
 
 
 def _line(name: str, times: Floats, values: Floats, place: int = 0, style: str = "") -> Line:
-    """Return a line whose colour and, without a style, whose dashes go by its place."""
+    """Return a line whose colour and, without a style, whose dashes depend on its index."""
     dashes = style or _DASHES[place % len(_DASHES)]
     return Line(name, times, values, DISTINCT[place % len(DISTINCT)], dashes)
 
@@ -260,7 +262,7 @@ def _draw(log: ServoLog, panels: list[Panel]) -> bytes:
 
 
 def _draw_panel(axes: "Axes", panel: Panel) -> None:
-    # Later lines are thinner, so that those that they cover still show.
+    # Later lines are thinner, so that the lines below them still show.
     colors = list(dict.fromkeys(line.color for line in panel.lines))
     widths = dict(zip(colors, np.linspace(2.2, 1.2, len(colors) + 1)[1:], strict=True))
     for line in panel.lines:

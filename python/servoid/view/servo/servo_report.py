@@ -1,4 +1,4 @@
-"""The report of a servo run: one page that needs nothing beside it."""
+"""Writes the report of a servo run as one self-contained page."""
 
 import html
 from collections.abc import Mapping, Sequence
@@ -19,19 +19,19 @@ _QUALITY = 90  # of the JPEG picture of the overview
 _MOST_HOLDS = 40
 
 _SHOWN = {
-    "hand.png": "Plots over time: how far target and hand moved, and the hand's errors",
+    "hand.png": "Plots over time: displacement of target and hand, and the hand's errors",
     "joints.png": "Plots over time: angles and commanded speeds of the joints",
     "gaze.png": "Plots over time: fixation error in pixels and the angles of the eyes",
     "contact_sheet.png": "Images of the looks with the outline of each ellipsoid drawn over them",
-    "body.png": "The body drawn from four sides and, beside it, where the cameras stood",
-    "curve.png": "Lines that rise with the count of ellipsoids: fitness, IoU of the views",
+    "body.png": "The body drawn from four sides and, beside it, the camera poses",
+    "curve.png": "Lines over the count of ellipsoids: fitness, IoU of the views",
 }
 
 _CAPTIONS = {
     "hand.png": "How the hand followed",
     "joints.png": "What the joints did",
     "gaze.png": "Where the eyes looked",
-    "contact_sheet.png": "What was modelled: the views, with the ellipsoids' outlines",
+    "contact_sheet.png": "The modelled views, with the ellipsoids' outlines",
     "body.png": "The body from four sides, and the cameras",
     "curve.png": "Fitness and silhouette IoU against the count of ellipsoids",
 }
@@ -42,7 +42,7 @@ class ServoPictures:
     """The pictures of a report.
 
     `overview` is an image (H, W, 3) uint8 RGB of the arm at work; `files` are PNG pictures, shown
-    in their order, with a heading that goes by the file's name.
+    in their order, with a heading that depends on the file's name.
     """
 
     overview: NDArray[np.uint8] | None = None
@@ -61,8 +61,8 @@ def write_servo_report(
 ) -> Path:
     """Write `report.html` into a folder that exists, and return its path.
 
-    `summary` are the key figures by name, `settings` is their TOML text, and `notes` are sentences
-    that the page shows above all else.
+    `summary` are the key figures by name, `settings` is the TOML text of the settings, and the
+    page shows the sentences `notes` at its top.
 
     Raises:
         OutputError: the page cannot be written, or a picture cannot be read.
@@ -85,7 +85,7 @@ def write_servo_report(
 
 
 def _verdict(log: ServoLog) -> list[str]:
-    """Say first how well the hand was where it should be, and then what kept it from there."""
+    """Return sentences: how near the hand was to its goal, and what kept it from there."""
     times, errors = log.times, log.hand_errors
     late = times >= 0.5 * (times[0] + times[-1]) if len(log) else np.zeros(0, np.bool_)
     away = 1e3 * np.linalg.norm(errors[late, :3], axis=1)
@@ -102,7 +102,7 @@ def _verdict(log: ServoLog) -> list[str]:
     ]
     if limits:
         most = max(limits, key=lambda reason: limits[reason])
-        # A goal that is out of reach is why others limit the hand, too.
+        # A goal that is out of reach also causes other limits to act.
         if limits.get(Reason.UNREACHABLE, 0.0) >= 0.5 * limits[most]:
             most = Reason.UNREACHABLE
         said.append(
@@ -113,7 +113,7 @@ def _verdict(log: ServoLog) -> list[str]:
 
 
 def _limited(log: ServoLog) -> dict[str, str]:
-    """Say for how long each bound kept the hand from its goal."""
+    """Describe for how long each bound kept the hand from its goal."""
     words = [f"{reason.value}, {seconds:.2f} s" for reason, seconds in limited_s(log).items()]
     return {"kept from the goal by": "; ".join(words) if words else "nothing"}
 
@@ -147,15 +147,15 @@ def _held(log: ServoLog, shaded: str) -> str:
     """Return when the arm was held, and why, as a table."""
     found = holds(log)
     if not found:
-        return "<p>Nothing: the hand was free to move all the time.</p>"
+        return "<p>Nothing: the hand was never held.</p>"
     total = sum(hold.seconds for hold in found)
     times = "once" if len(found) == 1 else f"{len(found)} times"
     rows = "\n".join(map(_hold_row, found[:_MOST_HOLDS]))
     more = len(found) - _MOST_HOLDS
     rest = f"<p>And {more} more.</p>" if more > 0 else ""
     return (
-        f'<p class="quiet">It was held {times}, for {total:.2f} s altogether{shaded}. '
-        "Times are since servoing began.</p>\n"
+        f'<p class="quiet">It was held {times}, for {total:.2f} s in total{shaded}. '
+        "Times are in seconds since servoing began.</p>\n"
         '<div class="scroll" tabindex="0" role="region" aria-label="What held the arm">\n<table>\n'
         '<thead><tr><th scope="col" class="number">from</th><th scope="col" class="number">to</th>'
         '<th scope="col" class="number">for</th><th scope="col">why</th></tr></thead>\n'

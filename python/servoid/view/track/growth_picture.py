@@ -1,4 +1,4 @@
-"""The picture of how a body grew: from six sides after each change, with its outline before."""
+"""Draws the growth of a body: from six sides after each change, with its previous outline."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -81,8 +81,8 @@ def solids_of(body: Body, surface: LearnedSurface, sides_from_object: Turn) -> S
 def surface_colors(body: Body, surface: LearnedSurface) -> Colors:
     """Return each ellipsoid's colour (K, 3) uint8 RGB: the median of the points that are its own.
 
-    A point is that ellipsoid's whose surface is nearest to it, as a share of the ellipsoid's size.
-    An ellipsoid without points has a colour that tells it from its neighbours.
+    A point belongs to the ellipsoid whose surface is nearest, as a share of the ellipsoid's size.
+    An ellipsoid without points gets a colour that differs from its neighbours'.
     """
     known = [[int(one[at : at + 2], 16) for at in (1, 3, 5)] for one in DISTINCT]
     colors = np.array([known[place % len(known)] for place in range(len(body))], dtype=np.uint8)
@@ -120,7 +120,7 @@ def _rows(history: History, sides_from_object: Turn) -> list[_Row]:
 
 
 def _viewpoint(toward: Vector, middle: Vector, metres_per_px: float) -> Viewpoint:
-    """Return the viewpoint from a side, raised a little if it is level."""
+    """Return the viewpoint from a side, raised a little if it is horizontal."""
     rise = np.radians(_RISE_DEG)
     if abs(toward @ UP) > 0.5:
         axes = axes_toward(-toward, -np.sign(toward @ UP) * FRONT)
@@ -130,8 +130,8 @@ def _viewpoint(toward: Vector, middle: Vector, metres_per_px: float) -> Viewpoin
 
 
 def _tile(row: _Row, seen: Viewpoint) -> Colors:
-    """Return a body from one side, with the outline that it had before."""
-    # What is looked at from below stands on its head, or its shadow would lie before it.
+    """Return a body from one side, with its previous outline."""
+    # Seen from below, the body is upside down, or its shadow would lie in front of it.
     up = -UP if seen.axes[2] @ UP > 0.5 else UP
     light = _LIGHT * np.array([1.0, up @ UP, 1.0])
     picture = render(row.after, seen, up, light / np.linalg.norm(light))

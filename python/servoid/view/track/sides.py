@@ -1,4 +1,4 @@
-"""From which sides an object was seen: directions to the cameras, in the object's frame."""
+"""Computes from which sides an object was seen: directions to the cameras in its frame."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -13,14 +13,14 @@ from servoid.track import History, Tracked
 Floats = NDArray[np.float64]
 
 SEEN_WITHIN = np.radians(45.0)
-"""A side counts as seen if a camera stood so near, in radians, to the line that it faces along."""
+"""A side counts as seen if a camera was within this angle, in radians, of its normal."""
 
-_FACES = 4000  # directions that stand for all, of equal areas
+_FACES = 4000  # sampled directions, of equal areas
 
 
 @dataclass(frozen=True, eq=False)
 class Sides:
-    """From where an object was seen, while its pose was tracked.
+    """The directions from which an object was seen while its pose was tracked.
 
     `directions` (M, 3) are unit vectors from the object to a camera, in the frame of its sides: x
     to the right, y up and z to the camera, as the first camera saw it first. `times` (M,) are
@@ -39,7 +39,7 @@ class Sides:
         return float(np.isfinite(self.first_seen(all_directions())).mean())
 
     def first_seen(self, faces: Floats) -> Floats:
-        """Return when sides that face along unit vectors (F, 3) were first seen, NaN if never."""
+        """Return when sides with unit normals (F, 3) were first seen, NaN if never."""
         when = np.full(len(faces), np.nan)
         unseen = np.arange(len(faces))
         for direction, time_s in zip(self.directions, self.times, strict=True):
@@ -50,7 +50,7 @@ class Sides:
 
 
 def sides_of(tracked: Sequence[Tracked], history: History) -> Sides:
-    """Say from where the cameras saw an object in the observations in which it was tracked."""
+    """Return the directions to the cameras in the observations in which the object was tracked."""
     turn = _sides_from_object(tracked, history)
     directions, times, cameras = [], [], []
     for one, poses, delivered in zip(
@@ -71,7 +71,7 @@ def sides_of(tracked: Sequence[Tracked], history: History) -> Sides:
 
 
 def all_directions(count: int = _FACES) -> Floats:
-    """Return unit vectors (count, 3) that stand for equal areas of the sphere: a golden spiral."""
+    """Return unit vectors (count, 3) of equal areas of the sphere: a golden spiral."""
     places = np.arange(count) + 0.5
     heights = 1.0 - 2.0 * places / count
     angles = np.pi * (1.0 + np.sqrt(5.0)) * places

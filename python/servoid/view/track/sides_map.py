@@ -1,4 +1,4 @@
-"""The map of sides: from where an object was seen, and when each of its sides was seen first."""
+"""Draws the map of sides: the camera directions, and when each side was first seen."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -29,9 +29,9 @@ Floats = NDArray[np.float64]
 
 
 def draw_sides(sides: Sides, names: tuple[str, ...]) -> bytes:
-    """Draw the sphere of directions to the cameras, in equal areas; return the PNG file's bytes.
+    """Draw the directions to the cameras in an equal-area map; return the PNG file's bytes.
 
-    `names` are the cameras'. In the middle is the side that the first camera saw first.
+    `names` are the cameras'. The middle is the side that the first camera saw first.
     """
     figure = new_figure(9.6, 4.9)
     axes = figure.add_subplot(projection="mollweide")
@@ -51,7 +51,7 @@ def map_places(directions: Floats) -> tuple[Floats, Floats]:
 
 
 def _shade(figure: Any, axes: "Axes", sides: Sides) -> None:
-    """Colour each side by when it was seen first."""
+    """Colour each side by the time when it was first seen."""
     east, north = (np.linspace(-1.0, 1.0, count + 1) for count in (_COLUMNS, _ROWS))
     lon, lat = np.meshgrid(
         np.pi * (east[1:] + east[:-1]) / 2.0, np.pi * (north[1:] + north[:-1]) / 4.0
@@ -74,7 +74,7 @@ def _shade(figure: Any, axes: "Axes", sides: Sides) -> None:
 
 
 def _dots(axes: "Axes", sides: Sides, camera: int, name: str) -> None:
-    """Mark from where a camera saw the object."""
+    """Mark the directions from which a camera saw the object."""
     own = sides.directions[sides.cameras == camera]
     if not len(own):
         return

@@ -1,4 +1,4 @@
-"""The timeline: status, confidence, notices and time per step, one observation after another."""
+"""Draws the timeline: status, confidence, notices and time per step for each observation."""
 
 import re
 from collections.abc import Sequence
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 STATES = ("tracking", "located", "searching", "lost")
-"""What an estimate may be: `located` is searching of which the place is confirmed."""
+"""The states of an estimate; a located one is searching, but its position is confirmed."""
 
 _COLORS = dict(zip(STATES, (DISTINCT[0], DISTINCT[5], DISTINCT[4], DISTINCT[1]), strict=True))
 _LABELS = {"located": "searching, located"}
@@ -27,13 +27,13 @@ Floats = NDArray[np.float64]
 
 
 def state_of(one: Tracked) -> str:
-    """Return which of `STATES` an estimate is."""
+    """Return the state of an estimate, one of `STATES`."""
     status = one.estimate.status
     return "located" if status == "searching" and one.estimate.located else status
 
 
 def draw_timeline(tracked: Sequence[Tracked]) -> bytes:
-    """Draw what became of each observation; return the PNG file's bytes."""
+    """Draw the result of each observation; return the PNG file's bytes."""
     notices = notice_times(tracked)
     heights = [0.3 + _LANE_IN * len(STATES), 1.5, 0.3 + 0.42 * max(1, len(notices)), 1.7]
     figure = new_figure(9.6, sum(heights) + 0.7)
@@ -50,9 +50,9 @@ def draw_timeline(tracked: Sequence[Tracked]) -> bytes:
 
 
 def notice_times(tracked: Sequence[Tracked]) -> dict[str, list[float]]:
-    """Return when each kind of notice was given, the most frequent first.
+    """Return the times of each kind of notice, the most frequent first.
 
-    Notices that differ by their numbers are of one kind, and the first of them stands for it.
+    Notices that differ only in their numbers are of one kind, which is named by the first of them.
     """
     found: dict[str, tuple[str, list[float]]] = {}
     for one in tracked:
@@ -64,7 +64,7 @@ def notice_times(tracked: Sequence[Tracked]) -> dict[str, list[float]]:
 
 
 def _draw_status(axes: "Axes", tracked: Sequence[Tracked], times: Floats) -> None:
-    """Draw a lane for each state, so that nobody needs the colours."""
+    """Draw a lane for each state, so that the plot does not depend on colours."""
     states = [state_of(one) for one in tracked]
     ends = np.append(times[1:], times[-1] + _usual_step(times))
     for lane, state in enumerate(STATES):
@@ -76,7 +76,7 @@ def _draw_status(axes: "Axes", tracked: Sequence[Tracked], times: Floats) -> Non
 
 
 def _runs(states: Sequence[str], state: str) -> list[tuple[int, int]]:
-    """Return the first and the last place of each stretch of one state."""
+    """Return the first and the last index of each run of one state."""
     inside = np.concatenate([[False], [one == state for one in states], [False]])
     edges = np.flatnonzero(inside[1:] != inside[:-1])
     return [(int(first), int(end) - 1) for first, end in edges.reshape(-1, 2)]
@@ -90,7 +90,7 @@ def _draw_confidence(axes: "Axes", tracked: Sequence[Tracked], times: Floats) ->
 
 
 def _draw_notices(axes: "Axes", notices: dict[str, list[float]]) -> None:
-    """Draw a lane for each kind of notice, below its words."""
+    """Draw a lane for each kind of notice, below its text."""
     for lane, (words, when) in enumerate(notices.items()):
         axes.plot(when, np.full(len(when), lane + 0.25), "|", color=DISTINCT[1], markersize=7)
         said = words if len(words) <= 110 else words[:109] + "…"
@@ -112,7 +112,7 @@ def _draw_notices(axes: "Axes", notices: dict[str, list[float]]) -> None:
 
 
 def _draw_spent(axes: "Axes", tracked: Sequence[Tracked], times: Floats) -> None:
-    """Draw the time that each step took, the start left out."""
+    """Draw the computing time of each step, without the start."""
     from matplotlib.ticker import LogLocator, StrMethodFormatter
 
     steps = 1e3 * np.array([one.seconds for one in tracked[1:]])
@@ -121,7 +121,7 @@ def _draw_spent(axes: "Axes", tracked: Sequence[Tracked], times: Floats) -> None
     if grown.any():
         style = {"color": DISTINCT[1], "markersize": 5, "label": "body evolved"}
         axes.plot(times[1:][grown], steps[grown], "^", **style)
-    _title(axes, "time that it took, beside reading the images [ms]")
+    _title(axes, "computing time, without reading the images [ms]")
     if len(steps) and steps.min() > 0.0:
         axes.set_yscale("log")
         axes.yaxis.set_major_locator(LogLocator(numticks=8))

@@ -1,4 +1,4 @@
-"""What a track amounts to, in figures and in words: what its report shows."""
+"""Computes the figures and sentences of the report of a track."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -15,33 +15,33 @@ from servoid.view.track.timeline_plot import notice_times, state_of
 from servoid.view.track.turning import Cause, Turning, turning_of
 from servoid.words import counted
 
-# The least share of observations for each word.
+# The minimum share of tracked observations for each word.
 _VERDICTS = (("Good", 0.95), ("Rough", 0.7), ("Poor", 0.0))
 _MOST_GAPS = 4
 _MS_PER_S = 1e3
-_NEVER = "The turn was never corrected"
+_NEVER = "The rotation was never corrected"
 
 
 @dataclass(frozen=True, eq=False)
 class TrackFigures:
-    """A track and its history, and what follows from both."""
+    """The figures of a track and its history."""
 
     result: TrackResult
     history: History
 
     @cached_property
     def sides(self) -> Sides:
-        """Return from where the object was seen."""
+        """Return the directions from which the object was seen."""
         return sides_of(self.result.tracked, self.history)
 
     @cached_property
     def turning(self) -> Turning:
-        """Return how the object turned before the first camera."""
+        """Return the object's rotation relative to the first camera."""
         return turning_of(self.result.tracked, self.history.world_from_camera)
 
     @cached_property
     def is_tracked(self) -> NDArray[np.bool_]:
-        """Return where the images confirm the pose, (N,)."""
+        """Return for each observation whether the images confirm the pose, (N,)."""
         return np.array([one.is_tracked for one in self.result.tracked], dtype=np.bool_)
 
     @cached_property
@@ -51,7 +51,7 @@ class TrackFigures:
         return {name: _known(time_s) for name, time_s in zip(NAMED_SIDES, when, strict=True)}
 
     def summary(self) -> dict[str, Any]:
-        """Return what the report says in figures, ready for JSON: SI units, and radians."""
+        """Return the figures of the report, ready for JSON: SI units, and radians."""
         result, turning = self.result, self.turning
         return {
             "object": result.name,
@@ -88,16 +88,16 @@ class TrackFigures:
         }
 
     def verdict(self) -> Iterator[str]:
-        """Say first whether the track is good, and then what most often kept it from that."""
+        """Yield sentences: whether the track is good, and the most frequent reason why not."""
         word = next(word for word, least in _VERDICTS if self.result.tracked_share >= least)
         yield f"{word}: it was {self._tracked_words()}"
         doubts = notice_times([one for one in self.result.tracked if not one.is_tracked])
         if doubts:
             words, times = next(iter(doubts.items()))
-            yield f"What the tracker said most often where it was not, {_often(times)}: {words}."
+            yield f"The most frequent notice where it was not, {_often(times)}: {words}."
 
     def words(self) -> Iterator[str]:
-        """Say in sentences what became of the object, ready for the page."""
+        """Yield the sentences of the page about rotation, corrections, body and speed."""
         yield self._turned_words()
         yield self._corrected_words()
         yield self._body_words()
@@ -107,8 +107,8 @@ class TrackFigures:
                 for percent in (50.0, 95.0)
             )
             yield (
-                f"The start took {self.result.starting_s:.1f} s, a step {median} in the median and "
-                f"at most {p95} in 95 of 100, without reading the images."
+                f"The start took {self.result.starting_s:.1f} s. A step took {median} in the "
+                f"median and {p95} at the 95th percentile, without reading the images."
             )
 
     def _step(self, place: int, one: Tracked) -> dict[str, Any]:
@@ -139,14 +139,14 @@ class TrackFigures:
             for gap in sorted(longest, key=lambda gap: gap.first_s)
         ]
         more = len(result.gaps) - len(longest)
-        rest = f", and in {more} more stretches" if more else ""
+        rest = f", and in {more} more gaps" if more else ""
         return f"{words}, and not {', '.join(spans)}{rest}." if spans else f"{words}."
 
     def _turned_words(self) -> str:
         unseen = [name for name, when in self.sides_seen.items() if when is None]
         words = (
-            f"It turned {np.degrees(self.turning.turned[-1]):.0f} degrees before the first camera, "
-            f"all turns added up, and showed {100.0 * self.sides.share:.0f} % of its sides"
+            f"It rotated by {np.degrees(self.turning.turned[-1]):.0f} degrees in total relative to "
+            f"the first camera, and showed {100.0 * self.sides.share:.0f} % of its sides"
         )
         if not unseen or len(unseen) == len(NAMED_SIDES):
             return f"{words}."
@@ -160,13 +160,13 @@ class TrackFigures:
                 most = "by" if len(angles) == 1 else "by at most"
                 degrees = np.degrees(max(angles))
                 parts.append(f"{_often(angles)} {most} {degrees:.1f} degrees: {cause.value}")
-        corrected = f"The turn was corrected {'; '.join(parts)}" if parts else _NEVER
+        corrected = f"The rotation was corrected {'; '.join(parts)}" if parts else _NEVER
         drift = self.turning.drift[np.isfinite(self.turning.drift)]
         if not len(drift):
             return f"{corrected}."
         largest, last = np.degrees([drift.max(), drift[-1]])
         return (
-            f"{corrected}. It may have drifted by {largest:.1f} degrees at most, and by {last:.1f} "
+            f"{corrected}. Its estimated drift was {largest:.1f} degrees at most, and {last:.1f} "
             "at the end (one standard deviation)."
         )
 
@@ -176,7 +176,7 @@ class TrackFigures:
         spans = [high - low for low, high in (solids.extent(axis) for axis in np.eye(3))]
         size = " × ".join(f"{_MS_PER_S * span:.0f}" for span in spans)
         times = "once" if result.evolutions == 1 else f"{result.evolutions} times"
-        grown = f"The body evolved {times}" if result.evolutions else "The body stayed as it was"
+        grown = f"The body evolved {times}" if result.evolutions else "The body did not change"
         counts = f"from {first} to " if result.evolutions and first != len(result.body) else ""
         joint = ", " if counts else " with "
         return (

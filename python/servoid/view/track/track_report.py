@@ -1,4 +1,4 @@
-"""The report of a track: a page, pictures and figures that show how an object was followed."""
+"""Writes the report of a track: a page, pictures and figures."""
 
 import html
 import json
@@ -31,18 +31,18 @@ _MS_PER_S = 1e3
 _CAPTIONS = {
     "growth.png": (
         "How the body grew",
-        "To the left what a camera saw; the line is the outline that the body had before. Sides "
+        "On the left, a camera's image; the line is the previous outline of the body. Sides "
         "are named as the first camera saw them first.",
     ),
     "sides.png": (
         "From which sides it was seen",
-        "All directions from which the object can be looked at, in equal areas, as they are in its "
-        "own frame. The dots are cameras, while the pose was tracked.",
+        "An equal-area map of all viewing directions in the object's frame. The dots are "
+        "the cameras while the pose was tracked.",
     ),
     "turning.png": (
         "How far the turn may have drifted",
-        "What drifts is the turn since the first image; it falls where a side comes round that is "
-        "known. Marks are corrections, at the drift before them.",
+        "The drift of the rotation since the first image; it falls where a known side is seen "
+        "again. Marks are corrections, at the drift before them.",
     ),
     "timeline.png": ("What became of each observation", ""),
 }
@@ -50,7 +50,7 @@ _SHOWN = {
     "growth.png": "Images of a camera beside the body after each change, with its outline",
     "sides.png": "A map of all directions around the object with the cameras as dots",
     "turning.png": "Lines of drift against the angle that the object has turned",
-    "timeline.png": "Over time: status, confidence, notices, and milliseconds a step",
+    "timeline.png": "Over time: status, confidence, notices, and milliseconds per step",
 }
 
 Table = tuple[str, Sequence[str], Sequence[Sequence[str]]]
@@ -66,13 +66,13 @@ def write_track_report(
     """Write the pictures and the figures of a track into a folder; return the files' paths.
 
     They are `report.html` (everything on one page, and the body to turn), `growth.png` (the body
-    as it grew), `sides.png` (from where it was seen), `turning.png` (drift against the angle
-    turned), `timeline.png` (status, confidence, notices and times) and `summary.json`. `notes` are
-    sentences that the page shows above all else. The folder is made if need be; other files in it
+    as it grew), `sides.png` (the sides that were seen), `turning.png` (drift against the angle
+    turned), `timeline.png` (status, confidence, notices and times) and `summary.json`. The page
+    shows the sentences `notes` at its top. The folder is made if it is missing; other files in it
     are left alone.
 
     Raises:
-        OutputError: the folder cannot be written; then no file of the report changes in it.
+        OutputError: the folder cannot be written; then no file of the report in it changes.
 
     """
     figures = TrackFigures(result, history)
@@ -134,7 +134,7 @@ def _tables(figures: TrackFigures) -> list[Table]:
             ],
         ),
         (
-            "Corrections of the turn",
+            "Corrections of the rotation",
             ("at", "why", "by"),
             [
                 (f"{one.time_s:.2f} s", one.cause.value, f"{np.degrees(one.angle):.1f}°")

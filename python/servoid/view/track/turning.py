@@ -1,4 +1,4 @@
-"""How an object turned before the camera, how far that may have drifted, what was put right."""
+"""Computes an object's rotation relative to the camera, its drift, and its corrections."""
 
 import re
 from collections.abc import Sequence
@@ -13,13 +13,13 @@ from servoid.track import Tracked
 
 Floats = NDArray[np.float64]
 
-_STEP = np.radians(3.0)  # turns to and fro that are smaller do not add up
+_STEP = np.radians(3.0)  # smaller rotations back and forth do not add up
 
 _CORRECTED = re.compile(r"^(.*): the turn is corrected by (\d+(?:\.\d+)?) degrees$")
 
 
 class Cause(Enum):
-    """Why a turn was corrected, in the words of the tracker's notices."""
+    """Why the rotation was corrected, in the words of the tracker's notices."""
 
     KNOWN_SIDE = "a known side is seen again"
     ADJUSTED = "what was seen so far is adjusted"
@@ -27,7 +27,7 @@ class Cause(Enum):
 
 @dataclass(frozen=True)
 class Correction:
-    """The turn was corrected by `angle` radians at the `place`-th estimate, at `time_s`."""
+    """A correction of the rotation by `angle` radians at estimate number `place`, at `time_s`."""
 
     place: int
     time_s: float
@@ -37,13 +37,13 @@ class Correction:
 
 @dataclass(frozen=True, eq=False)
 class Turning:
-    """How an object turned; all arrays are (N,), one entry an estimate, angles in radians.
+    """The rotation of an object; arrays are (N,), one entry per estimate, angles in radians.
 
-    `turned` is the angle through which it turned before the first camera, all turns added up, and
-    `away` the angle from how it was seen first; both stay as they were where it is not located.
-    `drift` is the tracker's standard deviation of what the turn has drifted since the first image,
-    `deviation` that of the turn about its worst axis; NaN where they are not known. `located` (N,)
-    says where the object's place is confirmed.
+    `turned` is the total angle through which it rotated relative to the first camera, and `away`
+    the angle from its first orientation; both keep their value where it is not located. `drift` is
+    the tracker's standard deviation of the rotation's drift since the first image, `deviation` the
+    standard deviation of the rotation about its worst axis; NaN where they are not known.
+    `located` is true where the object's position is confirmed.
     """
 
     turned: Floats
@@ -57,10 +57,10 @@ class Turning:
 def turning_of(
     tracked: Sequence[Tracked], world_from_camera: Sequence[tuple[Pose, ...]]
 ) -> Turning:
-    """Say how an object turned before the first of the cameras, whose poses are given for each.
+    """Compute an object's rotation relative to the first of the cameras with the given poses.
 
-    Turns of less than 3 degrees to and fro do not add up: else an object at rest would turn on by
-    the noise of its poses.
+    Rotations back and forth of less than 3 degrees do not add up; otherwise the noise of its poses
+    would accumulate for an object at rest.
     """
     turns = [
         (cameras[0].inverse() @ one.estimate.world_from_object).matrix()[:3, :3]
@@ -78,7 +78,7 @@ def turning_of(
 
 
 def corrections_of(tracked: Sequence[Tracked]) -> list[Correction]:
-    """List what the notices say of corrections, in their order."""
+    """List the corrections that the notices report, in their order."""
     found: list[Correction] = []
     for place, one in enumerate(tracked):
         for notice in one.notices:
@@ -91,7 +91,7 @@ def corrections_of(tracked: Sequence[Tracked]) -> list[Correction]:
 
 
 def _turned(turns: Sequence[Floats], located: Sequence[bool]) -> Floats:
-    """Add up the angles between rotations (3, 3), from one that is far enough to the next."""
+    """Accumulate the angles between rotations (3, 3) that are far enough apart."""
     total, most, anchor = 0.0, 0.0, None
     added = []
     for turn, known in zip(turns, located, strict=True):
@@ -128,7 +128,7 @@ def _drift(one: Tracked) -> float:
 
 
 def _deviation(one: Tracked) -> float:
-    """Return the standard deviation of a turn about its worst axis, NaN if it is not known."""
+    """Return the standard deviation of a rotation about its worst axis, NaN if not known."""
     covariance = one.estimate.covariance[3:, 3:]
     if not np.isfinite(covariance).all():
         return float("nan")

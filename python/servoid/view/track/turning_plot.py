@@ -1,4 +1,4 @@
-"""The plot of drift: how well the turn was known, against the angle that the object turned."""
+"""Plots the drift of the rotation against the angle that the object turned."""
 
 from typing import TYPE_CHECKING
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 MARKS = {Cause.KNOWN_SIDE: ("v", DISTINCT[1]), Cause.ADJUSTED: ("D", DISTINCT[2])}
-_MOST_NAMED = 12  # corrections whose size is written, the largest
+_MOST_NAMED = 12  # corrections labelled with their size, the largest
 _LEAST_SPAN_DEG = 10.0
 _SHADE = "#e4e0d8"
 
@@ -23,7 +23,7 @@ Floats = NDArray[np.float64]
 def draw_turning(turning: Turning, tracked: NDArray[np.bool_]) -> bytes:
     """Draw the angle from the first view and the drift; return the PNG file's bytes.
 
-    `tracked` (N,) says where the images confirm the pose.
+    `tracked` (N,) is true where the images confirm the pose.
     """
     figure = new_figure(9.6, 5.4)
     upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(1.0, 1.7))
@@ -33,11 +33,11 @@ def draw_turning(turning: Turning, tracked: NDArray[np.bool_]) -> bytes:
     upper.plot(along, np.degrees(turning.away), color=DISTINCT[0], linewidth=1.6)
     upper.set_ylim(0.0, 185.0)
     upper.set_yticks([0, 90, 180])
-    upper.set_title("angle from how it was seen first [deg]", loc="left", color=INK, fontsize=10.5)
+    upper.set_title("angle from the first orientation [deg]", loc="left", color=INK, fontsize=10.5)
     _deviations(lower, along, turning)
     _corrections(lower, along, turning)
     lower.set_xlim(0.0, max(_LEAST_SPAN_DEG, float(along.max(initial=0.0))))
-    lower.set_xlabel("angle turned, all turns added up [deg]", color=INK, fontsize=10)
+    lower.set_xlabel("total angle turned [deg]", color=INK, fontsize=10)
     for axes in (upper, lower):
         dress(axes)
     _legend(lower)
@@ -47,11 +47,11 @@ def draw_turning(turning: Turning, tracked: NDArray[np.bool_]) -> bytes:
 def _deviations(axes: "Axes", along: Floats, turning: Turning) -> None:
     lines = [
         ("drift since the first image", turning.drift, DISTINCT[0], "-"),
-        ("turn, about its worst axis", turning.deviation, DISTINCT[4], "--"),
+        ("rotation, about its worst axis", turning.deviation, DISTINCT[4], "--"),
     ]
     for name, values, color, style in lines:
         if np.isfinite(values).any():
-            # Where the object is not located they may be as wide as can be, and mean nothing.
+            # Where the object is not located, they may be arbitrarily large and mean nothing.
             shown = np.where(turning.located, np.degrees(values), np.nan)
             axes.plot(along, shown, style, color=color, linewidth=1.6, label=name)
     if not np.isfinite(turning.drift).any():
@@ -66,7 +66,7 @@ def _deviations(axes: "Axes", along: Floats, turning: Turning) -> None:
 
 
 def _corrections(axes: "Axes", along: Floats, turning: Turning) -> None:
-    """Mark where the turn was corrected, at the drift that was told before it."""
+    """Mark where the rotation was corrected, at the drift reported before it."""
     before = drift_before(turning)
     largest = sorted(turning.corrections, key=lambda one: -one.angle)[:_MOST_NAMED]
     for cause, (marker, color) in MARKS.items():
@@ -97,7 +97,7 @@ def _corrections(axes: "Axes", along: Floats, turning: Turning) -> None:
 
 
 def drift_before(turning: Turning) -> Floats:
-    """Return the drift in degrees (N,) told last before each observation, 0 if none was."""
+    """Return the last drift in degrees (N,) reported before each observation, 0 if none was."""
     known, last = [], 0.0
     for drift, located in zip(turning.drift, turning.located, strict=True):
         known.append(last)

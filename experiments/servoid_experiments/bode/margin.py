@@ -132,7 +132,7 @@ def _edge(stable: Callable[[float], bool], octaves: int) -> float | None:
 
 
 def is_stable(errors: Floats) -> bool:
-    """Say if errors (T, C) after a step fade."""
+    """Return whether errors (T, C) after a step fade."""
     if np.abs(errors[-1]).max() > _GROWN * _STEP:
         return False
     gone = round(_GONE_S / _PERIOD_S)

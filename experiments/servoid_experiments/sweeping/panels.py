@@ -61,7 +61,7 @@ class Panel:
 
     @property
     def has_names(self) -> bool:
-        """Say if the values are names."""
+        """Return whether the values are names."""
         return not all(isinstance(value, float | int) for value in self.values)
 
 

@@ -43,7 +43,7 @@ class Sweep(Generic[CaseT, RowT]):
 
     @property
     def is_empty(self) -> bool:
-        """Say if no trial succeeded."""
+        """Return whether no trial succeeded."""
         return not self._rows
 
     def rows(self, series: Series[CaseT], factor: Factor, value: Value) -> list[RowT]:

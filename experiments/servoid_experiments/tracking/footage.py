@@ -78,7 +78,7 @@ def eyes_of(scene: Scene) -> tuple[Pose, ...]:
 
 
 def is_hidden(scene: Scene, index: int) -> bool:
-    """Say if the board stands before the object, as it does in the third quarter of a scene."""
+    """Return whether the board stands before the object, as it does in the third quarter of a scene."""
     return scene.hidden > 0.0 and scene.images // 2 <= index < last_quarter(scene.images)
 
 

@@ -56,7 +56,7 @@ def open_any(
 
 
 def is_capture(path: Path) -> bool:
-    """Say whether `open_any` knows what lies in a folder, without reading it."""
+    """Return whether `open_any` knows what lies in a folder, without reading it."""
     try:
         _kind(path)
     except CaptureError:
@@ -65,12 +65,12 @@ def is_capture(path: Path) -> bool:
 
 
 def holds_capture_file(path: Path) -> bool:
-    """Say if what lies there is servoid's own: a capture.toml."""
+    """Return whether what lies there is servoid's own: a capture.toml."""
     return is_capture(path) and _kind(path) == "capture"
 
 
 def holds_bag(path: Path) -> bool:
-    """Say if what lies there is a bag, or a folder with one."""
+    """Return whether what lies there is a bag, or a folder with one."""
     return is_capture(path) and _kind(path) == "bag"
 
 

@@ -197,7 +197,7 @@ def _distance(distance_m: float | None, alone: bool) -> float:
 
 
 def _from_one_side(views: Sequence[CaptureView]) -> bool:
-    """Say if all cameras look in about the same direction."""
+    """Return whether all cameras look in about the same direction."""
     axes = np.array([view.world_from_camera.matrix()[:3, 2] for view in views])
     return bool(exact.product(axes, axes.T).min() > exact.cos(np.radians(_ONE_SIDE_DEG)))
 

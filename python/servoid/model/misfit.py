@@ -39,7 +39,7 @@ def misfit_notes(kind: str, names: Sequence[str], ious: NDArray[np.float64]) -> 
 
 
 def touches_all_borders(mask: NDArray[np.uint8]) -> bool:
-    """Say if a mask, (H, W) uint8, has pixels of the object at all four borders of its image."""
+    """Return whether a mask, (H, W) uint8, has pixels of the object at all four borders of its image."""
     borders = (mask[0], mask[-1], mask[:, 0], mask[:, -1])
     return sum(bool(border.any()) for border in borders) == _BORDERS
 

@@ -148,7 +148,7 @@ def _pairs(capture: Capture, *, is_assumed: bool) -> Iterator[_Pair]:
 
 
 def _tells_focal(second_from_first: Pose) -> bool:
-    """Say if epipolar lines move with the focal length, which those of parallel cameras do not."""
+    """Return whether epipolar lines move with the focal length, which those of parallel cameras do not."""
     shift = np.asarray(second_from_first.translation)
     if not np.linalg.norm(shift) > 0.0:
         return False

@@ -103,12 +103,12 @@ class Known:
 
     @property
     def is_told(self) -> bool:
-        """Say if anything is told of how the cameras see, and not only of their times."""
+        """Return whether anything is told of how the cameras see, and not only of their times."""
         return self.is_any or any(option != _RATE for option in self.given())
 
     @property
     def tells_lens(self) -> bool:
-        """Say if it is told how a camera sees, and not only where it sits or when."""
+        """Return whether it is told how a camera sees, and not only where it sits or when."""
         return self.fov_deg is not None or self.calibration is not None
 
     def given(self) -> list[str]:

@@ -53,7 +53,7 @@ class Kind(Enum):
 
     @property
     def is_live(self) -> bool:
-        """Say if images come on their own clock, and not when they are asked for."""
+        """Return whether images come on their own clock, and not when they are asked for."""
         return self in _LIVE
 
 
@@ -87,7 +87,7 @@ class SourceWord:
 
     @property
     def is_live(self) -> bool:
-        """Say if images come on their own clock, and not when they are asked for."""
+        """Return whether images come on their own clock, and not when they are asked for."""
         return self.kind.is_live
 
     @property
@@ -182,7 +182,7 @@ def _images(paths: Iterable[Path]) -> tuple[Path, ...]:
 
 
 def _names_devices(path: Path) -> bool:
-    """Say if a TOML file names live devices; what is wrong with it is told by who reads it."""
+    """Return whether a TOML file names live devices; what is wrong with it is told by who reads it."""
     try:
         return _DEVICE_KEY.search(read_text(path, CaptureError, SETTINGS_FILE)) is not None
     except CaptureError:

@@ -143,7 +143,7 @@ def open_footage(source: str | Path) -> Film | Photographs:
 
 
 def is_footage(source: str | Path) -> bool:
-    """Say if a path looks like a video or photographs that need a scan, without reading them."""
+    """Return whether a path looks like a video or photographs that need a scan, without reading them."""
     path = Path(source)
     if path.is_dir():
         return bool(_photos(path.iterdir()))
@@ -153,7 +153,7 @@ def is_footage(source: str | Path) -> bool:
 
 
 def holds_photographs(path: Path) -> bool:
-    """Say if there are photographs in a folder, or in its folder `images`."""
+    """Return whether there are photographs in a folder, or in its folder `images`."""
     return path.is_dir() and bool(_photos(path.iterdir()) or _photos((path / _FOLDER).glob("*")))
 
 

@@ -99,7 +99,7 @@ class Scan:
             )
 
     def _told_otherwise(self) -> Iterator[str]:
-        """Say if the focal length that was told is not the one that the images tell."""
+        """Return whether the focal length that was told is not the one that the images tell."""
         if self.told_lens is None:
             return
         solution = self.solution

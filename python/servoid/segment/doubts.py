@@ -102,5 +102,5 @@ def thickness_left(mask: Mask) -> float:
 
 
 def is_thin(mask: Mask) -> bool:
-    """Say if a mask is rather a line than an area: it changes wholly if its border moves."""
+    """Return whether a mask is rather a line than an area: it changes wholly if its border moves."""
     return thickness_left(mask) < _THIN

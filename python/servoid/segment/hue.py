@@ -32,7 +32,7 @@ def hue_window(image: NDArray[np.uint8], mask: NDArray[np.uint8]) -> tuple[float
 
     Raises:
         ImageError: the image is no RGB image.
-        MaskError: the mask has not the image's size or is empty, or most of the target is grey.
+        MaskError: the mask does not have the image's size or is empty, or most of the target is grey.
 
     """
     hue_deg, coloured = _hue_and_coloured(image, LEAST_SATURATION, LEAST_VALUE)

@@ -103,7 +103,7 @@ def _by_opencv(name: str, device: int | str, size_px: tuple[int, int] | None) ->
 
 
 def is_stream(device: Device) -> bool:
-    """Say if a device is a connection, which does not mend itself once it is broken."""
+    """Return whether a device is a connection, which does not mend itself once it is broken."""
     return isinstance(device, str) and (_ADDRESS in device or _PIPELINE in device)
 
 

@@ -63,7 +63,7 @@ class Triggered(Protocol):
 
     @property
     def may_be_silent(self) -> bool:
-        """Say if images may stay away as long as they like; the driver itself tells a loss."""
+        """Return whether images may stay away as long as they like; the driver itself tells a loss."""
         ...
 
 
@@ -144,7 +144,7 @@ class Grabber:
 
     @property
     def has_ended(self) -> bool:
-        """Say if the device played a recording that is over."""
+        """Return whether the device played a recording that is over."""
         return self._has_ended
 
     def notices(self) -> tuple[str, ...]:

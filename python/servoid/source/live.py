@@ -158,7 +158,7 @@ class Live:
 
     @property
     def is_over(self) -> bool:
-        """Say if all devices played recordings that are over."""
+        """Return whether all devices played recordings that are over."""
         return all(grabber.has_ended for grabber in self._grabbers)
 
     def silence(self) -> str | None:
@@ -208,7 +208,7 @@ class Live:
     def _is_awaiting(
         self, now_s: float, shots: Sequence[tuple[Shot, ...]], fresh: Sequence[bool]
     ) -> bool:
-        """Say if an image should come that belongs to those that are there."""
+        """Return whether an image should come that belongs to those that are there."""
         silences_s = [grabber.silence(now_s)[0] for grabber in self._grabbers]
         patiences_s = [grabber.patience_s for grabber in self._grabbers]
         lacking = [place for place, new in enumerate(fresh) if not new]

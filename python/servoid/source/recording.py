@@ -50,7 +50,7 @@ class Recording:
 
     @property
     def is_over(self) -> bool:
-        """Say if the last observation was handed out."""
+        """Return whether the last observation was handed out."""
         return self._next == len(self._observations)
 
     def newest(self) -> Instant | None:

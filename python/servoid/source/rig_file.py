@@ -51,7 +51,7 @@ def read_rig(path: str | Path) -> tuple[LiveCamera, ...]:
         CaptureError: the file is missing or malformed, two cameras have one name, or the device of
             a pair cannot be opened.
         CameraError: a camera cannot exist, or its model is unknown.
-        PoseError: a `rig_from_camera` or `rig_from_left` is no rigid motion.
+        PoseError: a `rig_from_camera` or `rig_from_left` is not a rigid motion.
         MissingExtraError: the driver's library of a pair is not installed.
 
     """

@@ -53,7 +53,7 @@ class Instant:
 
     @property
     def is_dark(self) -> bool:
-        """Say if no camera delivered an image."""
+        """Return whether no camera delivered an image."""
         return all(image is None for image in self.images)
 
 

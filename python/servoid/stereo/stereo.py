@@ -58,7 +58,7 @@ def stereo_depth(
 
     Raises:
         CameraError: the cameras stand in one place or one behind the other, or see nothing both.
-        ImageError: an image has not the size of its camera.
+        ImageError: an image does not have the size of its camera.
         TargetError: the mask is empty or of another size, or b does not see what it shows.
 
     """

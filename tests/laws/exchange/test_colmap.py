@@ -204,8 +204,8 @@ BAD = {
         r"image 5: '\.\./images/a\.png' leaves the capture's folder",
     ),
     "absolute name": (lambda: (camera_bytes(), image_bytes(name=b"/etc/a")), r"leaves the"),
-    "name of nothing": (lambda: (camera_bytes(), image_bytes(name=b".")), r"no name of a file"),
-    "empty name": (lambda: (camera_bytes(), image_bytes(name=b"")), r"is no name of a file"),
+    "name of nothing": (lambda: (camera_bytes(), image_bytes(name=b".")), r"not a file name"),
+    "empty name": (lambda: (camera_bytes(), image_bytes(name=b"")), r"is not a file name"),
     "endless name": (lambda: (camera_bytes(), image_bytes(name=b"a" * 9999)), r"there is no"),
     "name in no encoding": (lambda: (camera_bytes(), image_bytes(name=b"\xff")), r"not UTF-8"),
     "image that is missing": (

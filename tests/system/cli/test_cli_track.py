@@ -291,7 +291,7 @@ def test_a_capture_that_is_not_there_is_named(folder: Path, servoid_command: Com
     (folder / "film.mp4").write_bytes(b"\0\1\2\3")
     outcome = servoid_command("track", folder / "film.mp4", *CUP)
     assert outcome.code == 1
-    assert re.search(r"film\.mp4 is no video: it begins like no MP4", outcome.err)
+    assert re.search(r"film\.mp4 is not a video: it does not begin like an MP4", outcome.err)
 
 
 @pytest.mark.usefixtures("folder")

@@ -47,7 +47,7 @@ def open_bag(
     Raises:
         CaptureError: there is no bag, it is damaged, or it does not say what a capture needs.
         CameraError: a camera cannot exist.
-        PoseError: a transform is no rigid motion.
+        PoseError: a transform is not a rigid motion.
         MissingExtraError: the library that reads bags is missing.
 
     """

@@ -35,7 +35,7 @@ def open_bop(folder: str | Path, object_index: int | None = None) -> Capture:
         CaptureError: a file is missing or malformed, or the object is not there.
         CameraError: a camera cannot exist.
         ImageError: an image does not say how large it is.
-        PoseError: a pose is no rigid motion.
+        PoseError: a pose is not a rigid motion.
 
     """
     folder = Path(folder)

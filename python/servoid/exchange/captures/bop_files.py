@@ -41,7 +41,7 @@ class BopCamera(msgspec.Struct, frozen=True, kw_only=True):
 
     @property
     def has_pose(self) -> bool:
-        """Say if the file knows where in the world the camera was."""
+        """Return whether the file knows where in the world the camera was."""
         return self.cam_R_w2c is not None and self.cam_t_w2c is not None
 
     def pose(self, place: str) -> Pose:

@@ -35,7 +35,7 @@ def open_colmap(folder: str | Path, images: str | Path | None = None) -> Capture
     Raises:
         CaptureError: a file is missing or malformed, or files contradict each other.
         CameraError: a camera cannot exist.
-        PoseError: a pose is no rigid motion.
+        PoseError: a pose is not a rigid motion.
 
     """
     folder = Path(folder)

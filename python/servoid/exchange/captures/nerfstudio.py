@@ -55,7 +55,7 @@ def open_nerfstudio(path: str | Path) -> Capture:
         CaptureError: a file is missing or malformed, or a lens model is not supported.
         CameraError: a camera cannot exist.
         ImageError: the file does not say how large an image is, and neither does the image.
-        PoseError: a `transform_matrix` is no rigid motion.
+        PoseError: a `transform_matrix` is not a rigid motion.
 
     """
     path = Path(path)

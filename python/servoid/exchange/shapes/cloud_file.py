@@ -37,7 +37,7 @@ class CloudFile:
 
 
 def is_cloud(path: Path) -> bool:
-    """Say if a file is a PLY file with points and without faces.
+    """Return whether a file is a PLY file with points and without faces.
 
     Raises:
         MeshError: the file cannot be read, or it is a PLY file with a damaged header.

@@ -141,7 +141,7 @@ class GenicamVideo:
 
     @property
     def may_be_silent(self) -> bool:
-        """Say if the camera awaits a trigger, or does not tell when images should come."""
+        """Return whether the camera awaits a trigger, or does not tell when images should come."""
         return self._patience_s is None
 
     def release(self) -> None:

@@ -8,7 +8,7 @@ _ANSWER_S = 0.1
 
 
 def answers(address: str) -> bool:
-    """Say if a camera answers at an internet address."""
+    """Return whether a camera answers at an internet address."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as channel:
         channel.settimeout(_ANSWER_S)
         try:

@@ -54,7 +54,7 @@ class RealSenseControls:
         return (*said, *self._changes(known)) if self._controls.lock else tuple(said)
 
     def _emits(self, frame: Any) -> bool:
-        """Say if the emitter was on in an image, by what it says of itself or by asking."""
+        """Return whether the emitter was on in an image, by what it says of itself or by asking."""
         modes = [_known(self._library, frame, name) for name in _EMITTING]
         if any(mode is not None for mode in modes):
             return any(modes)

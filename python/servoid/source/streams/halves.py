@@ -49,7 +49,7 @@ class HalvesVideo:
 
     @property
     def may_be_silent(self) -> bool:
-        """Say if the device awaits a trigger."""
+        """Return whether the device awaits a trigger."""
         return isinstance(self._video, Triggered) and self._video.may_be_silent
 
     def reopened(self) -> "HalvesVideo":

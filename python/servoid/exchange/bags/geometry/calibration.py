@@ -98,11 +98,11 @@ class Info:
 
     @property
     def is_calibrated(self) -> bool:
-        """Say whether there are focal lengths, which drivers leave zero until they are known."""
+        """Return whether there are focal lengths, which drivers leave zero until they are known."""
         return bool(self.k[0, 0] > 0.0 or self.p[0, 0] > 0.0)
 
     def is_like(self, other: "Info") -> bool:
-        """Say whether two messages tell the same calibration."""
+        """Return whether two messages tell the same calibration."""
         told = [(one.k, one.r, one.p, np.array(one.d)) for one in (self, other)]
         return self.model == other.model and all(
             a.shape == b.shape and np.allclose(a, b, rtol=0.0, atol=_SAME_PX)

@@ -51,7 +51,7 @@ def place_cameras(
     Raises:
         CaptureError: nothing says where a camera is, cameras move against each other, or TF does
             not know `world`.
-        PoseError: a transform is no rigid motion.
+        PoseError: a transform is not a rigid motion.
 
     """
     frame = seats[0].image.frame

@@ -60,7 +60,7 @@ class Edge:
 
     @property
     def is_constant(self) -> bool:
-        """Say whether all transforms are the same."""
+        """Return whether all transforms are the same."""
         rows = np.frombuffer(self.numbers, np.float64).reshape(-1, 7)
         return self.is_static or bool((rows == rows[0]).all())
 
@@ -68,7 +68,7 @@ class Edge:
         """Return parent_from_child of one transform.
 
         Raises:
-            PoseError: it is no rigid motion.
+            PoseError: it is not a rigid motion.
 
         """
         x, y, z, qx, qy, qz, qw = self.numbers[7 * index : 7 * index + 7]
@@ -176,7 +176,7 @@ class Transforms:
             edge.sort()
 
     def knows(self, frame: str) -> bool:
-        """Say whether a frame is in any transform."""
+        """Return whether a frame is in any transform."""
         return frame in self._edges or any(edge.parent == frame for edge in self._edges.values())
 
     def frames(self) -> list[str]:
@@ -205,7 +205,7 @@ class Transforms:
 
         Raises:
             CaptureError: the two frames do not hang together.
-            PoseError: a transform is no rigid motion.
+            PoseError: a transform is not a rigid motion.
 
         """
         down, up = self._line(source), self._line(target)

@@ -43,7 +43,7 @@ class ImageTopic:
 
     @property
     def is_rectified(self) -> bool:
-        """Say whether the images are rectified, as image_proc and drivers name them."""
+        """Return whether the images are rectified, as image_proc and drivers name them."""
         return "rect" in self.base.rpartition("/")[2]
 
     def rank(self) -> tuple[int, int, str]:
@@ -190,7 +190,7 @@ def _depth_of(image: ImageTopic, depths: Sequence[ImageTopic]) -> ImageTopic | N
 
 
 def _is_registered(depth: ImageTopic, image: ImageTopic) -> bool:
-    """Say whether depth is measured in the pixels of a camera."""
+    """Return whether depth is measured in the pixels of a camera."""
     return (depth.frame, depth.size_px) == (image.frame, image.size_px)
 
 

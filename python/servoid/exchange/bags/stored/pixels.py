@@ -60,14 +60,14 @@ _DEPTHS = {"16UC1": Encoding("u2", 1), "mono16": Encoding("u2", 1), "32FC1": Enc
 
 
 def is_depth(image: Any, topic: str) -> bool:
-    """Say whether an image, decoded to a message, holds distances and no colours."""
+    """Return whether an image, decoded to a message, holds distances and no colours."""
     if hasattr(image, "encoding"):
         return image.encoding in _DEPTH_ENCODINGS
     return is_compressed_depth(topic) or _first_word(image) in _DEPTH_ENCODINGS
 
 
 def is_compressed_depth(topic: str) -> bool:
-    """Say whether a topic is one of depth images with parameters before them."""
+    """Return whether a topic is one of depth images with parameters before them."""
     return topic.endswith("/compressedDepth")
 
 

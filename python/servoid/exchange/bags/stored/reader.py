@@ -52,7 +52,7 @@ class Message:
 
 
 def is_bag(path: str | Path) -> bool:
-    """Say whether a path is named like a bag, or is a folder that holds one; nothing is read."""
+    """Return whether a path is named like a bag, or is a folder that holds one; nothing is read."""
     path = Path(path)
     if is_folder(path):
         return is_file(path / _METADATA) or bool(_storages(path))

@@ -157,7 +157,7 @@ def test_a_function_that_no_other_process_finds_is_refused() -> None:
     def inside(case: Case) -> Row:
         return draw(case)
 
-    with pytest.raises(StudyError, match="at the top of a module"):
+    with pytest.raises(StudyError, match="at the top level of a module"):
         Experiment("inside", inside, Case, Row)
 
 

@@ -211,7 +211,7 @@ def test_an_image_that_one_camera_lacks_is_named_rather_than_shifting_all_later_
     assert len(open_capture(tmp_path)) == 8
     for place in lost:
         (tmp_path / f"{place}.png").unlink()
-    with pytest.raises(CaptureError, match="camera 'left' has no '3'; put an empty file"):
+    with pytest.raises(CaptureError, match="camera 'left' has no '3'; add an empty file"):
         open_capture(tmp_path)
     for image in (tmp_path / "left").iterdir():
         image.rename(image.with_stem(f"at_{image.stem}"))

@@ -144,7 +144,7 @@ def test_a_capture_of_very_many_cameras_is_refused_by_their_count(
     toml.write_text(capture_toml(3000 * f"[[camera]]{one}"))
     start = time.process_time()
     check_refused(
-        servoid_command, tmp_path, "names 3000 cameras; at most 64 can be",
+        servoid_command, tmp_path, "names 3000 cameras; at most 64 are allowed",
         "model", drawn_capture, "--out", tmp_path / "body.json",
     )  # fmt: skip
     assert time.process_time() - start < 3.0

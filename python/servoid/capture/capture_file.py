@@ -110,9 +110,7 @@ def read_capture_file(
     if told is None:
         return file, mounted_lenses(path, file.camera, text)
     if not file.is_uncalibrated:
-        raise CaptureError(
-            f"{path} says itself how its cameras see; nothing else can be told of them"
-        )
+        raise CaptureError(f"{path} has its own calibration; leave the given calibration out")
     names = [entry.name for entry in file.camera]
     return file, tuple(told(names, [entry.size_px for entry in file.camera]))
 

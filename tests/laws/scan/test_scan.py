@@ -133,7 +133,7 @@ def test_a_film_is_scanned_by_its_key_images(tmp_path: Path) -> None:
     [
         ("turning", "the camera only turns"),
         ("standing", "the camera stands still"),
-        ("turntable", "the camera stands, and an object moves"),
+        ("turntable", "the camera stands still, and an object moves"),
         ("blank", "too little to see"),
         ("two scenes", "2 scenes that have nothing in common"),
         ("two images", "holds 2 images, too few"),

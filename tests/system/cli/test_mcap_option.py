@@ -107,4 +107,4 @@ def test_a_bag_is_modelled_as_any_capture(servoid_command: Command) -> None:
     wrong = servoid_command(*asked)
     assert wrong.code == 1 and "holds no images on '/left'" in flat(wrong.err)
     wrong = servoid_command("model", "run.bag", "--out", "body.json")
-    assert wrong.code == 1 and "nothing says where the object is" in flat(wrong.err)
+    assert wrong.code == 1 and "nothing marks the object" in flat(wrong.err)

@@ -202,9 +202,7 @@ def _told_seats(
     """Join topics with what a person tells of them."""
     known = [image.info_topic for image in images if image.info_topic in content.infos]
     if len(known) == len(images):
-        raise CaptureError(
-            f"{bag.path} says itself how its cameras see; nothing else can be told of them"
-        )
+        raise CaptureError(f"{bag.path} has its own calibration; leave the given calibration out")
     content.notes += [f"{topic} is not used, as another camera has none" for topic in known]
     frames = {image.frame for image in images}
     is_placed = len(frames) == len(images) and all(map(content.transforms.knows, frames))

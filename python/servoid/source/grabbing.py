@@ -213,7 +213,7 @@ class Grabber:
         except Exception:  # the next attempt may succeed
             self._say(f"{self._lost}; it cannot be opened yet")
             return False
-        self._say(f"{self._lost}; it was reopened")
+        self._say(f"{self._lost}; it was opened anew")
         return True
 
     def _say(self, fault: str) -> None:

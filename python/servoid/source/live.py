@@ -181,7 +181,7 @@ class Live:
         return None if raw is None else instant_of(raw, self._rig, self._ideals)
 
     def newest_raw(self) -> RawInstant | None:
-        """Return what `newest` would, as the lenses recorded it; each is returned by only one of them."""
+        """Return what `newest` would, as recorded; each observation is returned by only one."""
         now_s = self._clock()
         shots = [grabber.shots() for grabber in self._grabbers]
         fresh = [

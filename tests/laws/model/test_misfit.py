@@ -118,7 +118,7 @@ def test_a_box_that_reaches_beyond_its_image_is_told(
     told = [note for note in notes if "extends beyond the image at its" in note]
     assert len(told) == bool(sides)
     if sides:
-        assert f"at its {sides}: u goes from 0 to 159 and v from 0 to 119" in told[0]
+        assert f"at its {sides}: u is from 0 to 159 and v from 0 to 119" in told[0]
 
 
 def test_a_doubt_about_a_box_that_reaches_beyond_its_image_begins_with_that(
@@ -126,7 +126,7 @@ def test_a_doubt_about_a_box_that_reaches_beyond_its_image_begins_with_that(
 ) -> None:
     monkeypatch.setattr(finding, "STEADY", 1.1)  # every target is doubtful
     image = drawing.picture(drawing.world_from_cameras()[0])
-    with pytest.raises(DoubtError, match=r"': the box reaches beyond .*; and a box moved by 3 px"):
+    with pytest.raises(DoubtError, match=r"': the box extends beyond .*; and a box moved by 3 px"):
         find_object(BoxTarget(40.0, 20.0, 120.0, 160.0), image)
     with pytest.raises(DoubtError, match="': a box moved by 3 px"):
         find_object(BoxTarget(40.0, 20.0, 120.0, 110.0), image)

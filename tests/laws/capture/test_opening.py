@@ -113,7 +113,7 @@ def test_what_cannot_be_told_is_refused_with_what_was_looked_for(
     with pytest.raises(CaptureError, match=r"there is no .*a{300}"):
         open_any(tmp_path / ("a" * 300))
     (tmp_path / "body.json").write_text('{"version": 1, "units": "m", "ellipsoids": []}')
-    with pytest.raises(CaptureError, match=r"body\.json is a body and no capture; .* --body "):
+    with pytest.raises(CaptureError, match=r"body\.json is a body, not a capture; .* --body "):
         open_any(tmp_path / "body.json")
     with pytest.raises(CaptureError, match="is no COLMAP model"):
         open_any(drawn_capture, images=tmp_path)

@@ -174,5 +174,5 @@ def test_an_image_that_is_none_is_refused_in_words(image: SimpleNamespace, words
 
 def test_depth_by_another_codec_is_refused_in_words() -> None:
     image = packed(bytes(40), "16UC1; compressedDepth rvl")
-    with pytest.raises(ImageError, match="of compressed depth servoid reads PNG; republish it"):
+    with pytest.raises(ImageError, match="servoid reads compressed depth as PNG; republish it"):
         depth_of(image, "/depth/compressedDepth", (4, 4), "a")

@@ -213,7 +213,7 @@ class Transforms:
         shared = next((name for name in down if name in up), None)
         if shared is None:
             raise CaptureError(
-                f"{self._place}: TF does not connect '{target}' and '{source}'; the frames of that "
+                f"{self._place}: no TF leads from '{target}' to '{source}'; the frames of that "
                 f"tree are {_some(self._tree(source))}"
             )
         shared_from_source = self._climb(source, shared, stamp_ns)

@@ -115,9 +115,9 @@ def test_what_cannot_be_told_is_refused_with_what_was_looked_for(
     (tmp_path / "body.json").write_text('{"version": 1, "units": "m", "ellipsoids": []}')
     with pytest.raises(CaptureError, match=r"body\.json is a body, not a capture; .* --body "):
         open_any(tmp_path / "body.json")
-    with pytest.raises(CaptureError, match="is no COLMAP model"):
+    with pytest.raises(CaptureError, match="is not a COLMAP model"):
         open_any(drawn_capture, images=tmp_path)
-    with pytest.raises(CaptureError, match="is no BOP scene"):
+    with pytest.raises(CaptureError, match="is not a BOP scene"):
         open_any(drawn_capture, bop_object=0)
 
 

@@ -220,7 +220,7 @@ BAD = {
         lambda: (camera_bytes(count=2) + camera_bytes()[8:], image_bytes()),
         r"two cameras have the same number",
     ),
-    "no image": (lambda: (camera_bytes(), struct.pack("<Q", 0)), r"names no image"),
+    "no image": (lambda: (camera_bytes(), struct.pack("<Q", 0)), r"has no image"),
     "no magic": (lambda: (b"PNG", b"PNG"), r"cameras\.bin is cut short after 3 bytes"),
 }
 
@@ -238,12 +238,12 @@ def test_a_model_that_cannot_be_used_is_refused(case: str, tmp_path: Path) -> No
         ("cameras", "1 PINHOLE 64 48 60 61 31", r"PINHOLE has 4 parameters, but 3 were given"),
         ("cameras", "1 FOV 64 48 60 61 31 25 1", r"'FOV' is not supported; supported are"),
         ("cameras", "1 PINHOLE 64 48", r"line 1: 4 values were given"),
-        ("cameras", "1 PINHOLE 64 4.8 60 61 31 25", r"line 1: '4\.8' stands where a whole"),
+        ("cameras", "1 PINHOLE 64 4.8 60 61 31 25", r"line 1: '4\.8' is not a whole"),
         ("cameras", "1 PINHOLE 64 48 nan 61 31 25", r"camera 1: .*focal"),
         ("cameras", "1 PINHOLE 64 -48 60 61 31 25", r"camera 1: size_px must be two positive"),
         ("cameras", f"1 PINHOLE 64 {10**30} 60 61 31 25", r"camera 1: size_px must be"),
         ("images", "1 1 0 0 0 1 2 3 1", r"images\.txt, line 1: 9 values were given"),
-        ("images", "1 1 0 0 0 1 2 x 1 a.png", r"line 1: 'x' stands where a number belongs"),
+        ("images", "1 1 0 0 0 1 2 x 1 a.png", r"line 1: 'x' is not a number"),
         ("images", "1 9 0 0 0 1 2 3 1 a.png", r"images\.txt, image 1: .*quaternion"),
         ("images", "1 1 0 0 0 1 2 inf 1 a.png", r"images\.txt, image 1: .*finite"),
     ],

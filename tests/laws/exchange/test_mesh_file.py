@@ -324,14 +324,14 @@ VIEW = {"buffer": 0, "byteLength": 12}
 @pytest.mark.parametrize(
     ("tree", "words"),
     [
-        ({"buffers": [{"uri": "../../secret.bin", "byteLength": 9}]}, "outside files"),
-        ({"images": [{"uri": "../../secret.png"}]}, "outside files"),
+        ({"buffers": [{"uri": "../../secret.bin", "byteLength": 9}]}, "external files"),
+        ({"images": [{"uri": "../../secret.png"}]}, "external files"),
         ({"bufferViews": [{"buffer": 0, "byteLength": HUGE}]}, "lies outside"),
         ({"bufferViews": [VIEW], "accessors": [{**ACCESSOR, "count": HUGE}]}, "promises"),
         ({"bufferViews": [VIEW], "accessors": [{**ACCESSOR, "count": -1}]}, "promises"),
         ({"accessors": [{"componentType": 5126, "type": "VEC3", "count": HUGE}]}, "sparse"),
-        ({"bufferViews": [{}]}, "no glTF"),
-        ([], "no glTF"),
+        ({"bufferViews": [{}]}, "is not glTF"),
+        ([], "is not glTF"),
         (
             {
                 "bufferViews": [VIEW],

@@ -187,7 +187,7 @@ def test_what_is_no_table_is_refused(text: str, tmp_path: Path) -> None:
 
 
 def test_a_file_without_images_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(CaptureError, match="names no image"):
+    with pytest.raises(CaptureError, match="has no image"):
         open_nerfstudio(write(tmp_path, []))
 
 

@@ -134,7 +134,7 @@ RESPONSE = Experiment("bode.response", run_response, ResponseCase, ResponseRow)
 
 
 def body_of(world: World) -> Body:
-    """Model the object of a world from its true surface: exploration is not part of the question."""
+    """Model the object of a world from its true surface: exploration is not part of the study."""
     vertices, faces = _welded(*world.object_mesh())
     request = model.Request(max_ellipsoids=_ELLIPSOIDS, seed=0, threads=1)
     return model.fit_mesh(vertices, faces, request).body

@@ -28,7 +28,7 @@ def camera_along_the_axis(lens: Lens) -> Camera:
     rays = _seen(lens, _rim_and_grid(lens.size_px))
     if len(rays) == 0:
         raise CameraError(
-            f"{lens!r} sees nothing inside its image: all of it lies beyond the lens's limit of "
+            f"{lens!r} sees nothing inside its image: all of it is beyond the lens's limit of "
             f"{np.degrees(lens.limit):.1f} degrees off the axis; check the calibration"
         )
     # Rays beside or behind the lens are cut off in any case.

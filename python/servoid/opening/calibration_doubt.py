@@ -129,7 +129,7 @@ def _pairs(capture: Capture, *, is_assumed: bool) -> Iterator[_Pair]:
     if len(capture.cameras) > 1:
         other = capture.cameras[1]
         second_from_first = other.rig_from_camera.inverse() @ first.rig_from_camera
-        if is_assumed or _tells_focal(second_from_first):
+        if is_assumed or _constrains_focal(second_from_first):
             for index in some:
                 yield from _pair((first, other), (index, index), second_from_first)
     elif not capture.is_recording:
@@ -148,7 +148,7 @@ def _pairs(capture: Capture, *, is_assumed: bool) -> Iterator[_Pair]:
                 yield from _pair((first, first), both, second_from_first)
 
 
-def _tells_focal(second_from_first: Pose) -> bool:
+def _constrains_focal(second_from_first: Pose) -> bool:
     """Return whether the focal length moves the epipolar lines; parallel cameras' do not move."""
     shift = np.asarray(second_from_first.translation)
     if not np.linalg.norm(shift) > 0.0:

@@ -89,7 +89,7 @@ def open_recorded(
         if word.kind is Kind.BAG and bop_object is None and images is None:
             opened = _open_bag(word, known, topics, world=world, rests=rests)
         elif word.kind is Kind.CAPTURE and known.is_told and count_untold(word):
-            told = _Told(word, known)
+            told = _UserCalibration(word, known)
             opened = told.opened(open_capture(word.place, told=told.mounted))
         else:
             known.refuse(word.text)
@@ -143,11 +143,11 @@ def _open_bag(
     if not known.is_told:
         reason = next(filter(None, why))
         raise CaptureError(f"{reason}; {remedies(len(why))}; --topic chooses other cameras")
-    told = _Told(word, known)
+    told = _UserCalibration(word, known)
     return told.opened(open_bag(word.place, topics, world=world, told=told, rests=rests))
 
 
-class _Told:
+class _UserCalibration:
     """Supplies the calibration of a source's cameras, and keeps the assumptions that it made."""
 
     def __init__(self, word: SourceWord, known: Known) -> None:

@@ -149,7 +149,7 @@ class _Handler(BaseHTTPRequestHandler):
             return
         asking = self.server.pick.asking
         try:
-            text = self._told()
+            text = self._target()
             if self._request().route == "seek":
                 self._send_json(200, asking.seek(text))
                 return
@@ -187,7 +187,7 @@ class _Handler(BaseHTTPRequestHandler):
         except OSError:
             pass
 
-    def _told(self) -> str:
+    def _target(self) -> str:
         """Return the target in the body of a request.
 
         Raises:

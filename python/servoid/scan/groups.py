@@ -20,15 +20,15 @@ def check_found(solution: Solution, count: int) -> None:
     others = [group for group in solution.groups if not set(group) & set(solution.names)]
     large = [group for group in others if len(group) >= max(3, _OTHER_SHARE * count)]
     if large:
-        told = "; ".join(_told(group) for group in (solution.names, *large))
+        scenes = "; ".join(_listed(group) for group in (solution.names, *large))
         raise ScanError(
-            f"the images show {1 + len(large)} scenes that have nothing in common: {told}; scan "
+            f"the images show {1 + len(large)} scenes that have nothing in common: {scenes}; scan "
             "each separately, or add images that connect them"
         )
     if len(solution.names) < _LEAST_SHARE * count:
         raise ScanError(
             f"only {len(solution.names)} of {count} images hang together "
-            f"({_told(solution.names)}): the others share too little of the scene; take "
+            f"({_listed(solution.names)}): the others share too little of the scene; take "
             "images closer together, so that neighbours share most of their view, and lay "
             "printed paper around a plain object"
         )
@@ -40,7 +40,7 @@ def check_found(solution: Solution, count: int) -> None:
         )
 
 
-def _told(names: tuple[str, ...]) -> str:
+def _listed(names: tuple[str, ...]) -> str:
     if len(names) <= 3:
         return ", ".join(names)
     return f"{names[0]}, {names[1]}, ... {names[-1]} ({len(names)} images)"

@@ -19,8 +19,8 @@ _NEXT = 2  # images apart: neighbours
 _WIDE = 0.03  # of the diagonal: pairs with less image motion do not constrain the camera's motion
 _LEAST_MATCHES = 30
 _MOST_PAIRS = 40
-_TURN_PX = 0.003  # of the diagonal: so near to where a turn would bring it a match follows the turn
-_ONLY_TURNS = 0.9  # share of matches that follow turns alone
+_TURN_PX = 0.003  # of the diagonal: error below which a match follows a rotation
+_ONLY_TURNS = 0.9  # share of matches that follow rotation alone
 _FOCALS = np.geomspace(0.4, 4.0, 13)  # of the diagonal
 
 Floats = NDArray[np.float64]
@@ -28,7 +28,7 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Standing:
-    """What a pair of images says of a camera that may stand: shares of its matches."""
+    """The evidence in a pair of images that the camera is stationary: shares of its matches."""
 
     still: float
     moved: float

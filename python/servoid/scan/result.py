@@ -92,7 +92,7 @@ class Scan:
                 f"the standard deviation of the focal length is {solution.focal_std_px:.0f} of "
                 f"{solution.focal_px:.0f} px"
             )
-        yield from self._told_otherwise()
+        yield from self._focal_contradiction()
         if len(solution.names) < _FEW_IMAGES:
             yield f"only {counted(len(solution.names), 'image')} have poses; take more"
         if self.around_rad < _ONE_SIDE_RAD:
@@ -101,7 +101,7 @@ class Scan:
                 f"{math.degrees(self.around_rad):.0f} degrees at most; the rear stays unknown"
             )
 
-    def _told_otherwise(self) -> Iterator[str]:
+    def _focal_contradiction(self) -> Iterator[str]:
         """Report if the given focal length contradicts the images."""
         if self.told_lens is None:
             return

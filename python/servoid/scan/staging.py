@@ -130,9 +130,9 @@ def _one_size(path: Path, sizes: dict[str, Size]) -> Size:
     if len(kinds) == 1:
         return kinds[0]
     first = {kind: next(name for name, size in sizes.items() if size == kind) for kind in kinds}
-    told = ", ".join(f"{width}x{height} ({first[width, height]})" for width, height in kinds[:4])
+    listed = ", ".join(f"{width}x{height} ({first[width, height]})" for width, height in kinds[:4])
     raise ImageError(
-        f"{path}: the images differ in size: {told}; a scan needs those of one camera, at one "
+        f"{path}: the images differ in size: {listed}; a scan needs those of one camera, at one "
         "zoom; move the others elsewhere"
     )
 

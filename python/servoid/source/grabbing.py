@@ -109,7 +109,7 @@ class Grabber:
         self._silent_s = silent_s
         self._shots: deque[Shot] = deque(maxlen=_KEPT)
         self._steps_s: deque[float] = deque(maxlen=_STEPS)
-        self._told: deque[str] = deque(maxlen=_MOST_TOLD)
+        self._notices: deque[str] = deque(maxlen=_MOST_TOLD)
         self._stamps = DeviceClock()
         self._fault: str | None = None
         self._lost = ""
@@ -150,8 +150,8 @@ class Grabber:
     def notices(self) -> tuple[str, ...]:
         """Return the notices since the previous call, oldest first."""
         with self._lock:
-            told = tuple(dict.fromkeys(self._told))
-            self._told.clear()
+            told = tuple(dict.fromkeys(self._notices))
+            self._notices.clear()
         return told
 
     def silence(self, now_s: float) -> tuple[float, str]:
@@ -246,10 +246,10 @@ class Grabber:
             time_s, fault = self._stamps.time_s(delivery.stamp_s, arrived_s)
         with self._lock:
             if delivery.missing:
-                self._told.append(_missing(delivery.missing))
-            self._told.extend(delivery.notices)
+                self._notices.append(_missing(delivery.missing))
+            self._notices.extend(delivery.notices)
             if fault is not None:
-                self._told.append(fault)
+                self._notices.append(fault)
             if not delivery.images:
                 return
             self._tell_gap(time_s, arrived_s, delivery.missing is not None)
@@ -266,12 +266,12 @@ class Grabber:
         step_s = time_s - self._shots[-1].time_s
         if silent_s > self._patience_s():
             reason = "" if self._fault is None else f": {self._fault}"
-            self._told.append(f"no image came for {silent_s:.1f} s{reason}")
+            self._notices.append(f"no image came for {silent_s:.1f} s{reason}")
             return
         usual_s = self._usual_s()
         is_long = len(self._steps_s) >= _LEAST_STEPS and step_s > _MISSED * usual_s
         if is_long and not is_numbered:
-            self._told.append(_missing(max(1, round(step_s / usual_s) - 1)))
+            self._notices.append(_missing(max(1, round(step_s / usual_s) - 1)))
         self._steps_s.append(step_s)
 
 

@@ -64,7 +64,7 @@ def open_bag(
     if told is None:
         seats = [_seat(bag, image, content) for image in chosen.images]
     else:
-        seats = _told_seats(bag, chosen.images, names, content, told)
+        seats = _user_seats(bag, chosen.images, names, content, told)
     tracks = [
         _Track(name, seat, content.shots[seat.image.topic], _shots(content, depth))
         for name, seat, depth in zip(names, seats, chosen.depths, strict=True)
@@ -200,7 +200,7 @@ def _seat(bag: Bag, image: ImageTopic, content: Content) -> Seat:
     return Seat(image, calibration_of(info, image.size_px, place, is_rectified=image.is_rectified))
 
 
-def _told_seats(
+def _user_seats(
     bag: Bag, images: Sequence[ImageTopic], names: Sequence[str], content: Content, told: Told
 ) -> list[Seat]:
     """Combine topics with the calibration that the user supplies."""

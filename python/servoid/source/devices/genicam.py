@@ -242,7 +242,7 @@ class GenicamVideo:
         if state == _WRONG_SIZE:
             raise LostDeviceError(f"an image is left out: {_STATES[state]}")  # still connected
         if state != 0:
-            reason = _STATES.get(state, "the driver does not know its state")
+            reason = _STATES.get(state, "its state is unknown to the driver")
             notices = *notices, f"an image is left out: {reason}"
             return Delivery(missing=missing, notices=notices)
         stamp_ns = self._call("buffer_get_timestamp", buffer)

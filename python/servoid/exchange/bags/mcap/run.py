@@ -83,7 +83,7 @@ class _Pinhole:
 
 
 @dataclass(frozen=True, eq=False)
-class _Seen:
+class _PendingObservation:
     """A pending observation, with its results."""
 
     instant: Instant
@@ -91,7 +91,7 @@ class _Seen:
 
 
 @dataclass(frozen=True, eq=False)
-class _Felt:
+class _PendingJoints:
     """A pending state of an arm's joints."""
 
     names: tuple[str, ...]
@@ -127,7 +127,7 @@ class McapRun:
     def __init__(self, path: Path, file: McapFile, rig: RunRig, *, can_wait: bool) -> None:
         self._path, self._file, self._rig = path, file, rig
         self._recorder = ObservationRecorder(path, file, rig.cameras)
-        self._background: Background[_Seen | _Felt] = Background(
+        self._background: Background[_PendingObservation | _PendingJoints] = Background(
             self._write, MOST_WAITING, can_wait=can_wait
         )
         self._known: set[str] = set()
@@ -168,7 +168,7 @@ class McapRun:
                 self._owed[one.name] = one.body
         # A body whose observation was dropped is written with the next one that is not.
         whole = tuple(replace(one, body=self._owed.get(one.name)) for one in states)
-        if self._background.put(_Seen(instant, whole)):
+        if self._background.put(_PendingObservation(instant, whole)):
             self._owed.clear()
 
     def feel(self, names: Sequence[str], state: JointState) -> None:
@@ -178,7 +178,7 @@ class McapRun:
             OutputError: the file cannot be written.
 
         """
-        self._background.put(_Felt(tuple(names), state))
+        self._background.put(_PendingJoints(tuple(names), state))
 
     def notes(self) -> list[str]:
         """Return messages on what the recording lacks."""
@@ -203,10 +203,10 @@ class McapRun:
         """Discard the pending data."""
         self._background.give_up()
 
-    def _write(self, job: "_Seen | _Felt") -> None:
+    def _write(self, job: "_PendingObservation | _PendingJoints") -> None:
         """Write one pending job; runs in the other thread."""
         made = self._file.messages
-        if isinstance(job, _Felt):
+        if isinstance(job, _PendingJoints):
             stamp_ns, state = stamp_of(job.state.time_s), job.state
             told = made.joints(stamp_ns, job.names, state.positions, state.velocities)
             self._file.add(JOINTS_TOPIC, ros.JOINTS, stamp_ns, told)

@@ -126,7 +126,8 @@ def _of_device(text: str) -> SourceWord | None:
         if address["scheme"].lower() not in _SCHEMES:
             raise CaptureError(
                 f"{text}: servoid cannot open {address['scheme']}:// addresses; give one that "
-                f"begins with {', '.join(f'{scheme}://' for scheme in _SCHEMES)}, or the path of a file"
+                f"begins with {', '.join(f'{scheme}://' for scheme in _SCHEMES)}, or the path of "
+                "a file"
             )
         return SourceWord(shown(text), Kind.STREAM, name=text)
     if _PIPELINE in text:

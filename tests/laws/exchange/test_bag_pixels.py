@@ -160,7 +160,10 @@ def test_every_encoding_is_tried_here() -> None:
             message(np.zeros((4, 4), np.uint8), "nv12"),
             "encoding is 'nv12'; servoid reads mono8",
         ),
-        (message(np.zeros((4, 4), np.uint8), "rgb8"), "16 bytes with 4 a row are not an rgb8 image"),
+        (
+            message(np.zeros((4, 4), np.uint8), "rgb8"),
+            "16 bytes with 4 a row are not an rgb8 image",
+        ),
         (message(np.zeros((4, 6, 3), np.uint8), "rgb8"), "6x4 pixels, but its camera has size_px"),
         (packed(b"", "jpeg"), "is empty"),
         (packed(b"hello", "jpeg"), "cannot be decoded"),
